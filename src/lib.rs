@@ -1,0 +1,16 @@
+#![doc = include_str!("../README.md")]
+#![forbid(unsafe_code)]
+
+pub mod neurons;
+pub mod sim;
+pub mod spa;
+pub mod task;
+
+/// What most programs that build a graph need.
+pub mod prelude {
+    pub use crate::neurons::{Population, PopulationPlan};
+    pub use crate::sim::{
+        Add, Constant, GraphBuilder, Module, Noise, ProbeSpec, RunConfig, Scope, Seed, SimDuration,
+        Simulator, StopReason, Synapse, Timebase,
+    };
+}

@@ -1,0 +1,95 @@
+//! The layers as exact functions, with the delays of a population and none of its noise.
+
+use crate::sim::{EmitIo, LayerRequest, Node, PortDecl, Real, StepCx};
+
+use super::layer::{INHIBITION, Map, Product, Represent, Select, SelectRule};
+
+/// Passes its input on, scaled back to the radius where it exceeds it.
+pub(crate) struct DirectRepresent(pub Represent);
+
+impl Node for DirectRepresent {
+    fn declare(&self, ports: &mut PortDecl) {
+        self.0.declare(ports);
+    }
+
+    fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
+        let input = io.inputs.get(0);
+        let output = io.outputs.get_mut(0);
+        let square: Real = input.iter().map(|v| v * v).sum();
+        let limit = self.0.radius;
+        if square > limit * limit {
+            let scale = limit / square.sqrt();
+            for (out, value) in output.iter_mut().zip(input) {
+                *out = value * scale;
+            }
+        } else {
+            output.copy_from_slice(input);
+        }
+    }
+}
+
+pub(crate) struct DirectMap(pub Map);
+
+impl Node for DirectMap {
+    fn declare(&self, ports: &mut PortDecl) {
+        self.0.declare(ports);
+    }
+
+    fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
+        let input = io.inputs.get(0);
+        for (out, value) in io.outputs.get_mut(0).iter_mut().zip(input) {
+            *out = (self.0.function)(*value);
+        }
+    }
+}
+
+pub(crate) struct DirectProduct(pub Product);
+
+impl Node for DirectProduct {
+    fn declare(&self, ports: &mut PortDecl) {
+        self.0.declare(ports);
+    }
+
+    fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
+        let (a, b) = (io.inputs.get(0), io.inputs.get(1));
+        for ((out, a), b) in io.outputs.get_mut(0).iter_mut().zip(a).zip(b) {
+            *out = a * b;
+        }
+    }
+}
+
+pub(crate) struct DirectSelect(pub Select);
+
+impl Node for DirectSelect {
+    fn declare(&self, ports: &mut PortDecl) {
+        self.0.declare(ports);
+    }
+
+    fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
+        let (utilities, inhibit) = (io.inputs.get(0), io.inputs.get(1));
+        let output = io.outputs.get_mut(0);
+        output.fill(0.0);
+        let net = utilities.iter().zip(inhibit).map(|(u, i)| u - INHIBITION * i);
+        match self.0.rule {
+            SelectRule::Threshold { level } => {
+                for (out, utility) in output.iter_mut().zip(net) {
+                    if utility >= level {
+                        *out = 1.0;
+                    }
+                }
+            }
+            SelectRule::WinnerTakeAll { level } => {
+                let mut best = None;
+                let mut most = level;
+                for (index, utility) in net.enumerate() {
+                    if utility > most || (best.is_none() && utility >= level) {
+                        (best, most) = (Some(index), utility);
+                    }
+                }
+                if let Some(index) = best {
+                    output[index] = 1.0;
+                }
+            }
+        }
+    }
+}

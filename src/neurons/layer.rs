@@ -1,0 +1,205 @@
+//! The four layers that a module can ask for, whatever computes them.
+
+use std::sync::Arc;
+
+use crate::sim::{
+    AnyInput, AnyOutput, In, InputSpec, Kind, LayerRequest, NodePorts, Out, OutputSpec, PortDecl,
+    Real, Scope, Vector,
+};
+
+/// Asks for a population that holds a value of any kind.
+///
+/// Takes any number of sources. As a population saturates, the exact form clamps: a value whose
+/// Euclidean norm exceeds `radius` is scaled back to it.
+#[derive(Debug, Clone)]
+pub struct Represent {
+    pub(crate) input: AnyInput,
+    pub(crate) output: AnyOutput,
+    pub(crate) radius: Real,
+}
+
+impl Represent {
+    /// A population for values of the given ports' kind, of norm up to `radius` (above 0).
+    pub fn new<K: Kind>(input: InputSpec<K>, output: OutputSpec<K>, radius: Real) -> Self {
+        Self { input: input.sum().into(), output: output.filtered_only().into(), radius }
+    }
+}
+
+impl LayerRequest for Represent {
+    fn declare(&self, ports: &mut PortDecl) {
+        if !self.radius.is_finite() || self.radius <= 0.0 {
+            ports.fault(format!("a radius of {} is not a finite number above 0", self.radius));
+        }
+        ports.input("in", self.input.clone()).output("out", self.output.clone());
+    }
+}
+
+/// A function of one number, as [`Map`] applies it to each component.
+pub type ScalarFunction = Arc<dyn Fn(Real) -> Real + Send + Sync>;
+
+/// Asks for one function of each component of a vector.
+#[derive(Clone)]
+pub struct Map {
+    pub(crate) width: usize,
+    pub(crate) function: ScalarFunction,
+}
+
+impl Map {
+    /// `function` applied to each of `width` components on its own.
+    pub fn each(width: usize, function: impl Fn(Real) -> Real + Send + Sync + 'static) -> Self {
+        Self { width, function: Arc::new(function) }
+    }
+}
+
+impl LayerRequest for Map {
+    fn declare(&self, ports: &mut PortDecl) {
+        ports
+            .input("in", InputSpec::vector(self.width).sum())
+            .output("out", OutputSpec::vector(self.width).filtered_only());
+    }
+}
+
+/// Asks for the products of `pairs` pairs of numbers.
+#[derive(Debug, Clone)]
+pub struct Product {
+    pub(crate) pairs: usize,
+}
+
+impl Product {
+    /// `pairs` independent products.
+    pub fn new(pairs: usize) -> Self {
+        Self { pairs }
+    }
+}
+
+impl LayerRequest for Product {
+    fn declare(&self, ports: &mut PortDecl) {
+        ports
+            .input("a", InputSpec::vector(self.pairs))
+            .input("b", InputSpec::vector(self.pairs))
+            .output("out", OutputSpec::vector(self.pairs).filtered_only());
+    }
+}
+
+/// Which items a [`Select`] turns on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SelectRule {
+    /// Every item whose utility reaches `level`.
+    Threshold {
+        /// The least utility that turns an item on.
+        level: Real,
+    },
+    /// The item of greatest utility, if it reaches `level`; of equal ones the first.
+    WinnerTakeAll {
+        /// The least utility that can win.
+        level: Real,
+    },
+}
+
+impl SelectRule {
+    pub(crate) fn level(self) -> Real {
+        match self {
+            Self::Threshold { level } | Self::WinnerTakeAll { level } => level,
+        }
+    }
+}
+
+/// Asks for a choice among `items` utilities: 1 for a chosen item, 0 for the others.
+#[derive(Debug, Clone)]
+pub struct Select {
+    pub(crate) items: usize,
+    pub(crate) rule: SelectRule,
+}
+
+/// How much an inhibition of 1 takes from a utility: enough to silence any similarity.
+pub(crate) const INHIBITION: Real = 4.0;
+
+impl Select {
+    /// A choice among `items` by `rule`.
+    pub fn new(items: usize, rule: SelectRule) -> Self {
+        Self { items, rule }
+    }
+}
+
+impl LayerRequest for Select {
+    fn declare(&self, ports: &mut PortDecl) {
+        if !self.rule.level().is_finite() {
+            ports.fault("the level of a selection must be a finite number");
+        }
+        ports
+            .input("in", InputSpec::vector(self.items).sum())
+            .input("inhibit", InputSpec::vector(self.items).sum().optional())
+            .output("out", OutputSpec::vector(self.items).filtered_only());
+    }
+}
+
+/// Ports of a layer with one input.
+#[derive(Debug, Clone)]
+pub struct LayerPorts<K: Kind> {
+    /// What goes in; any number of sources.
+    pub input: In<K>,
+    /// What comes out; every edge from here needs a synapse.
+    pub output: Out<K>,
+}
+
+/// Ports of a [`Product`] layer.
+#[derive(Debug, Clone)]
+pub struct ProductPorts {
+    /// The first factors.
+    pub a: In<Vector>,
+    /// The second factors.
+    pub b: In<Vector>,
+    /// The products; every edge from here needs a synapse.
+    pub output: Out<Vector>,
+}
+
+/// Ports of a [`Select`] layer.
+#[derive(Debug, Clone)]
+pub struct SelectPorts {
+    /// The utilities; any number of sources.
+    pub input: In<Vector>,
+    /// An inhibition of 1 silences an item; may stay unfed.
+    pub inhibit: In<Vector>,
+    /// 1 for a chosen item; every edge from here needs a synapse.
+    pub output: Out<Vector>,
+}
+
+/// What a module asks of its scope.
+pub trait Layers {
+    /// A population that holds a value.
+    fn represent<K: Kind>(&mut self, name: &str, layer: Represent) -> LayerPorts<K>;
+    /// A function of each component.
+    fn map(&mut self, name: &str, layer: Map) -> LayerPorts<Vector>;
+    /// Products of pairs of numbers.
+    fn product(&mut self, name: &str, layer: Product) -> ProductPorts;
+    /// A choice among utilities.
+    fn select(&mut self, name: &str, layer: Select) -> SelectPorts;
+}
+
+impl Layers for Scope<'_> {
+    fn represent<K: Kind>(&mut self, name: &str, layer: Represent) -> LayerPorts<K> {
+        ports(&self.layer(name, layer))
+    }
+
+    fn map(&mut self, name: &str, layer: Map) -> LayerPorts<Vector> {
+        ports(&self.layer(name, layer))
+    }
+
+    fn product(&mut self, name: &str, layer: Product) -> ProductPorts {
+        let node = self.layer(name, layer);
+        ProductPorts { a: node.input("a"), b: node.input("b"), output: node.output("out") }
+    }
+
+    fn select(&mut self, name: &str, layer: Select) -> SelectPorts {
+        let node = self.layer(name, layer);
+        SelectPorts {
+            input: node.input("in"),
+            inhibit: node.input("inhibit"),
+            output: node.output("out"),
+        }
+    }
+}
+
+fn ports<K: Kind>(node: &NodePorts) -> LayerPorts<K> {
+    LayerPorts { input: node.input("in"), output: node.output("out") }
+}

@@ -1,0 +1,17 @@
+//! Layers that modules ask for, and the one table that says what each becomes.
+//!
+//! A module asks its scope to [`represent`](Layers::represent) a value, to [`map`](Layers::map) it
+//! through a function, for [`product`](Layers::product)s, or to [`select`](Layers::select) among
+//! utilities. A [`PopulationPlan`] says by path how each is computed. This is the only room that asks for
+//! the mode. Nothing here knows symbols.
+
+mod direct;
+mod layer;
+mod lower;
+mod plan;
+
+pub use layer::{
+    LayerPorts, Layers, Map, Product, ProductPorts, Represent, ScalarFunction, Select, SelectPorts,
+    SelectRule,
+};
+pub use plan::{PathPattern, PatternError, Population, PopulationPlan, UnknownMode};

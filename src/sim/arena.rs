@@ -1,0 +1,120 @@
+//! The numbers of a running graph: a few flat vectors whose ranges the layout fixed.
+
+use super::graph::{Sizes, Source};
+use super::node::{Complex, Real};
+
+/// Everything that changes while a graph runs, except the world.
+#[derive(Debug, Clone)]
+pub(crate) struct Arenas {
+    /// Outputs written in emit, in the order of emits.
+    pub signals: Vec<Real>,
+    /// Registered outputs as last written in advance.
+    pub registered: Vec<Real>,
+    /// What inputs see during a tick: registered outputs as of its start, then the edge filters.
+    pub held: Vec<Real>,
+    /// Sums of several sources.
+    pub gathered: Vec<Real>,
+    pub reals: Vec<Real>,
+    pub words: Vec<u32>,
+    pub longs: Vec<u64>,
+    pub probe_filters: Vec<Real>,
+    pub scratch: ScratchArena,
+}
+
+/// Working memory lent to one node at a time.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct ScratchArena {
+    pub reals: Vec<Real>,
+    pub doubles: Vec<f64>,
+    pub complexes: Vec<Complex>,
+    pub words: Vec<u32>,
+}
+
+impl Arenas {
+    pub fn new(sizes: &Sizes) -> Self {
+        Self {
+            signals: vec![0.0; sizes.signals],
+            registered: vec![0.0; sizes.registered],
+            held: vec![0.0; sizes.held],
+            gathered: vec![0.0; sizes.gathered],
+            reals: vec![0.0; sizes.reals],
+            words: vec![0; sizes.words],
+            longs: vec![0; sizes.longs],
+            probe_filters: vec![0.0; sizes.probe_filters],
+            scratch: ScratchArena {
+                reals: vec![0.0; sizes.scratch.reals],
+                doubles: vec![0.0; sizes.scratch.doubles],
+                complexes: vec![Complex::default(); sizes.scratch.complexes],
+                words: vec![0; sizes.scratch.words],
+            },
+        }
+    }
+
+    /// All zeros, as before init. Scratch has no past and is left alone.
+    pub fn clear(&mut self) {
+        for arena in [
+            &mut self.signals,
+            &mut self.registered,
+            &mut self.held,
+            &mut self.gathered,
+            &mut self.reals,
+            &mut self.probe_filters,
+        ] {
+            arena.fill(0.0);
+        }
+        self.words.fill(0);
+        self.longs.fill(0);
+    }
+
+    /// Shows the registered outputs to the next tick.
+    pub fn commit_registered(&mut self) {
+        self.held[..self.registered.len()].copy_from_slice(&self.registered);
+    }
+
+    /// The latest values at a source.
+    pub fn source(&self, source: Source) -> &[Real] {
+        match source {
+            Source::Signal(span) => &self.signals[span.of()],
+            Source::Registered(span) => &self.registered[span.of()],
+        }
+    }
+
+    /// Whether every signal, registered output and filter is a finite number.
+    pub fn all_finite(&self) -> bool {
+        finite(&self.signals) && finite(&self.registered) && finite(&self.held)
+    }
+}
+
+/// Whether all numbers are finite, without a branch for each: a number times zero is zero unless
+/// it is infinite or not a number, and eight independent sums let the compiler use wide registers.
+fn finite(values: &[Real]) -> bool {
+    let mut sums = [0.0f32; 8];
+    let chunks = values.chunks_exact(8);
+    let rest = chunks.remainder();
+    for chunk in chunks {
+        for (sum, value) in sums.iter_mut().zip(chunk) {
+            *sum += value * 0.0;
+        }
+    }
+    let tail: f32 = rest.iter().map(|v| v * 0.0).sum();
+    sums.iter().sum::<f32>() + tail == 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::finite;
+
+    #[test]
+    fn one_bad_number_anywhere_is_found() {
+        for len in [1, 7, 8, 9, 1000] {
+            for at in [0, len / 2, len - 1] {
+                for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+                    let mut values = vec![f32::MAX; len];
+                    assert!(finite(&values));
+                    values[at] = bad;
+                    assert!(!finite(&values), "{bad} at {at} of {len}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,349 @@
+//! Checks a description as a whole, reports all faults together, and hands a sound one to layout.
+
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BinaryHeap};
+
+use super::builder::{Body, EdgeDraft, GraphBuilder, NodeDraft};
+use super::error::{BuildError, BuildErrors};
+use super::graph::Graph;
+use super::layout::{self, Sound, SoundNode};
+use super::lowering::{Lowering, PendingLayer};
+use super::node::Node;
+use super::port::{PortDecl, Shape};
+use super::probe::Capacity;
+use super::seed::Seed;
+use super::synapse::Synapse;
+use super::time::{SimDuration, Timebase};
+
+/// Turns a description into a graph, or reports everything that is wrong with it.
+pub(crate) fn freeze(
+    mut draft: GraphBuilder,
+    time: Timebase,
+    plan: &dyn Lowering,
+    seed: Seed,
+) -> Result<Graph, BuildErrors> {
+    draft.note_duplicates();
+    let mut faults = std::mem::take(&mut draft.faults);
+    if draft.nodes.is_empty() && faults.is_empty() {
+        faults.push(BuildError::Empty);
+    }
+    let moved = sort_by_path(&mut draft);
+    for node in &draft.nodes {
+        for reason in &node.ports.faults {
+            faults.push(BuildError::Refused { node: node.path.clone(), reason: reason.clone() });
+        }
+    }
+    let worlds: Vec<&NodeDraft> =
+        draft.nodes.iter().filter(|n| matches!(n.body, Body::World(_))).collect();
+    for second in worlds.iter().skip(1) {
+        faults.push(BuildError::SecondWorld {
+            first: worlds[0].path.clone(),
+            second: second.path.clone(),
+        });
+    }
+    let lowered = lower(&draft.nodes, plan, time, seed, &mut faults);
+    check_edges(&draft.nodes, &draft.edges, &mut faults);
+    check_arity(&draft.nodes, &draft.edges, &mut faults);
+    check_probes(&draft, time, &mut faults);
+
+    let mut lowered = lowered.into_iter();
+    let mut nodes = Vec::with_capacity(draft.nodes.len());
+    for node in draft.nodes {
+        let (body, ports, world): (Box<dyn Node>, PortDecl, bool) = match node.body {
+            Body::Node(body) => (body, node.ports, false),
+            Body::World(link) => (Box::new(link), node.ports, true),
+            Body::Layer(_) => match lowered.next() {
+                Some((body, ports)) => (body, ports, false),
+                // Lowering failed and has said so; the request's own ports serve the other checks.
+                None => (Box::new(Absent), node.ports, false),
+            },
+        };
+        nodes.push(SoundNode { path: node.path, body, ports, world });
+    }
+    let order = emit_order(&nodes, &draft.edges, &mut faults);
+    if !faults.is_empty() {
+        return Err(BuildErrors(faults));
+    }
+    let sound = Sound {
+        builder: draft.id,
+        nodes,
+        edges: draft.edges,
+        probes: draft.probes,
+        order,
+        time,
+        seed,
+        moved,
+    };
+    layout::lay_out(sound).map_err(|fault| BuildErrors(vec![fault]))
+}
+
+/// Stands for a layer whose lowering failed, while the remaining checks run.
+struct Absent;
+
+impl Node for Absent {
+    fn declare(&self, _ports: &mut PortDecl) {}
+}
+
+/// Puts nodes, edges and their numbers into an order that does not depend on the order of adding.
+fn sort_by_path(draft: &mut GraphBuilder) -> Vec<usize> {
+    let mut rank: Vec<usize> = (0..draft.nodes.len()).collect();
+    rank.sort_by(|a, b| draft.nodes[*a].path.cmp(&draft.nodes[*b].path).then(a.cmp(b)));
+    let mut place = vec![0; rank.len()];
+    for (new, old) in rank.iter().enumerate() {
+        place[*old] = new;
+    }
+    let mut slots: Vec<Option<NodeDraft>> = draft.nodes.drain(..).map(Some).collect();
+    draft.nodes = rank.iter().filter_map(|old| slots[*old].take()).collect();
+    for edge in &mut draft.edges {
+        edge.from.0 = place[edge.from.0];
+        edge.to.0 = place[edge.to.0];
+    }
+    for probe in &mut draft.probes {
+        probe.of.0 = place[probe.of.0];
+    }
+    draft.edges.sort_by_key(|e| (e.to, e.from, synapse_key(e.via)));
+    place
+}
+
+fn synapse_key(via: Synapse) -> Option<SimDuration> {
+    match via {
+        Synapse::None => None,
+        Synapse::Lowpass { tau } => Some(tau),
+    }
+}
+
+type LoweredNode = (Box<dyn Node>, PortDecl);
+
+fn lower(
+    nodes: &[NodeDraft],
+    plan: &dyn Lowering,
+    time: Timebase,
+    seed: Seed,
+    faults: &mut Vec<BuildError>,
+) -> Vec<LoweredNode> {
+    let pending: Vec<(PendingLayer<'_>, &PortDecl)> = nodes
+        .iter()
+        .filter_map(|node| match &node.body {
+            Body::Layer(request) => Some((
+                PendingLayer {
+                    path: &node.path,
+                    request: &**request,
+                    seed: seed.derive(&node.path, "layer"),
+                },
+                &node.ports,
+            )),
+            _ => None,
+        })
+        .collect();
+    let (layers, asked): (Vec<_>, Vec<_>) = pending.into_iter().unzip();
+    let bodies = match plan.lower(&layers, time) {
+        Ok(bodies) => bodies,
+        Err(wrong) => {
+            faults.extend(wrong.into_iter().map(|f| BuildError::Lowering {
+                path: f.path,
+                reason: f.reason,
+                choices: f.choices,
+            }));
+            return Vec::new();
+        }
+    };
+    assert!(bodies.len() == layers.len(), "a lowering returns one node for each request");
+    let mut out = Vec::with_capacity(bodies.len());
+    for ((body, layer), asked) in bodies.into_iter().zip(&layers).zip(asked) {
+        let mut ports = PortDecl::default();
+        body.declare(&mut ports);
+        assert!(
+            ports.same_ports(asked),
+            "the lowering changed the ports of `{}`; a layer's ports are the same in every mode",
+            layer.path
+        );
+        for reason in &ports.faults {
+            faults.push(BuildError::Refused { node: layer.path.into(), reason: reason.clone() });
+        }
+        // What the request says about its edges holds in every mode.
+        for (now, asked) in ports.outputs.iter_mut().zip(&asked.outputs) {
+            now.spec.filtered_only = asked.spec.filtered_only;
+        }
+        out.push((body, ports));
+    }
+    out
+}
+
+fn port_path(node: &NodeDraft, port: &str) -> String {
+    format!("{}.{port}", node.path)
+}
+
+fn same_space(a: &Shape, b: &Shape) -> bool {
+    match (&a.space, &b.space) {
+        (Some(x), Some(y)) => x.same_as(y),
+        (None, None) => true,
+        _ => false,
+    }
+}
+
+fn space_name(shape: &Shape) -> String {
+    shape.space.as_ref().map_or_else(|| "no space".into(), ToString::to_string)
+}
+
+/// Outputs of a given kind and shape, as choices for a message.
+fn fitting_outputs(nodes: &[NodeDraft], input: &super::port::InputDecl) -> Vec<String> {
+    let mut found = Vec::new();
+    for node in nodes {
+        for output in &node.ports.outputs {
+            let fits = output.kind == input.kind
+                && output.shape.width == input.shape.width
+                && same_space(&output.shape, &input.shape);
+            if fits {
+                found.push(port_path(node, &output.name));
+            }
+        }
+    }
+    found
+}
+
+fn check_edges(nodes: &[NodeDraft], edges: &[EdgeDraft], faults: &mut Vec<BuildError>) {
+    let fed: Vec<(usize, usize)> = edges.iter().map(|e| e.to).collect();
+    for edge in edges {
+        let (from_node, to_node) = (&nodes[edge.from.0], &nodes[edge.to.0]);
+        let output = &from_node.ports.outputs[edge.from.1];
+        let input = &to_node.ports.inputs[edge.to.1];
+        let from = port_path(from_node, &output.name);
+        let to = port_path(to_node, &input.name);
+        if output.shape.width != input.shape.width {
+            let mut inputs = Vec::new();
+            for (n, node) in nodes.iter().enumerate() {
+                for (p, other) in node.ports.inputs.iter().enumerate() {
+                    let open = other.sum || !fed.contains(&(n, p));
+                    let fits = other.kind == output.kind
+                        && other.shape.width == output.shape.width
+                        && same_space(&other.shape, &output.shape);
+                    if open && fits {
+                        inputs.push(port_path(node, &other.name));
+                    }
+                }
+            }
+            faults.push(BuildError::WidthMismatch {
+                from: from.clone(),
+                from_width: output.shape.width,
+                to: to.clone(),
+                to_width: input.shape.width,
+                inputs,
+                outputs: fitting_outputs(nodes, input),
+            });
+        } else if !same_space(&output.shape, &input.shape) {
+            faults.push(BuildError::SpaceMismatch {
+                from: from.clone(),
+                from_space: space_name(&output.shape),
+                to: to.clone(),
+                to_space: space_name(&input.shape),
+                outputs: fitting_outputs(nodes, input),
+            });
+        }
+        match edge.via {
+            Synapse::Lowpass { tau } if tau.is_zero() => {
+                faults.push(BuildError::BadSynapse { from, to });
+            }
+            Synapse::None if output.filtered_only => {
+                faults.push(BuildError::Unfiltered { from, to });
+            }
+            _ => {}
+        }
+    }
+}
+
+fn check_arity(nodes: &[NodeDraft], edges: &[EdgeDraft], faults: &mut Vec<BuildError>) {
+    let mut sources: BTreeMap<(usize, usize), Vec<String>> = BTreeMap::new();
+    for edge in edges {
+        let from = &nodes[edge.from.0];
+        let name = port_path(from, &from.ports.outputs[edge.from.1].name);
+        sources.entry(edge.to).or_default().push(name);
+    }
+    for (n, node) in nodes.iter().enumerate() {
+        for (p, input) in node.ports.inputs.iter().enumerate() {
+            match sources.get(&(n, p)) {
+                Some(many) if many.len() > 1 && !input.sum => {
+                    faults.push(BuildError::TooManySources {
+                        to: port_path(node, &input.name),
+                        sources: many.clone(),
+                    });
+                }
+                None if !input.optional => faults.push(BuildError::Unfed {
+                    port: port_path(node, &input.name),
+                    outputs: fitting_outputs(nodes, input),
+                }),
+                _ => {}
+            }
+        }
+    }
+}
+
+fn check_probes(draft: &GraphBuilder, time: Timebase, faults: &mut Vec<BuildError>) {
+    for probe in &draft.probes {
+        let node = &draft.nodes[probe.of.0];
+        let port = port_path(node, &node.ports.outputs[probe.of.1].name);
+        if let Err(wrong) = time.ticks(probe.spec.period) {
+            faults.push(BuildError::BadProbe { port: port.clone(), reason: wrong.to_string() });
+        }
+        if probe.spec.capacity == Capacity::Last(0) {
+            let reason = "it keeps the last 0 samples; at least 1 is needed".into();
+            faults.push(BuildError::BadProbe { port: port.clone(), reason });
+        }
+        if matches!(probe.spec.filter, Synapse::Lowpass { tau } if tau.is_zero()) {
+            let reason = "its filter has a time constant of zero; use more than 0".into();
+            faults.push(BuildError::BadProbe { port, reason });
+        }
+    }
+}
+
+/// The order of emits, every node after those whose outputs it reads in the same tick; ties by
+/// path. Notes a fault for every set of nodes that wait for each other.
+fn emit_order(
+    nodes: &[SoundNode],
+    edges: &[EdgeDraft],
+    faults: &mut Vec<BuildError>,
+) -> Vec<usize> {
+    let mut after: Vec<Vec<usize>> = vec![Vec::new(); nodes.len()];
+    let mut before: Vec<Vec<usize>> = vec![Vec::new(); nodes.len()];
+    for edge in edges {
+        let output = nodes[edge.from.0].ports.outputs.get(edge.from.1);
+        let input = nodes[edge.to.0].ports.inputs.get(edge.to.1);
+        let (Some(output), Some(input)) = (output, input) else { continue };
+        if edge.via == Synapse::None && !output.registered && !input.at_advance {
+            after[edge.from.0].push(edge.to.0);
+            before[edge.to.0].push(edge.from.0);
+        }
+    }
+    let mut waiting: Vec<usize> = before.iter().map(Vec::len).collect();
+    let mut ready: BinaryHeap<Reverse<usize>> =
+        waiting.iter().enumerate().filter(|(_, w)| **w == 0).map(|(n, _)| Reverse(n)).collect();
+    let mut order = Vec::with_capacity(nodes.len());
+    while let Some(Reverse(node)) = ready.pop() {
+        order.push(node);
+        for next in &after[node] {
+            waiting[*next] -= 1;
+            if waiting[*next] == 0 {
+                ready.push(Reverse(*next));
+            }
+        }
+    }
+    let mut told = vec![false; nodes.len()];
+    for start in (0..nodes.len()).filter(|n| waiting[*n] > 0) {
+        // Every node that never became ready has one before it that did not either, so walking
+        // backwards must run into a loop, or into nodes whose loop has been told already.
+        let mut trail: Vec<usize> = Vec::new();
+        let mut at = start;
+        while !told[at] {
+            told[at] = true;
+            trail.push(at);
+            let Some(prior) = before[at].iter().copied().find(|p| waiting[*p] > 0) else { break };
+            if let Some(first) = trail.iter().position(|n| *n == prior) {
+                let mut path: Vec<String> =
+                    trail[first..].iter().rev().map(|n| nodes[*n].path.clone()).collect();
+                path.push(path[0].clone());
+                faults.push(BuildError::AlgebraicLoop { path });
+            }
+            at = prior;
+        }
+    }
+    order
+}

@@ -1,0 +1,227 @@
+//! A frozen graph: immutable, shared by simulators, all places in the arenas fixed.
+
+use std::fmt::Write as _;
+
+use super::error::SimError;
+use super::node::{Node, OutSlot, Slot};
+use super::port::{Kind, Out, PortDecl, PortRef, ScratchSpec, Span};
+use super::probe::Capacity;
+use super::seed::Seed;
+use super::synapse::Synapse;
+use super::time::Timebase;
+
+/// Where a filter or probe reads: this tick's signals, or registered outputs as just written.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Source {
+    Signal(Span),
+    Registered(Span),
+}
+
+#[derive(Debug, Clone)]
+pub(crate) struct GatherPlan {
+    pub into: Span,
+    pub sources: Box<[Slot]>,
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FilterPlan {
+    pub source: Source,
+    pub held: Span,
+    pub decay: f32,
+}
+
+pub(crate) struct NodePlan {
+    pub path: String,
+    pub body: Box<dyn Node>,
+    pub ports: PortDecl,
+    pub emits: bool,
+    pub advances: bool,
+    pub signals: Span,
+    pub registered: Span,
+    pub outs: Box<[OutSlot]>,
+    pub emit_slots: Box<[Slot]>,
+    pub advance_slots: Box<[Slot]>,
+    pub emit_gathers: Box<[GatherPlan]>,
+    pub advance_gathers: Box<[GatherPlan]>,
+    pub reals: Span,
+    pub words: Span,
+    pub longs: Span,
+}
+
+#[derive(Debug, Clone)]
+pub(crate) struct ProbePlan {
+    pub source: Source,
+    pub period_ticks: u64,
+    pub decay: Option<f32>,
+    pub filter: Span,
+    pub capacity: Capacity,
+    pub node: usize,
+    pub output: usize,
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct WorldPlan {
+    pub node: usize,
+    pub sense: Span,
+    pub command_width: usize,
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct EdgeInfo {
+    pub from: (usize, usize),
+    pub to: (usize, usize),
+    pub via: Synapse,
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sizes {
+    pub signals: usize,
+    pub registered: usize,
+    pub held: usize,
+    pub gathered: usize,
+    pub reals: usize,
+    pub words: usize,
+    pub longs: usize,
+    pub probe_filters: usize,
+    pub scratch: ScratchSpec,
+}
+
+/// A graph ready to run. It never changes; simulators share it by `Arc`.
+pub struct Graph {
+    pub(crate) builder: u64,
+    /// From the builder's node number to the place in `nodes`.
+    pub(crate) handles: Vec<usize>,
+    /// In the order of emits.
+    pub(crate) nodes: Vec<NodePlan>,
+    pub(crate) filters: Vec<FilterPlan>,
+    pub(crate) probes: Vec<ProbePlan>,
+    pub(crate) world: Option<WorldPlan>,
+    pub(crate) edges: Vec<EdgeInfo>,
+    pub(crate) sizes: Sizes,
+    pub(crate) time: Timebase,
+    pub(crate) seed: Seed,
+    pub(crate) fingerprint: u64,
+}
+
+impl std::fmt::Debug for Graph {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Graph({} nodes, {} edges)", self.nodes.len(), self.edges.len())
+    }
+}
+
+/// An output found by its path, for observers that have no typed handle.
+#[derive(Debug, Clone, Copy)]
+pub struct OutputRef {
+    pub(crate) source: Source,
+}
+
+impl Graph {
+    /// The clock.
+    pub fn timebase(&self) -> Timebase {
+        self.time
+    }
+
+    /// The build seed.
+    pub fn seed(&self) -> Seed {
+        self.seed
+    }
+
+    /// How many nodes there are.
+    pub fn node_count(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// How many edges there are.
+    pub fn edge_count(&self) -> usize {
+        self.edges.len()
+    }
+
+    /// The nodes' paths, in the order in which they emit.
+    pub fn paths(&self) -> impl Iterator<Item = &str> {
+        self.nodes.iter().map(|n| n.path.as_str())
+    }
+
+    /// Every output as `path.port`, in the order in which they are written.
+    pub fn outputs(&self) -> impl Iterator<Item = String> + '_ {
+        self.nodes
+            .iter()
+            .flat_map(|n| n.ports.outputs.iter().map(move |o| format!("{}.{}", n.path, o.name)))
+    }
+
+    /// Finds the output `path.port`.
+    ///
+    /// # Errors
+    /// [`SimError::UnknownOutput`], listing those that exist.
+    pub fn output(&self, name: &str) -> Result<OutputRef, SimError> {
+        if let Some((path, port)) = name.rsplit_once('.')
+            && let Some(node) = self.nodes.iter().find(|n| n.path == path)
+            && let Some(index) = node.ports.outputs.iter().position(|o| o.name == port)
+        {
+            return Ok(OutputRef { source: source_of(node.outs[index]) });
+        }
+        Err(SimError::UnknownOutput { asked: name.into(), choices: self.outputs().collect() })
+    }
+
+    pub(crate) fn source<K: Kind>(&self, out: &Out<K>) -> Option<Source> {
+        match &out.port {
+            PortRef::Known { builder, node, port } if *builder == self.builder => {
+                let plan = &self.nodes[*self.handles.get(*node)?];
+                Some(source_of(*plan.outs.get(*port)?))
+            }
+            _ => None,
+        }
+    }
+
+    /// The graph as text for Graphviz: a box for each node, clusters for modules, an edge label
+    /// for each synapse; dashed edges cost a tick.
+    pub fn to_dot(&self) -> String {
+        let mut by_path: Vec<usize> = (0..self.nodes.len()).collect();
+        by_path.sort_by(|a, b| self.nodes[*a].path.cmp(&self.nodes[*b].path));
+        let mut dot = String::from(
+            "digraph symbolt {\n  rankdir=LR;\n  node [shape=box, fontname=\"Helvetica\"];\n",
+        );
+        let mut open: Vec<&str> = Vec::new();
+        for index in by_path {
+            let node = &self.nodes[index];
+            let mut parts: Vec<&str> = node.path.split('/').collect();
+            let name = parts.pop().unwrap_or_default();
+            let common = open.iter().zip(&parts).take_while(|(a, b)| a == b).count();
+            for depth in (common..open.len()).rev() {
+                let _ = writeln!(dot, "{}}}", "  ".repeat(depth + 1));
+            }
+            open.truncate(common);
+            for part in &parts[common..] {
+                open.push(part);
+                let pad = "  ".repeat(open.len());
+                let _ = writeln!(dot, "{pad}subgraph \"cluster_{}\" {{", open.join("/"));
+                let _ = writeln!(dot, "{pad}  label=\"{part}\";");
+            }
+            let pad = "  ".repeat(open.len() + 1);
+            let width: usize = node.ports.outputs.iter().map(|o| o.shape.width).sum();
+            let _ = writeln!(dot, "{pad}n{index} [label=\"{name}\\n{width}\"];");
+        }
+        for depth in (0..open.len()).rev() {
+            let _ = writeln!(dot, "{}}}", "  ".repeat(depth + 1));
+        }
+        for edge in &self.edges {
+            let output = &self.nodes[edge.from.0].ports.outputs[edge.from.1];
+            let input = &self.nodes[edge.to.0].ports.inputs[edge.to.1];
+            let (label, style) = match edge.via {
+                Synapse::Lowpass { tau } => (format!(" {tau}"), "dashed"),
+                Synapse::None if output.registered => (String::new(), "dashed"),
+                Synapse::None => (String::new(), "solid"),
+            };
+            let _ = writeln!(
+                dot,
+                "  n{} -> n{} [label=\"{} > {}{label}\", style={style}];",
+                edge.from.0, edge.to.0, output.name, input.name
+            );
+        }
+        dot.push_str("}\n");
+        dot
+    }
+}
+
+fn source_of(out: OutSlot) -> Source {
+    if out.registered { Source::Registered(out.span) } else { Source::Signal(out.span) }
+}

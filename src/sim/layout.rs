@@ -1,0 +1,274 @@
+//! Lays a sound description out in arenas: where every signal, filter and state stands.
+
+use std::collections::HashMap;
+
+use super::builder::{EdgeDraft, ProbeDraft};
+use super::error::BuildError;
+use super::graph::{
+    EdgeInfo, FilterPlan, GatherPlan, Graph, NodePlan, ProbePlan, Sizes, Source, WorldPlan,
+};
+use super::node::{Node, OutSlot, Slot};
+use super::port::{PortDecl, ScratchSpec, Span};
+use super::seed::{Seed, fnv1a};
+use super::synapse::Synapse;
+use super::time::{SimDuration, Timebase};
+
+/// A node that passed the checks.
+pub(crate) struct SoundNode {
+    pub path: String,
+    pub body: Box<dyn Node>,
+    pub ports: PortDecl,
+    pub world: bool,
+}
+
+/// A description that passed the checks.
+pub(crate) struct Sound {
+    pub builder: u64,
+    /// By path.
+    pub nodes: Vec<SoundNode>,
+    /// By target, then source path.
+    pub edges: Vec<EdgeDraft>,
+    pub probes: Vec<ProbeDraft>,
+    pub order: Vec<usize>,
+    pub time: Timebase,
+    pub seed: Seed,
+    /// From the builder's node number to the place in `nodes`.
+    pub moved: Vec<usize>,
+}
+
+/// Hands out consecutive ranges.
+#[derive(Default)]
+struct Tape(usize);
+
+impl Tape {
+    fn take(&mut self, len: usize) -> Span {
+        let start = self.0;
+        self.0 += len;
+        // Sizes are checked against the limit before any span is used.
+        Span { start: start as u32, end: self.0 as u32 }
+    }
+}
+
+/// Most numbers in one arena: spans are 32-bit.
+const LIMIT: usize = u32::MAX as usize;
+
+pub(crate) fn lay_out(sound: Sound) -> Result<Graph, BuildError> {
+    let fingerprint = fingerprint(&sound);
+    let Sound { builder, nodes, edges, probes, order, time, seed, moved } = sound;
+    let mut signals = Tape::default();
+    let mut registered = Tape::default();
+    let (mut reals, mut words, mut longs) = (Tape::default(), Tape::default(), Tape::default());
+    let mut outs: Vec<Vec<OutSlot>> = vec![Vec::new(); nodes.len()];
+    let mut own = vec![(Span::default(), Span::default()); nodes.len()];
+    let mut scratch = ScratchSpec::default();
+    for at in &order {
+        let ports = &nodes[*at].ports;
+        let (first_signal, first_registered) = (signals.0, registered.0);
+        for output in &ports.outputs {
+            let tape = if output.registered { &mut registered } else { &mut signals };
+            let span = tape.take(output.shape.width);
+            outs[*at].push(OutSlot { span, registered: output.registered });
+        }
+        own[*at] = (
+            Span { start: first_signal as u32, end: signals.0 as u32 },
+            Span { start: first_registered as u32, end: registered.0 as u32 },
+        );
+        scratch.reals = scratch.reals.max(ports.scratch.reals);
+        scratch.doubles = scratch.doubles.max(ports.scratch.doubles);
+        scratch.complexes = scratch.complexes.max(ports.scratch.complexes);
+        scratch.words = scratch.words.max(ports.scratch.words);
+    }
+
+    // Filters stand behind the registered outputs in the held arena; edges from one source with
+    // one time constant share a filter.
+    let mut held = Tape(registered.0);
+    let mut filters: Vec<FilterPlan> = Vec::new();
+    let mut shared: HashMap<((usize, usize), SimDuration), usize> = HashMap::new();
+    let mut sources: Vec<Vec<Vec<Slot>>> =
+        nodes.iter().map(|n| vec![Vec::new(); n.ports.inputs.len()]).collect();
+    for edge in &edges {
+        let out = outs[edge.from.0][edge.from.1];
+        let slot = match edge.via {
+            Synapse::None if out.registered => Slot::Held(out.span),
+            Synapse::None => Slot::Signal(out.span),
+            Synapse::Lowpass { tau } => {
+                let index = *shared.entry((edge.from, tau)).or_insert_with(|| {
+                    filters.push(FilterPlan {
+                        source: source_of(out),
+                        held: held.take(out.span.len()),
+                        decay: edge.via.decay(time.dt_s()).unwrap_or_default(),
+                    });
+                    filters.len() - 1
+                });
+                Slot::Held(filters[index].held)
+            }
+        };
+        sources[edge.to.0][edge.to.1].push(slot);
+    }
+
+    let mut gathered = Tape::default();
+    let mut plans = Vec::with_capacity(nodes.len());
+    let mut place = vec![0; nodes.len()];
+    for (rank, at) in order.iter().enumerate() {
+        place[*at] = rank;
+    }
+    let mut slots: Vec<Option<SoundNode>> = nodes.into_iter().map(Some).collect();
+    let mut world = None;
+    for at in &order {
+        let Some(node) = slots[*at].take() else { continue };
+        let ports = &node.ports;
+        let mut emit_slots = Vec::with_capacity(ports.inputs.len());
+        let mut advance_slots = Vec::with_capacity(ports.inputs.len());
+        let (mut emit_gathers, mut advance_gathers) = (Vec::new(), Vec::new());
+        for (input, feeds) in ports.inputs.iter().zip(&sources[*at]) {
+            let slot = match feeds.as_slice() {
+                [only] => *only,
+                many => {
+                    let into = gathered.take(input.shape.width);
+                    if !many.is_empty() {
+                        let plan = GatherPlan { into, sources: many.into() };
+                        if input.at_advance { &mut advance_gathers } else { &mut emit_gathers }
+                            .push(plan);
+                    }
+                    Slot::Gathered(into)
+                }
+            };
+            emit_slots.push(if input.at_advance { Slot::OtherPhase } else { slot });
+            advance_slots.push(slot);
+        }
+        let (signal_span, registered_span) = own[*at];
+        let has_state = ports.state != Default::default();
+        let advances = !node.world
+            && (has_state
+                || ports.always_advance
+                || registered_span.len() > 0
+                || ports.inputs.iter().any(|i| i.at_advance));
+        if node.world {
+            world = Some(WorldPlan {
+                node: plans.len(),
+                sense: registered_span,
+                command_width: ports.inputs.iter().map(|i| i.shape.width).sum(),
+            });
+        }
+        plans.push(NodePlan {
+            emits: signal_span.len() > 0,
+            advances,
+            signals: signal_span,
+            registered: registered_span,
+            outs: outs[*at].clone().into(),
+            emit_slots: emit_slots.into(),
+            advance_slots: advance_slots.into(),
+            emit_gathers: emit_gathers.into(),
+            advance_gathers: advance_gathers.into(),
+            reals: reals.take(ports.state.reals),
+            words: words.take(ports.state.words),
+            longs: longs.take(ports.state.longs),
+            path: node.path,
+            body: node.body,
+            ports: node.ports,
+        });
+    }
+
+    let mut probe_filters = Tape::default();
+    let probes: Vec<ProbePlan> = probes
+        .iter()
+        .map(|probe| {
+            let out = outs[probe.of.0][probe.of.1];
+            ProbePlan {
+                source: source_of(out),
+                period_ticks: time.ticks(probe.spec.period).unwrap_or(1).max(1),
+                decay: probe.spec.filter.decay(time.dt_s()),
+                filter: match probe.spec.filter {
+                    Synapse::None => Span::default(),
+                    Synapse::Lowpass { .. } => probe_filters.take(out.span.len()),
+                },
+                capacity: probe.spec.capacity,
+                node: place[probe.of.0],
+                output: probe.of.1,
+            }
+        })
+        .collect();
+
+    let sizes = Sizes {
+        signals: signals.0,
+        registered: registered.0,
+        held: held.0,
+        gathered: gathered.0,
+        reals: reals.0,
+        words: words.0,
+        longs: longs.0,
+        probe_filters: probe_filters.0,
+        scratch,
+    };
+    let largest =
+        [sizes.signals, sizes.held, sizes.gathered, sizes.reals, sizes.words, sizes.longs]
+            .into_iter()
+            .max()
+            .unwrap_or(0);
+    if largest > LIMIT {
+        return Err(BuildError::TooLarge { numbers: largest, limit: LIMIT });
+    }
+    let edges = edges
+        .iter()
+        .map(|e| EdgeInfo {
+            from: (place[e.from.0], e.from.1),
+            to: (place[e.to.0], e.to.1),
+            via: e.via,
+        })
+        .collect();
+    Ok(Graph {
+        builder,
+        handles: moved.iter().map(|sorted| place[*sorted]).collect(),
+        nodes: plans,
+        filters,
+        probes,
+        world,
+        edges,
+        sizes,
+        time,
+        seed,
+        fingerprint,
+    })
+}
+
+fn source_of(out: OutSlot) -> Source {
+    if out.registered { Source::Registered(out.span) } else { Source::Signal(out.span) }
+}
+
+/// A hash of everything that a snapshot depends on.
+fn fingerprint(sound: &Sound) -> u64 {
+    let mut hash = fnv1a(0xCBF2_9CE4_8422_2325, b"symbolt graph 1");
+    let mut put = |bytes: &[u8]| hash = fnv1a(fnv1a(hash, bytes), &[0xFE]);
+    put(&sound.seed.value().to_le_bytes());
+    put(&sound.time.tick().as_micros().to_le_bytes());
+    for node in &sound.nodes {
+        put(node.path.as_bytes());
+        let s = node.ports.state;
+        for number in [s.reals, s.words, s.longs] {
+            put(&(number as u64).to_le_bytes());
+        }
+        for (name, width) in node
+            .ports
+            .inputs
+            .iter()
+            .map(|p| (&p.name, p.shape.width))
+            .chain(node.ports.outputs.iter().map(|p| (&p.name, p.shape.width)))
+        {
+            put(name.as_bytes());
+            put(&(width as u64).to_le_bytes());
+        }
+    }
+    for edge in &sound.edges {
+        for number in [edge.from.0, edge.from.1, edge.to.0, edge.to.1] {
+            put(&(number as u64).to_le_bytes());
+        }
+        if let Synapse::Lowpass { tau } = edge.via {
+            put(&tau.as_micros().to_le_bytes());
+        }
+    }
+    for probe in &sound.probes {
+        put(&(probe.of.0 as u64).to_le_bytes());
+        put(&(probe.of.1 as u64).to_le_bytes());
+    }
+    hash
+}

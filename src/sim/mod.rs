@@ -1,0 +1,47 @@
+//! The engine: ticks, ports, nodes, synapses, the graph builder and its checks, the simulator.
+//!
+//! Three types, one after the other: a [`GraphBuilder`] describes, [`GraphBuilder::build`] consumes
+//! it into an immutable [`Graph`], and a [`Simulator`] runs the graph with arenas of its own.
+//! Nothing here knows symbols, neurons or robots.
+//!
+//! Two things differ from the usual shape of such engines. Unfiltered inputs are not copied: signals
+//! stand in topological order, so a node reads earlier ones in place while it writes its own, without
+//! `unsafe`. And edges that leave one output with one time constant share a filter.
+
+mod arena;
+mod builder;
+mod check;
+mod error;
+mod graph;
+mod layout;
+mod lowering;
+mod node;
+mod nodes;
+mod port;
+mod probe;
+mod seed;
+mod simulator;
+mod snapshot;
+mod synapse;
+mod time;
+mod world;
+
+pub use builder::{EdgeId, GraphBuilder, Module, Scope};
+pub use error::{BuildError, BuildErrors, ConfigError, NodeFault, SimError, WorldError};
+pub use graph::{Graph, OutputRef};
+pub use lowering::{LayerRequest, Lowering, LoweringFault, PendingLayer};
+pub use node::{
+    AdvanceIo, Complex, EmitIo, Inputs, Node, Outputs, Real, Scratch, State, StateMut, StepCx,
+};
+pub use nodes::{Add, AddPorts, Constant, Noise, NoisePorts, Stimulus};
+pub use port::{
+    AnyInput, AnyOutput, In, InputSpec, Kind, NodePorts, Out, OutputSpec, Pointer, PortDecl,
+    Scalar, ScratchSpec, Space, StateSpec, Vector, VocabTag,
+};
+pub use probe::{Capacity, ProbeId, ProbeSpec, Samples};
+pub use seed::Seed;
+pub use simulator::{RunConfig, RunReport, SimView, Simulator, Stop, StopReason};
+pub use snapshot::Snapshot;
+pub use synapse::Synapse;
+pub use time::{SimDuration, Timebase};
+pub use world::{ScriptedWorld, World, WorldLink, WorldSave};

@@ -1,0 +1,551 @@
+//! Running a graph: the tick, runs and their reports, reset.
+//!
+//! One tick: emit in topological order, advance, latch registered outputs and edge filters, check
+//! that all numbers are finite, step the world if it is due, sample the probes. Nothing in a tick
+//! allocates; storage for probes that keep everything is reserved between blocks of ticks.
+//!
+//! Cost: a node that copies one number takes about 10 ns a tick, a filter about 0.1 ns a
+//! component (`graph/tick` in the benches).
+
+use std::marker::PhantomData;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use super::arena::Arenas;
+use super::error::SimError;
+use super::graph::{Graph, OutputRef, Source};
+use super::node::{AdvanceIo, EmitIo, Inputs, Outputs, Real, Scratch, State, StateMut, StepCx};
+use super::port::{Kind, Out};
+use super::probe::{Capacity, ProbeId, Recording, Samples};
+use super::seed::Seed;
+use super::synapse::latch;
+use super::time::SimDuration;
+use super::world::World;
+
+/// What a run brings beside the graph.
+pub struct RunConfig {
+    /// The run seed: noise and the world.
+    pub seed: Seed,
+    /// A multiplier of every noise amplitude in the graph; 1 leaves them as described, 0 must
+    /// give exactly the noise-free graph.
+    pub noise: Real,
+    /// The world, if the graph has a link to one.
+    pub world: Option<Box<dyn World>>,
+}
+
+impl Default for RunConfig {
+    fn default() -> Self {
+        Self { seed: Seed::new(1), noise: 1.0, world: None }
+    }
+}
+
+impl RunConfig {
+    /// A run with `seed` and noise as described, without a world.
+    pub fn seeded(seed: Seed) -> Self {
+        Self { seed, ..Self::default() }
+    }
+
+    /// Adds a world.
+    pub fn in_world(mut self, world: impl World + 'static) -> Self {
+        self.world = Some(Box::new(world));
+        self
+    }
+
+    /// Sets the multiplier of every noise amplitude.
+    pub fn with_noise(mut self, scale: Real) -> Self {
+        self.noise = scale;
+        self
+    }
+}
+
+/// Why a run came to its end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum StopReason {
+    /// The time given was used up.
+    TimeUp,
+    /// The caller's condition held; the caller's own word for it.
+    Condition(&'static str),
+}
+
+/// What a stop condition returns: go on, or stop and why.
+pub type Stop = ControlFlow<StopReason>;
+
+/// How a run went.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RunReport {
+    /// Why it ended.
+    pub reason: StopReason,
+    /// How many ticks it took.
+    pub ticks: u64,
+    /// How much simulated time that is.
+    pub span: SimDuration,
+}
+
+/// What a stop condition can look at after a tick.
+pub struct SimView<'a> {
+    sim: &'a Simulator,
+}
+
+impl<'a> SimView<'a> {
+    /// Ticks done since the start.
+    pub fn tick(&self) -> u64 {
+        self.sim.tick
+    }
+
+    /// Simulated seconds since the start.
+    pub fn time_s(&self) -> f64 {
+        self.sim.time_s()
+    }
+
+    /// The values of an output after this tick (a registered output: as just written). Empty for
+    /// a handle of another graph.
+    pub fn value<K: Kind>(&self, of: &Out<K>) -> &'a [Real] {
+        self.sim.value(of)
+    }
+
+    /// The world of this run.
+    pub fn world(&self) -> Option<&'a dyn World> {
+        self.sim.world()
+    }
+}
+
+/// A running graph: shares the graph, owns every number that changes.
+pub struct Simulator {
+    pub(crate) graph: Arc<Graph>,
+    pub(crate) arenas: Arenas,
+    pub(crate) tick: u64,
+    pub(crate) seed: Seed,
+    pub(crate) noise: Real,
+    pub(crate) world: Option<Box<dyn World>>,
+    world_ticks: u64,
+    node_seeds: Vec<Seed>,
+    recordings: Vec<Recording>,
+    command: Vec<Real>,
+}
+
+/// Ticks between two reservations of probe storage.
+const BLOCK: u64 = 4096;
+
+impl Simulator {
+    /// A run of `graph` from its first tick, its world reset.
+    ///
+    /// # Errors
+    /// If the run's world does not fit the graph's link, its period is no whole number of ticks,
+    /// the noise scale is not a finite number of at least 0, or the world cannot be reset.
+    pub fn new(graph: Arc<Graph>, run: RunConfig) -> Result<Self, SimError> {
+        if !run.noise.is_finite() || run.noise < 0.0 {
+            return Err(SimError::BadNoise { scale: run.noise });
+        }
+        let (linked, given) = (graph.world.is_some(), run.world.is_some());
+        if linked != given {
+            return Err(SimError::WorldMissing { linked, given });
+        }
+        let world_ticks = match &run.world {
+            Some(world) => fit_world(&graph, &**world)?,
+            None => 0,
+        };
+        let command = vec![0.0; graph.world.as_ref().map_or(0, |w| w.command_width)];
+        let recordings = graph.probes.iter().map(|_| Recording::default()).collect();
+        let mut sim = Self {
+            arenas: Arenas::new(&graph.sizes),
+            graph,
+            tick: 0,
+            seed: run.seed,
+            noise: run.noise,
+            world: run.world,
+            world_ticks,
+            node_seeds: Vec::new(),
+            recordings,
+            command,
+        };
+        sim.reseed(run.seed);
+        sim.reset()?;
+        Ok(sim)
+    }
+
+    /// Goes back to the first tick: exactly a fresh run, recordings emptied.
+    ///
+    /// # Errors
+    /// If the world cannot be reset.
+    pub fn reset(&mut self) -> Result<(), SimError> {
+        self.tick = 0;
+        self.clear_recordings();
+        let Self { graph, arenas, .. } = self;
+        arenas.clear();
+        for node in &graph.nodes {
+            let mut state = StateMut {
+                reals: &mut arenas.reals[node.reals.of()],
+                words: &mut arenas.words[node.words.of()],
+                longs: &mut arenas.longs[node.longs.of()],
+            };
+            let mut registered = Outputs {
+                spans: &node.outs,
+                base: node.registered.start as usize,
+                registered: true,
+                values: &mut arenas.registered[node.registered.of()],
+            };
+            node.body.init(&mut state, &mut registered);
+        }
+        if let (Some(link), Some(world)) = (&self.graph.world, &mut self.world) {
+            world
+                .reset(self.seed.derive("", "world"))
+                .map_err(|source| SimError::World { tick: 0, source })?;
+            world.sense(&mut self.arenas.registered[link.sense.of()]);
+        }
+        self.arenas.commit_registered();
+        Ok(())
+    }
+
+    /// Makes `seed` the run seed; the world keeps its state.
+    pub(crate) fn reseed(&mut self, seed: Seed) {
+        self.seed = seed;
+        self.node_seeds = self.graph.nodes.iter().map(|n| seed.derive(&n.path, "noise")).collect();
+    }
+
+    /// The graph.
+    pub fn graph(&self) -> &Arc<Graph> {
+        &self.graph
+    }
+
+    /// Ticks done since the start.
+    pub fn tick(&self) -> u64 {
+        self.tick
+    }
+
+    /// Simulated seconds since the start.
+    pub fn time_s(&self) -> f64 {
+        self.tick as f64 * self.graph.time.dt_s()
+    }
+
+    /// The world of this run.
+    pub fn world(&self) -> Option<&dyn World> {
+        self.world.as_deref()
+    }
+
+    /// The world of this run, to be disturbed between runs.
+    pub fn world_mut(&mut self) -> Option<&mut (dyn World + 'static)> {
+        self.world.as_deref_mut()
+    }
+
+    /// Exchanges the run's world without resetting it; it is sensed at once.
+    ///
+    /// # Errors
+    /// As [`Simulator::new`] for a world that does not fit; the old one then stays.
+    pub fn replace_world(&mut self, world: Box<dyn World>) -> Result<(), SimError> {
+        let Some(link) = self.graph.world else {
+            return Err(SimError::WorldMissing { linked: false, given: true });
+        };
+        let period = fit_world(&self.graph, &*world)?;
+        world.sense(&mut self.arenas.registered[link.sense.of()]);
+        self.arenas.commit_registered();
+        self.world = Some(world);
+        self.world_ticks = period;
+        Ok(())
+    }
+
+    /// Runs for `span`.
+    ///
+    /// # Errors
+    /// If `span` is no whole number of ticks, a node or the world fails, or a value is not finite.
+    pub fn run_for(&mut self, span: SimDuration) -> Result<RunReport, SimError> {
+        self.run_until(span, |_| ControlFlow::Continue(()))
+    }
+
+    /// Runs until `stop` breaks, looked at after every tick, or for `limit` at most.
+    ///
+    /// # Errors
+    /// As [`Simulator::run_for`].
+    pub fn run_until(
+        &mut self,
+        limit: SimDuration,
+        mut stop: impl FnMut(SimView<'_>) -> Stop,
+    ) -> Result<RunReport, SimError> {
+        let limit = self.graph.time.ticks(limit)?;
+        let mut done = 0;
+        let mut reason = StopReason::TimeUp;
+        'run: while done < limit {
+            let block = BLOCK.min(limit - done);
+            self.reserve(block)?;
+            for _ in 0..block {
+                self.step()?;
+                done += 1;
+                if let ControlFlow::Break(why) = stop(SimView { sim: self }) {
+                    reason = why;
+                    break 'run;
+                }
+            }
+        }
+        Ok(RunReport { reason, ticks: done, span: self.graph.time.span(done) })
+    }
+
+    /// The values of an output after the last tick (a registered output: as just written). Empty
+    /// for a handle of another graph.
+    pub fn value<K: Kind>(&self, of: &Out<K>) -> &[Real] {
+        self.graph.source(of).map_or(&[], |source| self.arenas.source(source))
+    }
+
+    /// The values of an output found by path.
+    pub fn value_of(&self, of: OutputRef) -> &[Real] {
+        self.arenas.source(of.source)
+    }
+
+    /// What a probe has recorded. Empty for a handle of another graph.
+    pub fn samples<K: Kind>(&self, probe: &ProbeId<K>) -> Samples<'_, K> {
+        static NONE: Recording = Recording { ticks: Vec::new(), values: Vec::new(), head: 0 };
+        let own = probe.builder == self.graph.builder;
+        let (recording, width) = match self.graph.probes.get(probe.index) {
+            Some(plan) if own => (&self.recordings[probe.index], plan.source.span().len()),
+            _ => (&NONE, 0),
+        };
+        Samples { recording, width, dt_s: self.graph.time.dt_s(), kind: PhantomData }
+    }
+
+    /// Forgets what all probes have recorded.
+    pub fn clear_recordings(&mut self) {
+        self.recordings.iter_mut().for_each(Recording::clear);
+    }
+
+    /// Makes room for the samples of `ticks` more ticks.
+    fn reserve(&mut self, ticks: u64) -> Result<(), SimError> {
+        for (plan, recording) in self.graph.probes.iter().zip(&mut self.recordings) {
+            let coming = (ticks / plan.period_ticks + 1) as usize;
+            let more = match plan.capacity {
+                Capacity::All => coming,
+                Capacity::Last(most) => most.saturating_sub(recording.ticks.len()).min(coming),
+            };
+            let width = plan.source.span().len();
+            let room = recording
+                .ticks
+                .try_reserve(more)
+                .and_then(|()| recording.values.try_reserve(more.saturating_mul(width)));
+            if room.is_err() {
+                let node = &self.graph.nodes[plan.node];
+                let port = format!("{}.{}", node.path, node.ports.outputs[plan.output].name);
+                return Err(SimError::ProbeStorage { port, samples: more });
+            }
+        }
+        Ok(())
+    }
+
+    /// One tick.
+    fn step(&mut self) -> Result<(), SimError> {
+        let Self { graph, arenas, tick, noise, node_seeds, .. } = self;
+        let tick = *tick;
+        let mut cx = StepCx {
+            tick,
+            time: graph.time,
+            noise_scale: *noise,
+            node_seed: Seed::new(0),
+            graph: PhantomData,
+        };
+        for (node, seed) in graph.nodes.iter().zip(&*node_seeds) {
+            if !node.emits {
+                continue;
+            }
+            cx.node_seed = *seed;
+            let (earlier, own) = arenas.signals.split_at_mut(node.signals.start as usize);
+            for gather in &node.emit_gathers {
+                gather.run(earlier, &arenas.held, &mut arenas.gathered);
+            }
+            let mut io = EmitIo {
+                inputs: Inputs {
+                    slots: &node.emit_slots,
+                    signals: earlier,
+                    held: &arenas.held,
+                    gathered: &arenas.gathered,
+                },
+                outputs: Outputs {
+                    spans: &node.outs,
+                    base: node.signals.start as usize,
+                    registered: false,
+                    values: &mut own[..node.signals.len()],
+                },
+                state: State {
+                    reals: &arenas.reals[node.reals.of()],
+                    words: &arenas.words[node.words.of()],
+                    longs: &arenas.longs[node.longs.of()],
+                },
+                scratch: arenas.scratch.lend(&node.ports.scratch),
+            };
+            node.body.emit(&cx, &mut io);
+        }
+        for (node, seed) in graph.nodes.iter().zip(&*node_seeds) {
+            if !node.advances {
+                continue;
+            }
+            cx.node_seed = *seed;
+            for gather in &node.advance_gathers {
+                gather.run(&arenas.signals, &arenas.held, &mut arenas.gathered);
+            }
+            let mut io = AdvanceIo {
+                inputs: Inputs {
+                    slots: &node.advance_slots,
+                    signals: &arenas.signals,
+                    held: &arenas.held,
+                    gathered: &arenas.gathered,
+                },
+                outputs: Outputs {
+                    spans: &node.outs,
+                    base: node.registered.start as usize,
+                    registered: true,
+                    values: &mut arenas.registered[node.registered.of()],
+                },
+                state: StateMut {
+                    reals: &mut arenas.reals[node.reals.of()],
+                    words: &mut arenas.words[node.words.of()],
+                    longs: &mut arenas.longs[node.longs.of()],
+                },
+                scratch: arenas.scratch.lend(&node.ports.scratch),
+            };
+            node.body.advance(&cx, &mut io).map_err(|source| SimError::Node {
+                path: node.path.clone(),
+                tick,
+                source,
+            })?;
+        }
+        for filter in &graph.filters {
+            let input = match filter.source {
+                Source::Signal(span) => &arenas.signals[span.of()],
+                Source::Registered(span) => &arenas.registered[span.of()],
+            };
+            latch(filter.decay, input, &mut arenas.held[filter.held.of()]);
+        }
+        if !arenas.all_finite() {
+            return Err(self.blame_non_finite());
+        }
+        self.step_world()?;
+        self.arenas.commit_registered();
+        self.sample_probes();
+        self.tick += 1;
+        Ok(())
+    }
+
+    /// Steps the world at the end of its period and shows what it senses.
+    fn step_world(&mut self) -> Result<(), SimError> {
+        let tick = self.tick;
+        let (Some(link), Some(world)) = (&self.graph.world, &mut self.world) else {
+            return Ok(());
+        };
+        if !(tick + 1).is_multiple_of(self.world_ticks) {
+            return Ok(());
+        }
+        let node = &self.graph.nodes[link.node];
+        for gather in &node.advance_gathers {
+            gather.run(&self.arenas.signals, &self.arenas.held, &mut self.arenas.gathered);
+        }
+        let inputs = Inputs {
+            slots: &node.advance_slots,
+            signals: &self.arenas.signals,
+            held: &self.arenas.held,
+            gathered: &self.arenas.gathered,
+        };
+        let mut at = 0;
+        for index in 0..node.advance_slots.len() {
+            let value = inputs.get(index);
+            self.command[at..at + value.len()].copy_from_slice(value);
+            at += value.len();
+        }
+        world.advance(&self.command).map_err(|source| SimError::World { tick, source })?;
+        world.sense(&mut self.arenas.registered[link.sense.of()]);
+        let sensed = &self.arenas.registered[link.sense.of()];
+        if sensed.iter().all(|v| v.is_finite()) { Ok(()) } else { Err(self.blame_non_finite()) }
+    }
+
+    fn sample_probes(&mut self) {
+        let end = self.tick + 1;
+        for (plan, recording) in self.graph.probes.iter().zip(&mut self.recordings) {
+            let raw = match plan.source {
+                Source::Signal(span) => &self.arenas.signals[span.of()],
+                Source::Registered(span) => &self.arenas.registered[span.of()],
+            };
+            let value = match plan.decay {
+                Some(decay) => {
+                    let filtered = &mut self.arenas.probe_filters[plan.filter.of()];
+                    latch(decay, raw, filtered);
+                    &*filtered
+                }
+                None => raw,
+            };
+            if end.is_multiple_of(plan.period_ticks) {
+                recording.push(end, value, plan.capacity);
+            }
+        }
+    }
+
+    /// Finds the first port that holds a value that is not finite.
+    fn blame_non_finite(&self) -> SimError {
+        let tick = self.tick;
+        for node in &self.graph.nodes {
+            for (out, decl) in node.outs.iter().zip(&node.ports.outputs) {
+                let arena =
+                    if out.registered { &self.arenas.registered } else { &self.arenas.signals };
+                if let Some(value) = arena[out.span.of()].iter().find(|v| !v.is_finite()) {
+                    return SimError::NonFinite {
+                        path: node.path.clone(),
+                        port: decl.name.clone(),
+                        value: *value,
+                        tick,
+                    };
+                }
+            }
+        }
+        // Finite outputs of both signs near the largest float can still overflow in a filter.
+        SimError::NonFinite { path: "an edge".into(), port: "filter".into(), value: f32::NAN, tick }
+    }
+}
+
+/// How many ticks a period of `world` lasts, if it fits the link of `graph`.
+fn fit_world(graph: &Graph, world: &dyn World) -> Result<u64, SimError> {
+    let Some(link) = &graph.world else {
+        return Err(SimError::WorldMissing { linked: false, given: true });
+    };
+    let shapes = [
+        ("sense", world.sense_width(), link.sense.len()),
+        ("command", world.command_width(), link.command_width),
+    ];
+    for (what, has, needs) in shapes {
+        if has != needs {
+            let link = graph.nodes[link.node].path.clone();
+            return Err(SimError::WorldShape { link, what, world: has, graph: needs });
+        }
+    }
+    Ok(graph.time.ticks(world.period())?.max(1))
+}
+
+impl super::graph::GatherPlan {
+    /// Adds the sources up, in the order of their paths.
+    fn run(&self, signals: &[Real], held: &[Real], gathered: &mut [Real]) {
+        let into = &mut gathered[self.into.of()];
+        into.fill(0.0);
+        for source in &self.sources {
+            let values = match source {
+                super::node::Slot::Signal(span) => &signals[span.of()],
+                super::node::Slot::Held(span) => &held[span.of()],
+                _ => continue,
+            };
+            for (sum, value) in into.iter_mut().zip(values) {
+                *sum += value;
+            }
+        }
+    }
+}
+
+impl Source {
+    pub(crate) fn span(self) -> super::port::Span {
+        match self {
+            Self::Signal(span) | Self::Registered(span) => span,
+        }
+    }
+}
+
+impl super::arena::ScratchArena {
+    fn lend(&mut self, spec: &super::port::ScratchSpec) -> Scratch<'_> {
+        Scratch {
+            reals: &mut self.reals[..spec.reals],
+            doubles: &mut self.doubles[..spec.doubles],
+            complexes: &mut self.complexes[..spec.complexes],
+            words: &mut self.words[..spec.words],
+        }
+    }
+}

@@ -1,0 +1,172 @@
+//! Simulated time: integer microseconds for spans, integer ticks for the clock.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use super::error::ConfigError;
+
+/// A span of simulated time, in whole microseconds.
+///
+/// Seconds as floating point appear only at the edges ([`SimDuration::as_secs_f64`]); inside the
+/// engine time is counted in ticks, so it never drifts.
+///
+/// ```
+/// use symbolt::sim::SimDuration;
+/// assert_eq!(SimDuration::from_millis(5).to_string(), "5 ms");
+/// assert_eq!(SimDuration::from_secs_f64(0.0015)?.as_micros(), 1500);
+/// # Ok::<(), symbolt::sim::ConfigError>(())
+/// ```
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize,
+)]
+#[serde(transparent)]
+pub struct SimDuration {
+    micros: u64,
+}
+
+impl SimDuration {
+    /// No time at all.
+    pub const ZERO: Self = Self { micros: 0 };
+
+    /// A span of `micros` microseconds.
+    pub const fn from_micros(micros: u64) -> Self {
+        Self { micros }
+    }
+
+    /// A span of `millis` milliseconds (saturating at about 584,000 years).
+    pub const fn from_millis(millis: u64) -> Self {
+        Self { micros: millis.saturating_mul(1_000) }
+    }
+
+    /// A span of `secs` whole seconds (saturating).
+    pub const fn from_secs(secs: u64) -> Self {
+        Self { micros: secs.saturating_mul(1_000_000) }
+    }
+
+    /// The nearest whole number of microseconds to `secs` seconds.
+    ///
+    /// # Errors
+    /// [`ConfigError::NotADuration`] if `secs` is negative, not finite, or above 10^12 s.
+    pub fn from_secs_f64(secs: f64) -> Result<Self, ConfigError> {
+        if !secs.is_finite() || !(0.0..=1e12).contains(&secs) {
+            return Err(ConfigError::NotADuration { seconds: secs });
+        }
+        Ok(Self { micros: (secs * 1e6).round() as u64 })
+    }
+
+    /// Whole microseconds.
+    pub const fn as_micros(self) -> u64 {
+        self.micros
+    }
+
+    /// Seconds.
+    pub fn as_secs_f64(self) -> f64 {
+        self.micros as f64 * 1e-6
+    }
+
+    /// Milliseconds.
+    pub fn as_millis_f64(self) -> f64 {
+        self.micros as f64 * 1e-3
+    }
+
+    /// Whether the span is empty.
+    pub const fn is_zero(self) -> bool {
+        self.micros == 0
+    }
+}
+
+impl fmt::Display for SimDuration {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.micros.is_multiple_of(1_000) {
+            write!(f, "{} ms", self.micros / 1_000)
+        } else {
+            write!(f, "{} us", self.micros)
+        }
+    }
+}
+
+/// The length of one tick; the default is 1 ms.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Timebase {
+    tick: SimDuration,
+}
+
+impl Default for Timebase {
+    fn default() -> Self {
+        Self { tick: SimDuration::from_millis(1) }
+    }
+}
+
+impl Timebase {
+    /// A clock whose tick lasts `tick`.
+    ///
+    /// # Errors
+    /// [`ConfigError::BadTick`] if `tick` is zero or longer than one second.
+    pub fn new(tick: SimDuration) -> Result<Self, ConfigError> {
+        if tick.is_zero() || tick > SimDuration::from_secs(1) {
+            return Err(ConfigError::BadTick { tick });
+        }
+        Ok(Self { tick })
+    }
+
+    /// The span of one tick.
+    pub const fn tick(&self) -> SimDuration {
+        self.tick
+    }
+
+    /// The span of one tick, in seconds.
+    pub fn dt_s(&self) -> f64 {
+        self.tick.as_secs_f64()
+    }
+
+    /// How many ticks `span` lasts.
+    ///
+    /// # Errors
+    /// [`ConfigError::Indivisible`] if `span` is not a whole number of ticks: nothing is rounded.
+    pub fn ticks(&self, span: SimDuration) -> Result<u64, ConfigError> {
+        if !span.micros.is_multiple_of(self.tick.micros) {
+            return Err(ConfigError::Indivisible { span, tick: self.tick });
+        }
+        Ok(span.micros / self.tick.micros)
+    }
+
+    /// The simulated time that `ticks` ticks take.
+    pub fn span(&self, ticks: u64) -> SimDuration {
+        SimDuration::from_micros(ticks.saturating_mul(self.tick.micros))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_span_that_is_no_whole_number_of_ticks_is_refused() {
+        let time = Timebase::default();
+        assert_eq!(time.ticks(SimDuration::from_millis(43)), Ok(43));
+        let odd = SimDuration::from_micros(1_000_000 / 240);
+        assert!(matches!(time.ticks(odd), Err(ConfigError::Indivisible { .. })));
+    }
+
+    #[test]
+    fn every_whole_millisecond_up_to_five_seconds_counts_exactly() {
+        let time = Timebase::default();
+        let wrong = (1..5000u64)
+            .filter(|ms| {
+                let span = SimDuration::from_secs_f64(*ms as f64 / 1000.0);
+                span.and_then(|s| time.ticks(s)) != Ok(*ms)
+            })
+            .count();
+        assert_eq!(wrong, 0);
+    }
+
+    #[test]
+    fn nonsense_durations_are_refused() {
+        for bad in [-1.0, f64::NAN, f64::INFINITY, 1e13] {
+            assert!(SimDuration::from_secs_f64(bad).is_err(), "{bad}");
+        }
+        assert!(Timebase::new(SimDuration::ZERO).is_err());
+        assert!(Timebase::new(SimDuration::from_secs(2)).is_err());
+    }
+}
