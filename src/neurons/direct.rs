@@ -4,7 +4,7 @@ use crate::sim::{EmitIo, LayerRequest, Node, PortDecl, Real, StepCx};
 
 use super::layer::{INHIBITION, Map, Product, Represent, Select, SelectRule};
 
-/// Passes its input on, scaled back to the radius where it exceeds it.
+/// Passes its input on, scaled back to the radius where it exceeds it, times its gate if it has one.
 pub(crate) struct DirectRepresent(pub Represent);
 
 impl Node for DirectRepresent {
@@ -17,8 +17,10 @@ impl Node for DirectRepresent {
         let output = io.outputs.get_mut(0);
         let square: Real = input.iter().map(|v| v * v).sum();
         let limit = self.0.radius;
-        if square > limit * limit {
-            let scale = limit / square.sqrt();
+        let open = if self.0.gated { io.inputs.scalar(1).clamp(0.0, 1.0) } else { 1.0 };
+        let clamp = if square > limit * limit { limit / square.sqrt() } else { 1.0 };
+        let scale = open * clamp;
+        if scale != 1.0 {
             for (out, value) in output.iter_mut().zip(input) {
                 *out = value * scale;
             }

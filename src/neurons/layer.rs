@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::sim::{
     AnyInput, AnyOutput, In, InputSpec, Kind, LayerRequest, NodePorts, Out, OutputSpec, PortDecl,
-    Real, Scope, Vector,
+    Real, Scalar, Scope, Vector,
 };
 
 /// Asks for a population that holds a value of any kind.
@@ -16,12 +16,24 @@ pub struct Represent {
     pub(crate) input: AnyInput,
     pub(crate) output: AnyOutput,
     pub(crate) radius: Real,
+    pub(crate) gated: bool,
 }
 
 impl Represent {
     /// A population for values of the given ports' kind, of norm up to `radius` (above 0).
     pub fn new<K: Kind>(input: InputSpec<K>, output: OutputSpec<K>, radius: Real) -> Self {
-        Self { input: input.sum().into(), output: output.filtered_only().into(), radius }
+        Self {
+            input: input.sum().into(),
+            output: output.filtered_only().into(),
+            radius,
+            gated: false,
+        }
+    }
+
+    /// Adds an input `open`: at 1 the value passes, at 0 the population is silenced.
+    pub fn gated(mut self) -> Self {
+        self.gated = true;
+        self
     }
 }
 
@@ -31,6 +43,9 @@ impl LayerRequest for Represent {
             ports.fault(format!("a radius of {} is not a finite number above 0", self.radius));
         }
         ports.input("in", self.input.clone()).output("out", self.output.clone());
+        if self.gated {
+            ports.input("open", InputSpec::scalar().sum());
+        }
     }
 }
 
@@ -142,6 +157,17 @@ pub struct LayerPorts<K: Kind> {
     pub output: Out<K>,
 }
 
+/// Ports of a gated [`Represent`] layer.
+#[derive(Debug, Clone)]
+pub struct GatedPorts<K: Kind> {
+    /// What goes in; any number of sources.
+    pub input: In<K>,
+    /// 1 to let the value pass, 0 to silence it; any number of sources.
+    pub open: In<Scalar>,
+    /// What comes out; every edge from here needs a synapse.
+    pub output: Out<K>,
+}
+
 /// Ports of a [`Product`] layer.
 #[derive(Debug, Clone)]
 pub struct ProductPorts {
@@ -168,6 +194,8 @@ pub struct SelectPorts {
 pub trait Layers {
     /// A population that holds a value.
     fn represent<K: Kind>(&mut self, name: &str, layer: Represent) -> LayerPorts<K>;
+    /// A population that holds a value while its gate is open.
+    fn represent_gated<K: Kind>(&mut self, name: &str, layer: Represent) -> GatedPorts<K>;
     /// A function of each component.
     fn map(&mut self, name: &str, layer: Map) -> LayerPorts<Vector>;
     /// Products of pairs of numbers.
@@ -179,6 +207,11 @@ pub trait Layers {
 impl Layers for Scope<'_> {
     fn represent<K: Kind>(&mut self, name: &str, layer: Represent) -> LayerPorts<K> {
         ports(&self.layer(name, layer))
+    }
+
+    fn represent_gated<K: Kind>(&mut self, name: &str, layer: Represent) -> GatedPorts<K> {
+        let node = self.layer(name, layer.gated());
+        GatedPorts { input: node.input("in"), open: node.input("open"), output: node.output("out") }
     }
 
     fn map(&mut self, name: &str, layer: Map) -> LayerPorts<Vector> {

@@ -11,7 +11,7 @@ mod lower;
 mod plan;
 
 pub use layer::{
-    LayerPorts, Layers, Map, Product, ProductPorts, Represent, ScalarFunction, Select, SelectPorts,
-    SelectRule,
+    GatedPorts, LayerPorts, Layers, Map, Product, ProductPorts, Represent, ScalarFunction, Select,
+    SelectPorts, SelectRule,
 };
 pub use plan::{PathPattern, PatternError, Population, PopulationPlan, UnknownMode};

@@ -17,10 +17,12 @@ pub(crate) enum Source {
     Registered(Span),
 }
 
-#[derive(Debug, Clone)]
+/// Adds several sources up before a node reads them.
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct GatherPlan {
     pub into: Span,
-    pub sources: Box<[Slot]>,
+    /// In [`Graph::gather_sources`].
+    pub sources: Span,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -30,22 +32,37 @@ pub(crate) struct FilterPlan {
     pub decay: f32,
 }
 
-pub(crate) struct NodePlan {
+/// What is known of a node and not needed in a tick.
+pub(crate) struct NodeInfo {
     pub path: String,
-    pub body: Box<dyn Node>,
     pub ports: PortDecl,
-    pub emits: bool,
-    pub advances: bool,
-    pub signals: Span,
+    pub outs: Vec<OutSlot>,
     pub registered: Span,
-    pub outs: Box<[OutSlot]>,
-    pub emit_slots: Box<[Slot]>,
-    pub advance_slots: Box<[Slot]>,
-    pub emit_gathers: Box<[GatherPlan]>,
-    pub advance_gathers: Box<[GatherPlan]>,
     pub reals: Span,
     pub words: Span,
     pub longs: Span,
+}
+
+/// What a tick needs of a node in one phase, small and in the order of use: with a thousand nodes
+/// the plans are what streams through the cache.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PhasePlan {
+    pub node: u32,
+    /// The node's own range of the arena that it writes in this phase.
+    pub own: Span,
+    /// In [`Graph::outs`].
+    pub outs: Span,
+    /// In [`Graph::slots`].
+    pub slots: Span,
+    /// In [`Graph::gathers`].
+    pub gathers: Span,
+    /// Whether any of the next three is not empty.
+    pub stateful: bool,
+    pub reals: Span,
+    pub words: Span,
+    pub longs: Span,
+    /// Lengths of scratch: reals, doubles, complexes, words.
+    pub scratch: [u32; 4],
 }
 
 #[derive(Debug, Clone)]
@@ -63,6 +80,10 @@ pub(crate) struct ProbePlan {
 pub(crate) struct WorldPlan {
     pub node: usize,
     pub sense: Span,
+    /// In [`Graph::slots`].
+    pub slots: Span,
+    /// In [`Graph::gathers`].
+    pub gathers: Span,
     pub command_width: usize,
 }
 
@@ -91,8 +112,15 @@ pub struct Graph {
     pub(crate) builder: u64,
     /// From the builder's node number to the place in `nodes`.
     pub(crate) handles: Vec<usize>,
-    /// In the order of emits.
-    pub(crate) nodes: Vec<NodePlan>,
+    /// In the order of emits, as all that follows.
+    pub(crate) nodes: Vec<NodeInfo>,
+    pub(crate) bodies: Vec<Box<dyn Node>>,
+    pub(crate) emits: Vec<PhasePlan>,
+    pub(crate) advances: Vec<PhasePlan>,
+    pub(crate) outs: Vec<OutSlot>,
+    pub(crate) slots: Vec<Slot>,
+    pub(crate) gathers: Vec<GatherPlan>,
+    pub(crate) gather_sources: Vec<Slot>,
     pub(crate) filters: Vec<FilterPlan>,
     pub(crate) probes: Vec<ProbePlan>,
     pub(crate) world: Option<WorldPlan>,
@@ -157,7 +185,7 @@ impl Graph {
             && let Some(node) = self.nodes.iter().find(|n| n.path == path)
             && let Some(index) = node.ports.outputs.iter().position(|o| o.name == port)
         {
-            return Ok(OutputRef { source: source_of(node.outs[index]) });
+            return Ok(OutputRef { source: Source::of(node.outs[index]) });
         }
         Err(SimError::UnknownOutput { asked: name.into(), choices: self.outputs().collect() })
     }
@@ -166,7 +194,7 @@ impl Graph {
         match &out.port {
             PortRef::Known { builder, node, port } if *builder == self.builder => {
                 let plan = &self.nodes[*self.handles.get(*node)?];
-                Some(source_of(*plan.outs.get(*port)?))
+                Some(Source::of(*plan.outs.get(*port)?))
             }
             _ => None,
         }
@@ -222,6 +250,14 @@ impl Graph {
     }
 }
 
-fn source_of(out: OutSlot) -> Source {
-    if out.registered { Source::Registered(out.span) } else { Source::Signal(out.span) }
+impl Source {
+    pub fn of(out: OutSlot) -> Self {
+        if out.registered { Self::Registered(out.span) } else { Self::Signal(out.span) }
+    }
+
+    pub fn span(self) -> Span {
+        match self {
+            Self::Signal(span) | Self::Registered(span) => span,
+        }
+    }
 }

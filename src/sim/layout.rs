@@ -5,10 +5,11 @@ use std::collections::HashMap;
 use super::builder::{EdgeDraft, ProbeDraft};
 use super::error::BuildError;
 use super::graph::{
-    EdgeInfo, FilterPlan, GatherPlan, Graph, NodePlan, ProbePlan, Sizes, Source, WorldPlan,
+    EdgeInfo, FilterPlan, GatherPlan, Graph, NodeInfo, PhasePlan, ProbePlan, Sizes, Source,
+    WorldPlan,
 };
 use super::node::{Node, OutSlot, Slot};
-use super::port::{PortDecl, ScratchSpec, Span};
+use super::port::{PortDecl, ScratchSpec, Span, StateSpec};
 use super::seed::{Seed, fnv1a};
 use super::synapse::Synapse;
 use super::time::{SimDuration, Timebase};
@@ -47,6 +48,13 @@ impl Tape {
         // Sizes are checked against the limit before any span is used.
         Span { start: start as u32, end: self.0 as u32 }
     }
+}
+
+/// Puts `items` at the end of `all` and says where they stand.
+fn append<T: Clone>(all: &mut Vec<T>, items: &[T]) -> Span {
+    let start = all.len();
+    all.extend_from_slice(items);
+    Span { start: start as u32, end: all.len() as u32 }
 }
 
 /// Most numbers in one arena: spans are 32-bit.
@@ -94,7 +102,7 @@ pub(crate) fn lay_out(sound: Sound) -> Result<Graph, BuildError> {
             Synapse::Lowpass { tau } => {
                 let index = *shared.entry((edge.from, tau)).or_insert_with(|| {
                     filters.push(FilterPlan {
-                        source: source_of(out),
+                        source: Source::of(out),
                         held: held.take(out.span.len()),
                         decay: edge.via.decay(time.dt_s()).unwrap_or_default(),
                     });
@@ -107,66 +115,95 @@ pub(crate) fn lay_out(sound: Sound) -> Result<Graph, BuildError> {
     }
 
     let mut gathered = Tape::default();
-    let mut plans = Vec::with_capacity(nodes.len());
+    let mut graph_outs = Vec::new();
+    let mut graph_slots = Vec::new();
+    let mut gathers = Vec::new();
+    let mut gather_sources = Vec::new();
+    let (mut emits, mut advances) = (Vec::new(), Vec::new());
+    let (mut infos, mut bodies) = (Vec::new(), Vec::new());
+    let mut world = None;
     let mut place = vec![0; nodes.len()];
     for (rank, at) in order.iter().enumerate() {
         place[*at] = rank;
     }
-    let mut slots: Vec<Option<SoundNode>> = nodes.into_iter().map(Some).collect();
-    let mut world = None;
+    let mut waiting: Vec<Option<SoundNode>> = nodes.into_iter().map(Some).collect();
     for at in &order {
-        let Some(node) = slots[*at].take() else { continue };
+        let Some(node) = waiting[*at].take() else { continue };
         let ports = &node.ports;
-        let mut emit_slots = Vec::with_capacity(ports.inputs.len());
-        let mut advance_slots = Vec::with_capacity(ports.inputs.len());
-        let (mut emit_gathers, mut advance_gathers) = (Vec::new(), Vec::new());
+        let mut inputs = Vec::with_capacity(ports.inputs.len());
+        let (mut at_emit, mut at_advance) = (Vec::new(), Vec::new());
         for (input, feeds) in ports.inputs.iter().zip(&sources[*at]) {
-            let slot = match feeds.as_slice() {
+            inputs.push(match feeds.as_slice() {
                 [only] => *only,
                 many => {
                     let into = gathered.take(input.shape.width);
                     if !many.is_empty() {
-                        let plan = GatherPlan { into, sources: many.into() };
-                        if input.at_advance { &mut advance_gathers } else { &mut emit_gathers }
-                            .push(plan);
+                        let plan = GatherPlan { into, sources: append(&mut gather_sources, many) };
+                        if input.at_advance { &mut at_advance } else { &mut at_emit }.push(plan);
                     }
                     Slot::Gathered(into)
                 }
-            };
-            emit_slots.push(if input.at_advance { Slot::OtherPhase } else { slot });
-            advance_slots.push(slot);
-        }
-        let (signal_span, registered_span) = own[*at];
-        let has_state = ports.state != Default::default();
-        let advances = !node.world
-            && (has_state
-                || ports.always_advance
-                || registered_span.len() > 0
-                || ports.inputs.iter().any(|i| i.at_advance));
-        if node.world {
-            world = Some(WorldPlan {
-                node: plans.len(),
-                sense: registered_span,
-                command_width: ports.inputs.iter().map(|i| i.shape.width).sum(),
             });
         }
-        plans.push(NodePlan {
-            emits: signal_span.len() > 0,
-            advances,
-            signals: signal_span,
-            registered: registered_span,
-            outs: outs[*at].clone().into(),
-            emit_slots: emit_slots.into(),
-            advance_slots: advance_slots.into(),
-            emit_gathers: emit_gathers.into(),
-            advance_gathers: advance_gathers.into(),
+        let emit_slots: Vec<Slot> = ports
+            .inputs
+            .iter()
+            .zip(&inputs)
+            .map(|(input, slot)| if input.at_advance { Slot::OtherPhase } else { *slot })
+            .collect();
+        let (signal_span, registered_span) = own[*at];
+        let narrow = |n: usize| n as u32;
+        let emit = PhasePlan {
+            node: narrow(infos.len()),
+            own: signal_span,
+            outs: append(&mut graph_outs, &outs[*at]),
+            slots: append(&mut graph_slots, &emit_slots),
+            gathers: append(&mut gathers, &at_emit),
+            stateful: ports.state != StateSpec::default(),
             reals: reals.take(ports.state.reals),
             words: words.take(ports.state.words),
             longs: longs.take(ports.state.longs),
+            scratch: [
+                narrow(ports.scratch.reals),
+                narrow(ports.scratch.doubles),
+                narrow(ports.scratch.complexes),
+                narrow(ports.scratch.words),
+            ],
+        };
+        let advance = PhasePlan {
+            own: registered_span,
+            slots: append(&mut graph_slots, &inputs),
+            gathers: append(&mut gathers, &at_advance),
+            ..emit
+        };
+        if signal_span.len() > 0 {
+            emits.push(emit);
+        }
+        if node.world {
+            world = Some(WorldPlan {
+                node: infos.len(),
+                sense: registered_span,
+                slots: advance.slots,
+                gathers: advance.gathers,
+                command_width: ports.inputs.iter().map(|i| i.shape.width).sum(),
+            });
+        } else if ports.state != StateSpec::default()
+            || ports.always_advance
+            || registered_span.len() > 0
+            || ports.inputs.iter().any(|i| i.at_advance)
+        {
+            advances.push(advance);
+        }
+        infos.push(NodeInfo {
             path: node.path,
-            body: node.body,
+            outs: outs[*at].clone(),
+            registered: registered_span,
+            reals: emit.reals,
+            words: emit.words,
+            longs: emit.longs,
             ports: node.ports,
         });
+        bodies.push(node.body);
     }
 
     let mut probe_filters = Tape::default();
@@ -175,7 +212,7 @@ pub(crate) fn lay_out(sound: Sound) -> Result<Graph, BuildError> {
         .map(|probe| {
             let out = outs[probe.of.0][probe.of.1];
             ProbePlan {
-                source: source_of(out),
+                source: Source::of(out),
                 period_ticks: time.ticks(probe.spec.period).unwrap_or(1).max(1),
                 decay: probe.spec.filter.decay(time.dt_s()),
                 filter: match probe.spec.filter {
@@ -219,7 +256,14 @@ pub(crate) fn lay_out(sound: Sound) -> Result<Graph, BuildError> {
     Ok(Graph {
         builder,
         handles: moved.iter().map(|sorted| place[*sorted]).collect(),
-        nodes: plans,
+        nodes: infos,
+        bodies,
+        emits,
+        advances,
+        outs: graph_outs,
+        slots: graph_slots,
+        gathers,
+        gather_sources,
         filters,
         probes,
         world,
@@ -229,10 +273,6 @@ pub(crate) fn lay_out(sound: Sound) -> Result<Graph, BuildError> {
         seed,
         fingerprint,
     })
-}
-
-fn source_of(out: OutSlot) -> Source {
-    if out.registered { Source::Registered(out.span) } else { Source::Signal(out.span) }
 }
 
 /// A hash of everything that a snapshot depends on.

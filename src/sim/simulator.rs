@@ -11,11 +11,13 @@ use std::marker::PhantomData;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use super::arena::Arenas;
+use super::arena::{Arenas, ScratchArena};
 use super::error::SimError;
 use super::graph::{Graph, OutputRef, Source};
-use super::node::{AdvanceIo, EmitIo, Inputs, Outputs, Real, Scratch, State, StateMut, StepCx};
-use super::port::{Kind, Out};
+use super::node::{
+    AdvanceIo, EmitIo, Inputs, Outputs, Real, Scratch, Slot, State, StateMut, StepCx,
+};
+use super::port::{Kind, Out, Span};
 use super::probe::{Capacity, ProbeId, Recording, Samples};
 use super::seed::Seed;
 use super::synapse::latch;
@@ -173,7 +175,7 @@ impl Simulator {
         self.clear_recordings();
         let Self { graph, arenas, .. } = self;
         arenas.clear();
-        for node in &graph.nodes {
+        for (node, body) in graph.nodes.iter().zip(&graph.bodies) {
             let mut state = StateMut {
                 reals: &mut arenas.reals[node.reals.of()],
                 words: &mut arenas.words[node.words.of()],
@@ -185,7 +187,7 @@ impl Simulator {
                 registered: true,
                 values: &mut arenas.registered[node.registered.of()],
             };
-            node.body.init(&mut state, &mut registered);
+            body.init(&mut state, &mut registered);
         }
         if let (Some(link), Some(world)) = (&self.graph.world, &mut self.world) {
             world
@@ -339,70 +341,78 @@ impl Simulator {
             node_seed: Seed::new(0),
             graph: PhantomData,
         };
-        for (node, seed) in graph.nodes.iter().zip(&*node_seeds) {
-            if !node.emits {
-                continue;
-            }
-            cx.node_seed = *seed;
-            let (earlier, own) = arenas.signals.split_at_mut(node.signals.start as usize);
-            for gather in &node.emit_gathers {
-                gather.run(earlier, &arenas.held, &mut arenas.gathered);
+        // Locals that nothing else can alias: without them every access goes through two pointers.
+        let (bodies, slots, outs) = (&graph.bodies[..], &graph.slots[..], &graph.outs[..]);
+        let seeds = &node_seeds[..];
+        let (signals, registered) = (&mut arenas.signals[..], &mut arenas.registered[..]);
+        let (held, gathered) = (&arenas.held[..], &mut arenas.gathered[..]);
+        let (reals, words) = (&mut arenas.reals[..], &mut arenas.words[..]);
+        let (longs, scratch) = (&mut arenas.longs[..], &mut arenas.scratch);
+        for plan in &graph.emits {
+            let node = plan.node as usize;
+            cx.node_seed = seeds[node];
+            let (earlier, own) = signals.split_at_mut(plan.own.start as usize);
+            if plan.gathers.len() > 0 {
+                graph.gather(plan.gathers, earlier, held, gathered);
             }
             let mut io = EmitIo {
                 inputs: Inputs {
-                    slots: &node.emit_slots,
+                    slots: &slots[plan.slots.of()],
                     signals: earlier,
-                    held: &arenas.held,
-                    gathered: &arenas.gathered,
+                    held: held,
+                    gathered: gathered,
                 },
                 outputs: Outputs {
-                    spans: &node.outs,
-                    base: node.signals.start as usize,
+                    spans: &outs[plan.outs.of()],
+                    base: plan.own.start as usize,
                     registered: false,
-                    values: &mut own[..node.signals.len()],
+                    values: &mut own[..plan.own.len()],
                 },
-                state: State {
-                    reals: &arenas.reals[node.reals.of()],
-                    words: &arenas.words[node.words.of()],
-                    longs: &arenas.longs[node.longs.of()],
+                state: match plan.stateful {
+                    true => State {
+                        reals: &reals[plan.reals.of()],
+                        words: &words[plan.words.of()],
+                        longs: &longs[plan.longs.of()],
+                    },
+                    false => State { reals: &[], words: &[], longs: &[] },
                 },
-                scratch: arenas.scratch.lend(&node.ports.scratch),
+                scratch: scratch.lend(plan.scratch),
             };
-            node.body.emit(&cx, &mut io);
+            bodies[node].emit(&cx, &mut io);
         }
-        for (node, seed) in graph.nodes.iter().zip(&*node_seeds) {
-            if !node.advances {
-                continue;
-            }
-            cx.node_seed = *seed;
-            for gather in &node.advance_gathers {
-                gather.run(&arenas.signals, &arenas.held, &mut arenas.gathered);
+        for plan in &graph.advances {
+            let node = plan.node as usize;
+            cx.node_seed = seeds[node];
+            if plan.gathers.len() > 0 {
+                graph.gather(plan.gathers, signals, held, gathered);
             }
             let mut io = AdvanceIo {
                 inputs: Inputs {
-                    slots: &node.advance_slots,
-                    signals: &arenas.signals,
-                    held: &arenas.held,
-                    gathered: &arenas.gathered,
+                    slots: &slots[plan.slots.of()],
+                    signals,
+                    held: held,
+                    gathered: gathered,
                 },
                 outputs: Outputs {
-                    spans: &node.outs,
-                    base: node.registered.start as usize,
+                    spans: &outs[plan.outs.of()],
+                    base: plan.own.start as usize,
                     registered: true,
-                    values: &mut arenas.registered[node.registered.of()],
+                    values: &mut registered[plan.own.of()],
                 },
-                state: StateMut {
-                    reals: &mut arenas.reals[node.reals.of()],
-                    words: &mut arenas.words[node.words.of()],
-                    longs: &mut arenas.longs[node.longs.of()],
+                state: match plan.stateful {
+                    true => StateMut {
+                        reals: &mut reals[plan.reals.of()],
+                        words: &mut words[plan.words.of()],
+                        longs: &mut longs[plan.longs.of()],
+                    },
+                    false => StateMut { reals: &mut [], words: &mut [], longs: &mut [] },
                 },
-                scratch: arenas.scratch.lend(&node.ports.scratch),
+                scratch: scratch.lend(plan.scratch),
             };
-            node.body.advance(&cx, &mut io).map_err(|source| SimError::Node {
-                path: node.path.clone(),
-                tick,
-                source,
-            })?;
+            if let Err(source) = bodies[node].advance(&cx, &mut io) {
+                let path = graph.nodes[node].path.clone();
+                return Err(SimError::Node { path, tick, source });
+            }
         }
         for filter in &graph.filters {
             let input = match filter.source {
@@ -430,18 +440,20 @@ impl Simulator {
         if !(tick + 1).is_multiple_of(self.world_ticks) {
             return Ok(());
         }
-        let node = &self.graph.nodes[link.node];
-        for gather in &node.advance_gathers {
-            gather.run(&self.arenas.signals, &self.arenas.held, &mut self.arenas.gathered);
-        }
+        self.graph.gather(
+            link.gathers,
+            &self.arenas.signals,
+            &self.arenas.held,
+            &mut self.arenas.gathered,
+        );
         let inputs = Inputs {
-            slots: &node.advance_slots,
+            slots: &self.graph.slots[link.slots.of()],
             signals: &self.arenas.signals,
             held: &self.arenas.held,
             gathered: &self.arenas.gathered,
         };
         let mut at = 0;
-        for index in 0..node.advance_slots.len() {
+        for index in 0..link.slots.len() {
             let value = inputs.get(index);
             self.command[at..at + value.len()].copy_from_slice(value);
             at += value.len();
@@ -513,39 +525,44 @@ fn fit_world(graph: &Graph, world: &dyn World) -> Result<u64, SimError> {
     Ok(graph.time.ticks(world.period())?.max(1))
 }
 
-impl super::graph::GatherPlan {
-    /// Adds the sources up, in the order of their paths.
-    fn run(&self, signals: &[Real], held: &[Real], gathered: &mut [Real]) {
-        let into = &mut gathered[self.into.of()];
-        into.fill(0.0);
-        for source in &self.sources {
-            let values = match source {
-                super::node::Slot::Signal(span) => &signals[span.of()],
-                super::node::Slot::Held(span) => &held[span.of()],
-                _ => continue,
-            };
-            for (sum, value) in into.iter_mut().zip(values) {
-                *sum += value;
+impl Graph {
+    /// Adds sources up for a node about to run, in the order of their paths.
+    #[inline]
+    fn gather(&self, which: Span, signals: &[Real], held: &[Real], gathered: &mut [Real]) {
+        for plan in &self.gathers[which.of()] {
+            let into = &mut gathered[plan.into.of()];
+            into.fill(0.0);
+            for source in &self.gather_sources[plan.sources.of()] {
+                let values = match source {
+                    Slot::Signal(span) => &signals[span.of()],
+                    Slot::Held(span) => &held[span.of()],
+                    Slot::Gathered(_) | Slot::OtherPhase => continue,
+                };
+                for (sum, value) in into.iter_mut().zip(values) {
+                    *sum += value;
+                }
             }
         }
     }
 }
 
-impl Source {
-    pub(crate) fn span(self) -> super::port::Span {
-        match self {
-            Self::Signal(span) | Self::Registered(span) => span,
+impl ScratchArena {
+    #[inline]
+    fn lend(&mut self, lengths: [u32; 4]) -> Scratch<'_> {
+        if lengths == [0; 4] {
+            return Scratch {
+                reals: &mut [],
+                doubles: &mut [],
+                complexes: &mut [],
+                words: &mut [],
+            };
         }
-    }
-}
-
-impl super::arena::ScratchArena {
-    fn lend(&mut self, spec: &super::port::ScratchSpec) -> Scratch<'_> {
+        let [reals, doubles, complexes, words] = lengths.map(|n| n as usize);
         Scratch {
-            reals: &mut self.reals[..spec.reals],
-            doubles: &mut self.doubles[..spec.doubles],
-            complexes: &mut self.complexes[..spec.complexes],
-            words: &mut self.words[..spec.words],
+            reals: &mut self.reals[..reals],
+            doubles: &mut self.doubles[..doubles],
+            complexes: &mut self.complexes[..complexes],
+            words: &mut self.words[..words],
         }
     }
 }

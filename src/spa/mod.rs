@@ -1,1 +1,23 @@
-//! x
+//! Vector-symbolic algebra, vocabularies, and the modules that semantic pointers flow through.
+//!
+//! Nothing here knows tasks or robots.
+
+mod algebra;
+mod error;
+mod expr;
+mod item_memory;
+mod modules;
+mod pointer;
+mod vocabulary;
+
+pub use algebra::{Algebra, Hrr, LinearMap, ProductForm, Workspace, cosine, dot, norm, normalize};
+pub use error::VocabError;
+pub use item_memory::{ItemMemory, Match};
+pub use modules::{
+    AssociativeMemory, Bind, BindPorts, CleanupMemory, FEED_FORWARD, Gate, GatePorts, GoalBuffer,
+    GoalBufferPorts, Linear, LinearPorts, MemoryPorts, RECURRENT, Reinterpret, ReinterpretPorts,
+    Selection, SelectionPorts, Superpose, SuperposePorts, Unbind, UnbindFixed, UnbindFixedPorts,
+    UnbindPorts,
+};
+pub use pointer::{PointerRef, PointerValue};
+pub use vocabulary::{Vocabulary, VocabularyBuilder, random_pointer};

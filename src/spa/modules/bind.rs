@@ -1,0 +1,184 @@
+//! Binding and unbinding, of two running pointers or of one with a fixed role.
+//!
+//! Two running pointers are bound by a layer of products between linear maps (for holographic
+//! reduced representations 2 D + 4 of them, Plate 1995 in the half spectrum); the layer's synapse is
+//! the module's delay. Binding with a fixed vector is linear and costs no tick.
+
+use std::marker::PhantomData;
+use std::sync::Arc;
+
+use super::FEED_FORWARD;
+use super::linear::{Linear, LinearPorts};
+use crate::neurons::{Layers, Product};
+use crate::sim::{
+    In, InputSpec, Module, Out, OutputSpec, Pointer, Real, Scope, Scratch, ScratchSpec, Space,
+    Synapse, Vector, VocabTag,
+};
+use crate::spa::algebra::{Algebra, LinearMap};
+use crate::spa::error::VocabError;
+use crate::spa::vocabulary::Vocabulary;
+
+/// Binds two running pointers: `out = a (*) b`, one synapse (5 ms) later.
+pub struct Bind<V: VocabTag> {
+    space: Space,
+    algebra: Arc<dyn Algebra>,
+    synapse: Synapse,
+    tag: PhantomData<fn() -> V>,
+}
+
+/// Ports of a [`Bind`].
+pub struct BindPorts<V: VocabTag> {
+    /// The first pointer.
+    pub a: In<Pointer<V>>,
+    /// The second pointer.
+    pub b: In<Pointer<V>>,
+    /// Both, bound.
+    pub output: Out<Pointer<V>>,
+}
+
+impl<V: VocabTag> Bind<V> {
+    /// A binding in the space of `vocabulary`, by its algebra.
+    pub fn new(vocabulary: &Vocabulary<V>) -> Self {
+        Self {
+            space: vocabulary.space().clone(),
+            algebra: vocabulary.algebra().clone(),
+            synapse: FEED_FORWARD,
+            tag: PhantomData,
+        }
+    }
+
+    /// Replaces the synapse behind the products.
+    pub fn synapse(mut self, synapse: Synapse) -> Self {
+        self.synapse = synapse;
+        self
+    }
+}
+
+impl<V: VocabTag> Module for Bind<V> {
+    type Ports = BindPorts<V>;
+
+    fn expand(self, scope: &mut Scope<'_>) -> BindPorts<V> {
+        let form = self.algebra.product_form(self.space.width());
+        let pairs = form.pairs;
+        let factors = |map: Box<dyn LinearMap>| -> Linear<Pointer<V>, Vector> {
+            Linear::new(InputSpec::pointer(&self.space), OutputSpec::vector(pairs), map)
+        };
+        let left = scope.add("left", factors(form.left));
+        let right = scope.add("right", factors(form.right));
+        let products = scope.product("products", Product::new(pairs));
+        let back: LinearPorts<Vector, Pointer<V>> = scope.add(
+            "back",
+            Linear::new(InputSpec::vector(pairs), OutputSpec::pointer(&self.space), form.back),
+        );
+        scope.connect(&left.output, &products.a, Synapse::None);
+        scope.connect(&right.output, &products.b, Synapse::None);
+        scope.connect(&products.output, &back.input, self.synapse);
+        BindPorts { a: left.input, b: right.input, output: back.output }
+    }
+}
+
+/// Takes a running role out of a running pointer: `out = bound (*) inverse(role)`, one synapse
+/// (5 ms) later.
+pub struct Unbind<V: VocabTag> {
+    bind: Bind<V>,
+}
+
+/// Ports of an [`Unbind`].
+pub struct UnbindPorts<V: VocabTag> {
+    /// The pointer to be taken apart.
+    pub bound: In<Pointer<V>>,
+    /// The role to be taken out.
+    pub role: In<Pointer<V>>,
+    /// What was bound to the role, and noise.
+    pub output: Out<Pointer<V>>,
+}
+
+impl<V: VocabTag> Unbind<V> {
+    /// An unbinding in the space of `vocabulary`, by its algebra.
+    pub fn new(vocabulary: &Vocabulary<V>) -> Self {
+        Self { bind: Bind::new(vocabulary) }
+    }
+
+    /// Replaces the synapse behind the products.
+    pub fn synapse(mut self, synapse: Synapse) -> Self {
+        self.bind.synapse = synapse;
+        self
+    }
+}
+
+/// The algebra's inverse as a map.
+struct Inverse {
+    algebra: Arc<dyn Algebra>,
+    dim: usize,
+}
+
+impl LinearMap for Inverse {
+    fn input_width(&self) -> usize {
+        self.dim
+    }
+
+    fn output_width(&self) -> usize {
+        self.dim
+    }
+
+    fn scratch(&self) -> ScratchSpec {
+        ScratchSpec::default()
+    }
+
+    fn apply_into(&self, input: &[Real], out: &mut [Real], _scratch: &mut Scratch<'_>) {
+        self.algebra.inverse_into(input, out);
+    }
+}
+
+impl<V: VocabTag> Module for Unbind<V> {
+    type Ports = UnbindPorts<V>;
+
+    fn expand(self, scope: &mut Scope<'_>) -> UnbindPorts<V> {
+        let space = self.bind.space.clone();
+        let map = Inverse { algebra: self.bind.algebra.clone(), dim: space.width() };
+        let inverse: LinearPorts<Pointer<V>, Pointer<V>> = scope.add(
+            "inverse",
+            Linear::new(InputSpec::pointer(&space), OutputSpec::pointer(&space), Box::new(map)),
+        );
+        let bind = scope.add("bind", self.bind);
+        scope.connect(&inverse.output, &bind.b, Synapse::None);
+        UnbindPorts { bound: bind.a, role: inverse.input, output: bind.output }
+    }
+}
+
+/// Takes a fixed role out of a running pointer: `out = bound (*) inverse(role)`, without a tick of
+/// delay, as a linear map.
+pub struct UnbindFixed<V: VocabTag> {
+    space: Space,
+    map: Box<dyn LinearMap>,
+    tag: PhantomData<fn() -> V>,
+}
+
+/// Ports of an [`UnbindFixed`].
+pub type UnbindFixedPorts<V> = LinearPorts<Pointer<V>, Pointer<V>>;
+
+impl<V: VocabTag> UnbindFixed<V> {
+    /// Unbinds the value of the expression `role` over `vocabulary`.
+    ///
+    /// # Errors
+    /// If the expression cannot be read or names something that the vocabulary does not have.
+    pub fn new(vocabulary: &Vocabulary<V>, role: &str) -> Result<Self, VocabError> {
+        let role = vocabulary.parse(role)?;
+        let mut inverse = vec![0.0; vocabulary.dim()];
+        vocabulary.algebra().inverse_into(&role, &mut inverse);
+        Ok(Self {
+            space: vocabulary.space().clone(),
+            map: vocabulary.algebra().bind_with(&inverse),
+            tag: PhantomData,
+        })
+    }
+}
+
+impl<V: VocabTag> Module for UnbindFixed<V> {
+    type Ports = UnbindFixedPorts<V>;
+
+    fn expand(self, scope: &mut Scope<'_>) -> UnbindFixedPorts<V> {
+        Linear::new(InputSpec::pointer(&self.space), OutputSpec::pointer(&self.space), self.map)
+            .expand(scope)
+    }
+}

@@ -1,0 +1,68 @@
+//! A gate: a pointer passes while a scalar is 1 and is silenced while it is 0.
+
+use std::marker::PhantomData;
+
+use super::FEED_FORWARD;
+use crate::neurons::{GatedPorts, Layers, Represent};
+use crate::sim::{
+    Add, In, InputSpec, Module, Out, OutputSpec, Pointer, Real, Scalar, Scope, Space, Synapse,
+    VocabTag,
+};
+use crate::spa::vocabulary::Vocabulary;
+
+/// Lets a pointer pass while its gate is open, one synapse (5 ms) later.
+pub struct Gate<V: VocabTag> {
+    space: Space,
+    radius: Real,
+    synapse: Synapse,
+    tag: PhantomData<fn() -> V>,
+}
+
+/// Ports of a [`Gate`].
+pub struct GatePorts<V: VocabTag> {
+    /// What may pass; any number of sources.
+    pub input: In<Pointer<V>>,
+    /// 1 to open, 0 to close; values between scale.
+    pub open: In<Scalar>,
+    /// What has passed.
+    pub output: Out<Pointer<V>>,
+}
+
+impl<V: VocabTag> Gate<V> {
+    /// A gate for pointers of `vocabulary` of norm up to 1.
+    pub fn new(vocabulary: &Vocabulary<V>) -> Self {
+        Self::in_space(vocabulary.space())
+    }
+
+    pub(crate) fn in_space(space: &Space) -> Self {
+        Self { space: space.clone(), radius: 1.0, synapse: FEED_FORWARD, tag: PhantomData }
+    }
+
+    /// Represents pointers of norm up to `radius`.
+    pub fn radius(mut self, radius: Real) -> Self {
+        self.radius = radius;
+        self
+    }
+
+    /// Replaces the synapse behind the gate's population.
+    pub fn synapse(mut self, synapse: Synapse) -> Self {
+        self.synapse = synapse;
+        self
+    }
+}
+
+impl<V: VocabTag> Module for Gate<V> {
+    type Ports = GatePorts<V>;
+
+    fn expand(self, scope: &mut Scope<'_>) -> GatePorts<V> {
+        let layer = Represent::new::<Pointer<V>>(
+            InputSpec::pointer(&self.space),
+            OutputSpec::pointer(&self.space),
+            self.radius,
+        );
+        let gated: GatedPorts<Pointer<V>> = scope.represent_gated("population", layer);
+        let output = scope.add("output", Add::pointer(&self.space));
+        scope.connect(&gated.output, &output.input, self.synapse);
+        GatePorts { input: gated.input, open: gated.open, output: output.output }
+    }
+}

@@ -1,0 +1,244 @@
+//! Linear nodes: fixed maps, rows of a matrix, weighted sums, changes of vocabulary.
+//!
+//! None of them costs a tick.
+
+use std::marker::PhantomData;
+
+use crate::sim::{
+    AnyInput, AnyOutput, EmitIo, In, InputSpec, Kind, Module, Node, Out, OutputSpec, Pointer,
+    PortDecl, Real, Scope, Scratch, ScratchSpec, Space, StepCx, VocabTag,
+};
+use crate::spa::algebra::LinearMap;
+use crate::spa::item_memory::dots;
+use crate::spa::vocabulary::Vocabulary;
+
+/// A node that applies a linear map.
+pub struct Linear<A: Kind, B: Kind> {
+    input: InputSpec<A>,
+    output: OutputSpec<B>,
+    map: Box<dyn LinearMap>,
+}
+
+/// Input and output of a [`Linear`].
+pub struct LinearPorts<A: Kind, B: Kind> {
+    /// What the map is applied to.
+    pub input: In<A>,
+    /// What it gives.
+    pub output: Out<B>,
+}
+
+impl<A: Kind, B: Kind> Linear<A, B> {
+    /// `map` between ports of the given kinds; `build` reports widths that do not fit.
+    pub fn new(input: InputSpec<A>, output: OutputSpec<B>, map: Box<dyn LinearMap>) -> Self {
+        Self { input, output, map }
+    }
+}
+
+impl<A: Kind, B: Kind> Node for Linear<A, B> {
+    fn declare(&self, ports: &mut PortDecl) {
+        let (takes, gives) = (
+            AnyInput::from(self.input.clone()).width(),
+            AnyOutput::from(self.output.clone()).width(),
+        );
+        if (takes, gives) != (self.map.input_width(), self.map.output_width()) {
+            ports.fault(format!(
+                "a map from {} to {} numbers stands between ports of {takes} and {gives}",
+                self.map.input_width(),
+                self.map.output_width()
+            ));
+        }
+        ports
+            .input("in", self.input.clone())
+            .output("out", self.output.clone())
+            .scratch(self.map.scratch());
+    }
+
+    fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
+        self.map.apply_into(io.inputs.get(0), io.outputs.get_mut(0), &mut io.scratch);
+    }
+}
+
+impl<A: Kind, B: Kind> Module for Linear<A, B> {
+    type Ports = LinearPorts<A, B>;
+
+    fn expand(self, scope: &mut Scope<'_>) -> LinearPorts<A, B> {
+        let node = scope.leaf(self);
+        LinearPorts { input: node.input("in"), output: node.output("out") }
+    }
+}
+
+/// The dot products of a vector with the rows of a matrix.
+pub(crate) struct Rows {
+    matrix: Vec<Real>,
+    dim: usize,
+}
+
+impl Rows {
+    /// A row-major matrix with `dim` columns.
+    pub fn new(matrix: Vec<Real>, dim: usize) -> Self {
+        Self { matrix, dim }
+    }
+}
+
+impl LinearMap for Rows {
+    fn input_width(&self) -> usize {
+        self.dim
+    }
+
+    fn output_width(&self) -> usize {
+        self.matrix.len() / self.dim.max(1)
+    }
+
+    fn scratch(&self) -> ScratchSpec {
+        ScratchSpec::default()
+    }
+
+    fn apply_into(&self, input: &[Real], out: &mut [Real], _scratch: &mut Scratch<'_>) {
+        dots(&self.matrix, input, out);
+    }
+}
+
+/// The sum of the rows of a matrix, each times a number. Rows times zero cost nothing.
+pub(crate) struct WeightedRows {
+    matrix: Vec<Real>,
+    dim: usize,
+}
+
+impl WeightedRows {
+    /// A row-major matrix with `dim` columns.
+    pub fn new(matrix: Vec<Real>, dim: usize) -> Self {
+        Self { matrix, dim }
+    }
+}
+
+impl LinearMap for WeightedRows {
+    fn input_width(&self) -> usize {
+        self.matrix.len() / self.dim.max(1)
+    }
+
+    fn output_width(&self) -> usize {
+        self.dim
+    }
+
+    fn scratch(&self) -> ScratchSpec {
+        ScratchSpec::default()
+    }
+
+    fn apply_into(&self, input: &[Real], out: &mut [Real], _scratch: &mut Scratch<'_>) {
+        out.fill(0.0);
+        for (row, weight) in self.matrix.chunks_exact(self.dim).zip(input) {
+            if *weight != 0.0 {
+                for (sum, value) in out.iter_mut().zip(row) {
+                    *sum += weight * value;
+                }
+            }
+        }
+    }
+}
+
+/// Adds pointers of one vocabulary, each times a weight of its own.
+///
+/// With a population in the way use [`Gate`](super::Gate) or a memory; a sum needs none.
+pub struct Superpose<V: VocabTag> {
+    space: Space,
+    weights: Vec<Real>,
+    tag: PhantomData<fn() -> V>,
+}
+
+/// Ports of a [`Superpose`].
+pub struct SuperposePorts<V: VocabTag> {
+    /// One input for each weight.
+    pub inputs: Vec<In<Pointer<V>>>,
+    /// The weighted sum.
+    pub output: Out<Pointer<V>>,
+}
+
+impl<V: VocabTag> Superpose<V> {
+    /// A sum of as many pointers of `vocabulary` as there are `weights`.
+    pub fn new(vocabulary: &Vocabulary<V>, weights: &[Real]) -> Self {
+        Self::weights(vocabulary.space(), weights)
+    }
+
+    pub(crate) fn weights(space: &Space, weights: &[Real]) -> Self {
+        Self { space: space.clone(), weights: weights.to_vec(), tag: PhantomData }
+    }
+}
+
+impl<V: VocabTag> Node for Superpose<V> {
+    fn declare(&self, ports: &mut PortDecl) {
+        if self.weights.iter().any(|w| !w.is_finite()) {
+            ports.fault("a weight is not a finite number");
+        }
+        for index in 0..self.weights.len() {
+            let spec = InputSpec::<Pointer<V>>::pointer(&self.space);
+            ports.input(&format!("in{index}"), spec);
+        }
+        ports.output("out", OutputSpec::<Pointer<V>>::pointer(&self.space));
+    }
+
+    fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
+        let output = io.outputs.get_mut(0);
+        output.fill(0.0);
+        for (index, weight) in self.weights.iter().enumerate() {
+            for (sum, value) in output.iter_mut().zip(io.inputs.get(index)) {
+                *sum += weight * value;
+            }
+        }
+    }
+}
+
+impl<V: VocabTag> Module for Superpose<V> {
+    type Ports = SuperposePorts<V>;
+
+    fn expand(self, scope: &mut Scope<'_>) -> SuperposePorts<V> {
+        let count = self.weights.len();
+        let node = scope.leaf(self);
+        SuperposePorts {
+            inputs: (0..count).map(|i| node.input(&format!("in{i}"))).collect(),
+            output: node.output("out"),
+        }
+    }
+}
+
+/// Passes values on unchanged under another kind or space of the same width: the explicit way to
+/// cross vocabularies without any maths.
+pub struct Reinterpret<A: Kind, B: Kind> {
+    input: InputSpec<A>,
+    output: OutputSpec<B>,
+}
+
+/// Input and output of a [`Reinterpret`].
+pub type ReinterpretPorts<A, B> = LinearPorts<A, B>;
+
+impl<A: Kind, B: Kind> Reinterpret<A, B> {
+    /// From one kind of port to another of the same width.
+    pub fn new(input: InputSpec<A>, output: OutputSpec<B>) -> Self {
+        Self { input, output }
+    }
+}
+
+impl<A: Kind, B: Kind> Node for Reinterpret<A, B> {
+    fn declare(&self, ports: &mut PortDecl) {
+        let (takes, gives) = (
+            AnyInput::from(self.input.clone()).width(),
+            AnyOutput::from(self.output.clone()).width(),
+        );
+        if takes != gives {
+            ports.fault(format!("{takes} numbers cannot be read as {gives}"));
+        }
+        ports.input("in", self.input.clone()).output("out", self.output.clone());
+    }
+
+    fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
+        io.outputs.get_mut(0).copy_from_slice(io.inputs.get(0));
+    }
+}
+
+impl<A: Kind, B: Kind> Module for Reinterpret<A, B> {
+    type Ports = ReinterpretPorts<A, B>;
+
+    fn expand(self, scope: &mut Scope<'_>) -> ReinterpretPorts<A, B> {
+        let node = scope.leaf(self);
+        LinearPorts { input: node.input("in"), output: node.output("out") }
+    }
+}

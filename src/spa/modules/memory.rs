@@ -1,0 +1,158 @@
+//! Cleanup and associative memory: similarity to keys, a choice among them, the values of the chosen.
+
+use std::marker::PhantomData;
+
+use super::FEED_FORWARD;
+use super::linear::{Linear, LinearPorts, Rows, WeightedRows};
+use crate::neurons::{Layers, Select, SelectPorts, SelectRule};
+use crate::sim::{
+    Add, In, InputSpec, Module, Out, OutputSpec, Pointer, Real, Scope, Space, Synapse, Vector,
+    VocabTag,
+};
+use crate::spa::error::VocabError;
+use crate::spa::vocabulary::Vocabulary;
+
+/// Ports of a memory with keys of `A` and values of `B`.
+pub struct MemoryPorts<A: VocabTag, B: VocabTag> {
+    /// What the keys are compared with; one source.
+    pub input: In<Pointer<A>>,
+    /// An inhibition of 1 keeps an item from being chosen; may stay unfed. One number an item.
+    pub inhibit: In<Vector>,
+    /// The sum of the values of the chosen items.
+    pub output: Out<Pointer<B>>,
+    /// How active each item is: 1 when chosen. One number an item.
+    pub items: Out<Vector>,
+}
+
+/// Maps pointers like a stored key to the value stored with it.
+///
+/// The similarity (dot product) of the input to every key feeds a selection, and each chosen item's value
+/// is added to the output, one synapse (5 ms) later. With the threshold rule several items can be chosen
+/// at once, so a superposition of keys gives the superposition of their values; with winner-take-all
+/// only the most similar. Below the level nothing is chosen and the output is zero: a miss.
+pub struct AssociativeMemory<A: VocabTag, B: VocabTag> {
+    keys: Space,
+    values: Space,
+    key_rows: Vec<Real>,
+    value_rows: Vec<Real>,
+    items: usize,
+    rule: SelectRule,
+    synapse: Synapse,
+    tag: PhantomData<fn() -> (A, B)>,
+}
+
+impl<A: VocabTag, B: VocabTag> AssociativeMemory<A, B> {
+    /// A memory of pairs of expressions: a key over `keys` and a value over `values`.
+    ///
+    /// # Errors
+    /// If an expression cannot be read or names something that its vocabulary does not have, or if
+    /// there is no pair at all.
+    pub fn new<'p>(
+        keys: &Vocabulary<A>,
+        values: &Vocabulary<B>,
+        pairs: impl IntoIterator<Item = (&'p str, &'p str)>,
+        rule: SelectRule,
+    ) -> Result<Self, VocabError> {
+        let (mut key_rows, mut value_rows, mut items) = (Vec::new(), Vec::new(), 0);
+        for (key, value) in pairs {
+            key_rows.extend_from_slice(&keys.parse(key)?);
+            value_rows.extend_from_slice(&values.parse(value)?);
+            items += 1;
+        }
+        if items == 0 {
+            let reason = "a memory needs at least one item".into();
+            return Err(VocabError::BadVector { name: "memory".into(), reason });
+        }
+        Ok(Self {
+            keys: keys.space().clone(),
+            values: values.space().clone(),
+            key_rows,
+            value_rows,
+            items,
+            rule,
+            synapse: FEED_FORWARD,
+            tag: PhantomData,
+        })
+    }
+
+    /// Replaces the synapse behind the selection.
+    pub fn synapse(mut self, synapse: Synapse) -> Self {
+        self.synapse = synapse;
+        self
+    }
+}
+
+impl<A: VocabTag, B: VocabTag> Module for AssociativeMemory<A, B> {
+    type Ports = MemoryPorts<A, B>;
+
+    fn expand(self, scope: &mut Scope<'_>) -> MemoryPorts<A, B> {
+        let items = self.items;
+        let similarity: LinearPorts<Pointer<A>, Vector> = scope.add(
+            "similarity",
+            Linear::new(
+                InputSpec::pointer(&self.keys),
+                OutputSpec::vector(items),
+                Box::new(Rows::new(self.key_rows, self.keys.width())),
+            ),
+        );
+        let select: SelectPorts = scope.select("select", Select::new(items, self.rule));
+        let active = scope.add("items", Add::vector(items));
+        let recall: LinearPorts<Vector, Pointer<B>> = scope.add(
+            "recall",
+            Linear::new(
+                InputSpec::vector(items),
+                OutputSpec::pointer(&self.values),
+                Box::new(WeightedRows::new(self.value_rows, self.values.width())),
+            ),
+        );
+        scope.connect(&similarity.output, &select.input, Synapse::None);
+        scope.connect(&select.output, &active.input, self.synapse);
+        scope.connect(&active.output, &recall.input, Synapse::None);
+        MemoryPorts {
+            input: similarity.input,
+            inhibit: select.inhibit,
+            output: recall.output,
+            items: active.output,
+        }
+    }
+}
+
+/// Replaces a noisy or superposed pointer by the clean pointers that it is like.
+///
+/// An associative memory whose values are its keys.
+pub struct CleanupMemory<V: VocabTag> {
+    memory: AssociativeMemory<V, V>,
+}
+
+impl<V: VocabTag> CleanupMemory<V> {
+    /// A cleanup over the named pointers of `vocabulary`.
+    ///
+    /// # Errors
+    /// If a name is unknown, or none is given.
+    pub fn new<'n>(
+        vocabulary: &Vocabulary<V>,
+        names: impl IntoIterator<Item = &'n str>,
+        rule: SelectRule,
+    ) -> Result<Self, VocabError> {
+        let mut pairs = Vec::new();
+        for name in names {
+            vocabulary.position(name)?;
+            pairs.push((name, name));
+        }
+        Ok(Self { memory: AssociativeMemory::new(vocabulary, vocabulary, pairs, rule)? })
+    }
+
+    /// Replaces the synapse behind the selection.
+    pub fn synapse(mut self, synapse: Synapse) -> Self {
+        self.memory = self.memory.synapse(synapse);
+        self
+    }
+}
+
+impl<V: VocabTag> Module for CleanupMemory<V> {
+    type Ports = MemoryPorts<V, V>;
+
+    fn expand(self, scope: &mut Scope<'_>) -> MemoryPorts<V, V> {
+        self.memory.expand(scope)
+    }
+}

@@ -1,0 +1,406 @@
+//! Vocabularies: named vectors of one space, made once from a seed and then frozen.
+
+use std::collections::HashMap;
+use std::marker::PhantomData;
+use std::sync::Arc;
+
+use rand::RngExt;
+use rand_distr::StandardNormal;
+
+use super::algebra::{Algebra, Hrr, Workspace, dot, normalize};
+use super::error::{VocabError, nearest_name};
+use super::expr::{self, Expr};
+use super::pointer::{PointerRef, PointerValue};
+use crate::sim::{Real, Seed, Space, VocabTag};
+
+/// Most vectors drawn for one name before giving up on the similarity ceiling.
+const ATTEMPTS: u64 = 20_000;
+
+/// A random unit vector: independent normal components, then scaled to length 1.
+///
+/// This is uniform on the sphere. Any `dim`; a pure function of `dim` and `seed`.
+pub fn random_pointer(dim: usize, seed: Seed) -> Vec<Real> {
+    let mut rng = seed.rng();
+    let mut vector: Vec<Real> = (0..dim).map(|_| rng.sample(StandardNormal)).collect();
+    normalize(&mut vector);
+    vector
+}
+
+enum Entry {
+    Random,
+    Unitary,
+    Given(Vec<Real>),
+    Defined(String),
+}
+
+/// Collects names, then [`build`](VocabularyBuilder::build)s a [`Vocabulary`].
+///
+/// ```
+/// use symbolt::sim::{Seed, VocabTag};
+/// use symbolt::spa::{VocabularyBuilder, cosine};
+///
+/// struct Things;
+/// impl VocabTag for Things { const NAME: &'static str = "things"; }
+///
+/// let vocabulary = VocabularyBuilder::<Things>::new(256, Seed::new(1))
+///     .pointers(["NUT", "BOLT"])
+///     .unitary("ROLE")
+///     .define("FRAME", "ROLE * (NUT + 0.5 * BOLT)")
+///     .build()?;
+/// let back = vocabulary.parse("FRAME * ~ROLE")?;
+/// assert!((cosine(&back, &vocabulary.parse("NUT + 0.5 * BOLT")?) - 1.0).abs() < 1e-4);
+/// assert!(vocabulary.parse("NIT").is_err());
+/// # Ok::<(), symbolt::spa::VocabError>(())
+/// ```
+pub struct VocabularyBuilder<V: VocabTag> {
+    dim: usize,
+    seed: Seed,
+    algebra: Arc<dyn Algebra>,
+    ceiling: Option<Real>,
+    entries: Vec<(String, Entry)>,
+    tag: PhantomData<fn() -> V>,
+}
+
+impl<V: VocabTag> VocabularyBuilder<V> {
+    /// A vocabulary of `dim` dimensions with holographic reduced representations and a similarity
+    /// ceiling of 0.1. The dimension is checked by [`build`](Self::build).
+    pub fn new(dim: usize, seed: Seed) -> Self {
+        Self {
+            dim,
+            seed,
+            algebra: Arc::new(Hrr),
+            ceiling: Some(0.1),
+            entries: Vec::new(),
+            tag: PhantomData,
+        }
+    }
+
+    /// Uses another algebra.
+    pub fn algebra(mut self, algebra: Arc<dyn Algebra>) -> Self {
+        self.algebra = algebra;
+        self
+    }
+
+    /// Keeps the cosine of any two random pointers within `-ceiling..=ceiling` (more than 0, at
+    /// most 1).
+    pub fn max_similarity(mut self, ceiling: Real) -> Self {
+        self.ceiling = Some(ceiling);
+        self
+    }
+
+    /// Takes random pointers as they come.
+    pub fn any_similarity(mut self) -> Self {
+        self.ceiling = None;
+        self
+    }
+
+    /// Adds a random unit vector.
+    pub fn pointer(mut self, name: impl Into<String>) -> Self {
+        self.entries.push((name.into(), Entry::Random));
+        self
+    }
+
+    /// Adds random unit vectors.
+    pub fn pointers<N: Into<String>>(mut self, names: impl IntoIterator<Item = N>) -> Self {
+        self.entries.extend(names.into_iter().map(|n| (n.into(), Entry::Random)));
+        self
+    }
+
+    /// Adds a random unitary vector: binding with it can be undone exactly.
+    pub fn unitary(mut self, name: impl Into<String>) -> Self {
+        self.entries.push((name.into(), Entry::Unitary));
+        self
+    }
+
+    /// Adds a vector of the caller's own, as it is.
+    pub fn vector(mut self, name: impl Into<String>, values: &[Real]) -> Self {
+        self.entries.push((name.into(), Entry::Given(values.to_vec())));
+        self
+    }
+
+    /// Adds the value of an expression over the names before it, as it is.
+    pub fn define(mut self, name: impl Into<String>, expression: impl Into<String>) -> Self {
+        self.entries.push((name.into(), Entry::Defined(expression.into())));
+        self
+    }
+
+    /// Draws all vectors, in the order of the names.
+    ///
+    /// A name's draws depend on the seed, the tag and the name; which of them is taken, on the
+    /// similarities to the names before it. Costs O(names^2 D), and many times that when the
+    /// ceiling is tight.
+    ///
+    /// # Errors
+    /// A dimension that the algebra refuses, a ceiling outside `(0, 1]` or one that cannot be met,
+    /// a bad or repeated name, an expression that cannot be evaluated.
+    pub fn build(self) -> Result<Vocabulary<V>, VocabError> {
+        self.algebra.check_dim(self.dim)?;
+        if let Some(ceiling) = self.ceiling
+            && !(ceiling > 0.0 && ceiling <= 1.0)
+        {
+            return Err(VocabError::Ceiling { ceiling });
+        }
+        let names: Vec<&str> = self.entries.iter().map(|(n, _)| n.as_str()).collect();
+        let identity =
+            format!("{}\0{}\0{}\0{}", V::NAME, self.dim, self.algebra.name(), names.join("\0"));
+        let id = self.seed.derive(&identity, "space").value();
+        let label = format!(
+            "the vocabulary `{}` (D = {}, {}, seed {}, {} names)",
+            V::NAME,
+            self.dim,
+            self.algebra.name(),
+            self.seed,
+            names.len()
+        );
+        let mut vocabulary = Vocabulary {
+            space: Space::new(id, self.dim, label),
+            algebra: self.algebra,
+            names: Vec::new(),
+            index: HashMap::new(),
+            vectors: Vec::new(),
+            tag: PhantomData,
+        };
+        let mut work = vocabulary.algebra.scratch(self.dim);
+        for (name, entry) in self.entries {
+            if !expr::is_name(&name) {
+                return Err(VocabError::BadName { name });
+            }
+            if vocabulary.index.contains_key(&name) {
+                return Err(VocabError::Duplicate { name });
+            }
+            let vector = match entry {
+                Entry::Random => {
+                    vocabulary.draw(&name, false, self.seed, self.ceiling, &mut work)?
+                }
+                Entry::Unitary => {
+                    vocabulary.draw(&name, true, self.seed, self.ceiling, &mut work)?
+                }
+                Entry::Given(values) => check_vector(&name, values, self.dim)?,
+                Entry::Defined(text) => vocabulary.parse(&text)?.into_values(),
+            };
+            vocabulary.index.insert(name.clone(), vocabulary.names.len());
+            vocabulary.names.push(name);
+            vocabulary.vectors.extend_from_slice(&vector);
+        }
+        Ok(vocabulary)
+    }
+}
+
+fn check_vector(name: &str, values: Vec<Real>, dim: usize) -> Result<Vec<Real>, VocabError> {
+    let reason = if values.len() != dim {
+        format!("{} values are given for {dim} dimensions", values.len())
+    } else if let Some(bad) = values.iter().find(|v| !v.is_finite()) {
+        format!("a component is {bad}")
+    } else {
+        return Ok(values);
+    };
+    Err(VocabError::BadVector { name: name.into(), reason })
+}
+
+/// Named vectors of one space. Frozen: neither names nor vectors change.
+#[derive(Debug)]
+pub struct Vocabulary<V: VocabTag> {
+    space: Space,
+    algebra: Arc<dyn Algebra>,
+    names: Vec<String>,
+    index: HashMap<String, usize>,
+    /// One row a name.
+    vectors: Vec<Real>,
+    tag: PhantomData<fn() -> V>,
+}
+
+impl<V: VocabTag> Vocabulary<V> {
+    /// The space in which the pointers live; ports are typed by it.
+    pub fn space(&self) -> &Space {
+        &self.space
+    }
+
+    /// The number of dimensions.
+    pub fn dim(&self) -> usize {
+        self.space.width()
+    }
+
+    /// How many names there are.
+    pub fn len(&self) -> usize {
+        self.names.len()
+    }
+
+    /// Whether there are no names.
+    pub fn is_empty(&self) -> bool {
+        self.names.is_empty()
+    }
+
+    /// The names, in the order in which they were added.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// The algebra.
+    pub fn algebra(&self) -> &Arc<dyn Algebra> {
+        &self.algebra
+    }
+
+    /// All vectors, row by row in the order of [`names`](Self::names): `len x dim` numbers.
+    pub fn matrix(&self) -> &[Real] {
+        &self.vectors
+    }
+
+    /// The vector of the `index`-th name.
+    pub fn vector(&self, index: usize) -> Option<PointerRef<'_, V>> {
+        let dim = self.dim();
+        self.vectors.get(index * dim..(index + 1) * dim).map(PointerRef::new)
+    }
+
+    /// The vector called `name`.
+    ///
+    /// # Errors
+    /// [`VocabError::Unknown`], listing the names.
+    pub fn get(&self, name: &str) -> Result<PointerRef<'_, V>, VocabError> {
+        let index = self.position(name)?;
+        let dim = self.dim();
+        Ok(PointerRef::new(&self.vectors[index * dim..(index + 1) * dim]))
+    }
+
+    /// The place of `name` among [`names`](Self::names).
+    ///
+    /// # Errors
+    /// [`VocabError::Unknown`], listing the names.
+    pub fn position(&self, name: &str) -> Result<usize, VocabError> {
+        self.index.get(name).copied().ok_or_else(|| VocabError::Unknown {
+            vocabulary: V::NAME.into(),
+            name: name.into(),
+            nearest: nearest_name(name, self.names.iter().map(String::as_str)),
+            choices: self.names.clone(),
+        })
+    }
+
+    /// The value of an expression such as `PRECONDITION * (NUT_IN_JIG + BOLT_IN_JIG)`; not
+    /// normalised. Allocates.
+    ///
+    /// # Errors
+    /// [`VocabError::Syntax`] with the place, or [`VocabError::Unknown`] for a name that the
+    /// vocabulary does not have.
+    pub fn parse(&self, text: &str) -> Result<PointerValue<V>, VocabError> {
+        let expr = expr::parse(text)?;
+        let mut work = self.algebra.scratch(self.dim());
+        match self.evaluate(&expr, text, &mut work)? {
+            Value::Vector(values) => Ok(PointerValue::new(
+                check_vector(text, values, self.dim())?,
+                text.trim().to_owned(),
+            )),
+            Value::Number(_) => Err(VocabError::Syntax {
+                text: text.into(),
+                at: 0,
+                problem: "a number".into(),
+                expected: "an expression with at least one name",
+            }),
+        }
+    }
+
+    fn draw(
+        &self,
+        name: &str,
+        unitary: bool,
+        seed: Seed,
+        ceiling: Option<Real>,
+        work: &mut Workspace,
+    ) -> Result<Vec<Real>, VocabError> {
+        let own = seed.derive(V::NAME, name);
+        let attempts = if ceiling.is_some() && !self.is_empty() { ATTEMPTS } else { 1 };
+        let (mut best, mut nearest) = (Real::INFINITY, 0);
+        for attempt in 0..attempts {
+            let mut vector = random_pointer(self.dim(), own.derive_index("pointer", attempt));
+            if unitary {
+                self.algebra.make_unitary(&mut vector, work);
+            }
+            let Some(ceiling) = ceiling else { return Ok(vector) };
+            let (mut worst, mut whose) = (0.0, 0);
+            for (index, other) in self.vectors.chunks_exact(self.dim()).enumerate() {
+                let similarity = dot(&vector, other).abs();
+                if similarity > worst {
+                    (worst, whose) = (similarity, index);
+                }
+                if worst > ceiling && worst >= best {
+                    break;
+                }
+            }
+            if worst <= ceiling {
+                return Ok(vector);
+            }
+            if worst < best {
+                (best, nearest) = (worst, whose);
+            }
+        }
+        Err(VocabError::TooSimilar {
+            name: name.into(),
+            dim: self.dim(),
+            ceiling: ceiling.unwrap_or(1.0),
+            others: self.len(),
+            attempts: attempts as usize,
+            best,
+            nearest: self.names.get(nearest).cloned().unwrap_or_default(),
+        })
+    }
+
+    fn evaluate(&self, expr: &Expr, text: &str, work: &mut Workspace) -> Result<Value, VocabError> {
+        let syntax = |at: usize, problem: &str, expected: &'static str| VocabError::Syntax {
+            text: text.into(),
+            at,
+            problem: problem.into(),
+            expected,
+        };
+        Ok(match expr {
+            Expr::Number(value) => Value::Number(*value),
+            Expr::Name { name, .. } => Value::Vector(self.get(name)?.to_vec()),
+            Expr::Negate(inner) => match self.evaluate(inner, text, work)? {
+                Value::Number(value) => Value::Number(-value),
+                Value::Vector(mut values) => {
+                    values.iter_mut().for_each(|v| *v = -*v);
+                    Value::Vector(values)
+                }
+            },
+            Expr::Invert(inner, at) => match self.evaluate(inner, text, work)? {
+                Value::Number(_) => return Err(syntax(*at, "`~` before a number", "a pointer")),
+                Value::Vector(values) => {
+                    let mut inverse = vec![0.0; values.len()];
+                    self.algebra.inverse_into(&values, &mut inverse);
+                    Value::Vector(inverse)
+                }
+            },
+            Expr::Add(left, right, at) | Expr::Subtract(left, right, at) => {
+                let sign = if matches!(expr, Expr::Add(..)) { 1.0 } else { -1.0 };
+                match (self.evaluate(left, text, work)?, self.evaluate(right, text, work)?) {
+                    (Value::Number(a), Value::Number(b)) => Value::Number(a + f64::from(sign) * b),
+                    (Value::Vector(mut a), Value::Vector(b)) => {
+                        a.iter_mut().zip(&b).for_each(|(x, y)| *x += sign * y);
+                        Value::Vector(a)
+                    }
+                    _ => {
+                        let problem = "a sum of a number and a pointer";
+                        return Err(syntax(*at, problem, "pointers on both sides"));
+                    }
+                }
+            }
+            Expr::Times(left, right) => {
+                match (self.evaluate(left, text, work)?, self.evaluate(right, text, work)?) {
+                    (Value::Number(a), Value::Number(b)) => Value::Number(a * b),
+                    (Value::Number(k), Value::Vector(mut values))
+                    | (Value::Vector(mut values), Value::Number(k)) => {
+                        values.iter_mut().for_each(|v| *v *= k as Real);
+                        Value::Vector(values)
+                    }
+                    (Value::Vector(a), Value::Vector(b)) => {
+                        let mut bound = vec![0.0; a.len()];
+                        self.algebra.bind_into(&a, &b, &mut bound, work);
+                        Value::Vector(bound)
+                    }
+                }
+            }
+        })
+    }
+}
+
+enum Value {
+    Number(f64),
+    Vector(Vec<Real>),
+}
