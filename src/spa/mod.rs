@@ -12,6 +12,7 @@ mod vocabulary;
 
 pub use algebra::{Algebra, Hrr, LinearMap, ProductForm, Workspace, cosine, dot, norm, normalize};
 pub use error::VocabError;
+pub(crate) use error::nearest_name;
 pub use item_memory::{ItemMemory, Match};
 pub use modules::{
     AssociativeMemory, Bind, BindPorts, CleanupMemory, FEED_FORWARD, Gate, GatePorts, GoalBuffer,

@@ -1,0 +1,123 @@
+//! Every way in which recordings, learning, domains and plans can fail.
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use crate::sim::{BuildErrors, SimError};
+use crate::spa::VocabError;
+
+/// Something in an input file that is not as it must be.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("{file}{}: {problem}; expected {expected}", place(.line, .field))]
+pub struct InputFault {
+    /// The file, or whatever the text came from.
+    pub file: String,
+    /// The line, counted from 1, if the fault has one.
+    pub line: Option<usize>,
+    /// The field, such as `objects[2].orientation`; empty if the fault has none.
+    pub field: String,
+    /// What was found.
+    pub problem: String,
+    /// What should stand there.
+    pub expected: String,
+}
+
+fn place(line: &Option<usize>, field: &str) -> String {
+    let line = line.map_or_else(String::new, |n| format!(", line {n}"));
+    if field.is_empty() { line } else { format!("{line}, field `{field}`") }
+}
+
+/// What can go wrong between a recording and a plan.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum TaskError {
+    /// A file that is not as it must be.
+    #[error(transparent)]
+    Input(#[from] InputFault),
+    /// A file that cannot be read or written.
+    #[error("cannot {what} {}: {source}", path.display())]
+    Io {
+        /// `read` or `write`.
+        what: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// An output that exists already.
+    #[error("{} exists already; choose another name, or force it", path.display())]
+    Exists {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A setting that makes no sense.
+    #[error("`{name}` is {value}; expected {expected}")]
+    Setting {
+        /// The setting's name.
+        name: &'static str,
+        /// What was given.
+        value: String,
+        /// What can be given.
+        expected: &'static str,
+    },
+    /// A recording from which nothing can be learned.
+    #[error("nothing can be learned from this recording: {reason}")]
+    NothingToLearn {
+        /// Why.
+        reason: String,
+    },
+    /// More poses of one kind than can be clustered.
+    #[error(
+        "{poses} poses of `{kind}` would need {gigabytes:.0} GB of distances; the most is {most} poses"
+    )]
+    TooManyPoses {
+        /// The kind.
+        kind: String,
+        /// How many there are.
+        poses: usize,
+        /// How much memory their distances need.
+        gigabytes: f64,
+        /// How many can be clustered.
+        most: usize,
+    },
+    /// A name that a domain does not have.
+    #[error("the domain has no {what} `{name}`{}; it has: {}", near(.nearest), .choices.join(", "))]
+    Unknown {
+        /// `state`, `action` or `kind`.
+        what: &'static str,
+        /// What was asked for.
+        name: String,
+        /// The most similar name, if one is close.
+        nearest: Option<String>,
+        /// What exists.
+        choices: Vec<String>,
+    },
+    /// A domain that contradicts itself.
+    #[error("the domain is not sound: {reason}")]
+    BadDomain {
+        /// What is wrong.
+        reason: String,
+    },
+    /// A vocabulary that could not be made.
+    #[error(transparent)]
+    Vocabulary(#[from] VocabError),
+    /// A graph that could not be built.
+    #[error(transparent)]
+    Build(#[from] BuildErrors),
+    /// A simulation that could not run.
+    #[error(transparent)]
+    Sim(#[from] SimError),
+    /// A planner that came to no decision in the time given.
+    #[error("the planner came to no decision within {limit_ms} simulated ms; it was {doing}")]
+    Undecided {
+        /// The time given, in simulated milliseconds.
+        limit_ms: f64,
+        /// What it was doing last.
+        doing: String,
+    },
+}
+
+fn near(nearest: &Option<String>) -> String {
+    nearest.as_ref().map_or_else(String::new, |name| format!(" (did you mean `{name}`?)"))
+}

@@ -1,0 +1,440 @@
+//! A seeded generator of recordings without physics: where a demonstrator's parts would have been.
+//!
+//! It stands in for a scene in tests, benches and examples, and knows what a recording of the
+//! nut-and-bolt task looks like: parts anywhere on a table, a jig with a pocket for the nut and a hole for
+//! the bolt, the bolt put through the nut at the end. Tries can fail (the part falls back on the table,
+//! a bolt is left standing on its head, an assembly comes apart), parts can be lost off the table so
+//! that later ids of their kind move down, bystanders are nudged and knocked. The z axis points up, in
+//! contrast to recordings made elsewhere.
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
+use super::error::TaskError;
+use super::pose::{Pose, quaternion_array};
+use super::recording::{Demonstration, Event, Labels, ObjectPose, Recording, Snapshot};
+use crate::sim::Seed;
+use nalgebra::{UnitQuaternion, Vector3};
+
+/// Which part is put into the jig first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Order {
+    /// The nut.
+    NutFirst,
+    /// The bolt.
+    BoltFirst,
+    /// Either, drawn for each demonstration; with two demonstrations or more both occur.
+    #[default]
+    Either,
+}
+
+/// What a generated recording shows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rehearsal {
+    /// How many demonstrations (at least 1).
+    pub demos: usize,
+    /// How many nuts each begins with (1 to 50).
+    pub nuts: usize,
+    /// How many bolts each begins with (1 to 50).
+    pub bolts: usize,
+    /// Which part goes first.
+    pub order: Order,
+    /// The probability that a try fails (0 to 0.9).
+    pub fail_rate: f64,
+    /// The probability that a failed try loses its part off the table (0 to 1).
+    pub loss_rate: f64,
+    /// The probability that a try knocks another part aside (0 to 1).
+    pub knock_rate: f64,
+    /// Whether snapshots carry `t`, `event` and `object`, taken at contact and release; otherwise one
+    /// is taken before each try and one at the end, and nothing says what was touched.
+    pub events: bool,
+}
+
+impl Default for Rehearsal {
+    fn default() -> Self {
+        Self {
+            demos: 5,
+            nuts: 1,
+            bolts: 1,
+            order: Order::Either,
+            fail_rate: 0.0,
+            loss_rate: 0.0,
+            knock_rate: 0.0,
+            events: true,
+        }
+    }
+}
+
+/// A generated recording with what only its maker knows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rehearsed {
+    /// What a learner gets.
+    pub recording: Recording,
+    /// The demonstrator's own names for its tries, for scoring.
+    pub labels: Labels,
+    /// How many tries failed.
+    pub failed: usize,
+    /// How many parts were lost.
+    pub lost: usize,
+    /// How many demonstrations ended with a bolt in a nut.
+    pub assembled: usize,
+}
+
+/// Heights of the parts' origins, in metres: lying and standing on the table, in the jig, and assembled.
+/// The bolt sinks 1.4 mm from its place in the jig to its place in the nut.
+pub mod heights {
+    /// A nut lying on the table.
+    pub const NUT_LYING: f64 = 0.0080;
+    /// A bolt lying on the table.
+    pub const BOLT_LYING: f64 = 0.0150;
+    /// A bolt standing on its head.
+    pub const BOLT_STANDING: f64 = 0.0415;
+    /// A nut in its pocket.
+    pub const NUT_SEATED: f64 = 0.0522;
+    /// A bolt hanging in its hole.
+    pub const BOLT_SEATED: f64 = 0.0640;
+    /// A bolt in a nut.
+    pub const BOLT_ASSEMBLED: f64 = 0.0626;
+}
+
+const POCKET: [f64; 2] = [0.31, -0.22];
+const HOLE: [f64; 2] = [0.44, -0.06];
+/// How much a part has to spare in pocket and hole, in metres.
+const CLEARANCE: f64 = 1.5e-3;
+/// The table's corners.
+const TABLE: [[f64; 2]; 2] = [[-0.35, 0.05], [0.15, 0.55]];
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Part {
+    Nut,
+    Bolt,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Place {
+    Lying,
+    Standing,
+    Jig,
+    Assembled,
+}
+
+#[derive(Debug, Clone)]
+struct Body {
+    part: Part,
+    place: Place,
+    pose: Pose,
+}
+
+struct Stage<'a> {
+    spec: &'a Rehearsal,
+    rng: ChaCha8Rng,
+    bodies: Vec<Body>,
+    snapshots: Vec<Snapshot>,
+    labels: Vec<Option<String>>,
+    time_s: f64,
+    failed: usize,
+    lost: usize,
+}
+
+impl Rehearsal {
+    /// Generates a recording; the same seed gives the same bits.
+    ///
+    /// # Errors
+    /// [`TaskError::Setting`] for a number or rate outside its range.
+    pub fn record(&self, seed: Seed) -> Result<Rehearsed, TaskError> {
+        self.check()?;
+        let mut out = Rehearsed {
+            recording: Recording::default(),
+            labels: Labels::new(),
+            failed: 0,
+            lost: 0,
+            assembled: 0,
+        };
+        let flip = seed.derive("kinematic", "order").rng().random::<bool>();
+        for demo in 0..self.demos {
+            let nut_first = match self.order {
+                Order::NutFirst => true,
+                Order::BoltFirst => false,
+                // Alternating from a drawn start, so that few demonstrations show both.
+                Order::Either => (demo % 2 == 0) == flip,
+            };
+            let mut stage = Stage {
+                spec: self,
+                rng: seed.derive_index("kinematic demo", demo as u64).rng(),
+                bodies: Vec::new(),
+                snapshots: Vec::new(),
+                labels: Vec::new(),
+                time_s: 0.0,
+                failed: 0,
+                lost: 0,
+            };
+            let assembled = stage.perform(nut_first);
+            out.failed += stage.failed;
+            out.lost += stage.lost;
+            out.assembled += usize::from(assembled);
+            out.recording
+                .demos
+                .push(Demonstration { number: demo as u64, snapshots: stage.snapshots });
+            out.labels.push(stage.labels);
+        }
+        Ok(out)
+    }
+
+    /// A single scene with all parts on the table, as `plan --scene` reads it.
+    ///
+    /// # Errors
+    /// As [`Rehearsal::record`].
+    pub fn scene(&self, seed: Seed) -> Result<Snapshot, TaskError> {
+        let one = Self { demos: 1, ..self.clone() }.record(seed)?;
+        let mut scene =
+            one.recording.demos.into_iter().flat_map(|d| d.snapshots).next().unwrap_or_default();
+        scene.event = None;
+        scene.time_s = None;
+        Ok(scene)
+    }
+
+    fn check(&self) -> Result<(), TaskError> {
+        let setting = |name, value: String, expected| TaskError::Setting { name, value, expected };
+        if self.demos == 0 || self.demos > 10_000 {
+            return Err(setting("demos", self.demos.to_string(), "1 to 10000"));
+        }
+        for (name, count) in [("nuts", self.nuts), ("bolts", self.bolts)] {
+            if count == 0 || count > 50 {
+                return Err(setting(name, count.to_string(), "1 to 50"));
+            }
+        }
+        if !(0.0..=0.9).contains(&self.fail_rate) {
+            return Err(setting("fail_rate", self.fail_rate.to_string(), "0 to 0.9"));
+        }
+        for (name, rate) in [("loss_rate", self.loss_rate), ("knock_rate", self.knock_rate)] {
+            if !(0.0..=1.0).contains(&rate) {
+                return Err(setting(name, rate.to_string(), "0 to 1"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Most tries in one demonstration; then the demonstrator gives up.
+const MOST_TRIES: usize = 60;
+
+impl Stage<'_> {
+    /// Plays one demonstration; whether a bolt ends in a nut.
+    fn perform(&mut self, nut_first: bool) -> bool {
+        for (part, count) in [(Part::Nut, self.spec.nuts), (Part::Bolt, self.spec.bolts)] {
+            for _ in 0..count {
+                let pose = self.lying(part);
+                self.bodies.push(Body { part, place: Place::Lying, pose });
+            }
+        }
+        if self.spec.events {
+            self.snapshot(Some(Event::Start), None, None);
+        }
+        let parts = if nut_first { [Part::Nut, Part::Bolt] } else { [Part::Bolt, Part::Nut] };
+        for _ in 0..MOST_TRIES {
+            if self.bodies.iter().any(|b| b.place == Place::Assembled) {
+                break;
+            }
+            let seated =
+                |part| self.bodies.iter().position(|b| b.part == part && b.place == Place::Jig);
+            let (nut, bolt) = (seated(Part::Nut), seated(Part::Bolt));
+            let done = match (nut, bolt) {
+                (Some(nut), Some(bolt)) => self.assemble(nut, bolt),
+                _ => {
+                    let part = if seated(parts[0]).is_none() { parts[0] } else { parts[1] };
+                    self.put_in_jig(part)
+                }
+            };
+            if !done {
+                break;
+            }
+        }
+        self.snapshot(self.spec.events.then_some(Event::End), None, None);
+        self.bodies.iter().any(|b| b.place == Place::Assembled)
+    }
+
+    /// One try to put a part into the jig; false if there is none left.
+    fn put_in_jig(&mut self, part: Part) -> bool {
+        let free = |b: &Body| b.part == part && matches!(b.place, Place::Lying | Place::Standing);
+        let Some(at) = self.bodies.iter().position(free) else { return false };
+        let label = if part == Part::Nut { "PUT_NUT_IN_JIG" } else { "PUT_BOLT_IN_JIG" };
+        self.begin(at, label);
+        if self.fails() {
+            self.drop_part(at);
+        } else {
+            self.bodies[at].place = Place::Jig;
+            self.bodies[at].pose = self.seated(part);
+            self.finish(at);
+        }
+        true
+    }
+
+    /// One try to put the bolt into the nut.
+    fn assemble(&mut self, nut: usize, bolt: usize) -> bool {
+        self.begin(bolt, "ASSEMBLE");
+        if self.fails() {
+            if self.chance(self.spec.loss_rate) {
+                // Both come out, and the nut goes over the edge.
+                self.bodies[bolt].place = Place::Lying;
+                self.bodies[bolt].pose = self.lying(Part::Bolt);
+                self.finish_with(bolt, Some(nut));
+            } else {
+                self.drop_part(bolt);
+            }
+            return true;
+        }
+        // The nut moves within its pocket, and the bolt stands where the nut is.
+        self.bodies[nut].pose = self.seated(Part::Nut);
+        let [x, y, _] = self.bodies[nut].pose.position;
+        let jitter = self.jitter();
+        self.bodies[bolt].place = Place::Assembled;
+        self.bodies[bolt].pose = Pose {
+            position: [x + 0.2 * CLEARANCE, y, heights::BOLT_ASSEMBLED + jitter],
+            orientation: self.upright(),
+        };
+        self.finish(bolt);
+        true
+    }
+
+    fn fails(&mut self) -> bool {
+        let fails = self.chance(self.spec.fail_rate);
+        self.failed += usize::from(fails);
+        fails
+    }
+
+    /// The part falls: off the table, on its head, or flat.
+    fn drop_part(&mut self, at: usize) {
+        let part = self.bodies[at].part;
+        if self.chance(self.spec.loss_rate) {
+            self.finish_with(at, Some(at));
+            return;
+        }
+        self.bodies[at].pose = self.lying(part);
+        self.bodies[at].place = Place::Lying;
+        if part == Part::Bolt && self.chance(0.2) {
+            let jitter = self.jitter();
+            self.bodies[at].place = Place::Standing;
+            self.bodies[at].pose.position[2] = heights::BOLT_STANDING + 10.0 * jitter;
+            self.bodies[at].pose.orientation = self.upright();
+        }
+        self.finish(at);
+    }
+
+    fn begin(&mut self, at: usize, label: &str) {
+        let event = self.spec.events.then_some(Event::Contact);
+        self.snapshot(event, Some(at), Some(label.into()));
+    }
+
+    fn finish(&mut self, at: usize) {
+        self.finish_with(at, None);
+    }
+
+    /// Ends a try: bystanders creep and are knocked, the release is recorded, a lost part goes.
+    fn finish_with(&mut self, at: usize, lost: Option<usize>) {
+        for other in 0..self.bodies.len() {
+            if other != at && self.bodies[other].place == Place::Lying {
+                let creep = 2e-5 * self.normal();
+                self.bodies[other].pose.position[0] += creep;
+                self.bodies[other].pose.position[1] -= creep;
+            }
+        }
+        let lying: Vec<usize> = (0..self.bodies.len())
+            .filter(|b| *b != at && self.bodies[*b].place == Place::Lying)
+            .collect();
+        if !lying.is_empty() && self.chance(self.spec.knock_rate) {
+            let knocked = lying[self.rng.random_range(0..lying.len())];
+            self.bodies[knocked].pose = self.lying(self.bodies[knocked].part);
+        }
+        if self.spec.events && lost != Some(at) {
+            self.snapshot(Some(Event::Release), Some(at), None);
+        }
+        if let Some(lost) = lost {
+            self.bodies.remove(lost);
+            self.lost += 1;
+        }
+    }
+
+    fn snapshot(&mut self, event: Option<Event>, touched: Option<usize>, label: Option<String>) {
+        let (mut nuts, mut bolts) = (0, 0);
+        let mut objects: Vec<ObjectPose> = self
+            .bodies
+            .iter()
+            .map(|body| {
+                let (kind, number) = match body.part {
+                    Part::Nut => ("nut", &mut nuts),
+                    Part::Bolt => ("bolt", &mut bolts),
+                };
+                *number += 1;
+                let id = format!("{kind}_{}", *number - 1).into();
+                ObjectPose { id, kind: kind.into(), pose: body.pose }
+            })
+            .collect();
+        for (kind, [x, y]) in [("nut_pocket", POCKET), ("bolt_hole", HOLE)] {
+            let pose = Pose::at([x, y, 0.044]);
+            objects.push(ObjectPose { id: format!("{kind}_0").into(), kind: kind.into(), pose });
+        }
+        self.time_s += if self.snapshots.is_empty() { 0.0 } else { 1.5 };
+        self.snapshots.push(Snapshot {
+            number: self.snapshots.len() as u64,
+            time_s: self.spec.events.then_some(self.time_s),
+            event,
+            object: touched.filter(|_| self.spec.events),
+            objects,
+        });
+        self.labels.push(label);
+    }
+
+    fn chance(&mut self, probability: f64) -> bool {
+        self.rng.random::<f64>() < probability
+    }
+
+    fn normal(&mut self) -> f64 {
+        self.rng.sample(StandardNormal)
+    }
+
+    /// Heights repeat to about 20 micrometres.
+    fn jitter(&mut self) -> f64 {
+        1e-5 * self.normal()
+    }
+
+    fn uniform(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.rng.random::<f64>()
+    }
+
+    fn lying(&mut self, part: Part) -> Pose {
+        let x = self.uniform(TABLE[0][0], TABLE[1][0]);
+        let y = self.uniform(TABLE[0][1], TABLE[1][1]);
+        let yaw = self.uniform(-3.1, 3.1);
+        let roll = self.uniform(-3.1, 3.1);
+        let (z, turn) = match part {
+            Part::Nut => (heights::NUT_LYING, UnitQuaternion::identity()),
+            Part::Bolt => (
+                heights::BOLT_LYING,
+                UnitQuaternion::from_axis_angle(&Vector3::y_axis(), std::f64::consts::FRAC_PI_2)
+                    * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), roll),
+            ),
+        };
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw) * turn;
+        let z = z + self.jitter();
+        Pose { position: [x, y, z], orientation: quaternion_array(&turn) }
+    }
+
+    fn seated(&mut self, part: Part) -> Pose {
+        let ([x, y], z) = match part {
+            Part::Nut => (POCKET, heights::NUT_SEATED),
+            Part::Bolt => (HOLE, heights::BOLT_SEATED),
+        };
+        let position = [
+            x + self.uniform(-CLEARANCE, CLEARANCE),
+            y + self.uniform(-CLEARANCE, CLEARANCE),
+            z + self.jitter(),
+        ];
+        Pose { position, orientation: self.upright() }
+    }
+
+    fn upright(&mut self) -> [f64; 4] {
+        let yaw = self.uniform(-3.1, 3.1);
+        quaternion_array(&UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw))
+    }
+}

@@ -1,0 +1,177 @@
+//! Distances between positions: p-norms with negative p, near when any one coordinate agrees.
+
+use rayon::prelude::*;
+
+use crate::task::error::TaskError;
+
+/// The exponent of the paper (section II.E).
+pub const PAPER_EXPONENT: f64 = -2.0;
+
+/// Checks an exponent: any finite number except 0.
+///
+/// # Errors
+/// [`TaskError::Setting`] otherwise.
+pub fn check_exponent(p: f64) -> Result<(), TaskError> {
+    if p.is_finite() && p != 0.0 {
+        return Ok(());
+    }
+    let expected = "a finite number other than 0; the paper uses -2";
+    Err(TaskError::Setting { name: "p", value: p.to_string(), expected })
+}
+
+/// The p-norm of `u - v`: `(sum |u_i - v_i|^p)^(1/p)` (equation 1 of the paper).
+///
+/// With `p < 0` the result is below the least coordinate difference, so two positions are near as
+/// soon as one coordinate agrees. A difference of exactly zero makes its term infinite; the distance is then
+/// 0, the limit of the formula, whatever the other coordinates are: two poses that agree exactly in
+/// one coordinate cannot be told apart by it. Equal positions have distance 0 for any `p`.
+///
+/// ```
+/// use symbolt::task::learn::p_distance;
+/// let d = p_distance(&[0.0, 0.0, 0.0], &[3.0, 4.0, 12.0], -2.0);
+/// assert!((d - (1.0f64 / 9.0 + 1.0 / 16.0 + 1.0 / 144.0).powf(-0.5)).abs() < 1e-12);
+/// assert_eq!(p_distance(&[1.0, 5.0, 9.0], &[7.0, 5.0, -3.0], -2.0), 0.0);
+/// ```
+///
+/// # Panics
+/// If the two have different lengths.
+pub fn p_distance(u: &[f64], v: &[f64], p: f64) -> f64 {
+    assert_eq!(u.len(), v.len(), "two positions have the same number of coordinates");
+    if let ([u0, u1, u2], [v0, v1, v2]) = (u, v)
+        && p == PAPER_EXPONENT
+    {
+        return inverse_square(u0 - v0, u1 - v1, u2 - v2);
+    }
+    let mut sum = 0.0;
+    for (a, b) in u.iter().zip(v) {
+        let difference = (a - b).abs();
+        if difference == 0.0 {
+            if p < 0.0 {
+                return 0.0;
+            }
+        } else {
+            sum += difference.powf(p);
+        }
+    }
+    if sum == 0.0 && p > 0.0 { 0.0 } else { sum.powf(1.0 / p) }
+}
+
+/// The case `p = -2` in three dimensions, with one root and one division:
+/// `(1/x + 1/y + 1/z)^(-1/2) = sqrt(x y z / (x y + y z + z x))` for the squares.
+#[inline]
+fn inverse_square(dx: f64, dy: f64, dz: f64) -> f64 {
+    // Scaled by the largest, so that no product underflows or overflows before the others.
+    let most = dx.abs().max(dy.abs()).max(dz.abs());
+    let scale = if most > 0.0 { 1.0 / most } else { 0.0 };
+    let (x, y, z) = (dx * scale, dy * scale, dz * scale);
+    let (x, y, z) = (x * x, y * y, z * z);
+    let below = x * y + y * z + z * x;
+    let ratio = if below > 0.0 { x * y * z / below } else { 0.0 };
+    ratio.sqrt() * most
+}
+
+/// All pairwise distances of `points`, condensed: row by row above the diagonal,
+/// `n (n - 1) / 2` numbers. Computed on all threads of the current pool; the bits do not depend on how many.
+pub fn distance_matrix(points: &[[f64; 3]], p: f64) -> Vec<f64> {
+    let n = points.len();
+    let mut condensed = vec![0.0; n * n.saturating_sub(1) / 2];
+    let mut rows = Vec::with_capacity(n);
+    let mut rest = condensed.as_mut_slice();
+    for i in 0..n {
+        let (row, tail) = rest.split_at_mut(n - 1 - i);
+        rows.push((i, row));
+        rest = tail;
+    }
+    rows.into_par_iter().with_min_len(16).for_each(|(i, row)| fill_row(points, i, row, p));
+    condensed
+}
+
+fn fill_row(points: &[[f64; 3]], i: usize, row: &mut [f64], p: f64) {
+    let others = &points[i + 1..];
+    if p == PAPER_EXPONENT {
+        inverse_square_row(points[i], others, row);
+    } else {
+        for (out, other) in row.iter_mut().zip(others) {
+            *out = p_distance(&points[i], other, p);
+        }
+    }
+}
+
+#[multiversion::multiversion(targets("x86_64+avx2", "x86_64+sse4.1"))]
+fn inverse_square_row(point: [f64; 3], others: &[[f64; 3]], row: &mut [f64]) {
+    let [x, y, z] = point;
+    for (out, other) in row.iter_mut().zip(others) {
+        *out = inverse_square(x - other[0], y - other[1], z - other[2]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The definition, literally.
+    fn formula(u: &[f64; 3], v: &[f64; 3], p: f64) -> f64 {
+        u.iter().zip(v).map(|(a, b)| (a - b).abs().powf(p)).sum::<f64>().powf(1.0 / p)
+    }
+
+    #[test]
+    fn the_quick_form_equals_the_definition() {
+        let points =
+            [[0.3507, 0.0016, 0.0863], [-0.0255, 0.0522, -0.6767], [0.1256, 0.0644, -0.5296]];
+        let mut checked = 0;
+        for u in &points {
+            for v in &points {
+                if u != v {
+                    for p in [-2.0, -3.0, 2.0, 1.0] {
+                        let (quick, exact) = (p_distance(u, v, p), formula(u, v, p));
+                        assert!((quick / exact - 1.0).abs() < 1e-12, "{u:?} {v:?} {p}");
+                        checked += 1;
+                    }
+                }
+            }
+        }
+        assert_eq!(checked, 24);
+    }
+
+    #[test]
+    fn a_coordinate_difference_of_zero_makes_the_distance_zero() {
+        let (u, v) = ([0.1, 0.2, 0.3], [0.9, 0.2, -0.7]);
+        assert_eq!(p_distance(&u, &v, -2.0), 0.0);
+        assert_eq!(p_distance(&u, &v, -3.0), 0.0);
+        assert!(p_distance(&u, &v, 2.0) > 1.0);
+        assert_eq!(distance_matrix(&[u, v], -2.0), [0.0]);
+        for p in [-2.0, -0.5, 1.0, 2.0] {
+            assert_eq!(p_distance(&u, &u, p), 0.0);
+        }
+        // The limit: as the difference shrinks, the distance does.
+        let nearly = p_distance(&u, &[0.9, 0.2 + 1e-12, -0.7], -2.0);
+        assert!(nearly > 0.0 && nearly <= 1.001e-12, "{nearly}");
+    }
+
+    #[test]
+    fn extreme_coordinates_neither_overflow_nor_vanish() {
+        for scale in [1e-120, 1e-9, 1e6, 1e120] {
+            let d = p_distance(&[scale; 3], &[2.0 * scale; 3], -2.0);
+            assert!((d / (scale / 3f64.sqrt()) - 1.0).abs() < 1e-12, "{scale} {d}");
+        }
+    }
+
+    #[test]
+    fn the_matrix_holds_every_pair_in_order() {
+        let points: Vec<[f64; 3]> =
+            (0..40).map(|i| [f64::from(i).sin(), f64::from(i).cos(), f64::from(i) * 0.1]).collect();
+        for p in [-2.0, -3.0] {
+            let matrix = distance_matrix(&points, p);
+            let mut at = 0;
+            for i in 0..40 {
+                for j in i + 1..40 {
+                    assert_eq!(matrix[at], p_distance(&points[i], &points[j], p));
+                    at += 1;
+                }
+            }
+            assert_eq!(at, matrix.len());
+        }
+        assert!(distance_matrix(&[], -2.0).is_empty());
+        assert!(distance_matrix(&points[..1], -2.0).is_empty());
+    }
+}

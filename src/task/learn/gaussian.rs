@@ -1,0 +1,119 @@
+//! The model of a state: a robust mean pose and a 6-D Gaussian of position and orientation.
+
+use crate::task::pose::{Pose, mean_orientation, rotation_between};
+
+/// A robust mean (section II.E of the paper): sort the values, drop the lowest and the highest
+/// `floor(n / 10)`, average the rest. 0 for no values.
+///
+/// ```
+/// use symbolt::task::learn::robust_mean;
+/// let mut nine_and_a_slip: Vec<f64> = vec![1.0; 9];
+/// nine_and_a_slip.push(1000.0);
+/// assert_eq!(robust_mean(&mut nine_and_a_slip), 1.0);
+/// assert_eq!(robust_mean(&mut [1.0, 2.0, 6.0]), 3.0);
+/// ```
+pub fn robust_mean(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let drop = values.len() / 10;
+    let kept = &values[drop..values.len() - drop];
+    if kept.is_empty() { 0.0 } else { kept.iter().sum::<f64>() / kept.len() as f64 }
+}
+
+/// A Gaussian over poses.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PoseGaussian {
+    /// The robust mean: position by [`robust_mean`] for each coordinate, orientation by
+    /// [`mean_orientation`] of the `n - floor(n / 10)` poses nearest to the mean of all.
+    pub mean: Pose,
+    /// Covariance about that mean, `sum x x^T / (n - 1)`: three coordinates in metres, then the
+    /// three components of the rotation from the mean, about the axes of the scene, in radians. Zero for
+    /// a single pose.
+    pub covariance: [[f64; 6]; 6],
+}
+
+impl PoseGaussian {
+    /// Fits poses; `None` for none.
+    pub fn fit(poses: &[Pose]) -> Option<Self> {
+        let n = poses.len();
+        let mut position = [0.0; 3];
+        for (axis, mean) in position.iter_mut().enumerate() {
+            let mut values: Vec<f64> = poses.iter().map(|p| p.position[axis]).collect();
+            *mean = robust_mean(&mut values);
+        }
+        let orientations: Vec<[f64; 4]> = poses.iter().map(|p| p.orientation).collect();
+        let rough = Pose { position, orientation: mean_orientation(&orientations)? };
+        let mut by_angle: Vec<(f64, [f64; 4])> = poses
+            .iter()
+            .map(|p| (rotation_between(&rough, p).map(|v| v * v).iter().sum(), p.orientation))
+            .collect();
+        by_angle.sort_by(|a, b| a.0.total_cmp(&b.0));
+        by_angle.truncate(n - n / 10);
+        let kept: Vec<[f64; 4]> = by_angle.into_iter().map(|(_, q)| q).collect();
+        let mean = Pose { position, orientation: mean_orientation(&kept)? };
+        let mut covariance = [[0.0; 6]; 6];
+        for pose in poses {
+            let turn = rotation_between(&mean, pose);
+            let x: [f64; 6] = std::array::from_fn(|i| {
+                if i < 3 { pose.position[i] - position[i] } else { turn[i - 3] }
+            });
+            for (row, a) in covariance.iter_mut().zip(x) {
+                for (cell, b) in row.iter_mut().zip(x) {
+                    *cell += a * b;
+                }
+            }
+        }
+        let scale = if n > 1 { 1.0 / (n - 1) as f64 } else { 0.0 };
+        covariance.iter_mut().flatten().for_each(|cell| *cell *= scale);
+        Some(Self { mean, covariance })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tenth_at_each_end_is_dropped() {
+        let mut values: Vec<f64> = (0..20).map(f64::from).collect();
+        values[19] = 1e9;
+        values[0] = -1e9;
+        // 2 of 20 dropped at each end leaves 2..=17.
+        assert_eq!(robust_mean(&mut values), 9.5);
+        // Up to nine values nothing is dropped.
+        assert_eq!(robust_mean(&mut [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 9.0]), 1.0);
+        assert_eq!(robust_mean(&mut []), 0.0);
+    }
+
+    #[test]
+    fn the_covariance_is_that_of_the_definition() {
+        let at = |x: f64, y: f64, degrees: f64| {
+            let half = degrees.to_radians() / 2.0;
+            Pose { position: [x, y, 0.0], orientation: [0.0, 0.0, half.sin(), half.cos()] }
+        };
+        let poses = [at(0.0, 0.0, -10.0), at(2.0, 4.0, 10.0)];
+        let fit = PoseGaussian::fit(&poses).map(|g| g.covariance).unwrap_or_default();
+        let turn = 10f64.to_radians();
+        let expected =
+            [(0, 0, 2.0), (1, 1, 8.0), (0, 1, 4.0), (5, 5, 2.0 * turn * turn), (0, 5, 2.0 * turn)];
+        for (i, j, value) in expected {
+            assert!((fit[i][j] - value).abs() < 1e-12, "{i} {j} {}", fit[i][j]);
+            assert_eq!(fit[i][j], fit[j][i]);
+        }
+        assert_eq!(fit[2][2], 0.0);
+    }
+
+    #[test]
+    fn one_upset_orientation_in_ten_does_not_move_the_mean() {
+        let mut poses = vec![Pose::at([0.0; 3]); 9];
+        poses.push(Pose { orientation: [1.0, 0.0, 0.0, 0.0], ..poses[0] });
+        let mean = PoseGaussian::fit(&poses).map(|g| g.mean.orientation).unwrap_or_default();
+        assert!((mean[3] - 1.0).abs() < 1e-12, "{mean:?}");
+    }
+
+    #[test]
+    fn no_poses_have_no_model_and_one_has_no_spread() {
+        assert_eq!(PoseGaussian::fit(&[]), None);
+        let one = PoseGaussian::fit(&[Pose::at([1.0, 2.0, 3.0])]);
+        assert_eq!(one.map(|g| g.covariance), Some([[0.0; 6]; 6]));
+    }
+}

@@ -1,0 +1,92 @@
+//! Learning from demonstrations: states from where objects were, operators from how states changed.
+//!
+//! The steps are those of the paper's sections II.A and II.E. For each kind of object: pairwise
+//! [`p_distance`], a [`Dendrogram`] by average linkage, a cut, a robust mean and a 6-D Gaussian for
+//! each cluster. Then tries, global states before and after each, and the counts ([`Evidence`])
+//! from which preconditions and effects follow. The learner is given poses and, if the recording has them,
+//! which object was touched; never names of states or actions, nor how many there are.
+//!
+//! Beyond the paper: the threshold is found from the data (see [`Settings::threshold_m`]), the
+//! manipulated object is inferred where it was not recorded, and tries that failed are told from
+//! actions.
+
+mod distance;
+mod gaussian;
+mod linkage;
+mod names;
+mod operators;
+mod states;
+mod threshold;
+mod tracks;
+mod tries;
+
+pub use distance::{PAPER_EXPONENT, check_exponent, distance_matrix, p_distance};
+pub use gaussian::{PoseGaussian, robust_mean};
+pub use linkage::{Dendrogram, MOST_POINTS, Merge};
+pub use operators::{Evidence, GlobalState, Instance};
+pub use states::{Failure, LearnReport, Outcome, StrayPoses, TryReport};
+pub use threshold::RESOLUTION;
+pub use tries::MOVED_M;
+
+use super::domain::Domain;
+use super::error::TaskError;
+use super::recording::Recording;
+
+/// How to learn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// The exponent of the distance; the paper uses -2.
+    pub p: f64,
+    /// The clustering threshold in metres, the same for every kind; the paper uses 0.001169.
+    /// `None` finds one for each kind: the coarsest clustering under which the manipulated part
+    /// ends nearly every try in another state than it began in, setting aside tries that left a
+    /// coordinate the same to a [`RESOLUTION`] of the way that the part went.
+    pub threshold_m: Option<f64>,
+    /// Kept with the domain; learning itself draws nothing.
+    pub seed: u64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { p: PAPER_EXPONENT, threshold_m: None, seed: 1 }
+    }
+}
+
+/// What was learned and how.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Learned {
+    /// The domain.
+    pub domain: Domain,
+    /// Every try, and poses that made no state.
+    pub report: LearnReport,
+}
+
+/// Learns a domain from a recording.
+///
+/// ```
+/// use symbolt::task::kinematic::Rehearsal;
+/// use symbolt::task::learn::{Settings, learn};
+/// use symbolt::sim::Seed;
+///
+/// let recording = Rehearsal::default().record(Seed::new(1))?.recording;
+/// let learned = learn(&recording, &Settings::default())?;
+/// assert_eq!(learned.domain.states().len(), 5);
+/// assert_eq!(learned.domain.operators().len(), 3);
+/// # Ok::<(), symbolt::task::TaskError>(())
+/// ```
+///
+/// # Errors
+/// [`TaskError::Setting`] for an exponent or threshold that cannot be used;
+/// [`TaskError::NothingToLearn`] if no demonstration has two snapshots or nothing moved;
+/// [`TaskError::TooManyPoses`] above [`MOST_POINTS`] poses of one kind.
+pub fn learn(recording: &Recording, settings: &Settings) -> Result<Learned, TaskError> {
+    check_exponent(settings.p)?;
+    if let Some(threshold) = settings.threshold_m
+        && !(threshold.is_finite() && threshold > 0.0)
+    {
+        let expected = "a finite number of metres above 0";
+        let value = threshold.to_string();
+        return Err(TaskError::Setting { name: "threshold", value, expected });
+    }
+    states::learn(recording, settings)
+}

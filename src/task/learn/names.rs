@@ -1,0 +1,113 @@
+//! Readable names for what was learned, made from kinds and places; a person can change them.
+
+use std::collections::HashSet;
+
+use crate::task::domain::{Origin, is_symbol};
+use crate::task::pose::Pose;
+
+/// Something that was always there and never moved, near which a state may lie.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Landmark {
+    pub kind: String,
+    pub pose: Pose,
+}
+
+/// A landmark names a state that lies within this distance of it, in metres.
+const NEAR_M: f64 = 0.15;
+
+/// The name of a kind as it can stand in a symbol: letters and digits, all else `_`.
+pub(crate) fn symbol(kind: &str) -> String {
+    let mut name: String = kind
+        .chars()
+        .map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_uppercase() } else { '_' })
+        .collect();
+    if !name.starts_with(|c: char| c.is_ascii_uppercase()) {
+        name.insert_str(0, "KIND_");
+    }
+    name.truncate(60);
+    name
+}
+
+/// Hands out names, each once.
+#[derive(Debug, Default)]
+pub(crate) struct Names {
+    taken: HashSet<String>,
+}
+
+impl Names {
+    /// `wanted`, or if that is taken `wanted_2`, `wanted_3` and so on.
+    pub fn take(&mut self, wanted: &str) -> String {
+        let mut name = wanted.to_owned();
+        let mut number = 2;
+        while !is_symbol(&name) || !self.taken.insert(name.clone()) {
+            name = format!("{wanted}_{number}");
+            number += 1;
+        }
+        name
+    }
+}
+
+/// A name for a state: where its parts were found, the landmark that they were put at, or just that
+/// they were put somewhere.
+pub(crate) fn state_name(
+    kind: &str,
+    origin: Origin,
+    position: &Pose,
+    landmarks: &[Landmark],
+) -> String {
+    let kind = symbol(kind);
+    if origin == Origin::Found {
+        return format!("{kind}_AT_START");
+    }
+    let nearest = landmarks
+        .iter()
+        .map(|l| (l.pose.distance(position), l))
+        .filter(|(distance, _)| *distance <= NEAR_M)
+        .min_by(|a, b| a.0.total_cmp(&b.0));
+    match nearest {
+        Some((_, landmark)) => format!("{kind}_AT_{}", symbol(&landmark.kind)),
+        None => format!("{kind}_PLACED"),
+    }
+}
+
+/// A name for the action that puts a part into a state.
+pub(crate) fn action_name(state: &str) -> String {
+    format!("PUT_{state}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strange_kinds_give_harmless_names() {
+        assert_eq!(symbol("nut"), "NUT");
+        assert_eq!(symbol("<script>"), "KIND__SCRIPT_");
+        assert_eq!(symbol("3mm bolt"), "KIND_3MM_BOLT");
+        assert_eq!(symbol("écrou"), "KIND__CROU");
+        let long = symbol(&"x".repeat(500));
+        assert!(
+            is_symbol(&long)
+                && is_symbol(&state_name(&long, Origin::Found, &Pose::at([0.0; 3]), &[]))
+        );
+    }
+
+    #[test]
+    fn a_name_is_given_once() {
+        let mut names = Names::default();
+        assert_eq!(names.take("NUT_AT_START"), "NUT_AT_START");
+        assert_eq!(names.take("NUT_AT_START"), "NUT_AT_START_2");
+        assert_eq!(names.take("NOTHING"), "NOTHING_2");
+    }
+
+    #[test]
+    fn the_nearest_landmark_names_a_place() {
+        let hole =
+            |kind: &str, x: f64| Landmark { kind: kind.into(), pose: Pose::at([x, 0.0, 0.0]) };
+        let marks = [hole("nut_hole", 0.0), hole("bolt_hole", 0.2)];
+        let name = |x: f64| state_name("bolt", Origin::Placed, &Pose::at([x, 0.06, 0.0]), &marks);
+        assert_eq!(name(0.01), "BOLT_AT_NUT_HOLE");
+        assert_eq!(name(0.19), "BOLT_AT_BOLT_HOLE");
+        assert_eq!(name(0.9), "BOLT_PLACED");
+    }
+}

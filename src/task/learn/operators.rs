@@ -1,0 +1,155 @@
+//! What an action needs and does: counts over the global states before and after its instances.
+
+/// Which states hold: one flag a state.
+pub type GlobalState = Vec<bool>;
+
+/// One instance of an action.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Instance {
+    /// `G`: the global state before.
+    pub before: GlobalState,
+    /// `H`: the global state after.
+    pub after: GlobalState,
+}
+
+/// The counts behind an operator, one entry a state.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Evidence {
+    /// How many instances there were.
+    pub instances: u32,
+    /// `sum G`: before how many of them the state held.
+    pub before: Vec<u32>,
+    /// `sum (H - G)`: after how many it newly held, less after how many it no longer held.
+    pub change: Vec<i32>,
+}
+
+impl Evidence {
+    /// Counts over instances.
+    ///
+    /// # Panics
+    /// If the global states have different lengths.
+    pub fn count<'a>(instances: impl IntoIterator<Item = &'a Instance>) -> Self {
+        let mut evidence = Self::default();
+        for Instance { before, after } in instances {
+            assert_eq!(before.len(), after.len(), "global states have one flag a state");
+            if evidence.instances == 0 {
+                evidence.before = vec![0; before.len()];
+                evidence.change = vec![0; before.len()];
+            }
+            assert_eq!(evidence.before.len(), before.len(), "global states have one flag a state");
+            evidence.instances += 1;
+            for (state, (g, h)) in before.iter().zip(after).enumerate() {
+                evidence.before[state] += u32::from(*g);
+                evidence.change[state] += i32::from(*h) - i32::from(*g);
+            }
+        }
+        evidence
+    }
+
+    /// The states most consistently present before: `argmax sum G`, all of them if several are
+    /// equal (section II.E of the paper). Empty if no state ever held before.
+    pub fn preconditions(&self) -> Vec<usize> {
+        let most = self.before.iter().copied().max().unwrap_or(0);
+        if most == 0 {
+            return Vec::new();
+        }
+        (0..self.before.len()).filter(|s| self.before[*s] == most).collect()
+    }
+
+    /// The states most consistently brought about: `argmax sum (H - G)`, all of them if several are
+    /// equal. Empty if none was brought about more often than it was ended.
+    pub fn effects(&self) -> Vec<usize> {
+        let most = self.change.iter().copied().max().unwrap_or(0);
+        if most <= 0 {
+            return Vec::new();
+        }
+        (0..self.change.len()).filter(|s| self.change[*s] == most).collect()
+    }
+
+    /// The states that never held before: what has to be absent, if coincidences are set aside.
+    pub fn absent(&self) -> Vec<usize> {
+        (0..self.before.len()).filter(|s| self.before[*s] == 0).collect()
+    }
+
+    /// The states that every instance ended.
+    pub fn removes(&self) -> Vec<usize> {
+        let all = -i32::try_from(self.instances).unwrap_or(i32::MAX);
+        if self.instances == 0 {
+            return Vec::new();
+        }
+        (0..self.change.len()).filter(|s| self.change[*s] == all).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NUT_ON_TABLE: usize = 0;
+    const BOLT_ON_TABLE: usize = 1;
+    const NUT_IN_JIG: usize = 2;
+    const BOLT_IN_JIG: usize = 3;
+    const BOLT_ASSEMBLED: usize = 4;
+
+    fn instance(before: [u8; 5], after: [u8; 5]) -> Instance {
+        let flags = |bits: [u8; 5]| bits.iter().map(|b| *b == 1).collect();
+        Instance { before: flags(before), after: flags(after) }
+    }
+
+    /// The three demonstrations of PUT_NUT_IN_JIG in the paper's Tables I, II and III.
+    fn paper_tables() -> [Instance; 3] {
+        [
+            instance([1, 0, 0, 0, 0], [0, 0, 1, 0, 0]),
+            instance([1, 1, 0, 0, 0], [0, 1, 1, 0, 0]),
+            instance([1, 0, 0, 0, 0], [0, 0, 1, 1, 0]),
+        ]
+    }
+
+    #[test]
+    fn table_i_alone_gives_the_precondition_and_the_effect() {
+        let evidence = Evidence::count(&paper_tables()[..1]);
+        assert_eq!(evidence.preconditions(), [NUT_ON_TABLE]);
+        assert_eq!(evidence.effects(), [NUT_IN_JIG]);
+    }
+
+    #[test]
+    fn table_ii_adds_no_precondition_that_table_i_did_without() {
+        let tables = paper_tables();
+        let alone = Evidence::count(&tables[1..2]);
+        assert_eq!(alone.preconditions(), [NUT_ON_TABLE, BOLT_ON_TABLE]);
+        let both = Evidence::count(&tables[..2]);
+        assert_eq!(both.before, [2, 1, 0, 0, 0]);
+        assert_eq!(both.preconditions(), [NUT_ON_TABLE]);
+    }
+
+    #[test]
+    fn table_iii_adds_no_effect_that_somebody_else_caused() {
+        let tables = paper_tables();
+        let alone = Evidence::count(&tables[2..]);
+        assert_eq!(alone.effects(), [NUT_IN_JIG, BOLT_IN_JIG]);
+        let all = Evidence::count(&tables);
+        assert_eq!(all.instances, 3);
+        assert_eq!(all.change, [-3, 0, 3, 1, 0]);
+        assert_eq!(all.preconditions(), [NUT_ON_TABLE]);
+        assert_eq!(all.effects(), [NUT_IN_JIG]);
+        assert_eq!(all.removes(), [NUT_ON_TABLE]);
+        assert_eq!(all.absent(), [NUT_IN_JIG, BOLT_IN_JIG, BOLT_ASSEMBLED]);
+    }
+
+    #[test]
+    fn an_action_with_two_needs_keeps_both() {
+        let evidence = Evidence::count(&[
+            instance([1, 1, 1, 1, 0], [1, 1, 1, 0, 1]),
+            instance([0, 0, 1, 1, 0], [0, 0, 1, 0, 1]),
+        ]);
+        assert_eq!(evidence.preconditions(), [NUT_IN_JIG, BOLT_IN_JIG]);
+        assert_eq!(evidence.effects(), [BOLT_ASSEMBLED]);
+    }
+
+    #[test]
+    fn no_instances_give_no_claims() {
+        let none = Evidence::count(&[]);
+        assert!(none.preconditions().is_empty() && none.effects().is_empty());
+        assert!(none.absent().is_empty() && none.removes().is_empty());
+    }
+}

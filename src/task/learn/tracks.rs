@@ -1,0 +1,157 @@
+//! Following objects from snapshot to snapshot, although ids shift when a part is lost.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::task::pose::Pose;
+use crate::task::recording::{Demonstration, Snapshot};
+
+/// One physical object through a demonstration.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Track {
+    pub kind: Arc<str>,
+    /// Its place among the objects of each snapshot; `None` before it appears and after it is lost.
+    pub at: Vec<Option<usize>>,
+}
+
+impl Track {
+    /// Its pose in a snapshot.
+    pub fn pose<'a>(&self, demo: &'a Demonstration, snapshot: usize) -> Option<&'a Pose> {
+        let object = (*self.at.get(snapshot)?)?;
+        Some(&demo.snapshots.get(snapshot)?.objects.get(object)?.pose)
+    }
+
+    /// How far it moved between two snapshots, in metres; `None` unless it is in both.
+    pub fn moved(&self, demo: &Demonstration, from: usize, to: usize) -> Option<f64> {
+        Some(self.pose(demo, from)?.distance(self.pose(demo, to)?))
+    }
+
+    /// Its id in a snapshot.
+    pub fn id<'a>(&self, demo: &'a Demonstration, snapshot: usize) -> Option<&'a str> {
+        let object = (*self.at.get(snapshot)?)?;
+        Some(&demo.snapshots.get(snapshot)?.objects.get(object)?.id)
+    }
+}
+
+/// The tracks of a demonstration.
+///
+/// While the number of objects of a kind stays the same, an id is an identity. Where it changes (a
+/// part fell off the table, and the later ids moved down), objects are matched by distance, nearest
+/// first, so that those that did not move are matched before those that did.
+pub(crate) fn follow(demo: &Demonstration) -> Vec<Track> {
+    let mut tracks: Vec<Track> = Vec::new();
+    let length = demo.snapshots.len();
+    for (now, snapshot) in demo.snapshots.iter().enumerate() {
+        let mut free: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+        for (index, object) in snapshot.objects.iter().enumerate() {
+            free.entry(&object.kind).or_default().push(index);
+        }
+        if now > 0 {
+            let before = &demo.snapshots[now - 1];
+            for (kind, objects) in &mut free {
+                let alive: Vec<usize> = (0..tracks.len())
+                    .filter(|t| &*tracks[*t].kind == *kind && tracks[*t].at[now - 1].is_some())
+                    .collect();
+                for (track, object) in match_kind(&tracks, &alive, before, snapshot, objects, now) {
+                    tracks[track].at[now] = Some(object);
+                    objects.retain(|o| *o != object);
+                }
+            }
+        }
+        for object in free.into_values().flatten() {
+            let mut at = vec![None; length];
+            at[now] = Some(object);
+            tracks.push(Track { kind: snapshot.objects[object].kind.clone(), at });
+        }
+    }
+    tracks
+}
+
+fn match_kind(
+    tracks: &[Track],
+    alive: &[usize],
+    before: &Snapshot,
+    after: &Snapshot,
+    objects: &[usize],
+    now: usize,
+) -> Vec<(usize, usize)> {
+    let last = |track: usize| tracks[track].at[now - 1].map(|o| &before.objects[o]);
+    if alive.len() == objects.len() {
+        let by_id: Vec<(usize, usize)> = alive
+            .iter()
+            .filter_map(|t| {
+                let id = &last(*t)?.id;
+                objects.iter().find(|o| after.objects[**o].id == *id).map(|o| (*t, *o))
+            })
+            .collect();
+        if by_id.len() == alive.len() {
+            return by_id;
+        }
+    }
+    let mut pairs = Vec::new();
+    for track in alive {
+        for object in objects {
+            if let Some(was) = last(*track) {
+                let is = &after.objects[*object];
+                pairs.push((was.pose.distance(&is.pose), was.id != is.id, *track, *object));
+            }
+        }
+    }
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2, a.3).cmp(&(b.1, b.2, b.3))));
+    let mut matched: Vec<(usize, usize)> = Vec::new();
+    for (_, _, track, object) in pairs {
+        if !matched.iter().any(|(t, o)| *t == track || *o == object) {
+            matched.push((track, object));
+        }
+    }
+    matched
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::task::recording::ObjectPose;
+
+    fn snapshot(number: u64, objects: &[(&str, f64)]) -> Snapshot {
+        let object = |(id, x): &(&str, f64)| ObjectPose {
+            id: (*id).into(),
+            kind: "nut".into(),
+            pose: Pose::at([*x, 0.0, 0.0]),
+        };
+        Snapshot { number, objects: objects.iter().map(object).collect(), ..Snapshot::default() }
+    }
+
+    #[test]
+    fn ids_are_identities_while_their_number_stays() {
+        let demo = Demonstration {
+            number: 0,
+            snapshots: vec![
+                snapshot(0, &[("a", 0.0), ("b", 1.0)]),
+                snapshot(1, &[("b", 0.0), ("a", 1.0)]),
+            ],
+        };
+        let tracks = follow(&demo);
+        assert_eq!(tracks.len(), 2);
+        assert_eq!(tracks[0].at, [Some(0), Some(1)]);
+        assert_eq!(tracks[1].at, [Some(1), Some(0)]);
+    }
+
+    #[test]
+    fn a_lost_part_ends_its_track_and_shifted_ids_do_not_confuse_the_others() {
+        let demo = Demonstration {
+            number: 0,
+            snapshots: vec![
+                snapshot(0, &[("nut_0", 0.0), ("nut_1", 1.0), ("nut_2", 2.0)]),
+                snapshot(1, &[("nut_0", 1.0), ("nut_1", 2.001)]),
+                snapshot(2, &[("nut_0", 1.0), ("nut_1", 5.0)]),
+            ],
+        };
+        let tracks = follow(&demo);
+        assert_eq!(tracks.len(), 3);
+        assert_eq!(tracks[0].at, [Some(0), None, None]);
+        assert_eq!(tracks[1].at, [Some(1), Some(0), Some(0)]);
+        assert_eq!(tracks[2].at, [Some(2), Some(1), Some(1)]);
+        assert_eq!(tracks[2].id(&demo, 2), Some("nut_1"));
+        assert_eq!(tracks[2].moved(&demo, 1, 2), Some(5.0 - 2.001));
+    }
+}

@@ -1,0 +1,181 @@
+//! Cutting demonstrations into tries, and finding the object that each try manipulated.
+
+use super::distance::p_distance;
+use super::tracks::Track;
+use crate::task::recording::{Demonstration, Event};
+
+/// A part that stays within this distance has not moved, in metres: a knock, a slip in the hand and the
+/// settling of a resting part are below it.
+pub const MOVED_M: f64 = 1e-3;
+
+/// One try: an object was taken up and let go.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Try {
+    /// The demonstration's place in the recording.
+    pub demo: usize,
+    /// The snapshot before.
+    pub before: usize,
+    /// The snapshot after, when things had come to rest.
+    pub after: usize,
+    /// The track that was manipulated.
+    pub track: Option<usize>,
+    /// Whether the recording says so itself.
+    pub declared: bool,
+}
+
+/// Cuts a demonstration into tries.
+///
+/// With events, a try lasts from a contact to the release of the same object, and is looked at in the
+/// snapshot after the release, since a part that was let go may still be falling. Without events,
+/// every two consecutive snapshots are a try.
+pub(crate) fn cut(demo: usize, demonstration: &Demonstration, tracks: &[Track]) -> Vec<Try> {
+    let snapshots = &demonstration.snapshots;
+    let track_of =
+        |snapshot: usize, object: usize| tracks.iter().position(|t| t.at[snapshot] == Some(object));
+    let mut tries = Vec::new();
+    if !snapshots.iter().any(|s| s.event.is_some()) {
+        for before in 0..snapshots.len().saturating_sub(1) {
+            let track = snapshots[before].object.and_then(|o| track_of(before, o));
+            let declared = track.is_some();
+            tries.push(Try { demo, before, after: before + 1, track, declared });
+        }
+        return tries;
+    }
+    let mut held: Option<(usize, usize)> = None;
+    for (now, snapshot) in snapshots.iter().enumerate() {
+        let touched = snapshot.object.and_then(|o| track_of(now, o));
+        match (snapshot.event, held) {
+            (Some(Event::Contact), None) => held = touched.map(|track| (now, track)),
+            // Contact with another part and no release before: the first one got away unseen.
+            (Some(Event::Contact), Some((before, track))) if touched != Some(track) => {
+                tries.push(Try { demo, before, after: now, track: Some(track), declared: true });
+                held = touched.map(|track| (now, track));
+            }
+            (Some(Event::Release), Some((before, track)))
+                if touched.is_none() || touched == Some(track) =>
+            {
+                let after = (now + 1).min(snapshots.len() - 1);
+                tries.push(Try { demo, before, after, track: Some(track), declared: true });
+                held = None;
+            }
+            (Some(Event::End), Some((before, track))) => {
+                tries.push(Try { demo, before, after: now, track: Some(track), declared: true });
+                held = None;
+            }
+            _ => {}
+        }
+    }
+    tries
+}
+
+/// Whether the pose of `object` in `snapshot` is that of a part just let go, to be looked at again in
+/// the next snapshot.
+pub(crate) fn still_falling(demo: &Demonstration, snapshot: usize, object: usize) -> bool {
+    let now = &demo.snapshots[snapshot];
+    now.event == Some(Event::Release)
+        && now.object == Some(object)
+        && snapshot + 1 < demo.snapshots.len()
+}
+
+/// A part that went less than this share of the longest way of a try was nudged, not manipulated.
+const NUDGED: f64 = 0.2;
+
+/// A first guess at the manipulated object of a try. Of the parts that went farthest it is the one
+/// whose poses before and after are least alike by the p-norm: a part knocked across the table ends at
+/// its height, a manipulated one elsewhere. If none moved, it is a part that was lost meanwhile.
+pub(crate) fn guess(
+    demo: &Demonstration,
+    tracks: &[Track],
+    attempt: &Try,
+    p: f64,
+) -> Option<usize> {
+    let moved: Vec<(usize, f64)> = (0..tracks.len())
+        .filter_map(|t| Some((t, tracks[t].moved(demo, attempt.before, attempt.after)?)))
+        .filter(|(_, moved)| *moved >= MOVED_M)
+        .collect();
+    let farthest = moved.iter().map(|(_, m)| *m).fold(0.0, f64::max);
+    let unlike = |track: usize| {
+        let before = tracks[track].pose(demo, attempt.before)?;
+        let after = tracks[track].pose(demo, attempt.after)?;
+        Some(p_distance(&before.position, &after.position, p))
+    };
+    let best = moved
+        .iter()
+        .filter(|(_, m)| *m >= NUDGED * farthest)
+        .filter_map(|(track, m)| Some((*track, unlike(*track)?, *m)))
+        .max_by(|a, b| a.1.total_cmp(&b.1).then(a.2.total_cmp(&b.2)).then(b.0.cmp(&a.0)));
+    let mut lost = (0..tracks.len()).filter(|t| {
+        tracks[*t].at[attempt.before].is_some() && tracks[*t].at[attempt.after].is_none()
+    });
+    best.map(|(track, ..)| track).or_else(|| lost.next())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::task::learn::tracks::follow;
+    use crate::task::pose::Pose;
+    use crate::task::recording::{ObjectPose, Snapshot};
+
+    fn snapshot(event: Option<Event>, object: Option<usize>, xs: &[f64]) -> Snapshot {
+        let part = |(i, x): (usize, &f64)| ObjectPose {
+            id: format!("part_{i}").into(),
+            kind: "part".into(),
+            pose: Pose::at([*x, 0.0, 0.0]),
+        };
+        Snapshot {
+            event,
+            object,
+            objects: xs.iter().enumerate().map(part).collect(),
+            ..Snapshot::default()
+        }
+    }
+
+    fn cut_all(snapshots: Vec<Snapshot>) -> Vec<(usize, usize, Option<usize>)> {
+        let demo = Demonstration { number: 0, snapshots };
+        let tracks = follow(&demo);
+        cut(0, &demo, &tracks).iter().map(|t| (t.before, t.after, t.track)).collect()
+    }
+
+    #[test]
+    fn without_events_every_step_is_a_try_of_whatever_moved_most() {
+        let demo = Demonstration {
+            number: 0,
+            snapshots: vec![
+                snapshot(None, None, &[0.0, 1.0]),
+                snapshot(None, None, &[0.01, 1.5]),
+                snapshot(None, None, &[0.01, 1.5]),
+            ],
+        };
+        let tracks = follow(&demo);
+        let tries = cut(0, &demo, &tracks);
+        assert_eq!(tries.len(), 2);
+        assert_eq!(guess(&demo, &tracks, &tries[0], -2.0), Some(1));
+        assert_eq!(guess(&demo, &tracks, &tries[1], -2.0), None);
+    }
+
+    #[test]
+    fn with_events_a_try_lasts_from_contact_to_the_snapshot_after_the_release() {
+        use Event::{Contact, End, Release, Start};
+        let tries = cut_all(vec![
+            snapshot(Some(Start), None, &[0.0, 1.0]),
+            snapshot(Some(Contact), Some(0), &[0.0, 1.0]),
+            snapshot(Some(Release), Some(0), &[0.5, 1.0]),
+            snapshot(Some(Contact), Some(1), &[0.4, 1.0]),
+            snapshot(Some(Release), Some(1), &[0.4, 2.0]),
+            snapshot(Some(End), None, &[0.4, 2.0]),
+        ]);
+        assert_eq!(tries, [(1, 3, Some(0)), (3, 5, Some(1))]);
+    }
+
+    #[test]
+    fn a_part_that_slips_away_without_a_release_ends_its_try_at_the_next_contact() {
+        use Event::{Contact, Release};
+        let tries = cut_all(vec![
+            snapshot(Some(Contact), Some(0), &[0.0, 1.0]),
+            snapshot(Some(Contact), Some(1), &[0.2, 1.0]),
+            snapshot(Some(Release), Some(1), &[0.2, 2.0]),
+        ]);
+        assert_eq!(tries, [(0, 1, Some(0)), (1, 2, Some(1))]);
+    }
+}

@@ -1,0 +1,116 @@
+//! Poses: positions in metres, orientations as unit quaternions, and their averages.
+
+use nalgebra::{Matrix4, Quaternion, SymmetricEigen, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
+
+/// Position in metres and orientation as a unit quaternion `[x, y, z, w]`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pose {
+    /// Metres.
+    pub position: [f64; 3],
+    /// Unit quaternion, vector part first.
+    pub orientation: [f64; 4],
+}
+
+impl Pose {
+    /// A pose without rotation.
+    pub fn at(position: [f64; 3]) -> Self {
+        Self { position, orientation: [0.0, 0.0, 0.0, 1.0] }
+    }
+
+    /// Straight-line distance between two positions, in metres.
+    pub fn distance(&self, other: &Self) -> f64 {
+        let square = |i: usize| (self.position[i] - other.position[i]).powi(2);
+        (square(0) + square(1) + square(2)).sqrt()
+    }
+
+    pub(crate) fn rotation(&self) -> UnitQuaternion<f64> {
+        let [x, y, z, w] = self.orientation;
+        UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))
+    }
+}
+
+pub(crate) fn quaternion_array(q: &UnitQuaternion<f64>) -> [f64; 4] {
+    [q.i, q.j, q.k, q.w]
+}
+
+/// The average of orientations: the unit quaternion `q` that maximises `sum (q . q_i)^2`.
+///
+/// It is the eigenvector of `sum q_i q_i^T` with the greatest eigenvalue (Markley, Cheng, Crassidis
+/// and Oshman, "Averaging quaternions", Journal of Guidance, Control, and Dynamics 30(4), 2007), so
+/// `q` and `-q`, the same rotation, count the same. `None` for an empty slice. Signed so that its
+/// largest component is positive.
+pub fn mean_orientation(orientations: &[[f64; 4]]) -> Option<[f64; 4]> {
+    if orientations.is_empty() {
+        return None;
+    }
+    let mut sum = Matrix4::<f64>::zeros();
+    for q in orientations {
+        let q = nalgebra::Vector4::from(*q);
+        sum += q * q.transpose();
+    }
+    let eigen = SymmetricEigen::new(sum);
+    let best = eigen.eigenvalues.imax();
+    let mut mean = eigen.eigenvectors.column(best).normalize();
+    if mean[mean.iamax()] < 0.0 {
+        mean = -mean;
+    }
+    Some([mean[0], mean[1], mean[2], mean[3]])
+}
+
+/// The rotation that takes `from` to `to`, as a vector along its axis (in the frame of the scene) whose
+/// length is the angle, at most pi radians.
+pub fn rotation_between(from: &Pose, to: &Pose) -> [f64; 3] {
+    let turn: Vector3<f64> = (to.rotation() * from.rotation().inverse()).scaled_axis();
+    let angle = turn.norm();
+    // The same rotation the short way round.
+    let turn = if angle > std::f64::consts::PI {
+        turn * ((angle - std::f64::consts::TAU) / angle)
+    } else {
+        turn
+    };
+    [turn.x, turn.y, turn.z]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn about_z(degrees: f64) -> [f64; 4] {
+        let half = degrees.to_radians() / 2.0;
+        [0.0, 0.0, half.sin(), half.cos()]
+    }
+
+    #[test]
+    fn the_mean_of_two_turns_is_halfway_whatever_their_signs() {
+        let expected = about_z(30.0);
+        for sign in [1.0, -1.0] {
+            let other = about_z(60.0).map(|v| v * sign);
+            let mean = mean_orientation(&[about_z(0.0), other]).unwrap_or_default();
+            for (a, b) in mean.iter().zip(expected) {
+                assert!((a - b).abs() < 1e-12, "{mean:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_componentwise_mean_would_be_caught() {
+        // The wrong variant: with one sign flipped the components nearly cancel.
+        let flipped = about_z(2.0).map(|v| -v);
+        let naive: Vec<f64> =
+            about_z(0.0).iter().zip(flipped).map(|(a, b)| (a + b) / 2.0).collect();
+        let length = naive.iter().map(|v| v * v).sum::<f64>().sqrt();
+        assert!(length < 0.02);
+        let mean = mean_orientation(&[about_z(0.0), flipped]).unwrap_or_default();
+        assert!((mean[3] - about_z(1.0)[3]).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_rotation_is_measured_the_short_way() {
+        let from = Pose { orientation: about_z(0.0), ..Pose::at([0.0; 3]) };
+        let to = Pose { orientation: about_z(350.0), ..from };
+        let turn = rotation_between(&from, &to);
+        assert!((turn[2] + 10f64.to_radians()).abs() < 1e-12, "{turn:?}");
+    }
+}

@@ -1,0 +1,86 @@
+//! Writing recordings and scenes as JSON.
+
+use std::fmt::Write as _;
+
+use serde::Serialize;
+
+use super::{Event, Labels, ObjectPose, Recording, Snapshot};
+
+#[derive(Serialize)]
+struct Line<'a> {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    demo: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    snapshot: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    next_action: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    t: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    event: Option<Event>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    object: Option<&'a str>,
+    objects: Vec<LineObject<'a>>,
+}
+
+#[derive(Serialize)]
+struct LineObject<'a> {
+    id: &'a str,
+    kind: &'a str,
+    position: [f64; 3],
+    orientation: [f64; 4],
+}
+
+impl<'a> Line<'a> {
+    fn of(snapshot: &'a Snapshot) -> Self {
+        let object = |o: &'a ObjectPose| LineObject {
+            id: &o.id,
+            kind: &o.kind,
+            position: o.pose.position,
+            orientation: o.pose.orientation,
+        };
+        Self {
+            demo: None,
+            snapshot: None,
+            next_action: None,
+            t: snapshot.time_s,
+            event: snapshot.event,
+            object: snapshot.object.and_then(|i| snapshot.objects.get(i)).map(|o| &*o.id),
+            objects: snapshot.objects.iter().map(object).collect(),
+        }
+    }
+
+    fn text(&self) -> String {
+        // Only maps with keys other than strings, and numbers that a recording cannot hold, fail.
+        serde_json::to_string(self).unwrap_or_default()
+    }
+}
+
+impl Recording {
+    /// The recording as text, one JSON object a line; `labels` adds a person's names for actions.
+    pub fn to_jsonl(&self, labels: Option<&Labels>) -> String {
+        let mut text = String::new();
+        for (d, demo) in self.demos.iter().enumerate() {
+            for (s, snapshot) in demo.snapshots.iter().enumerate() {
+                let line = Line {
+                    demo: Some(demo.number),
+                    snapshot: Some(snapshot.number),
+                    next_action: labels
+                        .and_then(|l| l.get(d))
+                        .and_then(|l| l.get(s))
+                        .and_then(Option::as_deref),
+                    ..Line::of(snapshot)
+                };
+                let _ = writeln!(text, "{}", line.text());
+            }
+        }
+        text
+    }
+}
+
+impl Snapshot {
+    /// The snapshot as one JSON object, as `plan --scene` reads it.
+    pub fn to_json(&self) -> String {
+        Line::of(self).text()
+    }
+}
