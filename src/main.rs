@@ -1,2 +1,7 @@
-//! The command line.
-fn main() {}
+//! The command line of symbolt; everything it does is in the library.
+
+mod cli;
+
+fn main() -> std::process::ExitCode {
+    cli::main()
+}

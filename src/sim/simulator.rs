@@ -95,9 +95,9 @@ impl<'a> SimView<'a> {
         self.sim.tick
     }
 
-    /// Simulated seconds since the start.
-    pub fn time_s(&self) -> f64 {
-        self.sim.time_s()
+    /// Simulated time since the start.
+    pub fn time(&self) -> SimDuration {
+        self.sim.graph.time.span(self.sim.tick)
     }
 
     /// The values of an output after this tick (a registered output: as just written). Empty for

@@ -3,13 +3,27 @@
 //! Nothing here knows the command line.
 
 mod domain;
+mod domain_file;
+mod encode;
 mod error;
+mod files;
+mod ground;
 pub mod kinematic;
 pub mod learn;
+mod oracle;
+pub mod planner;
 mod pose;
 mod recording;
+mod symbolic;
 
 pub use domain::{Domain, KindClusters, Operator, OperatorEvidence, Origin, Provenance, State};
+pub use encode::{
+    ABSENT, ActionSpace, Encoded, NOTHING, PRECONDITION, StateSpace, deep_preconditions,
+};
 pub use error::{InputFault, TaskError};
+pub use files::{Overwrite, read_file, write_whole};
+pub use ground::{Classifier, FEW, Gate, Grounded, Grounding};
+pub use oracle::{Commitment, Obstacle, Outlook, Rules, outlook};
 pub use pose::{Pose, mean_orientation, rotation_between};
 pub use recording::{Demonstration, Event, Labels, ObjectPose, Recording, Snapshot};
+pub use symbolic::SymbolicDomain;

@@ -13,11 +13,12 @@ use crate::spa::vocabulary::Vocabulary;
 
 /// A gated memory for one pointer.
 ///
-/// A population holds its value through a recurrent synapse (100 ms); while the gate is open, the
-/// difference between input and held value drives it with a gain of 10. Open, the memory follows
-/// its input as a damped second-order system (rate gain / recurrent constant, damping 0.71 with a
-/// feed-forward synapse of 5 ms): within 5% after about 30 ms. Closed, the exact form holds its value
-/// unchanged; it is clamped to norm 1.2, where a spiking one saturates.
+/// A population holds its value through a recurrent synapse (100 ms). While the gate is open, ten
+/// times the difference between input and held value drives it, so that the output follows the
+/// input within two feed-forward synapses (5 ms each) and the held value within 10% after 40 ms.
+/// Closed, the exact form holds its value unchanged. Its clamp, where a spiking form saturates, is
+/// a norm of 3: the drive that charges the slow synapse passes through the same population, and a lower
+/// clamp charges it more slowly.
 pub struct GoalBuffer<V: VocabTag> {
     space: Space,
     radius: Real,
@@ -44,14 +45,14 @@ impl<V: VocabTag> GoalBuffer<V> {
     pub fn new(vocabulary: &Vocabulary<V>) -> Self {
         Self {
             space: vocabulary.space().clone(),
-            radius: 1.2,
+            radius: 3.0,
             synapse: FEED_FORWARD,
             recurrent: RECURRENT,
             tag: PhantomData,
         }
     }
 
-    /// Holds pointers of norm up to `radius`.
+    /// Replaces the clamp.
     pub fn radius(mut self, radius: Real) -> Self {
         self.radius = radius;
         self
@@ -80,17 +81,19 @@ impl<V: VocabTag> Module for GoalBuffer<V> {
             self.radius,
         );
         let held: LayerPorts<Pointer<V>> = scope.represent("held", layer);
+        let memory = scope.add("memory", Add::pointer(&self.space));
         let output = scope.add("output", Add::pointer(&self.space));
         let difference =
             scope.add("difference", Superpose::<V>::weights(&self.space, &[1.0, -1.0]));
         let gate = scope.add(
             "gate",
-            Gate::<V>::in_space(&self.space).radius(2.0 * self.radius).synapse(self.synapse),
+            Gate::<V>::in_space(&self.space).radius(self.radius).synapse(self.synapse),
         );
         let drive = scope.add("drive", Superpose::<V>::weights(&self.space, &[GAIN]));
-        scope.connect(&held.output, &output.input, self.recurrent);
-        scope.connect(&output.output, &held.input, Synapse::None);
-        scope.connect(&output.output, &difference.inputs[1], Synapse::None);
+        scope.connect(&held.output, &memory.input, self.recurrent);
+        scope.connect(&held.output, &output.input, self.synapse);
+        scope.connect(&memory.output, &held.input, Synapse::None);
+        scope.connect(&memory.output, &difference.inputs[1], Synapse::None);
         scope.connect(&difference.output, &gate.input, Synapse::None);
         scope.connect(&gate.output, &drive.inputs[0], Synapse::None);
         scope.connect(&drive.output, &held.input, Synapse::None);

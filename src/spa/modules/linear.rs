@@ -32,6 +32,19 @@ impl<A: Kind, B: Kind> Linear<A, B> {
     pub fn new(input: InputSpec<A>, output: OutputSpec<B>, map: Box<dyn LinearMap>) -> Self {
         Self { input, output, map }
     }
+
+    /// The dot products with the rows of a row-major matrix.
+    pub fn rows(input: InputSpec<A>, output: OutputSpec<B>, matrix: Vec<Real>) -> Self {
+        let dim = AnyInput::from(input.clone()).width();
+        Self::new(input, output, Box::new(Rows { matrix, dim }))
+    }
+
+    /// The sum of the rows of a row-major matrix, each times a number; rows times zero cost
+    /// nothing.
+    pub fn weighted_rows(input: InputSpec<A>, output: OutputSpec<B>, matrix: Vec<Real>) -> Self {
+        let dim = AnyOutput::from(output.clone()).width();
+        Self::new(input, output, Box::new(WeightedRows { matrix, dim }))
+    }
 }
 
 impl<A: Kind, B: Kind> Node for Linear<A, B> {
@@ -68,16 +81,9 @@ impl<A: Kind, B: Kind> Module for Linear<A, B> {
 }
 
 /// The dot products of a vector with the rows of a matrix.
-pub(crate) struct Rows {
+struct Rows {
     matrix: Vec<Real>,
     dim: usize,
-}
-
-impl Rows {
-    /// A row-major matrix with `dim` columns.
-    pub fn new(matrix: Vec<Real>, dim: usize) -> Self {
-        Self { matrix, dim }
-    }
 }
 
 impl LinearMap for Rows {
@@ -98,17 +104,10 @@ impl LinearMap for Rows {
     }
 }
 
-/// The sum of the rows of a matrix, each times a number. Rows times zero cost nothing.
-pub(crate) struct WeightedRows {
+/// The sum of the rows of a matrix, each times a number.
+struct WeightedRows {
     matrix: Vec<Real>,
     dim: usize,
-}
-
-impl WeightedRows {
-    /// A row-major matrix with `dim` columns.
-    pub fn new(matrix: Vec<Real>, dim: usize) -> Self {
-        Self { matrix, dim }
-    }
 }
 
 impl LinearMap for WeightedRows {

@@ -3,7 +3,7 @@
 use std::marker::PhantomData;
 
 use super::FEED_FORWARD;
-use super::linear::{Linear, LinearPorts, Rows, WeightedRows};
+use super::linear::{Linear, LinearPorts};
 use crate::neurons::{Layers, Select, SelectPorts, SelectRule};
 use crate::sim::{
     Add, In, InputSpec, Module, Out, OutputSpec, Pointer, Real, Scope, Space, Synapse, Vector,
@@ -89,20 +89,16 @@ impl<A: VocabTag, B: VocabTag> Module for AssociativeMemory<A, B> {
         let items = self.items;
         let similarity: LinearPorts<Pointer<A>, Vector> = scope.add(
             "similarity",
-            Linear::new(
-                InputSpec::pointer(&self.keys),
-                OutputSpec::vector(items),
-                Box::new(Rows::new(self.key_rows, self.keys.width())),
-            ),
+            Linear::rows(InputSpec::pointer(&self.keys), OutputSpec::vector(items), self.key_rows),
         );
         let select: SelectPorts = scope.select("select", Select::new(items, self.rule));
         let active = scope.add("items", Add::vector(items));
         let recall: LinearPorts<Vector, Pointer<B>> = scope.add(
             "recall",
-            Linear::new(
+            Linear::weighted_rows(
                 InputSpec::vector(items),
                 OutputSpec::pointer(&self.values),
-                Box::new(WeightedRows::new(self.value_rows, self.values.width())),
+                self.value_rows,
             ),
         );
         scope.connect(&similarity.output, &select.input, Synapse::None);

@@ -10,27 +10,31 @@
 //! manipulated object is inferred where it was not recorded, and tries that failed are told from
 //! actions.
 
+mod conclude;
 mod distance;
 mod gaussian;
 mod linkage;
 mod names;
 mod operators;
-mod states;
+mod report;
+mod scene;
 mod threshold;
 mod tracks;
 mod tries;
+mod ways;
 
 pub use distance::{PAPER_EXPONENT, check_exponent, distance_matrix, p_distance};
 pub use gaussian::{PoseGaussian, robust_mean};
 pub use linkage::{Dendrogram, MOST_POINTS, Merge};
 pub use operators::{Evidence, GlobalState, Instance};
-pub use states::{Failure, LearnReport, Outcome, StrayPoses, TryReport};
+pub use report::{Failure, LearnReport, Outcome, StrayPoses, TryReport};
 pub use threshold::RESOLUTION;
 pub use tries::MOVED_M;
 
 use super::domain::Domain;
 use super::error::TaskError;
 use super::recording::Recording;
+use scene::Scene;
 
 /// How to learn.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,6 +84,37 @@ pub struct Learned {
 /// [`TaskError::NothingToLearn`] if no demonstration has two snapshots or nothing moved;
 /// [`TaskError::TooManyPoses`] above [`MOST_POINTS`] poses of one kind.
 pub fn learn(recording: &Recording, settings: &Settings) -> Result<Learned, TaskError> {
+    learn_watched(recording, settings, &mut |_| {})
+}
+
+/// What the learner is about to do.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Progress {
+    /// Following objects through the snapshots.
+    Following {
+        /// How many snapshots.
+        snapshots: usize,
+    },
+    /// Clustering the poses of a kind; the part that grows with the square of their number.
+    Clustering {
+        /// The kind.
+        kind: String,
+        /// How many poses.
+        poses: usize,
+    },
+    /// Deciding what is a state and counting what actions do.
+    Deciding,
+}
+
+/// [`learn`], telling `watch` of each step before it is taken.
+///
+/// # Errors
+/// As [`learn`].
+pub fn learn_watched(
+    recording: &Recording,
+    settings: &Settings,
+    watch: &mut dyn FnMut(Progress),
+) -> Result<Learned, TaskError> {
     check_exponent(settings.p)?;
     if let Some(threshold) = settings.threshold_m
         && !(threshold.is_finite() && threshold > 0.0)
@@ -88,5 +123,25 @@ pub fn learn(recording: &Recording, settings: &Settings) -> Result<Learned, Task
         let value = threshold.to_string();
         return Err(TaskError::Setting { name: "threshold", value, expected });
     }
-    states::learn(recording, settings)
+    let nothing = |reason: &str| TaskError::NothingToLearn { reason: reason.into() };
+    if recording.demos.iter().all(|d| d.snapshots.len() < 2) {
+        return Err(nothing("no demonstration has two snapshots or more"));
+    }
+    let mut scene = Scene::observe(recording, settings, watch)?;
+    if scene.kinds.is_empty() {
+        return Err(nothing("no object moved by more than a millimetre"));
+    }
+    if scene.tries.is_empty() {
+        return Err(nothing("no object was taken up and let go"));
+    }
+    // Guessing the manipulated objects and clustering depend on each other: go round until nothing
+    // changes. Five rounds are more than any recording has needed.
+    for _ in 0..5 {
+        scene.cluster(settings);
+        if !scene.reconsider() {
+            break;
+        }
+    }
+    watch(Progress::Deciding);
+    scene.conclude(settings)
 }

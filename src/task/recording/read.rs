@@ -8,6 +8,7 @@ use serde::Deserialize;
 
 use super::{Demonstration, Event, Labels, ObjectPose, Recording, Snapshot};
 use crate::task::error::{InputFault, TaskError};
+use crate::task::files::read_file;
 use crate::task::pose::Pose;
 
 /// A line as it stands in the file.
@@ -79,7 +80,7 @@ impl Recording {
     /// # Errors
     /// As [`Recording::read`].
     pub fn read_labelled(path: &Path) -> Result<(Self, Labels), TaskError> {
-        let bytes = read_bytes(path)?;
+        let bytes = read_file(path)?;
         Ok(Self::parse(&bytes, &path.display().to_string())?)
     }
 
@@ -149,7 +150,7 @@ impl Snapshot {
     /// # Errors
     /// If the file cannot be read, or is not exactly one sound snapshot.
     pub fn read(path: &Path) -> Result<Self, TaskError> {
-        let bytes = read_bytes(path)?;
+        let bytes = read_file(path)?;
         Ok(Self::parse(&bytes, &path.display().to_string())?)
     }
 
@@ -173,16 +174,6 @@ impl Snapshot {
         let number = raw.snapshot.unwrap_or(0);
         check_snapshot(raw, number, place)
     }
-}
-
-fn read_bytes(path: &Path) -> Result<Vec<u8>, TaskError> {
-    if path.as_os_str() == "-" {
-        let mut bytes = Vec::new();
-        std::io::Read::read_to_end(&mut std::io::stdin().lock(), &mut bytes)
-            .map_err(|source| TaskError::Io { what: "read", path: path.into(), source })?;
-        return Ok(bytes);
-    }
-    std::fs::read(path).map_err(|source| TaskError::Io { what: "read", path: path.into(), source })
 }
 
 fn utf8<'a>(bytes: &'a [u8], place: Place<'_>) -> Result<&'a str, InputFault> {

@@ -1,0 +1,323 @@
+//! The arguments of every command.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use symbolt::sim::Real;
+use symbolt::task::kinematic::{Order, Rehearsal};
+use symbolt::task::planner::{PlannerSpec, Unbinding};
+use symbolt::task::{Commitment, Gate, Grounding, Overwrite};
+use thiserror::Error;
+
+/// An argument that does not fit, found after parsing.
+#[derive(Debug, Error)]
+#[error("{0}")]
+pub(crate) struct BadArgument(pub String);
+
+/// Learns symbols from demonstrations and plans with a graph of semantic-pointer modules.
+#[derive(Debug, Parser)]
+#[command(name = "symbolt", version, about, disable_help_subcommand = true)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// The main job (also without a command): demonstrations, learning, a plan; writes out/
+    Run(RunArgs),
+    /// Writes demonstrations, or a single scene, made by the kinematic generator
+    Record(RecordArgs),
+    /// Learns states and operators from a recording
+    Learn(LearnArgs),
+    /// Says in which state every object of a recording or scene is
+    Classify(ClassifyArgs),
+    /// Says what to do next in a scene, the whole plan, and when the planner graph knew
+    Plan(PlanArgs),
+    /// Gives learned states and actions other names
+    Rename(RenameArgs),
+    /// Says whether a recording, scene or domain file is sound
+    Check(CheckArgs),
+    /// Prints completions for a shell
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
+}
+
+/// What every command takes.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct Common {
+    /// Where all randomness comes from
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Worker threads; 0 for one a core. Results do not depend on it
+    #[arg(long, default_value_t = 0)]
+    pub threads: usize,
+    /// No progress on standard error
+    #[arg(long)]
+    pub quiet: bool,
+    /// JSON on standard output instead of tables
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Where a file goes.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct OutFile {
+    /// The file to write; refused if it exists
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Replace the file if it exists
+    #[arg(long)]
+    pub force: bool,
+}
+
+impl OutFile {
+    pub fn overwrite(&self) -> Overwrite {
+        if self.force { Overwrite::Allowed } else { Overwrite::Never }
+    }
+}
+
+/// How a planner graph is made.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct PlannerArgs {
+    /// How the graph's layers are computed
+    #[arg(long, default_value = "direct")]
+    pub mode: String,
+    /// Dimensions of the pointers
+    #[arg(long, default_value_t = 256)]
+    pub dimensions: usize,
+    /// Greatest cosine between any two pointers
+    #[arg(long, default_value_t = 0.1)]
+    pub max_similarity: Real,
+    /// States that never held before an action must be absent
+    #[arg(long)]
+    pub absent: bool,
+    /// Act as soon as any action can be done (the paper's rule), instead of when the goal is shown to
+    /// be within reach
+    #[arg(long)]
+    pub first: bool,
+    /// Unbind preconditions by a layer of products instead of a fixed linear map
+    #[arg(long)]
+    pub products: bool,
+}
+
+impl PlannerArgs {
+    pub fn spec(&self) -> PlannerSpec {
+        PlannerSpec {
+            dimensions: self.dimensions,
+            max_similarity: self.max_similarity,
+            commitment: if self.first { Commitment::First } else { Commitment::Proven },
+            absent: self.absent,
+            unbinding: if self.products { Unbinding::Products } else { Unbinding::Fixed },
+            ..PlannerSpec::default()
+        }
+    }
+}
+
+/// Which rule says in which state an object is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Rule {
+    /// The state of greatest density within the limit, or none
+    Gated,
+    /// The paper's: the nearest state by p-norm, however far
+    Nearest,
+}
+
+#[derive(Debug, Clone, Args)]
+pub(crate) struct GroundingArgs {
+    /// How an object's state is found
+    #[arg(long, value_enum, default_value = "gated")]
+    pub grounding: Rule,
+    /// Greatest distance to a state, in standard deviations
+    #[arg(long, default_value_t = Gate::default().limit)]
+    pub limit: f64,
+}
+
+impl GroundingArgs {
+    pub fn rule(&self) -> Grounding {
+        match self.grounding {
+            Rule::Gated => Grounding::Gated(Gate { limit: self.limit, ..Gate::default() }),
+            Rule::Nearest => Grounding::paper(),
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum OrderArg {
+    /// The nut goes into the jig first
+    NutFirst,
+    /// The bolt goes into the jig first
+    BoltFirst,
+    /// Both orders occur
+    Either,
+}
+
+impl From<OrderArg> for Order {
+    fn from(order: OrderArg) -> Self {
+        match order {
+            OrderArg::NutFirst => Self::NutFirst,
+            OrderArg::BoltFirst => Self::BoltFirst,
+            OrderArg::Either => Self::Either,
+        }
+    }
+}
+
+/// What a generated recording shows.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct RehearsalArgs {
+    /// How many demonstrations
+    #[arg(long, default_value_t = 5)]
+    pub demos: usize,
+    /// Nuts in each demonstration
+    #[arg(long, default_value_t = 1)]
+    pub demo_nuts: usize,
+    /// Bolts in each demonstration
+    #[arg(long, default_value_t = 1)]
+    pub demo_bolts: usize,
+    /// Which part goes into the jig first
+    #[arg(long, value_enum, default_value = "either")]
+    pub order: OrderArg,
+    /// Probability that a try fails
+    #[arg(long, default_value_t = 0.0)]
+    pub fail_rate: f64,
+    /// Probability that a failed try loses its part off the table
+    #[arg(long, default_value_t = 0.0)]
+    pub loss_rate: f64,
+    /// Probability that a try knocks another part aside
+    #[arg(long, default_value_t = 0.0)]
+    pub knock_rate: f64,
+    /// Leave out times, events and touched objects
+    #[arg(long)]
+    pub no_events: bool,
+}
+
+impl RehearsalArgs {
+    pub fn rehearsal(&self) -> Rehearsal {
+        Rehearsal {
+            demos: self.demos,
+            nuts: self.demo_nuts,
+            bolts: self.demo_bolts,
+            order: self.order.into(),
+            fail_rate: self.fail_rate,
+            loss_rate: self.loss_rate,
+            knock_rate: self.knock_rate,
+            events: !self.no_events,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Args)]
+pub(crate) struct RunArgs {
+    #[command(flatten)]
+    pub common: Common,
+    #[command(flatten)]
+    pub rehearsal: RehearsalArgs,
+    /// Nuts in the scene that is planned for
+    #[arg(long, default_value_t = 1)]
+    pub nuts: usize,
+    /// Bolts in the scene that is planned for
+    #[arg(long, default_value_t = 1)]
+    pub bolts: usize,
+    #[command(flatten)]
+    pub planner: PlannerArgs,
+    /// The folder to write; refused if it holds an earlier run. Without this, `out` is replaced
+    #[arg(long, value_name = "FOLDER")]
+    pub out: Option<PathBuf>,
+    /// Replace an earlier run in the folder
+    #[arg(long)]
+    pub force: bool,
+}
+
+#[derive(Debug, Clone, Args)]
+pub(crate) struct RecordArgs {
+    #[command(flatten)]
+    pub common: Common,
+    #[command(flatten)]
+    pub rehearsal: RehearsalArgs,
+    /// Write a single scene with all parts on the table instead of demonstrations
+    #[arg(long)]
+    pub scene: bool,
+    /// Write the demonstrator's names for its actions into `next_action`
+    #[arg(long)]
+    pub labels: bool,
+    #[command(flatten)]
+    pub out: OutFile,
+}
+
+#[derive(Debug, Clone, Args)]
+pub(crate) struct LearnArgs {
+    /// The recording, one JSON object a line; - for standard input
+    pub recording: PathBuf,
+    #[command(flatten)]
+    pub common: Common,
+    /// The clustering threshold in metres for every kind (the paper's is 0.001169); by default it is
+    /// found from the data
+    #[arg(long, value_name = "METRES")]
+    pub threshold: Option<f64>,
+    /// The exponent of the distance between positions
+    #[arg(long, default_value_t = -2.0, allow_negative_numbers = true)]
+    pub p: f64,
+    #[command(flatten)]
+    pub out: OutFile,
+}
+
+#[derive(Debug, Clone, Args)]
+pub(crate) struct ClassifyArgs {
+    /// The learned domain
+    pub domain: PathBuf,
+    /// The recording or scene; - for standard input
+    pub recording: PathBuf,
+    #[command(flatten)]
+    pub common: Common,
+    #[command(flatten)]
+    pub grounding: GroundingArgs,
+    #[command(flatten)]
+    pub out: OutFile,
+}
+
+#[derive(Debug, Clone, Args)]
+pub(crate) struct PlanArgs {
+    /// The learned domain; - for standard input
+    pub domain: PathBuf,
+    /// The scene, one JSON object; - for standard input
+    #[arg(long, value_name = "FILE")]
+    pub scene: PathBuf,
+    /// The state that is wanted; by default what the last action of the demonstrations brought about
+    #[arg(long, value_name = "STATE")]
+    pub goal: Option<String>,
+    #[command(flatten)]
+    pub common: Common,
+    #[command(flatten)]
+    pub planner: PlannerArgs,
+    #[command(flatten)]
+    pub grounding: GroundingArgs,
+    #[command(flatten)]
+    pub out: OutFile,
+}
+
+#[derive(Debug, Clone, Args)]
+pub(crate) struct RenameArgs {
+    /// The learned domain; - for standard input
+    pub domain: PathBuf,
+    /// Old and new names, as OLD=NEW
+    #[arg(required = true, value_name = "OLD=NEW")]
+    pub names: Vec<String>,
+    #[command(flatten)]
+    pub common: Common,
+    /// The file to write; refused if it exists. Without this the domain file itself is replaced
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Replace the file given with --out if it exists
+    #[arg(long)]
+    pub force: bool,
+}
+
+#[derive(Debug, Clone, Args)]
+pub(crate) struct CheckArgs {
+    /// The file; - for standard input
+    pub file: PathBuf,
+    #[command(flatten)]
+    pub common: Common,
+}

@@ -1,0 +1,50 @@
+//! `symbolt check`: whether a file is a sound recording, scene or domain.
+
+use anyhow::Error;
+use serde_json::{Value, json};
+use symbolt::task::{Domain, Recording, Snapshot, TaskError, read_file};
+
+use super::Outcome;
+use super::args::CheckArgs;
+use super::output::{emit, emit_json};
+
+pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Error> {
+    let bytes = read_file(&args.file)?;
+    let name = args.file.display().to_string();
+    let found = inspect(&bytes, &name)?;
+    if args.common.json {
+        emit_json(&[found])?;
+    } else {
+        let facts: Vec<String> = found
+            .as_object()
+            .into_iter()
+            .flatten()
+            .filter(|(key, _)| *key != "kind")
+            .map(|(key, value)| format!("{value} {key}"))
+            .collect();
+        let kind = found["kind"].as_str().unwrap_or("file");
+        emit(&format!("{name}: a sound {kind}: {}", facts.join(", ")))?;
+    }
+    Ok(Outcome::Done)
+}
+
+fn inspect(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
+    let header: Option<Value> = serde_json::from_slice(bytes).ok();
+    if header.as_ref().is_some_and(|v| v.get("format").is_some()) {
+        let domain = Domain::parse(bytes, name)?;
+        return Ok(json!({
+            "kind": "domain", "states": domain.states().len(),
+            "actions": domain.operators().len(),
+        }));
+    }
+    if header.as_ref().is_some_and(|v| v.get("objects").is_some() && v.get("demo").is_none()) {
+        let scene = Snapshot::parse(bytes, name)?;
+        return Ok(json!({"kind": "scene", "objects": scene.objects.len()}));
+    }
+    let (recording, labels) = Recording::parse(bytes, name)?;
+    let labelled = labels.iter().flatten().filter(|l| l.is_some()).count();
+    Ok(json!({
+        "kind": "recording", "demonstrations": recording.demos.len(),
+        "snapshots": recording.snapshot_count(), "labels": labelled,
+    }))
+}

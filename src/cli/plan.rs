@@ -1,0 +1,193 @@
+//! `symbolt plan`: the next action in a scene, the whole plan, and when the graph knew.
+
+use std::fmt::Write as _;
+
+use anyhow::Error;
+use serde_json::{Map, Value, json};
+use symbolt::neurons::{Population, PopulationPlan};
+use symbolt::sim::Seed;
+use symbolt::task::planner::{Decision, PlanEnd, Planner, RolledOut, Verdict};
+use symbolt::task::{Classifier, Domain, Obstacle, Snapshot};
+
+use super::Outcome;
+use super::args::{BadArgument, PlanArgs, PlannerArgs};
+use super::output::{Grid, Progress, counted, emit_or_write, refuse_existing, use_threads};
+
+pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
+    refuse_existing(args.out.out.as_deref(), args.out.force)?;
+    use_threads(&args.common)?;
+    if args.domain.as_os_str() == "-" && args.scene.as_os_str() == "-" {
+        let problem = "the domain and the scene cannot both come from standard input";
+        return Err(BadArgument(problem.into()).into());
+    }
+    let progress = Progress::new(&args.common);
+    let domain = Domain::read(&args.domain)?;
+    let scene = Snapshot::read(&args.scene)?;
+    let classifier = Classifier::new(&domain, args.grounding.rule())?;
+    let goal = match (&args.goal, domain.goal()) {
+        (Some(goal), _) => goal.clone(),
+        (None, Some(goal)) => goal.to_owned(),
+        (None, None) => {
+            let problem = "the domain names no goal; give one with --goal STATE";
+            return Err(BadArgument(problem.into()).into());
+        }
+    };
+    domain.state_index(&goal)?;
+    progress.say("building the planner graph");
+    let planner = build(&domain, &args.planner, args.common.seed)?;
+    progress.say(format!("planning towards {goal}"));
+    let (counts, loose) = count(&classifier, &domain, &scene);
+    let plan = planner.plan(&counts, &goal)?;
+    drop(progress);
+    let text = if args.common.json {
+        summary(&planner, &plan, &goal).to_string()
+    } else {
+        let mut text = table(&planner, &plan, &counts, &goal);
+        if !loose.is_empty() {
+            let _ = writeln!(text, "In no state: {}", loose.join(", "));
+        }
+        text
+    };
+    emit_or_write(&text, &args.out)?;
+    Ok(outcome(&planner, &plan, &goal))
+}
+
+/// Builds a planner graph as asked for.
+pub(crate) fn build(domain: &Domain, args: &PlannerArgs, seed: u64) -> Result<Planner, Error> {
+    let mode: Population = args.mode.parse()?;
+    let plan = PopulationPlan::all(mode);
+    Ok(Planner::with_plan(domain, args.spec(), &plan, Seed::new(seed))?)
+}
+
+/// How many objects are in each state, and the ids of those that are in none although their kind has
+/// states.
+pub(crate) fn count(
+    classifier: &Classifier,
+    domain: &Domain,
+    scene: &Snapshot,
+) -> (Vec<usize>, Vec<String>) {
+    let mut counts = vec![0; domain.states().len()];
+    let mut loose = Vec::new();
+    for (object, grounded) in scene.objects.iter().zip(classifier.classify_all(scene)) {
+        match grounded.state {
+            Some(state) => counts[state] += 1,
+            None if grounded.distance.is_some() => loose.push(object.id.to_string()),
+            None => {}
+        }
+    }
+    (counts, loose)
+}
+
+/// Success, or one sentence about what stands in the way.
+pub(crate) fn outcome(planner: &Planner, plan: &RolledOut, goal: &str) -> Outcome {
+    match (plan.steps.is_empty(), plan.end) {
+        (true, PlanEnd::Stuck(obstacle)) => {
+            Outcome::Failed(format!("stuck: {}", obstacle_text(planner.domain(), obstacle)))
+        }
+        (_, PlanEnd::Circle) => Outcome::Failed(format!("the plan for {goal} goes in a circle")),
+        _ => Outcome::Done,
+    }
+}
+
+/// An obstacle in words.
+pub(crate) fn obstacle_text(domain: &Domain, obstacle: Obstacle) -> String {
+    let state = |index: usize| domain.states().get(index).map_or("?", |s| s.name.as_str());
+    let action = |index: usize| domain.operators().get(index).map_or("?", |o| o.name.as_str());
+    match obstacle {
+        Obstacle::NothingCauses { state: s } => {
+            format!("{} does not hold and no action brings it about", state(s))
+        }
+        Obstacle::MustBeAbsent { action: a, state: s } => {
+            format!("{} must be absent before {}, and holds", state(s), action(a))
+        }
+        Obstacle::NeedsItself { state: s } => {
+            format!("{} is needed to bring itself about", state(s))
+        }
+        _ => "the goal cannot be had".into(),
+    }
+}
+
+fn first(plan: &RolledOut) -> &Decision {
+    plan.steps.first().map_or(&plan.last, |step| &step.decision)
+}
+
+/// The plan as one JSON object.
+pub(crate) fn summary(planner: &Planner, plan: &RolledOut, goal: &str) -> Value {
+    let domain = planner.domain();
+    let name = |action: usize| domain.operators().get(action).map(|o| o.name.clone());
+    let decision = first(plan);
+    let (status, action, reason) = match decision.verdict {
+        Verdict::Act(action) => ("act", name(action), None),
+        Verdict::Met => ("met", None, None),
+        Verdict::Stuck(obstacle) => ("stuck", None, Some(obstacle_text(domain, obstacle))),
+    };
+    let mut milestones = Map::new();
+    for m in &decision.milestones {
+        let key = format!("{:02} {} {}", m.question, m.stage, m.subject);
+        milestones.insert(key, json!(m.time_ms));
+    }
+    let end = match plan.end {
+        PlanEnd::Met => json!("met"),
+        PlanEnd::Circle => json!("circle"),
+        PlanEnd::Stuck(obstacle) => json!(format!("stuck: {}", obstacle_text(domain, obstacle))),
+    };
+    json!({
+        "status": status,
+        "action": action,
+        "plan": plan.steps.iter().filter_map(|s| name(s.action)).collect::<Vec<_>>(),
+        "plan_end": end,
+        "reason": reason,
+        "goal": goal,
+        "mode": "direct",
+        "decision_ms": decision.time_ms,
+        "questions": decision.questions,
+        "milestones_ms": milestones,
+    })
+}
+
+/// The plan as tables.
+pub(crate) fn table(planner: &Planner, plan: &RolledOut, counts: &[usize], goal: &str) -> String {
+    let domain = planner.domain();
+    let mut text = String::new();
+    let holds: Vec<String> = domain
+        .states()
+        .iter()
+        .zip(counts)
+        .filter(|(_, count)| **count > 0)
+        .map(|(s, count)| if *count > 1 { format!("{} x{count}", s.name) } else { s.name.clone() })
+        .collect();
+    let holds = if holds.is_empty() { "nothing".into() } else { holds.join(", ") };
+    let _ = writeln!(text, "Holds: {holds}\nGoal:  {goal}");
+    let decision = first(plan);
+    let answer = match decision.verdict {
+        Verdict::Act(action) => format!("do {}", domain.operators()[action].name),
+        Verdict::Met => "the goal is met".into(),
+        Verdict::Stuck(obstacle) => format!("stuck: {}", obstacle_text(domain, obstacle)),
+    };
+    let _ = writeln!(
+        text,
+        "Next:  {answer} (decided in {:.0} simulated ms after {})\n",
+        decision.time_ms,
+        counted(decision.questions as usize, "question"),
+    );
+    if !plan.steps.is_empty() {
+        let mut grid = Grid::new(&[">step", "action", ">decided in ms"]);
+        for (index, step) in plan.steps.iter().enumerate() {
+            let action = domain.operators()[step.action].name.clone();
+            grid.row([(index + 1).to_string(), action, format!("{:.0}", step.decision.time_ms)]);
+        }
+        let end = match plan.end {
+            PlanEnd::Met => "then the goal is met".into(),
+            PlanEnd::Circle => "then it would go in a circle".into(),
+            PlanEnd::Stuck(obstacle) => format!("then stuck: {}", obstacle_text(domain, obstacle)),
+        };
+        let _ = writeln!(text, "Whole plan, {end}:\n\n{grid}");
+    }
+    let mut grid = Grid::new(&[">question", "about", "reached", ">at ms"]);
+    for m in &decision.milestones {
+        let question = m.question.to_string();
+        grid.row([question, m.subject.clone(), m.stage.to_string(), format!("{:.0}", m.time_ms)]);
+    }
+    let _ = writeln!(text, "Milestones of the next decision, in simulated ms:\n\n{grid}");
+    text
+}

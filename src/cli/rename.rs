@@ -1,0 +1,38 @@
+//! `symbolt rename`: a person's names for learned states and actions.
+
+use anyhow::Error;
+use serde_json::json;
+use symbolt::task::{Domain, Overwrite, write_whole};
+
+use super::Outcome;
+use super::args::{BadArgument, RenameArgs};
+use super::output::{emit, emit_json, refuse_existing};
+
+pub(crate) fn rename(args: &RenameArgs) -> Result<Outcome, Error> {
+    refuse_existing(args.out.as_deref(), args.force)?;
+    let mut renames = Vec::new();
+    for pair in &args.names {
+        let Some((old, new)) = pair.split_once('=') else {
+            let problem = format!("`{pair}` is no renaming; expected OLD=NEW");
+            return Err(BadArgument(problem).into());
+        };
+        renames.push((old.to_owned(), new.to_owned()));
+    }
+    let domain = Domain::read(&args.domain)?.rename(&renames)?;
+    let text = domain.to_json();
+    let from_input = args.domain.as_os_str() == "-";
+    match &args.out {
+        None if from_input => return emit(&text).map(|()| Outcome::Done),
+        None => write_whole(&args.domain, &text, Overwrite::Allowed)?,
+        Some(path) => {
+            let overwrite = if args.force { Overwrite::Allowed } else { Overwrite::Never };
+            write_whole(path, &text, overwrite)?;
+        }
+    }
+    if args.common.json {
+        emit_json(&[json!({"renamed": renames.len()})])?;
+    } else if !args.common.quiet {
+        emit(&super::learn::domain_tables(&domain))?;
+    }
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,83 @@
+//! Reading and writing whole files: nothing is left half-written, nothing is overwritten unasked.
+
+use std::io::{Read, Write};
+use std::path::Path;
+
+use super::error::TaskError;
+
+/// Whether an existing file may be replaced.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Overwrite {
+    /// Refuse.
+    #[default]
+    Never,
+    /// Replace it.
+    Allowed,
+}
+
+/// All bytes of a file, or of standard input for `-`.
+///
+/// # Errors
+/// [`TaskError::Io`] if it cannot be read.
+pub fn read_file(path: &Path) -> Result<Vec<u8>, TaskError> {
+    let failed = |source| TaskError::Io { what: "read", path: path.into(), source };
+    if path.as_os_str() == "-" {
+        let mut bytes = Vec::new();
+        std::io::stdin().lock().read_to_end(&mut bytes).map_err(failed)?;
+        return Ok(bytes);
+    }
+    std::fs::read(path).map_err(failed)
+}
+
+/// Writes a file whole: beside it first, then under its name.
+///
+/// # Errors
+/// [`TaskError::Exists`] if it exists and must not be replaced; [`TaskError::Io`] if it cannot be
+/// written. Nothing is left behind in either case.
+pub fn write_whole(path: &Path, text: &str, overwrite: Overwrite) -> Result<(), TaskError> {
+    let failed = |source| TaskError::Io { what: "write", path: path.into(), source };
+    if overwrite == Overwrite::Never && path.exists() {
+        return Err(TaskError::Exists { path: path.into() });
+    }
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let mut beside = tempfile::Builder::new()
+        .prefix(".symbolt-")
+        .permissions_like_a_new_file()
+        .tempfile_in(folder)
+        .map_err(failed)?;
+    beside.write_all(text.as_bytes()).map_err(failed)?;
+    beside.as_file().sync_all().map_err(failed)?;
+    match overwrite {
+        Overwrite::Allowed => beside.persist(path).map_err(|e| failed(e.error))?,
+        Overwrite::Never => beside.persist_noclobber(path).map_err(|e| {
+            if e.error.kind() == std::io::ErrorKind::AlreadyExists {
+                TaskError::Exists { path: path.into() }
+            } else {
+                failed(e.error)
+            }
+        })?,
+    };
+    Ok(())
+}
+
+/// Ordinary permissions for a file that will keep its place, instead of a temporary file's private ones.
+trait PermissionsLikeANewFile {
+    fn permissions_like_a_new_file(&mut self) -> &mut Self;
+}
+
+impl PermissionsLikeANewFile for tempfile::Builder<'_, '_> {
+    #[cfg(unix)]
+    fn permissions_like_a_new_file(&mut self) -> &mut Self {
+        use std::os::unix::fs::PermissionsExt;
+        // The process's umask still applies.
+        self.permissions(std::fs::Permissions::from_mode(0o666))
+    }
+
+    #[cfg(not(unix))]
+    fn permissions_like_a_new_file(&mut self) -> &mut Self {
+        self
+    }
+}

@@ -1,0 +1,111 @@
+//! The ways of parts from cluster to cluster: which clusters are detours, which tries were undone.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::scene::{Cluster, Scene};
+
+/// What the parts' ways from cluster to cluster tell.
+#[derive(Default)]
+pub(super) struct Ways {
+    /// Clusters into which parts came by tries only, that none kept, and around which others went
+    /// straight at least as often: the bolt left standing, the nut on the jig's rim.
+    pub detours: BTreeSet<usize>,
+    /// Tries that brought a part back to where it had been before, from where it went again.
+    pub undone: BTreeSet<usize>,
+}
+
+impl Scene<'_> {
+    /// Follows the parts from cluster to cluster to find detours and tries that were undone.
+    pub fn ways(&self, clusters: &[Cluster]) -> Ways {
+        let mut ways = Ways::default();
+        let mut direct: BTreeMap<(usize, usize), usize> = BTreeMap::new();
+        let mut through: BTreeMap<(usize, usize, usize), usize> = BTreeMap::new();
+        let (mut passed, mut entered) = (BTreeSet::new(), BTreeSet::new());
+        let mut manipulated: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
+        let mut kept: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
+        let mut returned: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
+        let mut back_for_good: Vec<(usize, usize)> = Vec::new();
+        let mut by_track: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
+        for (index, attempt) in self.tries.iter().enumerate() {
+            if let Some(track) = attempt.track {
+                by_track.entry((attempt.demo, track)).or_default().push(index);
+            }
+        }
+        for ((demo, track), tries) in by_track {
+            if let Some(kind) = self.kind_of(demo, track) {
+                manipulated.entry(kind).or_default().insert(demo);
+            }
+            let ends = |index: usize| {
+                let t = &self.tries[index];
+                Some((self.label(demo, track, t.before)?, self.label(demo, track, t.after)?))
+            };
+            let moves: Vec<(usize, usize, usize)> = tries
+                .iter()
+                .filter_map(|index| ends(*index).map(|(from, to)| (*index, from, to)))
+                .filter(|(_, from, to)| from != to)
+                .collect();
+            let final_label = self.recording.demos[demo]
+                .snapshots
+                .len()
+                .checked_sub(1)
+                .and_then(|s| self.label(demo, track, s));
+            // The way so far, with loops taken out.
+            let mut way: Vec<usize> = Vec::new();
+            for (at, (index, from, to)) in moves.iter().copied().enumerate() {
+                if way.last() != Some(&from) {
+                    way.push(from);
+                }
+                *direct.entry((from, to)).or_default() += 1;
+                let stays = at + 1 == moves.len() && final_label == Some(to);
+                if stays {
+                    kept.entry(to).or_default().insert(demo);
+                }
+                if let Some((_, next_from, next_to)) = moves.get(at + 1)
+                    && *next_from == to
+                    && !way.contains(next_to)
+                {
+                    *through.entry((from, to, *next_to)).or_default() += 1;
+                }
+                if let Some(earlier) = way.iter().position(|w| *w == to) {
+                    way.truncate(earlier + 1);
+                    if stays {
+                        returned.entry(to).or_default().insert(demo);
+                        back_for_good.push((index, to));
+                    } else {
+                        ways.undone.insert(index);
+                    }
+                } else {
+                    way.push(to);
+                }
+                let goes_on = moves.get(at + 1).is_some_and(|(_, next_from, _)| *next_from == to);
+                if goes_on {
+                    passed.insert(to);
+                }
+                if goes_on || !stays {
+                    entered.insert(to);
+                }
+            }
+        }
+        // What happens in fewer than half of the demonstrations is not what they are about.
+        let seldom = |cluster: usize, demos: Option<&BTreeSet<usize>>| {
+            let all = manipulated.get(&clusters[cluster].kind).map_or(0, BTreeSet::len);
+            2 * demos.map_or(0, BTreeSet::len) < all
+        };
+        for (index, to) in back_for_good {
+            if seldom(to, returned.get(&to)) {
+                ways.undone.insert(index);
+            }
+        }
+        ways.detours = entered
+            .into_iter()
+            .filter(|by| clusters[*by].found == 0 && seldom(*by, kept.get(by)))
+            .filter(|by| passed.contains(by) || !kept.contains_key(by))
+            .filter(|by| {
+                through.iter().filter(|((_, b, _), _)| b == by).all(|((from, _, to), times)| {
+                    direct.get(&(*from, *to)).is_some_and(|straight| straight >= times)
+                })
+            })
+            .collect();
+        ways
+    }
+}

@@ -1,0 +1,14 @@
+//! Planning with a graph of semantic-pointer modules, stepped in simulated time.
+//!
+//! [`PlanningGraph`] is the graph as a module, to be connected to whatever world there is;
+//! [`Planner`] is one built and made ready to be asked.
+
+mod ask;
+mod executive;
+mod graph;
+mod rollout;
+
+pub use ask::{Decision, Milestone, Planner, Stage, Verdict};
+pub use executive::Timing;
+pub use graph::{PlannerSpec, PlanningGraph, PlanningPorts, Unbinding};
+pub use rollout::{PlanEnd, PlannedStep, RolledOut};

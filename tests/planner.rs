@@ -1,0 +1,340 @@
+//! The planner graph against the symbolic planner.
+
+use std::collections::BTreeSet;
+
+use rand::RngExt;
+use symbolt::sim::Seed;
+use symbolt::task::planner::{Decision, Planner, PlannerSpec, Unbinding, Verdict};
+use symbolt::task::{
+    Commitment, Domain, Obstacle, SymbolicDomain, TaskError, kinematic, learn, outlook,
+};
+
+/// The paper's own domain (section II.E): single preconditions, and assembly with two.
+fn paper_domain() -> Domain {
+    SymbolicDomain::new()
+        .action("PUT_NUT_IN_JIG", ["NUT_ON_TABLE"], ["NUT_IN_JIG"])
+        .action("PUT_BOLT_IN_JIG", ["BOLT_ON_TABLE"], ["BOLT_IN_JIG"])
+        .action("ASSEMBLE", ["NUT_IN_JIG", "BOLT_IN_JIG"], ["BOLT_ASSEMBLED"])
+        .build()
+        .expect("the paper's domain is sound")
+}
+
+/// A domain learned from nut-first demonstrations, whose preconditions chain.
+fn nut_first_domain() -> Domain {
+    let rehearsal = kinematic::Rehearsal {
+        order: kinematic::Order::NutFirst,
+        ..kinematic::Rehearsal::default()
+    };
+    let recording = rehearsal.record(Seed::new(1)).expect("the rehearsal is sound").recording;
+    learn::learn(&recording, &learn::Settings::default()).expect("it can be learned from").domain
+}
+
+#[derive(Debug, Default, PartialEq)]
+struct Tally {
+    act: usize,
+    met: usize,
+    stuck: usize,
+}
+
+/// Asks for every goal in every global state; every answer must be one that the oracle accepts.
+fn agree_everywhere(domain: &Domain, planner: &Planner, tally: &mut Tally) {
+    let states = domain.states().len();
+    for bits in 0..1u32 << states {
+        let world: Vec<bool> = (0..states).map(|s| bits >> s & 1 == 1).collect();
+        for goal in 0..states {
+            check(domain, planner, &world, goal, tally);
+        }
+    }
+}
+
+fn check(
+    domain: &Domain,
+    planner: &Planner,
+    world: &[bool],
+    goal: usize,
+    tally: &mut Tally,
+) -> Decision {
+    let right = outlook(domain, world, goal, planner.spec().rules());
+    let name = &domain.states()[goal].name;
+    let decision = planner.decide(world, name).expect("the planner decides");
+    let accepted = match decision.verdict {
+        Verdict::Met => {
+            tally.met += 1;
+            right.met
+        }
+        Verdict::Act(action) => {
+            tally.act += 1;
+            !right.met && right.actions.contains(&action)
+        }
+        Verdict::Stuck(obstacle) => {
+            tally.stuck += 1;
+            !right.met && right.obstacles.contains(&obstacle)
+        }
+    };
+    assert!(accepted, "{name} in {world:?}: {:?}, right is {right:?}", decision.verdict);
+    decision
+}
+
+#[test]
+fn the_graph_agrees_with_the_oracle_on_the_papers_domain_over_20_seeds() {
+    let domain = paper_domain();
+    let mut tally = Tally::default();
+    for seed in 0..20 {
+        let planner =
+            Planner::new(&domain, PlannerSpec::default(), Seed::new(seed)).expect("builds");
+        agree_everywhere(&domain, &planner, &mut tally);
+    }
+    println!("paper's domain, 32 states x 5 goals x 20 seeds: {tally:?}");
+    assert_eq!(tally.act + tally.met + tally.stuck, 32 * 5 * 20);
+    // By hand: a jig state can be had from the table in 8 of 16 worlds without it, the assembly in 3 x 3
+    // of 16; states on the table in none.
+    assert_eq!(
+        tally,
+        Tally { act: 20 * (8 + 8 + 9), met: 20 * 80, stuck: 20 * (16 + 16 + 8 + 8 + 7) }
+    );
+}
+
+#[test]
+fn the_graph_agrees_with_the_oracle_on_a_learned_domain_over_20_seeds() {
+    let domain = nut_first_domain();
+    assert_eq!((domain.states().len(), domain.operators().len()), (5, 3));
+    let mut tally = Tally::default();
+    for seed in 0..20 {
+        let planner =
+            Planner::new(&domain, PlannerSpec::default(), Seed::new(seed)).expect("builds");
+        agree_everywhere(&domain, &planner, &mut tally);
+    }
+    println!("learned domain, 32 states x 5 goals x 20 seeds: {tally:?}");
+    assert_eq!(tally.act + tally.met + tally.stuck, 32 * 5 * 20);
+    assert!(tally.act > 0 && tally.stuck > 0);
+}
+
+/// Random chains (each state needs the one below it, or nothing) and trees (up to four states anywhere
+/// below); with `circles`, some actions need a state further up.
+fn generated_domain(seed: u64, states: usize, actions: usize, circles: bool) -> Domain {
+    let mut rng = Seed::new(seed).derive("tests", "generated domain").rng();
+    let name = |s: usize| format!("S{s}");
+    let chain = seed % 2 == 0;
+    let mut domain = SymbolicDomain::new();
+    for state in 0..states {
+        domain = domain.state(&name(state));
+    }
+    for state in states - actions..states {
+        let mut needs = BTreeSet::new();
+        let count = if chain { 1 } else { rng.random_range(0..=4) };
+        for _ in 0..count {
+            let upward = circles && rng.random::<f64>() < 0.15;
+            let pool = match (upward, chain) {
+                (true, _) => state..states,
+                (false, true) => state - 1..state,
+                (false, false) => 0..state,
+            };
+            needs.insert(rng.random_range(pool));
+        }
+        let needs: Vec<String> = needs.into_iter().map(name).collect();
+        let action = format!("MAKE_S{state}");
+        domain = domain.action(&action, needs.iter().map(String::as_str), [name(state).as_str()]);
+    }
+    domain.build().expect("a generated domain is sound")
+}
+
+#[test]
+fn the_graph_agrees_with_the_oracle_on_generated_domains() {
+    let mut tally = Tally::default();
+    let mut longest = 0;
+    let (mut chained, mut branching, mut circular) = (0, 0, 0);
+    for seed in 0..48u64 {
+        let states = [5, 12, 20, 30][seed as usize % 4];
+        let domain = generated_domain(seed, states, states * 2 / 3, seed % 3 == 0);
+        assert!(domain.states().len() <= 30 && domain.operators().len() <= 20);
+        let spec = PlannerSpec { dimensions: 512, ..PlannerSpec::default() };
+        let planner = Planner::new(&domain, spec, Seed::new(seed)).expect("builds");
+        let mut rng = Seed::new(seed).derive("tests", "worlds").rng();
+        for _ in 0..12 {
+            let density: f64 = rng.random();
+            let world: Vec<bool> =
+                (0..states).map(|_| rng.random::<f64>() < density * 0.4).collect();
+            let goal = states - 1 - rng.random_range(0..states / 3);
+            let decision = check(&domain, &planner, &world, goal, &mut tally);
+            longest = longest.max(decision.questions);
+            if let Verdict::Stuck(Obstacle::NeedsItself { .. }) = decision.verdict {
+                circular += 1;
+            }
+        }
+        let widest = domain.operators().iter().map(|o| o.preconditions.len()).max().unwrap_or(0);
+        assert!(widest <= 4);
+        if widest > 1 { branching += 1 } else { chained += 1 }
+    }
+    println!(
+        "generated domains: {tally:?}, {chained} chains, {branching} trees, {circular} circles, longest {longest} questions"
+    );
+    assert_eq!(tally.act + tally.met + tally.stuck, 48 * 12);
+    assert!(tally.act >= 50 && tally.met >= 50 && tally.stuck >= 50, "{tally:?}");
+    assert!(circular >= 10 && longest >= 20 && chained >= 20 && branching >= 20);
+}
+
+#[test]
+fn a_chain_of_thirty_states_is_walked_to_its_end() {
+    let mut domain = SymbolicDomain::new();
+    for step in 1..30 {
+        let (needs, causes) = (format!("S{}", step - 1), format!("S{step}"));
+        domain = domain.action(&format!("GO_{step}"), [needs.as_str()], [causes.as_str()]);
+    }
+    let domain = domain.build().expect("sound");
+    let spec = PlannerSpec { dimensions: 512, ..PlannerSpec::default() };
+    let planner = Planner::new(&domain, spec, Seed::new(1)).expect("builds");
+    let mut world = vec![false; 30];
+    let stuck = planner.decide(&world, "S29").expect("decides");
+    assert_eq!(stuck.verdict, Verdict::Stuck(Obstacle::NothingCauses { state: 0 }));
+    assert_eq!(stuck.questions, 30);
+    world[0] = true;
+    let mut counts = vec![0; 30];
+    counts[0] = 1;
+    let plan = planner.plan(&counts, "S29").expect("plans");
+    let actions: Vec<usize> = plan.steps.iter().map(|s| s.action).collect();
+    assert_eq!(actions, (0..29).collect::<Vec<_>>());
+    assert_eq!(plan.end, symbolt::task::planner::PlanEnd::Met);
+}
+
+#[test]
+fn circular_preconditions_end_in_an_answer() {
+    let domain = SymbolicDomain::new()
+        .action("A", ["Q", "OPEN"], ["P"])
+        .action("B", ["P"], ["Q"])
+        .action("C", ["P", "EASY"], ["GOAL"])
+        .action("D", [], ["EASY"])
+        .action("E", ["SELF"], ["SELF"])
+        .build()
+        .expect("sound");
+    let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(3)).expect("builds");
+    let mut tally = Tally::default();
+    agree_everywhere(&domain, &planner, &mut tally);
+    assert!(tally.act > 0 && tally.stuck > 0);
+    let world: Vec<bool> = domain.states().iter().map(|s| s.name == "OPEN").collect();
+    let decision = planner.decide(&world, "GOAL").expect("decides");
+    assert!(
+        matches!(decision.verdict, Verdict::Stuck(Obstacle::NeedsItself { .. })),
+        "{decision:?}"
+    );
+    let decision = planner.decide(&world, "SELF").expect("decides");
+    let own = domain.state_index("SELF").expect("there");
+    assert_eq!(decision.verdict, Verdict::Stuck(Obstacle::NeedsItself { state: own }));
+}
+
+#[test]
+fn the_papers_rule_acts_on_the_first_action_that_can_be_done() {
+    let domain = paper_domain();
+    let spec = PlannerSpec { commitment: Commitment::First, ..PlannerSpec::default() };
+    let mut tally = Tally::default();
+    let mut differs = 0;
+    for seed in 0..5 {
+        let planner = Planner::new(&domain, spec, Seed::new(seed)).expect("builds");
+        agree_everywhere(&domain, &planner, &mut tally);
+        // Only a nut on the table: the assembly cannot be had, but the nut can be put into the jig.
+        let world = [true, false, false, false, false];
+        let first = planner.decide(&world, "BOLT_ASSEMBLED").expect("decides").verdict;
+        let proven =
+            Planner::new(&domain, PlannerSpec::default(), Seed::new(seed)).expect("builds");
+        let proven = proven.decide(&world, "BOLT_ASSEMBLED").expect("decides").verdict;
+        assert_eq!(proven, Verdict::Stuck(Obstacle::NothingCauses { state: 2 }));
+        differs += usize::from(first == Verdict::Act(0));
+    }
+    assert_eq!(tally.act + tally.met + tally.stuck, 5 * 160);
+    assert!(differs > 0);
+}
+
+#[test]
+fn a_state_that_must_be_absent_blocks_an_occupied_jig() {
+    let domain = nut_first_domain();
+    let spec = PlannerSpec { absent: true, ..PlannerSpec::default() };
+    let planner = Planner::new(&domain, spec, Seed::new(1)).expect("builds");
+    let mut tally = Tally::default();
+    agree_everywhere(&domain, &planner, &mut tally);
+    assert!(tally.act > 0 && tally.stuck > 0);
+    // In the demonstrations the nut never went in while a bolt was in the jig. Here one is.
+    let holds = ["NUT_AT_START", "BOLT_AT_START", "BOLT_AT_BOLT_HOLE"];
+    let world: Vec<bool> =
+        domain.states().iter().map(|s| holds.contains(&s.name.as_str())).collect();
+    let goal = "NUT_AT_NUT_POCKET";
+    let blocked = planner.decide(&world, goal).expect("decides").verdict;
+    let nut_action = domain.operators().iter().position(|o| o.to == goal).expect("there");
+    let jig = domain.state_index("BOLT_AT_BOLT_HOLE").expect("there");
+    let expected = Obstacle::MustBeAbsent { action: nut_action, state: jig };
+    assert_eq!(blocked, Verdict::Stuck(expected));
+    let free = Planner::new(&domain, PlannerSpec::default(), Seed::new(1)).expect("builds");
+    assert_eq!(free.decide(&world, goal).expect("decides").verdict, Verdict::Act(nut_action));
+}
+
+#[test]
+fn unbinding_by_products_answers_the_same_and_takes_longer() {
+    let domain = paper_domain();
+    let spec = PlannerSpec { unbinding: Unbinding::Products, ..PlannerSpec::default() };
+    let products = Planner::new(&domain, spec, Seed::new(4)).expect("builds");
+    let fixed = Planner::new(&domain, PlannerSpec::default(), Seed::new(4)).expect("builds");
+    let mut tally = Tally::default();
+    agree_everywhere(&domain, &products, &mut tally);
+    let world = [true, false, true, false, false];
+    let time = |planner: &Planner| {
+        let decision = planner.decide(&world, "BOLT_ASSEMBLED").expect("decides");
+        let found = decision.milestones.iter().find(|m| m.stage.to_string() == "preconditions");
+        found.map(|m| m.time_ms).expect("preconditions were reached")
+    };
+    assert!(time(&products) > time(&fixed), "{} {}", time(&products), time(&fixed));
+}
+
+#[test]
+fn milestones_come_in_order_and_name_their_states() {
+    let domain = paper_domain();
+    let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1)).expect("builds");
+    let decision =
+        planner.decide(&[true, false, true, false, false], "BOLT_ASSEMBLED").expect("decides");
+    let times: Vec<f64> = decision.milestones.iter().map(|m| m.time_ms).collect();
+    assert!(times.windows(2).all(|w| w[0] <= w[1]), "{times:?}");
+    let stages: Vec<String> =
+        decision.milestones[..5].iter().map(|m| m.stage.to_string()).collect();
+    assert_eq!(stages, ["goal", "action", "preconditions", "comparison", "conclusion"]);
+    assert!(
+        decision.milestones[..5].iter().all(|m| m.subject == "BOLT_ASSEMBLED" && m.question == 1)
+    );
+    assert!(times[0] > 0.0 && times[3] < 100.0, "{times:?}");
+    assert_eq!(decision.milestones.last().map(|m| m.time_ms), Some(decision.time_ms));
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bits_and_another_seed_others() {
+    let domain = paper_domain();
+    let run = |seed: u64| {
+        let planner =
+            Planner::new(&domain, PlannerSpec::default(), Seed::new(seed)).expect("builds");
+        let world = [true, false, true, false, false];
+        let mut sim = planner.simulator(&world, "BOLT_ASSEMBLED").expect("starts");
+        sim.run_for(symbolt::sim::SimDuration::from_millis(150)).expect("runs");
+        sim.snapshot()
+    };
+    assert_eq!(run(1), run(1));
+    assert_ne!(run(1), run(2));
+}
+
+#[test]
+fn what_cannot_be_asked_is_an_error_with_the_choices() {
+    let domain = paper_domain();
+    let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1)).expect("builds");
+    let error = planner.decide(&[false; 5], "BOLT_ASSEMBLD").map_err(|e| e.to_string());
+    let text = error.err().unwrap_or_default();
+    assert!(
+        text.contains("did you mean `BOLT_ASSEMBLED`?") && text.contains("NUT_IN_JIG"),
+        "{text}"
+    );
+    assert!(matches!(planner.decide(&[false; 4], "NUT_IN_JIG"), Err(TaskError::Setting { .. })));
+    for dimensions in [0, 1, 2, 8] {
+        let spec = PlannerSpec { dimensions, ..PlannerSpec::default() };
+        let error = Planner::new(&domain, spec, Seed::new(1)).err().map(|e| e.to_string());
+        let text = error.unwrap_or_default();
+        assert!(text.contains("dimensions"), "{dimensions}: {text}");
+    }
+    let none = SymbolicDomain::new().state("ALONE").build().expect("sound");
+    assert!(matches!(
+        Planner::new(&none, PlannerSpec::default(), Seed::new(1)),
+        Err(TaskError::BadDomain { .. })
+    ));
+}
