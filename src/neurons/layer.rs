@@ -149,7 +149,6 @@ impl LayerRequest for Select {
 }
 
 /// Ports of a layer with one input.
-#[derive(Debug, Clone)]
 pub struct LayerPorts<K: Kind> {
     /// What goes in; any number of sources.
     pub input: In<K>,
@@ -158,7 +157,6 @@ pub struct LayerPorts<K: Kind> {
 }
 
 /// Ports of a gated [`Represent`] layer.
-#[derive(Debug, Clone)]
 pub struct GatedPorts<K: Kind> {
     /// What goes in; any number of sources.
     pub input: In<K>,

@@ -290,7 +290,7 @@ pub enum SimError {
         source: WorldError,
     },
     /// The graph has a world link and the run no world, or the reverse.
-    #[error("the graph {} a world link but the run {} a world", if *.linked {"has"} else {"has no"}, if *.given {"gives"} else {"gives no"})]
+    #[error("the graph has {} world link but the run gives {} world", if *.linked {"a"} else {"no"}, if *.given {"a"} else {"no"})]
     WorldMissing {
         /// Whether the graph has a link.
         linked: bool,

@@ -48,7 +48,6 @@ impl ProbeSpec {
 }
 
 /// A handle to a probe on an output of kind `K`.
-#[derive(Debug)]
 pub struct ProbeId<K: Kind> {
     pub(crate) index: usize,
     pub(crate) builder: u64,
@@ -62,6 +61,12 @@ impl<K: Kind> Clone for ProbeId<K> {
 }
 
 impl<K: Kind> Copy for ProbeId<K> {}
+
+impl<K: Kind> std::fmt::Debug for ProbeId<K> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "ProbeId<{}>({})", K::label(), self.index)
+    }
+}
 
 /// The stored samples of one probe.
 #[derive(Debug, Clone, Default)]
@@ -97,12 +102,25 @@ impl Recording {
 }
 
 /// The samples of a probe, oldest first.
-#[derive(Debug, Clone, Copy)]
 pub struct Samples<'a, K: Kind> {
     pub(crate) recording: &'a Recording,
     pub(crate) width: usize,
     pub(crate) dt_s: f64,
     pub(crate) kind: PhantomData<fn() -> K>,
+}
+
+impl<K: Kind> Clone for Samples<'_, K> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<K: Kind> Copy for Samples<'_, K> {}
+
+impl<K: Kind> std::fmt::Debug for Samples<'_, K> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Samples<{}>({} of width {})", K::label(), self.len(), self.width)
+    }
 }
 
 impl<'a, K: Kind> Samples<'a, K> {
@@ -139,7 +157,7 @@ impl<'a, K: Kind> Samples<'a, K> {
 
     /// All samples, oldest first.
     pub fn iter(&self) -> impl Iterator<Item = (f64, &'a [Real])> + use<'a, K> {
-        let this = Self { ..*self };
+        let this = *self;
         (0..self.len()).filter_map(move |i| this.get(i))
     }
 }

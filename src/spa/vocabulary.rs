@@ -198,7 +198,6 @@ fn check_vector(name: &str, values: Vec<Real>, dim: usize) -> Result<Vec<Real>, 
 }
 
 /// Named vectors of one space. Frozen: neither names nor vectors change.
-#[derive(Debug)]
 pub struct Vocabulary<V: VocabTag> {
     space: Space,
     algebra: Arc<dyn Algebra>,
@@ -207,6 +206,12 @@ pub struct Vocabulary<V: VocabTag> {
     /// One row a name.
     vectors: Vec<Real>,
     tag: PhantomData<fn() -> V>,
+}
+
+impl<V: VocabTag> std::fmt::Debug for Vocabulary<V> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Vocabulary({})", self.space)
+    }
 }
 
 impl<V: VocabTag> Vocabulary<V> {
