@@ -1,0 +1,285 @@
+//! Learning from generated recordings: what is found, what is set aside, what the paper says fails.
+
+use std::collections::BTreeMap;
+
+use symbolt::sim::Seed;
+use symbolt::task::kinematic::{Order, Rehearsal, Rehearsed, heights};
+use symbolt::task::learn::{Failure, Learned, Outcome, Settings, learn};
+use symbolt::task::planner::{Planner, PlannerSpec, Verdict};
+use symbolt::task::{Classifier, Domain, Event, Grounding, Obstacle, Pose, TaskError};
+
+fn record(spec: &Rehearsal, seed: u64) -> Rehearsed {
+    spec.record(Seed::new(seed)).expect("the rehearsal is sound")
+}
+
+fn learned(spec: &Rehearsal, seed: u64) -> Learned {
+    learn(&record(spec, seed).recording, &Settings::default()).expect("learns")
+}
+
+fn needs<'d>(domain: &'d Domain, to: &str) -> Vec<&'d str> {
+    let operator = domain.operators().iter().find(|o| o.to == to).expect("the action was learned");
+    operator.preconditions.iter().map(String::as_str).collect()
+}
+
+#[test]
+fn both_orders_of_one_nut_and_one_bolt_give_the_true_preconditions() {
+    for seed in 0..20 {
+        let Learned { domain, report } = learned(&Rehearsal::default(), seed);
+        assert_eq!((domain.states().len(), domain.operators().len()), (5, 3), "seed {seed}");
+        assert_eq!(needs(&domain, "NUT_AT_NUT_POCKET"), ["NUT_AT_START"]);
+        assert_eq!(needs(&domain, "BOLT_AT_BOLT_HOLE"), ["BOLT_AT_START"]);
+        let both = ["BOLT_AT_BOLT_HOLE", "NUT_AT_NUT_POCKET"];
+        assert_eq!(needs(&domain, "BOLT_AT_NUT_POCKET"), both);
+        assert_eq!(domain.goal(), Some("BOLT_AT_NUT_POCKET"));
+        assert_eq!(report.failed(), 0);
+        assert_eq!(report.fixed_kinds, ["bolt_hole", "nut_pocket"]);
+    }
+}
+
+/// Section III.C of the paper: "if there are always multiple nuts or bolts at demonstration time, the
+/// system infers that at least one nut and bolt has to be on the table, as a precondition to any action".
+#[test]
+fn the_papers_stated_failure_several_parts_always_present_make_table_states_preconditions_of_all() {
+    let spec = Rehearsal { nuts: 3, bolts: 3, ..Rehearsal::default() };
+    for seed in 0..5 {
+        let Learned { domain, .. } = learned(&spec, seed);
+        assert_eq!(domain.operators().len(), 3);
+        for operator in domain.operators() {
+            for state in ["NUT_AT_START", "BOLT_AT_START"] {
+                let needed = operator.preconditions.iter().any(|p| p == state);
+                assert!(needed, "{} needs {state}", operator.name);
+            }
+        }
+        // And so the last bolt cannot be assembled: nothing else lies on the table any more.
+        let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1)).expect("builds");
+        let holds = ["NUT_AT_NUT_POCKET", "BOLT_AT_BOLT_HOLE"];
+        let world: Vec<bool> =
+            domain.states().iter().map(|s| holds.contains(&s.name.as_str())).collect();
+        let stuck = planner.decide(&world, "BOLT_AT_NUT_POCKET").expect("decides").verdict;
+        let Verdict::Stuck(Obstacle::NothingCauses { state }) = stuck else { panic!("{stuck:?}") };
+        assert!(domain.states()[state].name.ends_with("_AT_START"));
+    }
+}
+
+#[test]
+fn one_demonstration_suffices() {
+    let spec = Rehearsal { demos: 1, order: Order::NutFirst, ..Rehearsal::default() };
+    let mut planned = 0;
+    for seed in 0..20 {
+        let Learned { domain, .. } = learned(&spec, seed);
+        assert_eq!((domain.states().len(), domain.operators().len()), (5, 3), "seed {seed}");
+        // A fresh scene is understood, although every state was seen in one place only.
+        let classifier = Classifier::new(&domain, Grounding::default()).expect("sound");
+        let scene = spec.scene(Seed::new(1000 + seed)).expect("sound");
+        let present = classifier.global_state(&scene);
+        let names: Vec<&str> =
+            (0..5).filter(|i| present[*i]).map(|i| &domain.states()[i].name[..]).collect();
+        assert_eq!(names, ["BOLT_AT_START", "NUT_AT_START"], "seed {seed}");
+        let planner =
+            Planner::new(&domain, PlannerSpec::default(), Seed::new(seed)).expect("builds");
+        let decision = planner.decide(&present, "BOLT_AT_NUT_POCKET").expect("decides");
+        let Verdict::Act(action) = decision.verdict else { panic!("{decision:?}") };
+        assert_eq!(domain.operators()[action].to, "NUT_AT_NUT_POCKET");
+        planned += 1;
+    }
+    assert_eq!(planned, 20);
+}
+
+#[test]
+fn events_and_touched_objects_are_used_where_they_are_recorded_and_inferred_where_not() {
+    let spec = Rehearsal { nuts: 2, bolts: 2, knock_rate: 0.5, ..Rehearsal::default() };
+    let with = learned(&spec, 4);
+    let without = learned(&Rehearsal { events: false, ..spec.clone() }, 4);
+    assert!(with.report.tries.iter().all(|t| !t.inferred));
+    assert!(without.report.tries.iter().all(|t| t.inferred));
+    let objects = |l: &Learned| -> Vec<Option<String>> {
+        l.report.tries.iter().map(|t| t.object.clone()).collect()
+    };
+    assert_eq!(objects(&with).len(), 15);
+    assert_eq!(objects(&with), objects(&without));
+}
+
+#[test]
+fn learning_never_sees_the_labels() {
+    let made = record(&Rehearsal { fail_rate: 0.2, ..Rehearsal::default() }, 7);
+    let read = |labels: Option<&symbolt::task::Labels>| {
+        let text = made.recording.to_jsonl(labels);
+        let (recording, _) = symbolt::task::Recording::parse(text.as_bytes(), "x").expect("sound");
+        learn(&recording, &Settings::default()).expect("learns")
+    };
+    let lies = made.labels.iter().map(|d| vec![Some("LIES".to_owned()); d.len()]).collect();
+    let plain = read(None);
+    assert_eq!(plain, read(Some(&made.labels)));
+    assert_eq!(plain, read(Some(&lies)));
+}
+
+#[test]
+fn a_part_left_standing_is_no_state_and_is_listed_apart() {
+    let spec = Rehearsal { demos: 6, fail_rate: 0.35, events: false, ..Rehearsal::default() };
+    let mut stood = 0;
+    for seed in 0..60 {
+        let Learned { domain, report } = learned(&spec, seed);
+        let classifier = Classifier::new(&domain, Grounding::default()).expect("sound");
+        let standing = Pose::at([0.02, 0.3, heights::BOLT_STANDING]);
+        for stray in &report.strays {
+            assert_eq!(stray.kind, "bolt");
+            assert!((stray.mean.position[2] - heights::BOLT_STANDING).abs() < 2e-3);
+            assert_eq!(classifier.classify("bolt", &standing).state, None, "seed {seed}");
+            stood += 1;
+        }
+        let detours = report.tries.iter().filter(|t| t.outcome == Outcome::Failed(Failure::Detour));
+        assert!(detours.count() == 0 || !report.strays.is_empty());
+    }
+    assert!(stood >= 20, "{stood}");
+}
+
+#[test]
+fn renamed_kinds_a_mirrored_scene_and_another_upward_axis_change_nothing_but_names() {
+    let made = record(&Rehearsal { nuts: 2, bolts: 2, fail_rate: 0.2, ..Rehearsal::default() }, 11);
+    let straight = learn(&made.recording, &Settings::default()).expect("learns");
+    let mut turned = made.recording.clone();
+    for object in
+        turned.demos.iter_mut().flat_map(|d| &mut d.snapshots).flat_map(|s| &mut s.objects)
+    {
+        let [x, y, z] = object.pose.position;
+        object.pose.position = [-z, x + 3.0, y - 1.0];
+        object.kind = object.kind.replace("nut", "ring").replace("bolt", "peg").into();
+    }
+    let other = learn(&turned, &Settings::default()).expect("learns");
+    assert_eq!(other.domain.states().len(), straight.domain.states().len());
+    let counts =
+        |l: &Learned| -> Vec<usize> { l.domain.states().iter().map(|s| s.count).collect() };
+    let mut a = counts(&straight);
+    let mut b = counts(&other);
+    a.sort_unstable();
+    b.sort_unstable();
+    assert_eq!(a, b);
+    assert_eq!(straight.domain.operators().len(), other.domain.operators().len());
+    assert_eq!(straight.report.failed(), other.report.failed());
+    assert!(
+        other
+            .domain
+            .states()
+            .iter()
+            .all(|s| s.name.starts_with("RING") || s.name.starts_with("PEG"))
+    );
+}
+
+#[test]
+fn the_same_recording_gives_the_same_bits_whatever_the_thread_count() {
+    let made = record(&Rehearsal { nuts: 3, bolts: 3, demos: 8, ..Rehearsal::default() }, 2);
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        pool.install(|| learn(&made.recording, &Settings::default()).expect("learns"))
+    };
+    let one = on(1);
+    assert_eq!(one, on(2));
+    assert_eq!(one, on(7));
+    assert_eq!(one.domain.to_json(), on(3).domain.to_json());
+    assert_eq!(record(&Rehearsal::default(), 5), record(&Rehearsal::default(), 5));
+    assert_ne!(record(&Rehearsal::default(), 5), record(&Rehearsal::default(), 6));
+}
+
+#[test]
+fn the_generator_shows_what_it_is_asked_for() {
+    let plain = record(&Rehearsal { demos: 2, ..Rehearsal::default() }, 1);
+    let first: Vec<&str> =
+        plain.labels.iter().filter_map(|d| d.iter().flatten().next()).map(String::as_str).collect();
+    assert_eq!(first.len(), 2);
+    assert_ne!(first[0], first[1], "both orders occur");
+    let events: Vec<Option<Event>> =
+        plain.recording.demos[0].snapshots.iter().map(|s| s.event).collect();
+    assert_eq!(events.first(), Some(&Some(Event::Start)));
+    assert_eq!(events.last(), Some(&Some(Event::End)));
+    assert_eq!(events.len(), 8);
+
+    let rough = Rehearsal {
+        demos: 20,
+        nuts: 3,
+        bolts: 3,
+        fail_rate: 0.4,
+        loss_rate: 0.5,
+        ..Rehearsal::default()
+    };
+    let rough = record(&rough, 1);
+    assert!(
+        rough.failed > 20 && rough.lost > 5 && rough.assembled >= 15,
+        "{} {}",
+        rough.failed,
+        rough.lost
+    );
+    // Where a part is lost, the later ids of its kind move down.
+    let shifted = rough.recording.demos.iter().any(|demo| {
+        demo.snapshots.windows(2).any(|pair| {
+            let nuts = |i: usize| pair[i].objects.iter().filter(|o| &*o.kind == "nut").count();
+            nuts(1) < nuts(0) && pair[1].objects.iter().any(|o| &*o.id == "nut_0")
+        })
+    });
+    assert!(shifted);
+
+    for bad in [
+        Rehearsal { demos: 0, ..Rehearsal::default() },
+        Rehearsal { nuts: 0, ..Rehearsal::default() },
+        Rehearsal { bolts: 51, ..Rehearsal::default() },
+        Rehearsal { fail_rate: 0.95, ..Rehearsal::default() },
+        Rehearsal { loss_rate: -0.1, ..Rehearsal::default() },
+        Rehearsal { knock_rate: f64::NAN, ..Rehearsal::default() },
+    ] {
+        assert!(matches!(bad.record(Seed::new(1)), Err(TaskError::Setting { .. })), "{bad:?}");
+    }
+}
+
+/// How often learning without any setting finds exactly the five states and three operators.
+///
+/// The counts are those of fixed seeds and cannot vary between runs; each bound stands a little below what was
+/// measured, so that a change for the worse shows. Demonstrations that all end without an assembly teach
+/// nothing of it and are left out.
+#[test]
+#[ignore = "some seconds in release; CI runs it"]
+fn statistics_of_finding_the_true_structure() {
+    let trials = 200;
+    let mut rates: BTreeMap<String, (usize, usize)> = BTreeMap::new();
+    for events in [true, false] {
+        for (demos, parts) in [(1, 1), (1, 3), (5, 1), (5, 3)] {
+            for (fail_rate, loss_rate, knock_rate) in
+                [(0.0, 0.0, 0.0), (0.0, 0.0, 0.3), (0.15, 0.0, 0.1), (0.3, 0.3, 0.2)]
+            {
+                let spec = Rehearsal {
+                    demos,
+                    nuts: parts,
+                    bolts: parts,
+                    fail_rate,
+                    loss_rate,
+                    knock_rate,
+                    events,
+                    ..Rehearsal::default()
+                };
+                let (mut right, mut all) = (0, 0);
+                for seed in 0..trials {
+                    let made = record(&spec, seed);
+                    if made.assembled == 0 {
+                        continue;
+                    }
+                    all += 1;
+                    let domain = learn(&made.recording, &Settings::default()).map(|l| l.domain);
+                    right += usize::from(
+                        domain.is_ok_and(|d| d.states().len() == 5 && d.operators().len() == 3),
+                    );
+                }
+                let least = match (fail_rate, demos) {
+                    (0.0, _) => 1.0,
+                    (0.15, _) => 0.98,
+                    (_, 1) => 0.94,
+                    _ => 0.97,
+                };
+                let cell = format!(
+                    "events {events}, {demos} demos, {parts} parts, fail {fail_rate}, loss {loss_rate}, knock {knock_rate}"
+                );
+                println!("{cell}: {right} of {all}");
+                assert!(right as f64 >= least * all as f64, "{cell}: {right} of {all}");
+                rates.insert(cell, (right, all));
+            }
+        }
+    }
+    assert_eq!(rates.len(), 32);
+}
