@@ -235,7 +235,6 @@ fn the_generator_shows_what_it_is_asked_for() {
 /// measured, so that a change for the worse shows. Demonstrations that all end without an assembly teach
 /// nothing of it and are left out.
 #[test]
-#[ignore = "some seconds in release; CI runs it"]
 fn statistics_of_finding_the_true_structure() {
     let trials = 200;
     let mut rates: BTreeMap<String, (usize, usize)> = BTreeMap::new();

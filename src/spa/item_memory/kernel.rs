@@ -13,8 +13,18 @@ use crate::sim::Real;
 pub(super) const LINE: usize = 128;
 
 /// Queries screened together against one row: their sums and one line of the row fit the sixteen
-/// registers of AVX2.
-pub(super) const GROUP: usize = 6;
+/// registers of AVX2, and their totals one register.
+pub(super) const GROUP: usize = 8;
+
+/// Greatest magnitude in a row's code.
+///
+/// Together with [`QUERY_MOST`] it makes the sum of both quantisation errors least, under the bound that
+/// four sums of two products fit 16 bits.
+pub(super) const ROW_MOST: i16 = 44;
+/// Greatest magnitude in a query's code.
+pub(super) const QUERY_MOST: i16 = 46;
+/// What is added to a row's code, so that it is never negative.
+pub(super) const OFFSET: i16 = 45;
 
 /// A line of codes, aligned so that no load crosses a cache line.
 #[derive(Debug, Clone, Copy)]
@@ -27,37 +37,101 @@ impl Line {
     }
 }
 
-/// Integer dot products of every row of a block with a group of queries.
+/// What the screening needs to know of a row.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RowFacts {
+    /// Value of one step of the code.
+    pub step: Real,
+    /// Length of the row.
+    pub norm: Real,
+    /// Length of what the code leaves out.
+    pub rest: Real,
+}
+
+/// A group of queries under screening, one lane a query. Lanes without a query never hit.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(32))]
+pub(super) struct Screening {
+    /// What the rows' offset adds to the integer dot products.
+    pub bias: [i32; GROUP],
+    /// Value of one step of the code.
+    pub step: [Real; GROUP],
+    /// Length of the quantised query.
+    pub norm: [Real; GROUP],
+    /// Length of what the code leaves out, and an allowance for rounding.
+    pub rest: [Real; GROUP],
+    /// What a row has to reach.
+    pub best: [Real; GROUP],
+}
+
+impl Default for Screening {
+    fn default() -> Self {
+        Self {
+            bias: [0; GROUP],
+            step: [0.0; GROUP],
+            norm: [0.0; GROUP],
+            rest: [0.0; GROUP],
+            best: [Real::INFINITY; GROUP],
+        }
+    }
+}
+
+/// A row that may be good enough for some query of a group.
+pub(super) struct Hit<'a> {
+    /// Its place in the block.
+    pub row: usize,
+    /// A bit for each query.
+    pub queries: u32,
+    /// For each query, what the row's similarity is at most.
+    pub reach: [Real; GROUP],
+    /// To raise what later rows have to reach.
+    pub screening: &'a mut Screening,
+}
+
+/// Rounding in the bound itself.
+const BOUND_SLACK: Real = 1.001;
+
+/// Screens every row of a block for `Q` queries, 1 or [`GROUP`].
 ///
-/// `codes` holds `lines` lines a row, values 1 to 127; each query has `lines` lines, values -31 to
-/// 31. `visit` gets the row's place in the block and its sums.
-pub(super) fn screen_block(
+/// `codes` holds `lines` lines a row, values 1 to [`ROW_MOST`]` + `[`OFFSET`]; `queries` holds for each
+/// line of a row those of all queries, values within [`QUERY_MOST`]. `visit` gets every row whose screened similarity and bound together reach `screening.best`.
+pub(super) fn screen_block<const Q: usize>(
     codes: &[Line],
-    lines: usize,
-    queries: [&[Line]; GROUP],
-    visit: &mut impl FnMut(usize, [i32; GROUP]),
+    facts: &[RowFacts],
+    queries: &[[Line; Q]],
+    screening: &mut Screening,
+    visit: &mut impl FnMut(Hit<'_>),
 ) {
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") {
         // SAFETY: the processor was just found to have AVX2, the only feature the function asks for.
-        unsafe { avx2::screen_block(codes, lines, queries, visit) };
+        unsafe { avx2::screen_block(codes, facts, queries, screening, visit) };
         return;
     }
-    screen_block_portable(codes, lines, queries, visit);
+    screen_block_portable(codes, facts, queries, screening, visit);
 }
 
-fn screen_block_portable(
+fn screen_block_portable<const Q: usize>(
     codes: &[Line],
-    lines: usize,
-    queries: [&[Line]; GROUP],
-    visit: &mut impl FnMut(usize, [i32; GROUP]),
+    facts: &[RowFacts],
+    queries: &[[Line; Q]],
+    screening: &mut Screening,
+    visit: &mut impl FnMut(Hit<'_>),
 ) {
-    for (at, row) in codes.chunks_exact(lines).enumerate() {
-        let sums = queries.map(|query| {
-            let pairs = row.iter().zip(query).flat_map(|(r, q)| r.0.iter().zip(&q.0));
-            pairs.map(|(r, q)| i32::from(*r) * i32::from(*q)).sum()
-        });
-        visit(at, sums);
+    for (at, (row, fact)) in codes.chunks_exact(queries.len()).zip(facts).enumerate() {
+        let (mut hits, mut reach) = (0, [0.0; GROUP]);
+        for lane in 0..Q {
+            let pairs = row.iter().zip(queries).flat_map(|(r, q)| r.0.iter().zip(&q[lane].0));
+            let sum: i32 = pairs.map(|(r, q)| i32::from(*r) * i32::from(*q)).sum();
+            let s = &*screening;
+            let screened = (sum - s.bias[lane]) as Real * (s.step[lane] * fact.step);
+            let bound = s.norm[lane] * fact.rest + s.rest[lane] * fact.norm;
+            reach[lane] = screened + bound * BOUND_SLACK;
+            hits |= u32::from(reach[lane] >= s.best[lane]) << lane;
+        }
+        if hits != 0 {
+            visit(Hit { row: at, queries: hits, reach, screening });
+        }
     }
 }
 
@@ -65,7 +139,10 @@ fn screen_block_portable(
 mod avx2 {
     use std::arch::x86_64::*;
 
-    use super::{GROUP, LINE, Line};
+    use super::{
+        BOUND_SLACK, GROUP, Hit, LINE, Line, OFFSET, QUERY_MOST, ROW_MOST, RowFacts, Screening,
+    };
+    use crate::sim::Real;
 
     #[target_feature(enable = "avx2")]
     fn quarter(line: &Line, at: usize) -> __m256i {
@@ -75,29 +152,45 @@ mod avx2 {
     }
 
     #[target_feature(enable = "avx2")]
-    fn total(sums: __m256i) -> i32 {
-        let half = _mm_add_epi32(_mm256_castsi256_si128(sums), _mm256_extracti128_si256::<1>(sums));
-        let pair = _mm_add_epi32(half, _mm_shuffle_epi32::<0b01_00_11_10>(half));
-        _mm_cvtsi128_si32(_mm_add_epi32(pair, _mm_shuffle_epi32::<0b10_11_00_01>(pair)))
+    fn reals(lanes: &[Real; GROUP]) -> __m256 {
+        // SAFETY: `lanes` is a reference to eight numbers, which is what an unaligned load reads.
+        unsafe { _mm256_loadu_ps(lanes.as_ptr()) }
+    }
+
+    /// The sum of each register, one a lane.
+    #[target_feature(enable = "avx2")]
+    fn totals<const Q: usize>(sums: [__m256i; Q]) -> __m256i {
+        let zero = _mm256_setzero_si256();
+        let sum = |i: usize| if i < Q { sums[i] } else { zero };
+        let four = |i: usize| {
+            let pairs = _mm256_hadd_epi32(sum(i), sum(i + 1));
+            let fours = _mm256_hadd_epi32(pairs, _mm256_hadd_epi32(sum(i + 2), sum(i + 3)));
+            let high = _mm256_extracti128_si256::<1>(fours);
+            _mm_add_epi32(_mm256_castsi256_si128(fours), high)
+        };
+        _mm256_inserti128_si256::<1>(_mm256_castsi128_si256(four(0)), four(4))
     }
 
     #[target_feature(enable = "avx2")]
-    pub(super) fn screen_block(
+    pub(super) fn screen_block<const Q: usize>(
         codes: &[Line],
-        lines: usize,
-        queries: [&[Line]; GROUP],
-        visit: &mut impl FnMut(usize, [i32; GROUP]),
+        facts: &[RowFacts],
+        queries: &[[Line; Q]],
+        screening: &mut Screening,
+        visit: &mut impl FnMut(Hit<'_>),
     ) {
-        // Four products of pairs are added in 16 bits: at most 4 x 2 x 127 x 31 = 31496 < 32768.
-        const { assert!(LINE == 128) };
+        // Four sums of two products are added in 16 bits.
+        const { assert!(LINE == 128 && 8 * (ROW_MOST + OFFSET) * QUERY_MOST <= i16::MAX) };
         let ones = _mm256_set1_epi16(1);
-        let queries = queries.map(|q| &q[..lines]);
-        for (at, row) in codes.chunks_exact(lines).enumerate() {
-            let mut sums = [_mm256_setzero_si256(); GROUP];
-            for (j, line) in row.iter().enumerate() {
+        // SAFETY: `bias` is eight 32-bit integers, which is what an unaligned load reads.
+        let bias = unsafe { _mm256_loadu_si256(screening.bias.as_ptr().cast()) };
+        let (step, norm) = (reals(&screening.step), reals(&screening.norm));
+        let (rest, slack) = (reals(&screening.rest), _mm256_set1_ps(BOUND_SLACK));
+        for (at, (row, fact)) in codes.chunks_exact(queries.len()).zip(facts).enumerate() {
+            let mut sums = [_mm256_setzero_si256(); Q];
+            for (line, query) in row.iter().zip(queries) {
                 let r = [quarter(line, 0), quarter(line, 1), quarter(line, 2), quarter(line, 3)];
-                for (sum, query) in sums.iter_mut().zip(&queries) {
-                    let q = &query[j];
+                for (sum, q) in sums.iter_mut().zip(query) {
                     let low = _mm256_add_epi16(
                         _mm256_maddubs_epi16(r[0], quarter(q, 0)),
                         _mm256_maddubs_epi16(r[1], quarter(q, 1)),
@@ -110,11 +203,21 @@ mod avx2 {
                     *sum = _mm256_add_epi32(*sum, products);
                 }
             }
-            let mut out = [0; GROUP];
-            for (total_of, sum) in out.iter_mut().zip(sums) {
-                *total_of = total(sum);
+            let steps = _mm256_mul_ps(step, _mm256_set1_ps(fact.step));
+            let exact = _mm256_cvtepi32_ps(_mm256_sub_epi32(totals(sums), bias));
+            let bound = _mm256_add_ps(
+                _mm256_mul_ps(norm, _mm256_set1_ps(fact.rest)),
+                _mm256_mul_ps(rest, _mm256_set1_ps(fact.norm)),
+            );
+            let reach = _mm256_add_ps(_mm256_mul_ps(exact, steps), _mm256_mul_ps(bound, slack));
+            let hit = _mm256_cmp_ps::<_CMP_GE_OQ>(reach, reals(&screening.best));
+            let hits = _mm256_movemask_ps(hit) as u32 & ((1 << Q) - 1);
+            if hits != 0 {
+                let mut lanes = [0.0; GROUP];
+                // SAFETY: `lanes` is eight numbers, which is what an unaligned store writes.
+                unsafe { _mm256_storeu_ps(lanes.as_mut_ptr(), reach) };
+                visit(Hit { row: at, queries: hits, reach: lanes, screening });
             }
-            visit(at, out);
         }
     }
 }
@@ -144,21 +247,59 @@ pub(crate) fn dots(rows: &[Real], query: &[Real], out: &mut [Real]) {
 mod tests {
     use super::*;
 
+    fn compare<const Q: usize>(limit: Real) -> u32 {
+        let (lines, most) = (3, (ROW_MOST + OFFSET) as i8);
+        let mut codes = vec![Line::filled(most); 4 * lines];
+        codes[1].0[5] = 1;
+        for (i, code) in codes[2 * lines..].iter_mut().flat_map(|l| &mut l.0).enumerate() {
+            *code = (i * 37 % most as usize + 1) as i8;
+        }
+        let facts: Vec<RowFacts> = (0..4)
+            .map(|i| RowFacts { step: 0.5 + i as Real, norm: 2.0, rest: 0.25 * i as Real })
+            .collect();
+        let code = |query: usize, at: usize| match query {
+            0 => QUERY_MOST as i8,
+            1 => -QUERY_MOST as i8,
+            _ => ((at * query) % 93) as i8 - 46,
+        };
+        let queries: Vec<[Line; Q]> = (0..lines)
+            .map(|l| std::array::from_fn(|q| Line(std::array::from_fn(|i| code(q, l * LINE + i)))))
+            .collect();
+        let mut start = Screening { best: [limit; GROUP], ..Screening::default() };
+        for lane in 0..GROUP {
+            start.bias[lane] = lane as i32 * 1000 - 3000;
+            start.step[lane] = 0.1 + lane as Real;
+            start.norm[lane] = 1.0 + lane as Real;
+            start.rest[lane] = 0.125;
+        }
+        let mut seen: [Vec<(usize, u32, Vec<u32>)>; 2] = [Vec::new(), Vec::new()];
+        for (portable, seen) in seen.iter_mut().enumerate() {
+            let mut screening = start;
+            let mut visit = |hit: Hit<'_>| {
+                hit.screening.best[0] += 1.0;
+                seen.push((
+                    hit.row,
+                    hit.queries,
+                    hit.reach[..Q].iter().map(|r| r.to_bits()).collect(),
+                ));
+            };
+            if portable == 1 {
+                screen_block_portable(&codes, &facts, &queries, &mut screening, &mut visit);
+            } else {
+                screen_block(&codes, &facts, &queries, &mut screening, &mut visit);
+            }
+        }
+        assert_eq!(seen[0], seen[1], "{Q} {limit}");
+        seen[0].iter().map(|(_, hits, _)| hits.count_ones()).sum()
+    }
+
     #[test]
     fn the_vector_form_agrees_with_the_portable_one_at_the_extremes() {
-        let lines = 3;
-        let mut codes = vec![Line::filled(127); 2 * lines];
-        codes[1].0[5] = 1;
-        let mut query = vec![Line::filled(31); lines];
-        query[2] = Line::filled(-31);
-        query[0].0[127] = 7;
-        let mut queries: [&[Line]; GROUP] = [&[]; GROUP];
-        queries.fill(&query);
-        let (mut fast, mut slow) = (Vec::new(), Vec::new());
-        screen_block(&codes, lines, queries, &mut |at, sums| fast.push((at, sums)));
-        screen_block_portable(&codes, lines, queries, &mut |at, sums| slow.push((at, sums)));
-        assert_eq!(fast.len(), 2);
-        assert_ne!(fast[0].1[0], 0);
-        assert_eq!(fast, slow);
+        let (mut one, mut many) = (0, 0);
+        for limit in [-1e6, -1e4, 0.0, 1e3, 1e4, 1e6] {
+            one += compare::<1>(limit);
+            many += compare::<GROUP>(limit);
+        }
+        assert!(one > 4 && one < 24 && many > 20 && many < 6 * 4 * GROUP as u32, "{one} {many}");
     }
 }

@@ -1,7 +1,7 @@
 //! The item memory behind large cleanups: which of many stored vectors is most like a query?
 //!
-//! Every stored vector is kept twice: in single precision, and quantised to 7 bits. A query is
-//! quantised to 6 bits, and integer dot products with the small copies (a quarter of the memory
+//! Every stored vector is kept twice: in single precision, and quantised to 89 steps. A query is
+//! quantised to 93 steps, and integer dot products with the small copies (a quarter of the memory
 //! traffic, four times the arithmetic per instruction) screen the items: an item is looked at in full
 //! only if its screened similarity, plus a bound on the quantisation error, exceeds the best
 //! exact similarity found so far. With `m` an item, `q` the query and hats for the quantised,
@@ -15,7 +15,7 @@
 mod kernel;
 
 pub(crate) use kernel::dots;
-use kernel::{GROUP, LINE, Line};
+use kernel::{GROUP, Hit, LINE, Line, OFFSET, QUERY_MOST, ROW_MOST, RowFacts, Screening};
 
 use super::error::VocabError;
 use crate::sim::Real;
@@ -52,17 +52,6 @@ pub struct ItemMemory {
     facts: Vec<RowFacts>,
 }
 
-/// What the screening needs to know of a row.
-#[derive(Debug, Clone, Copy)]
-struct RowFacts {
-    /// Value of one step of the code.
-    step: Real,
-    /// Length of the row.
-    norm: Real,
-    /// Length of what the code leaves out.
-    rest: Real,
-}
-
 /// A query, quantised.
 struct Screen {
     code: Vec<Line>,
@@ -77,14 +66,8 @@ struct Screen {
     rounding: Real,
 }
 
-/// Greatest magnitude in a row's code.
-const ROW_MOST: Real = 63.0;
-/// Greatest magnitude in a query's code.
-const QUERY_MOST: Real = 31.0;
-/// Greatest dimension whose integer dot products fit 32 bits: 127 x 31 x 500,000 < 2^31.
+/// Greatest dimension whose integer dot products fit 32 bits: 89 x 46 x 500,000 < 2^31.
 const MOST_DIM: usize = 500_000;
-/// What is added to a row's code so that it is never negative.
-const OFFSET: i16 = 64;
 
 impl ItemMemory {
     /// Stores `rows`, row-major with `dim` numbers each. Costs two passes over them and a quarter
@@ -116,7 +99,7 @@ impl ItemMemory {
         let mut codes = vec![Line::filled(OFFSET as i8); rows.len() / dim * lines];
         let mut facts = Vec::with_capacity(rows.len() / dim);
         for (row, code) in rows.chunks_exact(dim).zip(codes.chunks_exact_mut(lines)) {
-            let quantised = quantise(row, ROW_MOST, |at, value| {
+            let quantised = quantise(row, Real::from(ROW_MOST), |at, value| {
                 code[at / LINE].0[at % LINE] = (value + OFFSET) as i8;
             });
             facts.push(RowFacts { step: quantised.step, norm: length(row), rest: quantised.rest });
@@ -159,7 +142,7 @@ impl ItemMemory {
     /// # Panics
     /// If `query` has not `dim` components.
     pub fn best(&self, query: &[Real]) -> Option<Match> {
-        self.best_of(&[query]).pop().flatten()
+        self.search::<1>(&[query]).pop().flatten()
     }
 
     /// [`best`](Self::best) for many queries, `dim` numbers each, several times faster than one by
@@ -170,50 +153,54 @@ impl ItemMemory {
     pub fn best_batch(&self, queries: &[Real]) -> Vec<Option<Match>> {
         assert!(queries.len().is_multiple_of(self.dim), "queries are whole vectors");
         let queries: Vec<&[Real]> = queries.chunks_exact(self.dim).collect();
-        self.best_of(&queries)
+        self.search::<GROUP>(&queries)
     }
 
-    fn best_of(&self, queries: &[&[Real]]) -> Vec<Option<Match>> {
+    /// The best row for each query, screened `Q` queries at a time.
+    fn search<const Q: usize>(&self, queries: &[&[Real]]) -> Vec<Option<Match>> {
         /// Rows whose codes stay in the first-level cache while the queries pass over them.
         const BLOCK_BYTES: usize = 16 * 1024;
         let screens: Vec<Option<Screen>> = queries.iter().map(|q| self.screen(q)).collect();
-        let mut best: Vec<Option<Match>> = vec![None; queries.len()];
+        let mut found: Vec<Search> = vec![Search::default(); queries.len()];
+        let usable: Vec<usize> = (0..queries.len()).filter(|q| screens[*q].is_some()).collect();
+        let mut groups: Vec<Group<'_, Q>> =
+            usable.chunks(Q).map(|members| Group::new(members, &screens, self.lines)).collect();
         let block_rows = (BLOCK_BYTES / (self.lines * LINE)).max(1);
-        let usable: Vec<usize> =
-            (0..queries.len()).filter(|q| screens[*q].is_some() && !self.is_empty()).collect();
-        for block in 0..self.len().div_ceil(block_rows) {
-            let first = block * block_rows;
+        for first in (0..self.len()).step_by(block_rows) {
             let last = (first + block_rows).min(self.len());
             let codes = &self.codes[first * self.lines..last * self.lines];
-            for group in usable.chunks(GROUP) {
-                // A short group repeats its last query; the copies' results are not looked at.
-                let pick = |i: usize| screens[group[i.min(group.len() - 1)]].as_ref();
-                let mut lanes = Lanes::default();
-                let mut packed: [&[Line]; GROUP] = [&[]; GROUP];
-                for lane in 0..GROUP {
-                    let Some(screen) = pick(lane) else { continue };
-                    packed[lane] = &screen.code;
-                    lanes.load(lane, screen, best[group[lane.min(group.len() - 1)]]);
-                }
-                let mut visit = |at: usize, sums: [i32; GROUP]| {
-                    let row = first + at;
-                    let hits = lanes.exceed(&sums, &self.facts[row]);
-                    if hits != [false; GROUP] {
-                        for (lane, query) in group.iter().enumerate() {
-                            if hits[lane] {
-                                let found = self.look(row, queries[*query]);
-                                if best[*query].is_none_or(|b| found.similarity > b.similarity) {
-                                    best[*query] = Some(found);
-                                    lanes.best[lane] = found.similarity;
-                                }
-                            }
+            let facts = &self.facts[first..last];
+            for Group { members, screening, codes: packed } in &mut groups {
+                let mut visit = |hit: Hit<'_>| {
+                    for (lane, query) in members.iter().enumerate() {
+                        if hit.queries >> lane & 1 == 0 {
+                            continue;
+                        }
+                        let (row, reach) = (first + hit.row, hit.reach[lane]);
+                        let search = &mut found[*query];
+                        if reach > search.highest {
+                            // The most promising row so far: how good it is raises the bar.
+                            search.highest = reach;
+                            search.take(self.look(row, queries[*query]));
+                            hit.screening.best[lane] =
+                                search.best.map_or(Real::NEG_INFINITY, |b| b.similarity);
+                        } else {
+                            search.later.push((row, reach));
                         }
                     }
                 };
-                kernel::screen_block(codes, self.lines, packed, &mut visit);
+                kernel::screen_block(codes, facts, packed, screening, &mut visit);
             }
         }
-        best
+        for (search, query) in found.iter_mut().zip(queries) {
+            for (row, reach) in std::mem::take(&mut search.later) {
+                // Most rows put off were overtaken by a better one since.
+                if search.best.is_none_or(|b| reach >= b.similarity) {
+                    search.take(self.look(row, query));
+                }
+            }
+        }
+        found.into_iter().map(|s| s.best).collect()
     }
 
     /// Every stored vector whose dot product with `query` is at least `level`, in order of rows.
@@ -222,19 +209,20 @@ impl ItemMemory {
     /// If `query` has not `dim` components.
     pub fn above(&self, query: &[Real], level: Real) -> Vec<Match> {
         let mut found = Vec::new();
-        let Some(screen) = self.screen(query) else { return found };
-        let mut lanes = Lanes::default();
-        lanes.load(0, &screen, Some(Match { index: 0, similarity: level }));
-        let mut packed: [&[Line]; GROUP] = [&[]; GROUP];
-        packed.fill(&screen.code);
-        kernel::screen_block(&self.codes, self.lines, packed, &mut |row, sums| {
-            if lanes.exceed(&sums, &self.facts[row])[0] {
-                let exact = self.look(row, query);
-                if exact.similarity >= level {
-                    found.push(exact);
-                }
+        let screens = [self.screen(query)];
+        if screens[0].is_none() {
+            return found;
+        }
+        let mut group = Group::<1>::new(&[0], &screens, self.lines);
+        group.screening.best[0] = level;
+        let mut visit = |hit: Hit<'_>| {
+            let exact = self.look(hit.row, query);
+            if exact.similarity >= level {
+                found.push(exact);
             }
-        });
+        };
+        let (codes, facts) = (&self.codes, &self.facts);
+        kernel::screen_block(codes, facts, &group.codes, &mut group.screening, &mut visit);
         found
     }
 
@@ -252,7 +240,7 @@ impl ItemMemory {
         }
         let mut code = vec![Line::filled(0); self.lines];
         let mut sum = 0i32;
-        let quantised = quantise(query, QUERY_MOST, |at, value| {
+        let quantised = quantise(query, Real::from(QUERY_MOST), |at, value| {
             code[at / LINE].0[at % LINE] = value as i8;
             sum += i32::from(value);
         });
@@ -269,35 +257,59 @@ impl ItemMemory {
     }
 }
 
-/// What the screening of one group of queries keeps at hand, one lane a query.
-#[derive(Default)]
-struct Lanes {
-    bias: [i32; GROUP],
-    step: [Real; GROUP],
-    norm: [Real; GROUP],
-    rest: [Real; GROUP],
-    best: [Real; GROUP],
+/// The search for one query's best item.
+#[derive(Clone)]
+struct Search {
+    best: Option<Match>,
+    /// The greatest upper bound met so far.
+    highest: Real,
+    /// Rows put off, with their upper bounds.
+    later: Vec<(usize, Real)>,
 }
 
-impl Lanes {
-    fn load(&mut self, lane: usize, screen: &Screen, best: Option<Match>) {
-        self.bias[lane] = screen.bias;
-        self.step[lane] = screen.step;
-        self.norm[lane] = screen.norm;
-        self.rest[lane] = screen.rest + screen.rounding;
-        self.best[lane] = best.map_or(Real::NEG_INFINITY, |b| b.similarity);
+impl Default for Search {
+    fn default() -> Self {
+        Self { best: None, highest: Real::NEG_INFINITY, later: Vec::new() }
     }
+}
 
-    /// For which queries the row may be at least as good as the best so far.
-    #[inline]
-    fn exceed(&self, sums: &[i32; GROUP], row: &RowFacts) -> [bool; GROUP] {
-        let mut hits = [false; GROUP];
-        for lane in 0..GROUP {
-            let screened = (sums[lane] - self.bias[lane]) as Real * (self.step[lane] * row.step);
-            let bound = self.norm[lane] * row.rest + self.rest[lane] * row.norm;
-            hits[lane] = screened + bound * 1.001 >= self.best[lane];
+impl Search {
+    /// Takes a row if it is better than the best, or as good and before it.
+    fn take(&mut self, found: Match) {
+        let better = self.best.is_none_or(|best| {
+            found.similarity > best.similarity
+                || (found.similarity == best.similarity && found.index < best.index)
+        });
+        if better {
+            self.best = Some(found);
         }
-        hits
+    }
+}
+
+/// Queries that are screened together.
+struct Group<'q, const Q: usize> {
+    /// Which queries they are.
+    members: &'q [usize],
+    screening: Screening,
+    /// Line by line, the codes of all.
+    codes: Vec<[Line; Q]>,
+}
+
+impl<'q, const Q: usize> Group<'q, Q> {
+    fn new(members: &'q [usize], screens: &[Option<Screen>], lines: usize) -> Self {
+        let mut screening = Screening::default();
+        let mut codes = vec![[Line::filled(0); Q]; lines];
+        for (lane, screen) in members.iter().filter_map(|q| screens[*q].as_ref()).enumerate() {
+            for (to, from) in codes.iter_mut().zip(&screen.code) {
+                to[lane] = *from;
+            }
+            screening.bias[lane] = screen.bias;
+            screening.step[lane] = screen.step;
+            screening.norm[lane] = screen.norm;
+            screening.rest[lane] = screen.rest + screen.rounding;
+            screening.best[lane] = Real::NEG_INFINITY;
+        }
+        Self { members, screening, codes }
     }
 }
 

@@ -1,0 +1,67 @@
+//! Cleanup of 25,000 vectors of 1,000 dimensions, beside the time to read them.
+#![allow(missing_docs)]
+
+use std::time::Duration;
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use multiversion::multiversion;
+use std::hint::black_box;
+use symbolt::sim::Seed;
+use symbolt::spa::{ItemMemory, random_pointer};
+
+/// Reads every number once: the bandwidth that a single-precision query could at best have.
+#[multiversion(targets("x86_64+avx2", "x86_64+sse4.1"))]
+fn read_all(values: &[f32]) -> f32 {
+    let mut sums = [0.0f32; 64];
+    for chunk in values.as_chunks::<64>().0 {
+        for lane in 0..64 {
+            sums[lane] += chunk[lane];
+        }
+    }
+    sums.iter().sum()
+}
+
+fn memory(c: &mut Criterion) {
+    let (items, dim, batch) = (25_000u64, 1_000usize, 256u64);
+    let rows: Vec<f32> = (0..items).flat_map(|i| random_pointer(dim, Seed::new(i))).collect();
+    let memory = ItemMemory::new(rows.clone(), dim).expect("sound");
+    // Half of the queries are noisy items, half have nothing to do with any.
+    let queries: Vec<f32> = (0..batch)
+        .flat_map(|q| {
+            let item = &rows[(q as usize * 97) * dim..(q as usize * 97 + 1) * dim];
+            let noise = random_pointer(dim, Seed::new(1_000_000 + q));
+            let share = if q % 2 == 0 { 0.5 } else { 0.0 };
+            item.iter().zip(noise).map(move |(i, n)| share * i + n).collect::<Vec<_>>()
+        })
+        .collect();
+    let found = memory.best_batch(&queries);
+    let right = (0..batch)
+        .step_by(2)
+        .filter(|q| found[*q as usize].is_some_and(|f| f.index == *q as usize * 97));
+    assert_eq!(right.count() as u64, batch / 2);
+
+    let mut group = c.benchmark_group("memory");
+    group.measurement_time(Duration::from_secs(4)).sample_size(20);
+    let shape = "25000x1000";
+    group.throughput(Throughput::Elements(1));
+    group.bench_function(BenchmarkId::new("read_all", shape), |b| {
+        b.iter(|| read_all(black_box(&rows)));
+    });
+    group.bench_function(BenchmarkId::new("similarities", shape), |b| {
+        let mut out = vec![0.0; items as usize];
+        b.iter(|| memory.similarities_into(black_box(&queries[..dim]), &mut out));
+    });
+    for (name, query) in [("noisy_item", &queries[..dim]), ("nothing", &queries[dim..2 * dim])] {
+        group.bench_function(BenchmarkId::new(format!("cleanup_{name}"), shape), |b| {
+            b.iter(|| memory.best(black_box(query)));
+        });
+    }
+    group.throughput(Throughput::Elements(batch));
+    group.bench_function(BenchmarkId::new("cleanup_batch_256", shape), |b| {
+        b.iter(|| memory.best_batch(black_box(&queries)));
+    });
+    group.finish();
+}
+
+criterion_group!(benches, memory);
+criterion_main!(benches);

@@ -1,0 +1,49 @@
+//! The planner graph: a tick, a decision, its build.
+#![allow(missing_docs)]
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use symbolt::sim::{Seed, SimDuration};
+use symbolt::task::planner::{Planner, PlannerSpec, Unbinding};
+use symbolt::task::{Commitment, SymbolicDomain};
+
+fn planner(c: &mut Criterion) {
+    let domain = SymbolicDomain::new()
+        .action("PUT_NUT_IN_JIG", ["NUT_ON_TABLE"], ["NUT_IN_JIG"])
+        .action("PUT_BOLT_IN_JIG", ["BOLT_ON_TABLE"], ["BOLT_IN_JIG"])
+        .action("ASSEMBLE", ["NUT_IN_JIG", "BOLT_IN_JIG"], ["BOLT_ASSEMBLED"])
+        .build()
+        .expect("sound");
+    let world = [true, false, true, false, false];
+    let goal = "BOLT_ASSEMBLED";
+    let mut group = c.benchmark_group("planner");
+    let ticks = 200;
+    for (name, unbinding) in [("tick", Unbinding::Fixed), ("tick_products", Unbinding::Products)] {
+        let spec = PlannerSpec { unbinding, ..PlannerSpec::default() };
+        let planner = Planner::new(&domain, spec, Seed::new(1)).expect("builds");
+        let mut sim = planner.simulator(&world, goal).expect("starts");
+        group.throughput(Throughput::Elements(ticks));
+        group.bench_function(BenchmarkId::new(name, 256), |b| {
+            b.iter(|| {
+                sim.reset().expect("resets");
+                sim.run_for(SimDuration::from_millis(ticks)).expect("runs")
+            });
+        });
+    }
+    group.throughput(Throughput::Elements(1));
+    for (name, commitment) in
+        [("decide_proven", Commitment::Proven), ("decide_first", Commitment::First)]
+    {
+        let spec = PlannerSpec { commitment, ..PlannerSpec::default() };
+        let planner = Planner::new(&domain, spec, Seed::new(1)).expect("builds");
+        group.bench_function(BenchmarkId::new(name, 256), |b| {
+            b.iter(|| planner.decide(&world, goal).expect("decides"));
+        });
+    }
+    group.bench_function(BenchmarkId::new("build", 256), |b| {
+        b.iter(|| Planner::new(&domain, PlannerSpec::default(), Seed::new(1)).expect("builds"));
+    });
+    group.finish();
+}
+
+criterion_group!(benches, planner);
+criterion_main!(benches);

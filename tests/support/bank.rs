@@ -1,0 +1,81 @@
+//! A throw-away bank of leaky integrate-and-fire neurons, to show that the node trait carries one.
+//!
+//! Neuron `i` is driven by a current of `1 + drive * (1 + 0.02 (i mod 97))`, the membrane time constant is
+//! 20 ms, the refractory period 2 ms. A spike's refractory time begins where the membrane crossed the
+//! threshold within the step. The output is the number of spikes of the tick.
+
+use multiversion::multiversion;
+use symbolt::sim::{
+    AdvanceIo, InputSpec, Node, NodeFault, OutputSpec, PortDecl, StateSpec, StepCx,
+};
+
+pub struct Bank {
+    gains: Vec<f32>,
+}
+
+const TAU_S: f64 = 0.02;
+const REFRACTORY_S: f64 = 0.002;
+
+fn gain(neuron: usize) -> f32 {
+    1.0 + 0.02 * (neuron % 97) as f32
+}
+
+impl Bank {
+    pub fn new(neurons: usize) -> Self {
+        Self { gains: (0..neurons).map(gain).collect() }
+    }
+}
+
+/// The bank's mean firing rate by the closed form.
+#[allow(dead_code)]
+pub fn mean_rate_hz(neurons: usize, drive: f64) -> f64 {
+    let rate = |i: usize| {
+        let current = 1.0 + drive * f64::from(gain(i));
+        1.0 / (REFRACTORY_S + TAU_S * (current / (current - 1.0)).ln())
+    };
+    (0..neurons).map(rate).sum::<f64>() / neurons as f64
+}
+
+impl Node for Bank {
+    fn declare(&self, ports: &mut PortDecl) {
+        ports
+            .input("drive", InputSpec::scalar().at_advance())
+            .output("spikes", OutputSpec::scalar().registered())
+            // Voltages, then the rest of each refractory period.
+            .state(StateSpec { reals: 2 * self.gains.len(), ..StateSpec::default() });
+    }
+
+    fn advance(&self, cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
+        let drive = io.inputs.scalar(0);
+        let (voltage, rest) = io.state.reals.split_at_mut(self.gains.len());
+        let spikes = step(&self.gains, drive, cx.dt_s() as f32, voltage, rest);
+        io.outputs.set(0, spikes);
+        Ok(())
+    }
+}
+
+#[multiversion(targets("x86_64+avx2+fma", "x86_64+sse4.1"))]
+fn step(gains: &[f32], drive: f32, dt: f32, voltage: &mut [f32], rest: &mut [f32]) -> f32 {
+    let decay = -(-dt / TAU_S as f32).exp_m1();
+    let (refractory, per_dt) = (REFRACTORY_S as f32, 1.0 / dt);
+    let mut spikes = [0.0f32; 16];
+    let (gains, _) = gains.as_chunks::<16>();
+    let (voltage, _) = voltage.as_chunks_mut::<16>();
+    let (rest, _) = rest.as_chunks_mut::<16>();
+    for ((gain, v), r) in gains.iter().zip(voltage).zip(rest) {
+        for lane in 0..16 {
+            let current = 1.0 + drive * gain[lane];
+            // The part of the step in which the neuron is not refractory.
+            let open = (1.0 - r[lane] * per_dt).clamp(0.0, 1.0);
+            let rise = (current - v[lane]) * decay * open;
+            let next = v[lane] + rise;
+            let spiked = next > 1.0;
+            // Where within the step the threshold was crossed, by a straight line.
+            let over = dt * open * (next - 1.0) / rise.max(1e-9);
+            spikes[lane] += if spiked { 1.0 } else { 0.0 };
+            r[lane] = if spiked { refractory - over } else { (r[lane] - dt).max(0.0) };
+            v[lane] = if spiked { 0.0 } else { next };
+        }
+    }
+    spikes.iter().sum()
+}
