@@ -1,4 +1,6 @@
 //! Binding and unbinding by dimension, and against the sum of the definition.
+
+#![allow(clippy::unwrap_used, clippy::expect_used)]
 #![allow(missing_docs)]
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};

@@ -1,4 +1,6 @@
 //! A tick of many small nodes, and of one large one.
+
+#![allow(clippy::unwrap_used, clippy::expect_used)]
 #![allow(missing_docs)]
 
 #[path = "../tests/support/bank.rs"]
@@ -53,16 +55,11 @@ impl Node for Hold {
     }
 }
 
-fn chain(
-    nodes: usize,
-    node: fn() -> Box<dyn Fn(&mut GraphBuilder, &str) -> symbolt::sim::NodePorts>,
-    via: Synapse,
-) -> GraphBuilder {
+fn chain<N: Node + 'static>(nodes: usize, node: fn() -> N, via: Synapse) -> GraphBuilder {
     let mut graph = GraphBuilder::new();
-    let add = node();
     let mut last = graph.add("source", Constant::scalar(1.0));
     for i in 0..nodes {
-        let ports = add(&mut graph, &format!("n{i:04}"));
+        let ports = graph.node(&format!("n{i:04}"), node());
         graph.connect(&last, &ports.input::<Scalar>("in"), via);
         last = ports.output("out");
     }
@@ -73,16 +70,10 @@ fn graph(c: &mut Criterion) {
     let mut group = c.benchmark_group("graph");
     let ticks = 200;
     let nodes = 1_000;
-    let pass = || -> Box<dyn Fn(&mut GraphBuilder, &str) -> symbolt::sim::NodePorts> {
-        Box::new(|g, n| g.node(n, Pass))
-    };
-    let hold = || -> Box<dyn Fn(&mut GraphBuilder, &str) -> symbolt::sim::NodePorts> {
-        Box::new(|g, n| g.node(n, Hold))
-    };
     let cases = [
-        ("tick_pass", chain(nodes, pass, Synapse::None)),
-        ("tick_hold", chain(nodes, hold, Synapse::None)),
-        ("tick_pass_filtered", chain(nodes, pass, Synapse::lowpass_ms(5))),
+        ("tick_pass", chain(nodes, || Pass, Synapse::None)),
+        ("tick_hold", chain(nodes, || Hold, Synapse::None)),
+        ("tick_pass_filtered", chain(nodes, || Pass, Synapse::lowpass_ms(5))),
     ];
     // Time is for 200 ticks; throughput is in ticks.
     group.throughput(Throughput::Elements(ticks));
@@ -93,7 +84,7 @@ fn graph(c: &mut Criterion) {
         });
     }
     group.bench_function(BenchmarkId::new("build", nodes), |b| {
-        b.iter(|| build(chain(nodes, pass, Synapse::None)));
+        b.iter(|| build(chain(nodes, || Pass, Synapse::None)));
     });
 
     // Throughput is in neuron steps.

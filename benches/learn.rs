@@ -1,6 +1,8 @@
 //! Learning from demonstrations, and the clustering that dominates it for long recordings.
 //!
 //! On one core: `RAYON_NUM_THREADS=1 cargo bench --bench learn`.
+
+#![allow(clippy::unwrap_used, clippy::expect_used)]
 #![allow(missing_docs)]
 
 use std::time::Duration;

@@ -1,4 +1,6 @@
 //! Cleanup of 25,000 vectors of 1,000 dimensions, beside the time to read them.
+
+#![allow(clippy::unwrap_used, clippy::expect_used)]
 #![allow(missing_docs)]
 
 use std::time::Duration;

@@ -1,4 +1,6 @@
 //! The planner graph: a tick, a decision, its build.
+
+#![allow(clippy::unwrap_used, clippy::expect_used)]
 #![allow(missing_docs)]
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};

@@ -1,4 +1,6 @@
 //! The command line, as a user and a script meet it.
+
+#![allow(clippy::unwrap_used, clippy::expect_used)]
 #![cfg(feature = "cli")]
 
 use std::path::Path;

@@ -1,5 +1,7 @@
 //! What a tick does, when things arrive, and how a run is steered, saved and stopped.
 
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
 use std::ops::ControlFlow;
 use std::sync::Arc;
 

@@ -1,5 +1,7 @@
 //! Bad input: each with its clear error, nothing written, never a panic.
 
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
 use proptest::prelude::*;
 use symbolt::sim::Seed;
 use symbolt::task::kinematic::Rehearsal;

@@ -1,5 +1,7 @@
 //! Laws of the algebra and of vocabularies, for any dimension, and wrong variants that must be caught.
 
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
 use proptest::prelude::*;
 use symbolt::sim::{Seed, VocabTag};
 use symbolt::spa::{

@@ -1,5 +1,7 @@
 //! What each module does: topology first, then output, delay and misses.
 
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
 use std::sync::Arc;
 
 use symbolt::neurons::{PopulationPlan, SelectRule};
@@ -191,8 +193,7 @@ fn an_associative_memory_maps_keys_of_one_vocabulary_to_values_of_another() {
         graph.connect(&input, &memory.input, NONE);
         let probe = graph.probe(&memory.output, ProbeSpec::default());
         let sim = ran(graph, 60);
-        let value = sim.samples(&probe).last().expect("there").1.to_vec();
-        value
+        sim.samples(&probe).last().expect("there").1.to_vec()
     };
     assert!(cosine(&describe(WINNER, "A"), &n.get("X").expect("there")) > 0.9999);
     assert!(cosine(&describe(WINNER, "C + 0.2 * A"), &n.parse("X + Y").expect("read")) > 0.9999);

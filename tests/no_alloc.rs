@@ -1,5 +1,7 @@
 //! Stepping allocates nothing: one process-wide count, in a test binary of its own.
 
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::ops::ControlFlow;
 use std::sync::Arc;

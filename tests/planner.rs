@@ -1,5 +1,7 @@
 //! The planner graph against the symbolic planner.
 
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
 use std::collections::BTreeSet;
 
 use rand::RngExt;
@@ -114,7 +116,7 @@ fn the_graph_agrees_with_the_oracle_on_a_learned_domain_over_20_seeds() {
 fn generated_domain(seed: u64, states: usize, actions: usize, circles: bool) -> Domain {
     let mut rng = Seed::new(seed).derive("tests", "generated domain").rng();
     let name = |s: usize| format!("S{s}");
-    let chain = seed % 2 == 0;
+    let chain = seed.is_multiple_of(2);
     let mut domain = SymbolicDomain::new();
     for state in 0..states {
         domain = domain.state(&name(state));

@@ -3,6 +3,8 @@
 //! The file is not ours to publish: set `SYMBOLT_RECORDINGS` to the folder that holds
 //! `nut_bolt_pybullet.jsonl`. Without it every test here says that it was skipped.
 
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 

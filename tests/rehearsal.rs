@@ -1,5 +1,7 @@
 //! Learning from generated recordings: what is found, what is set aside, what the paper says fails.
 
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
 use std::collections::BTreeMap;
 
 use symbolt::sim::Seed;

@@ -1,5 +1,7 @@
 //! One case for every way in which a graph can be described wrongly, and what the message says.
 
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
 use symbolt::neurons::{PathPattern, Population, PopulationPlan};
 use symbolt::sim::{
     Add, BuildError, BuildErrors, Constant, EmitIo, Graph, GraphBuilder, In, InputSpec,

@@ -356,12 +356,7 @@ impl Simulator {
                 graph.gather(plan.gathers, earlier, held, gathered);
             }
             let mut io = EmitIo {
-                inputs: Inputs {
-                    slots: &slots[plan.slots.of()],
-                    signals: earlier,
-                    held: held,
-                    gathered: gathered,
-                },
+                inputs: Inputs { slots: &slots[plan.slots.of()], signals: earlier, held, gathered },
                 outputs: Outputs {
                     spans: &outs[plan.outs.of()],
                     base: plan.own.start as usize,
@@ -387,12 +382,7 @@ impl Simulator {
                 graph.gather(plan.gathers, signals, held, gathered);
             }
             let mut io = AdvanceIo {
-                inputs: Inputs {
-                    slots: &slots[plan.slots.of()],
-                    signals,
-                    held: held,
-                    gathered: gathered,
-                },
+                inputs: Inputs { slots: &slots[plan.slots.of()], signals, held, gathered },
                 outputs: Outputs {
                     spans: &outs[plan.outs.of()],
                     base: plan.own.start as usize,

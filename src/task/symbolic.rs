@@ -21,7 +21,15 @@ use super::pose::Pose;
 #[derive(Debug, Clone, Default)]
 pub struct SymbolicDomain {
     states: Vec<String>,
-    actions: Vec<(String, Vec<String>, Vec<String>, Vec<String>)>,
+    actions: Vec<Action>,
+}
+
+#[derive(Debug, Clone)]
+struct Action {
+    name: String,
+    needs: Vec<String>,
+    absent: Vec<String>,
+    causes: Vec<String>,
 }
 
 impl SymbolicDomain {
@@ -66,7 +74,7 @@ impl SymbolicDomain {
         let needs = list(&mut needs.into_iter());
         let absent = list(&mut absent.into_iter());
         let causes = list(&mut causes.into_iter());
-        self.actions.push((name.into(), needs, absent, causes));
+        self.actions.push(Action { name: name.into(), needs, absent, causes });
         self
     }
 
@@ -84,7 +92,7 @@ impl SymbolicDomain {
         const KIND: &str = "thing";
         let count = self.states.len();
         let mut operators = Vec::new();
-        for (name, preconditions, absent, effects) in self.actions {
+        for Action { name, needs: preconditions, absent, causes: effects } in self.actions {
             let Some(to) = effects.first().cloned() else {
                 let reason = format!("action `{name}` causes nothing");
                 return Err(TaskError::BadDomain { reason });

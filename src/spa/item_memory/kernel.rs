@@ -180,7 +180,10 @@ mod avx2 {
         visit: &mut impl FnMut(Hit<'_>),
     ) {
         // Four sums of two products are added in 16 bits.
-        const { assert!(LINE == 128 && 8 * (ROW_MOST + OFFSET) * QUERY_MOST <= i16::MAX) };
+        const {
+            let most = 8 * (ROW_MOST + OFFSET) as i32 * QUERY_MOST as i32;
+            assert!(LINE == 128 && most <= i16::MAX as i32);
+        }
         let ones = _mm256_set1_epi16(1);
         // SAFETY: `bias` is eight 32-bit integers, which is what an unaligned load reads.
         let bias = unsafe { _mm256_loadu_si256(screening.bias.as_ptr().cast()) };

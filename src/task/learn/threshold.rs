@@ -57,8 +57,8 @@ pub(crate) fn choose(tree: &Dendrogram, manipulations: &[Manipulation]) -> Choic
     demos.dedup();
 
     let mut explained = counted.iter().take_while(|(join, _)| *join >= cut).count();
-    for end in explained..counted.len() {
-        let (join, _) = counted[end];
+    let first = explained;
+    for (end, &(join, _)) in counted.iter().enumerate().skip(first) {
         // Take all of one height together.
         if counted.get(end + 1).is_some_and(|next| next.0 == join) {
             continue;

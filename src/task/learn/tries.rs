@@ -34,8 +34,9 @@ pub(crate) fn cut(demo: usize, demonstration: &Demonstration, tracks: &[Track]) 
         |snapshot: usize, object: usize| tracks.iter().position(|t| t.at[snapshot] == Some(object));
     let mut tries = Vec::new();
     if !snapshots.iter().any(|s| s.event.is_some()) {
-        for before in 0..snapshots.len().saturating_sub(1) {
-            let track = snapshots[before].object.and_then(|o| track_of(before, o));
+        let befores = &snapshots[..snapshots.len().saturating_sub(1)];
+        for (before, snapshot) in befores.iter().enumerate() {
+            let track = snapshot.object.and_then(|o| track_of(before, o));
             let declared = track.is_some();
             tries.push(Try { demo, before, after: before + 1, track, declared });
         }
