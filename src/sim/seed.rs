@@ -94,7 +94,7 @@ mod tests {
     fn the_derivation_is_pinned() {
         // Part of the contract: a change here changes every published result.
         assert_eq!(Seed::new(1).derive("planner/goal", "noise").value(), 8_290_046_766_323_288_215);
-        assert_eq!(Seed::new(1).rng().random::<u32>(), 0);
+        assert_eq!(Seed::new(1).rng().random::<u32>(), 467_601_059);
     }
 
     #[test]
