@@ -252,6 +252,13 @@ pub struct WorldError {
     pub reason: String,
 }
 
+impl WorldError {
+    /// A world's fault in its own words.
+    pub fn new(reason: impl Into<String>) -> Self {
+        Self { reason: reason.into() }
+    }
+}
+
 /// Why a simulation could not start or go on.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]

@@ -161,7 +161,7 @@ impl World for ScriptedWorld {
 
     fn advance(&mut self, command: &[Real]) -> Result<(), WorldError> {
         if self.fail_at == Some(self.step) {
-            return Err(WorldError { reason: format!("scripted failure at step {}", self.step) });
+            return Err(WorldError::new(format!("scripted failure at step {}", self.step)));
         }
         self.commands.push(command.to_vec());
         self.step += 1;
@@ -183,7 +183,7 @@ impl World for ScriptedWorld {
     }
 
     fn restore(&mut self, saved: &WorldSave) -> Result<(), WorldError> {
-        let broken = || WorldError { reason: "not a save of this scripted world".into() };
+        let broken = || WorldError::new("not a save of this scripted world");
         let (step, rest) = saved.0.split_first_chunk::<8>().ok_or_else(broken)?;
         let step = u64::from_le_bytes(*step) as usize;
         let values: Vec<Real> =

@@ -1,0 +1,42 @@
+//! Learns from demonstrations with failed tries and lost parts, then reads one scene through what was learned.
+//!
+//! `cargo run --example learn_recording`
+
+use std::error::Error;
+
+use symbolt::sim::Seed;
+use symbolt::task::kinematic::Rehearsal;
+use symbolt::task::learn::{Learned, Settings, learn};
+use symbolt::task::{Classifier, Grounding};
+
+/// What was learned, and the state of each part in a fresh scene.
+pub fn run() -> Result<(Learned, Vec<(String, Option<String>)>), Box<dyn Error>> {
+    let rehearsal =
+        Rehearsal { demos: 7, nuts: 3, bolts: 3, fail_rate: 0.2, ..Rehearsal::default() };
+    let recording = rehearsal.record(Seed::new(1))?.recording;
+    let learned = learn(&recording, &Settings::default())?;
+
+    let classifier = Classifier::new(&learned.domain, Grounding::default())?;
+    let scene = rehearsal.scene(Seed::new(2))?;
+    let mut seen = Vec::new();
+    for object in &scene.objects {
+        let state = classifier.classify(&object.kind, &object.pose).state;
+        let name = state.map(|s| learned.domain.states()[s].name.clone());
+        seen.push((object.id.to_string(), name));
+    }
+    Ok((learned, seen))
+}
+
+#[allow(dead_code)] // The tests call `run`.
+fn main() -> Result<(), Box<dyn Error>> {
+    let (Learned { domain, report }, seen) = run()?;
+    println!("{} of {} tries failed", report.failed(), report.tries.len());
+    for operator in domain.operators() {
+        let needs = operator.preconditions.join(" and ");
+        println!("{:<24} needs {needs}", operator.name);
+    }
+    for (id, state) in seen {
+        println!("{id:<12} {}", state.as_deref().unwrap_or("in no state"));
+    }
+    Ok(())
+}

@@ -1,0 +1,36 @@
+//! A domain written in code, planned by the planner graph in simulated time.
+//!
+//! `cargo run --example two_step_plan`
+
+use std::error::Error;
+
+use symbolt::sim::Seed;
+use symbolt::task::SymbolicDomain;
+use symbolt::task::planner::{PlanEnd, Planner, PlannerSpec};
+
+/// The plan's actions, each with the simulated ms of its decision.
+pub fn run() -> Result<Vec<(String, f64)>, Box<dyn Error>> {
+    let domain = SymbolicDomain::new()
+        .action("BOIL_WATER", ["KETTLE_FULL"], ["WATER_HOT"])
+        .action("FILL_POT", ["LEAVES_IN_TIN"], ["LEAVES_IN_POT"])
+        .action("BREW_TEA", ["WATER_HOT", "LEAVES_IN_POT"], ["TEA_READY"])
+        .build()?;
+    let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1))?;
+
+    // How many things are in each state: one kettle, one spoon of leaves.
+    let holds = ["KETTLE_FULL", "LEAVES_IN_TIN"];
+    let scene: Vec<usize> =
+        domain.states().iter().map(|s| usize::from(holds.contains(&s.name.as_str()))).collect();
+    let plan = planner.plan(&scene, "TEA_READY")?;
+    assert_eq!(plan.end, PlanEnd::Met);
+    let name = |action: usize| domain.operators()[action].name.clone();
+    Ok(plan.steps.iter().map(|s| (name(s.action), s.decision.time_ms)).collect())
+}
+
+#[allow(dead_code)] // The tests call `run`.
+fn main() -> Result<(), Box<dyn Error>> {
+    for (action, ms) in run()? {
+        println!("{action:<10} decided in {ms:.0} simulated ms");
+    }
+    Ok(())
+}
