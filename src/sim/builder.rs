@@ -122,6 +122,26 @@ impl GraphBuilder {
     }
 
     /// Connects two ports of one kind.
+    ///
+    /// A number fits where a number is wanted:
+    ///
+    /// ```
+    /// use symbolt::prelude::*;
+    /// let mut graph = GraphBuilder::new();
+    /// let one = graph.add("one", Constant::scalar(1.0));
+    /// let sum = graph.add("sum", Add::scalar());
+    /// graph.connect(&one, &sum.input, Synapse::None);
+    /// ```
+    ///
+    /// A vector does not (and neither does a pointer of another vocabulary):
+    ///
+    /// ```compile_fail
+    /// use symbolt::prelude::*;
+    /// let mut graph = GraphBuilder::new();
+    /// let one = graph.add("one", Constant::vector(&[1.0]));
+    /// let sum = graph.add("sum", Add::scalar());
+    /// graph.connect(&one, &sum.input, Synapse::None);
+    /// ```
     pub fn connect<K: Kind>(&mut self, from: &Out<K>, to: &In<K>, via: Synapse) -> EdgeId {
         let from = self.resolve(&from.port, "output");
         let to = self.resolve(&to.port, "input");

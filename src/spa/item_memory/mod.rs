@@ -8,9 +8,9 @@
 //! `q.m = q^.m^ + q^.(m - m^) + (q - q^).m`, so the error is at most
 //! `|q^| |m - m^| + |q - q^| |m|` (Cauchy and Schwarz). The answer is therefore the exact one, always.
 //!
-//! Costs: a single query reads one byte a component and is bound by memory, several times faster than the
-//! single-precision copy could be read; a batch is bound by integer multiply-adds, about three times
-//! faster than a single-precision matrix product (`memory` in the benches).
+//! Costs: a single query reads one byte a component and is bound by memory, in a quarter to a third of
+//! the time it takes to read the single-precision copy; a batch is bound by integer multiply-adds, twice as
+//! fast as a single-precision matrix product (`memory` in the benches).
 
 mod kernel;
 

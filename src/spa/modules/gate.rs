@@ -11,6 +11,46 @@ use crate::sim::{
 use crate::spa::vocabulary::Vocabulary;
 
 /// Lets a pointer pass while its gate is open, one synapse (5 ms) later.
+///
+/// As everywhere, a pointer of one vocabulary goes where one of that vocabulary is wanted,
+///
+/// ```
+/// # use symbolt::prelude::*;
+/// # use symbolt::sim::VocabTag;
+/// # use symbolt::spa::{Gate, VocabularyBuilder};
+/// struct Parts;
+/// impl VocabTag for Parts { const NAME: &'static str = "parts"; }
+/// struct Actions;
+/// impl VocabTag for Actions { const NAME: &'static str = "actions"; }
+///
+/// let parts = VocabularyBuilder::<Parts>::new(64, Seed::new(1)).pointer("NUT").build()?;
+/// let actions = VocabularyBuilder::<Actions>::new(64, Seed::new(1)).pointer("GRASP").build()?;
+/// let mut graph = GraphBuilder::new();
+/// let nut = graph.add("nut", Constant::pointer(parts.space(), &parts.get("NUT")?));
+/// let gate = graph.add("gate", Gate::new(&parts));
+/// graph.connect(&nut, &gate.input, Synapse::None);
+/// # Ok::<(), symbolt::spa::VocabError>(())
+/// ```
+///
+/// and where one of another is wanted, the program does not compile:
+///
+/// ```compile_fail
+/// # use symbolt::prelude::*;
+/// # use symbolt::sim::VocabTag;
+/// # use symbolt::spa::{Gate, VocabularyBuilder};
+/// struct Parts;
+/// impl VocabTag for Parts { const NAME: &'static str = "parts"; }
+/// struct Actions;
+/// impl VocabTag for Actions { const NAME: &'static str = "actions"; }
+///
+/// let parts = VocabularyBuilder::<Parts>::new(64, Seed::new(1)).pointer("NUT").build()?;
+/// let actions = VocabularyBuilder::<Actions>::new(64, Seed::new(1)).pointer("GRASP").build()?;
+/// let mut graph = GraphBuilder::new();
+/// let nut = graph.add("nut", Constant::pointer(parts.space(), &parts.get("NUT")?));
+/// let gate = graph.add("gate", Gate::new(&actions));
+/// graph.connect(&nut, &gate.input, Synapse::None);
+/// # Ok::<(), symbolt::spa::VocabError>(())
+/// ```
 pub struct Gate<V: VocabTag> {
     space: Space,
     radius: Real,

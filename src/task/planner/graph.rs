@@ -13,7 +13,7 @@
 //! ```
 //!
 //! Every module is one 5 ms synapse; from goal buffer to choice there are six. At D = 256 a tick of the
-//! nut-and-bolt graph takes about 6 microseconds.
+//! nut-and-bolt graph takes 6 to 8 microseconds.
 
 use super::executive::{Executive, Timing};
 use crate::neurons::SelectRule;
