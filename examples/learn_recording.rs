@@ -9,8 +9,11 @@ use symbolt::task::kinematic::Rehearsal;
 use symbolt::task::learn::{Learned, Settings, learn};
 use symbolt::task::{Classifier, Grounding};
 
+/// Ids of objects, and the states that they are in.
+pub type Seen = Vec<(String, Option<String>)>;
+
 /// What was learned, and the state of each part in a fresh scene.
-pub fn run() -> Result<(Learned, Vec<(String, Option<String>)>), Box<dyn Error>> {
+pub fn run() -> Result<(Learned, Seen), Box<dyn Error>> {
     let rehearsal =
         Rehearsal { demos: 7, nuts: 3, bolts: 3, fail_rate: 0.2, ..Rehearsal::default() };
     let recording = rehearsal.record(Seed::new(1))?.recording;

@@ -53,8 +53,11 @@ fn describe(items: &Vocabulary<Items>, sigma: f32) -> Result<(Graph, Seen), Box<
     Ok((graph.build(Timebase::default(), &PopulationPlan::direct(), Seed::new(1))?, output))
 }
 
-/// Rows of (items, noise, share recalled).
-pub fn run() -> Result<Vec<(usize, f32, f64)>, Box<dyn Error>> {
+/// Items, noise, share recalled.
+pub type Row = (usize, f32, f64);
+
+/// The sweep, row by row.
+pub fn run() -> Result<Vec<Row>, Box<dyn Error>> {
     let mut rows = Vec::new();
     for items in [10, 100] {
         for sigma in [0.0, 2.0, 8.0, 32.0] {
