@@ -33,7 +33,7 @@ impl Constant<Vector> {
 
 impl<V: VocabTag> Constant<Pointer<V>> {
     /// A pointer of `space`; any other length is a fault that `build` reports.
-    pub fn pointer(space: &Space, values: &[Real]) -> Self {
+    pub fn pointer(space: &Space<V>, values: &[Real]) -> Self {
         Self { spec: OutputSpec::pointer(space), values: values.to_vec() }
     }
 }
@@ -77,7 +77,7 @@ impl Stimulus<Vector> {
 
 impl<V: VocabTag> Stimulus<Pointer<V>> {
     /// A pointer of `space`, `values` from the start.
-    pub fn pointer(space: &Space, values: &[Real]) -> Self {
+    pub fn pointer(space: &Space<V>, values: &[Real]) -> Self {
         Self::new(OutputSpec::pointer(space), values.to_vec())
     }
 }
@@ -158,7 +158,7 @@ impl Add<Vector> {
 
 impl<V: VocabTag> Add<Pointer<V>> {
     /// A sum of pointers of `space`.
-    pub fn pointer(space: &Space) -> Self {
+    pub fn pointer(space: &Space<V>) -> Self {
         Self { input: InputSpec::pointer(space).sum(), output: OutputSpec::pointer(space) }
     }
 }
@@ -216,7 +216,7 @@ impl Noise<Vector> {
 
 impl<V: VocabTag> Noise<Pointer<V>> {
     /// Noise of norm about `sigma` on a pointer: `sigma / sqrt(D)` a component.
-    pub fn pointer(space: &Space, sigma: Real) -> Self {
+    pub fn pointer(space: &Space<V>, sigma: Real) -> Self {
         let sd = sigma / (space.width() as Real).sqrt();
         Self { input: InputSpec::pointer(space), output: OutputSpec::pointer(space), sd }
     }

@@ -52,30 +52,56 @@ impl<V: VocabTag> Kind for Pointer<V> {
 
 /// The identity of a vector space: the engine compares it and knows nothing else about it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Space {
+pub(crate) struct SpaceId {
     id: u64,
     width: usize,
     label: Arc<str>,
 }
 
-impl Space {
-    /// A space of `width` dimensions. Spaces are the same when their `id` and width are.
-    pub fn new(id: u64, width: usize, label: impl Into<Arc<str>>) -> Self {
-        Self { id, width, label: label.into() }
-    }
-
-    /// The number of dimensions.
-    pub fn width(&self) -> usize {
-        self.width
-    }
-
+impl SpaceId {
     /// Whether `other` is this very space (labels are not compared).
     pub fn same_as(&self, other: &Self) -> bool {
         self.id == other.id && self.width == other.width
     }
 }
 
-impl fmt::Display for Space {
+/// A vector space of the family `V`: what makes a port one of that family.
+#[derive(Debug)]
+pub struct Space<V: VocabTag> {
+    id: SpaceId,
+    tag: PhantomData<fn() -> V>,
+}
+
+impl<V: VocabTag> Clone for Space<V> {
+    fn clone(&self) -> Self {
+        Self { id: self.id.clone(), tag: PhantomData }
+    }
+}
+
+impl<V: VocabTag> Space<V> {
+    /// A space of `width` dimensions. Spaces are the same when their `id` and width are.
+    pub fn new(id: u64, width: usize, label: impl Into<Arc<str>>) -> Self {
+        Self { id: SpaceId { id, width, label: label.into() }, tag: PhantomData }
+    }
+
+    /// The number of dimensions.
+    pub fn width(&self) -> usize {
+        self.id.width
+    }
+
+    /// Whether `other` is this very space (labels are not compared).
+    pub fn same_as<W: VocabTag>(&self, other: &Space<W>) -> bool {
+        self.id.same_as(&other.id)
+    }
+}
+
+impl<V: VocabTag> fmt::Display for Space<V> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.id.fmt(f)
+    }
+}
+
+impl fmt::Display for SpaceId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.label)
     }
@@ -85,7 +111,7 @@ impl fmt::Display for Space {
 #[derive(Debug, Clone)]
 pub(crate) struct Shape {
     pub width: usize,
-    pub space: Option<Space>,
+    pub space: Option<SpaceId>,
 }
 
 /// How an input is read and fed, when its kind is known at run time only.
@@ -124,7 +150,7 @@ pub struct OutputSpec<K: Kind> {
 }
 
 impl<K: Kind> InputSpec<K> {
-    fn with(width: usize, space: Option<Space>) -> Self {
+    fn with(width: usize, space: Option<SpaceId>) -> Self {
         let any = AnyInput {
             kind: TypeId::of::<K>(),
             kind_label: K::label(),
@@ -171,13 +197,13 @@ impl InputSpec<Vector> {
 
 impl<V: VocabTag> InputSpec<Pointer<V>> {
     /// A pointer of `space`, read in emit, from exactly one source.
-    pub fn pointer(space: &Space) -> Self {
-        Self::with(space.width(), Some(space.clone()))
+    pub fn pointer(space: &Space<V>) -> Self {
+        Self::with(space.width(), Some(space.id.clone()))
     }
 }
 
 impl<K: Kind> OutputSpec<K> {
-    fn with(width: usize, space: Option<Space>) -> Self {
+    fn with(width: usize, space: Option<SpaceId>) -> Self {
         let any = AnyOutput {
             kind: TypeId::of::<K>(),
             kind_label: K::label(),
@@ -217,8 +243,8 @@ impl OutputSpec<Vector> {
 
 impl<V: VocabTag> OutputSpec<Pointer<V>> {
     /// A pointer of `space`, written in emit.
-    pub fn pointer(space: &Space) -> Self {
-        Self::with(space.width(), Some(space.clone()))
+    pub fn pointer(space: &Space<V>) -> Self {
+        Self::with(space.width(), Some(space.id.clone()))
     }
 }
 

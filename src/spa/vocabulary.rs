@@ -199,7 +199,7 @@ fn check_vector(name: &str, values: Vec<Real>, dim: usize) -> Result<Vec<Real>, 
 
 /// Named vectors of one space. Frozen: neither names nor vectors change.
 pub struct Vocabulary<V: VocabTag> {
-    space: Space,
+    space: Space<V>,
     algebra: Arc<dyn Algebra>,
     names: Vec<String>,
     index: HashMap<String, usize>,
@@ -216,7 +216,7 @@ impl<V: VocabTag> std::fmt::Debug for Vocabulary<V> {
 
 impl<V: VocabTag> Vocabulary<V> {
     /// The space in which the pointers live; ports are typed by it.
-    pub fn space(&self) -> &Space {
+    pub fn space(&self) -> &Space<V> {
         &self.space
     }
 

@@ -4,7 +4,6 @@
 //! reduced representations 2 D + 4 of them, Plate 1995 in the half spectrum); the layer's synapse is
 //! the module's delay. Binding with a fixed vector is linear and costs no tick.
 
-use std::marker::PhantomData;
 use std::sync::Arc;
 
 use super::FEED_FORWARD;
@@ -20,10 +19,9 @@ use crate::spa::vocabulary::Vocabulary;
 
 /// Binds two running pointers: `out = a (*) b`, one synapse (5 ms) later.
 pub struct Bind<V: VocabTag> {
-    space: Space,
+    space: Space<V>,
     algebra: Arc<dyn Algebra>,
     synapse: Synapse,
-    tag: PhantomData<fn() -> V>,
 }
 
 /// Ports of a [`Bind`].
@@ -43,7 +41,6 @@ impl<V: VocabTag> Bind<V> {
             space: vocabulary.space().clone(),
             algebra: vocabulary.algebra().clone(),
             synapse: FEED_FORWARD,
-            tag: PhantomData,
         }
     }
 
@@ -149,9 +146,8 @@ impl<V: VocabTag> Module for Unbind<V> {
 /// Takes a fixed role out of a running pointer: `out = bound (*) inverse(role)`, without a tick of
 /// delay, as a linear map.
 pub struct UnbindFixed<V: VocabTag> {
-    space: Space,
+    space: Space<V>,
     map: Box<dyn LinearMap>,
-    tag: PhantomData<fn() -> V>,
 }
 
 /// Ports of an [`UnbindFixed`].
@@ -169,7 +165,6 @@ impl<V: VocabTag> UnbindFixed<V> {
         Ok(Self {
             space: vocabulary.space().clone(),
             map: vocabulary.algebra().bind_with(&inverse),
-            tag: PhantomData,
         })
     }
 }

@@ -1,7 +1,5 @@
 //! A gate: a pointer passes while a scalar is 1 and is silenced while it is 0.
 
-use std::marker::PhantomData;
-
 use super::FEED_FORWARD;
 use crate::neurons::{GatedPorts, Layers, Represent};
 use crate::sim::{
@@ -52,10 +50,9 @@ use crate::spa::vocabulary::Vocabulary;
 /// # Ok::<(), symbolt::spa::VocabError>(())
 /// ```
 pub struct Gate<V: VocabTag> {
-    space: Space,
+    space: Space<V>,
     radius: Real,
     synapse: Synapse,
-    tag: PhantomData<fn() -> V>,
 }
 
 /// Ports of a [`Gate`].
@@ -74,8 +71,8 @@ impl<V: VocabTag> Gate<V> {
         Self::in_space(vocabulary.space())
     }
 
-    pub(crate) fn in_space(space: &Space) -> Self {
-        Self { space: space.clone(), radius: 1.0, synapse: FEED_FORWARD, tag: PhantomData }
+    pub(crate) fn in_space(space: &Space<V>) -> Self {
+        Self { space: space.clone(), radius: 1.0, synapse: FEED_FORWARD }
     }
 
     /// Represents pointers of norm up to `radius`.

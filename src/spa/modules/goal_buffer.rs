@@ -1,7 +1,5 @@
 //! A goal buffer: a memory that takes up its input while its gate is open and holds it after.
 
-use std::marker::PhantomData;
-
 use super::{FEED_FORWARD, Gate, RECURRENT};
 use crate::neurons::{LayerPorts, Layers, Represent};
 use crate::sim::{
@@ -20,11 +18,10 @@ use crate::spa::vocabulary::Vocabulary;
 /// a norm of 3: the drive that charges the slow synapse passes through the same population, and a lower
 /// clamp charges it more slowly.
 pub struct GoalBuffer<V: VocabTag> {
-    space: Space,
+    space: Space<V>,
     radius: Real,
     synapse: Synapse,
     recurrent: Synapse,
-    tag: PhantomData<fn() -> V>,
 }
 
 /// Ports of a [`GoalBuffer`].
@@ -48,7 +45,6 @@ impl<V: VocabTag> GoalBuffer<V> {
             radius: 3.0,
             synapse: FEED_FORWARD,
             recurrent: RECURRENT,
-            tag: PhantomData,
         }
     }
 

@@ -2,8 +2,6 @@
 //!
 //! None of them costs a tick.
 
-use std::marker::PhantomData;
-
 use crate::sim::{
     AnyInput, AnyOutput, EmitIo, In, InputSpec, Kind, Module, Node, Out, OutputSpec, Pointer,
     PortDecl, Real, Scope, Scratch, ScratchSpec, Space, StepCx, VocabTag,
@@ -139,9 +137,8 @@ impl LinearMap for WeightedRows {
 ///
 /// With a population in the way use [`Gate`](super::Gate) or a memory; a sum needs none.
 pub struct Superpose<V: VocabTag> {
-    space: Space,
+    space: Space<V>,
     weights: Vec<Real>,
-    tag: PhantomData<fn() -> V>,
 }
 
 /// Ports of a [`Superpose`].
@@ -158,8 +155,8 @@ impl<V: VocabTag> Superpose<V> {
         Self::weights(vocabulary.space(), weights)
     }
 
-    pub(crate) fn weights(space: &Space, weights: &[Real]) -> Self {
-        Self { space: space.clone(), weights: weights.to_vec(), tag: PhantomData }
+    pub(crate) fn weights(space: &Space<V>, weights: &[Real]) -> Self {
+        Self { space: space.clone(), weights: weights.to_vec() }
     }
 }
 

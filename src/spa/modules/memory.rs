@@ -1,7 +1,5 @@
 //! Cleanup and associative memory: similarity to keys, a choice among them, the values of the chosen.
 
-use std::marker::PhantomData;
-
 use super::FEED_FORWARD;
 use super::linear::{Linear, LinearPorts};
 use crate::neurons::{Layers, Select, SelectPorts, SelectRule};
@@ -31,14 +29,13 @@ pub struct MemoryPorts<A: VocabTag, B: VocabTag> {
 /// at once, so a superposition of keys gives the superposition of their values; with winner-take-all
 /// only the most similar. Below the level nothing is chosen and the output is zero: a miss.
 pub struct AssociativeMemory<A: VocabTag, B: VocabTag> {
-    keys: Space,
-    values: Space,
+    keys: Space<A>,
+    values: Space<B>,
     key_rows: Vec<Real>,
     value_rows: Vec<Real>,
     items: usize,
     rule: SelectRule,
     synapse: Synapse,
-    tag: PhantomData<fn() -> (A, B)>,
 }
 
 impl<A: VocabTag, B: VocabTag> AssociativeMemory<A, B> {
@@ -71,7 +68,6 @@ impl<A: VocabTag, B: VocabTag> AssociativeMemory<A, B> {
             items,
             rule,
             synapse: FEED_FORWARD,
-            tag: PhantomData,
         })
     }
 
