@@ -340,3 +340,54 @@ fn what_cannot_be_asked_is_an_error_with_the_choices() {
         Err(TaskError::BadDomain { .. })
     ));
 }
+
+#[test]
+fn an_action_with_two_effects_is_planned_with() {
+    let domain = SymbolicDomain::new()
+        .action("OPEN_BOX", ["BOX_SHUT"], ["BOX_OPEN", "LID_ON_TABLE"])
+        .action("TAKE_OUT", ["BOX_OPEN"], ["THING_OUT"])
+        .action("COVER", ["LID_ON_TABLE", "THING_OUT"], ["THING_COVERED"])
+        .build()
+        .expect("sound");
+    let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1)).expect("builds");
+    let mut tally = Tally::default();
+    agree_everywhere(&domain, &planner, &mut tally);
+    assert_eq!(tally.act + tally.met + tally.stuck, 32 * 5);
+    assert!(tally.act > 20 && tally.met == 80, "{tally:?}");
+}
+
+#[test]
+fn too_few_dimensions_for_many_preconditions_are_refused_and_never_planned_with() {
+    let names: Vec<String> = (0..30).map(|i| format!("NEEDED_{i}")).collect();
+    let domain = |needs: usize| {
+        let needs = names[..needs].iter().map(String::as_str);
+        let spare = ["SPARE_1", "SPARE_2", "SPARE_3", "SPARE_4", "SPARE_5", "SPARE_6"];
+        let domain = SymbolicDomain::new().action("DO", needs, ["DONE"]);
+        spare.iter().fold(domain, |d, s| d.state(s)).build().expect("sound")
+    };
+    let (mut refused, mut right) = (0, 0);
+    for needs in [1, 5, 15, 30] {
+        for dimensions in [32, 128, 256, 1024] {
+            let spec = PlannerSpec { dimensions, max_similarity: 0.5, ..PlannerSpec::default() };
+            let domain = domain(needs);
+            match Planner::new(&domain, spec, Seed::new(4)) {
+                Ok(planner) => {
+                    let mut tally = Tally::default();
+                    let done = domain.state_index("DONE").expect("there");
+                    let mut world: Vec<bool> =
+                        domain.states().iter().map(|s| s.name.starts_with("NEEDED")).collect();
+                    check(&domain, &planner, &world, done, &mut tally);
+                    assert_eq!(tally, Tally { act: 1, ..Tally::default() });
+                    world[0] = false;
+                    check(&domain, &planner, &world, done, &mut tally);
+                    assert_eq!(tally, Tally { act: 1, stuck: 1, met: 0 });
+                    right += 1;
+                }
+                Err(TaskError::TooFewDimensions { .. } | TaskError::Vocabulary(_)) => refused += 1,
+                Err(error) => panic!("{error}"),
+            }
+        }
+    }
+    println!("{right} planned rightly, {refused} refused");
+    assert!(right >= 7 && refused >= 4, "{right} {refused}");
+}

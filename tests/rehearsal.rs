@@ -284,3 +284,21 @@ fn statistics_of_finding_the_true_structure() {
     }
     assert_eq!(rates.len(), 32);
 }
+
+/// A recording whose recorder does not say what it touched, or only sometimes.
+#[test]
+fn events_without_objects_teach_the_same() {
+    for drop_from in [0, 1] {
+        let mut recording = record(&Rehearsal::default(), 1).recording;
+        let expected = learn(&recording, &Settings::default()).expect("learns").domain;
+        for snapshot in recording.demos.iter_mut().flat_map(|d| &mut d.snapshots) {
+            // First all of them, then only those of releases.
+            if drop_from == 0 || snapshot.event == Some(Event::Release) {
+                snapshot.object = None;
+            }
+        }
+        let found = learn(&recording, &Settings::default()).expect("learns").domain;
+        assert_eq!(found.states(), expected.states());
+        assert_eq!(found.operators(), expected.operators());
+    }
+}

@@ -254,7 +254,7 @@ pub(crate) struct LearnArgs {
     pub common: Common,
     /// The clustering threshold in metres for every kind (the paper's is 0.001169); by default it is
     /// found from the data
-    #[arg(long, value_name = "METRES")]
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     pub threshold: Option<f64>,
     /// The exponent of the distance between positions
     #[arg(long, default_value_t = -2.0, allow_negative_numbers = true)]

@@ -30,14 +30,18 @@ pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Error> {
 
 fn inspect(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
     let header: Option<Value> = serde_json::from_slice(bytes).ok();
-    if header.as_ref().is_some_and(|v| v.get("format").is_some()) {
+    // A domain cut short is still meant as one: only domains say their format.
+    let head = String::from_utf8_lossy(&bytes[..bytes.len().min(200)]);
+    if header.as_ref().map_or(head.contains("\"format\""), |v| v.get("format").is_some()) {
         let domain = Domain::parse(bytes, name)?;
         return Ok(json!({
             "kind": "domain", "states": domain.states().len(),
             "actions": domain.operators().len(),
         }));
     }
-    if header.as_ref().is_some_and(|v| v.get("objects").is_some() && v.get("demo").is_none()) {
+    if header.as_ref().is_some_and(|v| {
+        v.get("objects").is_some() && (v.get("demo").is_none() || !one_line(bytes))
+    }) {
         let scene = Snapshot::parse(bytes, name)?;
         return Ok(json!({"kind": "scene", "objects": scene.objects.len()}));
     }
@@ -47,4 +51,9 @@ fn inspect(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
         "kind": "recording", "demonstrations": recording.demos.len(),
         "snapshots": recording.snapshot_count(), "labels": labelled,
     }))
+}
+
+/// Whether all that is in a file stands on one line, as in a recording of one snapshot.
+fn one_line(bytes: &[u8]) -> bool {
+    bytes.trim_ascii().iter().all(|b| *b != b'\n')
 }

@@ -21,7 +21,8 @@ pub(crate) fn learn(args: &LearnArgs) -> Result<Outcome, Error> {
     let recording = Recording::read(&args.recording)?;
     let settings = Settings { p: args.p, threshold_m: args.threshold, seed: args.common.seed };
     let learned = learn_with_progress(&recording, &settings, &progress)?;
-    if let Some(path) = &args.out.out {
+    let empty = learned.domain.operators().is_empty();
+    if let Some(path) = args.out.out.as_ref().filter(|_| !empty) {
         write_whole(path, &learned.domain.to_json(), args.out.overwrite())?;
     }
     drop(progress);
@@ -29,6 +30,10 @@ pub(crate) fn learn(args: &LearnArgs) -> Result<Outcome, Error> {
         emit_json(&[summary(&learned)])?;
     } else {
         emit(&tables(&learned))?;
+    }
+    if empty {
+        let sentence = "no action was learned: no try left a part in a state that was new";
+        return Ok(Outcome::Failed(sentence.into()));
     }
     Ok(Outcome::Done)
 }

@@ -100,7 +100,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
         let _ = writeln!(text, "Wrote {}", written(&folder));
         emit(&text)?;
     }
-    Ok(plan::outcome(&planner, &plan, &goal))
+    Ok(plan::outcome(&planner, &plan))
 }
 
 fn written(folder: &Path) -> String {

@@ -35,8 +35,23 @@ pub enum TaskError {
     /// A file that is not as it must be.
     #[error(transparent)]
     Input(#[from] InputFault),
+    /// Pointers with too few dimensions for what is bound into one of them.
+    #[error(
+        "{dimensions} dimensions are too few: with the {states} states bound into `{action}`, `{other}` \
+         cannot be read out rightly; take more dimensions, or another seed"
+    )]
+    TooFewDimensions {
+        /// Dimensions of the pointers.
+        dimensions: usize,
+        /// The action.
+        action: String,
+        /// How many states are bound into its deep pointer.
+        states: usize,
+        /// A state that would be read wrongly.
+        other: String,
+    },
     /// A file that cannot be read or written.
-    #[error("cannot {what} {}: {source}", path.display())]
+    #[error("cannot {what} {}", path.display())]
     Io {
         /// `read` or `write`.
         what: &'static str,

@@ -39,6 +39,13 @@ pub fn write_whole(path: &Path, text: &str, overwrite: Overwrite) -> Result<(), 
     if overwrite == Overwrite::Never && path.exists() {
         return Err(TaskError::Exists { path: path.into() });
     }
+    // Through a link, its target is written; what is no ordinary file is left alone.
+    let resolved = path.canonicalize().ok();
+    let path = resolved.as_deref().unwrap_or(path);
+    if path.exists() && !path.is_file() {
+        let source = std::io::Error::other("it is no ordinary file");
+        return Err(TaskError::Io { what: "write", path: path.into(), source });
+    }
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),

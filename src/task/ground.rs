@@ -11,7 +11,7 @@
 //!   table is on the table.
 //! * A state in which parts were found, and of which fewer than [`FEW`] distinct poses are known, may be broad
 //!   in coordinates that nobody has seen vary. There the deviations are combined as the paper combines
-//!   coordinates, by a p-norm with p = -2: near in one constrained coordinate is near.
+//!   coordinates, by a p-norm with p = -2: near in one constrained coordinate is near, to within the floor.
 //! * If several states are within the limit, the one of greatest density is taken.
 //!
 //! Orientations are part of a state's Gaussian and of target poses, but not of this rule: parts are symmetric
@@ -203,19 +203,14 @@ impl Classifier {
 impl Model {
     fn new(state: &State, gate: &Gate) -> Self {
         let distinct = state.distinct.max(1) as f64;
+        let any = state.origin == Origin::Found && state.distinct < FEW;
         let axes = state.spread().map(|sd| {
             let variance = (gate.prior_m.powi(2) + (distinct - 1.0) * sd * sd) / distinct;
-            Axis {
-                sd: variance.sqrt().max(gate.floor_m),
-                free: state.distinct >= 2 && sd >= gate.broad_m,
-            }
+            // Where agreement in one coordinate is enough, it has to be close.
+            let least = if any { 0.0 } else { variance.sqrt() };
+            Axis { sd: least.max(gate.floor_m), free: state.distinct >= 2 && sd >= gate.broad_m }
         });
-        Self {
-            kind: state.kind.clone(),
-            mean: state.mean,
-            axes,
-            any: state.origin == Origin::Found && state.distinct < FEW,
-        }
+        Self { kind: state.kind.clone(), mean: state.mean, axes, any }
     }
 
     fn deviation(&self, pose: &Pose, axis: usize) -> f64 {

@@ -150,7 +150,11 @@ impl Scene<'_> {
         judged: &[Result<usize, Failure>],
     ) -> Vec<Operator> {
         let name = |index: usize| named[index].clone();
+        // States and actions share one space of names.
         let mut names = Names::default();
+        for name in named {
+            names.take(name);
+        }
         let mut operators = Vec::new();
         for (at, state) in states.iter().enumerate() {
             let of_it: Vec<&Try> = self

@@ -42,18 +42,18 @@ pub fn p_distance(u: &[f64], v: &[f64], p: f64) -> f64 {
     {
         return inverse_square(u0 - v0, u1 - v1, u2 - v2);
     }
-    let mut sum = 0.0;
-    for (a, b) in u.iter().zip(v) {
-        let difference = (a - b).abs();
-        if difference == 0.0 {
-            if p < 0.0 {
-                return 0.0;
-            }
-        } else {
-            sum += difference.powf(p);
-        }
+    let differences = || u.iter().zip(v).map(|(a, b)| (a - b).abs());
+    // Scaled by the coordinate that counts most, whose term is then 1: no power overflows.
+    let scale = if p < 0.0 {
+        differences().fold(f64::INFINITY, f64::min)
+    } else {
+        differences().fold(0.0, f64::max)
+    };
+    if scale == 0.0 || scale.is_infinite() {
+        return 0.0;
     }
-    if sum == 0.0 && p > 0.0 { 0.0 } else { sum.powf(1.0 / p) }
+    let sum: f64 = differences().map(|d| (d / scale).powf(p)).sum();
+    scale * sum.powf(1.0 / p)
 }
 
 /// The case `p = -2` in three dimensions, with one root and one division:

@@ -1,13 +1,13 @@
 //! A recording seen as parts that move from cluster to cluster.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::sync::Arc;
 
 use super::linkage::Dendrogram;
 use super::operators::GlobalState;
 use super::threshold::{Manipulation, choose};
 use super::tracks::{Track, follow};
-use super::tries::{MOVED_M, Try, cut, guess, still_falling};
+use super::tries::{MOVED_M, Try, cut, guess};
 use super::{Progress, Settings};
 use crate::task::error::TaskError;
 use crate::task::pose::Pose;
@@ -61,6 +61,8 @@ impl<'r> Scene<'r> {
                 tries.push(attempt);
             }
         }
+        let falling: HashSet<(usize, usize, usize)> =
+            tries.iter().filter_map(Try::falling).collect();
         let mut moving: BTreeMap<Arc<str>, bool> = BTreeMap::new();
         for (demo, tracks) in recording.demos.iter().zip(&tracks) {
             for track in tracks {
@@ -78,7 +80,7 @@ impl<'r> Scene<'r> {
                 for (t, track) in tracks[d].iter().enumerate().filter(|(_, t)| t.kind == name) {
                     for s in 0..demo.snapshots.len() {
                         let Some(object) = track.at[s] else { continue };
-                        if !still_falling(demo, s, object) {
+                        if !falling.contains(&(d, t, s)) {
                             poses.push((d, t, s));
                             positions.push(demo.snapshots[s].objects[object].pose.position);
                         }

@@ -7,8 +7,8 @@
 //! * a try counts only if its two poses are told apart by every coordinate to at least a thousandth of the
 //!   way the part went ([`RESOLUTION`]): a part that was carried half a metre and lies at the same
 //!   height to a few micrometres has not changed its state;
-//! * the cut goes down for tries that a coarser one leaves unexplained only if at least half of the
-//!   demonstrations have one, and if it makes no more new clusters than it explains tries.
+//! * the cut goes down for tries that a coarser one leaves unexplained only if at least a quarter of the
+//!   demonstrations have one, and if it makes at most two new clusters for each try that it explains.
 
 use super::linkage::Dendrogram;
 

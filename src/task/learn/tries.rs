@@ -21,6 +21,8 @@ pub(crate) struct Try {
     pub track: Option<usize>,
     /// Whether the recording says so itself.
     pub declared: bool,
+    /// The snapshot of the release that ended it, if one did.
+    pub released: Option<usize>,
 }
 
 /// Cuts a demonstration into tries.
@@ -38,44 +40,59 @@ pub(crate) fn cut(demo: usize, demonstration: &Demonstration, tracks: &[Track]) 
         for (before, snapshot) in befores.iter().enumerate() {
             let track = snapshot.object.and_then(|o| track_of(before, o));
             let declared = track.is_some();
-            tries.push(Try { demo, before, after: before + 1, track, declared });
+            tries.push(Try { demo, before, after: before + 1, track, declared, released: None });
         }
         return tries;
     }
-    let mut held: Option<(usize, usize)> = None;
+    let mut held: Option<(usize, Option<usize>)> = None;
+    let last = snapshots.len() - 1;
     for (now, snapshot) in snapshots.iter().enumerate() {
         let touched = snapshot.object.and_then(|o| track_of(now, o));
+        let mut close = |(before, track): (usize, Option<usize>), after, released| {
+            let declared = track.is_some();
+            tries.push(Try { demo, before, after, track, declared, released });
+        };
         match (snapshot.event, held) {
-            (Some(Event::Contact), None) => held = touched.map(|track| (now, track)),
-            // Contact with another part and no release before: the first one got away unseen.
-            (Some(Event::Contact), Some((before, track))) if touched != Some(track) => {
-                tries.push(Try { demo, before, after: now, track: Some(track), declared: true });
-                held = touched.map(|track| (now, track));
+            (Some(Event::Contact), None) => held = Some((now, touched)),
+            // Contact and no release before: the part got away unseen, unless the pads just lost and
+            // found it where it was.
+            (Some(Event::Contact), Some((before, track))) => {
+                let same = track.is_some() && touched == track;
+                let moved = track.and_then(|t| tracks[t].moved(demonstration, before, now));
+                if !(same && moved.is_some_and(|m| m < MOVED_M)) {
+                    close((before, track), now, None);
+                    held = Some((now, touched));
+                }
             }
             (Some(Event::Release), Some((before, track)))
-                if touched.is_none() || touched == Some(track) =>
+                if touched.is_none() || track.is_none() || touched == track =>
             {
-                let after = (now + 1).min(snapshots.len() - 1);
-                tries.push(Try { demo, before, after, track: Some(track), declared: true });
+                close((before, track.or(touched)), (now + 1).min(last), Some(now));
                 held = None;
             }
-            (Some(Event::End), Some((before, track))) => {
-                tries.push(Try { demo, before, after: now, track: Some(track), declared: true });
+            (Some(Event::End), Some(attempt)) => {
+                close(attempt, now, None);
                 held = None;
             }
             _ => {}
         }
     }
+    if let Some((before, track)) = held
+        && before < last
+    {
+        let declared = track.is_some();
+        tries.push(Try { demo, before, after: last, track, declared, released: None });
+    }
     tries
 }
 
-/// Whether the pose of `object` in `snapshot` is that of a part just let go, to be looked at again in
-/// the next snapshot.
-pub(crate) fn still_falling(demo: &Demonstration, snapshot: usize, object: usize) -> bool {
-    let now = &demo.snapshots[snapshot];
-    now.event == Some(Event::Release)
-        && now.object == Some(object)
-        && snapshot + 1 < demo.snapshots.len()
+impl Try {
+    /// The pose that a part may have had while still falling: demonstration, track and snapshot of its
+    /// release, if it is looked at again later.
+    pub fn falling(&self) -> Option<(usize, usize, usize)> {
+        let snapshot = self.released.filter(|released| *released < self.after)?;
+        Some((self.demo, self.track?, snapshot))
+    }
 }
 
 /// A part that went less than this share of the longest way of a try was nudged, not manipulated.
@@ -178,5 +195,30 @@ mod tests {
             snapshot(Some(Release), Some(1), &[0.2, 2.0]),
         ]);
         assert_eq!(tries, [(0, 1, Some(0)), (1, 2, Some(1))]);
+    }
+
+    #[test]
+    fn two_contacts_with_one_part_are_two_tries_if_it_moved_between() {
+        use Event::Contact;
+        let tries = cut_all(vec![
+            snapshot(Some(Contact), Some(0), &[0.0, 1.0]),
+            snapshot(Some(Contact), Some(0), &[0.5, 1.0]),
+            snapshot(Some(Contact), Some(0), &[0.5, 1.0]),
+            snapshot(None, None, &[0.9, 1.0]),
+        ]);
+        assert_eq!(tries, [(0, 1, Some(0)), (1, 3, Some(0))]);
+    }
+
+    #[test]
+    fn events_without_objects_still_cut_tries() {
+        use Event::{Contact, Release};
+        let tries = cut_all(vec![
+            snapshot(Some(Contact), None, &[0.0, 1.0]),
+            snapshot(Some(Release), None, &[0.5, 1.0]),
+            snapshot(Some(Contact), Some(1), &[0.5, 1.0]),
+            snapshot(Some(Release), None, &[0.5, 2.0]),
+            snapshot(None, None, &[0.5, 2.0]),
+        ]);
+        assert_eq!(tries, [(0, 2, None), (2, 4, Some(1))]);
     }
 }

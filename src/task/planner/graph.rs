@@ -23,7 +23,7 @@ use crate::sim::{
 };
 use crate::spa::{
     AssociativeMemory, CleanupMemory, Gate, GoalBuffer, Linear, LinearMap, LinearPorts, Selection,
-    Unbind, UnbindFixed, VocabError,
+    Unbind, UnbindFixed, VocabError, dot,
 };
 use crate::task::domain::Domain;
 use crate::task::encode::{
@@ -82,12 +82,15 @@ impl PlannerSpec {
 
 /// Least similarity at which the best item of a memory counts.
 const RECOGNISED: Real = 0.5;
+/// Least distance from that level that every state has to keep when preconditions are unbound.
+const MARGIN: Real = 0.05;
 
 /// The planner graph as a module.
 pub struct PlanningGraph {
     states: usize,
     actions: usize,
     state_rows: Vec<Real>,
+    cause_rows: Vec<Real>,
     spec: PlannerSpec,
     encoded: std::sync::Arc<Encoded>,
     goal: CleanupMemory<StateSpace>,
@@ -131,7 +134,8 @@ impl PlanningGraph {
     /// A planner graph over `domain` with the pointers of `encoded`.
     ///
     /// # Errors
-    /// [`TaskError::BadDomain`] if the domain has no operator.
+    /// [`TaskError::BadDomain`] if the domain has no operator; [`TaskError::TooFewDimensions`] if some
+    /// action's preconditions cannot be told from other states once they are bound and unbound.
     pub fn new(
         domain: &Domain,
         encoded: std::sync::Arc<Encoded>,
@@ -146,15 +150,20 @@ impl PlanningGraph {
         let action_names: Vec<&str> = domain.operators().iter().map(|o| o.name.as_str()).collect();
         let winner = SelectRule::WinnerTakeAll { level: RECOGNISED };
         let every = SelectRule::Threshold { level: RECOGNISED };
-        let causes = names
-            .iter()
-            .enumerate()
-            .filter_map(|(state, name)| Some((*name, action_names[domain.cause(state)?])));
+        let causes: Vec<(usize, usize)> =
+            (0..names.len()).filter_map(|state| Some((state, domain.cause(state)?))).collect();
+        // Which action each item of the cause memory stands for: several states can have one cause.
+        let mut cause_rows = vec![0.0; causes.len() * action_names.len()];
+        for (item, (_, action)) in causes.iter().enumerate() {
+            cause_rows[item * action_names.len() + action] = 1.0;
+        }
+        let causes = causes.iter().map(|(state, action)| (names[*state], action_names[*action]));
         let deep: Vec<(&str, String)> = domain
             .operators()
             .iter()
             .map(|o| (&o.name[..], deep_preconditions(o.preconditions.iter().map(String::as_str))))
             .collect();
+        Self::check_unbinding(domain, &encoded, spec.absent)?;
         let barred =
             if spec.absent { Self::barred(domain, &encoded, winner, every)? } else { None };
         let mut state_rows = Vec::with_capacity(names.len() * states.dim());
@@ -165,6 +174,7 @@ impl PlanningGraph {
             states: names.len(),
             actions: action_names.len(),
             state_rows,
+            cause_rows,
             spec,
             goal: CleanupMemory::new(states, names.iter().copied(), winner)?,
             focus: CleanupMemory::new(states, names.iter().copied(), winner)?,
@@ -181,6 +191,36 @@ impl PlanningGraph {
             unbind: UnbindFixed::new(states, PRECONDITION)?,
             encoded,
         })
+    }
+
+    /// Unbinds every deep pointer and compares with the table: with too few dimensions for so many
+    /// preconditions, others would be read out of it.
+    fn check_unbinding(domain: &Domain, encoded: &Encoded, absent: bool) -> Result<(), TaskError> {
+        let states = &encoded.states;
+        let mut sums = Vec::new();
+        for operator in domain.operators() {
+            sums.push((operator, PRECONDITION, &operator.preconditions));
+            if absent {
+                sums.push((operator, ABSENT, &operator.absent));
+            }
+        }
+        for (operator, role, bound) in sums.into_iter().filter(|(_, _, bound)| !bound.is_empty()) {
+            let out = states.parse(&format!("{role} * ({}) * ~{role}", bound.join(" + ")))?;
+            for name in states.names().iter().filter(|n| *n != PRECONDITION && *n != ABSENT) {
+                let read = dot(&out, &states.get(name)?);
+                let margin =
+                    if bound.contains(name) { read - RECOGNISED } else { RECOGNISED - read };
+                if margin < MARGIN {
+                    return Err(TaskError::TooFewDimensions {
+                        dimensions: states.dim(),
+                        action: operator.name.clone(),
+                        states: bound.len(),
+                        other: name.clone(),
+                    });
+                }
+            }
+        }
+        Ok(())
     }
 
     fn barred(
@@ -280,7 +320,16 @@ impl Module for PlanningGraph {
         scope.connect(&buffer.output, &focus.input, none);
         scope.connect(&focus.items, &executive.focus, none);
         scope.connect(&buffer.output, &cause.input, none);
-        scope.connect(&cause.items, &executive.action, none);
+        let caused: LinearPorts<Vector, Vector> = scope.add(
+            "caused",
+            Linear::weighted_rows(
+                InputSpec::vector(self.cause_rows.len() / a),
+                OutputSpec::vector(a),
+                self.cause_rows,
+            ),
+        );
+        scope.connect(&cause.items, &caused.input, none);
+        scope.connect(&caused.output, &executive.action, none);
         scope.connect(&cause.output, &deep.input, none);
         match self.spec.unbinding {
             Unbinding::Fixed => {
