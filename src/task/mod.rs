@@ -2,6 +2,8 @@
 //!
 //! Nothing here knows the command line.
 
+#[cfg(feature = "physics")]
+mod demonstrate;
 mod domain;
 mod domain_file;
 mod encode;
@@ -14,8 +16,14 @@ mod oracle;
 pub mod planner;
 mod pose;
 mod recording;
+#[cfg(feature = "physics")]
+pub mod scene;
 mod symbolic;
+#[cfg(feature = "physics")]
+mod witness;
 
+#[cfg(feature = "physics")]
+pub use demonstrate::{Demonstrated, demonstrate};
 pub use domain::{Domain, KindClusters, Operator, OperatorEvidence, Origin, Provenance, State};
 pub use encode::{
     ABSENT, ActionSpace, Encoded, NOTHING, PRECONDITION, StateSpace, deep_preconditions,
@@ -27,3 +35,5 @@ pub use oracle::{Commitment, Obstacle, Outlook, Rules, outlook};
 pub use pose::{Pose, mean_orientation, rotation_between};
 pub use recording::{Demonstration, Event, Labels, ObjectPose, Recording, Snapshot};
 pub use symbolic::SymbolicDomain;
+#[cfg(feature = "physics")]
+pub use witness::{Assembly, Recorder};

@@ -1,0 +1,17 @@
+//! The assembly scene in Rapier: table, jig, parts, an arm with a gripper, and its skills.
+//!
+//! Nothing here knows the task: neither what states there are nor what should be done.
+
+mod arm;
+mod config;
+mod grasp;
+mod path;
+mod physics;
+mod reach;
+mod shapes;
+mod skill;
+
+pub use config::{ArmSpec, GripperSpec, JigSpec, MOST_PARTS, PartSpec, SceneSpec, TableSpec};
+pub use grasp::Target;
+pub use physics::{PartKind, Scene};
+pub use skill::{Outcome, Robot, SkillReport, Stepped, Touch};

@@ -1,0 +1,529 @@
+//! The scene's bodies: table, jig, parts and the robot, stepped by Rapier.
+//!
+//! Parts are held by friction and contact alone: the only joints are the robot's own, and nothing here
+//! sets a part's pose after it has been dropped (see [`Scene::disturb`] for the one exception, a hand
+//! that is not the robot's).
+//!
+//! Settings that matter, measured: double precision; contact recycling off and stiff contacts, or
+//! parts float above the table and sink into the pads; friction in the bias pass and Coulomb's
+//! model, or parts creep in the hand; armature on the joints, or the wrist gives.
+
+use rand::RngExt;
+use rapier3d::dynamics::{
+    FrictionModel, GenericJointBuilder, IntegrationParameters, JointAxesMask, JointAxis,
+    MotorModel, MultibodyDofCoupling, MultibodyJointHandle, RigidBodyBuilder, RigidBodyHandle,
+    SpringCoefficients,
+};
+use rapier3d::geometry::{ColliderBuilder, ColliderHandle, SharedShape};
+use rapier3d::math::{Pose as Frame, Rotation, Vector};
+use rapier3d::prelude::{CoefficientCombineRule, PhysicsWorld, QueryFilter};
+use serde::{Deserialize, Serialize};
+
+use super::arm::{self, Angles, HOME, JOINTS};
+use super::config::SceneSpec;
+use super::shapes;
+use crate::sim::{Seed, SimDuration};
+use crate::task::error::TaskError;
+use crate::task::pose::Pose;
+
+/// What a part is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum PartKind {
+    /// A hex nut; its frame is at its centre.
+    Nut,
+    /// A hex-head bolt; its frame is where the axis passes the head's underside, z towards the head.
+    Bolt,
+}
+
+/// The robot's bodies in the physics.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Robot {
+    links: Vec<RigidBodyHandle>,
+    joints: Vec<MultibodyJointHandle>,
+    fingers: [MultibodyJointHandle; 2],
+    pads: [ColliderHandle; 2],
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Part {
+    kind: PartKind,
+    body: RigidBodyHandle,
+    collider: ColliderHandle,
+}
+
+/// A scene in the midst of its life.
+#[derive(Serialize, Deserialize)]
+pub struct Scene {
+    spec: SceneSpec,
+    physics: PhysicsWorld,
+    robot: Robot,
+    parts: Vec<Part>,
+    steps: u64,
+}
+
+/// Thickness of a finger, half its width, and how far its tip is beyond the tool's frame, in metres.
+pub(crate) const FINGER_M: f64 = 0.005;
+pub(crate) const PAD_HALF_WIDTH_M: f64 = 0.008;
+pub(crate) const TIP_M: f64 = 0.006;
+const FINGER_LENGTH_M: f64 = 0.045;
+/// Half the hand's depth, width and height.
+const HAND_M: [f64; 3] = [0.025, 0.062, 0.028];
+
+/// How a link is bounded for collisions: a capsule in its own frame.
+const CAPSULES: [([f64; 3], [f64; 3], f64); JOINTS] = [
+    ([0.0, 0.0, -0.17], [0.0, 0.0, 0.0], 0.06),
+    ([0.0, 0.0, 0.0], [0.0, -0.17, 0.0], 0.06),
+    ([0.0, 0.0, -0.12], [0.06, 0.0, 0.0], 0.055),
+    ([0.0, 0.0, 0.0], [-0.0825, 0.10, 0.0], 0.055),
+    ([0.0, 0.0, -0.24], [0.0, 0.03, -0.06], 0.05),
+    ([0.0, 0.0, 0.0], [0.075, 0.0, 0.0], 0.045),
+    ([0.0, 0.0, 0.0], [0.0, 0.0, 0.07], 0.042),
+];
+
+/// Kilograms of each link (of the order of the Panda's).
+const MASSES: [f64; JOINTS] = [3.0, 3.0, 3.0, 3.0, 3.0, 1.7, 0.7];
+
+/// What each joint's motor is tuned to move, in kilogram square metres: the arm stretched out.
+const LOADS: [f64; JOINTS] = [4.0, 4.0, 3.0, 3.0, 0.4, 0.4, 0.1];
+
+pub(crate) fn frame_of(pose: &Pose) -> Frame {
+    let [x, y, z, w] = pose.orientation;
+    Frame::from_parts(Vector::from(pose.position), Rotation::from_xyzw(x, y, z, w).normalize())
+}
+
+pub(crate) fn pose_of(frame: &Frame) -> Pose {
+    let q = frame.rotation.normalize();
+    Pose { position: frame.translation.to_array(), orientation: [q.x, q.y, q.z, q.w] }
+}
+
+impl Scene {
+    /// Builds the scene, drops the parts at poses drawn from `seed` and lets them settle.
+    ///
+    /// # Errors
+    /// As [`SceneSpec::check`]; [`TaskError::Setting`] if the parts cannot be dropped as far apart as
+    /// wanted.
+    pub fn new(spec: &SceneSpec, seed: Seed) -> Result<Self, TaskError> {
+        spec.check()?;
+        let mut physics = PhysicsWorld::new();
+        physics.gravity = Vector::new(0.0, 0.0, -9.81);
+        physics.integration_parameters = parameters(spec);
+        furnish(&mut physics, spec);
+        let robot = build_robot(&mut physics, spec);
+        let mut scene = Self { spec: spec.clone(), physics, robot, parts: Vec::new(), steps: 0 };
+        scene.drop_parts(seed)?;
+        let mut calm = 0;
+        // Two seconds at most: a part that still rolls will be seen to roll.
+        for _ in 0..2_000 / spec.step_ms {
+            scene.step();
+            let still = scene.parts.iter().all(|p| scene.speed(p) < 1e-3);
+            calm = if still { calm + 1 } else { 0 };
+            if calm >= 100 / spec.step_ms {
+                break;
+            }
+        }
+        scene.steps = 0;
+        Ok(scene)
+    }
+
+    fn drop_parts(&mut self, seed: Seed) -> Result<(), TaskError> {
+        let mut rng = seed.derive("scene", "drop").rng();
+        let kinds = std::iter::repeat_n(PartKind::Nut, self.spec.nuts)
+            .chain(std::iter::repeat_n(PartKind::Bolt, self.spec.bolts));
+        let [low, high] = self.spec.table.drop;
+        let mut places: Vec<[f64; 2]> = Vec::new();
+        for kind in kinds {
+            let mut tries = 0;
+            let place = loop {
+                let at: [f64; 2] =
+                    std::array::from_fn(|i| low[i] + (high[i] - low[i]) * rng.random::<f64>());
+                let apart = |b: &[f64; 2]| (at[0] - b[0]).hypot(at[1] - b[1]);
+                if places.iter().all(|b| apart(b) >= self.spec.table.spacing_m) {
+                    break at;
+                }
+                tries += 1;
+                // A bad beginning can leave no room: begin again.
+                if tries % 1_000 == 0 {
+                    let value = self.spec.table.spacing_m.to_string();
+                    let expected = "a spacing that leaves room for all parts";
+                    return Err(TaskError::Setting { name: "table.spacing_m", value, expected });
+                }
+            };
+            places.push(place);
+            let yaw = std::f64::consts::TAU * rng.random::<f64>();
+            let roll = std::f64::consts::TAU * rng.random::<f64>();
+            let tilt = self.spec.table.drop_tilt_deg.to_radians() * rng.random::<f64>();
+            let towards = std::f64::consts::TAU * rng.random::<f64>();
+            let lying = match kind {
+                PartKind::Nut => Rotation::from_rotation_z(roll),
+                PartKind::Bolt => {
+                    Rotation::from_rotation_y(std::f64::consts::FRAC_PI_2)
+                        * Rotation::from_rotation_z(roll)
+                }
+            };
+            let axis = Vector::new(towards.cos(), towards.sin(), 0.0);
+            let turn = Rotation::from_rotation_z(yaw);
+            let turn = Rotation::from_axis_angle(axis, tilt) * turn * lying;
+            let height = self.spec.table.drop_height_m;
+            let at = Vector::new(place[0], place[1], height);
+            self.insert_part(kind, Frame::from_parts(at, turn));
+        }
+        Ok(())
+    }
+
+    fn insert_part(&mut self, kind: PartKind, at: Frame) {
+        let part = &self.spec.part;
+        let pieces = match kind {
+            PartKind::Nut => shapes::nut(part),
+            PartKind::Bolt => shapes::bolt(part),
+        };
+        let (body, collider) = self.physics.insert(
+            RigidBodyBuilder::dynamic().pose(at).can_sleep(false),
+            shapes::compound(&pieces).density(part.density).friction(part.friction),
+        );
+        self.parts.push(Part { kind, body, collider });
+    }
+
+    fn speed(&self, part: &Part) -> f64 {
+        let body = &self.physics.bodies[part.body];
+        body.linvel().length().max(0.02 * body.angvel().length())
+    }
+
+    /// Advances by one step of [`SceneSpec::step_ms`].
+    pub fn step(&mut self) {
+        self.physics.step();
+        self.steps += 1;
+    }
+
+    /// How long one step is.
+    pub fn period(&self) -> SimDuration {
+        SimDuration::from_millis(self.spec.step_ms)
+    }
+
+    /// Steps since the parts had settled.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// Simulated seconds since the parts had settled.
+    pub fn time_s(&self) -> f64 {
+        (self.steps * self.spec.step_ms) as f64 / 1e3
+    }
+
+    /// What the scene was made from.
+    pub fn spec(&self) -> &SceneSpec {
+        &self.spec
+    }
+
+    /// The parts' kinds, nuts first.
+    pub fn kinds(&self) -> impl Iterator<Item = PartKind> {
+        self.parts.iter().map(|p| p.kind)
+    }
+
+    /// Where a part is; `None` for a part that is not there.
+    pub fn part(&self, index: usize) -> Option<Pose> {
+        self.parts.get(index).map(|p| pose_of(self.physics.bodies[p.body].position()))
+    }
+
+    pub(crate) fn part_frame(&self, index: usize) -> Frame {
+        *self.physics.bodies[self.parts[index].body].position()
+    }
+
+    pub(crate) fn part_kind(&self, index: usize) -> PartKind {
+        self.parts[index].kind
+    }
+
+    /// The greater of a part's speed and a fiftieth of a metre a radian of its turning, in metres a
+    /// second.
+    pub(crate) fn part_speed(&self, index: usize) -> f64 {
+        self.speed(&self.parts[index])
+    }
+
+    /// Another hand than the robot's puts a part somewhere, at rest. Nothing that the robot does calls
+    /// this.
+    pub fn disturb(&mut self, index: usize, pose: &Pose) {
+        if let Some(part) = self.parts.get(index) {
+            let body = &mut self.physics.bodies[part.body];
+            body.set_position(frame_of(pose), true);
+            body.set_linvel(Vector::ZERO, true);
+            body.set_angvel(Vector::ZERO, true);
+        }
+    }
+
+    /// How many joints there are, of the robot's multibody and of any other sort: the second must be 0.
+    pub fn joint_counts(&self) -> (usize, usize) {
+        let own = self.physics.multibody_joints.multibodies().map(|m| m.num_links() - 1).sum();
+        (own, self.physics.impulse_joints.len())
+    }
+
+    /// The joints' angles.
+    pub(crate) fn angles(&self) -> Angles {
+        std::array::from_fn(|i| self.coordinate(self.robot.joints[i], JointAxis::AngX))
+    }
+
+    fn coordinate(&self, joint: MultibodyJointHandle, axis: JointAxis) -> f64 {
+        self.physics.multibody_joints.get(joint).map_or(0.0, |(multibody, link)| {
+            multibody.link(link).map_or(0.0, |l| l.joint.coords()[axis as usize])
+        })
+    }
+
+    /// Sets the joints' targets for the next step: angles in radians, speeds in radians a second.
+    pub(crate) fn drive_arm(&mut self, angles: &Angles, speeds: &Angles) {
+        let frequency = self.spec.arm.frequency;
+        for joint in 0..JOINTS {
+            let handle = self.robot.joints[joint];
+            if let Some((multibody, link)) = self.physics.multibody_joints.get_mut(handle)
+                && let Some(link) = multibody.link_mut(link)
+            {
+                // In newton metres: a motor that scales by the inertia that its joint alone has to move
+                // yields where joints move together.
+                let inertia = LOADS[joint];
+                let (stiffness, damping) =
+                    (inertia * frequency * frequency, 2.0 * inertia * frequency);
+                let (at, speed) = (angles[joint], speeds[joint]);
+                link.joint.data.set_motor(JointAxis::AngX, at, speed, stiffness, damping);
+            }
+        }
+    }
+
+    /// Sets how far each finger should be from the middle, in metres.
+    pub(crate) fn drive_fingers(&mut self, opening: f64) {
+        let frequency = self.spec.gripper.frequency;
+        for handle in self.robot.fingers {
+            if let Some((multibody, link)) = self.physics.multibody_joints.get_mut(handle)
+                && let Some(link) = multibody.link_mut(link)
+            {
+                let (stiffness, damping) = (frequency * frequency, 2.0 * frequency);
+                link.joint.data.set_motor(JointAxis::LinX, opening, 0.0, stiffness, damping);
+            }
+        }
+    }
+
+    /// Newtons with which each pad presses on a part.
+    pub(crate) fn pad_forces(&self, index: usize) -> [f64; 2] {
+        let dt = self.physics.integration_parameters.dt;
+        self.robot.pads.map(|pad| {
+            self.physics
+                .contact_pair(pad, self.parts[index].collider)
+                .map_or(0.0, |pair| pair.total_impulse_magnitude() / dt)
+        })
+    }
+
+    /// Where the tool is.
+    pub fn tool(&self) -> Pose {
+        pose_of(&self.tool_frame())
+    }
+
+    pub(crate) fn tool_frame(&self) -> Frame {
+        let last = self.robot.links[JOINTS - 1];
+        *self.physics.bodies[last].position() * arm::tool_offset()
+    }
+
+    /// Whether the arm at `angles` with its fingers at `opening` would touch anything but the parts
+    /// in `ignored`.
+    pub(crate) fn collides(&self, angles: &Angles, opening: f64, ignored: &[usize]) -> bool {
+        let skip = |handle: ColliderHandle| {
+            ignored.iter().any(|part| self.parts[*part].collider == handle)
+        };
+        let filter = |handle: ColliderHandle, collider: &rapier3d::geometry::Collider| {
+            let own = collider.parent().is_some_and(|b| self.robot_body(b));
+            !own && !skip(handle)
+        };
+        let query = self.physics.query_pipeline_with_filter(QueryFilter::new().predicate(&filter));
+        let links = arm::links(angles);
+        // The first link stands on the table's edge and never gets near anything.
+        let bodies = (1..JOINTS).map(|i| (links[i], link_shape(i)));
+        let hand = links[JOINTS - 1] * arm::hand_offset();
+        let fingers = [1.0, -1.0].map(|side| (hand * finger_frame(side, opening), finger_shape()));
+        let hits = bodies
+            .chain([(hand * hand_middle(), hand_shape())])
+            .chain(fingers)
+            .any(|(frame, shape)| query.intersect_shape(frame, &*shape).next().is_some());
+        hits
+    }
+
+    /// Whether part `index`, if it were at `frame`, would touch anything but the robot.
+    pub(crate) fn part_collides(&self, index: usize, frame: &Frame) -> bool {
+        let own = self.parts[index].collider;
+        let filter = |handle: ColliderHandle, collider: &rapier3d::geometry::Collider| {
+            handle != own && !collider.parent().is_some_and(|b| self.robot_body(b))
+        };
+        let query = self.physics.query_pipeline_with_filter(QueryFilter::new().predicate(&filter));
+        let shape = self.physics.colliders[own].shape();
+        query.intersect_shape(*frame, shape).next().is_some()
+    }
+
+    fn robot_body(&self, body: RigidBodyHandle) -> bool {
+        self.physics.multibody_joints.rigid_body_link(body).is_some()
+    }
+}
+
+fn parameters(spec: &SceneSpec) -> IntegrationParameters {
+    IntegrationParameters {
+        dt: spec.step_ms as f64 / 1e3,
+        num_solver_iterations: 4,
+        contact_recycling: false,
+        normalized_prediction_distance: 0.002,
+        contact_softness: SpringCoefficients { natural_frequency: 300.0, damping_ratio: 2.0 },
+        static_contact_softness: SpringCoefficients {
+            natural_frequency: 600.0,
+            damping_ratio: 2.0,
+        },
+        friction_in_bias_pass: true,
+        friction_model: FrictionModel::Coulomb,
+        normalized_max_corrective_velocity: 1.0,
+        normalized_allowed_linear_error: 2e-4,
+        ..IntegrationParameters::default()
+    }
+}
+
+/// Table, rim and jig.
+fn furnish(physics: &mut PhysicsWorld, spec: &SceneSpec) {
+    let friction = spec.part.friction;
+    let [low, high] = spec.table.rim;
+    let middle = |i: usize| (low[i] + high[i]) / 2.0;
+    let half = |i: usize| (high[i] - low[i]) / 2.0;
+    let (thick, wall, height) = (0.02, 0.006, spec.table.rim_height_m / 2.0);
+    let mut place = |at: Vector, size: [f64; 3]| {
+        let [x, y, z] = size;
+        let collider = ColliderBuilder::cuboid(x, y, z).translation(at).friction(friction);
+        physics.insert_collider(collider, None);
+    };
+    let (x, y) = (middle(0), middle(1));
+    place(Vector::new(x, y, -thick), [half(0) + 0.02, half(1) + 0.02, thick]);
+    for side in [-1.0, 1.0] {
+        let at = Vector::new(x, y + side * (half(1) + wall), height);
+        place(at, [half(0) + 2.0 * wall, wall, height]);
+        let at = Vector::new(x + side * (half(0) + wall), y, height);
+        place(at, [wall, half(1) + 2.0 * wall, height]);
+    }
+    let jig = &spec.jig;
+    for (pieces, [x, y]) in [
+        (shapes::pocket_block(jig, &spec.part), jig.pocket),
+        (shapes::hole_block(jig, &spec.part), jig.hole),
+    ] {
+        for shape in shapes::hulls(&pieces) {
+            let collider = ColliderBuilder::new(shape).translation(Vector::new(x, y, 0.0));
+            physics.insert_collider(collider.friction(friction), None);
+        }
+    }
+}
+
+fn link_shape(joint: usize) -> SharedShape {
+    let (a, b, radius) = CAPSULES[joint];
+    SharedShape::capsule(Vector::from(a), Vector::from(b), radius)
+}
+
+fn hand_shape() -> SharedShape {
+    SharedShape::cuboid(HAND_M[0], HAND_M[1], HAND_M[2])
+}
+
+fn finger_shape() -> SharedShape {
+    SharedShape::cuboid(PAD_HALF_WIDTH_M, FINGER_M / 2.0, FINGER_LENGTH_M / 2.0)
+}
+
+/// The middle of the hand's box, in the hand's frame.
+fn hand_middle() -> Frame {
+    Frame::from_translation(Vector::new(0.0, 0.0, HAND_M[2] + 0.002))
+}
+
+/// The middle of a finger's box, in the hand's frame.
+fn finger_frame(side: f64, opening: f64) -> Frame {
+    let z = arm::TOOL_M + TIP_M - FINGER_LENGTH_M / 2.0;
+    Frame::from_translation(Vector::new(0.0, side * (opening + FINGER_M / 2.0), z))
+}
+
+/// The joint frame that lays Rapier's free axis, x, along the frame's `axis`.
+fn along(axis: Vector) -> Rotation {
+    Rotation::from_rotation_arc(Vector::X, axis)
+}
+
+fn build_robot(physics: &mut PhysicsWorld, spec: &SceneSpec) -> Robot {
+    let base = physics.insert_body(RigidBodyBuilder::fixed());
+    let link_body =
+        |frame: Frame| RigidBodyBuilder::dynamic().pose(frame).gravity_scale(0.0).can_sleep(false);
+    let frames = arm::links(&[0.0; JOINTS]);
+    let mut parent = base;
+    let (mut links, mut joints) = (Vec::new(), Vec::new());
+    for joint in 0..JOINTS {
+        let body = physics.insert_body(link_body(frames[joint]));
+        physics.insert_collider(
+            ColliderBuilder::new(link_shape(joint)).mass(MASSES[joint]),
+            Some(body),
+        );
+        if joint == JOINTS - 1 {
+            let at = arm::hand_offset() * hand_middle();
+            let hand = ColliderBuilder::new(hand_shape()).position(at).mass(0.6);
+            physics.insert_collider(hand, Some(body));
+        }
+        let turn = along(Vector::Z);
+        let data = GenericJointBuilder::new(JointAxesMask::LOCKED_REVOLUTE_AXES)
+            .local_frame1(arm::offset(joint) * turn)
+            .local_frame2(Frame::from_rotation(turn))
+            .motor_max_force(JointAxis::AngX, spec.arm.torque_nm[joint])
+            .motor_model(JointAxis::AngX, MotorModel::ForceBased)
+            .build();
+        if let Some(handle) = physics.insert_multibody_joint(parent, body, data) {
+            joints.push(handle);
+        }
+        links.push(body);
+        parent = body;
+    }
+    let hand = arm::hand_offset();
+    let mut fingers = Vec::new();
+    let mut pads = Vec::new();
+    for side in [1.0, -1.0] {
+        let body = physics.insert_body(link_body(frames[JOINTS - 1] * hand));
+        let pad = physics.insert_collider(
+            ColliderBuilder::new(finger_shape())
+                .position(finger_frame(side, 0.0))
+                .mass(0.05)
+                .friction(spec.gripper.friction)
+                .friction_combine_rule(CoefficientCombineRule::Max),
+            Some(body),
+        );
+        let turn = along(Vector::Y * side);
+        let data = GenericJointBuilder::new(JointAxesMask::LOCKED_PRISMATIC_AXES)
+            .local_frame1(hand * turn)
+            .local_frame2(Frame::from_rotation(turn))
+            .motor_max_force(JointAxis::LinX, spec.gripper.force_n)
+            .limits(JointAxis::LinX, [0.0, spec.gripper.stroke_m])
+            .build();
+        if let Some(handle) = physics.insert_multibody_joint(parent, body, data) {
+            fingers.push(handle);
+        }
+        pads.push(pad);
+    }
+    let robot =
+        Robot { links, joints, fingers: [fingers[0], fingers[1]], pads: [pads[0], pads[1]] };
+    pose_robot(physics, spec, &robot);
+    robot
+}
+
+/// Couples the fingers, sets armature, and puts the arm in its waiting place.
+fn pose_robot(physics: &mut PhysicsWorld, spec: &SceneSpec, robot: &Robot) {
+    let links = robot.fingers.map(|f| physics.multibody_joints.get(f).map_or(0, |(_, l)| l));
+    let Some((multibody, _)) = physics.multibody_joints.get_mut(robot.joints[0]) else { return };
+    multibody.set_self_contacts_enabled(false);
+    multibody.forward_kinematics(&physics.bodies, true);
+    multibody.add_dof_coupling(MultibodyDofCoupling {
+        link1: links[0],
+        dof1: 0,
+        axis1: 0,
+        link2: links[1],
+        dof2: 0,
+        axis2: 0,
+        coeff: 1.0,
+        offset: 0.0,
+    });
+    multibody.damping_mut().fill(0.0);
+    let armature = multibody.armature_mut();
+    for joint in 0..JOINTS {
+        armature[joint] = spec.arm.armature;
+    }
+    let mut start = vec![0.0; multibody.ndofs()];
+    start[..JOINTS].copy_from_slice(&HOME);
+    start[JOINTS..].fill(0.8 * spec.gripper.stroke_m);
+    multibody.apply_displacements(&start);
+    multibody.forward_kinematics(&physics.bodies, false);
+    multibody.update_rigid_bodies(&mut physics.bodies, true);
+}
