@@ -1,5 +1,7 @@
 //! The world beside the graph: stepped in the same simulated time, sensed and commanded by it.
 
+use std::any::Any;
+
 use serde::{Deserialize, Serialize};
 
 use super::error::WorldError;
@@ -16,8 +18,8 @@ pub struct WorldSave(pub Vec<u8>);
 ///
 /// Every [`period`](World::period) the engine calls [`advance`](World::advance) with the values on
 /// the link's inputs and then [`sense`](World::sense), whose values stand on the link's outputs
-/// until the next period.
-pub trait World: Send {
+/// until the next period. A world can be asked what it is through [`Any`], by whoever put it there.
+pub trait World: Send + Any {
     /// How often the world steps; a whole number of ticks.
     fn period(&self) -> SimDuration;
 

@@ -8,6 +8,8 @@ mod domain;
 mod domain_file;
 mod encode;
 mod error;
+#[cfg(feature = "physics")]
+pub mod execute;
 mod files;
 mod ground;
 pub mod kinematic;

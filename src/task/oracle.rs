@@ -16,6 +16,8 @@
 //! a planner follows one open precondition and acts as soon as an action can be done, whatever stands in the way of
 //! others; then every end of every such way is right.
 
+use serde::{Deserialize, Serialize};
+
 use std::collections::BTreeSet;
 
 use super::domain::Domain;
@@ -31,7 +33,7 @@ pub enum Commitment {
 }
 
 /// Why a goal cannot be had.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Obstacle {
     /// No action causes this state.

@@ -4,7 +4,7 @@ use std::fmt;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use super::executive::Phase;
+use super::executive::{Phase, TRACE};
 use super::graph::{PlannerSpec, PlanningGraph, PlanningPorts};
 use crate::neurons::PopulationPlan;
 use crate::sim::{
@@ -143,7 +143,8 @@ impl Planner {
                 .sense("ready", OutputSpec::scalar())
                 .sense("present", OutputSpec::vector(states))
                 .sense("goal", OutputSpec::<Pointer<StateSpace>>::pointer(space))
-                .command("action", InputSpec::vector(actions)),
+                .command("action", InputSpec::vector(actions))
+                .command("trace", InputSpec::vector(TRACE)),
         );
         let planning = PlanningGraph::new(domain, encoded.clone(), spec)?;
         let PlanningPorts { ready, present, goal, actions, trace, watched, .. } =
@@ -152,6 +153,7 @@ impl Planner {
         builder.connect(&world.output("present"), &present, Synapse::None);
         builder.connect(&world.output("goal"), &goal, Synapse::None);
         builder.connect(&actions, &world.input("action"), Synapse::None);
+        builder.connect(&trace, &world.input("trace"), Synapse::None);
         let graph = Arc::new(builder.build(Timebase::default(), plan, seed)?);
         Ok(Self { domain: domain.clone(), encoded, graph, spec, trace, actions, watched })
     }
@@ -196,7 +198,7 @@ impl Planner {
         let board = Board {
             period: self.graph.timebase().tick(),
             senses,
-            actions: self.domain.operators().len(),
+            commands: self.domain.operators().len() + TRACE,
         };
         Ok(Simulator::new(self.graph.clone(), RunConfig::default().in_world(board))?)
     }
@@ -215,24 +217,13 @@ impl Planner {
         let report = sim.run_until(limit, |view| watch.look(&view))?;
         let time_ms = report.span.as_millis_f64();
         let trace = sim.value(&self.trace);
-        let (phase, subject) = (Phase::from_trace(trace[0]), trace[2] as usize);
-        let second = trace[3] as usize;
-        let name = |state: usize| {
-            self.domain.states().get(state).map_or_else(String::new, |s| s.name.clone())
-        };
-        let verdict = match phase {
-            Phase::Met => Verdict::Met,
-            Phase::NothingCauses => Verdict::Stuck(Obstacle::NothingCauses { state: subject }),
-            Phase::NeedsItself => Verdict::Stuck(Obstacle::NeedsItself { state: subject }),
-            Phase::MustBeAbsent => match self.domain.cause(subject) {
-                Some(action) => Verdict::Stuck(Obstacle::MustBeAbsent { action, state: second }),
-                None => return Err(self.undecided(time_ms, phase, &name(subject))),
-            },
-            Phase::Act => match watch.action {
-                Some(action) => Verdict::Act(action),
-                None => return Err(self.undecided(time_ms, phase, &name(subject))),
-            },
-            _ => return Err(self.undecided(time_ms, watch.last_phase, &name(subject))),
+        let subject = trace[2] as usize;
+        let Some(verdict) = self.read(trace, watch.action) else {
+            let phase = match Phase::from_trace(trace[0]) {
+                last @ (Phase::Act | Phase::MustBeAbsent) => last,
+                _ => watch.last_phase,
+            };
+            return Err(self.undecided(time_ms, phase, subject));
         };
         let questions = trace[1] as u32;
         watch.note(questions, Stage::Decision, subject, time_ms);
@@ -242,14 +233,35 @@ impl Planner {
             .map(|(question, stage, subject, time_ms)| Milestone {
                 question,
                 stage,
-                subject: name(subject),
+                subject: self.state_name(subject),
                 time_ms,
             })
             .collect();
         Ok(Decision { verdict, milestones, time_ms, questions })
     }
 
-    fn undecided(&self, limit_ms: f64, phase: Phase, subject: &str) -> TaskError {
+    fn state_name(&self, state: usize) -> String {
+        self.domain.states().get(state).map_or_else(String::new, |s| s.name.clone())
+    }
+
+    /// The verdict that the graph's trace shows, if it has come to one; `action` is the active one.
+    pub(crate) fn read(&self, trace: &[Real], action: Option<usize>) -> Option<Verdict> {
+        let (subject, second) = (trace[2] as usize, trace[3] as usize);
+        Some(match Phase::from_trace(trace[0]) {
+            Phase::Met => Verdict::Met,
+            Phase::NothingCauses => Verdict::Stuck(Obstacle::NothingCauses { state: subject }),
+            Phase::NeedsItself => Verdict::Stuck(Obstacle::NeedsItself { state: subject }),
+            Phase::MustBeAbsent => {
+                let action = self.domain.cause(subject)?;
+                Verdict::Stuck(Obstacle::MustBeAbsent { action, state: second })
+            }
+            Phase::Act => Verdict::Act(action?),
+            _ => return None,
+        })
+    }
+
+    fn undecided(&self, limit_ms: f64, phase: Phase, subject: usize) -> TaskError {
+        let subject = self.state_name(subject);
         let doing = match phase {
             Phase::Idle => "recognising the goal".into(),
             Phase::Load => format!("loading {subject} into the goal buffer"),
@@ -345,7 +357,7 @@ impl<'p> Watch<'p> {
 struct Board {
     period: SimDuration,
     senses: Vec<Real>,
-    actions: usize,
+    commands: usize,
 }
 
 impl World for Board {
@@ -358,7 +370,7 @@ impl World for Board {
     }
 
     fn command_width(&self) -> usize {
-        self.actions
+        self.commands
     }
 
     fn sense(&self, out: &mut [Real]) {

@@ -13,5 +13,5 @@ mod skill;
 
 pub use config::{ArmSpec, GripperSpec, JigSpec, MOST_PARTS, PartSpec, SceneSpec, TableSpec};
 pub use grasp::Target;
-pub use physics::{PartKind, Scene};
+pub use physics::{PartKind, Scene, SceneFrame};
 pub use skill::{Outcome, Robot, SkillReport, Stepped, Touch};

@@ -51,6 +51,19 @@ struct Part {
     collider: ColliderHandle,
 }
 
+/// One moment of a scene, for pictures.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SceneFrame {
+    /// Simulated seconds.
+    pub t: f64,
+    /// The joints' angles, in radians.
+    pub angles: [f64; 7],
+    /// Each finger's distance from the middle, in metres.
+    pub fingers: [f64; 2],
+    /// The parts' poses, nuts first.
+    pub parts: Vec<Pose>,
+}
+
 /// A scene in the midst of its life.
 #[derive(Serialize, Deserialize)]
 pub struct Scene {
@@ -258,6 +271,16 @@ impl Scene {
     /// The joints' angles.
     pub(crate) fn angles(&self) -> Angles {
         std::array::from_fn(|i| self.coordinate(self.robot.joints[i], JointAxis::AngX))
+    }
+
+    /// This moment, for pictures.
+    pub fn frame(&self) -> SceneFrame {
+        SceneFrame {
+            t: self.time_s(),
+            angles: self.angles(),
+            fingers: self.robot.fingers.map(|f| self.coordinate(f, JointAxis::LinX)),
+            parts: (0..self.parts.len()).filter_map(|index| self.part(index)).collect(),
+        }
     }
 
     fn coordinate(&self, joint: MultibodyJointHandle, axis: JointAxis) -> f64 {

@@ -138,6 +138,11 @@ impl Robot {
         self.skill.is_some()
     }
 
+    /// The part that a skill under way is about.
+    pub fn part(&self) -> Option<usize> {
+        self.skill.as_ref().map(|s| s.part)
+    }
+
     /// Begins to take `part` and put it at `target`; the fingers open by accident at the share
     /// `drop_at` of the carrying. Where there is no way, the report says so at once.
     pub fn begin(

@@ -1,0 +1,52 @@
+//! From an action to a part and a target: the effect state's mean, and a part in the state that it is
+//! taken from.
+
+use crate::task::domain::{Domain, Operator};
+use crate::task::ground::Grounded;
+use crate::task::recording::Snapshot;
+use crate::task::scene::Target;
+
+/// A part of the same kind this near to a target is in the way, in metres.
+const IN_THE_WAY_M: f64 = 0.025;
+
+/// Where the action would put its part.
+pub(super) fn target(domain: &Domain, operator: &Operator) -> Option<Target> {
+    let state = domain.states().get(domain.state_index(&operator.to).ok()?)?;
+    let [x, y, z, w] = state.mean.orientation;
+    // The third column of the rotation: where the mean pose points the part's axis.
+    let axis = [2.0 * (x * z + y * w), 2.0 * (y * z - x * w), 1.0 - 2.0 * (x * x + y * y)];
+    Some(Target { position: state.mean.position, axis })
+}
+
+/// Objects that the action can be done with, by their places in the snapshot: those of its kind in the
+/// state that it is taken from, or, if it was not always taken from one, any that is not where it
+/// would be put.
+pub(super) fn candidates(
+    domain: &Domain,
+    operator: &Operator,
+    seen: &Snapshot,
+    states: &[Grounded],
+) -> Vec<usize> {
+    let from = operator.from.as_ref().and_then(|f| domain.state_index(f).ok());
+    let to = domain.state_index(&operator.to).ok();
+    let fits = |state: Option<usize>| match from {
+        Some(_) => state == from,
+        None => state != to,
+    };
+    seen.objects
+        .iter()
+        .zip(states)
+        .enumerate()
+        .filter(|(_, (object, grounded))| *object.kind == *operator.kind && fits(grounded.state))
+        .map(|(index, _)| index)
+        .collect()
+}
+
+/// Whether another object of the same kind lies where the part would be put.
+pub(super) fn occupied(seen: &Snapshot, operator: &Operator, part: usize, target: &Target) -> bool {
+    seen.objects.iter().enumerate().any(|(index, object)| {
+        let [x, y, _] = object.pose.position;
+        let near = (x - target.position[0]).hypot(y - target.position[1]) < IN_THE_WAY_M;
+        index != part && *object.kind == *operator.kind && near
+    })
+}

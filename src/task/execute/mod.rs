@@ -1,0 +1,211 @@
+//! The closed loop: look, ask the planner graph, do what it says, look again.
+//!
+//! The scene is the planner graph's world, so that planning and physics go on in the same simulated time:
+//! while the graph thinks the parts lie and roll, and while the arm moves the graph idles. After every
+//! skill, however it ended, everything is looked at and decided anew.
+//!
+//! The executor knows what was learned and how to take hold of nuts and bolts, and nothing of the task: which
+//! part goes where is a state's mean pose.
+
+mod choose;
+mod world;
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::error::TaskError;
+use super::ground::Grounding;
+use super::oracle::Obstacle;
+use super::planner::Planner;
+use super::pose::Pose;
+use super::scene::{Outcome, SceneFrame, SceneSpec, SkillReport};
+use super::witness::Assembly;
+use crate::sim::{RunConfig, Seed, SimDuration, Simulator, StopReason};
+pub use world::AssemblyWorld;
+
+/// How episodes are run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct EpisodeSpec {
+    /// The scene.
+    pub scene: SceneSpec,
+    /// The probability, for each grasp, that the fingers open at a uniformly drawn moment of the
+    /// carrying (0 to 1).
+    pub drop_rate: f64,
+    /// Simulated seconds after which an episode is given up.
+    pub limit_s: f64,
+    /// Skills after which an episode is given up.
+    pub most_skills: usize,
+    /// What another hand does meanwhile.
+    pub meddling: Option<Meddling>,
+    /// Simulated milliseconds between frames kept for pictures; `None` to keep none.
+    pub frame_ms: Option<u64>,
+}
+
+impl Default for EpisodeSpec {
+    fn default() -> Self {
+        Self {
+            scene: SceneSpec::default(),
+            drop_rate: 0.0,
+            limit_s: 400.0,
+            most_skills: 30,
+            meddling: None,
+            frame_ms: None,
+        }
+    }
+}
+
+impl EpisodeSpec {
+    /// Checks the numbers.
+    ///
+    /// # Errors
+    /// [`TaskError::Setting`] for a rate or limit outside its range; as [`SceneSpec::check`].
+    pub fn check(&self) -> Result<(), TaskError> {
+        self.scene.check()?;
+        let refuse =
+            |name, value: String, expected| Err(TaskError::Setting { name, value, expected });
+        if !(0.0..=1.0).contains(&self.drop_rate) {
+            return refuse("drop_rate", self.drop_rate.to_string(), "0 to 1");
+        }
+        if !(self.limit_s > 0.0 && self.limit_s <= 86_400.0) {
+            return refuse("limit_s", self.limit_s.to_string(), "more than 0, at most 86400");
+        }
+        Ok(())
+    }
+}
+
+/// Another hand than the robot's puts a part somewhere, once, as soon as the robot is not holding it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Meddling {
+    /// Not before this many simulated seconds.
+    pub at_s: f64,
+    /// The part's place in the scene.
+    pub part: usize,
+    /// Where it is put.
+    pub pose: Pose,
+}
+
+/// One answer of the planner graph.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Decided {
+    /// Simulated seconds when the question was put.
+    pub asked_s: f64,
+    /// Simulated milliseconds until the answer, to the period of the physics.
+    pub took_ms: f64,
+    /// The states that held.
+    pub holds: Vec<String>,
+    /// The action to be done; `None` if the goal was met or nothing can be done.
+    pub action: Option<String>,
+}
+
+/// How an episode ended.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum Ended {
+    /// The goal state held.
+    GoalMet,
+    /// The planner found no way.
+    Stuck(Obstacle),
+    /// No part could be taken and put as the action wants.
+    NoWay {
+        /// The action.
+        action: String,
+    },
+    /// Something lies where the action would put a part.
+    Occupied {
+        /// The action.
+        action: String,
+    },
+    /// Simulated time or skills were used up.
+    GaveUp,
+}
+
+/// What happened in an episode.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct EpisodeReport {
+    /// How it ended.
+    pub ended: Ended,
+    /// Whether, by the scene's geometry, a bolt is through a nut in the pocket.
+    pub assembled: bool,
+    /// Every decision.
+    pub decisions: Vec<Decided>,
+    /// Every skill.
+    pub skills: Vec<SkillReport>,
+    /// Parts that were in no state when the episode ended.
+    pub in_no_state: usize,
+    /// Steps of the physics.
+    pub steps: u64,
+    /// Simulated seconds.
+    pub simulated_s: f64,
+}
+
+impl EpisodeReport {
+    /// Times a part left the hand on the way.
+    pub fn drops(&self) -> usize {
+        self.skills.iter().filter(|s| s.outcome == Outcome::Dropped).count()
+    }
+
+    /// Times a part was in the hand.
+    pub fn picks(&self) -> usize {
+        self.skills.iter().filter(|s| s.picked).count()
+    }
+
+    /// Decisions made after a skill that did not put its part where it should.
+    pub fn replans(&self) -> usize {
+        self.skills.iter().filter(|s| s.outcome != Outcome::Placed).count()
+    }
+
+    /// Whether the goal was taken to be met and is not.
+    pub fn false_goal(&self) -> bool {
+        self.ended == Ended::GoalMet && !self.assembled
+    }
+}
+
+/// Runs one episode towards `goal`; `seed` draws the scene and the drops.
+///
+/// # Errors
+/// As [`EpisodeSpec::check`]; [`TaskError::Unknown`] for a goal that is no state; [`TaskError::Sim`] if the
+/// graph does not fit the world.
+pub fn episode(
+    planner: &Arc<Planner>,
+    grounding: Grounding,
+    goal: &str,
+    spec: &EpisodeSpec,
+    seed: Seed,
+) -> Result<(EpisodeReport, Vec<SceneFrame>), TaskError> {
+    let world = AssemblyWorld::new(planner.clone(), grounding, goal, spec)?;
+    let run = RunConfig::seeded(seed).in_world(world);
+    let mut sim = Simulator::new(planner.graph().clone(), run)?;
+    let over = |view: &crate::sim::SimView<'_>| {
+        AssemblyWorld::of(view.world()).is_some_and(|w| w.ended().is_some())
+    };
+    // The world gives up by itself; this is only to be sure.
+    let limit = SimDuration::from_millis((spec.limit_s * 1e3) as u64 + 120_000);
+    sim.run_until(limit, |view| {
+        if over(&view) {
+            std::ops::ControlFlow::Break(StopReason::Condition("over"))
+        } else {
+            std::ops::ControlFlow::Continue(())
+        }
+    })?;
+    match AssemblyWorld::of(sim.world()) {
+        Some(world) => Ok(world.report()),
+        None => Err(TaskError::BadDomain { reason: "the world was exchanged".into() }),
+    }
+}
+
+impl AssemblyWorld {
+    /// The report so far, and the frames kept.
+    fn report(&self) -> (EpisodeReport, Vec<SceneFrame>) {
+        let (scene, log) = (self.scene(), self.log());
+        let report = EpisodeReport {
+            ended: self.ended().cloned().unwrap_or(Ended::GaveUp),
+            assembled: scene.is_some_and(|s| Assembly::judge(s).is_assembled()),
+            decisions: log.decisions.clone(),
+            skills: log.skills.clone(),
+            in_no_state: log.in_no_state,
+            steps: scene.map_or(0, |s| s.steps()),
+            simulated_s: scene.map_or(0.0, |s| s.time_s()),
+        };
+        (report, log.frames.clone())
+    }
+}

@@ -1,0 +1,300 @@
+//! The scene as the planner graph's world: looks, asks, and lets the robot do what is answered.
+
+use std::any::Any;
+use std::sync::Arc;
+
+use rand::RngExt;
+use serde::{Deserialize, Serialize};
+
+use super::choose;
+use super::{Decided, Ended, EpisodeSpec};
+use crate::sim::{Real, Seed, SimDuration, World, WorldError, WorldSave};
+use crate::task::error::TaskError;
+use crate::task::ground::{Classifier, Grounding};
+use crate::task::planner::{Planner, Verdict};
+use crate::task::scene::{Robot, Scene, SceneFrame, SkillReport};
+use crate::task::witness::Recorder;
+
+/// What the executor is doing.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+enum Phase {
+    /// The graph is given time to forget its last answer; then everything is looked at.
+    Rest { left: u32 },
+    /// The graph is thinking.
+    Ask { since_step: u64 },
+    /// The robot is at it.
+    Act,
+    /// It is over.
+    Over(Ended),
+}
+
+/// What has happened so far.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(super) struct Log {
+    pub decisions: Vec<Decided>,
+    pub skills: Vec<SkillReport>,
+    pub in_no_state: usize,
+    pub frames: Vec<SceneFrame>,
+}
+
+/// Everything that changes.
+#[derive(Serialize, Deserialize)]
+struct Live {
+    scene: Scene,
+    robot: Robot,
+    phase: Phase,
+    present: Vec<bool>,
+    log: Log,
+    seed: Seed,
+    meddled: bool,
+}
+
+/// A world in which an executor does what a planner graph decides.
+pub struct AssemblyWorld {
+    planner: Arc<Planner>,
+    classifier: Classifier,
+    recorder: Recorder,
+    goal: Vec<Real>,
+    spec: EpisodeSpec,
+    live: Option<Live>,
+}
+
+/// Steps for which the graph is not asked between two questions.
+const REST: u32 = 5;
+
+impl AssemblyWorld {
+    /// A world that wants `goal`; it comes to life when it is reset.
+    ///
+    /// # Errors
+    /// As [`EpisodeSpec::check`]; [`TaskError::Unknown`] for a goal that is no state.
+    pub fn new(
+        planner: Arc<Planner>,
+        grounding: Grounding,
+        goal: &str,
+        spec: &EpisodeSpec,
+    ) -> Result<Self, TaskError> {
+        spec.check()?;
+        planner.domain().state_index(goal)?;
+        let goal = planner.encoded().states.get(goal)?.to_vec();
+        let classifier = Classifier::new(planner.domain(), grounding)?;
+        let recorder = Recorder::new(&spec.scene);
+        Ok(Self { planner, classifier, recorder, goal, spec: spec.clone(), live: None })
+    }
+
+    /// The world of a simulator, if it is one of these.
+    pub fn of(world: Option<&dyn World>) -> Option<&Self> {
+        let world: &dyn Any = world?;
+        world.downcast_ref()
+    }
+
+    /// How it ended, once it has.
+    pub fn ended(&self) -> Option<&Ended> {
+        match &self.live.as_ref()?.phase {
+            Phase::Over(ended) => Some(ended),
+            _ => None,
+        }
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> Option<&Scene> {
+        self.live.as_ref().map(|live| &live.scene)
+    }
+
+    /// Whether the robot is doing something.
+    pub fn acting(&self) -> bool {
+        self.live.as_ref().is_some_and(|live| live.phase == Phase::Act)
+    }
+
+    pub(super) fn log(&self) -> &Log {
+        static EMPTY: Log =
+            Log { decisions: Vec::new(), skills: Vec::new(), in_no_state: 0, frames: Vec::new() };
+        self.live.as_ref().map_or(&EMPTY, |live| &live.log)
+    }
+}
+
+/// What the executor looks with and asks.
+struct Mind<'w> {
+    planner: &'w Planner,
+    classifier: &'w Classifier,
+    recorder: &'w Recorder,
+    spec: &'w EpisodeSpec,
+}
+
+impl Live {
+    fn step(&mut self, mind: &Mind<'_>, command: &[Real]) {
+        self.meddle(mind.spec);
+        match self.phase.clone() {
+            Phase::Rest { left: 0 } => self.look(mind),
+            Phase::Rest { left } => self.phase = Phase::Rest { left: left - 1 },
+            Phase::Ask { since_step } => self.listen(mind, command, since_step),
+            Phase::Act | Phase::Over(_) => {}
+        }
+        let stepped = self.robot.step(&mut self.scene);
+        if let Some(report) = stepped.ended {
+            self.log.skills.push(report);
+            self.phase = Phase::Rest { left: REST };
+        }
+        if let Some(every) = mind.spec.frame_ms
+            && (self.scene.steps() * self.scene.spec().step_ms).is_multiple_of(every.max(1))
+        {
+            self.log.frames.push(self.scene.frame());
+        }
+        let late = self.scene.time_s() > mind.spec.limit_s;
+        if late && !matches!(self.phase, Phase::Over(_)) {
+            self.phase = Phase::Over(Ended::GaveUp);
+        }
+    }
+
+    fn meddle(&mut self, spec: &EpisodeSpec) {
+        let Some(meddling) = spec.meddling.filter(|_| !self.meddled) else { return };
+        if self.scene.time_s() >= meddling.at_s && self.robot.part() != Some(meddling.part) {
+            self.scene.disturb(meddling.part, &meddling.pose);
+            self.meddled = true;
+        }
+    }
+
+    fn look(&mut self, mind: &Mind<'_>) {
+        let (seen, _) = mind.recorder.look(&self.scene);
+        let states = mind.classifier.classify_all(&seen);
+        self.present.fill(false);
+        for state in states.iter().filter_map(|s| s.state) {
+            self.present[state] = true;
+        }
+        // Of the parts: the jig has no states.
+        let parts = self.scene.kinds().count();
+        let known = states.iter().filter(|s| s.state.is_some()).count();
+        self.log.in_no_state = parts.saturating_sub(known);
+        self.phase = Phase::Ask { since_step: self.scene.steps() };
+    }
+
+    fn listen(&mut self, mind: &Mind<'_>, command: &[Real], since_step: u64) {
+        let domain = mind.planner.domain();
+        let (actions, trace) = command.split_at(domain.operators().len());
+        let action = actions.iter().position(|a| *a > 0.5);
+        let Some(verdict) = mind.planner.read(trace, action) else { return };
+        let step_ms = self.scene.spec().step_ms;
+        let named = |states: &[bool]| -> Vec<String> {
+            let held = domain.states().iter().zip(states).filter(|(_, held)| **held);
+            held.map(|(state, _)| state.name.clone()).collect()
+        };
+        let name = |action: usize| domain.operators()[action].name.clone();
+        self.log.decisions.push(Decided {
+            asked_s: (since_step * step_ms) as f64 / 1e3,
+            took_ms: ((self.scene.steps() - since_step) * step_ms) as f64,
+            holds: named(&self.present),
+            action: if let Verdict::Act(action) = verdict { Some(name(action)) } else { None },
+        });
+        self.phase = match verdict {
+            Verdict::Met => Phase::Over(Ended::GoalMet),
+            Verdict::Stuck(obstacle) => Phase::Over(Ended::Stuck(obstacle)),
+            Verdict::Act(_) if self.log.skills.len() >= mind.spec.most_skills => {
+                Phase::Over(Ended::GaveUp)
+            }
+            Verdict::Act(action) => self.act(mind, action),
+        };
+    }
+
+    /// Begins to do an action with the first part that it can be done with.
+    fn act(&mut self, mind: &Mind<'_>, action: usize) -> Phase {
+        let domain = mind.planner.domain();
+        let operator = &domain.operators()[action];
+        let (seen, parts) = mind.recorder.look(&self.scene);
+        let states = mind.classifier.classify_all(&seen);
+        let Some(target) = choose::target(domain, operator) else {
+            return Phase::Over(Ended::NoWay { action: operator.name.clone() });
+        };
+        let mut blocked = false;
+        let mut candidates = choose::candidates(domain, operator, &seen, &states);
+        // After a failure another part may do better.
+        let failures = |object: &usize| {
+            let part = parts[*object];
+            self.log.skills.iter().filter(|s| Some(s.part) == part).count()
+        };
+        candidates.sort_by_key(failures);
+        for object in candidates {
+            let Some(part) = parts[object] else { continue };
+            if choose::occupied(&seen, operator, object, &target) {
+                blocked = true;
+                continue;
+            }
+            let drop_at = self.draw_drop(mind.spec.drop_rate);
+            if self.robot.begin(&self.scene, part, target, drop_at).is_ok() {
+                return Phase::Act;
+            }
+        }
+        let action = operator.name.clone();
+        Phase::Over(if blocked { Ended::Occupied { action } } else { Ended::NoWay { action } })
+    }
+
+    /// A function of the seed and of how many skills there were.
+    fn draw_drop(&self, rate: f64) -> Option<f64> {
+        let mut rng = self.seed.derive_index("drop", self.log.skills.len() as u64).rng();
+        let (chance, share): (f64, f64) = (rng.random(), rng.random());
+        (chance < rate).then_some(share)
+    }
+}
+
+fn fault(error: impl std::fmt::Display) -> WorldError {
+    WorldError::new(error.to_string())
+}
+
+impl World for AssemblyWorld {
+    fn period(&self) -> SimDuration {
+        SimDuration::from_millis(self.spec.scene.step_ms)
+    }
+
+    fn sense_width(&self) -> usize {
+        1 + self.planner.domain().states().len() + self.goal.len()
+    }
+
+    fn command_width(&self) -> usize {
+        self.planner.domain().operators().len() + crate::task::planner::TRACE
+    }
+
+    fn sense(&self, out: &mut [Real]) {
+        let states = self.planner.domain().states().len();
+        out.fill(0.0);
+        out[1 + states..].copy_from_slice(&self.goal);
+        let Some(live) = &self.live else { return };
+        out[0] = if matches!(live.phase, Phase::Ask { .. }) { 1.0 } else { 0.0 };
+        for (value, present) in out[1..=states].iter_mut().zip(&live.present) {
+            *value = if *present { 1.0 } else { 0.0 };
+        }
+    }
+
+    fn advance(&mut self, command: &[Real]) -> Result<(), WorldError> {
+        let mind = Mind {
+            planner: &self.planner,
+            classifier: &self.classifier,
+            recorder: &self.recorder,
+            spec: &self.spec,
+        };
+        if let Some(live) = &mut self.live {
+            live.step(&mind, command);
+        }
+        Ok(())
+    }
+
+    fn reset(&mut self, seed: Seed) -> Result<(), WorldError> {
+        let scene = Scene::new(&self.spec.scene, seed).map_err(fault)?;
+        self.live = Some(Live {
+            scene,
+            robot: Robot::default(),
+            phase: Phase::Rest { left: REST },
+            present: vec![false; self.planner.domain().states().len()],
+            log: Log::default(),
+            seed,
+            meddled: false,
+        });
+        Ok(())
+    }
+
+    fn save(&self) -> WorldSave {
+        WorldSave(postcard::to_stdvec(&self.live).unwrap_or_default())
+    }
+
+    fn restore(&mut self, saved: &WorldSave) -> Result<(), WorldError> {
+        self.live = postcard::from_bytes(&saved.0).map_err(fault)?;
+        Ok(())
+    }
+}
