@@ -6,6 +6,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use symbolt::sim::Real;
 use symbolt::task::kinematic::{Order, Rehearsal};
 use symbolt::task::planner::{PlannerSpec, Unbinding};
+use symbolt::task::scene::SceneSpec;
 use symbolt::task::{Commitment, Gate, Grounding, Overwrite};
 use thiserror::Error;
 
@@ -165,8 +166,9 @@ impl From<OrderArg> for Order {
 }
 
 /// What a generated recording shows.
+/// What demonstrations show.
 #[derive(Debug, Clone, Args)]
-pub(crate) struct RehearsalArgs {
+pub(crate) struct DemoArgs {
     /// How many demonstrations
     #[arg(long, default_value_t = 5)]
     pub demos: usize,
@@ -176,29 +178,40 @@ pub(crate) struct RehearsalArgs {
     /// Bolts in each demonstration
     #[arg(long, default_value_t = 1)]
     pub demo_bolts: usize,
+}
+
+impl DemoArgs {
+    /// The scene that they are shown in.
+    pub fn scene(&self) -> SceneSpec {
+        SceneSpec { nuts: self.demo_nuts, bolts: self.demo_bolts, ..SceneSpec::default() }
+    }
+}
+
+#[derive(Debug, Clone, Args)]
+pub(crate) struct RehearsalArgs {
     /// Which part goes into the jig first
-    #[arg(long, value_enum, default_value = "either")]
+    #[arg(long, value_enum, default_value = "either", requires = "kinematic")]
     pub order: OrderArg,
     /// Probability that a try fails
-    #[arg(long, default_value_t = 0.0)]
+    #[arg(long, default_value_t = 0.0, requires = "kinematic")]
     pub fail_rate: f64,
     /// Probability that a failed try loses its part off the table
-    #[arg(long, default_value_t = 0.0)]
+    #[arg(long, default_value_t = 0.0, requires = "kinematic")]
     pub loss_rate: f64,
     /// Probability that a try knocks another part aside
-    #[arg(long, default_value_t = 0.0)]
+    #[arg(long, default_value_t = 0.0, requires = "kinematic")]
     pub knock_rate: f64,
     /// Leave out times, events and touched objects
-    #[arg(long)]
+    #[arg(long, requires = "kinematic")]
     pub no_events: bool,
 }
 
 impl RehearsalArgs {
-    pub fn rehearsal(&self) -> Rehearsal {
+    pub fn rehearsal(&self, demos: &DemoArgs) -> Rehearsal {
         Rehearsal {
-            demos: self.demos,
-            nuts: self.demo_nuts,
-            bolts: self.demo_bolts,
+            demos: demos.demos,
+            nuts: demos.demo_nuts,
+            bolts: demos.demo_bolts,
             order: self.order.into(),
             fail_rate: self.fail_rate,
             loss_rate: self.loss_rate,
@@ -213,13 +226,19 @@ pub(crate) struct RunArgs {
     #[command(flatten)]
     pub common: Common,
     #[command(flatten)]
-    pub rehearsal: RehearsalArgs,
-    /// Nuts in the scene that is planned for
+    pub demos: DemoArgs,
+    /// Episodes after learning
+    #[arg(long, default_value_t = 1)]
+    pub episodes: usize,
+    /// Nuts in each episode's scene
     #[arg(long, default_value_t = 1)]
     pub nuts: usize,
-    /// Bolts in the scene that is planned for
+    /// Bolts in each episode's scene
     #[arg(long, default_value_t = 1)]
     pub bolts: usize,
+    /// Probability, for each grasp, that the fingers open at a uniformly drawn moment of the carrying
+    #[arg(long, default_value_t = 0.0, value_name = "RATE")]
+    pub drop_rate: f64,
     #[command(flatten)]
     pub planner: PlannerArgs,
     /// The folder to write; refused if it holds an earlier run. Without this, `out` is replaced
@@ -234,6 +253,11 @@ pub(crate) struct RunArgs {
 pub(crate) struct RecordArgs {
     #[command(flatten)]
     pub common: Common,
+    #[command(flatten)]
+    pub demos: DemoArgs,
+    /// Write where parts would be instead of simulating them: many demonstrations in no time
+    #[arg(long)]
+    pub kinematic: bool,
     #[command(flatten)]
     pub rehearsal: RehearsalArgs,
     /// Write a single scene with all parts on the table instead of demonstrations

@@ -1,33 +1,19 @@
-//! `symbolt record`: demonstrations, or a single scene, from the kinematic generator.
+//! `symbolt record`: demonstrations, or a single scene, in physics or from the kinematic generator.
 
 use anyhow::Error;
-use serde_json::json;
+use serde_json::{Value, json};
 use symbolt::sim::Seed;
-use symbolt::task::write_whole;
+use symbolt::task::scene::Scene;
+use symbolt::task::{Recorder, Snapshot, demonstrate, write_whole};
 
 use super::Outcome;
-use super::args::RecordArgs;
-use super::output::{emit, emit_json, refuse_existing, use_threads};
+use super::args::{BadArgument, RecordArgs};
+use super::output::{Progress, emit, emit_json, refuse_existing, use_threads};
 
 pub(crate) fn record(args: &RecordArgs) -> Result<Outcome, Error> {
     refuse_existing(args.out.out.as_deref(), args.out.force)?;
     use_threads(&args.common)?;
-    let rehearsal = args.rehearsal.rehearsal();
-    let seed = Seed::new(args.common.seed);
-    let (text, summary) = if args.scene {
-        let scene = rehearsal.scene(seed)?;
-        (scene.to_json() + "\n", json!({"objects": scene.objects.len()}))
-    } else {
-        let made = rehearsal.record(seed)?;
-        let summary = json!({
-            "demonstrations": made.recording.demos.len(),
-            "snapshots": made.recording.snapshot_count(),
-            "failed": made.failed,
-            "lost": made.lost,
-            "assembled": made.assembled,
-        });
-        (made.recording.to_jsonl(args.labels.then_some(&made.labels)), summary)
-    };
+    let (text, summary) = if args.kinematic { rehearsed(args)? } else { demonstrated(args)? };
     match &args.out.out {
         None => emit(&text)?,
         Some(path) => {
@@ -40,4 +26,53 @@ pub(crate) fn record(args: &RecordArgs) -> Result<Outcome, Error> {
         }
     }
     Ok(Outcome::Done)
+}
+
+/// In the physics scene.
+fn demonstrated(args: &RecordArgs) -> Result<(String, Value), Error> {
+    let (spec, seed) = (args.demos.scene(), Seed::new(args.common.seed));
+    if args.labels {
+        let problem = "--labels are written with --kinematic only";
+        return Err(BadArgument(problem.into()).into());
+    }
+    if args.scene {
+        let scene = Scene::new(&spec, seed)?;
+        let (seen, _) = Recorder::new(&spec).look(&scene);
+        return Ok(single(seen));
+    }
+    let progress = Progress::new(&args.common);
+    let count = args.demos.demos;
+    let made = demonstrate(&spec, count, seed, &mut |demo| {
+        progress.say(format!("demonstration {} of {count}", demo + 1));
+    })?;
+    let summary = json!({
+        "demonstrations": made.recording.demos.len(),
+        "snapshots": made.recording.snapshot_count(),
+        "assembled": made.assembled,
+        "simulated_s": made.simulated_s,
+    });
+    Ok((made.recording.to_jsonl(None), summary))
+}
+
+/// By the kinematic generator.
+fn rehearsed(args: &RecordArgs) -> Result<(String, Value), Error> {
+    let rehearsal = args.rehearsal.rehearsal(&args.demos);
+    let seed = Seed::new(args.common.seed);
+    if args.scene {
+        return Ok(single(rehearsal.scene(seed)?));
+    }
+    let made = rehearsal.record(seed)?;
+    let summary = json!({
+        "demonstrations": made.recording.demos.len(),
+        "snapshots": made.recording.snapshot_count(),
+        "failed": made.failed,
+        "lost": made.lost,
+        "assembled": made.assembled,
+    });
+    Ok((made.recording.to_jsonl(args.labels.then_some(&made.labels)), summary))
+}
+
+fn single(scene: Snapshot) -> (String, Value) {
+    let summary = json!({"objects": scene.objects.len()});
+    (scene.to_json() + "\n", summary)
 }

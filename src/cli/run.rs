@@ -1,55 +1,67 @@
-//! `symbolt run`: the main job, from demonstrations to a plan.
-//!
-//! Until the physics scene exists the demonstrations come from the kinematic generator, and the job
-//! ends with a plan for a fresh scene.
+//! `symbolt run`: the main job. Demonstrations in physics, learning, and episodes in which the robot does
+//! what it has learned, planning anew at every step.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
 
 use anyhow::Error;
+use rayon::prelude::*;
 use serde_json::{Value, json};
 use symbolt::sim::Seed;
-use symbolt::task::kinematic::Rehearsal;
-use symbolt::task::learn::Settings;
-use symbolt::task::planner::{Planner, RolledOut};
-use symbolt::task::{Classifier, Grounding, Overwrite, TaskError, write_whole};
+use symbolt::task::execute::{Ended, Episode, EpisodeReport, EpisodeSpec, Tally, episode};
+use symbolt::task::learn::{Learned, Settings};
+use symbolt::task::planner::Planner;
+use symbolt::task::scene::{Outcome as SkillOutcome, Scene, SceneSpec};
+use symbolt::task::{
+    Classifier, Demonstrated, Grounding, Overwrite, Recorder, Snapshot, TaskError, demonstrate,
+    write_whole,
+};
 
 use super::Outcome;
-use super::args::RunArgs;
-use super::output::{Progress, counted, emit, emit_json, use_threads};
+use super::args::{BadArgument, RunArgs};
+use super::output::{Grid, Progress, counted, emit, emit_json, use_threads};
 use super::{learn, plan};
 
 /// The files that a run leaves in its folder.
 const FILES: [&str; 4] = ["recording.jsonl", "domain.json", "scene.json", "trace.jsonl"];
 
+/// Milliseconds between the frames that the trace keeps of the first episode.
+const FRAME_MS: u64 = 40;
+
 pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let folder = args.out.clone().unwrap_or_else(|| PathBuf::from("out"));
-    if args.out.is_some()
-        && !args.force
-        && let Some(there) = FILES.iter().map(|f| folder.join(f)).find(|f| f.exists())
-    {
-        return Err(TaskError::Exists { path: there }.into());
-    }
+    check(args, &folder)?;
     use_threads(&args.common)?;
+    let begun = Instant::now();
     let progress = Progress::new(&args.common);
     let seed = Seed::new(args.common.seed);
-    let rehearsal = args.rehearsal.rehearsal();
-    progress.say(format!("generating {} demonstrations", rehearsal.demos));
-    let made = rehearsal.record(seed)?;
-    let scene = Rehearsal { nuts: args.nuts, bolts: args.bolts, ..rehearsal.clone() }
-        .scene(seed.derive("run", "scene"))?;
+    let count = args.demos.demos;
+    let shown = demonstrate(&args.demos.scene(), count, seed, &mut |demo| {
+        progress.say(format!("demonstration {} of {count}", demo + 1));
+    })?;
     let settings = Settings { seed: args.common.seed, ..Settings::default() };
-    let learned = learn::learn_with_progress(&made.recording, &settings, &progress)?;
+    let learned = learn::learn_with_progress(&shown.recording, &settings, &progress)?;
     let domain = &learned.domain;
     let Some(goal) = domain.goal().map(str::to_owned) else {
         return Ok(Outcome::Failed("the demonstrations achieved nothing to plan for".into()));
     };
     progress.say("building the planner graph");
-    let planner = plan::build(domain, &args.planner, args.common.seed)?;
-    let classifier = Classifier::new(domain, Grounding::default())?;
-    progress.say(format!("planning towards {goal}"));
-    let (counts, _) = plan::count(&classifier, domain, &scene);
-    let plan = planner.plan(&counts, &goal)?;
+    let planner = Arc::new(plan::build(domain, &args.planner, args.common.seed)?);
+    let spec = EpisodeSpec {
+        scene: SceneSpec { nuts: args.nuts, bolts: args.bolts, ..args.demos.scene() },
+        drop_rate: args.drop_rate,
+        ..EpisodeSpec::default()
+    };
+    let looping = Instant::now();
+    let episodes = episodes(args, &planner, &goal, &spec, seed, &progress)?;
+    let loop_s = looping.elapsed().as_secs_f64();
+    let reports: Vec<EpisodeReport> = episodes.iter().map(|e| e.report.clone()).collect();
+    let first = first_scene(&spec, seed)?;
+    let least = least_skills(&planner, &first, &goal)?;
+    let tally = Tally::of(&reports, least);
 
     progress.say(format!("writing {}", folder.display()));
     std::fs::create_dir_all(&folder).map_err(|source| TaskError::Io {
@@ -58,77 +70,281 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
         source,
     })?;
     let texts = [
-        made.recording.to_jsonl(None),
+        shown.recording.to_jsonl(None),
         domain.to_json(),
-        scene.to_json() + "\n",
-        trace(&planner, &plan),
+        first.to_json() + "\n",
+        trace(&episodes),
     ];
     for (file, text) in FILES.iter().zip(texts) {
         write_whole(&folder.join(file), &text, Overwrite::Allowed)?;
     }
     drop(progress);
-
+    let result = Results {
+        shown: &shown,
+        learned: &learned,
+        reports: &reports,
+        tally: &tally,
+        loop_s,
+        physics_s: episodes.iter().map(|e| e.physics_wall.as_secs_f64()).sum(),
+        least,
+    };
     if args.common.json {
-        let mut summary = plan::summary(&planner, &plan, &goal);
-        summary["demonstrations"] = json!(made.recording.demos.len());
-        summary["snapshots"] = json!(made.recording.snapshot_count());
-        summary["failed_tries"] = json!(made.failed);
-        summary["states"] = json!(domain.states().len());
-        summary["operators"] = json!(domain.operators().len());
-        summary["out"] = json!(folder.display().to_string());
-        emit_json(&[summary])?;
+        emit_json(&[result.summary(args, &folder)])?;
     } else {
-        let mut text = format!(
-            "{}, {}, {} (kinematic generator, seed {})\n\n",
-            counted(made.recording.demos.len(), "demonstration"),
-            counted(made.recording.snapshot_count(), "snapshot"),
-            match made.failed {
-                0 => "no failed tries".into(),
-                1 => "1 failed try".into(),
-                many => format!("{many} failed tries"),
-            },
-            args.common.seed,
-        );
-        text += &learn::tables(&learned);
-        let _ = writeln!(
-            text,
-            "A fresh scene with {} and {}:\n",
-            counted(args.nuts, "nut"),
-            counted(args.bolts, "bolt")
-        );
-        text += &plan::table(&planner, &plan, &counts, &goal);
-        let _ = writeln!(text, "Wrote {}", written(&folder));
+        let text = result.text(args, &folder, &goal, begun.elapsed().as_secs_f64());
         emit(&text)?;
     }
-    Ok(plan::outcome(&planner, &plan))
+    match tally.failures.len() {
+        0 => Ok(Outcome::Done),
+        failed => {
+            let sentence =
+                format!("{failed} of {} not assembled", counted(tally.episodes, "episode"));
+            Ok(Outcome::Failed(sentence))
+        }
+    }
 }
 
-fn written(folder: &Path) -> String {
-    let files: Vec<String> = FILES.iter().map(|f| folder.join(f).display().to_string()).collect();
-    files.join(", ")
+/// What can be refused before any work is done.
+fn check(args: &RunArgs, folder: &Path) -> Result<(), Error> {
+    if args.out.is_some()
+        && !args.force
+        && let Some(there) = FILES.iter().map(|f| folder.join(f)).find(|f| f.exists())
+    {
+        return Err(TaskError::Exists { path: there }.into());
+    }
+    if folder.exists() && !folder.is_dir() {
+        return Err(BadArgument(format!("{} is no folder", folder.display())).into());
+    }
+    for (name, count) in [("--demos", args.demos.demos), ("--episodes", args.episodes)] {
+        if count == 0 || count > 100_000 {
+            return Err(BadArgument(format!("{name} is {count}; 1 to 100000 are possible")).into());
+        }
+    }
+    args.demos.scene().check()?;
+    EpisodeSpec {
+        scene: SceneSpec { nuts: args.nuts, bolts: args.bolts, ..SceneSpec::default() },
+        drop_rate: args.drop_rate,
+        ..EpisodeSpec::default()
+    }
+    .check()?;
+    Ok(())
 }
 
-/// Every decision with its milestones, one JSON object a line.
-fn trace(planner: &Planner, plan: &RolledOut) -> String {
+fn episode_seed(seed: Seed, index: usize) -> Seed {
+    seed.derive_index("episode", index as u64)
+}
+
+fn episodes(
+    args: &RunArgs,
+    planner: &Arc<Planner>,
+    goal: &str,
+    spec: &EpisodeSpec,
+    seed: Seed,
+    progress: &Progress,
+) -> Result<Vec<Episode>, TaskError> {
+    let (done, all) = (AtomicUsize::new(0), args.episodes);
+    progress.say(format!("episode 1 of {all}"));
+    (0..all)
+        .into_par_iter()
+        .map(|index| {
+            let frame_ms = (index == 0).then_some(FRAME_MS);
+            let spec = EpisodeSpec { frame_ms, ..spec.clone() };
+            let grounding = Grounding::default();
+            let over = episode(planner, grounding, goal, &spec, episode_seed(seed, index))?;
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            if all > 1 {
+                progress.say(format!("{done} of {all} episodes done"));
+            }
+            Ok(over)
+        })
+        .collect()
+}
+
+/// What is to be seen at the beginning of the first episode.
+fn first_scene(spec: &EpisodeSpec, seed: Seed) -> Result<Snapshot, TaskError> {
+    let scene = Scene::new(&spec.scene, episode_seed(seed, 0).derive("", "world"))?;
+    Ok(Recorder::new(&spec.scene).look(&scene).0)
+}
+
+/// How many skills the plan for a scene has.
+fn least_skills(planner: &Planner, scene: &Snapshot, goal: &str) -> Result<usize, TaskError> {
+    let classifier = Classifier::new(planner.domain(), Grounding::default())?;
+    let (counts, _) = plan::count(&classifier, planner.domain(), scene);
+    Ok(planner.plan(&counts, goal)?.steps.len())
+}
+
+/// Every decision and skill of every episode, and frames of the first, one JSON object a line.
+fn trace(episodes: &[Episode]) -> String {
     let mut text = String::new();
-    let decisions = plan.steps.iter().map(|s| &s.decision).chain([&plan.last]);
-    for (step, decision) in decisions.enumerate() {
-        let action = plan.steps.get(step).map(|s| &planner.domain().operators()[s.action].name);
-        let milestones: Vec<Value> = decision
-            .milestones
-            .iter()
-            .map(|m| {
-                json!({
-                    "question": m.question, "stage": m.stage.to_string(),
-                    "subject": m.subject, "ms": m.time_ms,
-                })
-            })
-            .collect();
-        let line = json!({
-            "step": step + 1, "action": action, "decision_ms": decision.time_ms,
-            "questions": decision.questions, "milestones": milestones,
-        });
-        let _ = writeln!(text, "{line}");
+    for (index, Episode { report, frames, .. }) in episodes.iter().enumerate() {
+        for decision in &report.decisions {
+            let _ = writeln!(text, "{}", json!({"episode": index, "decision": decision}));
+        }
+        for skill in &report.skills {
+            let _ = writeln!(text, "{}", json!({"episode": index, "skill": skill}));
+        }
+        let ended = json!({"ended": report.ended, "assembled": report.assembled});
+        let _ = writeln!(text, "{}", json!({"episode": index, "end": ended}));
+        for frame in frames {
+            let _ = writeln!(text, "{}", json!({"episode": index, "frame": frame}));
+        }
     }
     text
+}
+
+struct Results<'r> {
+    shown: &'r Demonstrated,
+    learned: &'r Learned,
+    reports: &'r [EpisodeReport],
+    tally: &'r Tally,
+    loop_s: f64,
+    physics_s: f64,
+    least: usize,
+}
+
+impl Results<'_> {
+    fn real_time(&self, wall_s: f64) -> f64 {
+        self.tally.simulated_s / wall_s.max(1e-9)
+    }
+
+    fn summary(&self, args: &RunArgs, folder: &Path) -> Value {
+        let tally = self.tally;
+        let failures: Vec<Value> = tally
+            .failures
+            .iter()
+            .map(|(episode, ended)| json!({"episode": episode, "reason": self.reason(ended)}))
+            .collect();
+        json!({
+            "episodes": tally.episodes,
+            "assembled": tally.assembled,
+            "interval95": tally.interval95(),
+            "minimum_steps": tally.minimum_steps,
+            "least_steps": self.least,
+            "false_goals": tally.false_goals,
+            "picks": tally.picks,
+            "drops": tally.drops,
+            "replans": tally.replans,
+            "decision_ms": {
+                "median": tally.decision_quantile(0.5),
+                "p95": tally.decision_quantile(0.95),
+            },
+            "slip_mm": 1e3 * tally.slip_m,
+            "real_time_factor": self.real_time(self.loop_s),
+            "physics_real_time_factor": self.real_time(self.physics_s),
+            "physics_steps": tally.steps,
+            "mode": args.planner.mode,
+            "failures": failures,
+            "demonstrations": self.shown.recording.demos.len(),
+            "demonstrations_assembled": self.shown.assembled,
+            "states": self.learned.domain.states().len(),
+            "operators": self.learned.domain.operators().len(),
+            "out": folder.display().to_string(),
+        })
+    }
+
+    fn text(&self, args: &RunArgs, folder: &Path, goal: &str, total_s: f64) -> String {
+        let (shown, tally) = (self.shown, self.tally);
+        let mut text = format!(
+            "{} in the scene, {} assembled, {} (seed {})\n\n",
+            counted(shown.recording.demos.len(), "demonstration"),
+            shown.assembled,
+            counted(shown.recording.snapshot_count(), "snapshot"),
+            args.common.seed,
+        );
+        text += &learn::tables(self.learned);
+        if let [report] = self.reports {
+            let _ = writeln!(text, "One episode towards {goal}:\n\n{}", steps(report));
+        } else {
+            let _ = writeln!(text, "{} towards {goal}:\n", counted(self.reports.len(), "episode"));
+        }
+        text += &self.figures(total_s).to_string();
+        text.push('\n');
+        for (index, ended) in &tally.failures {
+            let _ = writeln!(text, "Episode {index} failed: {}.", self.reason(ended));
+        }
+        let files: Vec<String> =
+            FILES.iter().map(|f| folder.join(f).display().to_string()).collect();
+        let _ = writeln!(text, "Wrote {}", files.join(", "));
+        text
+    }
+
+    fn figures(&self, total_s: f64) -> Grid {
+        let tally = self.tally;
+        let [low, high] = tally.interval95();
+        let percent = |share: f64| format!("{:.1}%", 100.0 * share);
+        let ms = |share: f64| {
+            tally.decision_quantile(share).map_or_else(|| "-".into(), |ms| format!("{ms:.0}"))
+        };
+        let mut grid = Grid::new(&["figure", ">value"]);
+        let rows = [
+            ("assembled", format!("{} of {}", tally.assembled, tally.episodes)),
+            ("95% interval", format!("{} to {}", percent(low), percent(high))),
+            (
+                "in the least number of steps",
+                format!("{} ({} steps)", tally.minimum_steps, self.least),
+            ),
+            ("goals taken to be met that were not", tally.false_goals.to_string()),
+            ("picks", tally.picks.to_string()),
+            ("drops", tally.drops.to_string()),
+            ("re-plans after a failed step", tally.replans.to_string()),
+            ("greatest slip in the hand, mm", format!("{:.2}", 1e3 * tally.slip_m)),
+            ("decision, simulated ms, median", ms(0.5)),
+            ("decision, simulated ms, 95%", ms(0.95)),
+            ("simulated s", format!("{:.1}", tally.simulated_s)),
+            ("physics steps", tally.steps.to_string()),
+            ("times real time, whole loop", format!("{:.1}", self.real_time(self.loop_s))),
+            ("times real time, physics alone", format!("{:.1}", self.real_time(self.physics_s))),
+            ("wall s, everything", format!("{total_s:.1}")),
+        ];
+        for (name, value) in rows {
+            grid.row([name.into(), value]);
+        }
+        grid
+    }
+
+    fn reason(&self, ended: &Ended) -> String {
+        match ended {
+            Ended::GoalMet => "the goal was taken to be met and is not".into(),
+            Ended::Stuck(obstacle) => plan::obstacle_text(&self.learned.domain, *obstacle),
+            Ended::NoWay { action } => format!("no part could be taken and put as {action} wants"),
+            Ended::Occupied { action } => format!("something lies where {action} puts its part"),
+            Ended::GaveUp => "time or skills were used up".into(),
+        }
+    }
+}
+
+/// The decisions of one episode, and what came of them.
+fn steps(report: &EpisodeReport) -> Grid {
+    let mut grid = Grid::new(&["step", ">at s", "holds", "decided", ">in ms", "outcome"]);
+    let mut skills = report.skills.iter();
+    for (index, decision) in report.decisions.iter().enumerate() {
+        let outcome = match (&decision.action, &report.ended) {
+            (Some(_), ended) => match (skills.next(), ended) {
+                (Some(skill), _) => outcome(skill.outcome).to_owned(),
+                (None, _) => "not begun".to_owned(),
+            },
+            (None, Ended::GoalMet) => "goal met".to_owned(),
+            (None, _) => "stuck".to_owned(),
+        };
+        grid.row([
+            (index + 1).to_string(),
+            format!("{:.2}", decision.asked_s),
+            decision.holds.join(", "),
+            decision.action.clone().unwrap_or_else(|| "-".into()),
+            format!("{:.0}", decision.took_ms),
+            outcome,
+        ]);
+    }
+    grid
+}
+
+fn outcome(outcome: SkillOutcome) -> &'static str {
+    match outcome {
+        SkillOutcome::Placed => "placed",
+        SkillOutcome::Dropped => "dropped",
+        SkillOutcome::Missed => "missed",
+        SkillOutcome::Blocked => "blocked",
+        SkillOutcome::Unreachable => "unreachable",
+        SkillOutcome::TimedOut => "timed out",
+    }
 }

@@ -8,9 +8,11 @@
 //! part goes where is a state's mean pose.
 
 mod choose;
+mod tally;
 mod world;
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
@@ -22,6 +24,7 @@ use super::pose::Pose;
 use super::scene::{Outcome, SceneFrame, SceneSpec, SkillReport};
 use super::witness::Assembly;
 use crate::sim::{RunConfig, Seed, SimDuration, Simulator, StopReason};
+pub use tally::{Tally, wilson95};
 pub use world::AssemblyWorld;
 
 /// How episodes are run.
@@ -160,6 +163,17 @@ impl EpisodeReport {
     }
 }
 
+/// An episode that is over.
+#[derive(Debug, Clone)]
+pub struct Episode {
+    /// What happened: the same for the same seed.
+    pub report: EpisodeReport,
+    /// The frames kept.
+    pub frames: Vec<SceneFrame>,
+    /// Time that the steps of the physics took on this machine.
+    pub physics_wall: Duration,
+}
+
 /// Runs one episode towards `goal`; `seed` draws the scene and the drops.
 ///
 /// # Errors
@@ -171,7 +185,7 @@ pub fn episode(
     goal: &str,
     spec: &EpisodeSpec,
     seed: Seed,
-) -> Result<(EpisodeReport, Vec<SceneFrame>), TaskError> {
+) -> Result<Episode, TaskError> {
     let world = AssemblyWorld::new(planner.clone(), grounding, goal, spec)?;
     let run = RunConfig::seeded(seed).in_world(world);
     let mut sim = Simulator::new(planner.graph().clone(), run)?;
@@ -194,8 +208,8 @@ pub fn episode(
 }
 
 impl AssemblyWorld {
-    /// The report so far, and the frames kept.
-    fn report(&self) -> (EpisodeReport, Vec<SceneFrame>) {
+    /// What has happened so far.
+    fn report(&self) -> Episode {
         let (scene, log) = (self.scene(), self.log());
         let report = EpisodeReport {
             ended: self.ended().cloned().unwrap_or(Ended::GaveUp),
@@ -206,6 +220,7 @@ impl AssemblyWorld {
             steps: scene.map_or(0, |s| s.steps()),
             simulated_s: scene.map_or(0.0, |s| s.time_s()),
         };
-        (report, log.frames.clone())
+        let physics_wall = scene.map_or(Duration::ZERO, |s| s.wall());
+        Episode { report, frames: log.frames.clone(), physics_wall }
     }
 }

@@ -151,6 +151,8 @@ pub struct ArmSpec {
     pub speed: f64,
     /// Greatest speed of a joint while a part is in the hand, in radians a second.
     pub carry_speed: f64,
+    /// Greatest acceleration of a joint, in radians a second squared: empty, and with a part in the hand.
+    pub acceleration: [f64; 2],
     /// Greatest speed of the tool near parts, in metres a second.
     pub approach_m_s: f64,
     /// Error of the tool's place above which the arm takes itself to have hit something, in metres.
@@ -161,10 +163,11 @@ impl Default for ArmSpec {
     fn default() -> Self {
         Self {
             frequency: 100.0,
-            armature: 1.0,
+            armature: 0.2,
             torque_nm: [87.0, 87.0, 87.0, 87.0, 12.0, 12.0, 12.0],
             speed: 2.0,
             carry_speed: 0.7,
+            acceleration: [8.0, 3.0],
             approach_m_s: 0.12,
             alarm_m: 0.006,
         }
@@ -275,6 +278,8 @@ impl SceneSpec {
             ("arm.frequency", self.arm.frequency),
             ("arm.speed", self.arm.speed),
             ("arm.carry_speed", self.arm.carry_speed),
+            ("arm.acceleration", self.arm.acceleration[0]),
+            ("arm.acceleration", self.arm.acceleration[1]),
             ("arm.approach_m_s", self.arm.approach_m_s),
             ("arm.alarm_m", self.arm.alarm_m),
         ] {

@@ -15,6 +15,8 @@ pub(crate) struct Path {
 
 /// Peak over mean speed of the profile `10 u^3 - 15 u^4 + 6 u^5`.
 const PEAK: f64 = 1.875;
+/// Peak over mean acceleration of the same: way over duration squared times this.
+const STEEPEST: f64 = 5.774;
 /// Shortest time of a path, in seconds.
 const SHORTEST_S: f64 = 0.1;
 /// Distance between the points of a straight line, in metres.
@@ -26,8 +28,14 @@ fn farthest(a: &Angles, b: &Angles) -> f64 {
 
 impl Path {
     /// Straight in joint angles.
-    pub fn joints(from: &Angles, to: &Angles, speed: f64) -> Self {
-        let duration_s = (PEAK * farthest(from, to) / speed).max(SHORTEST_S);
+    pub fn joints(from: &Angles, to: &Angles, arm: &ArmSpec, held: bool) -> Self {
+        let (speed, acceleration) = match held {
+            false => (arm.speed, arm.acceleration[0]),
+            true => (arm.carry_speed, arm.acceleration[1]),
+        };
+        let way = farthest(from, to);
+        let duration_s = (PEAK * way / speed).max((STEEPEST * way / acceleration).sqrt());
+        let duration_s = duration_s.max(SHORTEST_S);
         Self { points: vec![*from, *to], duration_s }
     }
 
@@ -120,7 +128,7 @@ mod tests {
     fn a_path_begins_and_ends_at_rest_and_its_speed_is_its_derivative() {
         let mut to = arm::HOME;
         to[0] += 1.0;
-        let path = Path::joints(&arm::HOME, &to, ArmSpec::default().speed);
+        let path = Path::joints(&arm::HOME, &to, &ArmSpec::default(), false);
         for (time_s, at) in [(0.0, arm::HOME), (path.duration_s(), to)] {
             let (angles, speeds) = path.at(time_s);
             assert!(farthest(&angles, &at) < 1e-12);

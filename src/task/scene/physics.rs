@@ -8,6 +8,8 @@
 //! parts float above the table and sink into the pads; friction in the bias pass and Coulomb's
 //! model, or parts creep in the hand; armature on the joints, or the wrist gives.
 
+use std::time::{Duration, Instant};
+
 use rand::RngExt;
 use rapier3d::dynamics::{
     FrictionModel, GenericJointBuilder, IntegrationParameters, JointAxesMask, JointAxis,
@@ -72,6 +74,9 @@ pub struct Scene {
     robot: Robot,
     parts: Vec<Part>,
     steps: u64,
+    /// A profile, not a part of the scene's state.
+    #[serde(skip)]
+    wall: Duration,
 }
 
 /// Thickness of a finger, half its width, and how far its tip is beyond the tool's frame, in metres.
@@ -122,7 +127,14 @@ impl Scene {
         physics.integration_parameters = parameters(spec);
         furnish(&mut physics, spec);
         let robot = build_robot(&mut physics, spec);
-        let mut scene = Self { spec: spec.clone(), physics, robot, parts: Vec::new(), steps: 0 };
+        let mut scene = Self {
+            spec: spec.clone(),
+            physics,
+            robot,
+            parts: Vec::new(),
+            steps: 0,
+            wall: Duration::ZERO,
+        };
         scene.drop_parts(seed)?;
         let mut calm = 0;
         // Two seconds at most: a part that still rolls will be seen to roll.
@@ -135,6 +147,7 @@ impl Scene {
             }
         }
         scene.steps = 0;
+        scene.wall = Duration::ZERO;
         Ok(scene)
     }
 
@@ -203,8 +216,15 @@ impl Scene {
 
     /// Advances by one step of [`SceneSpec::step_ms`].
     pub fn step(&mut self) {
+        let begun = Instant::now();
         self.physics.step();
+        self.wall += begun.elapsed();
         self.steps += 1;
+    }
+
+    /// Time that the steps have taken on this machine.
+    pub fn wall(&self) -> Duration {
+        self.wall
     }
 
     /// How long one step is.
@@ -299,7 +319,7 @@ impl Scene {
             {
                 // In newton metres: a motor that scales by the inertia that its joint alone has to move
                 // yields where joints move together.
-                let inertia = LOADS[joint];
+                let inertia = LOADS[joint] + self.spec.arm.armature;
                 let (stiffness, damping) =
                     (inertia * frequency * frequency, 2.0 * inertia * frequency);
                 let (at, speed) = (angles[joint], speeds[joint]);

@@ -174,7 +174,6 @@ fn free_way(
     held: Option<(usize, Frame)>,
 ) -> Option<Vec<Path>> {
     let arm_spec = &scene.spec().arm;
-    let speed = if held.is_some() { arm_spec.carry_speed } else { arm_spec.speed };
     let over = |bearing: f64, hand: &Angles| {
         let mut q = HOME;
         q[0] = bearing;
@@ -187,8 +186,10 @@ fn free_way(
         let mut points = vec![*from];
         points.extend(via);
         points.push(*to);
-        let paths: Vec<Path> =
-            points.windows(2).map(|w| Path::joints(&w[0], &w[1], speed)).collect();
+        let paths: Vec<Path> = points
+            .windows(2)
+            .map(|w| Path::joints(&w[0], &w[1], arm_spec, held.is_some()))
+            .collect();
         let free = paths.iter().enumerate().all(|(leg, path)| {
             path.samples(LOOKS).enumerate().all(|(at, q)| {
                 // Where the arm is now it is, touching or not.

@@ -419,7 +419,7 @@ impl Skill {
             .or_else(|| Path::line(&robot.angles, back * 0.04, arm));
         match path {
             Some(path) => self.go(Stage::Retreat(path)),
-            None => self.go(Stage::Retreat(Path::joints(&robot.angles, &HOME, arm.speed))),
+            None => self.go(Stage::Retreat(Path::joints(&robot.angles, &HOME, arm, false))),
         }
     }
 }

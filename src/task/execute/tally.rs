@@ -1,0 +1,89 @@
+//! Many episodes counted.
+
+use super::{Ended, EpisodeReport};
+
+/// What happened in several episodes.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Tally {
+    /// Episodes.
+    pub episodes: usize,
+    /// Those in which, by geometry, a bolt went through a nut.
+    pub assembled: usize,
+    /// Those of them with no more skills than the least possible.
+    pub minimum_steps: usize,
+    /// Episodes that ended with the goal taken to be met that was not.
+    pub false_goals: usize,
+    /// Parts taken into the hand.
+    pub picks: usize,
+    /// Parts lost on the way.
+    pub drops: usize,
+    /// Decisions after a skill that failed.
+    pub replans: usize,
+    /// Simulated milliseconds of every decision, in rising order.
+    pub decision_ms: Vec<f64>,
+    /// Steps of the physics.
+    pub steps: u64,
+    /// Simulated seconds.
+    pub simulated_s: f64,
+    /// Greatest slip in the hand of a part that was placed, in metres.
+    pub slip_m: f64,
+    /// Episodes that failed: which, and how they ended.
+    pub failures: Vec<(usize, Ended)>,
+}
+
+impl Tally {
+    /// Counts episodes; `least` is the least number of skills that each needs.
+    pub fn of(episodes: &[EpisodeReport], least: usize) -> Self {
+        let mut tally = Self { episodes: episodes.len(), ..Self::default() };
+        for (index, episode) in episodes.iter().enumerate() {
+            tally.assembled += usize::from(episode.assembled);
+            let short = episode.skills.len() <= least;
+            tally.minimum_steps += usize::from(episode.assembled && short);
+            tally.false_goals += usize::from(episode.false_goal());
+            tally.picks += episode.picks();
+            tally.drops += episode.drops();
+            tally.replans += episode.replans();
+            tally.decision_ms.extend(episode.decisions.iter().map(|d| d.took_ms));
+            tally.steps += episode.steps;
+            tally.simulated_s += episode.simulated_s;
+            let slips = episode.skills.iter().map(|s| s.slip_m);
+            tally.slip_m = slips.fold(tally.slip_m, f64::max);
+            if !episode.assembled {
+                tally.failures.push((index, episode.ended.clone()));
+            }
+        }
+        tally.decision_ms.sort_by(f64::total_cmp);
+        tally
+    }
+
+    /// Simulated milliseconds within which the share `share` of decisions was made; `None` without
+    /// any.
+    pub fn decision_quantile(&self, share: f64) -> Option<f64> {
+        let last = self.decision_ms.len().checked_sub(1)?;
+        self.decision_ms.get((share * last as f64).round() as usize).copied()
+    }
+
+    /// The 95% interval of the share assembled.
+    pub fn interval95(&self) -> [f64; 2] {
+        wilson95(self.assembled, self.episodes)
+    }
+}
+
+/// Wilson's 95% interval of a proportion (Wilson, "Probable inference", 1927): of no trials, all of
+/// it.
+///
+/// ```
+/// use symbolt::task::execute::wilson95;
+/// let [low, high] = wilson95(198, 200);
+/// assert!((low - 0.9643).abs() < 1e-3 && (high - 0.9973).abs() < 1e-3);
+/// ```
+pub fn wilson95(successes: usize, trials: usize) -> [f64; 2] {
+    if trials == 0 {
+        return [0.0, 1.0];
+    }
+    let (n, z) = (trials as f64, 1.959_963_985);
+    let share = successes as f64 / n;
+    let middle = (share + z * z / (2.0 * n)) / (1.0 + z * z / n);
+    let half = z / (1.0 + z * z / n) * (share * (1.0 - share) / n + z * z / (4.0 * n * n)).sqrt();
+    [(middle - half).max(0.0), (middle + half).min(1.0)]
+}
