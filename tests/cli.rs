@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 #![cfg(feature = "cli")]
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::Output;
 
@@ -55,8 +56,14 @@ fn files(folder: &Path) -> Vec<String> {
 /// A folder with a recording, a learned domain and a scene.
 fn prepared() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
-    ok(folder.path(), &["record", "--demos", "3", "--out", "demos.jsonl", "--quiet"]);
-    ok(folder.path(), &["record", "--scene", "--seed", "9", "--out", "scene.json", "--quiet"]);
+    ok(
+        folder.path(),
+        &["record", "--kinematic", "--demos", "3", "--out", "demos.jsonl", "--quiet"],
+    );
+    ok(
+        folder.path(),
+        &["record", "--kinematic", "--scene", "--seed", "9", "--out", "scene.json", "--quiet"],
+    );
     ok(folder.path(), &["learn", "demos.jsonl", "--out", "domain.json", "--quiet"]);
     folder
 }
@@ -64,29 +71,37 @@ fn prepared() -> tempfile::TempDir {
 #[test]
 fn without_a_command_the_main_job_runs_and_can_be_repeated() {
     let folder = tempfile::tempdir().expect("a folder");
-    let text = ok(folder.path(), &[]);
-    for part in
-        ["5 states:", "3 actions:", "Whole plan, then the goal is met", "Wrote out/recording.jsonl"]
-    {
+    let text = ok(folder.path(), &["--demos", "2"]);
+    for part in ["5 states:", "3 actions:", "goal met", "1 of 1", "Wrote out/recording.jsonl"] {
         assert!(text.contains(part), "{part} in {text}");
     }
     let left = ["domain.json", "recording.jsonl", "scene.json", "trace.jsonl"];
     assert_eq!(files(&folder.path().join("out")), left);
     let bytes = |name: &str| std::fs::read(folder.path().join("out").join(name)).expect("there");
     let before = left.map(bytes);
-    assert_eq!(ok(folder.path(), &[]), text);
-    assert_eq!(left.map(bytes), before, "the same seed gives the same files");
-    ok(folder.path(), &["--seed", "2", "--quiet"]);
-    assert_ne!(bytes("recording.jsonl"), before[1]);
     // A folder that was named is not written over unasked.
     let refused = run(folder.path(), &["run", "--out", "out"]);
     assert_eq!(refused.code, 2);
     assert!(refused.err.contains("exists already"), "{}", refused.err);
-    ok(folder.path(), &["run", "--out", "out", "--force", "--quiet"]);
-    for line in String::from_utf8(bytes("trace.jsonl")).expect("text").lines() {
-        let step: Value = serde_json::from_str(line).expect("JSON");
-        assert!(step["decision_ms"].as_f64().is_some_and(|ms| ms > 0.0));
+    let found = json(folder.path(), &["--demos", "2", "--quiet", "--json", "--threads", "1"]);
+    assert_eq!(left.map(bytes), before, "the same seed gives the same files in another process");
+    for key in ["interval95", "minimum_steps", "false_goals", "drops", "replans", "failures"] {
+        assert!(!found[key].is_null(), "{key} in {found}");
     }
+    assert_eq!((&found["episodes"], &found["assembled"]), (&1.into(), &1.into()));
+    for key in ["real_time_factor", "physics_real_time_factor"] {
+        assert!(found[key].as_f64().is_some_and(|f| f > 0.0), "{key} in {found}");
+    }
+    for key in ["median", "p95"] {
+        assert!(found["decision_ms"][key].as_f64().is_some_and(|ms| ms > 0.0), "{found}");
+    }
+    let mut kinds = BTreeSet::new();
+    for line in String::from_utf8(bytes("trace.jsonl")).expect("text").lines() {
+        let line: Value = serde_json::from_str(line).expect("JSON");
+        kinds.extend(line.as_object().expect("an object").keys().cloned());
+    }
+    let expected = ["decision", "end", "episode", "frame", "skill"].map(String::from);
+    assert_eq!(kinds, BTreeSet::from(expected));
 }
 
 #[test]
@@ -231,7 +246,9 @@ fn bad_usage_and_bad_input_return_2_and_leave_nothing_behind() {
             &["plan", "domain.json", "--scene", "scene.json", "--mode", "lif"],
             "the modes are: direct",
         ),
-        (&["run", "--demos", "0", "--out", "new"], "`demos` is 0"),
+        (&["run", "--demos", "0", "--out", "new"], "--demos is 0"),
+        (&["run", "--nuts", "100", "--out", "new"], "`nuts` is 100"),
+        (&["run", "--drop-rate", "2", "--out", "new"], "`drop_rate` is 2"),
         (&["classify", "domain.json", "demos.jsonl", "--limit", "0"], "`limit` is 0"),
         (&["experiment", "table-4"], "unrecognized subcommand"),
     ];

@@ -1,0 +1,232 @@
+//! The assembly scene, the robot's skills and the closed loop, in physics.
+
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+#![cfg(feature = "physics")]
+
+use std::sync::{Arc, OnceLock};
+
+use symbolt::sim::{RunConfig, Seed, SimDuration, Simulator};
+use symbolt::task::execute::{AssemblyWorld, Ended, EpisodeSpec, Meddling, episode};
+use symbolt::task::learn::{Settings, learn};
+use symbolt::task::planner::{Planner, PlannerSpec};
+use symbolt::task::scene::{
+    GripperSpec, Outcome, PartKind, PartSpec, Robot, Scene, SceneSpec, SkillReport, Target,
+};
+use symbolt::task::{Assembly, Domain, Grounding, Pose, demonstrate};
+
+/// What two demonstrations with one nut and one bolt teach.
+fn taught() -> &'static (Domain, Arc<Planner>) {
+    static TAUGHT: OnceLock<(Domain, Arc<Planner>)> = OnceLock::new();
+    TAUGHT.get_or_init(|| taught_in(&SceneSpec::default(), 2))
+}
+
+fn taught_in(spec: &SceneSpec, demos: usize) -> (Domain, Arc<Planner>) {
+    let shown = demonstrate(spec, demos, Seed::new(1), &mut |_| {}).expect("a sound scene");
+    assert_eq!(shown.assembled, demos);
+    let domain = learn(&shown.recording, &Settings::default()).expect("it teaches").domain;
+    let planner =
+        Planner::new(&domain, PlannerSpec::default(), Seed::new(1)).expect("it can be planned");
+    (domain, Arc::new(planner))
+}
+
+fn pocket(spec: &SceneSpec) -> Target {
+    let [x, y] = spec.jig.pocket;
+    let z = spec.jig.pocket_floor_m + spec.part.nut_height_m / 2.0;
+    Target { position: [x, y, z], axis: [0.0, 0.0, 1.0] }
+}
+
+fn put(scene: &mut Scene, robot: &mut Robot, part: usize, target: Target) -> SkillReport {
+    if let Err(report) = robot.begin(scene, part, target, None) {
+        return report;
+    }
+    for _ in 0..30_000 {
+        if let Some(report) = robot.step(scene).ended {
+            return report;
+        }
+    }
+    panic!("a skill that does not end");
+}
+
+#[test]
+fn parts_lie_on_the_table_and_the_only_joints_are_the_robots() {
+    let spec = SceneSpec { nuts: 3, bolts: 3, ..SceneSpec::default() };
+    let scene = Scene::new(&spec, Seed::new(1)).expect("sound");
+    // Seven joints and two fingers, and nothing that could hold a part.
+    assert_eq!(scene.joint_counts(), (9, 0));
+    let kinds: Vec<PartKind> = scene.kinds().collect();
+    assert_eq!(kinds.iter().filter(|k| **k == PartKind::Nut).count(), 3);
+    for (index, kind) in kinds.iter().enumerate() {
+        let z = scene.part(index).expect("there").position[2];
+        let rest = if *kind == PartKind::Nut { 0.0080 } else { 0.0149 };
+        assert!((z - rest).abs() < 5e-4, "{kind:?} at {z}");
+    }
+}
+
+#[test]
+fn a_part_is_held_by_friction_and_without_it_the_lift_fails() {
+    let spec = SceneSpec::default();
+    let mut scene = Scene::new(&spec, Seed::new(1)).expect("sound");
+    let report = put(&mut scene, &mut Robot::default(), 0, pocket(&spec));
+    assert_eq!(report.outcome, Outcome::Placed);
+    assert!(report.picked && report.slip_m < 1e-3, "{report:?}");
+    assert_eq!(Assembly::judge(&scene).nut_in_pocket, Some(0));
+    assert_eq!(scene.joint_counts(), (9, 0));
+
+    let slippery = SceneSpec {
+        part: PartSpec { friction: 0.01, ..PartSpec::default() },
+        gripper: GripperSpec { friction: 0.01, ..GripperSpec::default() },
+        ..SceneSpec::default()
+    };
+    let mut scene = Scene::new(&slippery, Seed::new(1)).expect("sound");
+    let report = put(&mut scene, &mut Robot::default(), 0, pocket(&spec));
+    assert_ne!(report.outcome, Outcome::Placed, "{report:?}");
+    assert_eq!(Assembly::judge(&scene).nut_in_pocket, None);
+}
+
+#[test]
+fn what_cannot_be_reached_is_said_at_once_and_nothing_hangs() {
+    let spec = SceneSpec::default();
+    let mut scene = Scene::new(&spec, Seed::new(1)).expect("sound");
+    let far = Target { position: [1.5, 0.0, 0.05], axis: [0.0, 0.0, 1.0] };
+    let before = scene.steps();
+    let report = put(&mut scene, &mut Robot::default(), 0, far);
+    assert_eq!((report.outcome, scene.steps()), (Outcome::Unreachable, before));
+    // A bolt on its head offers no flats from above.
+    let upside_down = Pose { position: [0.45, 0.1, 0.0125], orientation: [1.0, 0.0, 0.0, 0.0] };
+    scene.disturb(1, &upside_down);
+    for _ in 0..100 {
+        scene.step();
+    }
+    let report = put(&mut scene, &mut Robot::default(), 1, pocket(&spec));
+    assert_eq!(report.outcome, Outcome::Unreachable);
+}
+
+#[test]
+fn the_robot_does_what_it_was_shown_and_the_same_seed_gives_the_same_bits() {
+    let (domain, planner) = taught();
+    assert_eq!((domain.states().len(), domain.operators().len()), (5, 3));
+    let goal = domain.goal().expect("the demonstrations had a purpose");
+    let run = || {
+        let spec = EpisodeSpec { frame_ms: Some(200), ..EpisodeSpec::default() };
+        episode(planner, Grounding::default(), goal, &spec, Seed::new(5)).expect("runs")
+    };
+    let (first, second) = (run(), run());
+    assert_eq!(first.report.ended, Ended::GoalMet);
+    assert!(first.report.assembled && !first.report.false_goal());
+    assert_eq!(first.report.skills.len(), 3);
+    assert!(first.frames.len() > 100);
+    assert_eq!(first.report, second.report);
+    assert_eq!(first.frames, second.frames);
+}
+
+#[test]
+fn a_snapshot_in_mid_grasp_goes_on_as_if_nothing_had_happened() {
+    let (domain, planner) = taught();
+    let goal = domain.goal().expect("there");
+    let world = || {
+        let spec = EpisodeSpec { frame_ms: Some(40), ..EpisodeSpec::default() };
+        AssemblyWorld::new(planner.clone(), Grounding::default(), goal, &spec).expect("sound")
+    };
+    let start = || {
+        let run = RunConfig::seeded(Seed::new(3)).in_world(world());
+        Simulator::new(planner.graph().clone(), run).expect("starts")
+    };
+    let poses = |sim: &Simulator| {
+        let scene = AssemblyWorld::of(sim.world()).and_then(AssemblyWorld::scene).expect("there");
+        (scene.tool(), scene.part(0), scene.part(1), scene.steps())
+    };
+    let mut original = start();
+    original.run_for(SimDuration::from_millis(6_000)).expect("runs");
+    assert!(AssemblyWorld::of(original.world()).expect("there").acting());
+    let snapshot = original.snapshot();
+    let held = poses(&original);
+    original.run_for(SimDuration::from_millis(4_000)).expect("runs");
+    let mut copy = start();
+    copy.restore(&snapshot).expect("it is of the same graph and world");
+    assert_eq!(poses(&copy), held);
+    copy.run_for(SimDuration::from_millis(4_000)).expect("runs");
+    assert_eq!(poses(&copy), poses(&original));
+    assert_ne!(poses(&copy), held);
+}
+
+#[test]
+fn a_bolt_that_another_hand_puts_into_the_jig_is_used() {
+    let (domain, planner) = taught();
+    let goal = domain.goal().expect("there");
+    let scene = SceneSpec { nuts: 1, bolts: 2, ..SceneSpec::default() };
+    let [x, y] = scene.jig.hole;
+    let pose = Pose::at([x, y, scene.jig.hole_top_m + 1e-3]);
+    let meddling = Some(Meddling { at_s: 1.0, part: 2, pose });
+    let spec = EpisodeSpec { scene, meddling, ..EpisodeSpec::default() };
+    let over = episode(planner, Grounding::default(), goal, &spec, Seed::new(2)).expect("runs");
+    assert!(over.report.assembled, "{:?}", over.report);
+}
+
+#[test]
+fn drops_are_followed_by_new_decisions() {
+    let (domain, planner) = taught();
+    let goal = domain.goal().expect("there");
+    let scene = SceneSpec { nuts: 2, bolts: 2, ..SceneSpec::default() };
+    let spec = EpisodeSpec { scene, drop_rate: 0.5, ..EpisodeSpec::default() };
+    let over = episode(planner, Grounding::default(), goal, &spec, Seed::new(4)).expect("runs");
+    let report = over.report;
+    assert!(report.drops() > 0, "at this rate one of the first grasps slips: {report:?}");
+    assert!(report.replans() >= report.drops());
+    assert!(report.decisions.len() > report.skills.len());
+    assert!(!report.false_goal());
+}
+
+/// Nothing but the demonstrator knows what the task is: in a mirrored scene with the jig elsewhere and
+/// other names for everything, the rest works as before.
+#[test]
+fn other_names_another_jig_and_a_mirror_change_nothing() {
+    let mut spec = SceneSpec {
+        nut_kind: "washer".into(),
+        bolt_kind: "peg".into(),
+        ..SceneSpec::default().mirrored()
+    };
+    spec.jig.pocket = [0.50, 0.24];
+    spec.jig.hole = [0.40, 0.16];
+    let (domain, planner) = taught_in(&spec, 2);
+    assert_eq!((domain.states().len(), domain.operators().len()), (5, 3));
+    assert!(domain.states().iter().all(|s| s.kind == "washer" || s.kind == "peg"));
+    let goal = domain.goal().expect("there").to_owned();
+    let spec = EpisodeSpec { scene: spec, ..EpisodeSpec::default() };
+    let over = episode(&planner, Grounding::default(), &goal, &spec, Seed::new(7)).expect("runs");
+    assert!(over.report.assembled, "{:?}", over.report);
+}
+
+#[test]
+fn impossible_episodes_are_refused() {
+    let (domain, planner) = taught();
+    let goal = domain.goal().expect("there");
+    let mut spec = EpisodeSpec { drop_rate: 1.5, ..EpisodeSpec::default() };
+    let refused = |spec: &EpisodeSpec, goal: &str| {
+        episode(planner, Grounding::default(), goal, spec, Seed::new(1)).unwrap_err().to_string()
+    };
+    assert!(refused(&spec, goal).contains("drop_rate"));
+    spec.drop_rate = 0.0;
+    spec.scene.nuts = 100;
+    assert!(refused(&spec, goal).contains("nuts"));
+    spec.scene.nuts = 1;
+    assert!(refused(&spec, "NUT_ON_MOON").contains("NUT_ON_MOON"));
+}
+
+/// The closed loop over many seeds; with 40 of 40 the Wilson interval reaches from 91%, so a loop that
+/// fails one time in five passes with a chance below 1 in 7,000.
+#[test]
+#[ignore = "long statistics"]
+fn forty_episodes_are_assembled() {
+    let (domain, planner) = taught();
+    let goal = domain.goal().expect("there");
+    let mut assembled = 0;
+    for seed in 0..40 {
+        let spec = EpisodeSpec::default();
+        let over =
+            episode(planner, Grounding::default(), goal, &spec, Seed::new(seed)).expect("runs");
+        assert!(!over.report.false_goal(), "seed {seed}: {:?}", over.report);
+        assembled += u32::from(over.report.assembled);
+    }
+    println!("{assembled} of 40 assembled");
+    assert!(assembled >= 39, "{assembled}");
+}
