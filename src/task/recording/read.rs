@@ -239,12 +239,9 @@ fn check_snapshot(raw: RawSnapshot, number: u64, place: Place<'_>) -> Result<Sna
             place.fault("object", format!("no object is called `{id}`"), "an id of this snapshot")
         })?),
     };
-    match (raw.event, touched) {
-        (Some(Event::Start | Event::End), Some(_)) => {
-            let problem = "nothing is touched at the start and the end";
-            return Err(place.fault("object", problem, "no such field"));
-        }
-        _ => {}
+    if matches!(raw.event, Some(Event::Start | Event::End)) && touched.is_some() {
+        let problem = "nothing is touched at the start and the end";
+        return Err(place.fault("object", problem, "no such field"));
     }
     Ok(Snapshot { number, time_s: raw.t, event: raw.event, object: touched, objects })
 }

@@ -377,11 +377,10 @@ impl Scene {
         let bodies = (1..JOINTS).map(|i| (links[i], link_shape(i)));
         let hand = links[JOINTS - 1] * arm::hand_offset();
         let fingers = [1.0, -1.0].map(|side| (hand * finger_frame(side, opening), finger_shape()));
-        let hits = bodies
+        bodies
             .chain([(hand * hand_middle(), hand_shape())])
             .chain(fingers)
-            .any(|(frame, shape)| query.intersect_shape(frame, &*shape).next().is_some());
-        hits
+            .any(|(frame, shape)| query.intersect_shape(frame, &*shape).next().is_some())
     }
 
     /// Whether part `index`, if it were at `frame`, would touch anything but the robot.

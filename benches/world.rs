@@ -1,0 +1,65 @@
+//! A step of the physics, a plan for the arm, and a whole episode.
+
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use std::hint::black_box;
+use std::sync::Arc;
+use std::time::Duration;
+
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use symbolt::sim::Seed;
+use symbolt::task::execute::{EpisodeSpec, episode};
+use symbolt::task::learn::{Settings, learn};
+use symbolt::task::planner::{Planner, PlannerSpec};
+use symbolt::task::scene::{Robot, Scene, SceneSpec, Target};
+use symbolt::task::{Grounding, demonstrate};
+
+fn target(spec: &SceneSpec) -> Target {
+    let [x, y] = spec.jig.pocket;
+    Target { position: [x, y, spec.jig.pocket_floor_m + 0.008], axis: [0.0, 0.0, 1.0] }
+}
+
+fn world(c: &mut Criterion) {
+    let mut group = c.benchmark_group("world");
+    for parts in [1, 3] {
+        let spec = SceneSpec { nuts: parts, bolts: parts, ..SceneSpec::default() };
+        let mut scene = Scene::new(&spec, Seed::new(1)).expect("sound");
+        group.bench_function(BenchmarkId::new("step_at_rest", parts), |b| b.iter(|| scene.step()));
+        // The arm goes for a nut again and again; one step of it.
+        let mut robot = Robot::default();
+        group.bench_function(BenchmarkId::new("step_moving", parts), |b| {
+            b.iter(|| {
+                if !robot.busy() {
+                    scene = Scene::new(&spec, Seed::new(1)).expect("sound");
+                    robot = Robot::default();
+                    robot.begin(&scene, 0, target(&spec), None).expect("it is within reach");
+                }
+                robot.step(&mut scene)
+            });
+        });
+    }
+    let spec = SceneSpec::default();
+    let scene = Scene::new(&spec, Seed::new(1)).expect("sound");
+    // Postures for grasp, approach, lift and placing, with their collision checks.
+    group.bench_function("plan_a_skill", |b| {
+        b.iter(|| {
+            let mut robot = Robot::default();
+            black_box(robot.begin(&scene, 0, target(&spec), None)).expect("it is within reach");
+        });
+    });
+    let shown = demonstrate(&spec, 2, Seed::new(1), &mut |_| {}).expect("sound");
+    let domain = learn(&shown.recording, &Settings::default()).expect("teaches").domain;
+    let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1)).expect("builds");
+    let (planner, goal) = (Arc::new(planner), domain.goal().expect("there").to_owned());
+    group.sample_size(10).measurement_time(Duration::from_secs(40));
+    group.bench_function("episode", |b| {
+        b.iter(|| {
+            let spec = EpisodeSpec::default();
+            episode(&planner, Grounding::default(), &goal, &spec, Seed::new(5)).expect("runs")
+        });
+    });
+    group.finish();
+}
+
+criterion_group!(benches, world);
+criterion_main!(benches);
