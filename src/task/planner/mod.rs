@@ -9,6 +9,7 @@ mod graph;
 mod rollout;
 
 pub use ask::{Decision, Milestone, Planner, Stage, Verdict};
+#[cfg(feature = "physics")]
 pub(crate) use executive::TRACE;
 pub use executive::Timing;
 pub use graph::{PlannerSpec, PlanningGraph, PlanningPorts, Unbinding};
