@@ -16,7 +16,9 @@ use rapier3d::dynamics::{
     MotorModel, MultibodyDofCoupling, MultibodyJointHandle, RigidBodyBuilder, RigidBodyHandle,
     SpringCoefficients,
 };
-use rapier3d::geometry::{ColliderBuilder, ColliderHandle, SharedShape};
+use rapier3d::geometry::{
+    ColliderBuilder, ColliderHandle, Group, InteractionGroups, InteractionTestMode, SharedShape,
+};
 use rapier3d::math::{Pose as Frame, Rotation, Vector};
 use rapier3d::prelude::{CoefficientCombineRule, PhysicsWorld, QueryFilter};
 use serde::{Deserialize, Serialize};
@@ -479,6 +481,11 @@ fn along(axis: Vector) -> Rotation {
     Rotation::from_rotation_arc(Vector::X, axis)
 }
 
+/// The robot's bodies touch everything but one another.
+fn robot_groups() -> InteractionGroups {
+    InteractionGroups::new(Group::GROUP_2, Group::ALL & !Group::GROUP_2, InteractionTestMode::And)
+}
+
 fn build_robot(physics: &mut PhysicsWorld, spec: &SceneSpec) -> Robot {
     let base = physics.insert_body(RigidBodyBuilder::fixed());
     let link_body =
@@ -489,12 +496,17 @@ fn build_robot(physics: &mut PhysicsWorld, spec: &SceneSpec) -> Robot {
     for joint in 0..JOINTS {
         let body = physics.insert_body(link_body(frames[joint]));
         physics.insert_collider(
-            ColliderBuilder::new(link_shape(joint)).mass(MASSES[joint]),
+            ColliderBuilder::new(link_shape(joint))
+                .mass(MASSES[joint])
+                .collision_groups(robot_groups()),
             Some(body),
         );
         if joint == JOINTS - 1 {
             let at = arm::hand_offset() * hand_middle();
-            let hand = ColliderBuilder::new(hand_shape()).position(at).mass(0.6);
+            let hand = ColliderBuilder::new(hand_shape())
+                .position(at)
+                .mass(0.6)
+                .collision_groups(robot_groups());
             physics.insert_collider(hand, Some(body));
         }
         let turn = along(Vector::Z);
@@ -519,6 +531,7 @@ fn build_robot(physics: &mut PhysicsWorld, spec: &SceneSpec) -> Robot {
             ColliderBuilder::new(finger_shape())
                 .position(finger_frame(side, 0.0))
                 .mass(0.05)
+                .collision_groups(robot_groups())
                 .friction(spec.gripper.friction)
                 .friction_combine_rule(CoefficientCombineRule::Max),
             Some(body),
