@@ -10,7 +10,8 @@ use symbolt::task::execute::{AssemblyWorld, Ended, EpisodeSpec, Meddling, episod
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::{Planner, PlannerSpec};
 use symbolt::task::scene::{
-    GripperSpec, Outcome, PartKind, PartSpec, Robot, Scene, SceneSpec, SkillReport, Target,
+    GripperSpec, MOST_PARTS, Outcome, PartKind, PartSpec, Robot, Scene, SceneSpec, SkillReport,
+    Target,
 };
 use symbolt::task::{Assembly, Domain, Grounding, Pose, demonstrate};
 
@@ -59,6 +60,15 @@ fn parts_lie_on_the_table_and_the_only_joints_are_the_robots() {
         let z = scene.part(index).expect("there").position[2];
         let rest = if *kind == PartKind::Nut { 0.0080 } else { 0.0149 };
         assert!((z - rest).abs() < 5e-4, "{kind:?} at {z}");
+    }
+}
+
+#[test]
+fn the_fullest_table_has_room_whatever_the_seed() {
+    let spec = SceneSpec { nuts: MOST_PARTS, bolts: MOST_PARTS, ..SceneSpec::default() };
+    for seed in 0..10 {
+        let scene = Scene::new(&spec, Seed::new(seed)).expect("there is room");
+        assert_eq!(scene.kinds().count(), 2 * MOST_PARTS, "seed {seed}");
     }
 }
 

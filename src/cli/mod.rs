@@ -44,7 +44,7 @@ pub(crate) fn main() -> ExitCode {
             {
                 return ExitCode::SUCCESS;
             }
-            complain(&format!("{error:#}"));
+            complain(&sentence(&error));
             ExitCode::from(code(&error))
         }
     }
@@ -62,6 +62,17 @@ fn with_command(args: impl Iterator<Item = OsString>) -> Vec<OsString> {
         args.insert(args.len().min(1), "run".into());
     }
     args
+}
+
+/// An error and its causes, leaving out those that the error says itself.
+fn sentence(error: &Error) -> String {
+    error.chain().map(ToString::to_string).fold(String::new(), |text, cause| {
+        match (text.is_empty(), text.contains(&cause)) {
+            (true, _) => cause,
+            (_, true) => text,
+            _ => format!("{text}: {cause}"),
+        }
+    })
 }
 
 fn complain(sentence: &str) {

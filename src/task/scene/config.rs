@@ -218,7 +218,7 @@ impl Default for SceneSpec {
 }
 
 /// Most parts of one kind in a scene: more do not fit the table.
-pub const MOST_PARTS: usize = 5;
+pub const MOST_PARTS: usize = 4;
 
 /// How far a shoulder of the arm stands above the table, in metres.
 const SHOULDER_M: f64 = 0.333;
@@ -293,7 +293,7 @@ impl SceneSpec {
         }
         for (name, count) in [("nuts", self.nuts), ("bolts", self.bolts)] {
             if count == 0 || count > MOST_PARTS {
-                return refuse(name, count.to_string(), "1 to 5");
+                return refuse(name, count.to_string(), "1 to 4");
             }
         }
         if self.nut_kind == self.bolt_kind || self.nut_kind.is_empty() || self.bolt_kind.is_empty()

@@ -10,7 +10,7 @@
 
 use std::time::{Duration, Instant};
 
-use rand::RngExt;
+use rand::{Rng, RngExt};
 use rapier3d::dynamics::{
     FrictionModel, GenericJointBuilder, IntegrationParameters, JointAxesMask, JointAxis,
     MotorModel, MultibodyDofCoupling, MultibodyJointHandle, RigidBodyBuilder, RigidBodyHandle,
@@ -155,45 +155,15 @@ impl Scene {
 
     fn drop_parts(&mut self, seed: Seed) -> Result<(), TaskError> {
         let mut rng = seed.derive("scene", "drop").rng();
-        let kinds = std::iter::repeat_n(PartKind::Nut, self.spec.nuts)
-            .chain(std::iter::repeat_n(PartKind::Bolt, self.spec.bolts));
-        let [low, high] = self.spec.table.drop;
-        let mut places: Vec<[f64; 2]> = Vec::new();
-        for kind in kinds {
-            let mut tries = 0;
-            let place = loop {
-                let at: [f64; 2] =
-                    std::array::from_fn(|i| low[i] + (high[i] - low[i]) * rng.random::<f64>());
-                let apart = |b: &[f64; 2]| (at[0] - b[0]).hypot(at[1] - b[1]);
-                if places.iter().all(|b| apart(b) >= self.spec.table.spacing_m) {
-                    break at;
-                }
-                tries += 1;
-                // A bad beginning can leave no room: begin again.
-                if tries % 1_000 == 0 {
-                    let value = self.spec.table.spacing_m.to_string();
-                    let expected = "a spacing that leaves room for all parts";
-                    return Err(TaskError::Setting { name: "table.spacing_m", value, expected });
-                }
-            };
-            places.push(place);
-            let yaw = std::f64::consts::TAU * rng.random::<f64>();
-            let roll = std::f64::consts::TAU * rng.random::<f64>();
-            let tilt = self.spec.table.drop_tilt_deg.to_radians() * rng.random::<f64>();
-            let towards = std::f64::consts::TAU * rng.random::<f64>();
-            let lying = match kind {
-                PartKind::Nut => Rotation::from_rotation_z(roll),
-                PartKind::Bolt => {
-                    Rotation::from_rotation_y(std::f64::consts::FRAC_PI_2)
-                        * Rotation::from_rotation_z(roll)
-                }
-            };
-            let axis = Vector::new(towards.cos(), towards.sin(), 0.0);
-            let turn = Rotation::from_rotation_z(yaw);
-            let turn = Rotation::from_axis_angle(axis, tilt) * turn * lying;
-            let height = self.spec.table.drop_height_m;
-            let at = Vector::new(place[0], place[1], height);
-            self.insert_part(kind, Frame::from_parts(at, turn));
+        // A bad beginning can leave no room for the last part: begin again.
+        let drawn = (0..200).find_map(|_| draw_drops(&self.spec, &mut rng));
+        let Some(drawn) = drawn else {
+            let value = self.spec.table.spacing_m.to_string();
+            let expected = "a spacing that leaves room for all parts";
+            return Err(TaskError::Setting { name: "table.spacing_m", value, expected });
+        };
+        for (kind, at) in drawn {
+            self.insert_part(kind, at);
         }
         Ok(())
     }
@@ -399,6 +369,41 @@ impl Scene {
     fn robot_body(&self, body: RigidBodyHandle) -> bool {
         self.physics.multibody_joints.rigid_body_link(body).is_some()
     }
+}
+
+/// Where each part is let fall; `None` if the last ones found no room.
+fn draw_drops(spec: &SceneSpec, rng: &mut impl Rng) -> Option<Vec<(PartKind, Frame)>> {
+    let kinds = std::iter::repeat_n(PartKind::Nut, spec.nuts)
+        .chain(std::iter::repeat_n(PartKind::Bolt, spec.bolts));
+    let [low, high] = spec.table.drop;
+    let mut places: Vec<[f64; 2]> = Vec::new();
+    let mut drawn = Vec::new();
+    for kind in kinds {
+        let place = (0..1_000).find_map(|_| {
+            let at: [f64; 2] =
+                std::array::from_fn(|i| low[i] + (high[i] - low[i]) * rng.random::<f64>());
+            let apart = |b: &[f64; 2]| (at[0] - b[0]).hypot(at[1] - b[1]);
+            places.iter().all(|b| apart(b) >= spec.table.spacing_m).then_some(at)
+        })?;
+        places.push(place);
+        let yaw = std::f64::consts::TAU * rng.random::<f64>();
+        let roll = std::f64::consts::TAU * rng.random::<f64>();
+        let tilt = spec.table.drop_tilt_deg.to_radians() * rng.random::<f64>();
+        let towards = std::f64::consts::TAU * rng.random::<f64>();
+        let lying = match kind {
+            PartKind::Nut => Rotation::from_rotation_z(roll),
+            PartKind::Bolt => {
+                Rotation::from_rotation_y(std::f64::consts::FRAC_PI_2)
+                    * Rotation::from_rotation_z(roll)
+            }
+        };
+        let axis = Vector::new(towards.cos(), towards.sin(), 0.0);
+        let turn = Rotation::from_rotation_z(yaw);
+        let turn = Rotation::from_axis_angle(axis, tilt) * turn * lying;
+        let at = Vector::new(place[0], place[1], spec.table.drop_height_m);
+        drawn.push((kind, Frame::from_parts(at, turn)));
+    }
+    Some(drawn)
 }
 
 fn parameters(spec: &SceneSpec) -> IntegrationParameters {
