@@ -143,8 +143,12 @@ impl Robot {
         self.skill.as_ref().map(|s| s.part)
     }
 
-    /// Begins to take `part` and put it at `target`; the fingers open by accident at the share
-    /// `drop_at` of the carrying. Where there is no way, the report says so at once.
+    /// Begins to take `part` (its place in the scene) and put it at `target`; the fingers open by
+    /// accident at the share `drop_at` (0 to 1) of the carrying. Costs the search for postures: a
+    /// fraction of a millisecond to some hundred.
+    ///
+    /// # Errors
+    /// A report with [`Outcome::Unreachable`], at once, where there is no way; nothing has moved then.
     pub fn begin(
         &mut self,
         scene: &Scene,
