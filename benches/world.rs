@@ -11,8 +11,8 @@ use symbolt::sim::Seed;
 use symbolt::task::execute::{EpisodeSpec, episode};
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::{Planner, PlannerSpec};
-use symbolt::task::scene::{Robot, Scene, SceneSpec, Target};
-use symbolt::task::{Grounding, demonstrate};
+use symbolt::task::scene::{Robot, Scene, SceneSpec, Target, inverse_kinematics};
+use symbolt::task::{Grounding, Pose, demonstrate};
 
 fn target(spec: &SceneSpec) -> Target {
     let [x, y] = spec.jig.pocket;
@@ -38,6 +38,11 @@ fn world(c: &mut Criterion) {
             });
         });
     }
+    let target = Pose { position: [0.5, 0.1, 0.2], orientation: [1.0, 0.0, 0.0, 0.0] };
+    let near = [0.1, -0.5, 0.1, -2.3, 0.1, 1.8, 0.8];
+    group.bench_function("inverse_kinematics", |b| {
+        b.iter(|| inverse_kinematics(black_box(&target), &near).expect("it is within reach"));
+    });
     let spec = SceneSpec::default();
     let scene = Scene::new(&spec, Seed::new(1)).expect("sound");
     // Postures for grasp, approach, lift and placing, with their collision checks.

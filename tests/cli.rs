@@ -53,6 +53,33 @@ fn files(folder: &Path) -> Vec<String> {
     names
 }
 
+#[test]
+fn a_scene_that_cannot_be_is_refused_before_anything_is_done() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let here = folder.path();
+    ok(here, &["config", "--out", "cell.json"]);
+    let cell = std::fs::read_to_string(here.join("cell.json")).expect("written");
+    let wide = cell.replace("\"shaft_radius_m\": 0.008", "\"shaft_radius_m\": 0.02");
+    assert_ne!(wide, cell);
+    std::fs::write(here.join("wide.json"), wide).expect("written");
+    let cases: [(&[&str], &str); 6] = [
+        (&["run", "--config", "wide.json"], "wide.json, field `part.nut_hole_m`"),
+        (&["record", "--config", "nowhere.json"], "cannot read nowhere.json"),
+        (&["run", "--config", "cell.json", "--nuts", "100"], "`nuts` is 100; expected 1 to 4"),
+        (&["run", "--nuts", "0"], "`nuts` is 0; expected 1 to 4"),
+        (&["run", "--demo-bolts", "9"], "`bolts` is 9; expected 1 to 4"),
+        (&["run", "--drop-rate", "2"], "`drop_rate` is 2; expected 0 to 1"),
+    ];
+    for (args, message) in cases {
+        let ran = run(here, args);
+        assert_eq!(ran.code, 2, "{args:?}: {}", ran.err);
+        assert!(ran.err.contains(message), "{args:?}: {}", ran.err);
+    }
+    assert_eq!(files(here), ["cell.json", "wide.json"]);
+    let scene = ok(here, &["record", "--scene", "--config", "cell.json"]);
+    assert_eq!(scene, ok(here, &["record", "--scene"]));
+}
+
 /// A folder with a recording, a learned domain and a scene.
 fn prepared() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");

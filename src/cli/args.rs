@@ -7,7 +7,7 @@ use symbolt::sim::Real;
 use symbolt::task::kinematic::{Order, Rehearsal};
 use symbolt::task::planner::{PlannerSpec, Unbinding};
 use symbolt::task::scene::SceneSpec;
-use symbolt::task::{Commitment, Gate, Grounding, Overwrite};
+use symbolt::task::{Commitment, Gate, Grounding, Overwrite, TaskError};
 use thiserror::Error;
 
 /// An argument that does not fit, found after parsing.
@@ -39,6 +39,8 @@ pub(crate) enum Command {
     Rename(RenameArgs),
     /// Says whether a recording, scene or domain file is sound
     Check(CheckArgs),
+    /// Prints the scene's settings, to be changed and given to --config
+    Config(ConfigArgs),
     /// Prints completions for a shell
     Completions {
         /// The shell
@@ -173,17 +175,28 @@ pub(crate) struct DemoArgs {
     #[arg(long, default_value_t = 5)]
     pub demos: usize,
     /// Nuts in each demonstration
-    #[arg(long, default_value_t = 1)]
-    pub demo_nuts: usize,
+    #[arg(long)]
+    pub demo_nuts: Option<usize>,
     /// Bolts in each demonstration
-    #[arg(long, default_value_t = 1)]
-    pub demo_bolts: usize,
+    #[arg(long)]
+    pub demo_bolts: Option<usize>,
+    /// The scene's sizes, friction, motors and speeds, as JSON (see `symbolt config`)
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
 }
 
 impl DemoArgs {
     /// The scene that they are shown in.
-    pub fn scene(&self) -> SceneSpec {
-        SceneSpec { nuts: self.demo_nuts, bolts: self.demo_bolts, ..SceneSpec::default() }
+    pub fn scene(&self) -> Result<SceneSpec, TaskError> {
+        let mut spec = self.setting()?;
+        spec.nuts = self.demo_nuts.unwrap_or(spec.nuts);
+        spec.bolts = self.demo_bolts.unwrap_or(spec.bolts);
+        spec.check().map(|()| spec)
+    }
+
+    /// The scene as it is configured.
+    pub fn setting(&self) -> Result<SceneSpec, TaskError> {
+        self.config.as_deref().map_or_else(|| Ok(SceneSpec::default()), SceneSpec::read)
     }
 }
 
@@ -210,8 +223,8 @@ impl RehearsalArgs {
     pub fn rehearsal(&self, demos: &DemoArgs) -> Rehearsal {
         Rehearsal {
             demos: demos.demos,
-            nuts: demos.demo_nuts,
-            bolts: demos.demo_bolts,
+            nuts: demos.demo_nuts.unwrap_or(1),
+            bolts: demos.demo_bolts.unwrap_or(1),
             order: self.order.into(),
             fail_rate: self.fail_rate,
             loss_rate: self.loss_rate,
@@ -231,14 +244,17 @@ pub(crate) struct RunArgs {
     #[arg(long, default_value_t = 1)]
     pub episodes: usize,
     /// Nuts in each episode's scene
-    #[arg(long, default_value_t = 1)]
-    pub nuts: usize,
+    #[arg(long)]
+    pub nuts: Option<usize>,
     /// Bolts in each episode's scene
-    #[arg(long, default_value_t = 1)]
-    pub bolts: usize,
+    #[arg(long)]
+    pub bolts: Option<usize>,
     /// Probability, for each grasp, that the fingers open at a uniformly drawn moment of the carrying
     #[arg(long, default_value_t = 0.0, value_name = "RATE")]
     pub drop_rate: f64,
+    /// Another hand puts the last bolt into the jig at some moment of each episode's first 20 s
+    #[arg(long)]
+    pub meddle: bool,
     #[command(flatten)]
     pub planner: PlannerArgs,
     /// The folder to write; refused if it holds an earlier run. Without this, `out` is replaced
@@ -247,6 +263,12 @@ pub(crate) struct RunArgs {
     /// Replace an earlier run in the folder
     #[arg(long)]
     pub force: bool,
+}
+
+#[derive(Debug, Clone, Args)]
+pub(crate) struct ConfigArgs {
+    #[command(flatten)]
+    pub out: OutFile,
 }
 
 #[derive(Debug, Clone, Args)]

@@ -17,7 +17,8 @@ use std::process::ExitCode;
 use anyhow::Error;
 use clap::{CommandFactory, Parser};
 use symbolt::neurons::UnknownMode;
-use symbolt::task::TaskError;
+use symbolt::task::scene::SceneSpec;
+use symbolt::task::{TaskError, write_whole};
 
 use args::{Cli, Command};
 
@@ -107,6 +108,14 @@ fn dispatch(cli: Cli) -> Result<Outcome, Error> {
         Command::Plan(args) => plan::plan(&args),
         Command::Rename(args) => rename::rename(&args),
         Command::Check(args) => check::check(&args),
+        Command::Config(args) => {
+            let text = format!("{:#}\n", serde_json::json!(SceneSpec::default()));
+            match &args.out.out {
+                Some(path) => write_whole(path, &text, args.out.overwrite())?,
+                None => output::emit(&text)?,
+            }
+            Ok(Outcome::Done)
+        }
         Command::Completions { shell } => {
             let mut text = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "symbolt", &mut text);

@@ -30,7 +30,7 @@ pub(crate) fn record(args: &RecordArgs) -> Result<Outcome, Error> {
 
 /// In the physics scene.
 fn demonstrated(args: &RecordArgs) -> Result<(String, Value), Error> {
-    let (spec, seed) = (args.demos.scene(), Seed::new(args.common.seed));
+    let (spec, seed) = (args.demos.scene()?, Seed::new(args.common.seed));
     if args.labels {
         let problem = "--labels are written with --kinematic only";
         return Err(BadArgument(problem.into()).into());

@@ -8,16 +8,19 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use anyhow::Error;
+use rand::RngExt;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use symbolt::sim::Seed;
-use symbolt::task::execute::{Ended, Episode, EpisodeReport, EpisodeSpec, Tally, episode};
+use symbolt::task::execute::{
+    Ended, Episode, EpisodeReport, EpisodeSpec, Meddling, Tally, episode,
+};
 use symbolt::task::learn::{Learned, Settings};
 use symbolt::task::planner::Planner;
-use symbolt::task::scene::{Outcome as SkillOutcome, Scene, SceneSpec};
+use symbolt::task::scene::{Scene, SceneSpec};
 use symbolt::task::{
-    Classifier, Demonstrated, Grounding, Overwrite, Recorder, Snapshot, TaskError, demonstrate,
-    write_whole,
+    Classifier, Demonstrated, Grounding, Overwrite, Pose, Recorder, Snapshot, TaskError,
+    demonstrate, write_whole,
 };
 
 use super::Outcome;
@@ -34,12 +37,14 @@ const FRAME_MS: u64 = 40;
 pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let folder = args.out.clone().unwrap_or_else(|| PathBuf::from("out"));
     check(args, &folder)?;
+    let shown_in = args.demos.scene()?;
+    let spec = episode_spec(args)?;
     use_threads(&args.common)?;
     let begun = Instant::now();
     let progress = Progress::new(&args.common);
     let seed = Seed::new(args.common.seed);
     let count = args.demos.demos;
-    let shown = demonstrate(&args.demos.scene(), count, seed, &mut |demo| {
+    let shown = demonstrate(&shown_in, count, seed, &mut |demo| {
         progress.say(format!("demonstration {} of {count}", demo + 1));
     })?;
     let settings = Settings { seed: args.common.seed, ..Settings::default() };
@@ -50,11 +55,6 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     };
     progress.say("building the planner graph");
     let planner = Arc::new(plan::build(domain, &args.planner, args.common.seed)?);
-    let spec = EpisodeSpec {
-        scene: SceneSpec { nuts: args.nuts, bolts: args.bolts, ..args.demos.scene() },
-        drop_rate: args.drop_rate,
-        ..EpisodeSpec::default()
-    };
     let looping = Instant::now();
     let episodes = episodes(args, &planner, &goal, &spec, seed, &progress)?;
     let loop_s = looping.elapsed().as_secs_f64();
@@ -120,14 +120,26 @@ fn check(args: &RunArgs, folder: &Path) -> Result<(), Error> {
             return Err(BadArgument(format!("{name} is {count}; 1 to 100000 are possible")).into());
         }
     }
-    args.demos.scene().check()?;
-    EpisodeSpec {
-        scene: SceneSpec { nuts: args.nuts, bolts: args.bolts, ..SceneSpec::default() },
-        drop_rate: args.drop_rate,
-        ..EpisodeSpec::default()
-    }
-    .check()?;
     Ok(())
+}
+
+fn episode_spec(args: &RunArgs) -> Result<EpisodeSpec, TaskError> {
+    let mut scene = args.demos.setting()?;
+    scene.nuts = args.nuts.unwrap_or(scene.nuts);
+    scene.bolts = args.bolts.unwrap_or(scene.bolts);
+    let spec = EpisodeSpec { scene, drop_rate: args.drop_rate, ..EpisodeSpec::default() };
+    spec.check().map(|()| spec)
+}
+
+/// Another hand lets the last bolt fall into the hole.
+fn meddling(spec: &SceneSpec, seed: Seed) -> Meddling {
+    let [x, y] = spec.jig.hole;
+    let position = [x, y, spec.jig.hole_top_m + 1e-3];
+    Meddling {
+        at_s: 20.0 * seed.derive("meddling", "moment").rng().random::<f64>(),
+        part: spec.nuts + spec.bolts - 1,
+        pose: Pose::at(position),
+    }
 }
 
 fn episode_seed(seed: Seed, index: usize) -> Seed {
@@ -148,9 +160,10 @@ fn episodes(
         .into_par_iter()
         .map(|index| {
             let frame_ms = (index == 0).then_some(FRAME_MS);
-            let spec = EpisodeSpec { frame_ms, ..spec.clone() };
-            let grounding = Grounding::default();
-            let over = episode(planner, grounding, goal, &spec, episode_seed(seed, index))?;
+            let own = episode_seed(seed, index);
+            let meddling = args.meddle.then(|| meddling(&spec.scene, own));
+            let spec = EpisodeSpec { frame_ms, meddling, ..spec.clone() };
+            let over = episode(planner, Grounding::default(), goal, &spec, own)?;
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
             if all > 1 {
                 progress.say(format!("{done} of {all} episodes done"));
@@ -214,6 +227,13 @@ impl Results<'_> {
             .iter()
             .map(|(episode, ended)| json!({"episode": episode, "reason": self.reason(ended)}))
             .collect();
+        let replans: Vec<Value> = tally
+            .failed_skills
+            .iter()
+            .map(|((action, outcome), times)| {
+                json!({"action": action, "outcome": outcome, "times": times})
+            })
+            .collect();
         json!({
             "episodes": tally.episodes,
             "assembled": tally.assembled,
@@ -224,6 +244,10 @@ impl Results<'_> {
             "picks": tally.picks,
             "drops": tally.drops,
             "replans": tally.replans,
+            "replans_after": replans,
+            "strays": tally.strays,
+            "ended_with_strays": tally.ended_with_strays,
+            "meddled": tally.meddled,
             "decision_ms": {
                 "median": tally.decision_quantile(0.5),
                 "p95": tally.decision_quantile(0.95),
@@ -259,6 +283,13 @@ impl Results<'_> {
         }
         text += &self.figures(total_s).to_string();
         text.push('\n');
+        if !tally.failed_skills.is_empty() {
+            let mut grid = Grid::new(&["planned anew after", "outcome", ">times"]);
+            for ((action, outcome), times) in &tally.failed_skills {
+                grid.row([action.clone(), outcome.clone(), times.to_string()]);
+            }
+            let _ = writeln!(text, "{grid}");
+        }
         for (index, ended) in &tally.failures {
             let _ = writeln!(text, "Episode {index} failed: {}.", self.reason(ended));
         }
@@ -287,6 +318,7 @@ impl Results<'_> {
             ("picks", tally.picks.to_string()),
             ("drops", tally.drops.to_string()),
             ("re-plans after a failed step", tally.replans.to_string()),
+            ("parts that came to be in no state", tally.strays.to_string()),
             ("greatest slip in the hand, mm", format!("{:.2}", 1e3 * tally.slip_m)),
             ("decision, simulated ms, median", ms(0.5)),
             ("decision, simulated ms, 95%", ms(0.95)),
@@ -320,7 +352,7 @@ fn steps(report: &EpisodeReport) -> Grid {
     for (index, decision) in report.decisions.iter().enumerate() {
         let outcome = match (&decision.action, &report.ended) {
             (Some(_), ended) => match (skills.next(), ended) {
-                (Some(skill), _) => outcome(skill.outcome).to_owned(),
+                (Some(skill), _) => skill.outcome.to_string(),
                 (None, _) => "not begun".to_owned(),
             },
             (None, Ended::GoalMet) => "goal met".to_owned(),
@@ -336,15 +368,4 @@ fn steps(report: &EpisodeReport) -> Grid {
         ]);
     }
     grid
-}
-
-fn outcome(outcome: SkillOutcome) -> &'static str {
-    match outcome {
-        SkillOutcome::Placed => "placed",
-        SkillOutcome::Dropped => "dropped",
-        SkillOutcome::Missed => "missed",
-        SkillOutcome::Blocked => "blocked",
-        SkillOutcome::Unreachable => "unreachable",
-        SkillOutcome::TimedOut => "timed out",
-    }
 }

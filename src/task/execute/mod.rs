@@ -77,7 +77,8 @@ impl EpisodeSpec {
     }
 }
 
-/// Another hand than the robot's puts a part somewhere, once, as soon as the robot is not holding it.
+/// Another hand than the robot's puts a part somewhere, once, as soon as the robot is not after it and
+/// there is room.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Meddling {
     /// Not before this many simulated seconds.
@@ -135,6 +136,10 @@ pub struct EpisodeReport {
     pub skills: Vec<SkillReport>,
     /// Parts that were in no state when the episode ended.
     pub in_no_state: usize,
+    /// Times that a part was found in no state that had been in one when last looked at.
+    pub strays: usize,
+    /// Whether another hand did what [`EpisodeSpec::meddling`] says.
+    pub meddled: bool,
     /// Steps of the physics.
     pub steps: u64,
     /// Simulated seconds.
@@ -150,6 +155,12 @@ impl EpisodeReport {
     /// Times a part was in the hand.
     pub fn picks(&self) -> usize {
         self.skills.iter().filter(|s| s.picked).count()
+    }
+
+    /// What was decided and how the skill that came of it ended, in order.
+    pub fn attempts(&self) -> impl Iterator<Item = (&str, Outcome)> {
+        let acted = self.decisions.iter().filter_map(|d| d.action.as_deref());
+        acted.zip(self.skills.iter().map(|s| s.outcome))
     }
 
     /// Decisions made after a skill that did not put its part where it should.
@@ -217,6 +228,8 @@ impl AssemblyWorld {
             decisions: log.decisions.clone(),
             skills: log.skills.clone(),
             in_no_state: log.in_no_state,
+            strays: log.strays,
+            meddled: self.meddled(),
             steps: scene.map_or(0, |s| s.steps()),
             simulated_s: scene.map_or(0.0, |s| s.time_s()),
         };

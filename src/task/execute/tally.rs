@@ -1,6 +1,9 @@
 //! Many episodes counted.
 
+use std::collections::BTreeMap;
+
 use super::{Ended, EpisodeReport};
+use crate::task::scene::Outcome;
 
 /// What happened in several episodes.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -19,6 +22,14 @@ pub struct Tally {
     pub drops: usize,
     /// Decisions after a skill that failed.
     pub replans: usize,
+    /// What these decisions came after: an action, how its skill ended, and how often.
+    pub failed_skills: BTreeMap<(String, String), usize>,
+    /// Times that a part came to be in no state.
+    pub strays: usize,
+    /// Episodes at whose end a part was in no state.
+    pub ended_with_strays: usize,
+    /// Episodes in which another hand did something.
+    pub meddled: usize,
     /// Simulated milliseconds of every decision, in rising order.
     pub decision_ms: Vec<f64>,
     /// Steps of the physics.
@@ -43,6 +54,13 @@ impl Tally {
             tally.picks += episode.picks();
             tally.drops += episode.drops();
             tally.replans += episode.replans();
+            for (action, outcome) in episode.attempts().filter(|(_, o)| *o != Outcome::Placed) {
+                let key = (action.to_owned(), outcome.to_string());
+                *tally.failed_skills.entry(key).or_default() += 1;
+            }
+            tally.strays += episode.strays;
+            tally.ended_with_strays += usize::from(episode.in_no_state > 0);
+            tally.meddled += usize::from(episode.meddled);
             tally.decision_ms.extend(episode.decisions.iter().map(|d| d.took_ms));
             tally.steps += episode.steps;
             tally.simulated_s += episode.simulated_s;

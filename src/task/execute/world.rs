@@ -34,6 +34,7 @@ pub(super) struct Log {
     pub decisions: Vec<Decided>,
     pub skills: Vec<SkillReport>,
     pub in_no_state: usize,
+    pub strays: usize,
     pub frames: Vec<SceneFrame>,
 }
 
@@ -105,9 +106,18 @@ impl AssemblyWorld {
         self.live.as_ref().is_some_and(|live| live.phase == Phase::Act)
     }
 
+    pub(super) fn meddled(&self) -> bool {
+        self.live.as_ref().is_some_and(|live| live.meddled)
+    }
+
     pub(super) fn log(&self) -> &Log {
-        static EMPTY: Log =
-            Log { decisions: Vec::new(), skills: Vec::new(), in_no_state: 0, frames: Vec::new() };
+        static EMPTY: Log = Log {
+            decisions: Vec::new(),
+            skills: Vec::new(),
+            in_no_state: 0,
+            strays: 0,
+            frames: Vec::new(),
+        };
         self.live.as_ref().map_or(&EMPTY, |live| &live.log)
     }
 }
@@ -147,7 +157,10 @@ impl Live {
 
     fn meddle(&mut self, spec: &EpisodeSpec) {
         let Some(meddling) = spec.meddling.filter(|_| !self.meddled) else { return };
-        if self.scene.time_s() >= meddling.at_s && self.robot.part() != Some(meddling.part) {
+        if self.scene.time_s() >= meddling.at_s
+            && self.robot.part() != Some(meddling.part)
+            && self.scene.has_room(meddling.part, &meddling.pose)
+        {
             self.scene.disturb(meddling.part, &meddling.pose);
             self.meddled = true;
         }
@@ -163,7 +176,9 @@ impl Live {
         // Of the parts: the jig has no states.
         let parts = self.scene.kinds().count();
         let known = states.iter().filter(|s| s.state.is_some()).count();
-        self.log.in_no_state = parts.saturating_sub(known);
+        let strays = parts.saturating_sub(known);
+        self.log.strays += strays.saturating_sub(self.log.in_no_state);
+        self.log.in_no_state = strays;
         self.phase = Phase::Ask { since_step: self.scene.steps() };
     }
 

@@ -13,6 +13,9 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 use nalgebra::{Matrix6, SMatrix, SVector, Vector6};
 use rapier3d::math::{Pose as Frame, Rotation, Vector};
 
+use super::physics::{frame_of, pose_of};
+use crate::task::pose::Pose;
+
 /// Joints of the arm.
 pub(crate) const JOINTS: usize = 7;
 
@@ -78,6 +81,33 @@ pub(crate) fn links(q: &Angles) -> [Frame; JOINTS] {
 /// Where the tool is.
 pub(crate) fn tool(q: &Angles) -> Frame {
     links(q)[JOINTS - 1] * tool_offset()
+}
+
+/// Poses of the seven links and, last, of the tool, at joint angles in radians.
+pub fn forward_kinematics(angles: &[f64; 7]) -> [Pose; 8] {
+    let frames = links(angles);
+    std::array::from_fn(|i| match frames.get(i) {
+        Some(frame) => pose_of(frame),
+        None => pose_of(&tool(angles)),
+    })
+}
+
+/// Joint angles, within the joints' limits, that bring the tool to `target` (metres, the base at the
+/// origin), looked for near `start` first; `None` if there are none or none is found. Costs about 20
+/// microseconds where `start` is near, up to a millisecond where nothing is found.
+///
+/// ```
+/// use symbolt::task::Pose;
+/// use symbolt::task::scene::{forward_kinematics, inverse_kinematics};
+///
+/// let above_the_table = Pose { position: [0.5, 0.1, 0.2], orientation: [1.0, 0.0, 0.0, 0.0] };
+/// let angles = inverse_kinematics(&above_the_table, &[0.0, -0.5, 0.0, -2.3, 0.0, 1.8, 0.8]);
+/// let tool = forward_kinematics(&angles.expect("it is within reach"))[7];
+/// assert!((tool.position[2] - 0.2).abs() < 1e-4);
+/// ```
+pub fn inverse_kinematics(target: &Pose, start: &[f64; 7]) -> Option<[f64; 7]> {
+    let target = frame_of(target);
+    starts(start, &target).find_map(|start| solve(&target, &start))
 }
 
 /// Position and rotation, as a vector of six, from `from` to `to`.

@@ -11,6 +11,7 @@ mod reach;
 mod shapes;
 mod skill;
 
+pub use arm::{forward_kinematics, inverse_kinematics};
 pub use config::{ArmSpec, GripperSpec, JigSpec, MOST_PARTS, PartSpec, SceneSpec, TableSpec};
 pub use grasp::Target;
 pub use physics::{PartKind, Scene, SceneFrame};

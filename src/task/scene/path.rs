@@ -22,6 +22,9 @@ const SHORTEST_S: f64 = 0.1;
 /// Distance between the points of a straight line, in metres.
 const LINE_STEP_M: f64 = 0.004;
 
+/// Pieces in which the tool's way is measured.
+const LOOKS: usize = 16;
+
 fn farthest(a: &Angles, b: &Angles) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
@@ -36,7 +39,15 @@ impl Path {
         let way = farthest(from, to);
         let duration_s = (PEAK * way / speed).max((STEEPEST * way / acceleration).sqrt());
         let duration_s = duration_s.max(SHORTEST_S);
-        Self { points: vec![*from, *to], duration_s }
+        let mut path = Self { points: vec![*from, *to], duration_s };
+        if held {
+            let places: Vec<Vector> =
+                path.samples(LOOKS).map(|q| arm::tool(&q).translation).collect();
+            let farthest = places.windows(2).map(|w| (w[1] - w[0]).length()).fold(0.0, f64::max);
+            let slowest = PEAK * farthest * LOOKS as f64 / arm.carry_m_s;
+            path.duration_s = path.duration_s.max(slowest);
+        }
+        path
     }
 
     /// The tool moves straight by `shift` from where it is at `from`, without turning. `None` where the
@@ -103,6 +114,14 @@ impl Path {
             speeds[joint] = by * legs * rate;
         }
         (angles, speeds)
+    }
+
+    /// How many samples it takes for no joint to turn by more than `most` radians between two; at least
+    /// eight.
+    pub fn looks(&self, most: f64) -> usize {
+        let ways = self.points.windows(2).map(|w| farthest(&w[0], &w[1]));
+        let steepest = ways.fold(0.0, f64::max) * (self.points.len() - 1) as f64;
+        ((steepest / most).ceil() as usize).max(8)
     }
 
     /// Angles along the path, evenly by share of the way, ends included.

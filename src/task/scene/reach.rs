@@ -34,8 +34,10 @@ const RELEASE_M: f64 = 0.0013;
 const CLEAR_M: f64 = 0.012;
 /// Postures looked for in one plan, at most.
 const BUDGET: usize = 1_500;
-/// Points of a path that are looked at for collisions.
-const LOOKS: usize = 24;
+/// Between the points of a path that are looked at for collisions no joint turns farther than this.
+const LOOK_RAD: f64 = 0.04;
+/// How far the tool goes straight up where there is no way from where it is, in metres.
+const RISE_M: f64 = 0.12;
 
 struct Search<'s> {
     scene: &'s Scene,
@@ -165,7 +167,7 @@ fn placing(
 }
 
 /// Paths from one posture to another, over higher ground if need be, on which neither the arm nor a part in
-/// the hand touches anything.
+/// the hand touches anything; if there are none from where the arm is, then from some way above.
 fn free_way(
     scene: &Scene,
     from: &Angles,
@@ -180,30 +182,47 @@ fn free_way(
         q[4..].copy_from_slice(&hand[4..]);
         q
     };
-    let waypoints: [Vec<Angles>; 4] =
-        [vec![], vec![over(to[0], to)], vec![over(from[0], from), over(to[0], to)], vec![HOME]];
-    waypoints.into_iter().find_map(|via| {
-        let mut points = vec![*from];
-        points.extend(via);
-        points.push(*to);
-        let paths: Vec<Path> = points
-            .windows(2)
-            .map(|w| Path::joints(&w[0], &w[1], arm_spec, held.is_some()))
-            .collect();
-        let free = paths.iter().enumerate().all(|(leg, path)| {
-            path.samples(LOOKS).enumerate().all(|(at, q)| {
-                // Where the arm is now it is, touching or not.
-                if leg == 0 && at < 2 {
-                    return true;
-                }
-                let ignored = held.map(|(part, _)| part);
-                let hits = scene.collides(&q, opening, ignored.as_slice())
-                    || held.is_some_and(|(part, in_hand)| {
-                        scene.part_collides(part, &(arm::tool(&q) * in_hand.inverse()))
-                    });
-                !hits
+    let joints = |a: &Angles, b: &Angles| Path::joints(a, b, arm_spec, held.is_some());
+    let rise = || Path::line(from, Vector::Z * RISE_M, arm_spec);
+    for first in [None, rise()] {
+        if first.as_ref().is_some_and(|rise| !free(scene, rise, opening, held, true)) {
+            return None;
+        }
+        let begin = first.as_ref().map_or(*from, Path::end);
+        let waypoints: [&[Angles]; 4] =
+            [&[], &[over(to[0], to)], &[over(begin[0], &begin), over(to[0], to)], &[HOME]];
+        for via in waypoints {
+            let points: Vec<Angles> = std::iter::once(begin).chain(via.iter().copied()).collect();
+            let ends = points.iter().skip(1).chain([to]);
+            let legs: Vec<Path> = points.iter().zip(ends).map(|(a, b)| joints(a, b)).collect();
+            let begins_here = |leg: usize| leg == 0 && first.is_none();
+            if legs.iter().enumerate().all(|(i, p)| free(scene, p, opening, held, begins_here(i))) {
+                return Some(first.into_iter().chain(legs).collect());
+            }
+        }
+    }
+    None
+}
+
+/// Whether nothing is touched on a path; at its beginning, where the arm is now, it may be.
+fn free(
+    scene: &Scene,
+    path: &Path,
+    opening: f64,
+    held: Option<(usize, Frame)>,
+    begins_here: bool,
+) -> bool {
+    let ignored = held.map(|(part, _)| part);
+    let clear = |q: &Angles| {
+        !scene.collides(q, opening, ignored.as_slice())
+            && !held.is_some_and(|(part, in_hand)| {
+                scene.part_collides(part, &(arm::tool(q) * in_hand.inverse()))
             })
-        });
-        free.then_some(paths)
-    })
+    };
+    // Coarsely first: most ways that are not free are not free for long.
+    let count = path.looks(LOOK_RAD);
+    let (points, most) = (path.samples(count).collect::<Vec<_>>(), if begins_here { 2 } else { 0 });
+    let far = |i: &usize| *i >= most.min(count);
+    let coarse = (0..=count).step_by(8);
+    coarse.chain((0..=count).filter(|i| i % 8 != 0)).filter(far).all(|i| clear(&points[i]))
 }

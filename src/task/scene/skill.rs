@@ -31,6 +31,19 @@ pub enum Outcome {
     TimedOut,
 }
 
+impl std::fmt::Display for Outcome {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Placed => "placed",
+            Self::Dropped => "dropped",
+            Self::Missed => "missed",
+            Self::Blocked => "blocked",
+            Self::Unreachable => "unreachable",
+            Self::TimedOut => "timed out",
+        })
+    }
+}
+
 /// What a recorder wants to know.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Touch {
@@ -202,6 +215,9 @@ impl Robot {
                 self.skill = Some(skill);
             }
         }
+        let holding =
+            |s: &Skill| !matches!(s.stage, Stage::Reach(_) | Stage::Retreat(_) | Stage::Settle);
+        scene.refine(self.skill.as_ref().is_some_and(holding));
         scene.drive_arm(&self.angles, &speeds);
         scene.drive_fingers(self.opening);
         scene.step();
