@@ -36,6 +36,11 @@ fn pocket(spec: &SceneSpec) -> Target {
     Target { position: [x, y, z], axis: [0.0, 0.0, 1.0] }
 }
 
+fn hole(spec: &SceneSpec) -> Target {
+    let [x, y] = spec.jig.hole;
+    Target { position: [x, y, spec.jig.hole_top_m], axis: [0.0, 0.0, 1.0] }
+}
+
 fn put(scene: &mut Scene, robot: &mut Robot, part: usize, target: Target) -> SkillReport {
     if let Err(report) = robot.begin(scene, part, target, None) {
         return report;
@@ -170,6 +175,50 @@ fn a_bolt_that_another_hand_puts_into_the_jig_is_used() {
     let spec = EpisodeSpec { scene, meddling, ..EpisodeSpec::default() };
     let over = episode(planner, Grounding::default(), goal, &spec, Seed::new(2)).expect("runs");
     assert!(over.report.meddled && over.report.assembled, "{:?}", over.report);
+}
+
+/// With longer substeps the bolt rattled in the nut and walked half a millimetre.
+#[test]
+fn an_assembly_comes_to_rest() {
+    let spec = SceneSpec::default();
+    let mut scene = Scene::new(&spec, Seed::new(1)).expect("sound");
+    let mut robot = Robot::default();
+    assert_eq!(put(&mut scene, &mut robot, 0, pocket(&spec)).outcome, Outcome::Placed);
+    assert_eq!(put(&mut scene, &mut robot, 1, hole(&spec)).outcome, Outcome::Placed);
+    let [x, y] = spec.jig.pocket;
+    let top = spec.jig.pocket_floor_m + spec.part.nut_height_m;
+    let nut = Target { position: [x, y, top], axis: [0.0, 0.0, 1.0] };
+    assert_eq!(put(&mut scene, &mut robot, 1, nut).outcome, Outcome::Placed);
+    assert!(Assembly::judge(&scene).is_assembled());
+    let places = |scene: &Scene| [0, 1].map(|i| scene.part(i).expect("there").position);
+    let before = places(&scene);
+    for _ in 0..500 {
+        robot.step(&mut scene);
+    }
+    for (was, is) in before.iter().zip(places(&scene)) {
+        let moved = was.iter().zip(is).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+        assert!(moved < 5e-5, "{moved} m in two seconds");
+    }
+}
+
+#[test]
+fn a_part_is_not_put_where_another_has_come_to_be() {
+    let spec = SceneSpec { bolts: 2, ..SceneSpec::default() };
+    let mut scene = Scene::new(&spec, Seed::new(1)).expect("sound");
+    let mut robot = Robot::default();
+    let began = scene.part(1).expect("there").position;
+    robot.begin(&scene, 1, hole(&spec), None).expect("it is within reach");
+    for _ in 0..500 {
+        robot.step(&mut scene);
+    }
+    let [x, y] = spec.jig.hole;
+    scene.disturb(2, &Pose::at([x, y, spec.jig.hole_top_m + 1e-3]));
+    let report = (0..20_000).find_map(|_| robot.step(&mut scene).ended).expect("it ends");
+    assert_eq!(report.outcome, Outcome::Occupied);
+    // It lies again where it lay.
+    let ended = scene.part(1).expect("there").position;
+    assert!((ended[0] - began[0]).hypot(ended[1] - began[1]) < 0.02, "{began:?} {ended:?}");
+    assert_eq!(Assembly::judge(&scene).bolt_in_hole, Some(2));
 }
 
 #[test]

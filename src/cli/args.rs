@@ -27,7 +27,7 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// The main job (also without a command): demonstrations, learning, a plan; writes out/
     Run(RunArgs),
-    /// Writes demonstrations, or a single scene, made by the kinematic generator
+    /// Writes demonstrations, or a single scene, from physics or from the kinematic generator
     Record(RecordArgs),
     /// Learns states and operators from a recording
     Learn(LearnArgs),
@@ -167,7 +167,6 @@ impl From<OrderArg> for Order {
     }
 }
 
-/// What a generated recording shows.
 /// What demonstrations show.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct DemoArgs {

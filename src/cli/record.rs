@@ -12,6 +12,13 @@ use super::output::{Progress, emit, emit_json, refuse_existing, use_threads};
 
 pub(crate) fn record(args: &RecordArgs) -> Result<Outcome, Error> {
     refuse_existing(args.out.out.as_deref(), args.out.force)?;
+    if args.demos.demos == 0 && !args.scene {
+        return Err(BadArgument("--demos is 0; at least 1 is needed".into()).into());
+    }
+    if args.kinematic && args.demos.config.is_some() {
+        let problem = "--config is about the scene in physics; it does not go with --kinematic";
+        return Err(BadArgument(problem.into()).into());
+    }
     use_threads(&args.common)?;
     let (text, summary) = if args.kinematic { rehearsed(args)? } else { demonstrated(args)? };
     match &args.out.out {

@@ -47,6 +47,11 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let shown = demonstrate(&shown_in, count, seed, &mut |demo| {
         progress.say(format!("demonstration {} of {count}", demo + 1));
     })?;
+    if shown.assembled == 0 {
+        let sentence =
+            format!("none of {count} demonstrations was assembled: nothing to learn from");
+        return Ok(Outcome::Failed(sentence));
+    }
     let settings = Settings { seed: args.common.seed, ..Settings::default() };
     let learned = learn::learn_with_progress(&shown.recording, &settings, &progress)?;
     let domain = &learned.domain;
@@ -353,6 +358,7 @@ fn steps(report: &EpisodeReport) -> Grid {
         let outcome = match (&decision.action, &report.ended) {
             (Some(_), ended) => match (skills.next(), ended) {
                 (Some(skill), _) => skill.outcome.to_string(),
+                (None, Ended::GaveUp) => "cut short".to_owned(),
                 (None, _) => "not begun".to_owned(),
             },
             (None, Ended::GoalMet) => "goal met".to_owned(),

@@ -76,6 +76,18 @@ pub enum TaskError {
         /// What can be given.
         expected: &'static str,
     },
+    /// A setting outside its range.
+    #[error("`{name}` is {value}; expected {least} to {most}")]
+    Range {
+        /// The setting's name.
+        name: &'static str,
+        /// What was given.
+        value: f64,
+        /// The least that can be given.
+        least: f64,
+        /// The most.
+        most: f64,
+    },
     /// A recording from which nothing can be learned.
     #[error("nothing can be learned from this recording: {reason}")]
     NothingToLearn {

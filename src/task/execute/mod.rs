@@ -70,6 +70,25 @@ impl EpisodeSpec {
         if !(0.0..=1.0).contains(&self.drop_rate) {
             return refuse("drop_rate", self.drop_rate.to_string(), "0 to 1");
         }
+        if let Some(meddling) = &self.meddling {
+            let parts = self.scene.nuts + self.scene.bolts;
+            if meddling.part >= parts {
+                return refuse(
+                    "meddling.part",
+                    meddling.part.to_string(),
+                    "a part's place in the scene",
+                );
+            }
+            let turn: f64 = meddling.pose.orientation.iter().map(|v| v * v).sum();
+            let finite = meddling.pose.position.iter().all(|v| v.is_finite()) && turn.is_finite();
+            if !finite || turn < 1e-6 || !meddling.at_s.is_finite() {
+                return refuse(
+                    "meddling",
+                    format!("{meddling:?}"),
+                    "finite numbers and a rotation",
+                );
+            }
+        }
         if !(self.limit_s > 0.0 && self.limit_s <= 86_400.0) {
             return refuse("limit_s", self.limit_s.to_string(), "more than 0, at most 86400");
         }
@@ -134,9 +153,9 @@ pub struct EpisodeReport {
     pub decisions: Vec<Decided>,
     /// Every skill.
     pub skills: Vec<SkillReport>,
-    /// Parts that were in no state when the episode ended.
+    /// Parts that were in no state when last looked at, or are gone from the table.
     pub in_no_state: usize,
-    /// Times that a part was found in no state that had been in one when last looked at.
+    /// Times that a part was found in no state that had not been so when looked at before.
     pub strays: usize,
     /// Whether another hand did what [`EpisodeSpec::meddling`] says.
     pub meddled: bool,
@@ -163,7 +182,7 @@ impl EpisodeReport {
         acted.zip(self.skills.iter().map(|s| s.outcome))
     }
 
-    /// Decisions made after a skill that did not put its part where it should.
+    /// Skills that did not put their part where they should: each is followed by a new decision.
     pub fn replans(&self) -> usize {
         self.skills.iter().filter(|s| s.outcome != Outcome::Placed).count()
     }

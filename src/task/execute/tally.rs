@@ -20,9 +20,9 @@ pub struct Tally {
     pub picks: usize,
     /// Parts lost on the way.
     pub drops: usize,
-    /// Decisions after a skill that failed.
+    /// Skills that failed, each followed by a new decision.
     pub replans: usize,
-    /// What these decisions came after: an action, how its skill ended, and how often.
+    /// Which these were: an action, how its skill ended, and how often.
     pub failed_skills: BTreeMap<(String, String), usize>,
     /// Times that a part came to be in no state.
     pub strays: usize,

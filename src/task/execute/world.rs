@@ -12,7 +12,7 @@ use crate::sim::{Real, Seed, SimDuration, World, WorldError, WorldSave};
 use crate::task::error::TaskError;
 use crate::task::ground::{Classifier, Grounding};
 use crate::task::planner::{Planner, Verdict};
-use crate::task::scene::{Robot, Scene, SceneFrame, SkillReport};
+use crate::task::scene::{Outcome, Robot, Scene, SceneFrame, SkillReport};
 use crate::task::witness::Recorder;
 
 /// What the executor is doing.
@@ -45,6 +45,8 @@ struct Live {
     robot: Robot,
     phase: Phase,
     present: Vec<bool>,
+    /// Parts that were in no state when last looked at.
+    stray: Vec<bool>,
     log: Log,
     seed: Seed,
     meddled: bool,
@@ -167,18 +169,23 @@ impl Live {
     }
 
     fn look(&mut self, mind: &Mind<'_>) {
-        let (seen, _) = mind.recorder.look(&self.scene);
+        let (seen, parts) = mind.recorder.look(&self.scene);
         let states = mind.classifier.classify_all(&seen);
         self.present.fill(false);
         for state in states.iter().filter_map(|s| s.state) {
             self.present[state] = true;
         }
         // Of the parts: the jig has no states.
-        let parts = self.scene.kinds().count();
-        let known = states.iter().filter(|s| s.state.is_some()).count();
-        let strays = parts.saturating_sub(known);
-        self.log.strays += strays.saturating_sub(self.log.in_no_state);
-        self.log.in_no_state = strays;
+        let mut stray = vec![true; self.scene.kinds().count()];
+        for (state, part) in states.iter().zip(&parts) {
+            if let (Some(_), Some(part)) = (state.state, part) {
+                stray[*part] = false;
+            }
+        }
+        let newly = stray.iter().zip(&self.stray).filter(|(now, before)| **now && !**before);
+        self.log.strays += newly.count();
+        self.log.in_no_state = stray.iter().filter(|s| **s).count();
+        self.stray = stray;
         self.phase = Phase::Ask { since_step: self.scene.steps() };
     }
 
@@ -215,6 +222,12 @@ impl Live {
         let operator = &domain.operators()[action];
         let (seen, parts) = mind.recorder.look(&self.scene);
         let states = mind.classifier.classify_all(&seen);
+        let mut now = vec![false; self.present.len()];
+        states.iter().filter_map(|s| s.state).for_each(|state| now[state] = true);
+        if now != self.present {
+            // Something has changed while the graph was thinking.
+            return Phase::Rest { left: REST };
+        }
         let Some(target) = choose::target(domain, operator) else {
             return Phase::Over(Ended::NoWay { action: operator.name.clone() });
         };
@@ -223,7 +236,8 @@ impl Live {
         // After a failure another part may do better.
         let failures = |object: &usize| {
             let part = parts[*object];
-            self.log.skills.iter().filter(|s| Some(s.part) == part).count()
+            let failed = |s: &&SkillReport| s.outcome != Outcome::Placed && Some(s.part) == part;
+            self.log.skills.iter().filter(failed).count()
         };
         candidates.sort_by_key(failures);
         for object in candidates {
@@ -297,6 +311,7 @@ impl World for AssemblyWorld {
             robot: Robot::default(),
             phase: Phase::Rest { left: REST },
             present: vec![false; self.planner.domain().states().len()],
+            stray: vec![false; self.spec.scene.nuts + self.spec.scene.bolts],
             log: Log::default(),
             seed,
             meddled: false,

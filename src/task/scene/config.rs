@@ -5,6 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::shapes::neck_radius;
+use crate::sim::Seed;
 use crate::task::error::{InputFault, TaskError};
 use crate::task::files::read_file;
 
@@ -207,7 +208,7 @@ pub struct SceneSpec {
     pub gripper: GripperSpec,
     /// The arm.
     pub arm: ArmSpec,
-    /// Milliseconds of one step of the physics (1 to 4, whole).
+    /// Milliseconds of one step of the physics (1, 2 or 4).
     pub step_ms: u64,
 }
 
@@ -268,6 +269,10 @@ impl SceneSpec {
             Err(TaskError::Setting { name: field, value, expected }) => {
                 Err(fault(None, field, value, expected).into())
             }
+            Err(TaskError::Range { name: field, value, least, most }) => {
+                let expected = format!("{least} to {most}");
+                Err(fault(None, field, value.to_string(), &expected).into())
+            }
             other => other.map(|()| spec),
         }
     }
@@ -297,60 +302,66 @@ impl SceneSpec {
         let refuse = |name: &'static str, value: String, expected: &'static str| {
             Err(TaskError::Setting { name, value, expected })
         };
-        for (name, value) in [
-            ("part.across_flats_m", part.across_flats_m),
-            ("part.nut_height_m", part.nut_height_m),
-            ("part.nut_hole_m", part.nut_hole_m),
-            ("part.head_height_m", part.head_height_m),
-            ("part.shaft_radius_m", part.shaft_radius_m),
-            ("part.shaft_length_m", part.shaft_length_m),
-            ("part.tip_chamfer_m", part.tip_chamfer_m),
-            ("part.density", part.density),
-            ("part.friction", part.friction),
-            ("jig.pocket_floor_m", jig.pocket_floor_m),
-            ("jig.pocket_depth_m", jig.pocket_depth_m),
-            ("jig.pocket_clearance_m", jig.pocket_clearance_m),
-            ("jig.hole_top_m", jig.hole_top_m),
-            ("jig.hole_clearance_m", jig.hole_clearance_m),
-            ("jig.chamfer_m", jig.chamfer_m),
-            ("jig.wall_m", jig.wall_m),
-            ("table.rim_height_m", table.rim_height_m),
-            ("table.drop_height_m", table.drop_height_m),
-            ("table.spacing_m", table.spacing_m),
-            ("gripper.force_n", self.gripper.force_n),
-            ("gripper.friction", self.gripper.friction),
-            ("gripper.stroke_m", self.gripper.stroke_m),
-            ("gripper.frequency", self.gripper.frequency),
-            ("arm.position_gain", self.arm.position_gain),
-            ("arm.velocity_gain", self.arm.velocity_gain),
-            ("arm.speed", self.arm.speed),
-            ("arm.carry_speed", self.arm.carry_speed),
-            ("arm.carry_m_s", self.arm.carry_m_s),
-            ("arm.acceleration", self.arm.acceleration[0]),
-            ("arm.acceleration", self.arm.acceleration[1]),
-            ("arm.approach_m_s", self.arm.approach_m_s),
-            ("arm.alarm_m", self.arm.alarm_m),
+        let gain = 1e3 / self.step_ms.max(1) as f64;
+        for (name, value, least, most) in [
+            ("part.across_flats_m", part.across_flats_m, 5e-3, 0.1),
+            ("part.nut_height_m", part.nut_height_m, 2e-3, 0.1),
+            ("part.nut_hole_m", part.nut_hole_m, 1e-3, 0.1),
+            ("part.head_height_m", part.head_height_m, 2e-3, 0.1),
+            ("part.shaft_radius_m", part.shaft_radius_m, 1e-3, 0.1),
+            ("part.shaft_length_m", part.shaft_length_m, 5e-3, 0.2),
+            ("part.tip_chamfer_m", part.tip_chamfer_m, 1e-4, 0.1),
+            ("part.density", part.density, 100.0, 30_000.0),
+            ("part.friction", part.friction, 1e-3, 10.0),
+            ("jig.pocket_floor_m", jig.pocket_floor_m, 5e-3, 0.3),
+            ("jig.pocket_depth_m", jig.pocket_depth_m, 1e-3, 0.1),
+            ("jig.pocket_clearance_m", jig.pocket_clearance_m, 1e-5, 0.02),
+            ("jig.hole_top_m", jig.hole_top_m, 5e-3, 0.3),
+            ("jig.hole_clearance_m", jig.hole_clearance_m, 1e-5, 0.02),
+            ("jig.chamfer_m", jig.chamfer_m, 1e-4, 0.02),
+            ("jig.wall_m", jig.wall_m, 1e-3, 0.05),
+            ("table.rim_height_m", table.rim_height_m, 1e-3, 0.1),
+            ("table.drop_height_m", table.drop_height_m, 0.02, 0.5),
+            ("table.spacing_m", table.spacing_m, 0.03, 1.0),
+            ("gripper.force_n", self.gripper.force_n, 0.1, 1e3),
+            ("gripper.friction", self.gripper.friction, 1e-3, 10.0),
+            ("gripper.stroke_m", self.gripper.stroke_m, 5e-3, 0.06),
+            ("gripper.frequency", self.gripper.frequency, 1.0, 5e3),
+            ("arm.position_gain", self.arm.position_gain, 1.0, gain),
+            ("arm.velocity_gain", self.arm.velocity_gain, 1.0, 1e5),
+            ("arm.armature", self.arm.armature, 0.0, 100.0),
+            ("arm.speed", self.arm.speed, 0.05, 10.0),
+            ("arm.carry_speed", self.arm.carry_speed, 0.05, 10.0),
+            ("arm.carry_m_s", self.arm.carry_m_s, 0.05, 10.0),
+            ("arm.acceleration", self.arm.acceleration[0], 0.1, 1e3),
+            ("arm.acceleration", self.arm.acceleration[1], 0.1, 1e3),
+            ("arm.approach_m_s", self.arm.approach_m_s, 0.01, 2.0),
+            ("arm.alarm_m", self.arm.alarm_m, 1e-3, 0.1),
         ] {
-            if !(value.is_finite() && value > 0.0) {
-                return refuse(name, value.to_string(), "a finite number above 0");
+            if !(least..=most).contains(&value) {
+                return Err(TaskError::Range { name, value, least, most });
             }
         }
-        let torques = self.arm.torque_nm.iter().chain([&self.arm.armature]);
-        if torques.clone().any(|t| !t.is_finite() || *t < 0.0) {
-            return refuse("arm", "a torque or armature".into(), "finite numbers of at least 0");
+        if let Some(bad) = self.arm.torque_nm.iter().find(|t| !(0.0..=1e4).contains(*t)) {
+            return refuse("arm.torque_nm", bad.to_string(), "0 to 10000 for each joint");
         }
         for (name, count) in [("nuts", self.nuts), ("bolts", self.bolts)] {
             if count == 0 || count > MOST_PARTS {
                 return refuse(name, count.to_string(), "1 to 4");
             }
         }
-        if self.nut_kind == self.bolt_kind || self.nut_kind.is_empty() || self.bolt_kind.is_empty()
-        {
+        let fixed = [format!("{}_pocket", self.nut_kind), format!("{}_hole", self.bolt_kind)];
+        let clash = |kind: &String| kind.is_empty() || fixed.contains(kind);
+        if self.nut_kind == self.bolt_kind || clash(&self.nut_kind) || clash(&self.bolt_kind) {
             let kinds = format!("`{}` and `{}`", self.nut_kind, self.bolt_kind);
-            return refuse("nut_kind and bolt_kind", kinds, "two different names");
+            return refuse(
+                "nut_kind and bolt_kind",
+                kinds,
+                "two names, different from the jig's too",
+            );
         }
-        if !(1..=4).contains(&self.step_ms) {
-            return refuse("step_ms", self.step_ms.to_string(), "1 to 4");
+        if ![1, 2, 4].contains(&self.step_ms) {
+            return refuse("step_ms", self.step_ms.to_string(), "1, 2 or 4");
         }
         if part.nut_hole_m < part.shaft_radius_m + 2e-4 {
             let expected = "more than part.shaft_radius_m by at least 0.2 mm";
@@ -362,6 +373,10 @@ impl SceneSpec {
         }
         if part.tip_chamfer_m >= part.shaft_radius_m {
             let expected = "less than part.shaft_radius_m";
+            return refuse("part.tip_chamfer_m", part.tip_chamfer_m.to_string(), expected);
+        }
+        if part.tip_chamfer_m >= part.shaft_length_m {
+            let expected = "less than part.shaft_length_m";
             return refuse("part.tip_chamfer_m", part.tip_chamfer_m.to_string(), expected);
         }
         if part.across_flats_m + 8e-3 > 2.0 * self.gripper.stroke_m {
@@ -408,6 +423,16 @@ impl SceneSpec {
         if (0..2).any(|i| table.drop[0][i] > table.drop[1][i]) {
             return refuse("table.drop", format!("{:?}", table.drop), "the lower corner first");
         }
+        // A lying bolt's length around both blocks.
+        let around = part.across_flats_m + jig.wall_m + part.shaft_length_m + part.head_height_m;
+        for [x, y] in [jig.pocket, jig.hole] {
+            let [low, high] = table.drop;
+            let off = |v: f64, i: usize| (low[i] - v).max(v - high[i]).max(0.0);
+            if off(x, 0).hypot(off(y, 1)) < around {
+                let expected = "an area that leaves room for a lying bolt beside the jig";
+                return refuse("table.drop", format!("{:?}", table.drop), expected);
+            }
+        }
         if !(0.0..=90.0).contains(&table.drop_tilt_deg) {
             return refuse("table.drop_tilt_deg", table.drop_tilt_deg.to_string(), "0 to 90");
         }
@@ -416,7 +441,7 @@ impl SceneSpec {
             let expected = "at least 9 cm from the pocket";
             return refuse("jig.hole", format!("{apart} m"), expected);
         }
-        Ok(())
+        super::physics::places(self, Seed::new(0)).map(|_| ())
     }
 }
 
@@ -481,7 +506,7 @@ mod tests {
             ("jig.pocket", refused(|s| s.jig.pocket = [0.9, 0.0])),
             ("table.drop", refused(|s| s.table.drop[1] = [2.0, 0.2])),
             ("jig.hole_top_m", refused(|s| s.jig.hole_top_m = 0.0585)),
-            ("step_ms", refused(|s| s.step_ms = 5)),
+            ("step_ms", refused(|s| s.step_ms = 3)),
         ];
         for (name, message) in cases {
             assert!(message.contains(name), "{name}: {message}");

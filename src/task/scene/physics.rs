@@ -7,8 +7,8 @@
 //! Settings that matter, measured: double precision; contact recycling off and stiff contacts, or
 //! parts float above the table and sink into the pads; friction in the bias pass and Coulomb's
 //! model, or parts creep in the hand; armature on the joints, or the wrist gives; arm motors that hold
-//! speeds, see [`Scene::drive_arm`]; the fingers' coupling on the one that is solved last. With these, two
-//! substeps of 2 ms do, where four shook.
+//! speeds, see [`Scene::drive_arm`]; the fingers' coupling on the one that is solved last; substeps of 1 ms
+//! while anything but the arm moves.
 
 use std::time::{Duration, Instant};
 
@@ -86,6 +86,8 @@ pub(crate) const FINGER_M: f64 = 0.005;
 pub(crate) const PAD_HALF_WIDTH_M: f64 = 0.008;
 pub(crate) const TIP_M: f64 = 0.006;
 const FINGER_LENGTH_M: f64 = 0.045;
+/// How far parts can seem to be within one another where one goes into the other.
+const MEETING_M: f64 = 1.5e-3;
 /// Half the hand's depth, width and height.
 const HAND_M: [f64; 3] = [0.025, 0.062, 0.028];
 
@@ -124,6 +126,7 @@ impl Scene {
     /// wanted.
     pub fn new(spec: &SceneSpec, seed: Seed) -> Result<Self, TaskError> {
         spec.check()?;
+        let places = places(spec, seed)?;
         let mut physics = PhysicsWorld::new();
         physics.gravity = Vector::new(0.0, 0.0, -9.81);
         physics.integration_parameters = parameters(spec);
@@ -137,7 +140,9 @@ impl Scene {
             steps: 0,
             wall: Duration::ZERO,
         };
-        scene.drop_parts(seed)?;
+        for (kind, at) in places {
+            scene.insert_part(kind, at);
+        }
         let mut calm = 0;
         // Two seconds at most: a part that still rolls will be seen to roll.
         for _ in 0..2_000 / spec.step_ms {
@@ -153,21 +158,6 @@ impl Scene {
         Ok(scene)
     }
 
-    fn drop_parts(&mut self, seed: Seed) -> Result<(), TaskError> {
-        let mut rng = seed.derive("scene", "drop").rng();
-        // A bad beginning can leave no room for the last part: begin again.
-        let drawn = (0..200).find_map(|_| draw_drops(&self.spec, &mut rng));
-        let Some(drawn) = drawn else {
-            let value = self.spec.table.spacing_m.to_string();
-            let expected = "a spacing that leaves room for all parts";
-            return Err(TaskError::Setting { name: "table.spacing_m", value, expected });
-        };
-        for (kind, at) in drawn {
-            self.insert_part(kind, at);
-        }
-        Ok(())
-    }
-
     fn insert_part(&mut self, kind: PartKind, at: Frame) {
         let part = &self.spec.part;
         let pieces = match kind {
@@ -181,6 +171,7 @@ impl Scene {
         // Still for so long that it will not move by itself.
         let activation = self.physics.bodies[body].activation_mut();
         activation.normalized_linear_threshold = 1e-3;
+        activation.angular_threshold = 0.05;
         activation.time_until_sleep = 0.3;
         self.parts.push(Part { kind, body, collider });
     }
@@ -320,10 +311,16 @@ impl Scene {
         }
     }
 
-    /// Takes finer substeps while the hand holds something: the longer they are the more it creeps.
-    pub(crate) fn refine(&mut self, holding: bool) {
-        self.physics.integration_parameters.num_solver_iterations =
-            if holding { SUBSTEPS_HOLDING } else { SUBSTEPS };
+    /// Chooses the substeps: the longer they are the more a held part creeps, and parts that touch the
+    /// jig do not come to rest at all.
+    pub(crate) fn refine(&mut self, carrying: bool) {
+        let awake = |part: &Part| !self.physics.bodies[part.body].is_sleeping();
+        let substeps = match (carrying, self.parts.iter().any(awake)) {
+            (true, _) => SUBSTEPS_CARRYING,
+            (false, true) => SUBSTEPS,
+            (false, false) => SUBSTEPS_AT_REST,
+        };
+        self.physics.integration_parameters.num_solver_iterations = substeps;
     }
 
     /// Sets how far each finger should be from the middle, in metres.
@@ -381,6 +378,17 @@ impl Scene {
             .any(|(frame, shape)| query.intersect_shape(frame, &*shape).next().is_some())
     }
 
+    /// Whether part `index`, if it were at `frame`, would be within another part by more than a touch.
+    pub(crate) fn part_meets_part(&self, index: usize, frame: &Frame) -> bool {
+        let shape = self.physics.colliders[self.parts[index].collider].shape();
+        let others = self.parts.iter().enumerate().filter(|(other, _)| *other != index);
+        others.into_iter().any(|(other, part)| {
+            let (place, theirs) = (self.part_frame(other), &self.physics.colliders[part.collider]);
+            parry3d::query::contact(frame, shape, &place, theirs.shape(), 0.0)
+                .is_ok_and(|c| c.is_some_and(|c| c.dist < -MEETING_M))
+        })
+    }
+
     /// Whether part `index`, if it were at `frame`, would touch anything but the robot.
     pub(crate) fn part_collides(&self, index: usize, frame: &Frame) -> bool {
         let own = self.parts[index].collider;
@@ -395,6 +403,20 @@ impl Scene {
     fn robot_body(&self, body: RigidBodyHandle) -> bool {
         self.physics.multibody_joints.rigid_body_link(body).is_some()
     }
+}
+
+/// Where each part is let fall.
+///
+/// # Errors
+/// [`TaskError::Setting`] if no drawing finds room for all of them.
+pub(crate) fn places(spec: &SceneSpec, seed: Seed) -> Result<Vec<(PartKind, Frame)>, TaskError> {
+    let mut rng = seed.derive("scene", "drop").rng();
+    // A bad beginning can leave no room for the last part: begin again.
+    (0..200).find_map(|_| draw_drops(spec, &mut rng)).ok_or_else(|| TaskError::Setting {
+        name: "table.spacing_m",
+        value: spec.table.spacing_m.to_string(),
+        expected: "a spacing that leaves room for all parts",
+    })
 }
 
 /// Where each part is let fall; `None` if the last ones found no room.
@@ -432,9 +454,11 @@ fn draw_drops(spec: &SceneSpec, rng: &mut impl Rng) -> Option<Vec<(PartKind, Fra
     Some(drawn)
 }
 
-/// Substeps of a step, and those while the hand holds something.
-const SUBSTEPS: usize = 2;
-const SUBSTEPS_HOLDING: usize = 3;
+/// Substeps of a step: while parts move that the hand does not carry, while it carries one through the
+/// air, and while all parts rest.
+const SUBSTEPS: usize = 4;
+const SUBSTEPS_CARRYING: usize = 3;
+const SUBSTEPS_AT_REST: usize = 2;
 
 fn parameters(spec: &SceneSpec) -> IntegrationParameters {
     IntegrationParameters {

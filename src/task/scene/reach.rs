@@ -184,17 +184,27 @@ fn free_way(
     };
     let joints = |a: &Angles, b: &Angles| Path::joints(a, b, arm_spec, held.is_some());
     let rise = || Path::line(from, Vector::Z * RISE_M, arm_spec);
-    for first in [None, rise()] {
+    for above in [false, true] {
+        let first = if above { Some(rise()?) } else { None };
         if first.as_ref().is_some_and(|rise| !free(scene, rise, opening, held, true)) {
             return None;
         }
         let begin = first.as_ref().map_or(*from, Path::end);
         let waypoints: [&[Angles]; 4] =
             [&[], &[over(to[0], to)], &[over(begin[0], &begin), over(to[0], to)], &[HOME]];
-        for via in waypoints {
-            let points: Vec<Angles> = std::iter::once(begin).chain(via.iter().copied()).collect();
-            let ends = points.iter().skip(1).chain([to]);
-            let legs: Vec<Path> = points.iter().zip(ends).map(|(a, b)| joints(a, b)).collect();
+        let mut ways: Vec<Vec<Path>> = waypoints
+            .iter()
+            .map(|via| {
+                let points: Vec<Angles> =
+                    std::iter::once(begin).chain(via.iter().copied()).collect();
+                let ends = points.iter().skip(1).chain([to]);
+                points.iter().zip(ends).map(|(a, b)| joints(a, b)).collect()
+            })
+            .collect();
+        // The quickest first.
+        let lasts = |way: &[Path]| way.iter().map(Path::duration_s).sum::<f64>();
+        ways.sort_by(|a, b| lasts(a).total_cmp(&lasts(b)));
+        for legs in ways {
             let begins_here = |leg: usize| leg == 0 && first.is_none();
             if legs.iter().enumerate().all(|(i, p)| free(scene, p, opening, held, begins_here(i))) {
                 return Some(first.into_iter().chain(legs).collect());

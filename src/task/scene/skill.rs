@@ -25,9 +25,12 @@ pub enum Outcome {
     Missed,
     /// The arm ran into something and gave way.
     Blocked,
+    /// Another part had come to where it was to be put; it was put back.
+    Occupied,
     /// There is no way to take the part and put it there.
     Unreachable,
     /// A wait took longer than it may.
+    #[serde(rename = "timed out")]
     TimedOut,
 }
 
@@ -38,6 +41,7 @@ impl std::fmt::Display for Outcome {
             Self::Dropped => "dropped",
             Self::Missed => "missed",
             Self::Blocked => "blocked",
+            Self::Occupied => "occupied",
             Self::Unreachable => "unreachable",
             Self::TimedOut => "timed out",
         })
@@ -130,6 +134,7 @@ const TOUCH_N: f64 = 1.0;
 /// Rest after a path, before what follows is measured.
 const REST_S: f64 = 0.06;
 const CLOSING_S: (f64, f64) = (0.2, 0.7);
+const CLOSING_M_S: f64 = 0.1;
 const OPENING_S: f64 = 0.6;
 const FREE_S: f64 = 0.1;
 const SETTLING_S: (f64, f64) = (0.1, 2.0);
@@ -161,7 +166,8 @@ impl Robot {
     /// fraction of a millisecond to some hundred.
     ///
     /// # Errors
-    /// A report with [`Outcome::Unreachable`], at once, where there is no way; nothing has moved then.
+    /// A report with [`Outcome::Unreachable`], at once, where there is no way, no such part, or no direction
+    /// in the target's axis; nothing has moved then.
     pub fn begin(
         &mut self,
         scene: &Scene,
@@ -171,6 +177,10 @@ impl Robot {
     ) -> Result<(), SkillReport> {
         let unreachable =
             SkillReport { part, outcome: Outcome::Unreachable, picked: false, slip_m: 0.0 };
+        let upright = Vector::from(target.axis).try_normalize().is_some();
+        if part >= scene.kinds().count() || !upright {
+            return Err(unreachable);
+        }
         let plan = reach::plan_lift(scene, &self.angles, part, &target).ok_or(unreachable)?;
         let Lift { reach, approach, lift, opening } = plan;
         self.skill = Some(Skill {
@@ -215,9 +225,8 @@ impl Robot {
                 self.skill = Some(skill);
             }
         }
-        let holding =
-            |s: &Skill| !matches!(s.stage, Stage::Reach(_) | Stage::Retreat(_) | Stage::Settle);
-        scene.refine(self.skill.as_ref().is_some_and(holding));
+        let carrying = |s: &Skill| matches!(s.stage, Stage::Lift(_) | Stage::Carry(_));
+        scene.refine(self.skill.as_ref().is_some_and(carrying));
         scene.drive_arm(&self.angles, &speeds);
         scene.drive_fingers(self.opening);
         scene.step();
@@ -294,10 +303,11 @@ impl Skill {
         speeds: &mut Angles,
         dt: f64,
     ) -> bool {
-        if self.total_s > SKILL_S && !matches!(self.stage, Stage::Settle) {
-            self.failure.get_or_insert(Outcome::TimedOut);
-            robot.opening = self.opening;
-            self.go(Stage::Settle);
+        // What follows a failure has limits of its own.
+        if self.total_s > SKILL_S && self.failure.is_none() && !matches!(self.stage, Stage::Settle)
+        {
+            robot.hold(scene);
+            self.fail(Outcome::TimedOut);
         }
         let moving = matches!(
             self.stage,
@@ -333,7 +343,8 @@ impl Skill {
                 }
             }
             Stage::Close => {
-                robot.opening = 0.0;
+                // Fingers that snap shut kick what they close on.
+                robot.opening = (self.opening - CLOSING_M_S * self.time_s).max(0.0);
                 if self.touching && self.time_s > CLOSING_S.0 {
                     self.go(Stage::Lift(self.lift.clone()));
                 } else if self.time_s > CLOSING_S.1 {
@@ -353,7 +364,9 @@ impl Skill {
                     robot.hold(scene);
                     self.fail(Outcome::Dropped);
                 } else if let Some(left) = robot.follow(paths, &mut self.time_s, speeds) {
-                    if left.is_empty() {
+                    if left.is_empty() && self.failure.is_some() {
+                        self.go(Stage::Open);
+                    } else if left.is_empty() {
                         self.aim(scene, robot);
                     } else {
                         self.go(Stage::Carry(left));
@@ -376,7 +389,10 @@ impl Skill {
                 }
             }
             Stage::Retreat(path) => {
-                if robot.run(path, self.time_s, speeds) || strained {
+                if strained {
+                    robot.hold(scene);
+                    self.go(Stage::Settle);
+                } else if robot.run(path, self.time_s, speeds) {
                     self.go(Stage::Settle);
                 }
             }
@@ -421,6 +437,16 @@ impl Skill {
     fn aim(&mut self, scene: &Scene, robot: &mut Robot) {
         let in_hand = self.measure(scene);
         self.in_hand = Some(in_hand);
+        if let Some(placing) = &self.placing
+            && scene.part_meets_part(self.part, &placing.part)
+        {
+            self.failure = Some(Outcome::Occupied);
+            let back = placing.carry.iter().rev().map(|p| p.clone().reversed());
+            let down = self.lift.clone().reversed();
+            self.stage = Stage::Carry(back.chain([down]).collect());
+            self.time_s = 0.0;
+            return;
+        }
         let tool = self.placing.as_ref().map(|p| p.part * in_hand);
         match tool.and_then(|t| Path::line_to(&robot.angles, &t, &scene.spec().arm)) {
             Some(path) => self.go(Stage::Lower(path)),

@@ -1,0 +1,387 @@
+//! The hot loop: banks of small ensembles of equal shape, encoded, stepped and decoded together.
+//!
+//! A bank's numbers stand as structure of arrays: for each ensemble and each group of neurons the encoders
+//! (a row a dimension, scaled by gain and radius), then biases, voltages and refractory times, padded with
+//! neurons that never fire. One pass computes currents and voltages in wide registers; a mask of those
+//! over the threshold then says which few neurons fired, and only their decoders are added up
+//! (event-driven decoding).
+//!
+//! # Where the time goes
+//!
+//! Per neuron and tick a scalar bank reads 16 bytes (encoder, bias, voltage, refractory time) and writes 8; a
+//! bank of d dimensions reads 4 d bytes more of encoders. That is the bound for banks that do not fit
+//! the caches; see `benches/neurons.rs` for what is reached beside a bare loop over voltages.
+
+use multiversion::multiversion;
+use rayon::prelude::*;
+
+use super::decode::{self, Points};
+use super::model::{Lif, TuningError, refuse};
+use super::tuning::Neurons;
+use crate::sim::{Real, Seed};
+
+/// How a bank's neurons talk.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Firing {
+    /// In spikes.
+    Spikes,
+    /// In rates: as many spikes, spread evenly.
+    Rates,
+}
+
+/// Ensembles of a bank and what each is like.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Shape {
+    pub ensembles: usize,
+    /// Neurons of one ensemble.
+    pub neurons: usize,
+    /// Dimensions of the value that one ensemble represents.
+    pub dims: usize,
+    /// Numbers decoded from one ensemble.
+    pub outputs: usize,
+}
+
+/// One ensemble before it is solved for.
+pub(crate) struct Draft {
+    pub neurons: Neurons,
+    /// Length of the values that the unit ball stands for.
+    pub radius: f64,
+    /// In units of the radius; the wanted values are not.
+    pub points: Points,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Consts {
+    dt: Real,
+    per_tau: Real,
+    tau_rc: Real,
+    tau_ref: Real,
+}
+
+/// Many ensembles of equal shape.
+#[derive(Debug, Clone)]
+pub(crate) struct Bank {
+    shape: Shape,
+    firing: Firing,
+    /// Neurons of one ensemble with those that fill up the last group.
+    padded: usize,
+    encoders: Vec<Real>,
+    biases: Vec<Real>,
+    decoders: Vec<Real>,
+    /// A current that silences every neuron.
+    silencing: Real,
+    consts: Consts,
+}
+
+/// Neurons stepped together in banks of one dimension, and of more.
+const NARROW: usize = 8;
+const WIDE: usize = 32;
+
+/// Fewer neurons than this are not worth a second thread.
+const WORTH_SHARING: usize = 6_000;
+
+/// How long a tick can be, in membrane time constants: the series for the decay holds to 1e-6.
+const LONGEST: f64 = 0.25;
+
+impl Bank {
+    /// Draws and solves a bank; `draft` makes each ensemble from its number and seed. In parallel over the
+    /// ensembles, with the same result whatever the thread count.
+    pub fn build(
+        lif: &Lif,
+        dt_s: f64,
+        shape: Shape,
+        (firing, regularisation): (Firing, f64),
+        seed: Seed,
+        draft: impl Fn(usize, Seed) -> Result<Draft, TuningError> + Sync,
+    ) -> Result<Self, TuningError> {
+        lif.check()?;
+        if shape.neurons == 0 || shape.ensembles == 0 || shape.dims == 0 {
+            return Err(refuse("neurons", shape.neurons, "at least 1 an ensemble"));
+        }
+        if dt_s > lif.tau_ref_s && firing == Firing::Spikes {
+            let expected = format!("at most the refractory period of {} s", lif.tau_ref_s);
+            return Err(refuse("tick", format!("{dt_s} s"), expected));
+        }
+        if dt_s > LONGEST * lif.tau_rc_s {
+            let expected = format!("at most {LONGEST} of tau_rc, {} s", LONGEST * lif.tau_rc_s);
+            return Err(refuse("tick", format!("{dt_s} s"), expected));
+        }
+        if !(regularisation.is_finite() && regularisation > 0.0) {
+            return Err(refuse("regularisation", regularisation, "a finite number above 0"));
+        }
+        let group = if shape.dims == 1 { NARROW } else { WIDE };
+        let padded = shape.neurons.next_multiple_of(group);
+        let per_spike = if firing == Firing::Spikes { 1.0 / dt_s } else { 1.0 };
+        let solved: Vec<Ensemble> = (0..shape.ensembles)
+            .into_par_iter()
+            .map(|index| {
+                let draft = draft(index, seed.derive_index("ensemble", index as u64))?;
+                let decoders =
+                    decode::solve(lif, &draft.neurons, &draft.points, regularisation)?;
+                Ok(Ensemble::lay_out(&draft, &decoders, shape, (group, padded), per_spike))
+            })
+            .collect::<Result<_, TuningError>>()?;
+        let join = |part: fn(&Ensemble) -> &Vec<Real>| -> Vec<Real> {
+            solved.iter().flat_map(|e| part(e).iter().copied()).collect()
+        };
+        Ok(Self {
+            shape,
+            firing,
+            padded,
+            encoders: join(|e| &e.encoders),
+            biases: join(|e| &e.biases),
+            decoders: join(|e| &e.decoders),
+            silencing: solved.iter().map(|e| e.silencing).fold(0.0, Real::max),
+            consts: Consts {
+                dt: dt_s as Real,
+                per_tau: (1.0 / lif.tau_rc_s) as Real,
+                tau_rc: lif.tau_rc_s as Real,
+                tau_ref: lif.tau_ref_s as Real,
+            },
+        })
+    }
+
+    /// Neurons, without those that fill up.
+    pub fn neurons(&self) -> usize {
+        self.shape.ensembles * self.shape.neurons
+    }
+
+    /// Numbers of state: voltages, then refractory times.
+    pub fn state_len(&self) -> usize {
+        match self.firing {
+            Firing::Spikes => 2 * self.shape.ensembles * self.padded,
+            Firing::Rates => 0,
+        }
+    }
+
+    /// One tick: `values` holds a row an ensemble, and so does `out`; `open` between 0, silenced, and 1.
+    pub fn step(&self, values: &[Real], open: Real, state: &mut [Real], out: &mut [Real]) {
+        let shift = -self.silencing * (1.0 - open.clamp(0.0, 1.0));
+        let (voltages, refractory) = state.split_at_mut(state.len() / 2);
+        let share = rayon::current_thread_index().is_some() && rayon::current_num_threads() > 1;
+        let slice = Slice {
+            bank: self,
+            first: 0,
+            count: self.shape.ensembles,
+            values,
+            voltages,
+            refractory,
+            out,
+        };
+        slice.run(shift, share);
+    }
+}
+
+/// One ensemble as the hot loop wants it.
+struct Ensemble {
+    encoders: Vec<Real>,
+    biases: Vec<Real>,
+    decoders: Vec<Real>,
+    silencing: Real,
+}
+
+impl Ensemble {
+    fn lay_out(
+        draft: &Draft,
+        solved: &[f64],
+        shape: Shape,
+        (group, padded): (usize, usize),
+        per_spike: f64,
+    ) -> Self {
+        let (dims, count) = (shape.dims, shape.neurons);
+        let neurons = &draft.neurons;
+        let mut encoders = vec![0.0; padded * dims];
+        let mut decoders = vec![0.0; padded * shape.outputs];
+        // A current that pulls what fills up below rest for ever.
+        let mut biases = vec![-1.0; padded];
+        let mut silencing = 0.0f64;
+        for neuron in 0..count {
+            let (at, lane) = (neuron / group, neuron % group);
+            let gain = neurons.gains[neuron] / draft.radius;
+            for k in 0..dims {
+                let encoder = neurons.encoders[neuron * dims + k] * gain;
+                encoders[(at * dims + k) * group + lane] = encoder as Real;
+            }
+            biases[neuron] = neurons.biases[neuron] as Real;
+            for k in 0..shape.outputs {
+                let decoder = solved[neuron * shape.outputs + k] * per_spike;
+                decoders[neuron * shape.outputs + k] = decoder as Real;
+            }
+            silencing = silencing.max(2.0 * (neurons.gains[neuron] + neurons.biases[neuron].abs()));
+        }
+        Self { encoders, biases, decoders, silencing: silencing as Real }
+    }
+}
+
+/// A run of ensembles with everything of theirs.
+struct Slice<'a> {
+    bank: &'a Bank,
+    first: usize,
+    count: usize,
+    values: &'a [Real],
+    voltages: &'a mut [Real],
+    refractory: &'a mut [Real],
+    out: &'a mut [Real],
+}
+
+impl Slice<'_> {
+    /// Ensembles do not look at one another, so halves give the same bits as the whole.
+    fn run(self, shift: Real, share: bool) {
+        let (shape, padded) = (self.bank.shape, self.bank.padded);
+        if share && self.count > 1 && self.count * padded > WORTH_SHARING {
+            let half = self.count / 2;
+            let (values, more_values) = self.values.split_at(half * shape.dims);
+            let (out, more_out) = self.out.split_at_mut(half * shape.outputs);
+            let cut = (half * padded).min(self.voltages.len());
+            let (voltages, more_voltages) = self.voltages.split_at_mut(cut);
+            let (refractory, more_refractory) = self.refractory.split_at_mut(cut);
+            let left = Slice { count: half, values, voltages, refractory, out, ..self };
+            let right = Slice {
+                bank: left.bank,
+                first: left.first + half,
+                count: self.count - half,
+                values: more_values,
+                voltages: more_voltages,
+                refractory: more_refractory,
+                out: more_out,
+            };
+            rayon::join(|| left.run(shift, share), || right.run(shift, share));
+            return;
+        }
+        let bank = self.bank;
+        let at = |per: usize| self.first * per..(self.first + self.count) * per;
+        let work = Work {
+            consts: bank.consts,
+            dims: shape.dims,
+            outputs: shape.outputs,
+            padded,
+            shift,
+            encoders: &bank.encoders[at(padded * shape.dims)],
+            biases: &bank.biases[at(padded)],
+            decoders: &bank.decoders[at(padded * shape.outputs)],
+            values: self.values,
+        };
+        match bank.firing {
+            Firing::Rates => rates(&work, self.out),
+            Firing::Spikes if shape.dims == 1 => {
+                spikes_narrow(&work, self.voltages, self.refractory, self.out);
+            }
+            Firing::Spikes => spikes_wide(&work, self.voltages, self.refractory, self.out),
+        }
+    }
+}
+
+/// What the loops read.
+struct Work<'a> {
+    consts: Consts,
+    dims: usize,
+    outputs: usize,
+    padded: usize,
+    shift: Real,
+    encoders: &'a [Real],
+    biases: &'a [Real],
+    decoders: &'a [Real],
+    values: &'a [Real],
+}
+
+#[multiversion(targets("x86_64+avx2", "x86_64+sse4.1"))]
+fn spikes_narrow(work: &Work<'_>, v: &mut [Real], r: &mut [Real], out: &mut [Real]) {
+    spikes::<NARROW>(work, v, r, out);
+}
+
+#[multiversion(targets("x86_64+avx2", "x86_64+sse4.1"))]
+fn spikes_wide(work: &Work<'_>, v: &mut [Real], r: &mut [Real], out: &mut [Real]) {
+    spikes::<WIDE>(work, v, r, out);
+}
+
+#[inline(always)]
+fn spikes<const L: usize>(work: &Work<'_>, v: &mut [Real], r: &mut [Real], out: &mut [Real]) {
+    let Consts { dt, per_tau, tau_rc, tau_ref } = work.consts;
+    let (dims, outputs, padded) = (work.dims, work.outputs, work.padded);
+    let ensembles = v.chunks_exact_mut(padded).zip(r.chunks_exact_mut(padded));
+    for (index, (v, r)) in ensembles.enumerate() {
+        let value = &work.values[index * dims..(index + 1) * dims];
+        let out = &mut out[index * outputs..(index + 1) * outputs];
+        let biases = &work.biases[index * padded..(index + 1) * padded];
+        let encoders = &work.encoders[index * padded * dims..(index + 1) * padded * dims];
+        let decoders = &work.decoders[index * padded * outputs..(index + 1) * padded * outputs];
+        out.fill(0.0);
+        let groups = v.chunks_exact_mut(L).zip(r.chunks_exact_mut(L)).zip(biases.chunks_exact(L));
+        for (group, ((v, r), biases)) in groups.enumerate() {
+            let mut current = [0.0; L];
+            for i in 0..L {
+                current[i] = biases[i] + work.shift;
+            }
+            let rows = encoders[group * dims * L..(group + 1) * dims * L].chunks_exact(L);
+            for (row, x) in rows.zip(value) {
+                for i in 0..L {
+                    current[i] += row[i] * x;
+                }
+            }
+            for i in 0..L {
+                let left = r[i] - dt;
+                let z = (dt - left).clamp(0.0, dt) * per_tau;
+                // 1 - exp(-z), z at most LONGEST.
+                let decay = z
+                    * (1.0 - z * 0.5
+                        * (1.0 - z * (1.0 / 3.0) * (1.0 - z * 0.25 * (1.0 - z * 0.2))));
+                let next = v[i] + (current[i] - v[i]) * decay;
+                v[i] = if next > 0.0 { next } else { 0.0 };
+                r[i] = if left > 0.0 { left } else { 0.0 };
+            }
+            let mut fired = 0u32;
+            for i in 0..L {
+                fired |= u32::from(v[i] > 1.0) << i;
+            }
+            while fired != 0 {
+                let lane = fired.trailing_zeros() as usize;
+                fired &= fired - 1;
+                let over = (v[lane] - 1.0) / (current[lane] - 1.0);
+                r[lane] = tau_ref + dt + tau_rc * log1m(over);
+                v[lane] = 0.0;
+                let neuron = group * L + lane;
+                let row = &decoders[neuron * outputs..(neuron + 1) * outputs];
+                for (sum, decoder) in out.iter_mut().zip(row) {
+                    *sum += decoder;
+                }
+            }
+        }
+    }
+}
+
+/// `ln(1 - z)`, by its series where z is small, as it is for a spike within a short tick.
+#[inline(always)]
+fn log1m(z: Real) -> Real {
+    if z < 0.1 {
+        let tail = 1.0 / 4.0 + z * (1.0 / 5.0 + z * (1.0 / 6.0 + z * (1.0 / 7.0)));
+        -z * (1.0 + z * (1.0 / 2.0 + z * (1.0 / 3.0 + z * tail)))
+    } else {
+        (-z).ln_1p()
+    }
+}
+
+/// As many spikes as on average, in every tick.
+fn rates(work: &Work<'_>, out: &mut [Real]) {
+    let Consts { tau_rc, tau_ref, .. } = work.consts;
+    let (dims, outputs, padded) = (work.dims, work.outputs, work.padded);
+    let group = if dims == 1 { NARROW } else { WIDE };
+    for (index, out) in out.chunks_exact_mut(outputs).enumerate() {
+        let value = &work.values[index * dims..(index + 1) * dims];
+        let encoders = &work.encoders[index * padded * dims..(index + 1) * padded * dims];
+        out.fill(0.0);
+        for neuron in 0..padded {
+            let (at, lane) = (neuron / group, neuron % group);
+            let mut current = work.biases[index * padded + neuron] + work.shift;
+            for (k, x) in value.iter().enumerate() {
+                current += encoders[(at * dims + k) * group + lane] * x;
+            }
+            if current > 1.0 {
+                let rate = 1.0 / (tau_ref + tau_rc * (1.0 / (current - 1.0)).ln_1p());
+                let from = (index * padded + neuron) * outputs;
+                for (sum, decoder) in out.iter_mut().zip(&work.decoders[from..from + outputs]) {
+                    *sum += rate * decoder;
+                }
+            }
+        }
+    }
+}

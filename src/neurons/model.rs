@@ -1,0 +1,188 @@
+//! The leaky integrate-and-fire neuron: its rate, the current that gives a rate, and one exact step.
+//!
+//! Voltages are in units of the threshold, which is 1 over a resting voltage of 0; currents likewise, so that
+//! a current of 1 is the least that makes the neuron fire (Eliasmith and Anderson, "Neural Engineering", 2003,
+//! chapter 4; the correction of spike times within a step: Shelley and Tao, "Efficient and accurate
+//! time-stepping schemes for integrate-and-fire neuronal networks", 2001).
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// What is wrong with a population's description.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum TuningError {
+    /// A number outside its range.
+    #[error("`{name}` is {value}; expected {expected}")]
+    Setting {
+        /// The setting.
+        name: &'static str,
+        /// What was given.
+        value: String,
+        /// What can be given.
+        expected: String,
+    },
+    /// Decoders that could not be solved for.
+    #[error("the decoders of {neurons} neurons cannot be solved for; expected more regularisation")]
+    Unsolvable {
+        /// Neurons of the ensemble.
+        neurons: usize,
+    },
+}
+
+pub(crate) fn refuse(
+    name: &'static str,
+    value: impl ToString,
+    expected: impl ToString,
+) -> TuningError {
+    TuningError::Setting { name, value: value.to_string(), expected: expected.to_string() }
+}
+
+/// A leaky integrate-and-fire neuron with a refractory period.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Lif {
+    /// Membrane time constant, in seconds (above 0).
+    pub tau_rc_s: f64,
+    /// Refractory period, in seconds (at least 0).
+    pub tau_ref_s: f64,
+}
+
+impl Default for Lif {
+    fn default() -> Self {
+        Self { tau_rc_s: 0.02, tau_ref_s: 0.002 }
+    }
+}
+
+impl Lif {
+    /// Checks the time constants.
+    ///
+    /// # Errors
+    /// [`TuningError::Setting`].
+    pub fn check(&self) -> Result<(), TuningError> {
+        if !(self.tau_rc_s.is_finite() && self.tau_rc_s > 0.0) {
+            return Err(refuse("tau_rc_s", self.tau_rc_s, "a finite number of seconds above 0"));
+        }
+        if !(self.tau_ref_s.is_finite() && self.tau_ref_s >= 0.0) {
+            return Err(refuse("tau_ref_s", self.tau_ref_s, "a finite number of seconds, at least 0"));
+        }
+        Ok(())
+    }
+
+    /// Spikes a second at a constant current: `1 / (tau_ref + tau_rc ln(1 + 1 / (J - 1)))`, 0 for a
+    /// current of at most 1.
+    pub fn rate(&self, current: f64) -> f64 {
+        if current > 1.0 {
+            1.0 / (self.tau_ref_s + self.tau_rc_s * (1.0 / (current - 1.0)).ln_1p())
+        } else {
+            0.0
+        }
+    }
+
+    /// The gain and bias with which a neuron begins to fire where the represented value along its encoder
+    /// is `intercept`, and fires `max_rate` times a second where it is 1.
+    ///
+    /// # Errors
+    /// [`TuningError::Setting`] for an intercept outside [-1, 1) or a rate that is not between 0 and the
+    /// refractory period's `1 / tau_ref`.
+    pub fn gain_bias(&self, max_rate: f64, intercept: f64) -> Result<(f64, f64), TuningError> {
+        if !(-1.0..1.0).contains(&intercept) {
+            return Err(refuse("intercept", intercept, "-1 up to, not including, 1"));
+        }
+        let limit = if self.tau_ref_s > 0.0 { 1.0 / self.tau_ref_s } else { f64::INFINITY };
+        if !(max_rate > 0.0 && max_rate < limit) {
+            let expected = format!("above 0 and below the refractory limit of {limit} Hz");
+            return Err(refuse("max_rate", max_rate, expected));
+        }
+        let most = 1.0 / -((self.tau_ref_s - 1.0 / max_rate) / self.tau_rc_s).exp_m1();
+        let gain = (most - 1.0) / (1.0 - intercept);
+        Ok((gain, 1.0 - gain * intercept))
+    }
+
+    /// One step of `dt_s` seconds at a constant current, in double precision: whether the neuron fires.
+    ///
+    /// `voltage` and `refractory_s`, what is left of the refractory period, are carried on. A spike's
+    /// moment within the step is taken into account: the refractory period begins there.
+    pub fn step(
+        &self,
+        dt_s: f64,
+        current: f64,
+        voltage: &mut f64,
+        refractory_s: &mut f64,
+    ) -> bool {
+        *refractory_s -= dt_s;
+        let free_s = (dt_s - *refractory_s).clamp(0.0, dt_s);
+        *voltage -= (current - *voltage) * (-free_s / self.tau_rc_s).exp_m1();
+        if *voltage > 1.0 {
+            let since = self.tau_rc_s * (-(*voltage - 1.0) / (current - 1.0)).ln_1p();
+            *refractory_s = self.tau_ref_s + dt_s + since;
+            *voltage = 0.0;
+            return true;
+        }
+        *voltage = voltage.max(0.0);
+        false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gain_and_bias_give_the_rate_and_the_intercept_asked_for() {
+        let lif = Lif::default();
+        for (rate, intercept) in [(200.0, -1.0), (400.0, 0.9), (317.0, 0.0), (480.0, -0.3)] {
+            let (gain, bias) = lif.gain_bias(rate, intercept).expect("possible");
+            assert!((lif.rate(gain + bias) - rate).abs() < 1e-6 * rate);
+            assert!((gain * intercept + bias - 1.0).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn spikes_come_at_the_closed_forms_rate() {
+        let lif = Lif::default();
+        for current in [1.05, 1.5, 3.0, 10.0, 40.0] {
+            for dt_s in [0.001, 0.0005, 0.0001] {
+                let (mut voltage, mut refractory) = (0.0, 0.0);
+                let steps = (4.0 / dt_s) as usize;
+                let spikes = (0..steps)
+                    .filter(|_| lif.step(dt_s, current, &mut voltage, &mut refractory))
+                    .count();
+                let expected = 4.0 * lif.rate(current);
+                assert!(expected > 50.0);
+                assert!((spikes as f64 - expected).abs() <= 1.5, "{current} {dt_s}: {spikes} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn without_the_moment_of_the_spike_the_rate_would_be_wrong() {
+        // The wrong variant: the refractory period begins at the end of the step.
+        let (lif, dt_s) = (Lif::default(), 0.001);
+        let (mut voltage, mut refractory, mut spikes) = (0.0f64, 0.0, 0);
+        for _ in 0..4_000 {
+            let before = refractory;
+            if lif.step(dt_s, 10.0, &mut voltage, &mut refractory) {
+                spikes += 1;
+                refractory = lif.tau_ref_s + dt_s;
+            }
+            let _ = before;
+        }
+        let expected = 4.0 * lif.rate(10.0);
+        assert!((f64::from(spikes) - expected).abs() > 20.0, "{spikes} {expected}");
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused() {
+        let lif = Lif::default();
+        for (rate, intercept) in [(500.0, 0.0), (0.0, 0.0), (-3.0, 0.0), (f64::NAN, 0.0)] {
+            let error = lif.gain_bias(rate, intercept).expect_err("impossible").to_string();
+            assert!(error.contains("`max_rate`") && error.contains("500 Hz"), "{error}");
+        }
+        for intercept in [1.0, -1.5, f64::NAN] {
+            let error = lif.gain_bias(300.0, intercept).expect_err("impossible").to_string();
+            assert!(error.contains("`intercept`"), "{error}");
+        }
+        assert!(Lif { tau_rc_s: -0.02, tau_ref_s: 0.002 }.check().is_err());
+        assert!(Lif { tau_rc_s: 0.02, tau_ref_s: f64::NAN }.check().is_err());
+    }
+}
