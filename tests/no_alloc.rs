@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 mod bank;
 
 use bank::Bank;
-use symbolt::neurons::{PopulationPlan, SelectRule};
+use symbolt::neurons::{LifSpec, Population, PopulationPlan, SelectRule};
 use symbolt::sim::{
     Constant, GraphBuilder, Noise, ProbeSpec, RunConfig, Scalar, Seed, SimDuration, Simulator,
     Synapse, Timebase, Vector, VocabTag,
@@ -72,8 +72,20 @@ impl VocabTag for Things {
 
 #[test]
 fn nothing_allocates_in_a_tick() {
+    let small = LifSpec { scale: 0.2, ..LifSpec::default() };
     let mut counts = Vec::new();
+    for population in [Population::Direct, Population::Rate(small), Population::Lif(small)] {
+        graphs(&PopulationPlan::all(population), &mut counts);
+    }
+    // The counter counts.
+    let before = ALLOCATIONS.load(Ordering::Relaxed);
+    drop(std::hint::black_box(vec![1u8; 100]));
+    assert!(ALLOCATIONS.load(Ordering::Relaxed) > before);
+    assert!(counts.len() >= 12);
+    assert!(counts.iter().all(|(_, count)| *count == 0), "{counts:?}");
+}
 
+fn graphs(plan: &PopulationPlan, counts: &mut Vec<(&'static str, usize)>) {
     // Every module of the algebra, with noise and probes of every kind.
     let vocabulary = VocabularyBuilder::<Things>::new(64, Seed::new(1))
         .any_similarity()
@@ -118,7 +130,7 @@ fn nothing_allocates_in_a_tick() {
     graph.probe(&buffer.output, ProbeSpec::default().filtered(Synapse::lowpass_ms(10)));
     graph.probe(&cleanup.items, ProbeSpec::every(SimDuration::from_millis(7)).last(5));
     let graph = graph
-        .build(Timebase::default(), &PopulationPlan::direct(), Seed::new(1))
+        .build(Timebase::default(), plan, Seed::new(1))
         .unwrap_or_else(|e| panic!("{e}"));
     let mut sim = Simulator::new(Arc::new(graph), RunConfig::default()).expect("starts");
     counts.push(("modules", allocations(&mut sim, 200)));
@@ -132,7 +144,7 @@ fn nothing_allocates_in_a_tick() {
         .expect("sound");
     for unbinding in [Unbinding::Fixed, Unbinding::Products] {
         let spec = PlannerSpec { unbinding, absent: true, ..PlannerSpec::default() };
-        let planner = Planner::new(&domain, spec, Seed::new(1)).expect("builds");
+        let planner = Planner::with_plan(&domain, spec, plan, Seed::new(1)).expect("builds");
         let world = [true, false, true, false, false];
         let mut sim = planner.simulator(&world, "JOINED").expect("starts");
         counts.push(("planner", allocations(&mut sim, 200)));

@@ -39,6 +39,8 @@ pub(crate) enum Command {
     Rename(RenameArgs),
     /// Says whether a recording, scene or domain file is sound
     Check(CheckArgs),
+    /// Runs a standard network in neurons and says how fast and how well
+    Bench(BenchArgs),
     /// Prints the scene's settings, to be changed and given to --config
     Config(ConfigArgs),
     /// Prints completions for a shell
@@ -262,6 +264,29 @@ pub(crate) struct RunArgs {
     /// Replace an earlier run in the folder
     #[arg(long)]
     pub force: bool,
+}
+
+#[derive(Debug, Clone, Args)]
+pub(crate) struct BenchArgs {
+    /// bind, state, memory, select or channel
+    pub model: String,
+    #[command(flatten)]
+    pub common: Common,
+    /// How the layers are computed: lif, rate or direct
+    #[arg(long, default_value = "lif")]
+    pub mode: String,
+    /// Multiplies every number of neurons
+    #[arg(long, default_value_t = 1.0, value_name = "FACTOR")]
+    pub neurons_scale: f64,
+    /// Dimensions of pointers
+    #[arg(long, default_value_t = 256)]
+    pub dimensions: usize,
+    /// Simulated seconds (at least 0.3)
+    #[arg(long, default_value_t = 1.0, value_name = "SECONDS")]
+    pub sim_seconds: f64,
+    /// Runs, of which the median time counts
+    #[arg(long, default_value_t = 3)]
+    pub runs: usize,
 }
 
 #[derive(Debug, Clone, Args)]

@@ -1,6 +1,7 @@
 //! Commands, their arguments, and what they return to the shell.
 
 mod args;
+mod bench;
 mod check;
 mod classify;
 mod learn;
@@ -18,6 +19,7 @@ use anyhow::Error;
 use clap::{CommandFactory, Parser};
 use symbolt::neurons::UnknownMode;
 use symbolt::task::scene::SceneSpec;
+use symbolt::task::standard::UnknownModel;
 use symbolt::task::{TaskError, write_whole};
 
 use args::{Cli, Command};
@@ -83,7 +85,7 @@ fn complain(sentence: &str) {
 
 /// What the shell is told about an error: 2 where the user gave something that cannot be used.
 fn code(error: &Error) -> u8 {
-    if error.is::<UnknownMode>() || error.is::<args::BadArgument>() {
+    if error.is::<UnknownMode>() || error.is::<UnknownModel>() || error.is::<args::BadArgument>() {
         return 2;
     }
     match error.downcast_ref::<TaskError>() {
@@ -108,6 +110,7 @@ fn dispatch(cli: Cli) -> Result<Outcome, Error> {
         Command::Plan(args) => plan::plan(&args),
         Command::Rename(args) => rename::rename(&args),
         Command::Check(args) => check::check(&args),
+        Command::Bench(args) => bench::bench(&args),
         Command::Config(args) => {
             let text = format!("{:#}\n", serde_json::json!(SceneSpec::default()));
             match &args.out.out {

@@ -1,10 +1,10 @@
 //! The hot loop: banks of small ensembles of equal shape, encoded, stepped and decoded together.
 //!
-//! A bank's numbers stand as structure of arrays: for each ensemble and each group of neurons the encoders
+//! A bank's numbers stand as structure of arrays: for each ensemble and each block of neurons the encoders
 //! (a row a dimension, scaled by gain and radius), then biases, voltages and refractory times, padded with
-//! neurons that never fire. One pass computes currents and voltages in wide registers; a mask of those
-//! over the threshold then says which few neurons fired, and only their decoders are added up
-//! (event-driven decoding).
+//! neurons that never fire. Passes over a block compute currents, then voltages and a mask of those that
+//! fired. With several outputs only the decoders of these are added up (event-driven); with one output
+//! a masked sum costs less than finding them.
 //!
 //! # Where the time goes
 //!
@@ -73,9 +73,16 @@ pub(crate) struct Bank {
     consts: Consts,
 }
 
-/// Neurons stepped together in banks of one dimension, and of more.
+/// Numbers in the widest registers that are used.
 const NARROW: usize = 8;
-const WIDE: usize = 32;
+/// Neurons whose currents are kept at hand.
+const BLOCK: usize = 128;
+
+/// Where the block of a neuron begins, and how long it is.
+fn block(neuron: usize, padded: usize) -> (usize, usize) {
+    let start = neuron / BLOCK * BLOCK;
+    (start, BLOCK.min(padded - start))
+}
 
 /// Fewer neurons than this are not worth a second thread.
 const WORTH_SHARING: usize = 6_000;
@@ -109,16 +116,14 @@ impl Bank {
         if !(regularisation.is_finite() && regularisation > 0.0) {
             return Err(refuse("regularisation", regularisation, "a finite number above 0"));
         }
-        let group = if shape.dims == 1 { NARROW } else { WIDE };
-        let padded = shape.neurons.next_multiple_of(group);
+        let padded = shape.neurons.next_multiple_of(NARROW);
         let per_spike = if firing == Firing::Spikes { 1.0 / dt_s } else { 1.0 };
         let solved: Vec<Ensemble> = (0..shape.ensembles)
             .into_par_iter()
             .map(|index| {
                 let draft = draft(index, seed.derive_index("ensemble", index as u64))?;
-                let decoders =
-                    decode::solve(lif, &draft.neurons, &draft.points, regularisation)?;
-                Ok(Ensemble::lay_out(&draft, &decoders, shape, (group, padded), per_spike))
+                let decoders = decode::solve(lif, &draft.neurons, &draft.points, regularisation)?;
+                Ok(Ensemble::lay_out(&draft, &decoders, shape, padded, per_spike))
             })
             .collect::<Result<_, TuningError>>()?;
         let join = |part: fn(&Ensemble) -> &Vec<Real>| -> Vec<Real> {
@@ -139,11 +144,6 @@ impl Bank {
                 tau_ref: lif.tau_ref_s as Real,
             },
         })
-    }
-
-    /// Neurons, without those that fill up.
-    pub fn neurons(&self) -> usize {
-        self.shape.ensembles * self.shape.neurons
     }
 
     /// Numbers of state: voltages, then refractory times.
@@ -181,13 +181,7 @@ struct Ensemble {
 }
 
 impl Ensemble {
-    fn lay_out(
-        draft: &Draft,
-        solved: &[f64],
-        shape: Shape,
-        (group, padded): (usize, usize),
-        per_spike: f64,
-    ) -> Self {
+    fn lay_out(draft: &Draft, solved: &[f64], shape: Shape, padded: usize, per_spike: f64) -> Self {
         let (dims, count) = (shape.dims, shape.neurons);
         let neurons = &draft.neurons;
         let mut encoders = vec![0.0; padded * dims];
@@ -196,11 +190,11 @@ impl Ensemble {
         let mut biases = vec![-1.0; padded];
         let mut silencing = 0.0f64;
         for neuron in 0..count {
-            let (at, lane) = (neuron / group, neuron % group);
+            let (start, len) = block(neuron, padded);
             let gain = neurons.gains[neuron] / draft.radius;
             for k in 0..dims {
                 let encoder = neurons.encoders[neuron * dims + k] * gain;
-                encoders[(at * dims + k) * group + lane] = encoder as Real;
+                encoders[start * dims + k * len + neuron - start] = encoder as Real;
             }
             biases[neuron] = neurons.biases[neuron] as Real;
             for k in 0..shape.outputs {
@@ -263,10 +257,7 @@ impl Slice<'_> {
         };
         match bank.firing {
             Firing::Rates => rates(&work, self.out),
-            Firing::Spikes if shape.dims == 1 => {
-                spikes_narrow(&work, self.voltages, self.refractory, self.out);
-            }
-            Firing::Spikes => spikes_wide(&work, self.voltages, self.refractory, self.out),
+            Firing::Spikes => spikes(&work, self.voltages, self.refractory, self.out),
         }
     }
 }
@@ -284,20 +275,13 @@ struct Work<'a> {
     values: &'a [Real],
 }
 
+/// The hot loop. Each pass is one that compilers turn into wide instructions: no pass branches but the
+/// last, over the spikes of ensembles with several outputs.
 #[multiversion(targets("x86_64+avx2", "x86_64+sse4.1"))]
-fn spikes_narrow(work: &Work<'_>, v: &mut [Real], r: &mut [Real], out: &mut [Real]) {
-    spikes::<NARROW>(work, v, r, out);
-}
-
-#[multiversion(targets("x86_64+avx2", "x86_64+sse4.1"))]
-fn spikes_wide(work: &Work<'_>, v: &mut [Real], r: &mut [Real], out: &mut [Real]) {
-    spikes::<WIDE>(work, v, r, out);
-}
-
-#[inline(always)]
-fn spikes<const L: usize>(work: &Work<'_>, v: &mut [Real], r: &mut [Real], out: &mut [Real]) {
+fn spikes(work: &Work<'_>, v: &mut [Real], r: &mut [Real], out: &mut [Real]) {
     let Consts { dt, per_tau, tau_rc, tau_ref } = work.consts;
     let (dims, outputs, padded) = (work.dims, work.outputs, work.padded);
+    let (mut currents, mut fired) = ([0.0; BLOCK], [0u32; BLOCK]);
     let ensembles = v.chunks_exact_mut(padded).zip(r.chunks_exact_mut(padded));
     for (index, (v, r)) in ensembles.enumerate() {
         let value = &work.values[index * dims..(index + 1) * dims];
@@ -306,57 +290,97 @@ fn spikes<const L: usize>(work: &Work<'_>, v: &mut [Real], r: &mut [Real], out: 
         let encoders = &work.encoders[index * padded * dims..(index + 1) * padded * dims];
         let decoders = &work.decoders[index * padded * outputs..(index + 1) * padded * outputs];
         out.fill(0.0);
-        let groups = v.chunks_exact_mut(L).zip(r.chunks_exact_mut(L)).zip(biases.chunks_exact(L));
-        for (group, ((v, r), biases)) in groups.enumerate() {
-            let mut current = [0.0; L];
-            for i in 0..L {
-                current[i] = biases[i] + work.shift;
-            }
-            let rows = encoders[group * dims * L..(group + 1) * dims * L].chunks_exact(L);
-            for (row, x) in rows.zip(value) {
-                for i in 0..L {
-                    current[i] += row[i] * x;
-                }
-            }
-            for i in 0..L {
-                let left = r[i] - dt;
-                let z = (dt - left).clamp(0.0, dt) * per_tau;
+        let mut lanes = [0.0; NARROW];
+        let blocks = v.chunks_mut(BLOCK).zip(r.chunks_mut(BLOCK)).zip(biases.chunks(BLOCK));
+        let blocks =
+            blocks.zip(encoders.chunks(BLOCK * dims)).zip(decoders.chunks(BLOCK * outputs));
+        for ((((v, r), biases), encoders), decoders) in blocks {
+            let len = v.len();
+            let (currents, fired) = (&mut currents[..len], &mut fired[..len]);
+            encode(encoders, biases, work.shift, value, currents);
+            for (((v, r), c), fired) in
+                v.iter_mut().zip(r.iter_mut()).zip(&*currents).zip(fired.iter_mut())
+            {
+                let left = *r - dt;
+                let free = dt - left;
+                let free = if free < dt { free } else { dt };
+                let z = if free > 0.0 { free } else { 0.0 } * per_tau;
                 // 1 - exp(-z), z at most LONGEST.
                 let decay = z
-                    * (1.0 - z * 0.5
-                        * (1.0 - z * (1.0 / 3.0) * (1.0 - z * 0.25 * (1.0 - z * 0.2))));
-                let next = v[i] + (current[i] - v[i]) * decay;
-                v[i] = if next > 0.0 { next } else { 0.0 };
-                r[i] = if left > 0.0 { left } else { 0.0 };
+                    * (1.0
+                        - z * 0.5 * (1.0 - z * (1.0 / 3.0) * (1.0 - z * 0.25 * (1.0 - z * 0.2))));
+                let next = *v + (c - *v) * decay;
+                // Since the spike: tau_rc ln(1 - (v - 1) / (J - 1)), by its series.
+                let over = (next - 1.0) / (c - 1.0);
+                let tail = 1.0 / 4.0 + over * (1.0 / 5.0 + over * (1.0 / 6.0 + over * (1.0 / 7.0)));
+                let log = over * (1.0 + over * (1.0 / 2.0 + over * (1.0 / 3.0 + over * tail)));
+                let spike = next > 1.0;
+                let resting = if left > 0.0 { left } else { 0.0 };
+                *r = if spike { tau_ref + dt - tau_rc * log } else { resting };
+                let silent = if next > 0.0 { next } else { 0.0 };
+                *v = if spike { 0.0 } else { silent };
+                *fired = u32::from(spike).wrapping_neg();
             }
-            let mut fired = 0u32;
-            for i in 0..L {
-                fired |= u32::from(v[i] > 1.0) << i;
-            }
-            while fired != 0 {
-                let lane = fired.trailing_zeros() as usize;
-                fired &= fired - 1;
-                let over = (v[lane] - 1.0) / (current[lane] - 1.0);
-                r[lane] = tau_ref + dt + tau_rc * log1m(over);
-                v[lane] = 0.0;
-                let neuron = group * L + lane;
-                let row = &decoders[neuron * outputs..(neuron + 1) * outputs];
-                for (sum, decoder) in out.iter_mut().zip(row) {
-                    *sum += decoder;
+            if outputs == 1 {
+                // A mask instead of a condition: a sum under a condition becomes a store under one.
+                let eights = fired.chunks_exact(NARROW).zip(decoders.chunks_exact(NARROW));
+                for (fired, decoders) in eights {
+                    for i in 0..NARROW {
+                        lanes[i] += Real::from_bits(decoders[i].to_bits() & fired[i]);
+                    }
                 }
+            } else {
+                add_rows(fired, decoders, out);
             }
+        }
+        if outputs == 1 {
+            out[0] = lanes.iter().sum();
         }
     }
 }
 
-/// `ln(1 - z)`, by its series where z is small, as it is for a spike within a short tick.
+/// Currents: biases, and encoders times the value, four dimensions at a time.
 #[inline(always)]
-fn log1m(z: Real) -> Real {
-    if z < 0.1 {
-        let tail = 1.0 / 4.0 + z * (1.0 / 5.0 + z * (1.0 / 6.0 + z * (1.0 / 7.0)));
-        -z * (1.0 + z * (1.0 / 2.0 + z * (1.0 / 3.0 + z * tail)))
-    } else {
-        (-z).ln_1p()
+fn encode(encoders: &[Real], biases: &[Real], shift: Real, value: &[Real], currents: &mut [Real]) {
+    let len = currents.len();
+    for (current, bias) in currents.iter_mut().zip(biases) {
+        *current = bias + shift;
+    }
+    let (fours, rest) = value.as_chunks::<4>();
+    let (long, short) = encoders.split_at(4 * fours.len() * len);
+    for (rows, x) in long.chunks_exact(4 * len).zip(fours) {
+        let (a, rows) = rows.split_at(len);
+        let (b, rows) = rows.split_at(len);
+        let (c, d) = rows.split_at(len);
+        for ((((current, a), b), c), d) in currents.iter_mut().zip(a).zip(b).zip(c).zip(d) {
+            *current += (a * x[0] + b * x[1]) + (c * x[2] + d * x[3]);
+        }
+    }
+    for (row, x) in short.chunks_exact(len).zip(rest) {
+        for (current, encoder) in currents.iter_mut().zip(row) {
+            *current += encoder * x;
+        }
+    }
+}
+
+/// Adds the decoders, a row a neuron, of those that fired.
+#[inline(always)]
+fn add_rows(fired: &[u32], decoders: &[Real], out: &mut [Real]) {
+    let outputs = out.len();
+    for (eight, fired) in fired.chunks_exact(NARROW).enumerate() {
+        let mut bytes = [0u8; NARROW];
+        for (byte, fired) in bytes.iter_mut().zip(fired) {
+            *byte = *fired as u8;
+        }
+        let mut mask = u64::from_le_bytes(bytes) & 0x0101_0101_0101_0101;
+        while mask != 0 {
+            let neuron = eight * NARROW + (mask.trailing_zeros() / 8) as usize;
+            mask &= mask - 1;
+            let row = &decoders[neuron * outputs..(neuron + 1) * outputs];
+            for (sum, decoder) in out.iter_mut().zip(row) {
+                *sum += decoder;
+            }
+        }
     }
 }
 
@@ -364,16 +388,15 @@ fn log1m(z: Real) -> Real {
 fn rates(work: &Work<'_>, out: &mut [Real]) {
     let Consts { tau_rc, tau_ref, .. } = work.consts;
     let (dims, outputs, padded) = (work.dims, work.outputs, work.padded);
-    let group = if dims == 1 { NARROW } else { WIDE };
     for (index, out) in out.chunks_exact_mut(outputs).enumerate() {
         let value = &work.values[index * dims..(index + 1) * dims];
         let encoders = &work.encoders[index * padded * dims..(index + 1) * padded * dims];
         out.fill(0.0);
         for neuron in 0..padded {
-            let (at, lane) = (neuron / group, neuron % group);
+            let (start, len) = block(neuron, padded);
             let mut current = work.biases[index * padded + neuron] + work.shift;
             for (k, x) in value.iter().enumerate() {
-                current += encoders[(at * dims + k) * group + lane] * x;
+                current += encoders[start * dims + k * len + neuron - start] * x;
             }
             if current > 1.0 {
                 let rate = 1.0 / (tau_ref + tau_rc * (1.0 / (current - 1.0)).ln_1p());

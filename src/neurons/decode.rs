@@ -71,8 +71,7 @@ pub(crate) fn solve(
     }
     let wanted = MatRef::from_row_major_slice(&points.wanted, m, points.outputs);
     let upper = at.as_ref() * wanted;
-    let factor =
-        gram.llt(Side::Lower).map_err(|_| TuningError::Unsolvable { neurons: count })?;
+    let factor = gram.llt(Side::Lower).map_err(|_| TuningError::Unsolvable { neurons: count })?;
     let solved = factor.solve(&upper);
     let mut out = Vec::with_capacity(count * points.outputs);
     for neuron in 0..count {
@@ -149,8 +148,7 @@ mod tests {
         };
         let slope = |a: f64, b: f64| (b / a).ln() / 8f64.ln();
         let distortion = |e: (f64, f64)| e.0 * e.0;
-        let static_slope =
-            slope(median(25, 1e-4, distortion), median(200, 1e-4, distortion));
+        let static_slope = slope(median(25, 1e-4, distortion), median(200, 1e-4, distortion));
         assert!((-5.0..=-1.6).contains(&static_slope), "{static_slope}");
         let noise_slope = slope(median(25, 0.1, |e| e.1), median(200, 0.1, |e| e.1));
         assert!((-1.3..=-0.7).contains(&noise_slope), "{noise_slope}");

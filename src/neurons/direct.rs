@@ -1,6 +1,6 @@
 //! The layers as exact functions, with the delays of a population and none of its noise.
 
-use crate::sim::{EmitIo, LayerRequest, Node, PortDecl, Real, StepCx};
+use crate::sim::{AdvanceIo, LayerRequest, Node, NodeFault, PortDecl, Real, StepCx};
 
 use super::layer::{INHIBITION, Map, Product, Represent, Select, SelectRule};
 
@@ -12,7 +12,7 @@ impl Node for DirectRepresent {
         self.0.declare(ports);
     }
 
-    fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
+    fn advance(&self, _cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
         let input = io.inputs.get(0);
         let output = io.outputs.get_mut(0);
         let square: Real = input.iter().map(|v| v * v).sum();
@@ -27,6 +27,7 @@ impl Node for DirectRepresent {
         } else {
             output.copy_from_slice(input);
         }
+        Ok(())
     }
 }
 
@@ -37,11 +38,12 @@ impl Node for DirectMap {
         self.0.declare(ports);
     }
 
-    fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
+    fn advance(&self, _cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
         let input = io.inputs.get(0);
         for (out, value) in io.outputs.get_mut(0).iter_mut().zip(input) {
             *out = (self.0.function)(*value);
         }
+        Ok(())
     }
 }
 
@@ -52,11 +54,12 @@ impl Node for DirectProduct {
         self.0.declare(ports);
     }
 
-    fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
+    fn advance(&self, _cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
         let (a, b) = (io.inputs.get(0), io.inputs.get(1));
         for ((out, a), b) in io.outputs.get_mut(0).iter_mut().zip(a).zip(b) {
             *out = a * b;
         }
+        Ok(())
     }
 }
 
@@ -67,7 +70,7 @@ impl Node for DirectSelect {
         self.0.declare(ports);
     }
 
-    fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
+    fn advance(&self, _cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
         let (utilities, inhibit) = (io.inputs.get(0), io.inputs.get(1));
         let output = io.outputs.get_mut(0);
         output.fill(0.0);
@@ -93,5 +96,6 @@ impl Node for DirectSelect {
                 }
             }
         }
+        Ok(())
     }
 }

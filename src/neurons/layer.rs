@@ -1,4 +1,7 @@
 //! The four layers that a module can ask for, whatever computes them.
+//!
+//! A layer computes when the tick commits its state, from the inputs of the tick, and every edge that leaves
+//! it has a synapse: it costs one tick in every mode.
 
 use std::sync::Arc;
 
@@ -23,8 +26,8 @@ impl Represent {
     /// A population for values of the given ports' kind, of norm up to `radius` (above 0).
     pub fn new<K: Kind>(input: InputSpec<K>, output: OutputSpec<K>, radius: Real) -> Self {
         Self {
-            input: input.sum().into(),
-            output: output.filtered_only().into(),
+            input: input.sum().at_advance().into(),
+            output: output.registered().filtered_only().into(),
             radius,
             gated: false,
         }
@@ -37,14 +40,18 @@ impl Represent {
     }
 }
 
+fn check_radius(radius: Real, ports: &mut PortDecl) {
+    if !radius.is_finite() || radius <= 0.0 {
+        ports.fault(format!("a radius of {radius} is not a finite number above 0"));
+    }
+}
+
 impl LayerRequest for Represent {
     fn declare(&self, ports: &mut PortDecl) {
-        if !self.radius.is_finite() || self.radius <= 0.0 {
-            ports.fault(format!("a radius of {} is not a finite number above 0", self.radius));
-        }
+        check_radius(self.radius, ports);
         ports.input("in", self.input.clone()).output("out", self.output.clone());
         if self.gated {
-            ports.input("open", InputSpec::scalar().sum());
+            ports.input("open", InputSpec::scalar().sum().at_advance());
         }
     }
 }
@@ -56,21 +63,47 @@ pub type ScalarFunction = Arc<dyn Fn(Real) -> Real + Send + Sync>;
 #[derive(Clone)]
 pub struct Map {
     pub(crate) width: usize,
+    pub(crate) radius: Real,
+    pub(crate) above: Option<Real>,
+    pub(crate) size: Real,
     pub(crate) function: ScalarFunction,
 }
 
 impl Map {
     /// `function` applied to each of `width` components on its own.
     pub fn each(width: usize, function: impl Fn(Real) -> Real + Send + Sync + 'static) -> Self {
-        Self { width, function: Arc::new(function) }
+        Self { width, radius: 1.0, above: None, size: 1.0, function: Arc::new(function) }
+    }
+
+    /// The magnitude up to which components are represented (above 0; 1 unless told). The exact form
+    /// has no such bound.
+    pub fn radius(mut self, radius: Real) -> Self {
+        self.radius = radius;
+        self
+    }
+}
+
+impl Map {
+    /// Below `least` the function is zero, and so is every neuron's firing. The exact form does not
+    /// need to be told.
+    pub fn above(mut self, least: Real) -> Self {
+        self.above = Some(least);
+        self
+    }
+
+    /// Multiplies the number of neurons (above 0; 1 unless told).
+    pub fn size(mut self, share: Real) -> Self {
+        self.size = share;
+        self
     }
 }
 
 impl LayerRequest for Map {
     fn declare(&self, ports: &mut PortDecl) {
+        check_radius(self.radius, ports);
         ports
-            .input("in", InputSpec::vector(self.width).sum())
-            .output("out", OutputSpec::vector(self.width).filtered_only());
+            .input("in", InputSpec::vector(self.width).sum().at_advance())
+            .output("out", OutputSpec::vector(self.width).registered().filtered_only());
     }
 }
 
@@ -78,21 +111,30 @@ impl LayerRequest for Map {
 #[derive(Debug, Clone)]
 pub struct Product {
     pub(crate) pairs: usize,
+    pub(crate) radius: Real,
 }
 
 impl Product {
     /// `pairs` independent products.
     pub fn new(pairs: usize) -> Self {
-        Self { pairs }
+        Self { pairs, radius: 1.0 }
+    }
+
+    /// The magnitude up to which half of the factors' sum and difference are represented (above 0; 1
+    /// unless told). The exact form has no such bound.
+    pub fn radius(mut self, radius: Real) -> Self {
+        self.radius = radius;
+        self
     }
 }
 
 impl LayerRequest for Product {
     fn declare(&self, ports: &mut PortDecl) {
+        check_radius(self.radius, ports);
         ports
-            .input("a", InputSpec::vector(self.pairs))
-            .input("b", InputSpec::vector(self.pairs))
-            .output("out", OutputSpec::vector(self.pairs).filtered_only());
+            .input("a", InputSpec::vector(self.pairs).at_advance())
+            .input("b", InputSpec::vector(self.pairs).at_advance())
+            .output("out", OutputSpec::vector(self.pairs).registered().filtered_only());
     }
 }
 
@@ -142,9 +184,9 @@ impl LayerRequest for Select {
             ports.fault("the level of a selection must be a finite number");
         }
         ports
-            .input("in", InputSpec::vector(self.items).sum())
-            .input("inhibit", InputSpec::vector(self.items).sum().optional())
-            .output("out", OutputSpec::vector(self.items).filtered_only());
+            .input("in", InputSpec::vector(self.items).sum().at_advance())
+            .input("inhibit", InputSpec::vector(self.items).sum().optional().at_advance())
+            .output("out", OutputSpec::vector(self.items).registered().filtered_only());
     }
 }
 

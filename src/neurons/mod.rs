@@ -5,13 +5,19 @@
 //! utilities. A [`PopulationPlan`] says by path how each is computed. This is the only room that asks for
 //! the mode. Nothing here knows symbols.
 
+mod bank;
+mod decode;
 mod direct;
 mod layer;
 mod lower;
+mod model;
 mod plan;
+mod population;
+mod tuning;
 
 pub use layer::{
     GatedPorts, LayerPorts, Layers, Map, Product, ProductPorts, Represent, ScalarFunction, Select,
     SelectPorts, SelectRule,
 };
-pub use plan::{PathPattern, PatternError, Population, PopulationPlan, UnknownMode};
+pub use model::{Lif, TuningError};
+pub use plan::{LifSpec, PathPattern, PatternError, Population, PopulationPlan, UnknownMode};

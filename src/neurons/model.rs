@@ -63,7 +63,11 @@ impl Lif {
             return Err(refuse("tau_rc_s", self.tau_rc_s, "a finite number of seconds above 0"));
         }
         if !(self.tau_ref_s.is_finite() && self.tau_ref_s >= 0.0) {
-            return Err(refuse("tau_ref_s", self.tau_ref_s, "a finite number of seconds, at least 0"));
+            return Err(refuse(
+                "tau_ref_s",
+                self.tau_ref_s,
+                "a finite number of seconds, at least 0",
+            ));
         }
         Ok(())
     }
@@ -102,13 +106,7 @@ impl Lif {
     ///
     /// `voltage` and `refractory_s`, what is left of the refractory period, are carried on. A spike's
     /// moment within the step is taken into account: the refractory period begins there.
-    pub fn step(
-        &self,
-        dt_s: f64,
-        current: f64,
-        voltage: &mut f64,
-        refractory_s: &mut f64,
-    ) -> bool {
+    pub fn step(&self, dt_s: f64, current: f64, voltage: &mut f64, refractory_s: &mut f64) -> bool {
         *refractory_s -= dt_s;
         let free_s = (dt_s - *refractory_s).clamp(0.0, dt_s);
         *voltage -= (current - *voltage) * (-free_s / self.tau_rc_s).exp_m1();
@@ -149,7 +147,10 @@ mod tests {
                     .count();
                 let expected = 4.0 * lif.rate(current);
                 assert!(expected > 50.0);
-                assert!((spikes as f64 - expected).abs() <= 1.5, "{current} {dt_s}: {spikes} {expected}");
+                assert!(
+                    (spikes as f64 - expected).abs() <= 1.5,
+                    "{current} {dt_s}: {spikes} {expected}"
+                );
             }
         }
     }

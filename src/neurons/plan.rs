@@ -5,18 +5,67 @@ use std::str::FromStr;
 
 use thiserror::Error;
 
+use super::model::Lif;
+
+/// How many neurons a layer gets, and what they are like. The defaults are those of the standard
+/// networks of `symbolt bench`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LifSpec {
+    /// Time constants.
+    pub model: Lif,
+    /// Least and greatest rate at the end of a neuron's range, in Hz; drawn evenly.
+    pub max_rates: [f64; 2],
+    /// Least and greatest intercept (-1 to 1) of neurons of one dimension; drawn evenly.
+    pub intercepts: [f64; 2],
+    /// Neurons a dimension of a pointer.
+    pub per_dimension: usize,
+    /// Greatest number of dimensions of one ensemble of a pointer.
+    pub sub_dimensions: usize,
+    /// Neurons of a function or representation of one number.
+    pub per_function: usize,
+    /// Neurons of a product, half in each of its squares.
+    pub per_product: usize,
+    /// Neurons of an item of a selection.
+    pub per_item: usize,
+    /// Regularisation of the decoders, in units of the greatest rate (above 0).
+    pub regularisation: f64,
+    /// What all these numbers of neurons are multiplied by.
+    pub scale: f64,
+}
+
+impl Default for LifSpec {
+    fn default() -> Self {
+        Self {
+            model: Lif::default(),
+            max_rates: [200.0, 400.0],
+            intercepts: [-1.0, 0.9],
+            per_dimension: 50,
+            sub_dimensions: 16,
+            per_function: 100,
+            per_product: 200,
+            per_item: 50,
+            regularisation: 0.1,
+            scale: 1.0,
+        }
+    }
+}
+
 /// How a layer is computed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub enum Population {
     /// The exact function, with the delays of a population.
     #[default]
     Direct,
+    /// Neurons that give their rates: a population's tuning and distortion without its spikes.
+    Rate(LifSpec),
+    /// Leaky integrate-and-fire neurons that spike.
+    Lif(LifSpec),
 }
 
 impl Population {
     /// The modes that exist, by the names that [`FromStr`] takes.
-    pub const NAMES: &'static [&'static str] = &["direct"];
+    pub const NAMES: &'static [&'static str] = &["direct", "rate", "lif"];
 }
 
 /// A mode that does not exist.
@@ -33,6 +82,8 @@ impl FromStr for Population {
     fn from_str(name: &str) -> Result<Self, UnknownMode> {
         match name {
             "direct" => Ok(Self::Direct),
+            "rate" => Ok(Self::Rate(LifSpec::default())),
+            "lif" => Ok(Self::Lif(LifSpec::default())),
             _ => Err(UnknownMode { asked: name.into() }),
         }
     }
@@ -42,6 +93,8 @@ impl fmt::Display for Population {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Direct => f.write_str("direct"),
+            Self::Rate(_) => f.write_str("rate"),
+            Self::Lif(_) => f.write_str("lif"),
         }
     }
 }
@@ -137,7 +190,7 @@ fn name_matches(part: &str, name: &str) -> bool {
 /// The mode of every layer of a graph: a default, and exceptions of which the last match counts.
 ///
 /// A pattern that matches no layer is a fault of the build: a misspelt ablation must not pass.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct PopulationPlan {
     pub(crate) default: Population,
     pub(crate) overrides: Vec<(PathPattern, Population)>,
@@ -209,6 +262,6 @@ mod tests {
     #[test]
     fn an_unknown_mode_names_those_that_exist() {
         let error = "lif2".parse::<Population>().map_err(|e| e.to_string());
-        assert_eq!(error, Err("there is no mode `lif2`; the modes are: direct".into()));
+        assert_eq!(error, Err("there is no mode `lif2`; the modes are: direct, rate, lif".into()));
     }
 }

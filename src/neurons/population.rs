@@ -101,10 +101,7 @@ impl Node for NeuralSelect {
         let items = self.layer.items;
         let contest = self.contest.as_ref().map_or(0, |c| c.state_len() + items);
         ports
-            .state(StateSpec {
-                reals: self.chosen.state_len() + contest,
-                ..StateSpec::default()
-            })
+            .state(StateSpec { reals: self.chosen.state_len() + contest, ..StateSpec::default() })
             .scratch(ScratchSpec { reals: 2 * items, ..ScratchSpec::default() });
     }
 
@@ -160,7 +157,14 @@ impl Maker<'_> {
         let [low, high] = self.spec.intercepts;
         let evenly = |rng: &mut ChaCha8Rng| low + (high - low) * rng.random::<f64>();
         let shape = (count, 1);
-        Neurons::draw(&self.spec.model, shape, self.max_rates(), &mut seed.rng(), either_way, evenly)
+        Neurons::draw(
+            &self.spec.model,
+            shape,
+            self.max_rates(),
+            &mut seed.rng(),
+            either_way,
+            evenly,
+        )
     }
 
     /// One ensemble a component of a plain vector, and a function of each.
@@ -221,15 +225,26 @@ impl Maker<'_> {
                 value.iter_mut().for_each(|v| *v *= scale);
             }
             let wanted = values.iter().map(|v| v * ball).collect();
-            Ok(Draft { neurons: drawn, radius: ball, points: Points { values, wanted, outputs: dims } })
+            Ok(Draft {
+                neurons: drawn,
+                radius: ball,
+                points: Points { values, wanted, outputs: dims },
+            })
         })
     }
 
     pub fn map(&self, layer: &Map) -> Result<Neural, TuningError> {
         let function = layer.function.clone();
         let exact = move |x: f64| f64::from(function(x as Real));
-        let per = self.spec.per_function as f64;
-        let bank = self.components(layer.width, f64::from(layer.radius), per, &exact)?;
+        let per = self.spec.per_function as f64 * f64::from(layer.size);
+        let radius = f64::from(layer.radius);
+        let bank = match layer.above {
+            None => self.components(layer.width, radius, per, &exact)?,
+            Some(least) => {
+                let reach = (f64::from(least), radius, Spread::Even);
+                self.above((layer.width, per), reach, &exact, "above")?
+            }
+        };
         Ok(Neural { ports: Box::new(layer.clone()), bank, gated: false })
     }
 
@@ -240,6 +255,39 @@ impl Maker<'_> {
         Ok(NeuralProduct { layer: layer.clone(), bank })
     }
 
+    /// One ensemble a component whose neurons are silent below a value, and a function above it.
+    fn above(
+        &self,
+        (width, per): (usize, f64),
+        (from, radius, spread): (f64, f64, Spread),
+        function: &(dyn Fn(f64) -> f64 + Sync),
+        role: &str,
+    ) -> Result<Bank, TuningError> {
+        let neurons = count(per, self.spec.scale)?;
+        let shape = Shape { ensembles: width, neurons, dims: 1, outputs: 1 };
+        let low = (from / radius).clamp(-0.99, 0.9);
+        let values: Vec<f64> = (0..SCALAR_POINTS)
+            .map(|i| low + (1.0 - low) * (i as f64 + 0.5) / SCALAR_POINTS as f64)
+            .collect();
+        let wanted: Vec<f64> = values.iter().map(|v| function(v * radius)).collect();
+        self.bank(shape, role, |_, seed| {
+            let intercept = |rng: &mut ChaCha8Rng| {
+                let share: f64 = rng.random();
+                match spread {
+                    Spread::Even => low + (0.95 - low) * share,
+                    // Most neurons answer soon above the level.
+                    Spread::Near => (low - (1.0 - share).ln() * NEAR_LEVEL).min(0.95),
+                }
+            };
+            let up = |_: &mut ChaCha8Rng, out: &mut [f64]| out.fill(1.0);
+            let (model, shape) = (&self.spec.model, (neurons, 1));
+            let drawn =
+                Neurons::draw(model, shape, self.max_rates(), &mut seed.rng(), up, intercept)?;
+            let points = Points { values: values.clone(), wanted: wanted.clone(), outputs: 1 };
+            Ok(Draft { neurons: drawn, radius, points })
+        })
+    }
+
     pub fn select(&self, layer: &Select) -> Result<NeuralSelect, TuningError> {
         let level = f64::from(layer.rule.level());
         // Utilities are cosines, and sums of a few of them.
@@ -248,40 +296,14 @@ impl Maker<'_> {
             SelectRule::Threshold { .. } => 0.0,
             SelectRule::WinnerTakeAll { .. } => CONTEST_SHARE,
         };
-        let per = self.spec.per_item as f64;
-        let above = |from: f64, share: f64, spread: Spread, wanted: fn(f64) -> f64, role: &str| {
-            let neurons = count(per * share, self.spec.scale)?;
-            let shape = Shape { ensembles: layer.items, neurons, dims: 1, outputs: 1 };
-            let low = (from / radius).clamp(-0.99, 0.9);
-            self.bank(shape, role, |_, seed| {
-                let intercept = |rng: &mut ChaCha8Rng| {
-                    let share: f64 = rng.random();
-                    match spread {
-                        Spread::Even => low + (0.95 - low) * share,
-                        // Most neurons answer soon above the level.
-                        Spread::Near => (low - (1.0 - share).ln() * NEAR_LEVEL).min(0.95),
-                    }
-                };
-                let drawn = Neurons::draw(
-                    &self.spec.model,
-                    (neurons, 1),
-                    self.max_rates(),
-                    &mut seed.rng(),
-                    |_, out: &mut [f64]| out.fill(1.0),
-                    intercept,
-                )?;
-                let values: Vec<f64> = (0..SCALAR_POINTS)
-                    .map(|i| low + (1.0 - low) * (i as f64 + 0.5) / SCALAR_POINTS as f64)
-                    .collect();
-                let wanted = values.iter().map(|v| wanted(v * radius)).collect();
-                Ok(Draft { neurons: drawn, radius, points: Points { values, wanted, outputs: 1 } })
-            })
-        };
-        let chosen = above(level, 1.0 - contest_share, Spread::Near, |_| 1.0, "chosen")?;
+        let (items, per) = (layer.items, self.spec.per_item as f64);
+        let size = (items, per * (1.0 - contest_share));
+        let chosen = self.above(size, (level, radius, Spread::Near), &|_| 1.0, "chosen")?;
         let contest = match layer.rule {
             SelectRule::Threshold { .. } => None,
             SelectRule::WinnerTakeAll { .. } => {
-                Some(above(CONTENDING * level, CONTEST_SHARE, Spread::Even, |u| u, "contest")?)
+                let reach = (CONTENDING * level, radius, Spread::Even);
+                Some(self.above((items, per * CONTEST_SHARE), reach, &|u| u, "contest")?)
             }
         };
         let decay = (-self.dt_s / RIVALRY_TAU_S).exp() as Real;

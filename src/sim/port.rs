@@ -273,6 +273,11 @@ impl<K: Kind> From<OutputSpec<K>> for AnyOutput {
 }
 
 impl AnyInput {
+    /// Whether what flows in belongs to a space, as pointers do.
+    pub fn is_pointer(&self) -> bool {
+        self.shape.space.is_some()
+    }
+
     /// Numbers a tick.
     pub fn width(&self) -> usize {
         self.shape.width

@@ -15,10 +15,10 @@ pub use error::VocabError;
 pub(crate) use error::nearest_name;
 pub use item_memory::{ItemMemory, Match};
 pub use modules::{
-    AssociativeMemory, Bind, BindPorts, CleanupMemory, FEED_FORWARD, Gate, GatePorts, GoalBuffer,
-    GoalBufferPorts, Linear, LinearPorts, MemoryPorts, RECURRENT, Reinterpret, ReinterpretPorts,
-    Selection, SelectionPorts, Superpose, SuperposePorts, Unbind, UnbindFixed, UnbindFixedPorts,
-    UnbindPorts,
+    AssociativeMemory, BasalGanglia, BasalGangliaPorts, Bind, BindPorts, CleanupMemory,
+    FEED_FORWARD, Gate, GatePorts, GoalBuffer, GoalBufferPorts, Linear, LinearPorts, MemoryPorts,
+    RECURRENT, Reinterpret, ReinterpretPorts, Selection, SelectionPorts, State, StatePorts,
+    Superpose, SuperposePorts, Unbind, UnbindFixed, UnbindFixedPorts, UnbindPorts,
 };
 pub use pointer::{PointerRef, PointerValue};
 pub use vocabulary::{Vocabulary, VocabularyBuilder, random_pointer};

@@ -20,6 +20,7 @@ mod pose;
 mod recording;
 #[cfg(feature = "physics")]
 pub mod scene;
+pub mod standard;
 mod symbolic;
 #[cfg(feature = "physics")]
 mod witness;

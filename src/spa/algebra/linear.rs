@@ -22,6 +22,9 @@ pub trait LinearMap: Send + Sync {
 pub struct ProductForm {
     /// How many products there are.
     pub pairs: usize,
+    /// What the halves of the factors' sums and differences stay below for random unit vectors, but for
+    /// about one of a hundred: the range that a population for the products should have.
+    pub magnitude: Real,
     /// From the first vector to the first factors.
     pub left: Box<dyn LinearMap>,
     /// From the second vector to the second factors.

@@ -62,7 +62,7 @@ impl<V: VocabTag> Module for Bind<V> {
         };
         let left = scope.add("left", factors(form.left));
         let right = scope.add("right", factors(form.right));
-        let products = scope.product("products", Product::new(pairs));
+        let products = scope.product("products", Product::new(pairs).radius(form.magnitude));
         let back: LinearPorts<Vector, Pointer<V>> = scope.add(
             "back",
             Linear::new(InputSpec::vector(pairs), OutputSpec::pointer(&self.space), form.back),

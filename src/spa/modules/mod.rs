@@ -4,19 +4,23 @@
 //! says otherwise), so whatever it hands out may be connected without a synapse. A module's delay is
 //! therefore stated in its own doc, and is the same whatever computes its layers.
 
+mod basal_ganglia;
 mod bind;
 mod gate;
 mod goal_buffer;
 mod linear;
 mod memory;
 mod select;
+mod state;
 
+pub use basal_ganglia::{BasalGanglia, BasalGangliaPorts};
 pub use bind::{Bind, BindPorts, Unbind, UnbindFixed, UnbindFixedPorts, UnbindPorts};
 pub use gate::{Gate, GatePorts};
 pub use goal_buffer::{GoalBuffer, GoalBufferPorts};
 pub use linear::{Linear, LinearPorts, Reinterpret, ReinterpretPorts, Superpose, SuperposePorts};
 pub use memory::{AssociativeMemory, CleanupMemory, MemoryPorts};
 pub use select::{Selection, SelectionPorts};
+pub use state::{State, StatePorts};
 
 use crate::sim::Synapse;
 

@@ -1,0 +1,96 @@
+//! Action selection by basal ganglia and thalamus.
+//!
+//! Five nuclei of rectified populations disinhibit the action of greatest utility. Weights, thresholds and slopes
+//! are those of Gurney, Prescott and Redgrave, "A computational model of action selection in the basal
+//! ganglia" (2001), as simplified for spiking neurons by Stewart, Choo and Eliasmith, "Dynamic behaviour of
+//! a spiking model of action selection in the basal ganglia" (2010); excitation has a synapse of 2 ms,
+//! inhibition one of 8 ms.
+
+use super::FEED_FORWARD;
+use super::linear::Linear;
+use crate::neurons::{LayerPorts, Layers, Map};
+use crate::sim::{
+    Add, Constant, In, InputSpec, Module, Out, OutputSpec, Real, Scope, Synapse, Vector,
+};
+
+const AMPA: Synapse = Synapse::lowpass_ms(2);
+const GABA: Synapse = Synapse::lowpass_ms(8);
+
+/// Chooses the action of greatest utility: utilities of 0.3 to 1 go in, about 1 comes out for the chosen
+/// action and 0 for all others.
+pub struct BasalGanglia {
+    actions: usize,
+}
+
+/// Ports of a [`BasalGanglia`].
+pub struct BasalGangliaPorts {
+    /// One utility an action; any number of sources.
+    pub utilities: In<Vector>,
+    /// About 1 for the chosen action, 0 for the others.
+    pub chosen: Out<Vector>,
+}
+
+/// A weighted copy of every component, and of their sum.
+fn mixing(actions: usize, own: Real, all: Real) -> Vec<Real> {
+    (0..actions * actions)
+        .map(|i| all + if i / actions == i % actions { own } else { 0.0 })
+        .collect()
+}
+
+impl BasalGanglia {
+    /// A choice among `actions`.
+    pub fn new(actions: usize) -> Self {
+        Self { actions }
+    }
+}
+
+impl Module for BasalGanglia {
+    type Ports = BasalGangliaPorts;
+
+    fn expand(self, scope: &mut Scope<'_>) -> BasalGangliaPorts {
+        let n = self.actions;
+        let mut nucleus = |name: &str, from: Real| -> LayerPorts<Vector> {
+            let rectified = Map::each(n, move |x| (x - from).max(0.0)).above(from).radius(1.5);
+            scope.map(name, rectified)
+        };
+        let (d1, d2) = (nucleus("striatum_d1", 0.2), nucleus("striatum_d2", 0.2));
+        let (stn, gpe) = (nucleus("stn", -0.25), nucleus("gpe", -0.2));
+        let gpi = nucleus("gpi", -0.2);
+        let utilities = scope.add("utilities", Add::vector(n));
+        let mut weigh = |name: &str, from: &Out<Vector>, to: &In<Vector>, own, all, via| {
+            let map: super::LinearPorts<Vector, Vector> = scope.add(
+                name,
+                Linear::rows(InputSpec::vector(n), OutputSpec::vector(n), mixing(n, own, all)),
+            );
+            scope.connect(from, &map.input, via);
+            scope.connect(&map.output, to, Synapse::None);
+        };
+        weigh("into_d1", &utilities.output, &d1.input, 1.2, 0.0, Synapse::None);
+        weigh("into_d2", &utilities.output, &d2.input, 0.8, 0.0, Synapse::None);
+        weigh("into_stn", &utilities.output, &stn.input, 1.0, 0.0, Synapse::None);
+        weigh("d1_gpi", &d1.output, &gpi.input, -1.0, 0.0, GABA);
+        weigh("d2_gpe", &d2.output, &gpe.input, -1.0, 0.0, GABA);
+        weigh("stn_gpi", &stn.output, &gpi.input, 0.0, 0.9, AMPA);
+        weigh("stn_gpe", &stn.output, &gpe.input, 0.0, 0.9, AMPA);
+        weigh("gpe_gpi", &gpe.output, &gpi.input, -0.3, 0.0, GABA);
+        weigh("gpe_stn", &gpe.output, &stn.input, -1.0, 0.0, GABA);
+        // Thalamus: excited by a constant, inhibited by all actions but the chosen one.
+        let thalamus: LayerPorts<Vector> =
+            scope.map("thalamus", Map::each(n, |x| x.clamp(0.0, 1.0)).above(0.0).size(0.5));
+        let bias = scope.add("bias", Constant::vector(&vec![1.0; n]));
+        scope.connect(&bias, &thalamus.input, Synapse::None);
+        let mut weigh = |name: &str, from: &Out<Vector>, own, all, via| {
+            let map: super::LinearPorts<Vector, Vector> = scope.add(
+                name,
+                Linear::rows(InputSpec::vector(n), OutputSpec::vector(n), mixing(n, own, all)),
+            );
+            scope.connect(from, &map.input, via);
+            scope.connect(&map.output, &thalamus.input, Synapse::None);
+        };
+        weigh("gpi_thalamus", &gpi.output, -3.0, 0.0, GABA);
+        weigh("rivals", &thalamus.output, 1.0, -1.0, GABA);
+        let chosen = scope.add("chosen", Add::vector(n));
+        scope.connect(&thalamus.output, &chosen.input, FEED_FORWARD);
+        BasalGangliaPorts { utilities: utilities.input, chosen: chosen.output }
+    }
+}
