@@ -214,7 +214,8 @@ fn what_no_population_can_be_is_refused_with_the_layers_path() {
             Ok(_) => "built".into(),
         }
     };
-    let cases: [(&str, fn(&mut LifSpec)); 10] = [
+    type Change = fn(&mut LifSpec);
+    let cases: [(&str, Change); 10] = [
         ("`neurons` is 0", |s| s.per_dimension = 0),
         ("`neurons` is", |s| s.scale = f64::NAN),
         ("`tau_rc_s` is -0.02", |s| s.model = Lif { tau_rc_s: -0.02, ..Lif::default() }),

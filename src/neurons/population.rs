@@ -130,7 +130,7 @@ impl Node for NeuralSelect {
 
 fn count(of: f64, scale: f64) -> Result<usize, TuningError> {
     let count = (of * scale).round();
-    if count >= 1.0 && count <= 1e6 {
+    if (1.0..=1e6).contains(&count) {
         Ok(count as usize)
     } else {
         Err(refuse("neurons", format!("{count} an ensemble"), "1 to 1000000"))
