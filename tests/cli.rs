@@ -270,7 +270,7 @@ fn bad_usage_and_bad_input_return_2_and_leave_nothing_behind() {
             "use more dimensions",
         ),
         (
-            &["plan", "domain.json", "--scene", "scene.json", "--mode", "lif"],
+            &["plan", "domain.json", "--scene", "scene.json", "--mode", "liff"],
             "the modes are: direct",
         ),
         (&["run", "--demos", "0", "--out", "new"], "--demos is 0"),

@@ -83,7 +83,7 @@ fn bind_and_unbind_are_those_of_the_algebra_one_synapse_later() {
     let graph = build(graph);
     // Two maps, the products and the map back, behind their names.
     let paths: Vec<&str> = graph.paths().filter(|p| p.starts_with("bind/")).collect();
-    assert_eq!(paths, ["bind/back", "bind/left", "bind/right", "bind/products"]);
+    assert_eq!(paths, ["bind/back", "bind/left", "bind/products", "bind/right"]);
     let products = graph.output("bind/products.out").expect("there");
     let mut sim = Simulator::new(graph, RunConfig::default()).expect("starts");
     sim.run_for(SimDuration::from_millis(60)).expect("runs");

