@@ -248,6 +248,8 @@ fn the_standard_networks_do_what_they_are_for() {
             Model::Bind | Model::State | Model::Memory => quality("cosine") > 0.93,
             Model::Select => quality("chosen") > 0.9 && quality("greatest_other") < 0.1,
             Model::Channel => quality("rmse") < 0.02,
+            // Whether they come in time is read at 256 dimensions.
+            Model::Planner => quality("weaker_precondition") > 0.5,
         };
         assert!(good && measured.neurons > 1_000, "{name}: {measured:?}");
     }

@@ -268,7 +268,7 @@ pub(crate) struct RunArgs {
 
 #[derive(Debug, Clone, Args)]
 pub(crate) struct BenchArgs {
-    /// bind, state, memory, select or channel
+    /// bind, state, memory, select, channel or planner
     pub model: String,
     #[command(flatten)]
     pub common: Common,

@@ -12,15 +12,17 @@ use rand_distr::{Distribution, StandardNormal};
 use serde::Serialize;
 use thiserror::Error;
 
+use super::encode::{Encoded, PRECONDITION, deep_preconditions};
 use super::error::TaskError;
+use super::symbolic::SymbolicDomain;
 use crate::neurons::{LayerPorts, Layers, LifSpec, Map, Population, PopulationPlan, SelectRule};
 use crate::sim::{
-    Constant, Graph, GraphBuilder, Module, ProbeId, ProbeSpec, Real, RunConfig, Scope, Seed,
+    Constant, Graph, GraphBuilder, Module, Out, ProbeId, ProbeSpec, Real, RunConfig, Scope, Seed,
     SimDuration, Simulator, Stimulus, Synapse, Timebase, Vector, VocabTag,
 };
 use crate::spa::{
-    BasalGanglia, Bind, CleanupMemory, FEED_FORWARD, RECURRENT, State, VocabularyBuilder, cosine,
-    normalize,
+    AssociativeMemory, BasalGanglia, Bind, CleanupMemory, FEED_FORWARD, Gate, RECURRENT, State,
+    Unbind, VocabularyBuilder, cosine, normalize,
 };
 
 /// A standard network.
@@ -36,16 +38,19 @@ pub enum Model {
     Select,
     /// Two arrays of 500 scalar ensembles in series.
     Channel,
+    /// From a goal to the preconditions of the action that causes it, with neural unbinding.
+    Planner,
 }
 
 impl Model {
     /// All of them, by the names that [`FromStr`] takes.
-    pub const ALL: [(&'static str, Self); 5] = [
+    pub const ALL: [(&'static str, Self); 6] = [
         ("bind", Self::Bind),
         ("state", Self::State),
         ("memory", Self::Memory),
         ("select", Self::Select),
         ("channel", Self::Channel),
+        ("planner", Self::Planner),
     ];
 }
 
@@ -142,6 +147,8 @@ enum Reading {
     Distance(Vec<Real>),
     /// The chosen action's activity, and when it was there.
     Choice(usize),
+    /// When both of two items were there to stay.
+    Both([usize; 2]),
 }
 
 /// A built network, not yet run.
@@ -165,6 +172,77 @@ fn pointer(seed: Seed, name: &str, dim: usize) -> Vec<Real> {
         (0..dim).map(|_| -> f64 { StandardNormal.sample(&mut rng) }).map(|v| v as Real).collect();
     normalize(&mut out);
     out
+}
+
+/// Items of the planner's memories: 3 + 3 + 3 causes, deep pointers and effects, 5 + 5 states.
+const PLANNER_ITEMS: usize = 19;
+
+/// A planner's loop over the paper's domain: a goal buffer, the action that causes what it holds, the
+/// action's deep pointer, its preconditions by neural unbinding, those that are not satisfied, and a gate
+/// through which one of them would become the next goal. Gives the activity of each precondition, and
+/// which two are right.
+fn planner(
+    graph: &mut GraphBuilder,
+    dim: usize,
+    seed: Seed,
+) -> Result<(Out<Vector>, [usize; 2]), TaskError> {
+    let domain = SymbolicDomain::new()
+        .action("PUT_NUT_IN_JIG", ["NUT_ON_TABLE"], ["NUT_IN_JIG"])
+        .action("PUT_BOLT_IN_JIG", ["BOLT_ON_TABLE"], ["BOLT_IN_JIG"])
+        .action("ASSEMBLE", ["NUT_IN_JIG", "BOLT_IN_JIG"], ["BOLT_ASSEMBLED"])
+        .build()?;
+    let encoded = Encoded::new(&domain, dim, 0.1, seed)?;
+    let (states, actions) = (&encoded.states, &encoded.actions);
+    let names: Vec<&str> = domain.states().iter().map(|s| s.name.as_str()).collect();
+    let winner = SelectRule::WinnerTakeAll { level: 0.3 };
+    let every = SelectRule::Threshold { level: 0.3 };
+    let operators = domain.operators();
+    let deep: Vec<(&str, String)> = operators
+        .iter()
+        .map(|o| (&o.name[..], deep_preconditions(o.preconditions.iter().map(String::as_str))))
+        .collect();
+    let effects: Vec<(&str, &str)> =
+        operators.iter().map(|o| (&o.name[..], o.to.as_str())).collect();
+    let causes = effects.iter().map(|(action, effect)| (*effect, *action));
+    let cause = AssociativeMemory::new(states, actions, causes, winner)?;
+    let pairs = deep.iter().map(|(action, deep)| (*action, deep.as_str()));
+    let deep = AssociativeMemory::new(actions, states, pairs, every)?;
+    let effect = AssociativeMemory::new(actions, states, effects.iter().copied(), every)?;
+
+    let wanted: Vec<Real> = states.get("BOLT_ASSEMBLED")?.iter().map(|v| 2.0 * v).collect();
+    let given = Stimulus::pointer(states.space(), &wanted)
+        .from(SimDuration::from_millis(50), &vec![0.0; dim]);
+    let given = graph.add("given", given);
+    let goal = graph.add("goal", State::new(states).recurrent(RECURRENT));
+    let cause = graph.add("cause", cause);
+    let action = graph.add("action", State::new(actions));
+    let deep = graph.add("deep", deep);
+    let effect = graph.add("effect", effect);
+    let role = Constant::pointer(states.space(), &states.get(PRECONDITION)?);
+    let role = graph.add("role", role);
+    let unbind = graph.add("unbind", Unbind::new(states));
+    let preconditions = graph.add("preconditions", State::new(states));
+    let cleanup = graph.add("cleanup", CleanupMemory::new(states, names.iter().copied(), every)?);
+    let unsatisfied =
+        graph.add("unsatisfied", CleanupMemory::new(states, names.iter().copied(), every)?);
+    let change = graph.add("goal_change", Gate::new(states));
+    let closed = graph.add("closed", Constant::scalar(0.0));
+    let none = Synapse::None;
+    graph.connect(&given, &goal.input, none);
+    graph.connect(&goal.output, &cause.input, none);
+    graph.connect(&cause.output, &action.input, none);
+    graph.connect(&action.output, &deep.input, none);
+    graph.connect(&action.output, &effect.input, none);
+    graph.connect(&deep.output, &unbind.bound, none);
+    graph.connect(&role, &unbind.role, none);
+    graph.connect(&unbind.output, &preconditions.input, none);
+    graph.connect(&preconditions.output, &cleanup.input, none);
+    graph.connect(&cleanup.output, &unsatisfied.input, none);
+    graph.connect(&unsatisfied.output, &change.input, none);
+    graph.connect(&closed, &change.open, none);
+    graph.connect(&change.output, &goal.input, none);
+    let right = |name: &str| names.iter().position(|n| *n == name).unwrap_or_default();
+    Ok((cleanup.items, [right("NUT_IN_JIG"), right("BOLT_IN_JIG")]))
 }
 
 impl Standard {
@@ -247,6 +325,15 @@ impl Standard {
                 let nucleus = sized(per(|l| l.per_function));
                 (ACTIONS * (5 * nucleus + nucleus / 2), probe, Reading::Choice(CHOSEN))
             }
+            Model::Planner => {
+                let (items, watched) = planner(&mut graph, dim, seed)?;
+                let spec = ProbeSpec::default().filtered(PROBE);
+                let probe = Watched::Vector(graph.probe(&items, spec));
+                let states = 4 * sized(dim * per(|l| l.per_dimension));
+                let products = 8 * (dim / 2 + 1) * sized(per(|l| l.per_product) / 2);
+                let stored = PLANNER_ITEMS * sized(per(|l| l.per_item));
+                (states + products + stored, probe, Reading::Both(watched))
+            }
             Model::Channel => {
                 let mut rng = seed.derive("channel", "input").rng();
                 let given: Vec<Real> =
@@ -316,6 +403,18 @@ impl Built {
             Reading::Distance(exact) => {
                 let square: f64 = at.iter().zip(exact).map(|(a, b)| f64::from(a - b).powi(2)).sum();
                 vec![("rmse", (square / exact.len() as f64).sqrt())]
+            }
+            Reading::Both(which) => {
+                let there = |v: &Vec<Real>| which.iter().all(|i| v[*i] >= 0.8 * mean[*i]);
+                let first = rows.iter().find(|(_, v)| there(v));
+                let least = which.map(|i| f64::from(mean[i])).into_iter().fold(f64::MAX, f64::min);
+                let others = mean.iter().enumerate().filter(|(i, _)| !which.contains(i));
+                let rival = others.map(|(_, v)| f64::from(*v)).fold(0.0, f64::max);
+                vec![
+                    ("preconditions_ms", first.map_or(f64::NAN, |(t, _)| 1e3 * t)),
+                    ("weaker_precondition", least),
+                    ("greatest_other", rival),
+                ]
             }
             Reading::Choice(which) => {
                 let own = f64::from(mean[*which]);
