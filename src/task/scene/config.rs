@@ -446,7 +446,7 @@ impl SceneSpec {
             let expected = "at least 9 cm from the pocket";
             return refuse("jig.hole", format!("{apart} m"), expected);
         }
-        super::physics::places(self, Seed::new(0)).map(|_| ())
+        super::drops::places(self, Seed::new(0)).map(|_| ())
     }
 }
 

@@ -8,8 +8,9 @@ use std::f64::consts::{FRAC_PI_3, FRAC_PI_4, TAU};
 
 use rapier3d::math::{Matrix, Pose as Frame, Rotation, Vector};
 
+use super::bodies::TIP_M;
 use super::config::PartSpec;
-use super::physics::{PartKind, TIP_M};
+use super::physics::PartKind;
 
 /// A place for the tool, and how far the fingers are open on the way there.
 #[derive(Debug, Clone, Copy)]

@@ -3,7 +3,9 @@
 //! Nothing here knows the task: neither what states there are nor what should be done.
 
 mod arm;
+mod bodies;
 mod config;
+mod drops;
 mod grasp;
 mod path;
 mod physics;

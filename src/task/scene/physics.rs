@@ -12,19 +12,19 @@
 
 use std::time::{Duration, Instant};
 
-use rand::{Rng, RngExt};
 use rapier3d::dynamics::{
-    FrictionModel, GenericJointBuilder, IntegrationParameters, JointAxesMask, JointAxis,
-    MotorModel, MultibodyDofCoupling, MultibodyJointHandle, RigidBodyBuilder, RigidBodyHandle,
-    SpringCoefficients,
+    FrictionModel, IntegrationParameters, JointAxis, MultibodyJointHandle, RigidBodyBuilder,
+    RigidBodyHandle, SpringCoefficients,
 };
-use rapier3d::geometry::{ColliderBuilder, ColliderHandle, SharedShape};
+use rapier3d::geometry::{ColliderBuilder, ColliderHandle};
 use rapier3d::math::{Pose as Frame, Rotation, Vector};
-use rapier3d::prelude::{CoefficientCombineRule, PhysicsWorld, QueryFilter};
+use rapier3d::prelude::{PhysicsWorld, QueryFilter};
 use serde::{Deserialize, Serialize};
 
-use super::arm::{self, Angles, HOME, JOINTS};
+use super::arm::{self, Angles, JOINTS};
+use super::bodies::{self, RobotBodies};
 use super::config::{ArmSpec, SceneSpec};
+use super::drops;
 use super::shapes;
 use crate::sim::{Seed, SimDuration};
 use crate::task::error::TaskError;
@@ -37,15 +37,6 @@ pub enum PartKind {
     Nut,
     /// A hex-head bolt; its frame is where the axis passes the head's underside, z towards the head.
     Bolt,
-}
-
-/// The robot's bodies in the physics.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-struct Robot {
-    links: Vec<RigidBodyHandle>,
-    joints: Vec<MultibodyJointHandle>,
-    fingers: [MultibodyJointHandle; 2],
-    pads: [ColliderHandle; 2],
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -73,7 +64,7 @@ pub struct SceneFrame {
 pub struct Scene {
     spec: SceneSpec,
     physics: PhysicsWorld,
-    robot: Robot,
+    robot: RobotBodies,
     parts: Vec<Part>,
     steps: u64,
     /// A profile, not a part of the scene's state.
@@ -81,33 +72,8 @@ pub struct Scene {
     wall: Duration,
 }
 
-/// Thickness of a finger, half its width, and how far its tip is beyond the tool's frame, in metres.
-pub(crate) const FINGER_M: f64 = 0.005;
-pub(crate) const PAD_HALF_WIDTH_M: f64 = 0.008;
-pub(crate) const TIP_M: f64 = 0.006;
-const FINGER_LENGTH_M: f64 = 0.045;
 /// How far parts can seem to be within one another where one goes into the other.
 const MEETING_M: f64 = 1.5e-3;
-/// Half the hand's depth, width and height.
-const HAND_M: [f64; 3] = [0.025, 0.062, 0.028];
-
-/// How a link is bounded for collisions: a capsule in its own frame.
-const CAPSULES: [([f64; 3], [f64; 3], f64); JOINTS] = [
-    ([0.0, 0.0, -0.17], [0.0, 0.0, 0.0], 0.06),
-    ([0.0, 0.0, 0.0], [0.0, -0.17, 0.0], 0.06),
-    ([0.0, 0.0, -0.12], [0.06, 0.0, 0.0], 0.055),
-    ([0.0, 0.0, 0.0], [-0.0825, 0.10, 0.0], 0.055),
-    ([0.0, 0.0, -0.24], [0.0, 0.03, -0.06], 0.05),
-    ([0.0, 0.0, 0.0], [0.075, 0.0, 0.0], 0.045),
-    ([0.0, 0.0, 0.0], [0.0, 0.0, 0.07], 0.042),
-];
-
-/// Kilograms of each link (of the order of the Panda's).
-const MASSES: [f64; JOINTS] = [3.0, 3.0, 3.0, 3.0, 3.0, 1.7, 0.7];
-
-/// What each joint's motor is tuned to move, in kilogram square metres: the arm stretched out.
-const LOADS: [f64; JOINTS] = [4.0, 4.0, 3.0, 3.0, 0.4, 0.4, 0.1];
-
 pub(crate) fn frame_of(pose: &Pose) -> Frame {
     let [x, y, z, w] = pose.orientation;
     Frame::from_parts(Vector::from(pose.position), Rotation::from_xyzw(x, y, z, w).normalize())
@@ -126,12 +92,12 @@ impl Scene {
     /// wanted.
     pub fn new(spec: &SceneSpec, seed: Seed) -> Result<Self, TaskError> {
         spec.check()?;
-        let places = places(spec, seed)?;
+        let places = drops::places(spec, seed)?;
         let mut physics = PhysicsWorld::new();
         physics.gravity = Vector::new(0.0, 0.0, -9.81);
         physics.integration_parameters = parameters(spec);
         furnish(&mut physics, spec);
-        let robot = build_robot(&mut physics, spec);
+        let robot = bodies::build_robot(&mut physics, spec);
         let mut scene = Self {
             spec: spec.clone(),
             physics,
@@ -304,7 +270,7 @@ impl Scene {
             {
                 // In newton metres: a motor that scales by the inertia that its joint alone has to move
                 // yields where joints move together.
-                let damping = (LOADS[joint] + armature) * velocity_gain;
+                let damping = (bodies::LOADS[joint] + armature) * velocity_gain;
                 let speed = position_gain * (angles[joint] - now[joint]) + ahead * speeds[joint];
                 link.joint.data.set_motor(JointAxis::AngX, 0.0, speed, 0.0, damping);
             }
@@ -367,14 +333,7 @@ impl Scene {
             !own && !skip(handle)
         };
         let query = self.physics.query_pipeline_with_filter(QueryFilter::new().predicate(&filter));
-        let links = arm::links(angles);
-        // The first link stands on the table's edge and never gets near anything.
-        let bodies = (1..JOINTS).map(|i| (links[i], link_shape(i)));
-        let hand = links[JOINTS - 1] * arm::hand_offset();
-        let fingers = [1.0, -1.0].map(|side| (hand * finger_frame(side, opening), finger_shape()));
-        bodies
-            .chain([(hand * hand_middle(), hand_shape())])
-            .chain(fingers)
+        bodies::outline(angles, opening)
             .any(|(frame, shape)| query.intersect_shape(frame, &*shape).next().is_some())
     }
 
@@ -403,55 +362,6 @@ impl Scene {
     fn robot_body(&self, body: RigidBodyHandle) -> bool {
         self.physics.multibody_joints.rigid_body_link(body).is_some()
     }
-}
-
-/// Where each part is let fall.
-///
-/// # Errors
-/// [`TaskError::Setting`] if no drawing finds room for all of them.
-pub(crate) fn places(spec: &SceneSpec, seed: Seed) -> Result<Vec<(PartKind, Frame)>, TaskError> {
-    let mut rng = seed.derive("scene", "drop").rng();
-    // A bad beginning can leave no room for the last part: begin again.
-    (0..200).find_map(|_| draw_drops(spec, &mut rng)).ok_or_else(|| TaskError::Setting {
-        name: "table.spacing_m",
-        value: spec.table.spacing_m.to_string(),
-        expected: "a spacing that leaves room for all parts",
-    })
-}
-
-/// Where each part is let fall; `None` if the last ones found no room.
-fn draw_drops(spec: &SceneSpec, rng: &mut impl Rng) -> Option<Vec<(PartKind, Frame)>> {
-    let kinds = std::iter::repeat_n(PartKind::Nut, spec.nuts)
-        .chain(std::iter::repeat_n(PartKind::Bolt, spec.bolts));
-    let [low, high] = spec.table.drop;
-    let mut places: Vec<[f64; 2]> = Vec::new();
-    let mut drawn = Vec::new();
-    for kind in kinds {
-        let place = (0..1_000).find_map(|_| {
-            let at: [f64; 2] =
-                std::array::from_fn(|i| low[i] + (high[i] - low[i]) * rng.random::<f64>());
-            let apart = |b: &[f64; 2]| (at[0] - b[0]).hypot(at[1] - b[1]);
-            places.iter().all(|b| apart(b) >= spec.table.spacing_m).then_some(at)
-        })?;
-        places.push(place);
-        let yaw = std::f64::consts::TAU * rng.random::<f64>();
-        let roll = std::f64::consts::TAU * rng.random::<f64>();
-        let tilt = spec.table.drop_tilt_deg.to_radians() * rng.random::<f64>();
-        let towards = std::f64::consts::TAU * rng.random::<f64>();
-        let lying = match kind {
-            PartKind::Nut => Rotation::from_rotation_z(roll),
-            PartKind::Bolt => {
-                Rotation::from_rotation_y(std::f64::consts::FRAC_PI_2)
-                    * Rotation::from_rotation_z(roll)
-            }
-        };
-        let axis = Vector::new(towards.cos(), towards.sin(), 0.0);
-        let turn = Rotation::from_rotation_z(yaw);
-        let turn = Rotation::from_axis_angle(axis, tilt) * turn * lying;
-        let at = Vector::new(place[0], place[1], spec.table.drop_height_m);
-        drawn.push((kind, Frame::from_parts(at, turn)));
-    }
-    Some(drawn)
 }
 
 /// Substeps of a step: while parts move that the hand does not carry, while it carries one through the
@@ -509,126 +419,4 @@ fn furnish(physics: &mut PhysicsWorld, spec: &SceneSpec) {
             physics.insert_collider(collider.friction(friction), None);
         }
     }
-}
-
-fn link_shape(joint: usize) -> SharedShape {
-    let (a, b, radius) = CAPSULES[joint];
-    SharedShape::capsule(Vector::from(a), Vector::from(b), radius)
-}
-
-fn hand_shape() -> SharedShape {
-    SharedShape::cuboid(HAND_M[0], HAND_M[1], HAND_M[2])
-}
-
-fn finger_shape() -> SharedShape {
-    SharedShape::cuboid(PAD_HALF_WIDTH_M, FINGER_M / 2.0, FINGER_LENGTH_M / 2.0)
-}
-
-/// The middle of the hand's box, in the hand's frame.
-fn hand_middle() -> Frame {
-    Frame::from_translation(Vector::new(0.0, 0.0, HAND_M[2] + 0.002))
-}
-
-/// The middle of a finger's box, in the hand's frame.
-fn finger_frame(side: f64, opening: f64) -> Frame {
-    let z = arm::TOOL_M + TIP_M - FINGER_LENGTH_M / 2.0;
-    Frame::from_translation(Vector::new(0.0, side * (opening + FINGER_M / 2.0), z))
-}
-
-/// The joint frame that lays Rapier's free axis, x, along the frame's `axis`.
-fn along(axis: Vector) -> Rotation {
-    Rotation::from_rotation_arc(Vector::X, axis)
-}
-
-fn build_robot(physics: &mut PhysicsWorld, spec: &SceneSpec) -> Robot {
-    let base = physics.insert_body(RigidBodyBuilder::fixed());
-    let link_body =
-        |frame: Frame| RigidBodyBuilder::dynamic().pose(frame).gravity_scale(0.0).can_sleep(false);
-    let frames = arm::links(&[0.0; JOINTS]);
-    let mut parent = base;
-    let (mut links, mut joints) = (Vec::new(), Vec::new());
-    for joint in 0..JOINTS {
-        let body = physics.insert_body(link_body(frames[joint]));
-        physics.insert_collider(
-            ColliderBuilder::new(link_shape(joint)).mass(MASSES[joint]),
-            Some(body),
-        );
-        if joint == JOINTS - 1 {
-            let at = arm::hand_offset() * hand_middle();
-            let hand = ColliderBuilder::new(hand_shape()).position(at).mass(0.6);
-            physics.insert_collider(hand, Some(body));
-        }
-        let turn = along(Vector::Z);
-        let data = GenericJointBuilder::new(JointAxesMask::LOCKED_REVOLUTE_AXES)
-            .local_frame1(arm::offset(joint) * turn)
-            .local_frame2(Frame::from_rotation(turn))
-            .motor_max_force(JointAxis::AngX, spec.arm.torque_nm[joint])
-            .motor_model(JointAxis::AngX, MotorModel::ForceBased)
-            .build();
-        if let Some(handle) = physics.insert_multibody_joint(parent, body, data) {
-            joints.push(handle);
-        }
-        links.push(body);
-        parent = body;
-    }
-    let hand = arm::hand_offset();
-    let mut fingers = Vec::new();
-    let mut pads = Vec::new();
-    for side in [1.0, -1.0] {
-        let body = physics.insert_body(link_body(frames[JOINTS - 1] * hand));
-        let pad = physics.insert_collider(
-            ColliderBuilder::new(finger_shape())
-                .position(finger_frame(side, 0.0))
-                .mass(0.05)
-                .friction(spec.gripper.friction)
-                .friction_combine_rule(CoefficientCombineRule::Max),
-            Some(body),
-        );
-        let turn = along(Vector::Y * side);
-        let data = GenericJointBuilder::new(JointAxesMask::LOCKED_PRISMATIC_AXES)
-            .local_frame1(hand * turn)
-            .local_frame2(Frame::from_rotation(turn))
-            .motor_max_force(JointAxis::LinX, spec.gripper.force_n)
-            .limits(JointAxis::LinX, [0.0, spec.gripper.stroke_m])
-            .build();
-        if let Some(handle) = physics.insert_multibody_joint(parent, body, data) {
-            fingers.push(handle);
-        }
-        pads.push(pad);
-    }
-    let robot =
-        Robot { links, joints, fingers: [fingers[0], fingers[1]], pads: [pads[0], pads[1]] };
-    pose_robot(physics, spec, &robot);
-    robot
-}
-
-/// Couples the fingers, sets armature, and puts the arm in its waiting place.
-fn pose_robot(physics: &mut PhysicsWorld, spec: &SceneSpec, robot: &Robot) {
-    let links = robot.fingers.map(|f| physics.multibody_joints.get(f).map_or(0, |(_, l)| l));
-    let Some((multibody, _)) = physics.multibody_joints.get_mut(robot.joints[0]) else { return };
-    multibody.set_self_contacts_enabled(false);
-    multibody.forward_kinematics(&physics.bodies, true);
-    // On the side of the finger that is solved last: on the other, the first pushes the hand's middle
-    // aside by what one substep lets it.
-    multibody.add_dof_coupling(MultibodyDofCoupling {
-        link1: links[1],
-        dof1: 0,
-        axis1: 0,
-        link2: links[0],
-        dof2: 0,
-        axis2: 0,
-        coeff: 1.0,
-        offset: 0.0,
-    });
-    multibody.damping_mut().fill(0.0);
-    let armature = multibody.armature_mut();
-    for joint in 0..JOINTS {
-        armature[joint] = spec.arm.armature;
-    }
-    let mut start = vec![0.0; multibody.ndofs()];
-    start[..JOINTS].copy_from_slice(&HOME);
-    start[JOINTS..].fill(0.8 * spec.gripper.stroke_m);
-    multibody.apply_displacements(&start);
-    multibody.forward_kinematics(&physics.bodies, false);
-    multibody.update_rigid_bodies(&mut physics.bodies, true);
 }
