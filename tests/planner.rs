@@ -13,12 +13,7 @@ use symbolt::task::{
 
 /// The paper's own domain (section II.E): single preconditions, and assembly with two.
 fn paper_domain() -> Domain {
-    SymbolicDomain::new()
-        .action("PUT_NUT_IN_JIG", ["NUT_ON_TABLE"], ["NUT_IN_JIG"])
-        .action("PUT_BOLT_IN_JIG", ["BOLT_ON_TABLE"], ["BOLT_IN_JIG"])
-        .action("ASSEMBLE", ["NUT_IN_JIG", "BOLT_IN_JIG"], ["BOLT_ASSEMBLED"])
-        .build()
-        .expect("the paper's domain is sound")
+    SymbolicDomain::of_the_paper().build().expect("the paper's domain is sound")
 }
 
 /// A domain learned from nut-first demonstrations, whose preconditions chain.

@@ -259,12 +259,7 @@ fn the_standard_networks_do_what_they_are_for() {
 
 /// The paper's own domain (section II.E).
 fn paper_domain() -> Domain {
-    SymbolicDomain::new()
-        .action("PUT_NUT_IN_JIG", ["NUT_ON_TABLE"], ["NUT_IN_JIG"])
-        .action("PUT_BOLT_IN_JIG", ["BOLT_ON_TABLE"], ["BOLT_IN_JIG"])
-        .action("ASSEMBLE", ["NUT_IN_JIG", "BOLT_IN_JIG"], ["BOLT_ASSEMBLED"])
-        .build()
-        .expect("the paper's domain is sound")
+    SymbolicDomain::of_the_paper().build().expect("the paper's domain is sound")
 }
 
 /// Decisions towards the assembly in all 32 global states: how many the oracle accepts, and those that

@@ -23,6 +23,11 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
     if args.runs == 0 || args.runs > 1_000 {
         return Err(BadArgument(format!("--runs is {}; 1 to 1000 are possible", args.runs)).into());
     }
+    if !(args.neurons_scale > 0.0 && args.neurons_scale <= 1e3) {
+        let scale = args.neurons_scale;
+        let problem = format!("--neurons-scale is {scale}; above 0 and up to 1000 are possible");
+        return Err(BadArgument(problem).into());
+    }
     use_threads(&args.common)?;
     let spec = Standard {
         dimensions: args.dimensions,

@@ -9,13 +9,18 @@ use super::model::Lif;
 
 /// How many neurons a layer gets, and what they are like. The defaults are those of the standard
 /// networks of `symbolt bench`.
+///
+/// A number outside its range is a fault of the build, with the path of the layer: an ensemble can have 1
+/// to 10,000 neurons, and the tick must not be longer than the refractory period or a quarter of the
+/// membrane time constant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LifSpec {
     /// Time constants.
     pub model: Lif,
-    /// Least and greatest rate at the end of a neuron's range, in Hz; drawn evenly.
+    /// Least and greatest rate at the end of a neuron's range, in Hz (above 0, below one a
+    /// refractory period); drawn evenly.
     pub max_rates: [f64; 2],
-    /// Least and greatest intercept (-1 to 1) of neurons of one dimension; drawn evenly.
+    /// Least and greatest intercept (-1 up to, not including, 1) of neurons of one dimension; drawn evenly.
     pub intercepts: [f64; 2],
     /// Neurons a dimension of a pointer.
     pub per_dimension: usize,
@@ -27,7 +32,7 @@ pub struct LifSpec {
     pub per_product: usize,
     /// Neurons of an item of a selection.
     pub per_item: usize,
-    /// Regularisation of the decoders, in units of the greatest rate (above 0).
+    /// Regularisation of the decoders, in units of the greatest rate (above 0, finite).
     pub regularisation: f64,
     /// What all these numbers of neurons are multiplied by.
     pub scale: f64,

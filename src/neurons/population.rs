@@ -128,12 +128,15 @@ impl Node for NeuralSelect {
     }
 }
 
+/// Neurons of one ensemble: the matrix that is solved for more would take gigabytes.
+const MOST_NEURONS: f64 = 10_000.0;
+
 fn count(of: f64, scale: f64) -> Result<usize, TuningError> {
     let count = (of * scale).round();
-    if (1.0..=1e6).contains(&count) {
+    if (1.0..=MOST_NEURONS).contains(&count) {
         Ok(count as usize)
     } else {
-        Err(refuse("neurons", format!("{count} an ensemble"), "1 to 1000000"))
+        Err(refuse("neurons", format!("{count} an ensemble"), format!("1 to {MOST_NEURONS}")))
     }
 }
 

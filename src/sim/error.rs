@@ -177,7 +177,7 @@ pub enum BuildError {
         reason: String,
     },
     /// A population request that no mode can meet, or a plan that names nothing.
-    #[error("`{path}`: {reason}; valid choices: {}", list(choices))]
+    #[error("`{path}`: {reason}{}", offered(choices))]
     Lowering {
         /// The request's path or the plan's pattern.
         path: String,
@@ -210,6 +210,11 @@ pub enum BuildError {
 }
 
 /// Names joined for a message; long lists are cut, with the number left out.
+/// Choices, where there are any to offer.
+fn offered(choices: &[String]) -> String {
+    if choices.is_empty() { String::new() } else { format!("; valid choices: {}", list(choices)) }
+}
+
 fn list(items: &[String]) -> String {
     const MOST: usize = 12;
     if items.is_empty() {

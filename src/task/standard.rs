@@ -186,11 +186,7 @@ fn planner(
     dim: usize,
     seed: Seed,
 ) -> Result<(Out<Vector>, [usize; 2]), TaskError> {
-    let domain = SymbolicDomain::new()
-        .action("PUT_NUT_IN_JIG", ["NUT_ON_TABLE"], ["NUT_IN_JIG"])
-        .action("PUT_BOLT_IN_JIG", ["BOLT_ON_TABLE"], ["BOLT_IN_JIG"])
-        .action("ASSEMBLE", ["NUT_IN_JIG", "BOLT_IN_JIG"], ["BOLT_ASSEMBLED"])
-        .build()?;
+    let domain = SymbolicDomain::of_the_paper().build()?;
     let encoded = Encoded::new(&domain, dim, 0.1, seed)?;
     let (states, actions) = (&encoded.states, &encoded.actions);
     let names: Vec<&str> = domain.states().iter().map(|s| s.name.as_str()).collect();

@@ -33,6 +33,14 @@ struct Action {
 }
 
 impl SymbolicDomain {
+    /// The paper's own domain (section II.E): a nut and a bolt are put into the jig and assembled.
+    pub fn of_the_paper() -> Self {
+        Self::new()
+            .action("PUT_NUT_IN_JIG", ["NUT_ON_TABLE"], ["NUT_IN_JIG"])
+            .action("PUT_BOLT_IN_JIG", ["BOLT_ON_TABLE"], ["BOLT_IN_JIG"])
+            .action("ASSEMBLE", ["NUT_IN_JIG", "BOLT_IN_JIG"], ["BOLT_ASSEMBLED"])
+    }
+
     /// Without states and actions.
     pub fn new() -> Self {
         Self::default()

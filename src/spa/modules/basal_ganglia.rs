@@ -56,7 +56,12 @@ impl Module for BasalGanglia {
         let (d1, d2) = (nucleus("striatum_d1", 0.2), nucleus("striatum_d2", 0.2));
         let (stn, gpe) = (nucleus("stn", -0.25), nucleus("gpe", -0.2));
         let gpi = nucleus("gpi", -0.2);
+        // Excited by a constant, inhibited by all actions but the chosen one.
+        let thalamus: LayerPorts<Vector> =
+            scope.map("thalamus", Map::each(n, |x| x.clamp(0.0, 1.0)).above(0.0).size(0.5));
         let utilities = scope.add("utilities", Add::vector(n));
+        let bias = scope.add("bias", Constant::vector(&vec![1.0; n]));
+        scope.connect(&bias, &thalamus.input, Synapse::None);
         let mut weigh = |name: &str, from: &Out<Vector>, to: &In<Vector>, own, all, via| {
             let map: super::LinearPorts<Vector, Vector> = scope.add(
                 name,
@@ -74,21 +79,8 @@ impl Module for BasalGanglia {
         weigh("stn_gpe", &stn.output, &gpe.input, 0.0, 0.9, AMPA);
         weigh("gpe_gpi", &gpe.output, &gpi.input, -0.3, 0.0, GABA);
         weigh("gpe_stn", &gpe.output, &stn.input, -1.0, 0.0, GABA);
-        // Thalamus: excited by a constant, inhibited by all actions but the chosen one.
-        let thalamus: LayerPorts<Vector> =
-            scope.map("thalamus", Map::each(n, |x| x.clamp(0.0, 1.0)).above(0.0).size(0.5));
-        let bias = scope.add("bias", Constant::vector(&vec![1.0; n]));
-        scope.connect(&bias, &thalamus.input, Synapse::None);
-        let mut weigh = |name: &str, from: &Out<Vector>, own, all, via| {
-            let map: super::LinearPorts<Vector, Vector> = scope.add(
-                name,
-                Linear::rows(InputSpec::vector(n), OutputSpec::vector(n), mixing(n, own, all)),
-            );
-            scope.connect(from, &map.input, via);
-            scope.connect(&map.output, &thalamus.input, Synapse::None);
-        };
-        weigh("gpi_thalamus", &gpi.output, -3.0, 0.0, GABA);
-        weigh("rivals", &thalamus.output, 1.0, -1.0, GABA);
+        weigh("gpi_thalamus", &gpi.output, &thalamus.input, -3.0, 0.0, GABA);
+        weigh("rivals", &thalamus.output, &thalamus.input, 1.0, -1.0, GABA);
         let chosen = scope.add("chosen", Add::vector(n));
         scope.connect(&thalamus.output, &chosen.input, FEED_FORWARD);
         BasalGangliaPorts { utilities: utilities.input, chosen: chosen.output }

@@ -1,11 +1,8 @@
 //! A gate: a pointer passes while a scalar is 1 and is silenced while it is 0.
 
-use super::FEED_FORWARD;
-use crate::neurons::{GatedPorts, Layers, Represent};
-use crate::sim::{
-    Add, In, InputSpec, Module, Out, OutputSpec, Pointer, Real, Scalar, Scope, Space, Synapse,
-    VocabTag,
-};
+use super::{FEED_FORWARD, population};
+use crate::neurons::{GatedPorts, Layers};
+use crate::sim::{Add, In, Module, Out, Pointer, Real, Scalar, Scope, Space, Synapse, VocabTag};
 use crate::spa::vocabulary::Vocabulary;
 
 /// Lets a pointer pass while its gate is open, one synapse (5 ms) later.
@@ -92,11 +89,7 @@ impl<V: VocabTag> Module for Gate<V> {
     type Ports = GatePorts<V>;
 
     fn expand(self, scope: &mut Scope<'_>) -> GatePorts<V> {
-        let layer = Represent::new::<Pointer<V>>(
-            InputSpec::pointer(&self.space),
-            OutputSpec::pointer(&self.space),
-            self.radius,
-        );
+        let layer = population(&self.space, self.radius);
         let gated: GatedPorts<Pointer<V>> = scope.represent_gated("population", layer);
         let output = scope.add("output", Add::pointer(&self.space));
         scope.connect(&gated.output, &output.input, self.synapse);

@@ -1,11 +1,8 @@
 //! A goal buffer: a memory that takes up its input while its gate is open and holds it after.
 
-use super::{FEED_FORWARD, Gate, RECURRENT};
-use crate::neurons::{LayerPorts, Layers, Represent};
-use crate::sim::{
-    Add, In, InputSpec, Module, Out, OutputSpec, Pointer, Real, Scalar, Scope, Space, Synapse,
-    VocabTag,
-};
+use super::{FEED_FORWARD, Gate, RECURRENT, population};
+use crate::neurons::{LayerPorts, Layers};
+use crate::sim::{Add, In, Module, Out, Pointer, Real, Scalar, Scope, Space, Synapse, VocabTag};
 use crate::spa::modules::linear::Superpose;
 use crate::spa::vocabulary::Vocabulary;
 
@@ -71,11 +68,7 @@ impl<V: VocabTag> Module for GoalBuffer<V> {
     type Ports = GoalBufferPorts<V>;
 
     fn expand(self, scope: &mut Scope<'_>) -> GoalBufferPorts<V> {
-        let layer = Represent::new::<Pointer<V>>(
-            InputSpec::pointer(&self.space),
-            OutputSpec::pointer(&self.space),
-            self.radius,
-        );
+        let layer = population(&self.space, self.radius);
         let held: LayerPorts<Pointer<V>> = scope.represent("held", layer);
         let memory = scope.add("memory", Add::pointer(&self.space));
         let output = scope.add("output", Add::pointer(&self.space));

@@ -22,10 +22,17 @@ pub use memory::{AssociativeMemory, CleanupMemory, MemoryPorts};
 pub use select::{Selection, SelectionPorts};
 pub use state::{State, StatePorts};
 
-use crate::sim::Synapse;
+use crate::neurons::Represent;
+use crate::sim::{InputSpec, OutputSpec, Pointer, Real, Space, Synapse, VocabTag};
 
 /// The synapse on the output of a module's populations unless the module is told otherwise.
 pub const FEED_FORWARD: Synapse = Synapse::lowpass_ms(5);
 
 /// The synapse by which a memory holds its value unless it is told otherwise.
 pub const RECURRENT: Synapse = Synapse::lowpass_ms(100);
+
+/// A request for a population of pointers of `space` of norm up to `radius`.
+fn population<V: VocabTag>(space: &Space<V>, radius: Real) -> Represent {
+    let (input, output) = (InputSpec::pointer(space), OutputSpec::pointer(space));
+    Represent::new::<Pointer<V>>(input, output, radius)
+}

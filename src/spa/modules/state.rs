@@ -1,10 +1,8 @@
 //! A pointer held by a population: as it comes, or kept by a recurrent synapse.
 
-use super::FEED_FORWARD;
-use crate::neurons::{LayerPorts, Layers, Represent};
-use crate::sim::{
-    Add, In, InputSpec, Module, Out, OutputSpec, Pointer, Real, Scope, Space, Synapse, VocabTag,
-};
+use super::{FEED_FORWARD, population};
+use crate::neurons::{LayerPorts, Layers};
+use crate::sim::{Add, In, Module, Out, Pointer, Real, Scope, Space, Synapse, VocabTag};
 use crate::spa::vocabulary::Vocabulary;
 
 /// A population for one pointer; with a recurrent synapse an integrator that keeps what it was given.
@@ -54,11 +52,7 @@ impl<V: VocabTag> Module for State<V> {
     type Ports = StatePorts<V>;
 
     fn expand(self, scope: &mut Scope<'_>) -> StatePorts<V> {
-        let layer = Represent::new::<Pointer<V>>(
-            InputSpec::pointer(&self.space),
-            OutputSpec::pointer(&self.space),
-            self.radius,
-        );
+        let layer = population(&self.space, self.radius);
         let held: LayerPorts<Pointer<V>> = scope.represent("population", layer);
         let output = scope.add("output", Add::pointer(&self.space));
         scope.connect(&held.output, &output.input, self.synapse);

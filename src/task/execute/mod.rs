@@ -62,7 +62,8 @@ impl EpisodeSpec {
     /// Checks the numbers.
     ///
     /// # Errors
-    /// [`TaskError::Setting`] for a rate or limit outside its range; as [`SceneSpec::check`].
+    /// [`TaskError::Setting`] for a rate or limit outside its range, or meddling with a part that is not
+    /// there; as [`SceneSpec::check`].
     pub fn check(&self) -> Result<(), TaskError> {
         self.scene.check()?;
         let refuse =
