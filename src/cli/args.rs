@@ -37,7 +37,7 @@ pub(crate) enum Command {
     Plan(PlanArgs),
     /// Gives learned states and actions other names
     Rename(RenameArgs),
-    /// Says whether a recording, scene or domain file is sound
+    /// Says whether a recording, scene, domain or model file is sound
     Check(CheckArgs),
     /// Runs a standard network in neurons and says how fast and how well
     Bench(BenchArgs),
@@ -268,7 +268,7 @@ pub(crate) struct RunArgs {
 
 #[derive(Debug, Clone, Args)]
 pub(crate) struct BenchArgs {
-    /// bind, state, memory, select, channel or planner
+    /// bind, state, memory, select, channel, planner or large
     pub model: String,
     #[command(flatten)]
     pub common: Common,
@@ -287,6 +287,21 @@ pub(crate) struct BenchArgs {
     /// Runs, of which the median time counts
     #[arg(long, default_value_t = 3)]
     pub runs: usize,
+    /// How the planner unbinds: products, in neurons, or fixed, by a linear map
+    #[arg(long, default_value = "products")]
+    pub unbinding: String,
+    /// How the memory chooses: winner, accumulators or threshold
+    #[arg(long, default_value = "winner")]
+    pub choice: String,
+    /// Write the solved populations to a file
+    #[arg(long, value_name = "FILE")]
+    pub save: Option<PathBuf>,
+    /// Replace that file if it exists
+    #[arg(long)]
+    pub force: bool,
+    /// Take the populations from a file instead of solving for them
+    #[arg(long, value_name = "FILE")]
+    pub load: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Args)]

@@ -1,10 +1,15 @@
 //! `symbolt bench`: a standard network, how fast it was built and run, and how well it did.
 
+use std::path::Path;
+use std::time::Instant;
+
 use anyhow::Error;
 use serde_json::{Map, Value, json};
-use symbolt::neurons::Population;
-use symbolt::sim::Seed;
-use symbolt::task::standard::{Measured, Model, Standard};
+use symbolt::neurons::{Population, SelectRule};
+use symbolt::sim::{Seed, SimDuration};
+use symbolt::task::planner::Unbinding;
+use symbolt::task::standard::{Built, Measured, Model, Standard};
+use symbolt::task::{Overwrite, read_solved, write_whole};
 
 use super::Outcome;
 use super::args::{BadArgument, BenchArgs};
@@ -32,12 +37,14 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
     let spec = Standard {
         dimensions: args.dimensions,
         population,
+        unbinding: choice("unbinding", &args.unbinding, &UNBINDINGS)?,
+        choice: choice("choice", &args.choice, &CHOICES)?,
         sim_ms: (args.sim_seconds * 1e3).round() as u64,
         seed: Seed::new(args.common.seed),
     };
     let progress = Progress::new(&args.common);
     progress.say(format!("building {}", args.model));
-    let built = spec.build(model)?;
+    let (built, load_s) = built(args, &spec, model)?;
     let mut runs = Vec::new();
     for run in 0..args.runs {
         progress.say(format!("run {} of {}", run + 1, args.runs));
@@ -50,14 +57,70 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
     let middle = runs.swap_remove(runs.len() / 2);
     drop(progress);
     if args.common.json {
-        emit_json(&[summary(args, &middle)])?;
+        emit_json(&[summary(args, &middle, load_s)])?;
     } else {
-        emit(&table(args, &middle).to_string())?;
+        emit(&table(args, &middle, load_s).to_string())?;
     }
     Ok(Outcome::Done)
 }
 
-fn summary(args: &BenchArgs, measured: &Measured) -> Value {
+const UNBINDINGS: [(&str, Unbinding); 2] =
+    [("products", Unbinding::Products), ("fixed", Unbinding::Fixed)];
+
+const CHOICES: [(&str, SelectRule); 3] = [
+    ("winner", SelectRule::WinnerTakeAll { level: 0.5 }),
+    (
+        "accumulators",
+        SelectRule::IndependentAccumulators { level: 0.5, tau: SimDuration::from_millis(50) },
+    ),
+    ("threshold", SelectRule::Threshold { level: 0.5 }),
+];
+
+fn choice<T: Copy>(option: &str, asked: &str, choices: &[(&str, T)]) -> Result<T, BadArgument> {
+    let found = choices.iter().find(|(name, _)| *name == asked).map(|(_, value)| *value);
+    found.ok_or_else(|| {
+        let names: Vec<&str> = choices.iter().map(|(name, _)| *name).collect();
+        BadArgument(format!("--{option} is `{asked}`; possible are: {}", names.join(", ")))
+    })
+}
+
+/// Builds the network, or takes it from a file; and in how many seconds a file of it is read and a graph
+/// made of it.
+fn built(args: &BenchArgs, spec: &Standard, model: Model) -> Result<(Built, f64), Error> {
+    if let Some(path) = &args.load {
+        return load(spec, model, path);
+    }
+    let built = spec.build(model)?;
+    let bytes = built.solved().encode();
+    if let Some(path) = &args.save {
+        let overwrite = if args.force { Overwrite::Allowed } else { Overwrite::Never };
+        write_whole(path, &bytes, overwrite)?;
+    }
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("solved");
+    write_whole(&path, &bytes, Overwrite::Never)?;
+    let (again, load_s) = load(spec, model, &path)?;
+    if again.solved() != built.solved() {
+        anyhow::bail!("the network that was saved and loaded is not the one that was built");
+    }
+    Ok((built, load_s))
+}
+
+fn load(spec: &Standard, model: Model, path: &Path) -> Result<(Built, f64), Error> {
+    let begun = Instant::now();
+    let built = spec.build_from(model, read_solved(path)?)?;
+    Ok((built, begun.elapsed().as_secs_f64()))
+}
+
+/// The most memory that the process has held, in MB; none where the system does not say.
+fn peak_rss_mb() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kilobytes: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kilobytes / 1e3)
+}
+
+fn summary(args: &BenchArgs, measured: &Measured, load_s: f64) -> Value {
     let quality: Map<String, Value> =
         measured.quality.iter().map(|(name, value)| ((*name).into(), json!(value))).collect();
     json!({
@@ -67,19 +130,25 @@ fn summary(args: &BenchArgs, measured: &Measured) -> Value {
         "dimensions": args.dimensions,
         "threads": rayon::current_num_threads(),
         "build_s": measured.build_s,
+        "load_s": load_s,
         "wall_per_sim_s": measured.run_s / measured.sim_s,
         "ns_per_neuron_step": measured.ns_per_neuron_step,
+        "peak_rss_mb": peak_rss_mb(),
         "quality": quality,
     })
 }
 
-fn table(args: &BenchArgs, measured: &Measured) -> Grid {
+fn table(args: &BenchArgs, measured: &Measured, load_s: f64) -> Grid {
     let mut grid = Grid::new(&[&format!("{} in {}", args.model, args.mode), ">value"]);
     grid.row(["neurons".into(), measured.neurons.to_string()]);
     grid.row(["built in s".into(), format!("{:.2}", measured.build_s)]);
+    grid.row(["loaded from a file in s".into(), format!("{load_s:.2}")]);
     let name = format!("{} s simulated in s", measured.sim_s);
     grid.row([name, format!("{:.3}", measured.run_s)]);
     grid.row(["ns a neuron and step".into(), format!("{:.2}", measured.ns_per_neuron_step)]);
+    if let Some(mb) = peak_rss_mb() {
+        grid.row(["most memory held in MB".into(), format!("{mb:.0}")]);
+    }
     for (name, value) in &measured.quality {
         grid.row([(*name).to_owned(), format!("{value:.4}")]);
     }

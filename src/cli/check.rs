@@ -1,7 +1,8 @@
-//! `symbolt check`: whether a file is a sound recording, scene or domain.
+//! `symbolt check`: whether a file is a sound recording, scene, domain or model of solved populations.
 
 use anyhow::Error;
 use serde_json::{Value, json};
+use symbolt::neurons::SolvedModel;
 use symbolt::task::{Domain, Recording, Snapshot, TaskError, read_file};
 
 use super::Outcome;
@@ -29,6 +30,13 @@ pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Error> {
 }
 
 fn inspect(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
+    if SolvedModel::recognises(bytes) {
+        let solved = SolvedModel::decode(bytes)
+            .map_err(|source| TaskError::Solved { file: name.into(), source })?;
+        return Ok(json!({
+            "kind": "model", "layers": solved.paths().count(), "neurons": solved.neurons(),
+        }));
+    }
     let header: Option<Value> = serde_json::from_slice(bytes).ok();
     // A domain cut short is still meant as one: only domains say their format.
     let head = String::from_utf8_lossy(&bytes[..bytes.len().min(200)]);

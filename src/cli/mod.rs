@@ -90,13 +90,7 @@ fn code(error: &Error) -> u8 {
     }
     match error.downcast_ref::<TaskError>() {
         Some(TaskError::Io { what: "read", .. }) => 2,
-        Some(
-            TaskError::Io { .. }
-            | TaskError::Build(_)
-            | TaskError::Sim(_)
-            | TaskError::Undecided { .. },
-        )
-        | None => 1,
+        Some(TaskError::Io { .. } | TaskError::Sim(_) | TaskError::Undecided { .. }) | None => 1,
         Some(_) => 2,
     }
 }

@@ -19,6 +19,7 @@
 
 use multiversion::multiversion;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::decode::{self, Points};
 use super::model::{Lif, TuningError, refuse};
@@ -26,7 +27,8 @@ use super::tuning::Neurons;
 use crate::sim::{Real, Seed};
 
 /// How a bank's neurons talk.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub(crate) enum Firing {
     /// In spikes.
     Spikes,
@@ -35,7 +37,8 @@ pub(crate) enum Firing {
 }
 
 /// Ensembles of a bank and what each is like.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(crate) struct Shape {
     pub ensembles: usize,
     /// Neurons of one ensemble.
@@ -55,8 +58,10 @@ pub(crate) struct Draft {
     pub points: Points,
 }
 
-#[derive(Debug, Clone, Copy)]
-struct Consts {
+/// What the loops need of the model and the clock.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Consts {
     dt: Real,
     per_tau: Real,
     tau_rc: Real,
@@ -64,18 +69,23 @@ struct Consts {
 }
 
 /// Many ensembles of equal shape.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Bank {
-    shape: Shape,
-    firing: Firing,
-    /// Neurons of one ensemble with those that fill up the last group.
-    padded: usize,
-    encoders: Vec<Real>,
-    biases: Vec<Real>,
-    decoders: Vec<Real>,
+    pub(super) shape: Shape,
+    pub(super) firing: Firing,
+    pub(super) encoders: Vec<Real>,
+    pub(super) biases: Vec<Real>,
+    pub(super) decoders: Vec<Real>,
     /// A current that silences every neuron.
-    silencing: Real,
-    consts: Consts,
+    pub(super) silencing: Real,
+    pub(super) consts: Consts,
+}
+
+impl Shape {
+    /// Neurons of one ensemble with those that fill up the last group.
+    pub(super) fn padded(&self) -> usize {
+        self.neurons.next_multiple_of(NARROW)
+    }
 }
 
 /// Numbers in the widest registers that are used.
@@ -121,7 +131,7 @@ impl Bank {
         if !(regularisation.is_finite() && regularisation > 0.0) {
             return Err(refuse("regularisation", regularisation, "a finite number above 0"));
         }
-        let padded = shape.neurons.next_multiple_of(NARROW);
+        let padded = shape.padded();
         let per_spike = if firing == Firing::Spikes { 1.0 / dt_s } else { 1.0 };
         let solved: Vec<Ensemble> = (0..shape.ensembles)
             .into_par_iter()
@@ -137,7 +147,6 @@ impl Bank {
         Ok(Self {
             shape,
             firing,
-            padded,
             encoders: join(|e| &e.encoders),
             biases: join(|e| &e.biases),
             decoders: join(|e| &e.decoders),
@@ -154,7 +163,7 @@ impl Bank {
     /// Numbers of state: voltages, then refractory times.
     pub fn state_len(&self) -> usize {
         match self.firing {
-            Firing::Spikes => 2 * self.shape.ensembles * self.padded,
+            Firing::Spikes => 2 * self.shape.ensembles * self.shape.padded(),
             Firing::Rates => 0,
         }
     }
@@ -226,7 +235,7 @@ struct Slice<'a> {
 impl Slice<'_> {
     /// Ensembles do not look at one another, so halves give the same bits as the whole.
     fn run(self, shift: Real, share: bool) {
-        let (shape, padded) = (self.bank.shape, self.bank.padded);
+        let (shape, padded) = (self.bank.shape, self.bank.shape.padded());
         if share && self.count > 1 && self.count * padded > WORTH_SHARING {
             let half = self.count / 2;
             let (values, more_values) = self.values.split_at(half * shape.dims);

@@ -87,9 +87,8 @@ const ROOT_HALF: u32 = 0x3f35_04f3;
 pub(crate) fn rates<T: Precision>(lif: &Lif, neurons: &Neurons, values: &[f64]) -> Mat<T> {
     let (dims, count) = (neurons.dims, neurons.count());
     let points = values.len() / dims;
-    let gained = Mat::from_fn(count, dims, |n, k| {
-        T::of(neurons.gains[n] * neurons.encoders[n * dims + k])
-    });
+    let gained =
+        Mat::from_fn(count, dims, |n, k| T::of(neurons.gains[n] * neurons.encoders[n * dims + k]));
     let values = Mat::from_fn(dims, points, |k, at| T::of(values[at * dims + k]));
     let mut out = Mat::from_fn(count, points, |n, _| T::of(neurons.biases[n]));
     let (one, add) = (T::of(1.0), faer::Accum::Add);
@@ -147,7 +146,8 @@ fn solve_in<T: Precision>(
         // A neuron that never fires has a row of zeros: its decoder is then zero.
         gram[(i, i)] = gram[(i, i)] + T::of(noise.max(1e-12));
     }
-    let wanted = Mat::from_fn(m, points.outputs, |p, k| T::of(points.wanted[p * points.outputs + k]));
+    let wanted =
+        Mat::from_fn(m, points.outputs, |p, k| T::of(points.wanted[p * points.outputs + k]));
     let upper = at.as_ref() * &wanted;
     let factor = gram.llt(Side::Lower).map_err(|_| TuningError::Unsolvable { neurons: count })?;
     let solved = factor.solve(&upper);

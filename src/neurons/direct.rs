@@ -1,8 +1,8 @@
 //! The layers as exact functions, with the delays of a population and none of its noise.
 
-use crate::sim::{AdvanceIo, LayerRequest, Node, NodeFault, PortDecl, Real, StepCx};
+use crate::sim::{AdvanceIo, LayerRequest, Node, NodeFault, PortDecl, Real, StateSpec, StepCx};
 
-use super::layer::{INHIBITION, Map, Product, Represent, Select, SelectRule};
+use super::layer::{ENOUGH, INHIBITION, Map, Product, Represent, Select, SelectRule};
 
 /// Passes its input on, scaled back to the radius where it exceeds it, times its gate if it has one.
 pub(crate) struct DirectRepresent(pub Represent);
@@ -68,9 +68,12 @@ pub(crate) struct DirectSelect(pub Select);
 impl Node for DirectSelect {
     fn declare(&self, ports: &mut PortDecl) {
         self.0.declare(ports);
+        if let SelectRule::IndependentAccumulators { .. } = self.0.rule {
+            ports.state(StateSpec { reals: self.0.items, ..StateSpec::default() });
+        }
     }
 
-    fn advance(&self, _cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
+    fn advance(&self, cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
         let (utilities, inhibit) = (io.inputs.get(0), io.inputs.get(1));
         let output = io.outputs.get_mut(0);
         output.fill(0.0);
@@ -93,6 +96,25 @@ impl Node for DirectSelect {
                 }
                 if let Some(index) = best {
                     output[index] = 1.0;
+                }
+            }
+            SelectRule::IndependentAccumulators { level, tau } => {
+                let rate = (cx.dt_s() / tau.as_secs_f64()) as Real;
+                let evidence = &mut *io.state.reals;
+                for ((evidence, utility), inhibit) in
+                    evidence.iter_mut().zip(utilities).zip(inhibit)
+                {
+                    let gathered = *evidence + rate * (utility - level) - INHIBITION * inhibit;
+                    *evidence = gathered.clamp(0.0, 1.0);
+                }
+                // Of several that have enough in the same tick, the one with most.
+                let first = (0..evidence.len())
+                    .filter(|i| evidence[*i] >= ENOUGH)
+                    .reduce(|best, i| if evidence[i] > evidence[best] { i } else { best });
+                if let Some(first) = first {
+                    let own = evidence[first];
+                    evidence.fill(0.0);
+                    (evidence[first], output[first]) = (own, 1.0);
                 }
             }
         }

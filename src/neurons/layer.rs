@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use crate::sim::{
     AnyInput, AnyOutput, In, InputSpec, Kind, LayerRequest, NodePorts, Out, OutputSpec, PortDecl,
-    Real, Scalar, Scope, Vector,
+    Real, Scalar, Scope, SimDuration, Vector,
 };
 
 /// Asks for a population that holds a value of any kind.
@@ -151,12 +151,27 @@ pub enum SelectRule {
         /// The least utility that can win.
         level: Real,
     },
+    /// Each item gathers how much its utility exceeds `level`, over `tau`; the first that has gathered 0.8 is
+    /// chosen, and empties all others until its own evidence has drained (Gosmann, Voelker and
+    /// Eliasmith, "A spiking independent accumulator model for winner-take-all computation", 2017). Slower than
+    /// [`WinnerTakeAll`](Self::WinnerTakeAll), and never of two minds.
+    IndependentAccumulators {
+        /// The utility above which evidence is gathered, and below which it drains.
+        level: Real,
+        /// The time in which a utility of 1 above the level gathers evidence of 1 (above zero).
+        tau: SimDuration,
+    },
 }
+
+/// The evidence that is enough.
+pub(crate) const ENOUGH: Real = 0.8;
 
 impl SelectRule {
     pub(crate) fn level(self) -> Real {
         match self {
-            Self::Threshold { level } | Self::WinnerTakeAll { level } => level,
+            Self::Threshold { level }
+            | Self::WinnerTakeAll { level }
+            | Self::IndependentAccumulators { level, .. } => level,
         }
     }
 }
@@ -182,6 +197,11 @@ impl LayerRequest for Select {
     fn declare(&self, ports: &mut PortDecl) {
         if !self.rule.level().is_finite() {
             ports.fault("the level of a selection must be a finite number");
+        }
+        if let SelectRule::IndependentAccumulators { tau, .. } = self.rule
+            && tau == SimDuration::from_millis(0)
+        {
+            ports.fault("the time constant of accumulators must be above zero");
         }
         ports
             .input("in", InputSpec::vector(self.items).sum().at_advance())

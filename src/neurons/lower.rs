@@ -7,9 +7,9 @@ use crate::sim::{Lowering, LoweringFault, Node, PendingLayer, Timebase};
 use super::bank::Firing;
 use super::direct::{DirectMap, DirectProduct, DirectRepresent, DirectSelect};
 use super::layer::{Map, Product, Represent, Select};
-use super::model::TuningError;
 use super::plan::{Population, PopulationPlan};
-use super::population::Maker;
+use super::population::{Maker, Refusal};
+use super::solved::{SolvedModel, Unfit};
 
 impl Lowering for PopulationPlan {
     fn lower(
@@ -29,19 +29,33 @@ impl Lowering for PopulationPlan {
         }
         let mut nodes = Vec::with_capacity(layers.len());
         for layer in layers {
-            match lower_one(self.population(layer.path), layer, time.dt_s()) {
-                Ok(node) => nodes.push(node),
-                Err(Refused::Unknown) => faults.push(LoweringFault {
-                    path: layer.path.into(),
-                    reason: "this layer is not one that the populations know".into(),
-                    choices: ["Represent", "Map", "Product", "Select"].map(String::from).into(),
-                }),
-                Err(Refused::Tuning(error)) => faults.push(LoweringFault {
-                    path: layer.path.into(),
-                    reason: error.to_string(),
-                    choices: Vec::new(),
-                }),
-            }
+            let solved = self.solved.as_deref();
+            let (reason, choices) = match lower_one(
+                self.population(layer.path),
+                solved,
+                layer,
+                time.dt_s(),
+            ) {
+                Ok(node) => {
+                    nodes.push(node);
+                    continue;
+                }
+                Err(Refused::Unknown) => (
+                    "this layer is not one that the populations know".into(),
+                    ["Represent", "Map", "Product", "Select"].map(String::from).into(),
+                ),
+                Err(Refused::Population(Refusal::Tuning(error))) => (error.to_string(), Vec::new()),
+                Err(Refused::Population(Refusal::Unfit(Unfit::Missing))) => {
+                    let paths = solved.iter().flat_map(|s| s.paths()).map(String::from).collect();
+                    ("the solved model has no such layer".into(), paths)
+                }
+                Err(Refused::Population(Refusal::Unfit(Unfit::Other))) => {
+                    let reason = "the solved model's population for it was made from another seed, tick, \
+                                  tuning, size or function";
+                    (reason.into(), Vec::new())
+                }
+            };
+            faults.push(LoweringFault { path: layer.path.into(), reason, choices });
         }
         if faults.is_empty() { Ok(nodes) } else { Err(faults) }
     }
@@ -49,28 +63,30 @@ impl Lowering for PopulationPlan {
 
 enum Refused {
     Unknown,
-    Tuning(TuningError),
+    Population(Refusal),
 }
 
-impl From<TuningError> for Refused {
-    fn from(error: TuningError) -> Self {
-        Self::Tuning(error)
+impl From<Refusal> for Refused {
+    fn from(refusal: Refusal) -> Self {
+        Self::Population(refusal)
     }
 }
 
 /// The table: a row a layer, a column a mode.
 fn lower_one(
     population: Population,
+    solved: Option<&SolvedModel>,
     layer: &PendingLayer<'_>,
     dt_s: f64,
 ) -> Result<Box<dyn Node>, Refused> {
     let request: &dyn Any = layer.request;
-    let seed = layer.seed;
+    let (path, seed) = (layer.path, layer.seed);
     let maker = match &population {
         Population::Direct => None,
-        Population::Rate(spec) => Some(Maker { spec, firing: Firing::Rates, dt_s, seed }),
-        Population::Lif(spec) => Some(Maker { spec, firing: Firing::Spikes, dt_s, seed }),
+        Population::Rate(spec) => Some((spec, Firing::Rates)),
+        Population::Lif(spec) => Some((spec, Firing::Spikes)),
     };
+    let maker = maker.map(|(spec, firing)| Maker { spec, firing, dt_s, path, seed, solved });
     if let Some(layer) = request.downcast_ref::<Represent>() {
         Ok(match maker {
             None => Box::new(DirectRepresent(layer.clone())),

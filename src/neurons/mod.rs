@@ -13,6 +13,7 @@ mod lower;
 mod model;
 mod plan;
 mod population;
+mod solved;
 mod tuning;
 
 pub use layer::{
@@ -21,3 +22,4 @@ pub use layer::{
 };
 pub use model::{Lif, TuningError};
 pub use plan::{LifSpec, PathPattern, PatternError, Population, PopulationPlan, UnknownMode};
+pub use solved::{SolvedError, SolvedModel};

@@ -2,10 +2,12 @@
 
 use std::fmt;
 use std::str::FromStr;
+use std::sync::Arc;
 
 use thiserror::Error;
 
 use super::model::Lif;
+use super::solved::SolvedModel;
 
 /// How many neurons a layer gets, and what they are like. The defaults are those of the standard
 /// networks of `symbolt bench`.
@@ -199,6 +201,7 @@ fn name_matches(part: &str, name: &str) -> bool {
 pub struct PopulationPlan {
     pub(crate) default: Population,
     pub(crate) overrides: Vec<(PathPattern, Population)>,
+    pub(crate) solved: Option<Arc<SolvedModel>>,
 }
 
 impl PopulationPlan {
@@ -209,12 +212,19 @@ impl PopulationPlan {
 
     /// One mode everywhere.
     pub fn all(default: Population) -> Self {
-        Self { default, overrides: Vec::new() }
+        Self { default, overrides: Vec::new(), solved: None }
     }
 
     /// Another mode for the layers whose path matches `pattern`.
     pub fn with(mut self, pattern: PathPattern, population: Population) -> Self {
         self.overrides.push((pattern, population));
+        self
+    }
+
+    /// Takes the populations of all neural layers from `solved` instead of solving for them. A layer that
+    /// it does not have, or that was solved from anything else, is a fault of the build.
+    pub fn solved(mut self, solved: impl Into<Arc<SolvedModel>>) -> Self {
+        self.solved = Some(solved.into());
         self
     }
 

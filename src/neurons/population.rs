@@ -6,16 +6,20 @@
 //!   (Gosmann, "Precise multiplications with the NEF", 2015).
 //! - A selection has two ensembles an item. One says 1 above the level and nothing below. In a contest
 //!   the other inhibits all other items in proportion to its own utility, so that the
-//!   greatest one silences the rest.
+//!   greatest one silences the rest; in a race the other gathers evidence by a recurrent synapse.
+
+use std::sync::Arc;
 
 use super::bank::{Bank, Draft, Firing, Shape};
 use super::decode::Points;
-use super::layer::{INHIBITION, Map, Product, Represent, Select, SelectRule};
+use super::layer::{ENOUGH, INHIBITION, Map, Product, Represent, Select, SelectRule};
 use super::model::{TuningError, refuse};
 use super::plan::LifSpec;
+use super::solved::{Kept, SolvedModel, Unfit};
 use super::tuning::{Neurons, cosine, either_way, on_sphere, part_of_pointer};
 use crate::sim::{
     AdvanceIo, LayerRequest, Node, NodeFault, PortDecl, Real, ScratchSpec, Seed, StateSpec, StepCx,
+    fnv1a,
 };
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -25,25 +29,46 @@ pub(crate) struct Maker<'a> {
     pub spec: &'a LifSpec,
     pub firing: Firing,
     pub dt_s: f64,
+    pub path: &'a str,
     pub seed: Seed,
+    /// Where populations are taken from instead of being solved.
+    pub solved: Option<&'a SolvedModel>,
+}
+
+/// Why a layer has no population.
+pub(crate) enum Refusal {
+    Tuning(TuningError),
+    Unfit(Unfit),
+}
+
+impl From<TuningError> for Refusal {
+    fn from(error: TuningError) -> Self {
+        Self::Tuning(error)
+    }
 }
 
 /// A layer that is one bank: a representation or a function.
 pub(crate) struct Neural {
     ports: Box<dyn LayerRequest>,
-    bank: Bank,
+    kept: Kept,
     gated: bool,
+}
+
+impl Neural {
+    pub fn kept(&self) -> Vec<Kept> {
+        vec![self.kept.clone()]
+    }
 }
 
 impl Node for Neural {
     fn declare(&self, ports: &mut PortDecl) {
         self.ports.declare(ports);
-        ports.state(StateSpec { reals: self.bank.state_len(), ..StateSpec::default() });
+        ports.state(StateSpec { reals: self.kept.bank.state_len(), ..StateSpec::default() });
     }
 
     fn advance(&self, _cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
         let open = if self.gated { io.inputs.scalar(1) } else { 1.0 };
-        self.bank.step(io.inputs.get(0), open, io.state.reals, io.outputs.get_mut(0));
+        self.kept.bank.step(io.inputs.get(0), open, io.state.reals, io.outputs.get_mut(0));
         Ok(())
     }
 }
@@ -51,14 +76,20 @@ impl Node for Neural {
 /// Products of pairs, as differences of squares.
 pub(crate) struct NeuralProduct {
     layer: Product,
-    bank: Bank,
+    kept: Kept,
+}
+
+impl NeuralProduct {
+    pub fn kept(&self) -> Vec<Kept> {
+        vec![self.kept.clone()]
+    }
 }
 
 impl Node for NeuralProduct {
     fn declare(&self, ports: &mut PortDecl) {
         self.layer.declare(ports);
         ports
-            .state(StateSpec { reals: self.bank.state_len(), ..StateSpec::default() })
+            .state(StateSpec { reals: self.kept.bank.state_len(), ..StateSpec::default() })
             .scratch(ScratchSpec { reals: 4 * self.layer.pairs, ..ScratchSpec::default() });
     }
 
@@ -69,7 +100,7 @@ impl Node for NeuralProduct {
             two[0] = (a + b) / 2.0;
             two[1] = (a - b) / 2.0;
         }
-        self.bank.step(halves, 1.0, io.state.reals, squares);
+        self.kept.bank.step(halves, 1.0, io.state.reals, squares);
         for (out, two) in io.outputs.get_mut(0).iter_mut().zip(squares.chunks_exact(2)) {
             *out = two[0] - two[1];
         }
@@ -80,13 +111,54 @@ impl Node for NeuralProduct {
 /// A choice among utilities.
 pub(crate) struct NeuralSelect {
     layer: Select,
-    chosen: Bank,
-    contest: Option<Bank>,
-    /// Decay a tick of the synapse by which items inhibit one another.
-    decay: Real,
+    chosen: Kept,
+    rivalry: Rivalry,
 }
 
-/// How much of the winner's utility is taken from all others.
+/// How items keep one another from being chosen.
+enum Rivalry {
+    None,
+    /// Ensembles that inhibit all others in proportion to their own utility.
+    Contest {
+        contest: Kept,
+        decay: Real,
+    },
+    /// Ensembles that gather evidence; who has enough silences all others.
+    Race {
+        accumulators: Kept,
+        decay: Real,
+        hold: Real,
+        gain: Real,
+    },
+}
+
+impl Rivalry {
+    fn bank(&self) -> Option<&Kept> {
+        match self {
+            Self::None => None,
+            Self::Contest { contest: kept, .. } | Self::Race { accumulators: kept, .. } => {
+                Some(kept)
+            }
+        }
+    }
+
+    /// Numbers of state an item beside those of the neurons.
+    fn held(&self) -> usize {
+        match self {
+            Self::None => 0,
+            Self::Contest { .. } => 1,
+            Self::Race { .. } => 2,
+        }
+    }
+}
+
+impl NeuralSelect {
+    pub fn kept(&self) -> Vec<Kept> {
+        std::iter::once(&self.chosen).chain(self.rivalry.bank()).cloned().collect()
+    }
+}
+
+/// How much of the winner's utility, or of its being chosen, is taken from all others.
 const RIVALRY: Real = 2.0;
 /// Time constant of that inhibition, in seconds.
 const RIVALRY_TAU_S: f64 = 0.005;
@@ -94,36 +166,66 @@ const RIVALRY_TAU_S: f64 = 0.005;
 const CONTENDING: f64 = 0.6;
 /// Share of an item's neurons that are in the contest.
 const CONTEST_SHARE: f64 = 0.4;
+/// Share of an item's neurons that gather evidence.
+const RACE_SHARE: f64 = 0.7;
+/// Time constant of the synapse by which evidence is kept, in seconds.
+const EVIDENCE_TAU_S: f64 = 0.1;
 
 impl Node for NeuralSelect {
     fn declare(&self, ports: &mut PortDecl) {
         self.layer.declare(ports);
         let items = self.layer.items;
-        let contest = self.contest.as_ref().map_or(0, |c| c.state_len() + items);
+        let rivals = self.rivalry.bank().map_or(0, |kept| kept.bank.state_len());
+        let reals = self.chosen.bank.state_len() + rivals + self.rivalry.held() * items;
         ports
-            .state(StateSpec { reals: self.chosen.state_len() + contest, ..StateSpec::default() })
+            .state(StateSpec { reals, ..StateSpec::default() })
             .scratch(ScratchSpec { reals: 2 * items, ..ScratchSpec::default() });
     }
 
     fn advance(&self, _cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
-        let (net, said) = io.scratch.reals.split_at_mut(self.layer.items);
+        let items = self.layer.items;
+        let (net, said) = io.scratch.reals.split_at_mut(items);
         let (utilities, inhibit) = (io.inputs.get(0), io.inputs.get(1));
         for ((net, utility), inhibit) in net.iter_mut().zip(utilities).zip(inhibit) {
             *net = utility - INHIBITION * inhibit;
         }
-        let (chosen, rest) = io.state.reals.split_at_mut(self.chosen.state_len());
-        if let Some(contest) = &self.contest {
-            let (neurons, strengths) = rest.split_at_mut(contest.state_len());
-            let all: Real = strengths.iter().sum();
-            for (net, own) in net.iter_mut().zip(&*strengths) {
-                *net -= RIVALRY * (all - own);
+        let (chosen, rest) = io.state.reals.split_at_mut(self.chosen.bank.state_len());
+        let output = io.outputs.get_mut(0);
+        match &self.rivalry {
+            Rivalry::None => self.chosen.bank.step(net, 1.0, chosen, output),
+            Rivalry::Contest { contest, decay } => {
+                let (neurons, strengths) = rest.split_at_mut(contest.bank.state_len());
+                let all: Real = strengths.iter().sum();
+                for (net, own) in net.iter_mut().zip(&*strengths) {
+                    *net -= RIVALRY * (all - own);
+                }
+                contest.bank.step(net, 1.0, neurons, said);
+                for (strength, said) in strengths.iter_mut().zip(&*said) {
+                    *strength = decay * *strength + (1.0 - decay) * said;
+                }
+                self.chosen.bank.step(net, 1.0, chosen, output);
             }
-            contest.step(net, 1.0, neurons, said);
-            for (strength, said) in strengths.iter_mut().zip(&*said) {
-                *strength = self.decay * *strength + (1.0 - self.decay) * said;
+            Rivalry::Race { accumulators, decay, hold, gain } => {
+                let (neurons, held) = rest.split_at_mut(accumulators.bank.state_len());
+                let (evidence, winning) = held.split_at_mut(items);
+                let (level, all) = (self.layer.rule.level(), winning.iter().sum::<Real>());
+                // What each item has gathered, while no other has enough and nothing inhibits it.
+                let own = evidence.iter().zip(&*winning).zip(inhibit);
+                for (said, ((evidence, own), inhibit)) in said.iter_mut().zip(own) {
+                    *said = evidence - RIVALRY * (all - own) - INHIBITION * inhibit;
+                }
+                accumulators.bank.step(said, 1.0, neurons, output);
+                for ((evidence, kept), net) in evidence.iter_mut().zip(&*output).zip(&*net) {
+                    let drive = kept + gain * (net - level);
+                    *evidence = (hold * *evidence + (1.0 - hold) * drive).max(0.0);
+                }
+                said.copy_from_slice(output);
+                self.chosen.bank.step(said, 1.0, chosen, output);
+                for (winning, output) in winning.iter_mut().zip(&*output) {
+                    *winning = decay * *winning + (1.0 - decay) * output;
+                }
             }
         }
-        self.chosen.step(net, 1.0, chosen, io.outputs.get_mut(0));
         Ok(())
     }
 }
@@ -141,14 +243,37 @@ fn count(of: f64, scale: f64) -> Result<usize, TuningError> {
 }
 
 impl Maker<'_> {
+    /// A bank solved for, or taken from a model that was solved from the same. `marks` are the
+    /// numbers by which this bank differs from others of the same role.
     fn bank(
         &self,
         shape: Shape,
         role: &str,
+        marks: &[f64],
         draft: impl Fn(usize, Seed) -> Result<Draft, TuningError> + Sync,
-    ) -> Result<Bank, TuningError> {
+    ) -> Result<Kept, Refusal> {
+        let fingerprint = self.fingerprint(shape, role, marks);
+        if let Some(solved) = self.solved {
+            return solved.find(self.path, fingerprint).map_err(Refusal::Unfit);
+        }
         let how = (self.firing, self.spec.regularisation);
-        Bank::build(&self.spec.model, self.dt_s, shape, how, self.seed.derive("", role), draft)
+        let seed = self.seed.derive("", role);
+        let bank = Bank::build(&self.spec.model, self.dt_s, shape, how, seed, draft)?;
+        Ok(Kept { bank: Arc::new(bank), fingerprint })
+    }
+
+    /// A hash of everything that decides who the neurons are and what is decoded from them.
+    fn fingerprint(&self, shape: Shape, role: &str, marks: &[f64]) -> u64 {
+        let LifSpec { model, max_rates, intercepts, regularisation, .. } = self.spec;
+        let rates = if self.firing == Firing::Rates { 1.0 } else { 0.0 };
+        let tuning = [self.dt_s, rates, model.tau_rc_s, model.tau_ref_s, *regularisation];
+        let numbers = tuning.iter().chain(max_rates).chain(intercepts).chain(marks);
+        let sizes = [shape.ensembles, shape.neurons, shape.dims, shape.outputs];
+        let mut hash = fnv1a(self.seed.value(), role.as_bytes());
+        for number in numbers {
+            hash = fnv1a(hash, &number.to_le_bytes());
+        }
+        sizes.iter().fold(hash, |hash, size| fnv1a(hash, &(*size as u64).to_le_bytes()))
     }
 
     fn max_rates(&self) -> std::ops::RangeInclusive<f64> {
@@ -177,31 +302,32 @@ impl Maker<'_> {
         radius: f64,
         per: f64,
         function: &(dyn Fn(f64) -> f64 + Sync),
-    ) -> Result<Bank, TuningError> {
+    ) -> Result<Kept, Refusal> {
         let neurons = count(per, self.spec.scale)?;
         let shape = Shape { ensembles: width, neurons, dims: 1, outputs: 1 };
         let values: Vec<f64> = (0..SCALAR_POINTS)
             .map(|i| 2.0 * (i as f64 + 0.5) / SCALAR_POINTS as f64 - 1.0)
             .collect();
         let wanted: Vec<f64> = values.iter().map(|v| function(v * radius)).collect();
-        self.bank(shape, "components", |_, seed| {
+        let marks: Vec<f64> = wanted.iter().copied().chain([radius]).collect();
+        self.bank(shape, "components", &marks, |_, seed| {
             let points = Points { values: values.clone(), wanted: wanted.clone(), outputs: 1 };
             Ok(Draft { neurons: self.scalar(neurons, seed)?, radius, points })
         })
     }
 
-    pub fn represent(&self, layer: &Represent) -> Result<Neural, TuningError> {
+    pub fn represent(&self, layer: &Represent) -> Result<Neural, Refusal> {
         let (width, radius) = (layer.input.width(), f64::from(layer.radius));
-        let bank = if layer.input.is_pointer() {
+        let kept = if layer.input.is_pointer() {
             self.pointer(width, radius)?
         } else {
             self.components(width, radius, self.spec.per_function as f64, &|x| x)?
         };
-        Ok(Neural { ports: Box::new(layer.clone()), bank, gated: layer.gated })
+        Ok(Neural { ports: Box::new(layer.clone()), kept, gated: layer.gated })
     }
 
     /// Sub-ensembles of a pointer.
-    fn pointer(&self, width: usize, radius: f64) -> Result<Bank, TuningError> {
+    fn pointer(&self, width: usize, radius: f64) -> Result<Kept, Refusal> {
         let most = self.spec.sub_dimensions.clamp(1, width);
         let dims = (1..=most).rev().find(|d| width.is_multiple_of(*d)).unwrap_or(1);
         let neurons = count((self.spec.per_dimension * dims) as f64, self.spec.scale)?;
@@ -210,7 +336,7 @@ impl Maker<'_> {
         let usual = (dims as f64 / width as f64).sqrt();
         let ball = radius * usual * POINTER_ROOM;
         let points = (neurons * 3 / 2).clamp(300, 2_000);
-        self.bank(shape, "pointer", |_, seed| {
+        self.bank(shape, "pointer", &[ball, usual, points as f64], |_, seed| {
             let mut rng = seed.rng();
             let drawn = Neurons::draw(
                 &self.spec.model,
@@ -236,26 +362,26 @@ impl Maker<'_> {
         })
     }
 
-    pub fn map(&self, layer: &Map) -> Result<Neural, TuningError> {
+    pub fn map(&self, layer: &Map) -> Result<Neural, Refusal> {
         let function = layer.function.clone();
         let exact = move |x: f64| f64::from(function(x as Real));
         let per = self.spec.per_function as f64 * f64::from(layer.size);
         let radius = f64::from(layer.radius);
-        let bank = match layer.above {
+        let kept = match layer.above {
             None => self.components(layer.width, radius, per, &exact)?,
             Some(least) => {
                 let reach = (f64::from(least), radius, Spread::Even);
                 self.above((layer.width, per), reach, &exact, "above")?
             }
         };
-        Ok(Neural { ports: Box::new(layer.clone()), bank, gated: false })
+        Ok(Neural { ports: Box::new(layer.clone()), kept, gated: false })
     }
 
-    pub fn product(&self, layer: &Product) -> Result<NeuralProduct, TuningError> {
+    pub fn product(&self, layer: &Product) -> Result<NeuralProduct, Refusal> {
         let per = self.spec.per_product as f64 / 2.0;
         let radius = f64::from(layer.radius);
-        let bank = self.components(2 * layer.pairs, radius, per, &|x| x * x)?;
-        Ok(NeuralProduct { layer: layer.clone(), bank })
+        let kept = self.components(2 * layer.pairs, radius, per, &|x| x * x)?;
+        Ok(NeuralProduct { layer: layer.clone(), kept })
     }
 
     /// One ensemble a component whose neurons are silent below a value, and a function above it.
@@ -265,7 +391,7 @@ impl Maker<'_> {
         (from, radius, spread): (f64, f64, Spread),
         function: &(dyn Fn(f64) -> f64 + Sync),
         role: &str,
-    ) -> Result<Bank, TuningError> {
+    ) -> Result<Kept, Refusal> {
         let neurons = count(per, self.spec.scale)?;
         let shape = Shape { ensembles: width, neurons, dims: 1, outputs: 1 };
         let low = (from / radius).clamp(-0.99, 0.9);
@@ -273,7 +399,9 @@ impl Maker<'_> {
             .map(|i| low + (1.0 - low) * (i as f64 + 0.5) / SCALAR_POINTS as f64)
             .collect();
         let wanted: Vec<f64> = values.iter().map(|v| function(v * radius)).collect();
-        self.bank(shape, role, |_, seed| {
+        let even = if matches!(spread, Spread::Even) { 1.0 } else { 0.0 };
+        let marks: Vec<f64> = wanted.iter().copied().chain([low, radius, even]).collect();
+        self.bank(shape, role, &marks, |_, seed| {
             let intercept = |rng: &mut ChaCha8Rng| {
                 let share: f64 = rng.random();
                 match spread {
@@ -291,26 +419,36 @@ impl Maker<'_> {
         })
     }
 
-    pub fn select(&self, layer: &Select) -> Result<NeuralSelect, TuningError> {
+    pub fn select(&self, layer: &Select) -> Result<NeuralSelect, Refusal> {
         let level = f64::from(layer.rule.level());
         // Utilities are cosines, and sums of a few of them.
         let radius = level.max(0.0) + 0.7;
-        let contest_share = match layer.rule {
-            SelectRule::Threshold { .. } => 0.0,
-            SelectRule::WinnerTakeAll { .. } => CONTEST_SHARE,
-        };
         let (items, per) = (layer.items, self.spec.per_item as f64);
-        let size = (items, per * (1.0 - contest_share));
-        let chosen = self.above(size, (level, radius, Spread::Near), &|_| 1.0, "chosen")?;
-        let contest = match layer.rule {
-            SelectRule::Threshold { .. } => None,
+        let chosen = |share: f64, level: f64, radius: f64| {
+            self.above((items, per * share), (level, radius, Spread::Near), &|_| 1.0, "chosen")
+        };
+        let decay = |tau_s: f64| (-self.dt_s / tau_s).exp() as Real;
+        let (chosen, rivalry) = match layer.rule {
+            SelectRule::Threshold { .. } => (chosen(1.0, level, radius)?, Rivalry::None),
             SelectRule::WinnerTakeAll { .. } => {
                 let reach = (CONTENDING * level, radius, Spread::Even);
-                Some(self.above((items, per * CONTEST_SHARE), reach, &|u| u, "contest")?)
+                let contest = self.above((items, per * CONTEST_SHARE), reach, &|u| u, "contest")?;
+                let rivalry = Rivalry::Contest { contest, decay: decay(RIVALRY_TAU_S) };
+                (chosen(1.0 - CONTEST_SHARE, level, radius)?, rivalry)
+            }
+            SelectRule::IndependentAccumulators { tau, .. } => {
+                let reach = (0.0, 1.0, Spread::Even);
+                let size = (items, per * RACE_SHARE);
+                let rivalry = Rivalry::Race {
+                    accumulators: self.above(size, reach, &|u| u, "accumulators")?,
+                    decay: decay(RIVALRY_TAU_S),
+                    hold: decay(EVIDENCE_TAU_S),
+                    gain: (EVIDENCE_TAU_S / tau.as_secs_f64()) as Real,
+                };
+                (chosen(1.0 - RACE_SHARE, f64::from(ENOUGH), 1.2)?, rivalry)
             }
         };
-        let decay = (-self.dt_s / RIVALRY_TAU_S).exp() as Real;
-        Ok(NeuralSelect { layer: layer.clone(), chosen, contest, decay })
+        Ok(NeuralSelect { layer: layer.clone(), chosen, rivalry })
     }
 }
 

@@ -1,5 +1,6 @@
 //! A frozen graph: immutable, shared by simulators, all places in the arenas fixed.
 
+use std::any::Any;
 use std::fmt::Write as _;
 
 use super::error::SimError;
@@ -167,6 +168,12 @@ impl Graph {
     /// The nodes' paths, in the order in which they emit.
     pub fn paths(&self) -> impl Iterator<Item = &str> {
         self.nodes.iter().map(|n| n.path.as_str())
+    }
+
+    /// The nodes with their paths, for those who know a node's own type.
+    pub fn parts(&self) -> impl Iterator<Item = (&str, &dyn Any)> {
+        let bodies = self.bodies.iter().map(|body| &**body as &dyn Any);
+        self.paths().zip(bodies)
     }
 
     /// Every output as `path.port`, in the order in which they are written.

@@ -40,6 +40,7 @@ pub use port::{
 };
 pub use probe::{Capacity, ProbeId, ProbeSpec, Samples};
 pub use seed::Seed;
+pub(crate) use seed::fnv1a;
 pub use simulator::{RunConfig, RunReport, SimView, Simulator, Stop, StopReason};
 pub use snapshot::Snapshot;
 pub use synapse::Synapse;

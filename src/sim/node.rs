@@ -1,5 +1,6 @@
 //! The node trait and the views of the engine's arenas that a node is lent.
 
+use std::any::Any;
 use std::marker::PhantomData;
 
 use rand_chacha::ChaCha8Rng;
@@ -37,7 +38,7 @@ pub type Complex = rustfft::num_complex::Complex<f32>;
 ///     }
 /// }
 /// ```
-pub trait Node: Send + Sync {
+pub trait Node: Any + Send + Sync {
     /// Says which ports, state and scratch the node has. Called while the graph is described and
     /// once more when it is built; both must agree.
     fn declare(&self, ports: &mut PortDecl);

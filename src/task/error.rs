@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+use crate::neurons::SolvedError;
 use crate::sim::{BuildErrors, SimError};
 use crate::spa::VocabError;
 
@@ -132,6 +133,14 @@ pub enum TaskError {
     /// A graph that could not be built.
     #[error(transparent)]
     Build(#[from] BuildErrors),
+    /// A file of solved populations that is not as it must be.
+    #[error("{}: {source}", file.display())]
+    Solved {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong.
+        source: SolvedError,
+    },
     /// A simulation that could not run.
     #[error(transparent)]
     Sim(#[from] SimError),

@@ -4,6 +4,7 @@ use std::io::{Read, Write};
 use std::path::Path;
 
 use super::error::TaskError;
+use crate::neurons::SolvedModel;
 
 /// Whether an existing file may be replaced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -29,12 +30,26 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>, TaskError> {
     std::fs::read(path).map_err(failed)
 }
 
+/// Reads a file of solved populations.
+///
+/// # Errors
+/// [`TaskError::Io`] if it cannot be read, [`TaskError::Solved`] if it is not such a file, of this version and
+/// undamaged.
+pub fn read_solved(path: &Path) -> Result<SolvedModel, TaskError> {
+    let bytes = read_file(path)?;
+    SolvedModel::decode(&bytes).map_err(|source| TaskError::Solved { file: path.into(), source })
+}
+
 /// Writes a file whole: beside it first, then under its name.
 ///
 /// # Errors
 /// [`TaskError::Exists`] if it exists and must not be replaced; [`TaskError::Io`] if it cannot be
 /// written. Nothing is left behind in either case.
-pub fn write_whole(path: &Path, text: &str, overwrite: Overwrite) -> Result<(), TaskError> {
+pub fn write_whole(
+    path: &Path,
+    content: impl AsRef<[u8]>,
+    overwrite: Overwrite,
+) -> Result<(), TaskError> {
     let failed = |source| TaskError::Io { what: "write", path: path.into(), source };
     if overwrite == Overwrite::Never && path.exists() {
         return Err(TaskError::Exists { path: path.into() });
@@ -55,7 +70,7 @@ pub fn write_whole(path: &Path, text: &str, overwrite: Overwrite) -> Result<(), 
         .permissions_like_a_new_file()
         .tempfile_in(folder)
         .map_err(failed)?;
-    beside.write_all(text.as_bytes()).map_err(failed)?;
+    beside.write_all(content.as_ref()).map_err(failed)?;
     beside.as_file().sync_all().map_err(failed)?;
     match overwrite {
         Overwrite::Allowed => beside.persist(path).map_err(|e| failed(e.error))?,

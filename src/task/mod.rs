@@ -32,7 +32,7 @@ pub use encode::{
     ABSENT, ActionSpace, Encoded, NOTHING, PRECONDITION, StateSpace, deep_preconditions,
 };
 pub use error::{InputFault, TaskError};
-pub use files::{Overwrite, read_file, write_whole};
+pub use files::{Overwrite, read_file, read_solved, write_whole};
 pub use ground::{Classifier, FEW, Gate, Grounded, Grounding};
 pub use oracle::{Commitment, Obstacle, Outlook, Rules, outlook};
 pub use pose::{Pose, mean_orientation, rotation_between};

@@ -28,6 +28,8 @@ pub struct BasalGangliaPorts {
     pub utilities: In<Vector>,
     /// About 1 for the chosen action, 0 for the others.
     pub chosen: Out<Vector>,
+    /// The same before its synapse: every edge from here needs one.
+    pub thalamus: Out<Vector>,
 }
 
 /// A weighted copy of every component, and of their sum.
@@ -83,6 +85,10 @@ impl Module for BasalGanglia {
         weigh("rivals", &thalamus.output, &thalamus.input, 1.0, -1.0, GABA);
         let chosen = scope.add("chosen", Add::vector(n));
         scope.connect(&thalamus.output, &chosen.input, FEED_FORWARD);
-        BasalGangliaPorts { utilities: utilities.input, chosen: chosen.output }
+        BasalGangliaPorts {
+            utilities: utilities.input,
+            chosen: chosen.output,
+            thalamus: thalamus.output,
+        }
     }
 }

@@ -1,0 +1,278 @@
+//! Solved populations kept in a file: the neurons and decoders of a graph's layers, to be used again bit for bit.
+//!
+//! A file is one line of JSON, which says what follows, and then 32-bit floating point numbers, little-endian: for
+//! each population encoders, biases and decoders. A population carries a fingerprint of all that it was solved
+//! from (path, seed, tick, time constants, tuning, the wanted function at its points); a graph that wants
+//! another one is told so instead of running with neurons that are not its own.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::bank::{Bank, Consts, Firing, Shape};
+use super::population::{Neural, NeuralProduct, NeuralSelect};
+use crate::sim::{Graph, Real};
+
+/// A population with what it was solved from.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Kept {
+    pub bank: Arc<Bank>,
+    pub fingerprint: u64,
+}
+
+/// The solved populations of a graph, by the paths of their layers.
+///
+/// ```
+/// use symbolt::neurons::{LifSpec, Population, PopulationPlan, SolvedModel};
+/// use symbolt::prelude::*;
+/// use symbolt::spa::BasalGanglia;
+///
+/// let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
+/// let describe = || {
+///     let mut graph = GraphBuilder::new();
+///     let selection = graph.add("select", BasalGanglia::new(4));
+///     let utilities = graph.add("utilities", Constant::vector(&[0.3, 0.8, 0.3, 0.3]));
+///     graph.connect(&utilities, &selection.utilities, Synapse::None);
+///     graph
+/// };
+/// let graph = describe().build(Timebase::default(), &plan, Seed::new(1))?;
+/// let bytes = SolvedModel::of(&graph).encode();
+///
+/// let solved = SolvedModel::decode(&bytes)?;
+/// assert_eq!(solved.neurons(), 4 * 550);
+/// let again = describe().build(Timebase::default(), &plan.solved(solved), Seed::new(1))?;
+/// # let _ = again;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SolvedModel {
+    layers: BTreeMap<String, Vec<Kept>>,
+}
+
+/// What is wrong with a file of solved populations.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum SolvedError {
+    /// Not such a file at all.
+    #[error(
+        "it does not begin as a file of solved populations does: {reason}; expected a line of JSON with `\"format\":\"{FORMAT}\"`"
+    )]
+    NotOne {
+        /// What the first line could not be read for.
+        reason: String,
+    },
+    /// A file of another version.
+    #[error("it has version {found}; expected version {VERSION}, the one that this program writes")]
+    Version {
+        /// The file's.
+        found: u64,
+    },
+    /// A file that ends early, or late.
+    #[error(
+        "{found} bytes follow its first line; expected {expected}: it was cut short or added to"
+    )]
+    Length {
+        /// What is there.
+        found: usize,
+        /// What the first line announces.
+        expected: usize,
+    },
+    /// A file whose numbers are not those that were written.
+    #[error("its numbers do not match their checksum; expected an undamaged file")]
+    Damaged,
+    /// A population that cannot be.
+    #[error(
+        "layer `{path}` has a population that cannot be; expected ensembles of 1 to 10000 neurons"
+    )]
+    Shape {
+        /// The layer.
+        path: String,
+    },
+}
+
+/// Why a layer cannot take its population from a model.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Unfit {
+    Missing,
+    Other,
+}
+
+const FORMAT: &str = "symbolt-solved";
+const VERSION: u64 = 1;
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Header {
+    format: String,
+    version: u64,
+    layers: BTreeMap<String, Vec<Entry>>,
+    checksum: u32,
+}
+
+/// What is read of a file before its version is known to be ours.
+#[derive(Deserialize)]
+struct Beginning {
+    format: String,
+    version: u64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Entry {
+    fingerprint: u64,
+    shape: Shape,
+    firing: Firing,
+    silencing: Real,
+    constants: Consts,
+}
+
+impl Entry {
+    /// How many encoders, biases and decoders follow; nothing if there cannot be so many.
+    fn lengths(&self) -> Option<[usize; 3]> {
+        let shape = self.shape;
+        let possible = (1..=10_000).contains(&shape.neurons)
+            && shape.ensembles > 0
+            && shape.dims > 0
+            && shape.outputs > 0;
+        let biases = shape.ensembles.checked_mul(shape.neurons.checked_add(8)?)?;
+        biases.checked_mul(shape.dims.max(shape.outputs))?.checked_mul(16)?;
+        let biases = shape.ensembles * shape.padded();
+        possible.then_some([biases * shape.dims, biases, biases * shape.outputs])
+    }
+}
+
+impl SolvedModel {
+    /// The populations of a built graph. Layers in exact maths have none. Shares memory with the graph.
+    pub fn of(graph: &Graph) -> Self {
+        let mut layers = BTreeMap::new();
+        for (path, part) in graph.parts() {
+            let kept = if let Some(node) = part.downcast_ref::<Neural>() {
+                node.kept()
+            } else if let Some(node) = part.downcast_ref::<NeuralProduct>() {
+                node.kept()
+            } else if let Some(node) = part.downcast_ref::<NeuralSelect>() {
+                node.kept()
+            } else {
+                continue;
+            };
+            layers.insert(path.to_owned(), kept);
+        }
+        Self { layers }
+    }
+
+    /// The paths of the layers.
+    pub fn paths(&self) -> impl Iterator<Item = &str> {
+        self.layers.keys().map(String::as_str)
+    }
+
+    /// How many neurons there are.
+    pub fn neurons(&self) -> usize {
+        let shapes = self.layers.values().flatten().map(|kept| kept.bank.shape);
+        shapes.map(|shape| shape.ensembles * shape.neurons).sum()
+    }
+
+    /// As bytes, to be written to a file. Costs a copy.
+    pub fn encode(&self) -> Vec<u8> {
+        let mut payload = Vec::new();
+        let mut entries = BTreeMap::new();
+        for (path, kept) in &self.layers {
+            let entry = |kept: &Kept| Entry {
+                fingerprint: kept.fingerprint,
+                shape: kept.bank.shape,
+                firing: kept.bank.firing,
+                silencing: kept.bank.silencing,
+                constants: kept.bank.consts,
+            };
+            entries.insert(path.clone(), kept.iter().map(entry).collect());
+            for Kept { bank, .. } in kept {
+                for part in [&bank.encoders, &bank.biases, &bank.decoders] {
+                    payload.extend(part.iter().flat_map(|v| v.to_le_bytes()));
+                }
+            }
+        }
+        let checksum = crc32fast::hash(&payload);
+        let header = Header { format: FORMAT.into(), version: VERSION, layers: entries, checksum };
+        // A map of numbers and names always has a JSON text.
+        let mut bytes = serde_json::to_vec(&header).unwrap_or_default();
+        bytes.push(b'\n');
+        bytes.extend(payload);
+        bytes
+    }
+
+    /// Whether bytes begin as such a file does.
+    pub fn recognises(bytes: &[u8]) -> bool {
+        bytes.starts_with(format!("{{\"format\":\"{FORMAT}\"").as_bytes())
+    }
+
+    /// Reads what [`encode`](Self::encode) wrote.
+    ///
+    /// # Errors
+    /// [`SolvedError`], for anything else.
+    pub fn decode(bytes: &[u8]) -> Result<Self, SolvedError> {
+        let not_one = |reason: String| SolvedError::NotOne { reason };
+        let end = bytes.iter().position(|b| *b == b'\n');
+        let end = end.ok_or_else(|| not_one("it has no line".into()))?;
+        let (line, payload) = (&bytes[..end], &bytes[end + 1..]);
+        let start: Beginning =
+            serde_json::from_slice(line).map_err(|error| not_one(error.to_string()))?;
+        if start.format != FORMAT {
+            return Err(not_one(format!("its format is `{}`", start.format)));
+        }
+        if start.version != VERSION {
+            return Err(SolvedError::Version { found: start.version });
+        }
+        let header: Header =
+            serde_json::from_slice(line).map_err(|error| not_one(error.to_string()))?;
+        let mut expected = 0usize;
+        for (path, entries) in &header.layers {
+            for entry in entries {
+                let shape = || SolvedError::Shape { path: path.clone() };
+                let lengths = entry.lengths().ok_or_else(shape)?;
+                let bytes = lengths.iter().map(|l| 4 * l).sum();
+                expected = expected.checked_add(bytes).ok_or_else(shape)?;
+            }
+        }
+        if payload.len() != expected {
+            return Err(SolvedError::Length { found: payload.len(), expected });
+        }
+        if crc32fast::hash(payload) != header.checksum {
+            return Err(SolvedError::Damaged);
+        }
+        let mut rest = payload;
+        let mut take = |count: usize| -> Vec<Real> {
+            let (own, after) = rest.split_at(4 * count);
+            rest = after;
+            let (fours, _) = own.as_chunks::<4>();
+            fours.iter().map(|four| Real::from_le_bytes(*four)).collect()
+        };
+        let mut layers = BTreeMap::new();
+        for (path, entries) in header.layers {
+            let mut kept = Vec::with_capacity(entries.len());
+            for entry in entries {
+                let Some([encoders, biases, decoders]) = entry.lengths() else {
+                    return Err(SolvedError::Shape { path });
+                };
+                let bank = Bank {
+                    shape: entry.shape,
+                    firing: entry.firing,
+                    encoders: take(encoders),
+                    biases: take(biases),
+                    decoders: take(decoders),
+                    silencing: entry.silencing,
+                    consts: entry.constants,
+                };
+                kept.push(Kept { bank: Arc::new(bank), fingerprint: entry.fingerprint });
+            }
+            layers.insert(path, kept);
+        }
+        Ok(Self { layers })
+    }
+
+    /// The population of the layer at `path` that has this fingerprint.
+    pub(crate) fn find(&self, path: &str, fingerprint: u64) -> Result<Kept, Unfit> {
+        let kept = self.layers.get(path).ok_or(Unfit::Missing)?;
+        kept.iter().find(|k| k.fingerprint == fingerprint).cloned().ok_or(Unfit::Other)
+    }
+}
