@@ -1,21 +1,218 @@
-//! The standard spiking networks: 300 simulated milliseconds of each, and its build. A bare loop over
-//! voltages is `graph/lif_bank`.
+//! Spiking populations: a step of a neuron, banks with dense and with event-driven decoding, each module, building,
+//! and the standard networks over 300 simulated milliseconds. A bare loop over voltages is `graph/lif_bank`.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::hint::black_box;
+use std::sync::Arc;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use symbolt::neurons::{
+    LayerPorts, Layers, Lif, LifSpec, Map, Population, PopulationPlan, Product, Represent,
+    SelectRule, SolvedModel,
+};
+use symbolt::sim::{
+    Constant, GraphBuilder, In, InputSpec, Kind, Module, OutputSpec, Pointer, RunConfig, Scope,
+    Seed, SimDuration, Simulator, Synapse, Timebase, Vector, VocabTag,
+};
+use symbolt::spa::{
+    AssociativeMemory, BasalGanglia, Bind, CleanupMemory, Gate, GoalBuffer, State, Unbind,
+    Vocabulary, VocabularyBuilder,
+};
 use symbolt::task::standard::{Model, Standard};
 
-fn neurons(c: &mut Criterion) {
+struct Things;
+impl VocabTag for Things {
+    const NAME: &'static str = "things";
+}
+
+const DIM: usize = 256;
+const TICKS: u64 = 50;
+
+/// A single layer as a module.
+struct Alone<F>(F);
+
+impl<K: Kind, F: FnOnce(&mut Scope<'_>) -> LayerPorts<K>> Module for Alone<F> {
+    type Ports = LayerPorts<K>;
+
+    fn expand(self, scope: &mut Scope<'_>) -> LayerPorts<K> {
+        (self.0)(scope)
+    }
+}
+
+type Plan = PopulationPlan;
+
+fn lif() -> Plan {
+    Plan::all(Population::Lif(LifSpec::default()))
+}
+
+fn rate() -> Plan {
+    Plan::all(Population::Rate(LifSpec::default()))
+}
+
+/// Benches ticks of one graph; elements are neurons times ticks.
+fn ticks(c: &mut Criterion, name: &str, size: usize, graph: GraphBuilder, plan: &Plan) {
+    let graph = graph.build(Timebase::default(), plan, Seed::new(1)).expect("builds");
+    let neurons = SolvedModel::of(&graph).neurons() as u64;
+    let mut sim = Simulator::new(Arc::new(graph), RunConfig::default()).expect("starts");
+    sim.run_for(SimDuration::from_millis(100)).expect("runs");
+    let mut group = c.benchmark_group("neurons");
+    group.sample_size(20).measurement_time(Duration::from_secs(2));
+    group.throughput(Throughput::Elements(neurons * TICKS));
+    group.bench_function(BenchmarkId::new(name, size), |b| {
+        b.iter(|| sim.run_for(SimDuration::from_millis(TICKS)).expect("runs"));
+    });
+}
+
+/// A layer over a plain vector, each component at its own constant.
+fn vector_layer(
+    layer: impl FnOnce(&mut Scope<'_>) -> LayerPorts<Vector>,
+    width: usize,
+) -> GraphBuilder {
+    let mut graph = GraphBuilder::new();
+    let values: Vec<f32> = (0..width).map(|i| (i as f32).sin()).collect();
+    let given = graph.add("given", Constant::vector(&values));
+    let layer = graph.add("layer", Alone(layer));
+    graph.connect(&given, &layer.input, Synapse::None);
+    graph
+}
+
+fn layers(c: &mut Criterion) {
+    let lif_model = Lif::default();
+    let mut group = c.benchmark_group("neurons");
+    group.throughput(Throughput::Elements(1_000));
+    group.bench_function("lif_step_exact/1000", |b| {
+        let (mut v, mut r) = (vec![0.0; 1_000], vec![0.0; 1_000]);
+        b.iter(|| {
+            let spikes = v.iter_mut().zip(&mut r);
+            spikes
+                .filter_map(|(v, r)| lif_model.step(0.001, black_box(3.0), v, r).then_some(()))
+                .count()
+        });
+    });
+    group.finish();
+    // One number an ensemble: encoding costs little, decoding is dense.
+    let width = 500;
+    let scalars = || vector_layer(|s| s.map("map", Map::each(500, |x| x)), width);
+    ticks(c, "decode_dense_one_dimension", width * 100, scalars(), &lif());
+    ticks(c, "decode_dense_rates", width * 100, scalars(), &rate());
+    // Sixteen dimensions an ensemble: encoding is a matrix, decoding goes by the spikes.
+    let things = vocabulary();
+    let (input, output) = (InputSpec::pointer(things.space()), OutputSpec::pointer(things.space()));
+    let mut graph = GraphBuilder::new();
+    let layer = graph.add(
+        "layer",
+        Alone(|scope: &mut Scope<'_>| -> LayerPorts<Pointer<Things>> {
+            scope.represent("represent", Represent::new(input, output, 1.0))
+        }),
+    );
+    give(&mut graph, &things, "A", &layer.input);
+    ticks(c, "encode_16_decode_by_events", DIM * 50, graph, &lif());
+    // Products alone, without the transforms of a binding.
+    let mut graph = GraphBuilder::new();
+    let values: Vec<f32> = (0..width).map(|i| (i as f32).cos()).collect();
+    let given = graph.add("given", Constant::vector(&values));
+    struct Products(usize);
+    impl Module for Products {
+        type Ports = symbolt::neurons::ProductPorts;
+        fn expand(self, scope: &mut Scope<'_>) -> Self::Ports {
+            scope.product("products", Product::new(self.0))
+        }
+    }
+    let products = graph.add("products", Products(width));
+    graph.connect(&given, &products.a, Synapse::None);
+    graph.connect(&given, &products.b, Synapse::None);
+    ticks(c, "products", width * 200, graph, &lif());
+}
+
+fn vocabulary() -> Vocabulary<Things> {
+    VocabularyBuilder::new(DIM, Seed::new(1)).pointers(["A", "B", "C"]).build().expect("room")
+}
+
+fn give(
+    graph: &mut GraphBuilder,
+    things: &Vocabulary<Things>,
+    name: &str,
+    to: &In<Pointer<Things>>,
+) {
+    let value = things.get(name).expect("there").to_vec();
+    let given = graph.add(&format!("given_{name}"), Constant::pointer(things.space(), &value));
+    graph.connect(&given, to, Synapse::None);
+}
+
+fn modules(c: &mut Criterion) {
+    let things = vocabulary();
+    let one = |describe: &dyn Fn(&mut GraphBuilder)| {
+        let mut graph = GraphBuilder::new();
+        describe(&mut graph);
+        graph
+    };
+    let winner = SelectRule::WinnerTakeAll { level: 0.5 };
+    let state = one(&|graph| {
+        let module = graph.add("state", State::new(&things).recurrent(symbolt::spa::RECURRENT));
+        give(graph, &things, "A", &module.input);
+    });
+    let buffer = one(&|graph| {
+        let module = graph.add("goal", GoalBuffer::new(&things));
+        let open = graph.add("open", Constant::scalar(1.0));
+        graph.connect(&open, &module.open, Synapse::None);
+        give(graph, &things, "A", &module.input);
+    });
+    let gate = one(&|graph| {
+        let module = graph.add("gate", Gate::new(&things));
+        let open = graph.add("open", Constant::scalar(1.0));
+        graph.connect(&open, &module.open, Synapse::None);
+        give(graph, &things, "A", &module.input);
+    });
+    let bind = one(&|graph| {
+        let module = graph.add("bind", Bind::new(&things));
+        give(graph, &things, "A", &module.a);
+        give(graph, &things, "B", &module.b);
+    });
+    let unbind = one(&|graph| {
+        let module = graph.add("unbind", Unbind::new(&things));
+        give(graph, &things, "A", &module.bound);
+        give(graph, &things, "B", &module.role);
+    });
+    let cleanup = one(&|graph| {
+        let memory = CleanupMemory::new(&things, ["A", "B", "C"], winner).expect("sound");
+        let module = graph.add("cleanup", memory);
+        give(graph, &things, "A", &module.input);
+    });
+    let associative = one(&|graph| {
+        let pairs = [("A", "B"), ("B", "C"), ("C", "A")];
+        let memory = AssociativeMemory::new(&things, &things, pairs, winner).expect("sound");
+        let module = graph.add("associative", memory);
+        give(graph, &things, "A", &module.input);
+    });
+    let selection = one(&|graph| {
+        let module = graph.add("selection", BasalGanglia::new(10));
+        let utilities: Vec<f32> = (0..10).map(|i| if i == 3 { 0.8 } else { 0.3 }).collect();
+        let given = graph.add("given", Constant::vector(&utilities));
+        graph.connect(&given, &module.utilities, Synapse::None);
+    });
+    for (name, graph) in [
+        ("module_state", state),
+        ("module_goal_buffer", buffer),
+        ("module_gate", gate),
+        ("module_bind", bind),
+        ("module_unbind", unbind),
+        ("module_cleanup", cleanup),
+        ("module_associative", associative),
+        ("module_basal_ganglia", selection),
+    ] {
+        ticks(c, name, DIM, graph, &lif());
+    }
+}
+
+fn standard(c: &mut Criterion) {
     let mut group = c.benchmark_group("neurons");
     group.sample_size(10).measurement_time(Duration::from_secs(5));
     for (name, model) in Model::ALL {
         let spec = Standard { sim_ms: 300, ..Standard::default() };
         let built = spec.build(model).expect("builds");
-        let neurons = built.run().expect("runs").neurons as u64;
+        let neurons = built.solved().neurons() as u64;
         // Elements are neurons times ticks.
         group.throughput(Throughput::Elements(300 * neurons));
         group.bench_function(BenchmarkId::new("run_300_ms", name), |b| {
@@ -29,5 +226,5 @@ fn neurons(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, neurons);
+criterion_group!(benches, layers, modules, standard);
 criterion_main!(benches);

@@ -78,26 +78,37 @@ pub(crate) struct Bank {
     pub(super) decoders: Vec<Real>,
     /// A current that silences every neuron.
     pub(super) silencing: Real,
+    /// Square of the value up to which that current does.
+    pub(super) quiet: Real,
+    /// For each ensemble the value below which no neuron gets a current above 0. Follows from the rest.
+    pub(super) rests: Vec<Real>,
     pub(super) consts: Consts,
 }
 
 impl Shape {
+    /// Neurons whose encoders stand together, a row a dimension.
+    fn lanes(&self) -> usize {
+        if self.dims == 1 { NARROW } else { WIDE }
+    }
+
     /// Neurons of one ensemble with those that fill up the last group.
     pub(super) fn padded(&self) -> usize {
-        self.neurons.next_multiple_of(NARROW)
+        self.neurons.next_multiple_of(self.lanes())
+    }
+
+    /// Where the encoder of a neuron for a dimension stands among those of its ensemble.
+    fn encoder_at(&self, neuron: usize, dimension: usize) -> usize {
+        let lanes = self.lanes();
+        (neuron / lanes * self.dims + dimension) * lanes + neuron % lanes
     }
 }
 
 /// Numbers in the widest registers that are used.
 const NARROW: usize = 8;
+/// Neurons that are encoded together where there are several dimensions.
+const WIDE: usize = 32;
 /// Neurons whose currents are kept at hand.
 const BLOCK: usize = 128;
-
-/// Where the block of a neuron begins, and how long it is.
-fn block(neuron: usize, padded: usize) -> (usize, usize) {
-    let start = neuron / BLOCK * BLOCK;
-    (start, BLOCK.min(padded - start))
-}
 
 /// Fewer neurons than this are not worth a second thread.
 const WORTH_SHARING: usize = 6_000;
@@ -131,33 +142,45 @@ impl Bank {
         if !(regularisation.is_finite() && regularisation > 0.0) {
             return Err(refuse("regularisation", regularisation, "a finite number above 0"));
         }
-        let padded = shape.padded();
         let per_spike = if firing == Firing::Spikes { 1.0 / dt_s } else { 1.0 };
         let solved: Vec<Ensemble> = (0..shape.ensembles)
             .into_par_iter()
             .map(|index| {
                 let draft = draft(index, seed.derive_index("ensemble", index as u64))?;
                 let decoders = decode::solve(lif, &draft.neurons, &draft.points, regularisation)?;
-                Ok(Ensemble::lay_out(&draft, &decoders, shape, padded, per_spike))
+                Ok(Ensemble::lay_out(&draft, &decoders, shape, per_spike))
             })
             .collect::<Result<_, TuningError>>()?;
+        Ok(Self::assemble(lif, dt_s, (shape, firing), &solved))
+    }
+
+    /// Lays ensembles out one after another.
+    pub(super) fn assemble(
+        lif: &Lif,
+        dt_s: f64,
+        (shape, firing): (Shape, Firing),
+        solved: &[Ensemble],
+    ) -> Self {
         let join = |part: fn(&Ensemble) -> &Vec<Real>| -> Vec<Real> {
             solved.iter().flat_map(|e| part(e).iter().copied()).collect()
         };
-        Ok(Self {
+        let (encoders, biases) = (join(|e| &e.encoders), join(|e| &e.biases));
+        Self {
             shape,
             firing,
-            encoders: join(|e| &e.encoders),
-            biases: join(|e| &e.biases),
+            rests: rests(shape, &encoders, &biases),
+            encoders,
+            biases,
             decoders: join(|e| &e.decoders),
             silencing: solved.iter().map(|e| e.silencing).fold(0.0, Real::max),
+            quiet: solved.iter().map(|e| e.quiet).fold(Real::MAX, Real::min),
             consts: Consts {
                 dt: dt_s as Real,
                 per_tau: (1.0 / lif.tau_rc_s) as Real,
                 tau_rc: lif.tau_rc_s as Real,
                 tau_ref: lif.tau_ref_s as Real,
             },
-        })
+        }
     }
 
     /// Numbers of state: voltages, then refractory times.
@@ -187,16 +210,18 @@ impl Bank {
 }
 
 /// One ensemble as the hot loop wants it.
-struct Ensemble {
+pub(super) struct Ensemble {
     encoders: Vec<Real>,
     biases: Vec<Real>,
     decoders: Vec<Real>,
     silencing: Real,
+    quiet: Real,
 }
 
 impl Ensemble {
-    fn lay_out(draft: &Draft, solved: &[f64], shape: Shape, padded: usize, per_spike: f64) -> Self {
-        let (dims, count) = (shape.dims, shape.neurons);
+    /// From neurons, and decoders a row a neuron, to what each spike (or spike a second) is worth.
+    pub(super) fn lay_out(draft: &Draft, solved: &[f64], shape: Shape, per_spike: f64) -> Self {
+        let (dims, count, padded) = (shape.dims, shape.neurons, shape.padded());
         let neurons = &draft.neurons;
         let mut encoders = vec![0.0; padded * dims];
         let mut decoders = vec![0.0; padded * shape.outputs];
@@ -204,11 +229,10 @@ impl Ensemble {
         let mut biases = vec![-1.0; padded];
         let mut silencing = 0.0f64;
         for neuron in 0..count {
-            let (start, len) = block(neuron, padded);
             let gain = neurons.gains[neuron] / draft.radius;
             for k in 0..dims {
                 let encoder = neurons.encoders[neuron * dims + k] * gain;
-                encoders[start * dims + k * len + neuron - start] = encoder as Real;
+                encoders[shape.encoder_at(neuron, k)] = encoder as Real;
             }
             biases[neuron] = neurons.biases[neuron] as Real;
             for k in 0..shape.outputs {
@@ -217,7 +241,9 @@ impl Ensemble {
             }
             silencing = silencing.max(2.0 * (neurons.gains[neuron] + neurons.biases[neuron].abs()));
         }
-        Self { encoders, biases, decoders, silencing: silencing as Real }
+        // A neuron of gain g and bias b gets at most g |x| / radius + |b| - 2 (g + |b|).
+        let quiet = (1.9 * draft.radius).powi(2) as Real;
+        Self { encoders, biases, decoders, silencing: silencing as Real, quiet }
     }
 }
 
@@ -260,10 +286,10 @@ impl Slice<'_> {
         let at = |per: usize| self.first * per..(self.first + self.count) * per;
         let work = Work {
             consts: bank.consts,
-            dims: shape.dims,
-            outputs: shape.outputs,
-            padded,
+            shape,
             shift,
+            quiet: if shift <= -bank.silencing { bank.quiet } else { -1.0 },
+            rests: &bank.rests[at(1)],
             encoders: &bank.encoders[at(padded * shape.dims)],
             biases: &bank.biases[at(padded)],
             decoders: &bank.decoders[at(padded * shape.outputs)],
@@ -276,13 +302,33 @@ impl Slice<'_> {
     }
 }
 
+/// Values below which every neuron of an ensemble stays at rest, if there are any: where there is one
+/// dimension and all encoders point upwards.
+pub(super) fn rests(shape: Shape, encoders: &[Real], biases: &[Real]) -> Vec<Real> {
+    if shape.dims > 1 {
+        return vec![Real::NEG_INFINITY; shape.ensembles];
+    }
+    let per = shape.padded();
+    let least = |(encoders, biases): (&[Real], &[Real])| {
+        let below = |(encoder, bias): (&Real, &Real)| match (*encoder > 0.0, *bias < 0.0) {
+            // A little less than where the current is 0, for the rounding of the current.
+            (true, _) => -bias / encoder - 1e-3 * (1.0 + (bias / encoder).abs()),
+            (false, true) if *encoder == 0.0 => Real::INFINITY,
+            _ => Real::NEG_INFINITY,
+        };
+        encoders.iter().zip(biases).map(below).fold(Real::INFINITY, Real::min)
+    };
+    encoders.chunks_exact(per).zip(biases.chunks_exact(per)).map(least).collect()
+}
+
 /// What the loops read.
 struct Work<'a> {
     consts: Consts,
-    dims: usize,
-    outputs: usize,
-    padded: usize,
+    shape: Shape,
     shift: Real,
+    /// Square of a value with which no neuron can be made to fire.
+    quiet: Real,
+    rests: &'a [Real],
     encoders: &'a [Real],
     biases: &'a [Real],
     decoders: &'a [Real],
@@ -294,7 +340,8 @@ struct Work<'a> {
 #[multiversion(targets("x86_64+avx2", "x86_64+sse4.1"))]
 fn spikes(work: &Work<'_>, v: &mut [Real], r: &mut [Real], out: &mut [Real]) {
     let Consts { dt, per_tau, tau_rc, tau_ref } = work.consts;
-    let (dims, outputs, padded) = (work.dims, work.outputs, work.padded);
+    let Shape { dims, outputs, .. } = work.shape;
+    let padded = work.shape.padded();
     let (mut currents, mut fired) = ([0.0; BLOCK], [0u32; BLOCK]);
     let ensembles = v.chunks_exact_mut(padded).zip(r.chunks_exact_mut(padded));
     for (index, (v, r)) in ensembles.enumerate() {
@@ -304,6 +351,13 @@ fn spikes(work: &Work<'_>, v: &mut [Real], r: &mut [Real], out: &mut [Real]) {
         let encoders = &work.encoders[index * padded * dims..(index + 1) * padded * dims];
         let decoders = &work.decoders[index * padded * outputs..(index + 1) * padded * outputs];
         out.fill(0.0);
+        // An ensemble at rest whose currents stay below 0 stays there: the same bits as below, for a fraction
+        // of the reading.
+        let resting = work.shift <= 0.0 && value[0] < work.rests[index];
+        let silenced = value.iter().map(|x| x * x).sum::<Real>() <= work.quiet;
+        if (resting || silenced) && at_rest(v, r) {
+            continue;
+        }
         let mut lanes = [0.0; NARROW];
         let blocks = v.chunks_mut(BLOCK).zip(r.chunks_mut(BLOCK)).zip(biases.chunks(BLOCK));
         let blocks =
@@ -353,27 +407,37 @@ fn spikes(work: &Work<'_>, v: &mut [Real], r: &mut [Real], out: &mut [Real]) {
     }
 }
 
-/// Currents: biases, and encoders times the value, four dimensions at a time.
+/// Whether all voltages and refractory times are zero.
+#[inline(always)]
+fn at_rest(v: &[Real], r: &[Real]) -> bool {
+    let bits = |all: &[Real]| all.iter().fold(0, |bits, x| bits | x.to_bits());
+    bits(v) | bits(r) == 0
+}
+
+/// Currents: biases, and encoders times the value.
 #[inline(always)]
 fn encode(encoders: &[Real], biases: &[Real], shift: Real, value: &[Real], currents: &mut [Real]) {
-    let len = currents.len();
-    for (current, bias) in currents.iter_mut().zip(biases) {
-        *current = bias + shift;
-    }
-    let (fours, rest) = value.as_chunks::<4>();
-    let (long, short) = encoders.split_at(4 * fours.len() * len);
-    for (rows, x) in long.chunks_exact(4 * len).zip(fours) {
-        let (a, rows) = rows.split_at(len);
-        let (b, rows) = rows.split_at(len);
-        let (c, d) = rows.split_at(len);
-        for ((((current, a), b), c), d) in currents.iter_mut().zip(a).zip(b).zip(c).zip(d) {
-            *current += (a * x[0] + b * x[1]) + (c * x[2] + d * x[3]);
+    if let [x] = value {
+        for ((current, bias), encoder) in currents.iter_mut().zip(biases).zip(encoders) {
+            *current = bias + shift + encoder * x;
         }
+        return;
     }
-    for (row, x) in short.chunks_exact(len).zip(rest) {
-        for (current, encoder) in currents.iter_mut().zip(row) {
-            *current += encoder * x;
+    let (currents, _) = currents.as_chunks_mut::<WIDE>();
+    let (biases, _) = biases.as_chunks::<WIDE>();
+    let (rows, _) = encoders.as_chunks::<WIDE>();
+    let groups = currents.iter_mut().zip(biases).zip(rows.chunks_exact(value.len()));
+    for ((current, bias), rows) in groups {
+        let mut sums = [0.0; WIDE];
+        for i in 0..WIDE {
+            sums[i] = bias[i] + shift;
         }
+        for (row, x) in rows.iter().zip(value) {
+            for i in 0..WIDE {
+                sums[i] += row[i] * x;
+            }
+        }
+        *current = sums;
     }
 }
 
@@ -401,16 +465,16 @@ fn add_rows(fired: &[u32], decoders: &[Real], out: &mut [Real]) {
 /// As many spikes as on average, in every tick.
 fn rates(work: &Work<'_>, out: &mut [Real]) {
     let Consts { tau_rc, tau_ref, .. } = work.consts;
-    let (dims, outputs, padded) = (work.dims, work.outputs, work.padded);
+    let Shape { dims, outputs, .. } = work.shape;
+    let padded = work.shape.padded();
     for (index, out) in out.chunks_exact_mut(outputs).enumerate() {
         let value = &work.values[index * dims..(index + 1) * dims];
         let encoders = &work.encoders[index * padded * dims..(index + 1) * padded * dims];
         out.fill(0.0);
         for neuron in 0..padded {
-            let (start, len) = block(neuron, padded);
             let mut current = work.biases[index * padded + neuron] + work.shift;
             for (k, x) in value.iter().enumerate() {
-                current += encoders[start * dims + k * len + neuron - start] * x;
+                current += encoders[work.shape.encoder_at(neuron, k)] * x;
             }
             if current > 1.0 {
                 let rate = 1.0 / (tau_ref + tau_rc * (1.0 / (current - 1.0)).ln_1p());
@@ -420,5 +484,108 @@ fn rates(work: &Work<'_>, out: &mut [Real]) {
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::RngExt;
+
+    use super::*;
+    use crate::neurons::tuning::on_sphere;
+
+    /// Ensembles whose neurons fire upwards of a tenth, or for directions of two dimensions.
+    fn bank(dims: usize) -> Bank {
+        let lif = Lif::default();
+        let shape = Shape { ensembles: 3, neurons: 50, dims, outputs: dims };
+        let draft = |_, seed: Seed| {
+            let mut rng = seed.rng();
+            let encoder = |rng: &mut rand_chacha::ChaCha8Rng, out: &mut [f64]| {
+                if dims == 1 { out.fill(1.0) } else { on_sphere(rng, out) }
+            };
+            let low = if dims == 1 { 0.1 } else { -0.9 };
+            let intercept = |rng: &mut rand_chacha::ChaCha8Rng| low + 0.8 * rng.random::<f64>();
+            let neurons =
+                Neurons::draw(&lif, (50, dims), 200.0..=400.0, &mut rng, encoder, intercept)?;
+            let values: Vec<f64> = (0..200 * dims).map(|_| rng.random::<f64>() - 0.5).collect();
+            let points = Points { wanted: values.clone(), values, outputs: dims };
+            Ok(Draft { neurons, radius: 1.0, points })
+        };
+        Bank::build(&lif, 0.001, shape, (Firing::Spikes, 0.1), Seed::new(1), draft)
+            .unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    impl Bank {
+        pub(in crate::neurons) fn lengthen_refractory_period(&mut self, factor: Real) {
+            self.consts.tau_ref *= factor;
+        }
+
+        /// Whether a neuron fired in the tick that left this state: only then more than one refractory
+        /// period is left.
+        pub(in crate::neurons) fn spiked(&self, state: &[Real], neuron: usize) -> bool {
+            let (each, per) = (self.shape.neurons, self.shape.padded());
+            let refractory = &state[state.len() / 2..];
+            refractory[neuron / each * per + neuron % each] > self.consts.tau_ref
+        }
+    }
+
+    /// All that a bank says and holds over 300 ticks, driven, silenced and driven again.
+    fn trace(bank: &Bank) -> Vec<u32> {
+        let dims = bank.shape.dims;
+        let (mut state, mut out) = (vec![0.0; bank.state_len()], vec![0.0; 3 * dims]);
+        let mut all = Vec::new();
+        for tick in 0..300 {
+            let open = if (100..200).contains(&tick) { 0.0 } else { 1.0 };
+            let at = |i: usize| (0.05 * tick as Real + i as Real).sin() * 0.7;
+            let values: Vec<Real> = (0..3 * dims).map(at).collect();
+            bank.step(&values, open, &mut state, &mut out);
+            all.extend(out.iter().chain(&state).map(|v| v.to_bits()));
+        }
+        all
+    }
+
+    #[test]
+    fn an_ensemble_passed_over_at_rest_has_the_bits_of_one_that_is_stepped() {
+        for dims in [1, 2] {
+            let quick = bank(dims);
+            let passed_over = quick.rests.iter().filter(|x| x.is_finite()).count();
+            assert_eq!(passed_over, if dims == 1 { 3 } else { 0 });
+            let slow = Bank { quiet: -1.0, rests: vec![Real::NEG_INFINITY; 3], ..quick.clone() };
+            let (quick, slow) = (trace(&quick), trace(&slow));
+            assert!(quick == slow, "{dims} dimensions");
+            assert!(quick.iter().any(|bits| *bits != 0));
+        }
+    }
+
+    #[test]
+    fn an_ensemble_passed_over_though_it_fires_would_be_caught() {
+        // The wrong variant: a level of rest that is too high.
+        let right = bank(1);
+        let wrong = Bank { rests: vec![0.5; 3], ..right.clone() };
+        assert!(trace(&right) != trace(&wrong));
+    }
+
+    #[test]
+    fn spikes_come_at_the_rate_of_the_closed_form() {
+        let bank = bank(1);
+        let lif = Lif::default();
+        let (mut state, mut out) = (vec![0.0; bank.state_len()], vec![0.0; 3]);
+        let mut spikes = vec![0u32; 150];
+        let (ticks, value) = (4_000, 0.6);
+        for _ in 0..ticks {
+            bank.step(&[value; 3], 1.0, &mut state, &mut out);
+            for (neuron, count) in spikes.iter_mut().enumerate() {
+                *count += u32::from(bank.spiked(&state, neuron));
+            }
+        }
+        let mut firing = 0;
+        for (n, count) in spikes.iter().enumerate() {
+            let at = n / 50 * bank.shape.padded() + n % 50;
+            let current = bank.encoders[at] * value + bank.biases[at];
+            let expected = lif.rate(f64::from(current)) * ticks as f64 * 1e-3;
+            assert!((f64::from(*count) - expected).abs() <= 1.5, "{n}: {count} {expected}");
+            firing += usize::from(*count > 20);
+        }
+        assert!(firing > 50, "{firing}");
     }
 }

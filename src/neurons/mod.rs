@@ -6,6 +6,8 @@
 //! the mode. Nothing here knows symbols.
 
 mod bank;
+#[cfg(test)]
+mod conformance;
 mod decode;
 mod direct;
 mod layer;
@@ -14,6 +16,8 @@ mod model;
 mod plan;
 mod population;
 mod solved;
+#[cfg(test)]
+mod theory;
 mod tuning;
 
 pub use layer::{

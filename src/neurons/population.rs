@@ -18,8 +18,8 @@ use super::plan::LifSpec;
 use super::solved::{Kept, SolvedModel, Unfit};
 use super::tuning::{Neurons, cosine, either_way, on_sphere, part_of_pointer};
 use crate::sim::{
-    AdvanceIo, LayerRequest, Node, NodeFault, PortDecl, Real, ScratchSpec, Seed, StateSpec, StepCx,
-    fnv1a,
+    AdvanceIo, LayerRequest, Node, NodeFault, Outputs, PortDecl, Real, ScratchSpec, Seed, StateMut,
+    StateSpec, StepCx, fnv1a,
 };
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -66,6 +66,10 @@ impl Node for Neural {
         ports.state(StateSpec { reals: self.kept.bank.state_len(), ..StateSpec::default() });
     }
 
+    fn init(&self, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
+        self.kept.init(state.reals);
+    }
+
     fn advance(&self, _cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
         let open = if self.gated { io.inputs.scalar(1) } else { 1.0 };
         self.kept.bank.step(io.inputs.get(0), open, io.state.reals, io.outputs.get_mut(0));
@@ -91,6 +95,10 @@ impl Node for NeuralProduct {
         ports
             .state(StateSpec { reals: self.kept.bank.state_len(), ..StateSpec::default() })
             .scratch(ScratchSpec { reals: 4 * self.layer.pairs, ..ScratchSpec::default() });
+    }
+
+    fn init(&self, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
+        self.kept.init(state.reals);
     }
 
     fn advance(&self, _cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
@@ -180,6 +188,14 @@ impl Node for NeuralSelect {
         ports
             .state(StateSpec { reals, ..StateSpec::default() })
             .scratch(ScratchSpec { reals: 2 * items, ..ScratchSpec::default() });
+    }
+
+    fn init(&self, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
+        let (chosen, rest) = state.reals.split_at_mut(self.chosen.bank.state_len());
+        self.chosen.init(chosen);
+        if let Some(kept) = self.rivalry.bank() {
+            kept.init(&mut rest[..kept.bank.state_len()]);
+        }
     }
 
     fn advance(&self, _cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {

@@ -8,18 +8,29 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use rand::RngExt;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::bank::{Bank, Consts, Firing, Shape};
+use super::bank::{Bank, Consts, Firing, Shape, rests};
 use super::population::{Neural, NeuralProduct, NeuralSelect};
-use crate::sim::{Graph, Real};
+use crate::sim::{Graph, Real, Seed};
 
 /// A population with what it was solved from.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Kept {
     pub bank: Arc<Bank>,
     pub fingerprint: u64,
+}
+
+impl Kept {
+    /// Writes the state that a run starts from: voltages anywhere between rest and threshold, so that neurons
+    /// do not fire in step.
+    pub fn init(&self, state: &mut [Real]) {
+        let voltages = state.len() / 2;
+        let mut rng = Seed::new(self.fingerprint).derive("", "voltages").rng();
+        state[..voltages].iter_mut().for_each(|v| *v = rng.random());
+    }
 }
 
 /// The solved populations of a graph, by the paths of their layers.
@@ -125,6 +136,7 @@ struct Entry {
     shape: Shape,
     firing: Firing,
     silencing: Real,
+    quiet: Real,
     constants: Consts,
 }
 
@@ -136,7 +148,7 @@ impl Entry {
             && shape.ensembles > 0
             && shape.dims > 0
             && shape.outputs > 0;
-        let biases = shape.ensembles.checked_mul(shape.neurons.checked_add(8)?)?;
+        let biases = shape.ensembles.checked_mul(shape.neurons.checked_add(32)?)?;
         biases.checked_mul(shape.dims.max(shape.outputs))?.checked_mul(16)?;
         let biases = shape.ensembles * shape.padded();
         possible.then_some([biases * shape.dims, biases, biases * shape.outputs])
@@ -183,6 +195,7 @@ impl SolvedModel {
                 shape: kept.bank.shape,
                 firing: kept.bank.firing,
                 silencing: kept.bank.silencing,
+                quiet: kept.bank.quiet,
                 constants: kept.bank.consts,
             };
             entries.insert(path.clone(), kept.iter().map(entry).collect());
@@ -254,13 +267,16 @@ impl SolvedModel {
                 let Some([encoders, biases, decoders]) = entry.lengths() else {
                     return Err(SolvedError::Shape { path });
                 };
+                let (encoders, biases) = (take(encoders), take(biases));
                 let bank = Bank {
                     shape: entry.shape,
                     firing: entry.firing,
-                    encoders: take(encoders),
-                    biases: take(biases),
+                    rests: rests(entry.shape, &encoders, &biases),
+                    encoders,
+                    biases,
                     decoders: take(decoders),
                     silencing: entry.silencing,
+                    quiet: entry.quiet,
                     consts: entry.constants,
                 };
                 kept.push(Kept { bank: Arc::new(bank), fingerprint: entry.fingerprint });

@@ -4,7 +4,8 @@
 //! are those of Gurney, Prescott and Redgrave, "A computational model of action selection in the basal
 //! ganglia" (2001), as simplified for spiking neurons by Stewart, Choo and Eliasmith, "Dynamic behaviour of
 //! a spiking model of action selection in the basal ganglia" (2010); excitation has a synapse of 2 ms,
-//! inhibition one of 8 ms.
+//! inhibition one of 8 ms, and what leaves the basal ganglia for the thalamus one of 5 ms, as any
+//! connection between modules.
 
 use super::FEED_FORWARD;
 use super::linear::Linear;
@@ -63,7 +64,7 @@ impl Module for BasalGanglia {
             scope.map("thalamus", Map::each(n, |x| x.clamp(0.0, 1.0)).above(0.0).size(0.5));
         let utilities = scope.add("utilities", Add::vector(n));
         let bias = scope.add("bias", Constant::vector(&vec![1.0; n]));
-        scope.connect(&bias, &thalamus.input, Synapse::None);
+        scope.connect(&bias, &thalamus.input, FEED_FORWARD);
         let mut weigh = |name: &str, from: &Out<Vector>, to: &In<Vector>, own, all, via| {
             let map: super::LinearPorts<Vector, Vector> = scope.add(
                 name,
@@ -81,7 +82,7 @@ impl Module for BasalGanglia {
         weigh("stn_gpe", &stn.output, &gpe.input, 0.0, 0.9, AMPA);
         weigh("gpe_gpi", &gpe.output, &gpi.input, -0.3, 0.0, GABA);
         weigh("gpe_stn", &gpe.output, &stn.input, -1.0, 0.0, GABA);
-        weigh("gpi_thalamus", &gpi.output, &thalamus.input, -3.0, 0.0, GABA);
+        weigh("gpi_thalamus", &gpi.output, &thalamus.input, -3.0, 0.0, FEED_FORWARD);
         weigh("rivals", &thalamus.output, &thalamus.input, 1.0, -1.0, GABA);
         let chosen = scope.add("chosen", Add::vector(n));
         scope.connect(&thalamus.output, &chosen.input, FEED_FORWARD);

@@ -264,7 +264,8 @@ impl Built {
                 vec![("rmse", (square / exact.len() as f64).sqrt())]
             }
             Reading::Both(which) => {
-                let there = |v: &Vec<Real>| which.iter().all(|i| v[*i] >= 0.8 * mean[*i]);
+                let there =
+                    |v: &Vec<Real>| which.iter().all(|i| mean[*i] > 0.1 && v[*i] >= 0.8 * mean[*i]);
                 let first = rows.iter().find(|(_, v)| there(v));
                 let least = which.map(|i| f64::from(mean[i])).into_iter().fold(f64::MAX, f64::min);
                 let others = mean.iter().enumerate().filter(|(i, _)| !which.contains(i));

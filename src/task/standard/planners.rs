@@ -46,12 +46,12 @@ impl Symbols {
         NEEDED.map(|name| names.iter().position(|n| *n == name).unwrap_or_default())
     }
 
-    /// The goal for 50 ms at a gain of 2.
-    fn given(&self) -> Result<Stimulus<Pointer<StateSpace>>, TaskError> {
+    /// The goal at a gain of 2 for a time.
+    fn given(&self, ms: u64) -> Result<Stimulus<Pointer<StateSpace>>, TaskError> {
         let states = &self.encoded.states;
         let wanted: Vec<Real> = states.get(GOAL)?.iter().map(|v| 2.0 * v).collect();
         Ok(Stimulus::pointer(states.space(), &wanted)
-            .from(SimDuration::from_millis(50), &vec![0.0; states.dim()]))
+            .from(SimDuration::from_millis(ms), &vec![0.0; states.dim()]))
     }
 
     /// From a state to the action that causes it.
@@ -123,7 +123,7 @@ pub(super) fn loop_of_memories(
     let symbols = Symbols::new(of)?;
     let Encoded { states, actions, .. } = &symbols.encoded;
     let none = Synapse::None;
-    let given = graph.add("given", symbols.given()?);
+    let given = graph.add("given", symbols.given(50)?);
     let goal = graph.add("goal", State::new(states).recurrent(RECURRENT));
     let cause = graph.add("cause", symbols.cause()?);
     let action = graph.add("action", State::new(actions));
@@ -243,7 +243,7 @@ pub(super) fn goal_stack(
     let achieved = state_slot(graph, "achieved");
     let motor = action_slot(graph, "motor");
 
-    let given = graph.add("given", symbols.given()?);
+    let given = graph.add("given", symbols.given(RULE_MS)?);
     let seen = symbols.encoded.states.parse("NUT_ON_TABLE + BOLT_ON_TABLE")?;
     let seen = graph.add("seen", Constant::pointer(states.space(), &seen));
     let cause = graph.add("cause", symbols.cause()?);
