@@ -16,7 +16,7 @@ use super::layer::{ENOUGH, INHIBITION, Map, Product, Represent, Select, SelectRu
 use super::model::{TuningError, refuse};
 use super::plan::LifSpec;
 use super::solved::{Kept, SolvedModel, Unfit};
-use super::tuning::{Neurons, cosine, either_way, on_sphere, part_of_pointer};
+use super::tuning::{Neurons, cosine, on_sphere, part_of_pointer};
 use crate::sim::{
     AdvanceIo, LayerRequest, Node, NodeFault, Outputs, PortDecl, Real, ScratchSpec, Seed, StateMut,
     StateSpec, StepCx, fnv1a,
@@ -155,7 +155,7 @@ impl Rivalry {
         match self {
             Self::None => 0,
             Self::Contest { .. } => 1,
-            Self::Race { .. } => 2,
+            Self::Race { .. } => 3,
         }
     }
 }
@@ -223,7 +223,8 @@ impl Node for NeuralSelect {
             }
             Rivalry::Race { accumulators, decay, hold, gain } => {
                 let (neurons, held) = rest.split_at_mut(accumulators.bank.state_len());
-                let (evidence, winning) = held.split_at_mut(items);
+                let (evidence, held) = held.split_at_mut(items);
+                let (heard, winning) = held.split_at_mut(items);
                 let (level, all) = (self.layer.rule.level(), winning.iter().sum::<Real>());
                 // What each item has gathered, while no other has enough and nothing inhibits it.
                 let own = evidence.iter().zip(&*winning).zip(inhibit);
@@ -235,8 +236,10 @@ impl Node for NeuralSelect {
                     let drive = kept + gain * (net - level);
                     *evidence = (hold * *evidence + (1.0 - hold) * drive).max(0.0);
                 }
-                said.copy_from_slice(output);
-                self.chosen.bank.step(said, 1.0, chosen, output);
+                for (heard, output) in heard.iter_mut().zip(&*output) {
+                    *heard = decay * *heard + (1.0 - decay) * output;
+                }
+                self.chosen.bank.step(heard, 1.0, chosen, output);
                 for (winning, output) in winning.iter_mut().zip(&*output) {
                     *winning = decay * *winning + (1.0 - decay) * output;
                 }
@@ -268,6 +271,12 @@ impl Maker<'_> {
         marks: &[f64],
         draft: impl Fn(usize, Seed) -> Result<Draft, TuningError> + Sync,
     ) -> Result<Kept, Refusal> {
+        // Whatever the draws would be, and for pointers too, whose intercepts are not drawn from there.
+        for bound in self.spec.intercepts {
+            if !(-1.0..=1.0).contains(&bound) {
+                return Err(refuse("intercepts", bound, "-1 to 1").into());
+            }
+        }
         let fingerprint = self.fingerprint(shape, role, marks);
         if let Some(solved) = self.solved {
             return solved.find(self.path, fingerprint).map_err(Refusal::Unfit);
@@ -296,18 +305,23 @@ impl Maker<'_> {
         self.spec.max_rates[0]..=self.spec.max_rates[1]
     }
 
-    /// Neurons of one dimension, firing either way.
+    /// Neurons of one dimension, half of them firing upwards and half downwards, their intercepts spread
+    /// evenly: one of each half in each of as many equal parts of the range, which leaves
+    /// less distortion than as many independent draws.
     fn scalar(&self, count: usize, seed: Seed) -> Result<Neurons, TuningError> {
         let [low, high] = self.spec.intercepts;
-        let evenly = |rng: &mut ChaCha8Rng| low + (high - low) * rng.random::<f64>();
-        let shape = (count, 1);
+        let (mut signs, mut parts) = (0..count, 0..count);
+        let half = count.div_ceil(2) as f64;
         Neurons::draw(
             &self.spec.model,
-            shape,
+            (count, 1),
             self.max_rates(),
             &mut seed.rng(),
-            either_way,
-            evenly,
+            |_, out| out.fill(if signs.next().unwrap_or(0).is_multiple_of(2) { 1.0 } else { -1.0 }),
+            |rng| {
+                let part = (parts.next().unwrap_or(0) / 2) as f64;
+                low + (high - low) * (part + rng.random::<f64>()) / half
+            },
         )
     }
 

@@ -66,6 +66,7 @@ pub(crate) fn on_sphere<R: Rng>(rng: &mut R, out: &mut [f64]) {
 }
 
 /// One direction or the other.
+#[cfg(test)]
 pub(crate) fn either_way<R: Rng>(rng: &mut R, out: &mut [f64]) {
     out.fill(if rng.random::<bool>() { 1.0 } else { -1.0 });
 }
