@@ -98,7 +98,7 @@ fn built(args: &BenchArgs, spec: &Standard, model: Model) -> Result<(Built, f64)
     }
     let folder = tempfile::tempdir()?;
     let path = folder.path().join("solved");
-    write_whole(&path, &bytes, Overwrite::Never)?;
+    write_whole(&path, bytes, Overwrite::Never)?;
     let (again, load_s) = load(spec, model, &path)?;
     if again.solved() != built.solved() {
         anyhow::bail!("the network that was saved and loaded is not the one that was built");

@@ -23,7 +23,7 @@ pub(crate) fn learn(args: &LearnArgs) -> Result<Outcome, Error> {
     let learned = learn_with_progress(&recording, &settings, &progress)?;
     let empty = learned.domain.operators().is_empty();
     if let Some(path) = args.out.out.as_ref().filter(|_| !empty) {
-        write_whole(path, &learned.domain.to_json(), args.out.overwrite())?;
+        write_whole(path, learned.domain.to_json(), args.out.overwrite())?;
     }
     drop(progress);
     if args.common.json {

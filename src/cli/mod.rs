@@ -108,7 +108,7 @@ fn dispatch(cli: Cli) -> Result<Outcome, Error> {
         Command::Config(args) => {
             let text = format!("{:#}\n", serde_json::json!(SceneSpec::default()));
             match &args.out.out {
-                Some(path) => write_whole(path, &text, args.out.overwrite())?,
+                Some(path) => write_whole(path, text, args.out.overwrite())?,
                 None => output::emit(&text)?,
             }
             Ok(Outcome::Done)

@@ -24,7 +24,7 @@ pub(crate) fn record(args: &RecordArgs) -> Result<Outcome, Error> {
     match &args.out.out {
         None => emit(&text)?,
         Some(path) => {
-            write_whole(path, &text, args.out.overwrite())?;
+            write_whole(path, text, args.out.overwrite())?;
             if args.common.json {
                 emit_json(&[summary])?;
             } else if !args.common.quiet {

@@ -23,10 +23,10 @@ pub(crate) fn rename(args: &RenameArgs) -> Result<Outcome, Error> {
     let from_input = args.domain.as_os_str() == "-";
     match &args.out {
         None if from_input => return emit(&text).map(|()| Outcome::Done),
-        None => write_whole(&args.domain, &text, Overwrite::Allowed)?,
+        None => write_whole(&args.domain, text, Overwrite::Allowed)?,
         Some(path) => {
             let overwrite = if args.force { Overwrite::Allowed } else { Overwrite::Never };
-            write_whole(path, &text, overwrite)?;
+            write_whole(path, text, overwrite)?;
         }
     }
     if args.common.json {

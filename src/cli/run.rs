@@ -81,7 +81,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
         trace(&episodes),
     ];
     for (file, text) in FILES.iter().zip(texts) {
-        write_whole(&folder.join(file), &text, Overwrite::Allowed)?;
+        write_whole(&folder.join(file), text, Overwrite::Allowed)?;
     }
     drop(progress);
     let result = Results {

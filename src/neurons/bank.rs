@@ -1,21 +1,25 @@
 //! The hot loop: banks of small ensembles of equal shape, encoded, stepped and decoded together.
 //!
-//! A bank's numbers stand as structure of arrays: for each ensemble and each block of neurons the encoders
-//! (a row a dimension, scaled by gain and radius), then biases, voltages and refractory times, padded with
-//! neurons that never fire. Passes over a block compute currents, then voltages and a mask of those that
-//! fired. With several outputs only the decoders of these are added up (event-driven); with one output
-//! a masked sum costs less than finding them.
+//! A bank's numbers stand as structure of arrays: for each ensemble and each group of 32 neurons (8 in one
+//! dimension) the encoders, a row a dimension, scaled by gain and radius, so that encoding reads memory from
+//! front to back; then biases, voltages and refractory times, padded with neurons that never fire. Passes
+//! over a block compute currents, then voltages and a mask of those that fired. With several outputs only the
+//! decoders of these are added up (event-driven); with one output a masked sum costs less than
+//! finding them. An ensemble at rest that nothing can wake is passed over, with the same bits.
 //!
 //! # Where the time goes
 //!
 //! Per neuron and tick a scalar bank reads 16 bytes (encoder, bias, voltage, refractory time) and writes 8; a
-//! bank of d dimensions reads 4 d bytes more of encoders. That is the bound for banks that do not fit
-//! the caches. Measured on one core of a shared EPYC at about 2.4 GHz: 2.1 ns a neuron and tick in scalar
-//! banks of 100,000 neurons (2.4 MB read and written a tick), 4.8 ns with sixteen dimensions, where
-//! a bare loop over voltages takes 0.5 ns (`benches/neurons.rs`, `graph/lif_bank`). Most of it is
-//! arithmetic: the decay within a refractory period, and the moment of a spike, which has a
-//! division, are computed for every neuron, since a branch for the tenth that fires is
-//! mispredicted more dearly.
+//! bank of d dimensions reads 4 d bytes more of encoders, and 4 d of decoders for the tenth that fires. That is
+//! the bound for banks that do not fit the caches: a core of the machine of the figures (a shared EPYC at
+//! about 2.4 GHz) reads 40 to 50 GB/s from its last cache and 15 GB/s from memory, both cores 28 GB/s.
+//! Measured there: 2.2 to 2.5 ns a neuron and tick in scalar banks of 100,000 neurons (a bare loop over voltages
+//! takes 0.5 ns, the reading alone 0.4 to 0.6 ns), 4.6 to 5 ns with sixteen dimensions (1.6 ns of reading from the
+//! last cache). Most of it is arithmetic: the decay within a refractory period, and the moment of a spike, which
+//! has a division, are computed for every neuron, since a branch for the tenth that fires is
+//! mispredicted more dearly; with sixteen dimensions a third is encoding and a fifth waits for the decoders
+//! of those that fired. A network of 341,450 neurons no longer fits the caches: its 22 MB of encoders are
+//! 0.8 ms a tick at the bandwidth of both cores.
 
 use multiversion::multiversion;
 use rayon::prelude::*;

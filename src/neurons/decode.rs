@@ -144,7 +144,7 @@ fn solve_in<T: Precision>(
     );
     for i in 0..count {
         // A neuron that never fires has a row of zeros: its decoder is then zero.
-        gram[(i, i)] = gram[(i, i)] + T::of(noise.max(1e-12));
+        gram[(i, i)] += T::of(noise.max(1e-12));
     }
     let wanted =
         Mat::from_fn(m, points.outputs, |p, k| T::of(points.wanted[p * points.outputs + k]));
