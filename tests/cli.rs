@@ -277,7 +277,13 @@ fn bad_usage_and_bad_input_return_2_and_leave_nothing_behind() {
         (&["run", "--nuts", "100", "--out", "new"], "`nuts` is 100"),
         (&["run", "--drop-rate", "2", "--out", "new"], "`drop_rate` is 2"),
         (&["classify", "domain.json", "demos.jsonl", "--limit", "0"], "`limit` is 0"),
-        (&["experiment", "table-4"], "unrecognized subcommand"),
+        (&["experiment", "table-5"], "there is no experiment `table-5`"),
+        (&["experiment", "table-4", "--shard", "3/2"], "`shard` is 3/2"),
+        (&["experiment", "table-4", "--trials", "0"], "`trials` is 0"),
+        (&["bench", "bind", "--load", "domain.json"], "symbolt-solved"),
+        (&["bench", "bind", "--mode", "direct", "--save", "new"], "no populations"),
+        (&["bench", "select", "--save", "domain.json"], "exists already"),
+        (&["bench", "bind", "--unbinding", "guess"], "products, fixed"),
     ];
     for (args, part) in cases {
         let ran = run(path, args);

@@ -223,11 +223,11 @@ fn what_no_population_can_be_is_refused_with_the_layers_path() {
         ("`tau_rc_s` is -0.02", |s| s.model = Lif { tau_rc_s: -0.02, ..Lif::default() }),
         ("`tau_ref_s` is NaN", |s| s.model.tau_ref_s = f64::NAN),
         ("refractory limit of 500 Hz", |s| s.max_rates = [400.0, 600.0]),
-        ("`max_rate`", |s| s.max_rates = [-1.0, -1.0]),
+        ("`max_rates` is -1 to -1", |s| s.max_rates = [-1.0, -1.0]),
         ("refractory period of 0.0005 s", |s| s.model.tau_ref_s = 0.0005),
         ("`tick` is 0.001 s; expected at most 0.25", |s| s.model.tau_rc_s = 0.002),
-        ("`intercepts` is -1.5", |s| s.intercepts = [-1.5, 0.9]),
-        ("`intercepts` is 1.2", |s| s.intercepts = [-1.0, 1.2]),
+        ("`intercepts` is -1.5 to 0.9", |s| s.intercepts = [-1.5, 0.9]),
+        ("`intercepts` is -1 to 1", |s| s.intercepts = [-1.0, 1.0]),
         ("`regularisation` is 0", |s| s.regularisation = 0.0),
         ("`regularisation` is inf", |s| s.regularisation = f64::INFINITY),
     ];
@@ -420,6 +420,17 @@ fn a_model_file_cut_short_damaged_or_of_another_version_is_refused() {
     let newer = with("\"version\":1", "\"version\":2");
     assert!(matches!(newer, Err(SolvedError::Version { found: 2 })), "{newer:?}");
     assert!(matches!(with("symbolt-solved", "nengo"), Err(SolvedError::NotOne { .. })));
+    // A header that fits the length but not the network, or is not what was written.
+    for (from, to) in [
+        ("\"firing\":\"spikes\"", "\"firing\":\"rates\""),
+        ("\"outputs\":1", "\"outputs\":2"),
+        ("\"tau_ref\":0.002", "\"tau_ref\":0.004"),
+        ("\"fingerprint\":1", "\"fingerprint\":2"),
+    ] {
+        if head.contains(from) {
+            assert!(with(from, to).is_err(), "{from}");
+        }
+    }
     for neurons in ["0", "18446744073709551615", "10001"] {
         let huge = with("\"neurons\":100", &format!("\"neurons\":{neurons}"));
         assert!(matches!(huge, Err(SolvedError::Shape { .. })), "{neurons}: {huge:?}");

@@ -41,6 +41,10 @@ pub(crate) enum Command {
     Check(CheckArgs),
     /// Runs a standard network in neurons and says how fast and how well
     Bench(BenchArgs),
+    /// Runs an experiment's trials, or goes on with them, and prints its table
+    Experiment(ExperimentArgs),
+    /// Puts the shards of an experiment together
+    Merge(MergeArgs),
     /// Prints the scene's settings, to be changed and given to --config
     Config(ConfigArgs),
     /// Prints completions for a shell
@@ -294,14 +298,53 @@ pub(crate) struct BenchArgs {
     #[arg(long, default_value = "winner")]
     pub choice: String,
     /// Write the solved populations to a file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "load")]
     pub save: Option<PathBuf>,
     /// Replace that file if it exists
-    #[arg(long)]
+    #[arg(long, requires = "save")]
     pub force: bool,
     /// Take the populations from a file instead of solving for them
     #[arg(long, value_name = "FILE")]
     pub load: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Args)]
+pub(crate) struct ExperimentArgs {
+    /// The experiment; without one, a list of them
+    pub name: Option<String>,
+    #[command(flatten)]
+    pub common: Common,
+    /// Trials a cell, instead of the experiment's own number
+    #[arg(long, value_name = "N")]
+    pub trials: Option<u64>,
+    /// The folder of trials and results [default: experiments/NAME]; what is there is gone on with
+    #[arg(long, value_name = "FOLDER")]
+    pub out: Option<PathBuf>,
+    /// Forget the folder's trials and begin anew
+    #[arg(long)]
+    pub force: bool,
+    /// Keep the sound trials of a damaged folder and do the others again
+    #[arg(long, conflicts_with = "force")]
+    pub salvage: bool,
+    /// Do only one part of the trials, such as 2/4
+    #[arg(long, value_name = "I/N")]
+    pub shard: Option<String>,
+}
+
+#[derive(Debug, Clone, Args)]
+pub(crate) struct MergeArgs {
+    /// The experiment
+    pub name: String,
+    /// The folders of its shards
+    pub folders: Vec<PathBuf>,
+    #[command(flatten)]
+    pub common: Common,
+    /// Trials a cell, if the shards were told
+    #[arg(long, value_name = "N")]
+    pub trials: Option<u64>,
+    /// The folder for the whole
+    #[arg(long, value_name = "FOLDER")]
+    pub out: PathBuf,
 }
 
 #[derive(Debug, Clone, Args)]

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Instant;
 
-use anyhow::Error;
+use anyhow::{Context, Error};
 use serde_json::{Map, Value, json};
 use symbolt::neurons::{Population, SelectRule};
 use symbolt::sim::{Seed, SimDuration};
@@ -13,7 +13,7 @@ use symbolt::task::{Overwrite, read_solved, write_whole};
 
 use super::Outcome;
 use super::args::{BadArgument, BenchArgs};
-use super::output::{Grid, Progress, emit, emit_json, use_threads};
+use super::output::{Grid, Progress, emit, emit_json, refuse_existing, use_threads};
 
 pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
     let model: Model = args.model.parse()?;
@@ -33,6 +33,11 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
         let problem = format!("--neurons-scale is {scale}; above 0 and up to 1000 are possible");
         return Err(BadArgument(problem).into());
     }
+    if population == Population::Direct && (args.save.is_some() || args.load.is_some()) {
+        let problem = "in exact maths there are no populations to --save or --load";
+        return Err(BadArgument(problem.into()).into());
+    }
+    refuse_existing(args.save.as_deref(), args.force)?;
     use_threads(&args.common)?;
     let spec = Standard {
         dimensions: args.dimensions,
@@ -44,7 +49,7 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
     };
     let progress = Progress::new(&args.common);
     progress.say(format!("building {}", args.model));
-    let (built, load_s) = built(args, &spec, model)?;
+    let Ready { built, load_s, peak_mb } = ready(args, &spec, model)?;
     let mut runs = Vec::new();
     for run in 0..args.runs {
         progress.say(format!("run {} of {}", run + 1, args.runs));
@@ -57,9 +62,9 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
     let middle = runs.swap_remove(runs.len() / 2);
     drop(progress);
     if args.common.json {
-        emit_json(&[summary(args, &middle, load_s)])?;
+        emit_json(&[summary(args, &middle, load_s, peak_mb)])?;
     } else {
-        emit(&table(args, &middle, load_s).to_string())?;
+        emit(&table(args, &middle, load_s, peak_mb).to_string())?;
     }
     Ok(Outcome::Done)
 }
@@ -84,26 +89,36 @@ fn choice<T: Copy>(option: &str, asked: &str, choices: &[(&str, T)]) -> Result<T
     })
 }
 
-/// Builds the network, or takes it from a file; and in how many seconds a file of it is read and a graph
-/// made of it.
-fn built(args: &BenchArgs, spec: &Standard, model: Model) -> Result<(Built, f64), Error> {
+/// A network to be run.
+struct Ready {
+    built: Built,
+    /// In how many seconds a file of it is read and a graph made of it.
+    load_s: f64,
+    /// The most memory held until it was there, in MB.
+    peak_mb: Option<f64>,
+}
+
+/// Builds the network, or takes it from a file.
+fn ready(args: &BenchArgs, spec: &Standard, model: Model) -> Result<Ready, Error> {
     if let Some(path) = &args.load {
-        return load(spec, model, path);
+        let (built, load_s) = load(spec, model, path)?;
+        return Ok(Ready { built, load_s, peak_mb: peak_rss_mb() });
     }
     let built = spec.build(model)?;
+    let peak_mb = peak_rss_mb();
     let bytes = built.solved().encode();
     if let Some(path) = &args.save {
         let overwrite = if args.force { Overwrite::Allowed } else { Overwrite::Never };
         write_whole(path, &bytes, overwrite)?;
     }
-    let folder = tempfile::tempdir()?;
+    let folder = tempfile::tempdir().context("the build's file needs a temporary folder")?;
     let path = folder.path().join("solved");
-    write_whole(&path, bytes, Overwrite::Never)?;
+    write_whole(&path, &bytes, Overwrite::Never)?;
     let (again, load_s) = load(spec, model, &path)?;
     if again.solved() != built.solved() {
         anyhow::bail!("the network that was saved and loaded is not the one that was built");
     }
-    Ok((built, load_s))
+    Ok(Ready { built, load_s, peak_mb })
 }
 
 fn load(spec: &Standard, model: Model, path: &Path) -> Result<(Built, f64), Error> {
@@ -120,7 +135,7 @@ fn peak_rss_mb() -> Option<f64> {
     Some(kilobytes / 1e3)
 }
 
-fn summary(args: &BenchArgs, measured: &Measured, load_s: f64) -> Value {
+fn summary(args: &BenchArgs, measured: &Measured, load_s: f64, peak_mb: Option<f64>) -> Value {
     let quality: Map<String, Value> =
         measured.quality.iter().map(|(name, value)| ((*name).into(), json!(value))).collect();
     json!({
@@ -133,12 +148,16 @@ fn summary(args: &BenchArgs, measured: &Measured, load_s: f64) -> Value {
         "load_s": load_s,
         "wall_per_sim_s": measured.run_s / measured.sim_s,
         "ns_per_neuron_step": measured.ns_per_neuron_step,
-        "peak_rss_mb": peak_rss_mb(),
+        "peak_rss_mb": peak_mb,
+        "seed": args.common.seed,
+        "sim_s": measured.sim_s,
+        "unbinding": args.unbinding,
+        "choice": args.choice,
         "quality": quality,
     })
 }
 
-fn table(args: &BenchArgs, measured: &Measured, load_s: f64) -> Grid {
+fn table(args: &BenchArgs, measured: &Measured, load_s: f64, peak_mb: Option<f64>) -> Grid {
     let mut grid = Grid::new(&[&format!("{} in {}", args.model, args.mode), ">value"]);
     grid.row(["neurons".into(), measured.neurons.to_string()]);
     grid.row(["built in s".into(), format!("{:.2}", measured.build_s)]);
@@ -146,11 +165,12 @@ fn table(args: &BenchArgs, measured: &Measured, load_s: f64) -> Grid {
     let name = format!("{} s simulated in s", measured.sim_s);
     grid.row([name, format!("{:.3}", measured.run_s)]);
     grid.row(["ns a neuron and step".into(), format!("{:.2}", measured.ns_per_neuron_step)]);
-    if let Some(mb) = peak_rss_mb() {
+    if let Some(mb) = peak_mb {
         grid.row(["most memory held in MB".into(), format!("{mb:.0}")]);
     }
     for (name, value) in &measured.quality {
-        grid.row([(*name).to_owned(), format!("{value:.4}")]);
+        let value = if value.is_nan() { "never".into() } else { format!("{value:.4}") };
+        grid.row([(*name).to_owned(), value]);
     }
     grid
 }

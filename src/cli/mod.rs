@@ -4,6 +4,7 @@ mod args;
 mod bench;
 mod check;
 mod classify;
+mod experiment;
 mod learn;
 mod output;
 mod plan;
@@ -105,6 +106,8 @@ fn dispatch(cli: Cli) -> Result<Outcome, Error> {
         Command::Rename(args) => rename::rename(&args),
         Command::Check(args) => check::check(&args),
         Command::Bench(args) => bench::bench(&args),
+        Command::Experiment(args) => experiment::experiment(&args),
+        Command::Merge(args) => experiment::merged(&args),
         Command::Config(args) => {
             let text = format!("{:#}\n", serde_json::json!(SceneSpec::default()));
             match &args.out.out {

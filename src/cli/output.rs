@@ -126,10 +126,10 @@ pub(crate) fn use_threads(common: &Common) -> Result<(), Error> {
 /// Refuses an output that exists before any work is done for it.
 pub(crate) fn refuse_existing(out: Option<&Path>, force: bool) -> Result<(), Error> {
     match out {
-        Some(path) if path.as_os_str() == "-" => Err(BadArgument(
-            "--out takes the name of a file; results without it go to standard output".into(),
-        )
-        .into()),
+        Some(path) if path.as_os_str() == "-" => {
+            Err(BadArgument("`-` is standard output; expected the name of a file to write".into())
+                .into())
+        }
         Some(path) if !force && path.exists() => {
             Err(symbolt::task::TaskError::Exists { path: path.into() }.into())
         }

@@ -72,6 +72,17 @@ pub(super) struct Consts {
     tau_ref: Real,
 }
 
+impl Consts {
+    pub fn new(lif: &Lif, dt_s: f64) -> Self {
+        Self {
+            dt: dt_s as Real,
+            per_tau: (1.0 / lif.tau_rc_s) as Real,
+            tau_rc: lif.tau_rc_s as Real,
+            tau_ref: lif.tau_ref_s as Real,
+        }
+    }
+}
+
 /// Many ensembles of equal shape.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Bank {
@@ -178,12 +189,7 @@ impl Bank {
             decoders: join(|e| &e.decoders),
             silencing: solved.iter().map(|e| e.silencing).fold(0.0, Real::max),
             quiet: solved.iter().map(|e| e.quiet).fold(Real::MAX, Real::min),
-            consts: Consts {
-                dt: dt_s as Real,
-                per_tau: (1.0 / lif.tau_rc_s) as Real,
-                tau_rc: lif.tau_rc_s as Real,
-                tau_ref: lif.tau_ref_s as Real,
-            },
+            consts: Consts::new(lif, dt_s),
         }
     }
 

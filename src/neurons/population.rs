@@ -10,7 +10,7 @@
 
 use std::sync::Arc;
 
-use super::bank::{Bank, Draft, Firing, Shape};
+use super::bank::{Bank, Consts, Draft, Firing, Shape};
 use super::decode::Points;
 use super::layer::{ENOUGH, INHIBITION, Map, Product, Represent, Select, SelectRule};
 use super::model::{TuningError, refuse};
@@ -271,20 +271,35 @@ impl Maker<'_> {
         marks: &[f64],
         draft: impl Fn(usize, Seed) -> Result<Draft, TuningError> + Sync,
     ) -> Result<Kept, Refusal> {
-        // Whatever the draws would be, and for pointers too, whose intercepts are not drawn from there.
-        for bound in self.spec.intercepts {
-            if !(-1.0..=1.0).contains(&bound) {
-                return Err(refuse("intercepts", bound, "-1 to 1").into());
-            }
-        }
+        self.check()?;
         let fingerprint = self.fingerprint(shape, role, marks);
         if let Some(solved) = self.solved {
-            return solved.find(self.path, fingerprint).map_err(Refusal::Unfit);
+            let form = (shape, self.firing, Consts::new(&self.spec.model, self.dt_s));
+            return solved.find(self.path, fingerprint, form).map_err(Refusal::Unfit);
         }
         let how = (self.firing, self.spec.regularisation);
         let seed = self.seed.derive("", role);
         let bank = Bank::build(&self.spec.model, self.dt_s, shape, how, seed, draft)?;
         Ok(Kept { bank: Arc::new(bank), fingerprint })
+    }
+
+    /// Checks the ranges that neurons are drawn from, whatever the draws would be.
+    fn check(&self) -> Result<(), TuningError> {
+        let LifSpec { model, max_rates: [low, high], intercepts, .. } = self.spec;
+        model.check()?;
+        let limit = if model.tau_ref_s > 0.0 { 1.0 / model.tau_ref_s } else { f64::INFINITY };
+        if !(*low > 0.0 && low <= high && *high < limit) {
+            let expected = format!(
+                "two rates in rising order, above 0 and below the refractory limit of {limit} Hz"
+            );
+            return Err(refuse("max_rates", format!("{low} to {high}"), expected));
+        }
+        let [low, high] = intercepts;
+        if !(*low >= -1.0 && low <= high && *high < 1.0) {
+            let expected = "two numbers in rising order from -1 up to, not including, 1";
+            return Err(refuse("intercepts", format!("{low} to {high}"), expected));
+        }
+        Ok(())
     }
 
     /// A hash of everything that decides who the neurons are and what is decoded from them.
@@ -360,7 +375,7 @@ impl Maker<'_> {
     fn pointer(&self, width: usize, radius: f64) -> Result<Kept, Refusal> {
         let most = self.spec.sub_dimensions.clamp(1, width);
         let dims = (1..=most).rev().find(|d| width.is_multiple_of(*d)).unwrap_or(1);
-        let neurons = count((self.spec.per_dimension * dims) as f64, self.spec.scale)?;
+        let neurons = count(self.spec.per_dimension as f64 * dims as f64, self.spec.scale)?;
         let shape = Shape { ensembles: width / dims, neurons, dims, outputs: dims };
         // Where the parts of unit pointers lie, and a little beyond.
         let usual = (dims as f64 / width as f64).sqrt();

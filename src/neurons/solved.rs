@@ -119,7 +119,17 @@ struct Header {
     format: String,
     version: u64,
     layers: BTreeMap<String, Vec<Entry>>,
+    /// Of the line without it, and of the numbers.
     checksum: u32,
+}
+
+impl Header {
+    fn checksum(&self, payload: &[u8]) -> u32 {
+        let mut hasher = crc32fast::Hasher::new();
+        hasher.update(&serde_json::to_vec(&self.layers).unwrap_or_default());
+        hasher.update(payload);
+        hasher.finalize()
+    }
 }
 
 /// What is read of a file before its version is known to be ours.
@@ -250,7 +260,9 @@ impl SolvedModel {
         if payload.len() != expected {
             return Err(SolvedError::Length { found: payload.len(), expected });
         }
-        if crc32fast::hash(payload) != header.checksum {
+        let (fours, _) = payload.as_chunks::<4>();
+        let finite = fours.iter().all(|four| Real::from_le_bytes(*four).is_finite());
+        if header.checksum(payload) != header.checksum || !finite {
             return Err(SolvedError::Damaged);
         }
         let mut rest = payload;
@@ -286,9 +298,18 @@ impl SolvedModel {
         Ok(Self { layers })
     }
 
-    /// The population of the layer at `path` that has this fingerprint.
-    pub(crate) fn find(&self, path: &str, fingerprint: u64) -> Result<Kept, Unfit> {
+    /// The population of the layer at `path` that was solved from this and has this form.
+    pub(super) fn find(
+        &self,
+        path: &str,
+        fingerprint: u64,
+        form: (Shape, Firing, Consts),
+    ) -> Result<Kept, Unfit> {
         let kept = self.layers.get(path).ok_or(Unfit::Missing)?;
-        kept.iter().find(|k| k.fingerprint == fingerprint).cloned().ok_or(Unfit::Other)
+        let fits = |kept: &&Kept| {
+            kept.fingerprint == fingerprint
+                && (kept.bank.shape, kept.bank.firing, kept.bank.consts) == form
+        };
+        kept.iter().find(fits).cloned().ok_or(Unfit::Other)
     }
 }

@@ -13,6 +13,7 @@ mod vocabulary;
 pub use algebra::{Algebra, Hrr, LinearMap, ProductForm, Workspace, cosine, dot, norm, normalize};
 pub use error::VocabError;
 pub(crate) use error::nearest_name;
+pub(crate) use item_memory::dots;
 pub use item_memory::{ItemMemory, Match};
 pub use modules::{
     AssociativeMemory, BasalGanglia, BasalGangliaPorts, Bind, BindPorts, CleanupMemory,

@@ -133,6 +133,28 @@ pub enum TaskError {
     /// A graph that could not be built.
     #[error(transparent)]
     Build(#[from] BuildErrors),
+    /// An experiment that does not exist.
+    #[error("there is no experiment `{name}`; the experiments are: {}", .choices.join(", "))]
+    UnknownExperiment {
+        /// What was asked for.
+        name: String,
+        /// What exists.
+        choices: Vec<String>,
+    },
+    /// A figure that cannot be drawn.
+    #[error("the figure cannot be drawn: {reason}")]
+    Figure {
+        /// Why.
+        reason: String,
+    },
+    /// Shards that do not make a whole.
+    #[error("cannot merge {}: {reason}", folder.display())]
+    Merge {
+        /// The shard's folder, or the whole's.
+        folder: PathBuf,
+        /// Why not.
+        reason: String,
+    },
     /// A file of solved populations that is not as it must be.
     #[error("{}: {source}", file.display())]
     Solved {

@@ -36,6 +36,11 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>, TaskError> {
 /// [`TaskError::Io`] if it cannot be read, [`TaskError::Solved`] if it is not such a file, of this version and
 /// undamaged.
 pub fn read_solved(path: &Path) -> Result<SolvedModel, TaskError> {
+    let special = path.metadata().is_ok_and(|m| !m.is_file() && !m.is_dir());
+    if special && path.as_os_str() != "-" {
+        let source = std::io::Error::other("it is no ordinary file");
+        return Err(TaskError::Io { what: "read", path: path.into(), source });
+    }
     let bytes = read_file(path)?;
     SolvedModel::decode(&bytes).map_err(|source| TaskError::Solved { file: path.into(), source })
 }

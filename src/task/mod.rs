@@ -10,6 +10,7 @@ mod encode;
 mod error;
 #[cfg(feature = "physics")]
 pub mod execute;
+pub mod experiment;
 mod files;
 mod ground;
 pub mod kinematic;
