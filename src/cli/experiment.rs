@@ -1,0 +1,157 @@
+//! `symbolt experiment` and `symbolt merge`: trials in a folder, and their table.
+
+use std::io::{IsTerminal, Write};
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use anyhow::Error;
+use indicatif::{ProgressBar, ProgressStyle};
+use symbolt::sim::Seed;
+use symbolt::task::experiment::{Options, Results, Run, Shard, Statistic, all, find, merge};
+
+use super::Outcome;
+use super::args::{BadArgument, Common, ExperimentArgs, MergeArgs};
+use super::output::{Grid, emit, emit_json, use_threads};
+
+pub(crate) fn experiment(args: &ExperimentArgs) -> Result<Outcome, Error> {
+    let Some(name) = &args.name else {
+        let mut grid = Grid::new(&["experiment", "asks"]);
+        for (name, question) in all() {
+            grid.row([name.to_owned(), question.to_owned()]);
+        }
+        emit(&grid.to_string())?;
+        return Ok(Outcome::Done);
+    };
+    use_threads(&args.common)?;
+    let experiment = find(name, &Options { trials: args.trials })?;
+    let shard: Shard = args.shard.as_deref().map_or(Ok(Shard::default()), str::parse)?;
+    let folder = args.out.clone().unwrap_or_else(|| {
+        let part = if shard.of > 1 {
+            format!("-{}-of-{}", shard.index + 1, shard.of)
+        } else {
+            String::new()
+        };
+        PathBuf::from("experiments").join(format!("{name}{part}"))
+    });
+    let run = Run::new(&*experiment, Seed::new(args.common.seed), shard, &folder);
+    if args.force {
+        run.forget()?;
+    }
+    if args.salvage {
+        run.salvage()?;
+    }
+    let bar = Bar::new(&args.common, run.trials());
+    let results = run.go(&|done| bar.at(done))?;
+    drop(bar);
+    match results {
+        Some(results) => show(&args.common, &results)?,
+        None if args.common.json => emit_json(&[serde_json::json!({
+            "name": name, "shard": [shard.index + 1, shard.of], "trials": run.trials(),
+            "folder": folder,
+        })])?,
+        None => emit(&format!(
+            "{} trials of shard {}/{} are in {}; `symbolt merge` puts shards together",
+            run.trials(),
+            shard.index + 1,
+            shard.of,
+            folder.display()
+        ))?,
+    }
+    Ok(Outcome::Done)
+}
+
+pub(crate) fn merged(args: &MergeArgs) -> Result<Outcome, Error> {
+    let experiment = find(&args.name, &Options { trials: args.trials })?;
+    if args.folders.is_empty() {
+        return Err(BadArgument("merge needs the folders of the shards".into()).into());
+    }
+    let results = merge(&*experiment, Seed::new(args.common.seed), &args.folders, &args.out)?;
+    show(&args.common, &results)?;
+    Ok(Outcome::Done)
+}
+
+fn show(common: &Common, results: &Results) -> Result<(), Error> {
+    if common.json {
+        return emit_json(&[results.to_json()]);
+    }
+    let columns = results.columns();
+    let heads: Vec<&str> =
+        columns.iter().copied().chain([">value", ">95% interval", ">SD", ">trials"]).collect();
+    let mut grid = Grid::new(&heads);
+    for row in &results.rows {
+        let setting = |key: &&str| match row.settings.get(*key) {
+            Some(serde_json::Value::String(text)) => text.clone(),
+            Some(value) => value.to_string(),
+            None => String::new(),
+        };
+        let [low, high] = row.statistic.interval95();
+        let (value, interval) = match row.statistic {
+            Statistic::Rate(rate) => (
+                format!("{:.2} %", 100.0 * rate.share()),
+                format!("{:.2} to {:.2}", 100.0 * low, 100.0 * high),
+            ),
+            Statistic::Mean(mean) => {
+                (format!("{:.4}", mean.mean), format!("{low:.4} to {high:.4}"))
+            }
+        };
+        let sd = row.statistic.sd().map_or_else(String::new, |sd| format!("{sd:.4}"));
+        let end = [value, interval, sd, row.statistic.trials().to_string()];
+        grid.row(columns.iter().map(setting).chain(end));
+    }
+    emit(&format!("{}\n\n{grid}", results.question))
+}
+
+/// How far the trials are: a bar with the time left on a terminal, a line now and then elsewhere.
+struct Bar {
+    bar: Option<ProgressBar>,
+    lines: Option<Mutex<(Instant, Instant)>>,
+    total: u64,
+}
+
+/// Between two lines where there is no terminal.
+const EVERY: Duration = Duration::from_secs(10);
+
+impl Bar {
+    fn new(common: &Common, total: u64) -> Self {
+        let terminal = std::io::stderr().is_terminal();
+        let bar = (terminal && !common.quiet).then(|| {
+            let bar = ProgressBar::new(total);
+            let template = "{wide_bar} {pos} of {len} trials, {eta} left";
+            if let Ok(style) = ProgressStyle::with_template(template) {
+                bar.set_style(style);
+            }
+            bar
+        });
+        let now = Instant::now();
+        let lines = (!terminal && !common.quiet).then(|| Mutex::new((now, now)));
+        Self { bar, lines, total }
+    }
+
+    fn at(&self, done: u64) {
+        if let Some(bar) = &self.bar {
+            bar.set_position(done);
+        }
+        // Whoever comes while another writes its line has nothing to add.
+        let Some(Ok(mut times)) = self.lines.as_ref().map(Mutex::try_lock) else { return };
+        let (begun, last) = *times;
+        if last.elapsed() >= EVERY {
+            let spent = begun.elapsed().as_secs_f64();
+            let left = spent * (self.total - done) as f64 / done.max(1) as f64;
+            let _ = writeln!(
+                std::io::stderr(),
+                "{done} of {} trials, about {left:.0} s left",
+                self.total
+            );
+            times.1 = Instant::now();
+        }
+    }
+}
+
+impl Drop for Bar {
+    fn drop(&mut self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! Figures as SVG: lines or points with error bars over labelled axes.
+
+use plotters::prelude::*;
+
+use crate::task::error::TaskError;
+
+/// An axis of a figure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    /// What stands along it, with its unit.
+    pub label: String,
+    /// From where to where; from the data if not given.
+    pub range: Option<[f64; 2]>,
+}
+
+impl Axis {
+    /// An axis as long as the data.
+    pub fn new(label: &str) -> Self {
+        Self { label: label.into(), range: None }
+    }
+
+    /// An axis from `low` to `high`.
+    pub fn from_to(label: &str, low: f64, high: f64) -> Self {
+        Self { label: label.into(), range: Some([low, high]) }
+    }
+}
+
+/// A point with the interval of its height.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mark {
+    /// Place along the x axis.
+    pub x: f64,
+    /// Place along the y axis.
+    pub y: f64,
+    /// Ends of the error bar.
+    pub bar: Option<[f64; 2]>,
+}
+
+/// Points that belong together.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    /// Its name in the legend.
+    pub name: String,
+    /// Its points.
+    pub marks: Vec<Mark>,
+    /// Whether a line joins them.
+    pub joined: bool,
+    /// Whether it is drawn dashed and without points, as a prediction.
+    pub dashed: bool,
+}
+
+/// A picture of results.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figure {
+    /// What it shows.
+    pub title: String,
+    /// The horizontal axis.
+    pub x: Axis,
+    /// The vertical axis.
+    pub y: Axis,
+    /// What is drawn.
+    pub series: Vec<Series>,
+}
+
+/// Colours that the colour-blind can tell apart (Okabe and Ito 2008).
+const COLOURS: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(60, 60, 60),
+];
+const SIZE: (u32, u32) = (720, 460);
+
+impl Figure {
+    fn range(&self, axis: &Axis, of: impl Fn(&Mark) -> Vec<f64>) -> [f64; 2] {
+        if let Some(range) = axis.range {
+            return range;
+        }
+        let all = self.series.iter().flat_map(|s| &s.marks).flat_map(of);
+        let (low, high) = all
+            .filter(|v| v.is_finite())
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        if low > high {
+            return [0.0, 1.0];
+        }
+        let room = 0.06 * (high - low).max(1e-9 + 1e-3 * high.abs());
+        [low - room, high + room]
+    }
+
+    /// The figure as an SVG document.
+    ///
+    /// # Errors
+    /// [`TaskError::Figure`] if it cannot be drawn.
+    pub fn to_svg(&self) -> Result<String, TaskError> {
+        let mut svg = String::new();
+        self.draw(&mut svg).map_err(|reason| TaskError::Figure { reason })?;
+        Ok(svg)
+    }
+
+    fn draw(&self, svg: &mut String) -> Result<(), String> {
+        let [left, right] = self.range(&self.x, |m| vec![m.x]);
+        let [bottom, top] = self.range(&self.y, |m| {
+            let [low, high] = m.bar.unwrap_or([m.y, m.y]);
+            vec![m.y, low, high]
+        });
+        let said = |error: &dyn std::fmt::Display| error.to_string();
+        let area = SVGBackend::with_string(svg, SIZE).into_drawing_area();
+        area.fill(&WHITE).map_err(|e| said(&e))?;
+        let font = |size: i32| ("sans-serif", size).into_font();
+        let mut chart = ChartBuilder::on(&area)
+            .caption(&self.title, font(17))
+            .margin(14)
+            .x_label_area_size(48)
+            .y_label_area_size(64)
+            .build_cartesian_2d(left..right, bottom..top)
+            .map_err(|e| said(&e))?;
+        chart
+            .configure_mesh()
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(BLACK.mix(0.12))
+            .x_desc(&self.x.label)
+            .y_desc(&self.y.label)
+            .axis_desc_style(font(15))
+            .label_style(font(13))
+            .draw()
+            .map_err(|e| said(&e))?;
+        for (index, series) in self.series.iter().enumerate() {
+            let colour = COLOURS[index % COLOURS.len()];
+            let points: Vec<(f64, f64)> =
+                series.marks.iter().map(|m| (m.x, m.y)).filter(|p| p.1.is_finite()).collect();
+            let line = if series.dashed { colour.mix(0.6) } else { colour.mix(1.0) };
+            let style = line.stroke_width(if series.dashed { 1 } else { 2 });
+            if series.dashed {
+                chart
+                    .draw_series(DashedLineSeries::new(points.clone(), 6, 4, style))
+                    .map_err(|e| said(&e))?
+                    .label(&series.name)
+                    .legend(move |(x, y)| {
+                        PathElement::new(vec![(x, y), (x + 18, y)], line.stroke_width(1))
+                    });
+                continue;
+            }
+            if series.joined {
+                chart.draw_series(LineSeries::new(points.clone(), style)).map_err(|e| said(&e))?;
+            }
+            chart
+                .draw_series(series.marks.iter().filter_map(|m| {
+                    let [low, high] = m.bar?.map(|v| v.clamp(bottom, top));
+                    Some(PathElement::new(vec![(m.x, low), (m.x, high)], colour.stroke_width(1)))
+                }))
+                .map_err(|e| said(&e))?;
+            chart
+                .draw_series(points.iter().map(|p| Circle::new(*p, 3, colour.filled())))
+                .map_err(|e| said(&e))?
+                .label(&series.name)
+                .legend(move |(x, y)| Circle::new((x + 9, y), 4, colour.filled()));
+        }
+        chart
+            .configure_series_labels()
+            .background_style(WHITE.mix(0.85))
+            .border_style(BLACK.mix(0.25))
+            .label_font(font(13))
+            .draw()
+            .map_err(|e| said(&e))?;
+        area.present().map_err(|e| said(&e))
+    }
+}
