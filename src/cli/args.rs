@@ -317,6 +317,9 @@ pub(crate) struct ExperimentArgs {
     /// Trials a cell, instead of the experiment's own number
     #[arg(long, value_name = "N")]
     pub trials: Option<u64>,
+    /// A recording to use beside our own scene (threshold)
+    #[arg(long, value_name = "FILE")]
+    pub recording: Option<PathBuf>,
     /// The folder of trials and results [default: experiments/NAME]; what is there is gone on with
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
@@ -342,6 +345,9 @@ pub(crate) struct MergeArgs {
     /// Trials a cell, if the shards were told
     #[arg(long, value_name = "N")]
     pub trials: Option<u64>,
+    /// The recording, if the shards were told
+    #[arg(long, value_name = "FILE")]
+    pub recording: Option<PathBuf>,
     /// The folder for the whole
     #[arg(long, value_name = "FOLDER")]
     pub out: PathBuf,

@@ -24,7 +24,8 @@ pub(crate) fn experiment(args: &ExperimentArgs) -> Result<Outcome, Error> {
         return Ok(Outcome::Done);
     };
     use_threads(&args.common)?;
-    let experiment = find(name, &Options { trials: args.trials })?;
+    let options = Options { trials: args.trials, recording: args.recording.clone() };
+    let experiment = find(name, &options)?;
     let shard: Shard = args.shard.as_deref().map_or(Ok(Shard::default()), str::parse)?;
     let folder = args.out.clone().unwrap_or_else(|| {
         let part = if shard.of > 1 {
@@ -62,7 +63,8 @@ pub(crate) fn experiment(args: &ExperimentArgs) -> Result<Outcome, Error> {
 }
 
 pub(crate) fn merged(args: &MergeArgs) -> Result<Outcome, Error> {
-    let experiment = find(&args.name, &Options { trials: args.trials })?;
+    let options = Options { trials: args.trials, recording: args.recording.clone() };
+    let experiment = find(&args.name, &options)?;
     if args.folders.is_empty() {
         return Err(BadArgument("merge needs the folders of the shards".into()).into());
     }

@@ -215,8 +215,9 @@ impl SolvedModel {
                 }
             }
         }
-        let checksum = crc32fast::hash(&payload);
-        let header = Header { format: FORMAT.into(), version: VERSION, layers: entries, checksum };
+        let mut header =
+            Header { format: FORMAT.into(), version: VERSION, layers: entries, checksum: 0 };
+        header.checksum = header.checksum(&payload);
         // A map of numbers and names always has a JSON text.
         let mut bytes = serde_json::to_vec(&header).unwrap_or_default();
         bytes.push(b'\n');

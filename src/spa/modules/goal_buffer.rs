@@ -19,6 +19,7 @@ pub struct GoalBuffer<V: VocabTag> {
     radius: Real,
     synapse: Synapse,
     recurrent: Synapse,
+    retention: Real,
 }
 
 /// Ports of a [`GoalBuffer`].
@@ -42,6 +43,7 @@ impl<V: VocabTag> GoalBuffer<V> {
             radius: 3.0,
             synapse: FEED_FORWARD,
             recurrent: RECURRENT,
+            retention: 1.0,
         }
     }
 
@@ -60,6 +62,12 @@ impl<V: VocabTag> GoalBuffer<V> {
     /// Replaces the synapse by which the value is held.
     pub fn recurrent(mut self, recurrent: Synapse) -> Self {
         self.recurrent = recurrent;
+        self
+    }
+
+    /// Replaces the weight by which the value is fed back: below 1 it leaks.
+    pub fn retention(mut self, weight: Real) -> Self {
+        self.retention = weight;
         self
     }
 }
@@ -81,7 +89,14 @@ impl<V: VocabTag> Module for GoalBuffer<V> {
         let drive = scope.add("drive", Superpose::<V>::weights(&self.space, &[GAIN]));
         scope.connect(&held.output, &memory.input, self.recurrent);
         scope.connect(&held.output, &output.input, self.synapse);
-        scope.connect(&memory.output, &held.input, Synapse::None);
+        if self.retention == 1.0 {
+            scope.connect(&memory.output, &held.input, Synapse::None);
+        } else {
+            let leak = Superpose::<V>::weights(&self.space, &[self.retention]);
+            let leak = scope.add("leak", leak);
+            scope.connect(&memory.output, &leak.inputs[0], Synapse::None);
+            scope.connect(&leak.output, &held.input, Synapse::None);
+        }
         scope.connect(&memory.output, &difference.inputs[1], Synapse::None);
         scope.connect(&difference.output, &gate.input, Synapse::None);
         scope.connect(&gate.output, &drive.inputs[0], Synapse::None);

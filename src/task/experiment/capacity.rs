@@ -21,6 +21,7 @@ use statrs::distribution::{Beta, Continuous, ContinuousCDF, Normal};
 
 use super::{
     Axis, Cell, Experiment, Figure, Mark, Measure, Options, Outcome, Reading, Results, Series,
+    outcome,
 };
 use crate::sim::{Real, Seed};
 use crate::spa::{Algebra, Hrr, dot, dots, norm, normalize};
@@ -155,7 +156,7 @@ impl Size {
             }
         }
         let flag = |yes: bool| if yes { 1.0 } else { 0.0 };
-        [flag(right), predicted, flag(read[0] == 0), f64::NAN]
+        outcome([flag(right), predicted, flag(read[0] == 0)])
     }
 }
 
@@ -244,7 +245,7 @@ mod tests {
             let size = Size { dimensions, bound, items, sigma: 0.5, unitary: false };
             let (mut right, mut predicted, mut improved) = (0.0, 0.0, 0.0);
             for trial in 0..3_000 {
-                let [linear, prediction, best, _] = size.trial(Seed::new(trial));
+                let [linear, prediction, best, ..] = size.trial(Seed::new(trial));
                 right += linear / 3e3;
                 predicted += prediction / 3e3;
                 improved += best / 3e3;

@@ -1,7 +1,7 @@
 //! The journal of finished trials: a file to which each is appended, and which a kill at any moment leaves usable.
 //!
-//! A line of JSON says which experiment and settings it belongs to; then comes a record of 48 bytes a trial,
-//! little-endian: cell, trial, the outcome's bits, and a checksum. A kill can leave a piece of a record at the end:
+//! A line of JSON says which experiment and settings it belongs to; then comes a record a trial, of equal
+//! length, little-endian: cell, trial, the outcome's bits, and a checksum. A kill can leave a piece of a record at the end:
 //! that trial was not finished. A record whose checksum is wrong is damage, and is said.
 
 use std::fs::{File, OpenOptions, TryLockError};
@@ -17,7 +17,11 @@ use crate::task::files::{Overwrite, write_whole};
 
 const FORMAT: &str = "symbolt-trials";
 const VERSION: u64 = 1;
-const RECORD: usize = 4 + 8 + 8 * WIDTH + 4;
+
+/// Length of a record with an outcome of `width` numbers.
+fn length(width: usize) -> usize {
+    4 + 8 + 8 * width + 4
+}
 
 /// What a journal's trials belong to.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -29,12 +33,19 @@ pub(super) struct Header {
     pub seed: u64,
     pub settings: Value,
     pub shard: [u64; 2],
+    /// Numbers of an outcome.
+    width: usize,
 }
 
 impl Header {
-    pub fn new(experiment: &str, seed: u64, settings: Value, shard: [u64; 2]) -> Self {
+    pub fn new(
+        experiment: &str,
+        seed: u64,
+        settings: Value,
+        (shard, width): ([u64; 2], usize),
+    ) -> Self {
         let experiment = experiment.into();
-        Self { format: FORMAT.into(), version: VERSION, experiment, seed, settings, shard }
+        Self { format: FORMAT.into(), version: VERSION, experiment, seed, settings, shard, width }
     }
 }
 
@@ -47,26 +58,27 @@ pub(super) struct Record {
 }
 
 impl Record {
-    fn to_bytes(self) -> [u8; RECORD] {
-        let mut bytes = [0; RECORD];
-        bytes[..4].copy_from_slice(&self.cell.to_le_bytes());
-        bytes[4..12].copy_from_slice(&self.trial.to_le_bytes());
-        for (at, value) in bytes[12..RECORD - 4].chunks_exact_mut(8).zip(self.outcome) {
-            at.copy_from_slice(&value.to_bits().to_le_bytes());
-        }
-        let checksum = crc32fast::hash(&bytes[..RECORD - 4]);
-        bytes[RECORD - 4..].copy_from_slice(&checksum.to_le_bytes());
+    fn to_bytes(self, width: usize) -> Vec<u8> {
+        let mut bytes = Vec::with_capacity(length(width));
+        bytes.extend(self.cell.to_le_bytes());
+        bytes.extend(self.trial.to_le_bytes());
+        bytes.extend(self.outcome[..width].iter().flat_map(|v| v.to_bits().to_le_bytes()));
+        bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
         bytes
     }
 
-    fn from_bytes(bytes: &[u8; RECORD]) -> Option<Self> {
-        let word = |at: usize| -> [u8; 8] { std::array::from_fn(|i| bytes[at + i]) };
-        let short = |at: usize| -> [u8; 4] { std::array::from_fn(|i| bytes[at + i]) };
-        let sound = crc32fast::hash(&bytes[..RECORD - 4]) == u32::from_le_bytes(short(RECORD - 4));
-        sound.then(|| Self {
-            cell: u32::from_le_bytes(short(0)),
-            trial: u64::from_le_bytes(word(4)),
-            outcome: std::array::from_fn(|i| f64::from_bits(u64::from_le_bytes(word(12 + 8 * i)))),
+    fn from_bytes(bytes: &[u8]) -> Option<Self> {
+        let (content, checksum) = bytes.split_last_chunk::<4>()?;
+        let (cell, rest) = content.split_first_chunk::<4>()?;
+        let (trial, rest) = rest.split_first_chunk::<8>()?;
+        let mut outcome = [f64::NAN; WIDTH];
+        for (value, bits) in outcome.iter_mut().zip(rest.as_chunks::<8>().0) {
+            *value = f64::from_bits(u64::from_le_bytes(*bits));
+        }
+        (crc32fast::hash(content) == u32::from_le_bytes(*checksum)).then(|| Self {
+            cell: u32::from_le_bytes(*cell),
+            trial: u64::from_le_bytes(*trial),
+            outcome,
         })
     }
 }
@@ -106,15 +118,17 @@ pub(super) fn read(path: &Path) -> Result<Contents, TaskError> {
     let header: Header = serde_json::from_slice(line).map_err(|e| {
         fault(path, format!("its first line is not a journal's ({e})"), "a journal")
     })?;
-    if header.format != FORMAT || header.version != VERSION {
+    if header.format != FORMAT || header.version != VERSION || header.width > WIDTH {
         let problem = format!("it is a {} of version {}", header.format, header.version);
         return Err(fault(path, problem, format!("{FORMAT} of version {VERSION}")));
     }
     let start = end.map_or(bytes.len(), |end| end + 1);
-    let (whole, _) = bytes[start..].as_chunks::<RECORD>();
-    let records: Vec<Record> = whole.iter().filter_map(Record::from_bytes).collect();
-    let damaged = (whole.len() - records.len()) * RECORD;
-    let whole = (start + whole.len() * RECORD) as u64;
+    let each = length(header.width);
+    let whole = bytes[start..].chunks_exact(each);
+    let count = whole.len();
+    let records: Vec<Record> = whole.filter_map(Record::from_bytes).collect();
+    let damaged = (count - records.len()) * each;
+    let whole = (start + count * each) as u64;
     Ok(Contents { header, records, damaged, whole })
 }
 
@@ -123,6 +137,7 @@ pub(super) fn read(path: &Path) -> Result<Contents, TaskError> {
 pub(super) struct Journal {
     file: File,
     path: PathBuf,
+    width: usize,
 }
 
 impl Journal {
@@ -161,12 +176,12 @@ impl Journal {
         }
         file.set_len(contents.whole).map_err(failed("write", path))?;
         file.seek(SeekFrom::End(0)).map_err(failed("write", path))?;
-        Ok((Self { file, path: path.into() }, contents.records))
+        Ok((Self { file, path: path.into(), width: header.width }, contents.records))
     }
 
     /// Appends a finished trial.
     pub fn append(&mut self, record: Record) -> Result<(), TaskError> {
-        self.file.write_all(&record.to_bytes()).map_err(failed("write", &self.path))
+        self.file.write_all(&record.to_bytes(self.width)).map_err(failed("write", &self.path))
     }
 }
 
@@ -179,6 +194,6 @@ pub(super) fn write(
 ) -> Result<(), TaskError> {
     let mut bytes = serde_json::to_vec(header).unwrap_or_default();
     bytes.push(b'\n');
-    bytes.extend(records.iter().flat_map(|r| r.to_bytes()));
+    bytes.extend(records.iter().flat_map(|r| r.to_bytes(header.width)));
     write_whole(path, &bytes, overwrite)
 }

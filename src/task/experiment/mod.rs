@@ -12,9 +12,14 @@ mod plot;
 mod run;
 mod statistics;
 
+mod ablation;
 mod capacity;
+#[cfg(feature = "physics")]
+mod clusters;
 mod norms;
 mod structures;
+
+use std::path::PathBuf;
 
 use serde_json::{Map, Value, json};
 
@@ -26,16 +31,23 @@ pub use run::{Run, Shard, merge};
 pub use statistics::{Mean, Rate, Statistic};
 
 /// The most numbers that a trial can give.
-pub const WIDTH: usize = 4;
+pub const WIDTH: usize = 8;
 
 /// What a trial gives: a number for each of its cell's readings, NaN for none.
 pub type Outcome = [f64; WIDTH];
+
+/// An outcome of fewer numbers than there is room for.
+fn outcome<const N: usize>(numbers: [f64; N]) -> Outcome {
+    std::array::from_fn(|i| numbers.get(i).copied().unwrap_or(f64::NAN))
+}
 
 /// How a number of the trials is summed up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Measure {
     /// 1 for success, 0 for failure: a rate with a Wilson interval.
     Rate,
+    /// How many of those that the reading at this place counts: a rate over both of all trials.
+    Share(usize),
     /// Any number: mean, standard deviation, count, and an interval of the mean.
     Mean,
 }
@@ -204,6 +216,8 @@ impl Results {
 pub struct Options {
     /// Trials a cell; the experiment's own number if none is given.
     pub trials: Option<u64>,
+    /// A recording to be used beside our own scene, by those that use recordings.
+    pub recording: Option<PathBuf>,
 }
 
 /// The experiments by name, each with its question.
@@ -218,9 +232,17 @@ fn makers() -> Vec<Make> {
     vec![
         |o| Box::new(norms::Distances::new(o)),
         |o| Box::new(norms::TableSetting::new(o)),
+        #[cfg(feature = "physics")]
+        |o| Box::new(clusters::Clusters::new(o)),
+        #[cfg(feature = "physics")]
+        |o| Box::new(clusters::Classification::new(o)),
+        #[cfg(feature = "physics")]
+        |o| Box::new(clusters::Thresholds::new(o)),
         |o| Box::new(structures::Structures::new(o)),
         |o| Box::new(structures::Structures::beyond(o)),
         |o| Box::new(capacity::Capacity::new(o)),
+        |o| Box::new(ablation::Ablation::new(o)),
+        |o| Box::new(ablation::Timing::new(o)),
     ]
 }
 

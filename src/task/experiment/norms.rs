@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 
 use super::{
     Axis, Cell, Experiment, Figure, Mark, Measure, Options, Outcome, Reading, Results, Series,
+    outcome,
 };
 use crate::sim::Seed;
 use crate::task::error::TaskError;
@@ -61,7 +62,7 @@ impl Experiment for Distances {
         };
         let (a, b) = (state(), state());
         let [euclidean, negative] = EXPONENTS.map(|p| p_distance(&a, &b, p));
-        Ok([euclidean, negative, f64::NAN, f64::NAN])
+        Ok(outcome([euclidean, negative]))
     }
 
     fn figure(&self, results: &Results) -> Option<Figure> {
@@ -250,7 +251,7 @@ impl Experiment for TableSetting {
         let all: Vec<f64> = cart.iter().chain(&plates).copied().collect();
         let above = |d: &f64| (sorted.len() - sorted.partition_point(|b| b <= d)) as f64;
         let share = all.iter().map(above).sum::<f64>() / (all.len() * sorted.len()) as f64;
-        Ok([mean(&cart), mean(&plates), mean(&between), share])
+        Ok(outcome([mean(&cart), mean(&plates), mean(&between), share]))
     }
 
     fn figure(&self, results: &Results) -> Option<Figure> {

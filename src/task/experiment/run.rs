@@ -78,7 +78,9 @@ impl<'a> Run<'a> {
 
     fn header(&self) -> Header {
         let shard = [self.shard.index, self.shard.of];
-        Header::new(self.experiment.name(), self.seed.value(), self.settings(), shard)
+        let widths = self.cells.iter().map(|cell| cell.readings.len());
+        let width = widths.max().unwrap_or(0).min(WIDTH);
+        Header::new(self.experiment.name(), self.seed.value(), self.settings(), (shard, width))
     }
 
     fn settings(&self) -> Value {
@@ -191,6 +193,14 @@ impl<'a> Run<'a> {
                         successes: values.clone().filter(|v| *v == 1.0).count() as u64,
                         trials: values.filter(|v| !v.is_nan()).count() as u64,
                     }),
+                    Measure::Share(of) => {
+                        let all = outcomes.iter().flatten().map(|outcome| outcome[of]);
+                        let whole = |sum: f64| sum.round() as u64;
+                        Statistic::Rate(Rate {
+                            successes: whole(values.filter(|v| !v.is_nan()).sum()),
+                            trials: whole(all.filter(|v| !v.is_nan()).sum()),
+                        })
+                    }
                     Measure::Mean => Statistic::Mean(Mean::of(values)),
                 };
                 let mut settings = cell.settings.clone();

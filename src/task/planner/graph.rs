@@ -19,7 +19,7 @@ use super::executive::{Executive, Timing};
 use crate::neurons::SelectRule;
 use crate::sim::{
     Add, Constant, In, InputSpec, Module, Out, OutputSpec, Pointer, Real, Scalar, Scope, Scratch,
-    ScratchSpec, Synapse, Vector,
+    ScratchSpec, SimDuration, Synapse, Vector,
 };
 use crate::spa::{
     AssociativeMemory, CleanupMemory, Gate, GoalBuffer, Linear, LinearMap, LinearPorts, Selection,
@@ -43,6 +43,17 @@ pub enum Unbinding {
     Products,
 }
 
+/// A part of the planner graph that can be taken out, to see what it is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// The cleanup of unbound preconditions: similarities are taken as they are.
+    Cleanup,
+    /// The gate before the motor output: it is always open.
+    Gate,
+    /// The goal buffer's memory: what it feeds back loses a tenth.
+    Memory,
+}
+
 /// How a planner graph is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlannerSpec {
@@ -58,6 +69,10 @@ pub struct PlannerSpec {
     pub unbinding: Unbinding,
     /// The executive's waits.
     pub timing: Timing,
+    /// The time constant of the goal buffer's and the gate's feed-forward synapses.
+    pub synapse: SimDuration,
+    /// A part that is left out.
+    pub without: Option<Part>,
 }
 
 impl Default for PlannerSpec {
@@ -69,6 +84,8 @@ impl Default for PlannerSpec {
             absent: false,
             unbinding: Unbinding::default(),
             timing: Timing::default(),
+            synapse: SimDuration::from_millis(5),
+            without: None,
         }
     }
 }
@@ -251,6 +268,24 @@ impl PlanningGraph {
     }
 }
 
+/// What a goal buffer with a leak feeds back.
+const LEAKY: Real = 0.9;
+
+/// Where unbound preconditions are told apart.
+struct Required {
+    input: Vec<In<Pointer<StateSpace>>>,
+    items: Out<Vector>,
+    output: Out<Pointer<StateSpace>>,
+}
+
+impl Required {
+    fn connect(&self, scope: &mut Scope<'_>, unbound: &Out<Pointer<StateSpace>>) {
+        for input in &self.input {
+            scope.connect(unbound, input, Synapse::None);
+        }
+    }
+}
+
 /// The first numbers of a longer vector.
 struct Head {
     from: usize,
@@ -289,14 +324,34 @@ impl Module for PlanningGraph {
             Linear::weighted_rows(
                 InputSpec::vector(m),
                 OutputSpec::pointer(&state_space),
-                self.state_rows,
+                self.state_rows.clone(),
             ),
         );
-        let buffer = scope.add("goal_buffer", GoalBuffer::new(&self.encoded.states));
+        let synapse = Synapse::lowpass(self.spec.synapse);
+        let without = |part| self.spec.without == Some(part);
+        let retention = if without(Part::Memory) { LEAKY } else { 1.0 };
+        let buffer = GoalBuffer::new(&self.encoded.states).synapse(synapse).retention(retention);
+        let buffer = scope.add("goal_buffer", buffer);
         let focus = scope.add("focus", self.focus);
         let cause = scope.add("cause", self.cause);
         let deep = scope.add("deep", self.deep);
-        let required = scope.add("required", self.required);
+        let required = if without(Part::Cleanup) {
+            let mut rows = self.state_rows;
+            rows.extend(self.encoded.states.get(NOTHING).as_deref().unwrap_or_default());
+            let raw: LinearPorts<Pointer<StateSpace>, Vector> = scope.add(
+                "required",
+                Linear::rows(InputSpec::pointer(&state_space), OutputSpec::vector(m + 1), rows),
+            );
+            let pointer = scope.add("required_pointer", Add::pointer(&state_space));
+            Required {
+                input: vec![raw.input, pointer.input],
+                items: raw.output,
+                output: pointer.output,
+            }
+        } else {
+            let required = scope.add("required", self.required);
+            Required { input: vec![required.input], items: required.items, output: required.output }
+        };
         let head: LinearPorts<Vector, Vector> = scope.add(
             "states_required",
             Linear::new(
@@ -310,7 +365,7 @@ impl Module for PlanningGraph {
         let chosen =
             scope.add("chosen", Selection::new(m, SelectRule::WinnerTakeAll { level: RECOGNISED }));
         let present = scope.add("present", Add::vector(m));
-        let gate = scope.add("motor_gate", Gate::new(&self.encoded.actions));
+        let gate = scope.add("motor_gate", Gate::new(&self.encoded.actions).synapse(synapse));
         let motor = scope.add("motor", self.motor);
 
         scope.connect(&goal.items, &executive.goal, none);
@@ -335,7 +390,7 @@ impl Module for PlanningGraph {
             Unbinding::Fixed => {
                 let unbind = scope.add("unbind", self.unbind);
                 scope.connect(&deep.output, &unbind.input, none);
-                scope.connect(&unbind.output, &required.input, none);
+                required.connect(scope, &unbind.output);
             }
             Unbinding::Products => {
                 let role = self.encoded.states.get(PRECONDITION);
@@ -344,7 +399,7 @@ impl Module for PlanningGraph {
                 let unbind = scope.add("unbind", Unbind::new(&self.encoded.states));
                 scope.connect(&deep.output, &unbind.bound, none);
                 scope.connect(&role, &unbind.role, none);
-                scope.connect(&unbind.output, &required.input, none);
+                required.connect(scope, &unbind.output);
             }
         }
         scope.connect(&required.items, &executive.required, none);
@@ -371,7 +426,12 @@ impl Module for PlanningGraph {
             scope.connect(&barred.items, &executive.barred, none);
         }
         scope.connect(&cause.output, &gate.input, none);
-        scope.connect(&executive.act, &gate.open, none);
+        if without(Part::Gate) {
+            let open = scope.add("open_gate", Constant::scalar(1.0));
+            scope.connect(&open, &gate.open, none);
+        } else {
+            scope.connect(&executive.act, &gate.open, none);
+        }
         scope.connect(&gate.output, &motor.input, none);
         PlanningPorts {
             ready: executive.ready,

@@ -12,5 +12,5 @@ pub use ask::{Decision, Milestone, Planner, Stage, Verdict};
 #[cfg(feature = "physics")]
 pub(crate) use executive::TRACE;
 pub use executive::Timing;
-pub use graph::{PlannerSpec, PlanningGraph, PlanningPorts, Unbinding};
+pub use graph::{Part, PlannerSpec, PlanningGraph, PlanningPorts, Unbinding};
 pub use rollout::{PlanEnd, PlannedStep, RolledOut};

@@ -1,0 +1,262 @@
+//! `ablation` and `timing`: the planner graph with a part taken out or changed, and its simulated time.
+
+use rand::RngExt;
+use serde_json::{Value, json};
+
+use super::{
+    Axis, Cell, Experiment, Figure, Mark, Measure, Options, Outcome, Reading, Results, Series,
+    outcome,
+};
+use crate::neurons::{LifSpec, Population, PopulationPlan};
+use crate::sim::{Seed, SimDuration};
+use crate::task::error::TaskError;
+use crate::task::oracle::outlook;
+use crate::task::planner::{Part, PlanEnd, Planner, PlannerSpec, Unbinding, Verdict};
+use crate::task::symbolic::SymbolicDomain;
+
+const GOAL: &str = "BOLT_ASSEMBLED";
+
+fn lif() -> Population {
+    Population::Lif(LifSpec::default())
+}
+
+/// One change of the planner.
+struct Variant {
+    name: &'static str,
+    value: String,
+    spec: PlannerSpec,
+    plan: PopulationPlan,
+}
+
+/// How many worlds are decided about in a trial.
+const WORLDS: usize = 4;
+
+/// The planner with parts taken out, weakened, or computed otherwise.
+pub(super) struct Ablation {
+    variants: Vec<Variant>,
+    trials: u64,
+}
+
+impl Ablation {
+    pub fn new(options: &Options) -> Self {
+        let spec = PlannerSpec::default();
+        let spiking = PopulationPlan::all(lif());
+        let mut variants = Vec::new();
+        let mut add = |name, value: String, spec, plan: &PopulationPlan| {
+            variants.push(Variant { name, value, spec, plan: plan.clone() });
+        };
+        for (mode, plan) in [("direct", PopulationPlan::direct()), ("lif", spiking.clone())] {
+            let parts = [
+                ("nothing", None),
+                ("cleanup", Some(Part::Cleanup)),
+                ("gate", Some(Part::Gate)),
+                ("a tenth of the memory", Some(Part::Memory)),
+            ];
+            for (part, without) in parts {
+                add("without", format!("{part} ({mode})"), PlannerSpec { without, ..spec }, &plan);
+            }
+        }
+        for per_dimension in [5, 10, 20, 35] {
+            let scale = f64::from(per_dimension) / 50.0;
+            let plan =
+                PopulationPlan::all(Population::Lif(LifSpec { scale, ..LifSpec::default() }));
+            add("neurons a dimension", per_dimension.to_string(), spec, &plan);
+        }
+        for ms in [2, 10, 20, 40] {
+            let synapse = SimDuration::from_millis(ms);
+            add("synapse (ms)", ms.to_string(), PlannerSpec { synapse, ..spec }, &spiking);
+        }
+        for dimensions in [64, 128, 512] {
+            let max_similarity = if dimensions < 128 { 0.3 } else { spec.max_similarity };
+            let spec = PlannerSpec { dimensions, max_similarity, ..spec };
+            add("dimensions", dimensions.to_string(), spec, &spiking);
+        }
+        for module in ["goal_buffer", "cause", "required", "motor_gate"] {
+            // A pattern of these letters always parses.
+            if let Ok(pattern) = format!("planner/{module}/**").parse() {
+                let plan = spiking.clone().with(pattern, Population::Direct);
+                add("exact module", module.into(), spec, &plan);
+            }
+        }
+        let products = PlannerSpec { unbinding: Unbinding::Products, ..spec };
+        add("unbinding", "products (direct)".into(), products, &PopulationPlan::direct());
+        Self { variants, trials: options.trials.unwrap_or(10) }
+    }
+}
+
+/// What a planner does first about some worlds: how often what the oracle accepts, and its simulated ms.
+fn decide(planner: &Planner, worlds: &[Vec<bool>]) -> Result<(f64, f64), TaskError> {
+    let domain = planner.domain();
+    let goal = domain.states().iter().position(|s| s.name == GOAL).unwrap_or_default();
+    let (mut right, mut ms, mut decided) = (0.0, 0.0, 0.0);
+    for world in worlds {
+        let wanted = outlook(domain, world, goal, planner.spec().rules());
+        let (verdict, time_ms) = match planner.decide(world, GOAL) {
+            Ok(decision) => (Some(decision.verdict), decision.time_ms),
+            Err(TaskError::Undecided { limit_ms, .. }) => (None, limit_ms),
+            Err(error) => return Err(error),
+        };
+        let said = match verdict {
+            Some(Verdict::Met) => wanted.met,
+            Some(Verdict::Act(action)) => !wanted.met && wanted.actions.contains(&action),
+            Some(Verdict::Stuck(why)) => !wanted.met && wanted.obstacles.contains(&why),
+            None => false,
+        };
+        // Whatever comes out at the motor meanwhile would be done.
+        let span = SimDuration::from_millis(time_ms.ceil() as u64);
+        let done = first_action(planner, world, span)?;
+        let acted = match (verdict, done) {
+            (Some(Verdict::Act(_)), done) => done.is_none_or(|a| wanted.actions.contains(&a)),
+            (_, done) => done.is_none(),
+        };
+        if said && acted {
+            right += 1.0;
+        }
+        if verdict.is_some() {
+            ms += time_ms;
+            decided += 1.0;
+        }
+    }
+    Ok((right, if decided > 0.0 { ms / decided } else { f64::NAN }))
+}
+
+/// The action that the motor output shows first within a time.
+fn first_action(
+    planner: &Planner,
+    world: &[bool],
+    span: SimDuration,
+) -> Result<Option<usize>, TaskError> {
+    let graph = planner.graph();
+    let name = graph.outputs().find(|name| name.ends_with("motor/items.out"));
+    let motor = graph.output(&name.unwrap_or_default())?;
+    let mut sim = planner.simulator(world, GOAL)?;
+    let tick = SimDuration::from_millis(1);
+    for _ in 0..span.as_millis_f64() as u64 {
+        sim.run_for(tick)?;
+        if let Some(first) = sim.value_of(motor).iter().position(|active| *active > 0.5) {
+            return Ok(Some(first));
+        }
+    }
+    Ok(None)
+}
+
+impl Experiment for Ablation {
+    fn name(&self) -> &'static str {
+        "ablation"
+    }
+
+    fn question(&self) -> &'static str {
+        "How often does the planner do what the oracle accepts, and when, without a part or with another?"
+    }
+
+    fn settings(&self) -> Value {
+        json!({"worlds_a_trial": WORLDS, "goal": GOAL})
+    }
+
+    fn cells(&self) -> Vec<Cell> {
+        let readings = || {
+            vec![
+                Reading::new(Measure::Share(1), json!({"what": "accepted"})),
+                Reading::new(Measure::Mean, json!({"what": "worlds a trial"})),
+                Reading::new(Measure::Mean, json!({"what": "ms a decision"})),
+            ]
+        };
+        let cell = |v: &Variant| {
+            Cell::new(json!({"change": v.name, "to": v.value}), self.trials, readings())
+        };
+        self.variants.iter().map(cell).collect()
+    }
+
+    fn trial(&self, cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
+        let variant = &self.variants[cell];
+        let domain = SymbolicDomain::of_the_paper().build()?;
+        let mut rng = seed.derive("", "worlds").rng();
+        let states = domain.states().len();
+        // The first is the task's own beginning.
+        let mut worlds: Vec<Vec<bool>> =
+            vec![domain.states().iter().map(|s| s.name.ends_with("ON_TABLE")).collect()];
+        worlds.resize_with(WORLDS, || (0..states).map(|_| rng.random()).collect());
+        let (right, ms) = match Planner::with_plan(&domain, variant.spec, &variant.plan, seed) {
+            Ok(planner) => decide(&planner, &worlds)?,
+            // Pointers that cannot be told apart make no planner: no world is decided about rightly.
+            Err(TaskError::TooFewDimensions { .. } | TaskError::Vocabulary(_)) => (0.0, f64::NAN),
+            Err(error) => return Err(error),
+        };
+        Ok(outcome([right, WORLDS as f64, ms]))
+    }
+
+    fn figure(&self, results: &Results) -> Option<Figure> {
+        let marks = results
+            .rows
+            .iter()
+            .filter(|row| row.is("what", &json!("accepted")))
+            .enumerate()
+            .map(|(at, row)| {
+                let bar = Some(row.statistic.interval95().map(|v| 100.0 * v));
+                Mark { x: at as f64 + 1.0, y: 100.0 * row.statistic.value(), bar }
+            })
+            .collect();
+        Some(Figure {
+            title: "Decisions that the oracle accepts".into(),
+            x: Axis::new("change, in the order of the table"),
+            y: Axis::from_to("accepted (%)", 0.0, 103.0),
+            series: vec![Series {
+                name: "95% intervals".into(),
+                marks,
+                joined: false,
+                dashed: false,
+            }],
+        })
+    }
+}
+
+/// Simulated time of decisions and whole plans, in exact maths and in spiking neurons.
+pub(super) struct Timing {
+    trials: u64,
+}
+
+const MODES: [&str; 2] = ["direct", "lif"];
+
+impl Timing {
+    pub fn new(options: &Options) -> Self {
+        Self { trials: options.trials.unwrap_or(40) }
+    }
+}
+
+impl Experiment for Timing {
+    fn name(&self) -> &'static str {
+        "timing"
+    }
+
+    fn question(&self) -> &'static str {
+        "How many simulated ms do a decision and a plan of three steps take?"
+    }
+
+    fn settings(&self) -> Value {
+        json!({"goal": GOAL})
+    }
+
+    fn cells(&self) -> Vec<Cell> {
+        let readings = || {
+            vec![
+                Reading::new(Measure::Mean, json!({"what": "first decision (ms)"})),
+                Reading::new(Measure::Mean, json!({"what": "whole plan (ms)"})),
+                Reading::new(Measure::Rate, json!({"what": "three steps to the goal"})),
+            ]
+        };
+        MODES.map(|mode| Cell::new(json!({"mode": mode}), self.trials, readings())).into()
+    }
+
+    fn trial(&self, cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
+        let domain = SymbolicDomain::of_the_paper().build()?;
+        let plan = PopulationPlan::all(if cell == 0 { Population::Direct } else { lif() });
+        let planner = Planner::with_plan(&domain, PlannerSpec::default(), &plan, seed)?;
+        let begin: Vec<usize> =
+            domain.states().iter().map(|s| usize::from(s.name.ends_with("ON_TABLE"))).collect();
+        let rolled = planner.plan(&begin, GOAL)?;
+        let first = rolled.steps.first().map_or(f64::NAN, |step| step.decision.time_ms);
+        let all: f64 = rolled.steps.iter().map(|step| step.decision.time_ms).sum();
+        let sound = rolled.steps.len() == 3 && rolled.end == PlanEnd::Met;
+        Ok(outcome([first, all, if sound { 1.0 } else { 0.0 }]))
+    }
+}
