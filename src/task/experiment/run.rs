@@ -145,6 +145,8 @@ impl<'a> Run<'a> {
                     .map(|t| (index as u32, t)),
             );
         }
+        // What the cells of a trial share is made once, and threads begin at trials far apart.
+        missing.sort_unstable_by_key(|(cell, trial)| (*trial, *cell));
         let done = AtomicU64::new(self.trials() - missing.len() as u64);
         watch(done.load(Ordering::Relaxed));
         let journal = Mutex::new(journal);

@@ -10,7 +10,7 @@
 //! The paper's decoder is matching pursuit over the one vocabulary: the greatest similarity to the normalised
 //! query, from 0.3 up, names an item, which is subtracted. Ours compares the query with what every
 //! structure that could have been stored would look like after the same unbinding, and takes the nearest (the most
-//! likely under Gaussian noise); it is not told how many items there are. Both see the same noise: it is a
+//! likely under white noise); it is not told how many items there are. Both see the same noise: it is a
 //! function of the trial, the step and what is retrieved how often.
 
 use std::cell::RefCell;
@@ -385,40 +385,70 @@ impl Decoder for Paper {
     }
 }
 
-/// The nearest of all that could have been stored.
+/// The most likely of all that could have been stored.
 struct Nearest {
     facts: Vec<Fact>,
-    /// For each probe the facts' deep pointers, unbound by it.
+    /// For each probe.
     fact_templates: Vec<Templates>,
-    /// For each set of states, as bits, their action's deep pointer, unbound.
+    /// For each set of states, as bits.
     need_templates: Templates,
 }
 
-/// What could have been stored, a row each, and the squares of their lengths.
+/// What normalised sums of pairs look like when they have been unbound by a role.
 struct Templates {
+    /// Pairs of atoms, bound and unbound again, a row each.
     rows: Vec<Real>,
-    squares: Vec<Real>,
+    pairs: usize,
+    /// For each sum its pairs, one over its length before it was normalised, and the square of what it has
+    /// once it is unbound.
+    sums: Vec<(Vec<usize>, Real, Real)>,
 }
 
 impl Templates {
-    fn new(templates: &[&[Real]]) -> Self {
-        let squares = templates.iter().map(|t| norm(t).powi(2)).collect();
-        Self { rows: templates.concat(), squares }
+    fn new(tools: &mut Tools, world: &World, sums: &[Vec<[usize; 2]>], role: usize) -> Self {
+        let role = &world.atoms[role];
+        let mut known: Vec<[usize; 2]> = sums.concat();
+        known.sort_unstable();
+        known.dedup();
+        let bound: Vec<Vector> =
+            known.iter().map(|[a, b]| bind(tools, &world.atoms[*a], &world.atoms[*b])).collect();
+        let unbound: Vec<Vector> = bound.iter().map(|pair| unbind(tools, pair, role)).collect();
+        let products = |one: &[Vector], other: &[Vector]| -> Vec<Vec<Real>> {
+            one.iter().map(|a| other.iter().map(|b| dot(a, b)).collect()).collect()
+        };
+        let (lengths, squares) = (products(&bound, &bound), products(&unbound, &unbound));
+        let sums = sums
+            .iter()
+            .map(|sum| {
+                let pairs: Vec<usize> =
+                    sum.iter().filter_map(|pair| known.iter().position(|k| k == pair)).collect();
+                let of = |matrix: &[Vec<Real>]| -> Real {
+                    pairs.iter().flat_map(|i| pairs.iter().map(|j| matrix[*i][*j])).sum()
+                };
+                let length = of(&lengths).sqrt();
+                let scale = if length > 0.0 { 1.0 / length } else { 0.0 };
+                let square = scale * scale * of(&squares);
+                (pairs, scale, square)
+            })
+            .collect();
+        Self { rows: unbound.concat(), pairs: known.len(), sums }
     }
 
-    /// Adds for each row twice its likelihood, but for what all share: a template is retrieved as noisily
-    /// as any item.
+    /// Adds for each sum twice its likelihood, but for what all share. Every pair is retrieved once, as
+    /// noisily as any item.
     fn add_likelihoods(
         &self,
         query: &[Real],
         mut noise: impl FnMut(Real) -> Real,
         out: &mut [Real],
     ) {
-        let mut products = vec![0.0; self.squares.len()];
+        let mut products = vec![0.0; self.pairs];
         dots(&self.rows, query, &mut products);
         let length = norm(query);
-        for ((out, product), square) in out.iter_mut().zip(products).zip(&self.squares) {
-            *out += 2.0 * (product + noise(length)) - square;
+        products.iter_mut().for_each(|product| *product += noise(length));
+        for (out, (pairs, scale, square)) in out.iter_mut().zip(&self.sums) {
+            let product: Real = pairs.iter().map(|pair| products[*pair]).sum();
+            *out += 2.0 * scale * product - square;
         }
     }
 }
@@ -430,43 +460,21 @@ fn greatest(of: &[Real]) -> usize {
 
 impl Nearest {
     fn new(tools: &mut Tools, world: &World) -> Self {
-        // Unbinding is linear: every pair is bound and unbound once, whatever sums it is in.
-        let mut known: Vec<([usize; 2], Vector, Vec<Vector>)> = Vec::new();
-        let mut templates = |pairs: &[[usize; 2]], probes: &[usize]| -> Vec<Vector> {
-            let mut deep = vec![0.0; D];
-            let mut sums = vec![vec![0.0; D]; probes.len()];
-            for pair in pairs {
-                let at = known.iter().position(|(other, ..)| other == pair).unwrap_or_else(|| {
-                    let bound = bind(tools, &world.atoms[pair[0]], &world.atoms[pair[1]]);
-                    let unbound = |probe: &usize| unbind(tools, &bound, &world.atoms[*probe]);
-                    let unbound = probes.iter().map(unbound).collect();
-                    known.push((*pair, bound, unbound));
-                    known.len() - 1
-                });
-                add(&mut deep, &known[at].1);
-                sums.iter_mut().zip(&known[at].2).for_each(|(sum, part)| add(sum, part));
-            }
-            let length = norm(&deep);
-            if length > 0.0 {
-                sums.iter_mut().flatten().for_each(|v| *v /= length);
-            }
-            sums
-        };
         let facts = world.hypotheses();
-        let of_facts: Vec<Vec<Vector>> =
-            facts.iter().map(|fact| templates(&world.pairs(fact), world.probes())).collect();
-        let of_probe = |probe: usize| -> Templates {
-            Templates::new(&of_facts.iter().map(|t| t[probe].as_slice()).collect::<Vec<_>>())
-        };
-        let fact_templates = (0..world.probes().len()).map(of_probe).collect();
-        let of_sets: Vec<Vector> = (0..1usize << FACTS.len())
+        let of_facts: Vec<Vec<[usize; 2]>> = facts.iter().map(|fact| world.pairs(fact)).collect();
+        let fact_templates = world
+            .probes()
+            .iter()
+            .map(|probe| Templates::new(tools, world, &of_facts, *probe))
+            .collect();
+        let of_sets: Vec<Vec<[usize; 2]>> = (0..1usize << FACTS.len())
             .map(|set| {
                 let states: Vec<usize> =
                     (0..FACTS.len()).filter(|state| set >> state & 1 == 1).collect();
-                templates(&World::bound_needs(&states), &[PRECONDITION]).swap_remove(0)
+                World::bound_needs(&states)
             })
             .collect();
-        let need_templates = Templates::new(&of_sets.iter().map(Vec::as_slice).collect::<Vec<_>>());
+        let need_templates = Templates::new(tools, world, &of_sets, PRECONDITION);
         Self { facts, fact_templates, need_templates }
     }
 }

@@ -1,0 +1,221 @@
+//! Experiments from the command line: killed and gone on with, in shards, on full disks, with damaged files.
+
+#![cfg(feature = "cli")]
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
+
+use rand::RngExt;
+use symbolt::sim::Seed;
+
+fn symbolt(folder: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_symbolt"))
+        .args(args)
+        .current_dir(folder)
+        .output()
+        .expect("it runs")
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// Runs and expects success.
+fn good(folder: &Path, args: &[&str]) -> String {
+    let output = symbolt(folder, args);
+    assert_eq!(output.status.code(), Some(0), "{args:?}: {}", said(&output));
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+fn read(folder: &Path, name: &str) -> Vec<u8> {
+    std::fs::read(folder.join(name)).expect("a file")
+}
+
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().expect("a folder")
+}
+
+const WHOLE: [&str; 7] = ["experiment", "table-4", "--trials", "40", "--quiet", "--json", "--out"];
+
+fn whole(out: &'static str) -> Vec<&'static str> {
+    WHOLE.into_iter().chain([out]).collect()
+}
+
+/// Kills a run with signal 9 at random moments and goes on, and compares with one that was left alone.
+fn killed(times: u64) {
+    let place = folder();
+    let expected = good(place.path(), &whole("left"));
+    let mut kept = Vec::new();
+    let mut cut = 0;
+    let mut round = 0;
+    let mut rng = Seed::new(5).rng();
+    while cut < times {
+        round += 1;
+        let out = format!("cut{}", round / 6);
+        let mut args: Vec<&str> = WHOLE.into();
+        args.push(&out);
+        let mut child = Command::new(env!("CARGO_BIN_EXE_symbolt"))
+            .args(&args)
+            .current_dir(place.path())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("it starts");
+        std::thread::sleep(Duration::from_millis(rng.random_range(0..250)));
+        let early = child.try_wait().expect("a child").is_none();
+        child.kill().expect("killed");
+        child.wait().expect("gone");
+        cut += u64::from(early);
+        let size = std::fs::metadata(place.path().join(&out).join("trials.bin"));
+        kept.push((out, size.map_or(0, |m| m.len())));
+        assert!(round < 20 * times, "it is always done before it is killed");
+    }
+    // What was kept never shrinks while a folder is gone on with, but for a piece of a record.
+    for pair in kept.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
+        assert!(pair[1].1 + 32 >= pair[0].1, "{pair:?}");
+    }
+    for index in 0..=round / 6 {
+        let out = format!("cut{index}");
+        let mut args: Vec<&str> = WHOLE.into();
+        args.push(&out);
+        assert_eq!(good(place.path(), &args), expected, "{out}");
+        for name in ["results.json", "results.csv", "figure.svg"] {
+            let same =
+                read(&place.path().join(&out), name) == read(&place.path().join("left"), name);
+            assert!(same, "{out}/{name}");
+        }
+    }
+}
+
+#[test]
+fn a_run_killed_at_random_moments_ends_with_the_same_bits() {
+    killed(8);
+}
+
+#[test]
+#[ignore = "long statistics"]
+fn a_run_killed_fifty_times_ends_with_the_same_bits() {
+    killed(50);
+}
+
+#[test]
+fn shards_merge_into_the_whole_and_the_thread_count_does_not_matter() {
+    let place = folder();
+    let expected = good(place.path(), &whole("left"));
+    let mut args = whole("one");
+    args.extend(["--threads", "1"]);
+    assert_eq!(good(place.path(), &args), expected);
+    for part in ["1/3", "2/3", "3/3"] {
+        let name = format!("part{}", &part[..1]);
+        let mut args: Vec<&str> = WHOLE.into();
+        args.extend([name.as_str(), "--shard", part]);
+        good(place.path(), &args);
+    }
+    let merge = ["merge", "table-4", "--trials", "40", "--quiet", "--json", "--out", "merged"];
+    let two: Vec<&str> = merge.into_iter().chain(["part1", "part3"]).collect();
+    let output = symbolt(place.path(), &two);
+    assert_ne!(output.status.code(), Some(0));
+    assert!(said(&output).contains("in none of the folders"), "{}", said(&output));
+    assert!(!place.path().join("merged").exists());
+    let three: Vec<&str> = merge.into_iter().chain(["part1", "part2", "part3"]).collect();
+    assert_eq!(good(place.path(), &three), expected);
+    let other = ["merge", "table-4", "--trials", "41", "--quiet", "--out", "other", "part1"];
+    let output = symbolt(place.path(), &other);
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    assert!(said(&output).contains("part1"), "{}", said(&output));
+}
+
+#[test]
+fn a_damaged_journal_is_said_and_its_sound_trials_can_be_kept() {
+    let place = folder();
+    let expected = good(place.path(), &whole("left"));
+    let path = place.path().join("left/trials.bin");
+    let sound = std::fs::read(&path).expect("a journal");
+    let line = sound.iter().position(|b| *b == b'\n').expect("a first line");
+    // A piece of a record at the end is a kill's; its trial is done again.
+    std::fs::write(&path, &sound[..sound.len() - 11]).expect("written");
+    assert_eq!(good(place.path(), &whole("left")), expected);
+    // A flipped bit within is damage.
+    let mut damaged = sound.clone();
+    damaged[line + 50] ^= 1;
+    std::fs::write(&path, &damaged).expect("written");
+    let output = symbolt(place.path(), &whole("left"));
+    assert_eq!(output.status.code(), Some(2));
+    assert!(said(&output).contains("damaged") && said(&output).contains("--salvage"));
+    assert_eq!(std::fs::read(&path).expect("a journal"), damaged, "it is left as it was");
+    let mut args = whole("left");
+    args.push("--salvage");
+    assert_eq!(good(place.path(), &args), expected);
+    // Another experiment's folder is refused, and so is no journal at all.
+    let other = ["experiment", "figure-1a", "--trials", "40", "--quiet", "--out", "left"];
+    let output = symbolt(place.path(), &other);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(said(&output).contains("another experiment"), "{}", said(&output));
+    for text in ["", "hello\n", "{}\n", "{\"format\":\"symbolt-trials\",\"version\":9}\n"] {
+        std::fs::write(&path, text).expect("written");
+        let output = symbolt(place.path(), &whole("left"));
+        assert_eq!(output.status.code(), Some(2), "{text}: {}", said(&output));
+    }
+    let mut args = whole("left");
+    args.push("--force");
+    assert_eq!(good(place.path(), &args), expected);
+}
+
+#[test]
+#[cfg(unix)]
+fn a_disk_that_fills_up_ends_with_a_clear_error_and_keeps_what_is_done() {
+    let place = folder();
+    let expected = good(place.path(), &whole("left"));
+    // A file can have 16 blocks of 512 bytes: enough for the first line and some trials.
+    let script = format!(
+        "trap '' XFSZ; ulimit -f 16; exec '{}' {} full",
+        env!("CARGO_BIN_EXE_symbolt"),
+        WHOLE.join(" ")
+    );
+    let output =
+        Command::new("sh").args(["-c", &script]).current_dir(place.path()).output().expect("runs");
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    assert!(said(&output).contains("cannot write"), "{}", said(&output));
+    let kept = read(&place.path().join("full"), "trials.bin").len();
+    assert!(kept > 4_000, "{kept}");
+    assert!(!place.path().join("full/results.json").exists());
+    assert_eq!(good(place.path(), &whole("full")), expected);
+}
+
+#[test]
+fn every_experiment_gives_rows_with_intervals_and_a_sound_figure() {
+    let place = folder();
+    for name in ["figure-1a", "figure-1c", "table-4", "table-4-beyond", "capacity", "timing"] {
+        let args = ["experiment", name, "--trials", "3", "--quiet", "--json", "--out", name];
+        let table: serde_json::Value =
+            serde_json::from_str(&good(place.path(), &args)).expect("JSON");
+        assert_eq!(table["name"], name);
+        let cells = table["cells"].as_array().expect("cells");
+        assert!(cells.len() >= 2, "{name}");
+        for cell in cells {
+            let trials = cell.get("trials").or(cell.get("n")).and_then(|n| n.as_u64());
+            assert_eq!(trials, Some(3), "{name}: {cell}");
+            assert!(cell["interval95"].is_array(), "{name}: {cell}");
+        }
+        let lines = String::from_utf8(read(&place.path().join(name), "results.csv")).expect("text");
+        assert_eq!(lines.lines().count(), cells.len() + 1, "{name}");
+        if name != "timing" {
+            let svg =
+                String::from_utf8(read(&place.path().join(name), "figure.svg")).expect("text");
+            assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{name}");
+            assert!(!svg.contains("NaN"), "{name}");
+        }
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn a_folder_that_cannot_be_written_is_said() {
+    let place = folder();
+    std::fs::write(place.path().join("taken"), "a file").expect("written");
+    let output = symbolt(place.path(), &whole("taken"));
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    assert!(said(&output).contains("taken"), "{}", said(&output));
+}
