@@ -36,23 +36,33 @@ impl Kept {
 /// The solved populations of a graph, by the paths of their layers.
 ///
 /// ```
-/// use symbolt::neurons::{LifSpec, Population, PopulationPlan, SolvedModel};
+/// use symbolt::neurons::{
+///     LayerPorts, Layers, LifSpec, Map, Population, PopulationPlan, SolvedModel,
+/// };
 /// use symbolt::prelude::*;
-/// use symbolt::spa::BasalGanglia;
+/// use symbolt::sim::{Module, Scope, Vector};
+///
+/// struct Channel;
+/// impl Module for Channel {
+///     type Ports = LayerPorts<Vector>;
+///     fn expand(self, scope: &mut Scope<'_>) -> LayerPorts<Vector> {
+///         scope.map("channel", Map::each(4, |x| x))
+///     }
+/// }
 ///
 /// let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
 /// let describe = || {
 ///     let mut graph = GraphBuilder::new();
-///     let selection = graph.add("select", BasalGanglia::new(4));
-///     let utilities = graph.add("utilities", Constant::vector(&[0.3, 0.8, 0.3, 0.3]));
-///     graph.connect(&utilities, &selection.utilities, Synapse::None);
+///     let channel = graph.add("channel", Channel);
+///     let given = graph.add("given", Constant::vector(&[0.3, 0.8, -0.3, 0.0]));
+///     graph.connect(&given, &channel.input, Synapse::None);
 ///     graph
 /// };
 /// let graph = describe().build(Timebase::default(), &plan, Seed::new(1))?;
 /// let bytes = SolvedModel::of(&graph).encode();
 ///
 /// let solved = SolvedModel::decode(&bytes)?;
-/// assert_eq!(solved.neurons(), 4 * 550);
+/// assert_eq!(solved.neurons(), 400);
 /// let again = describe().build(Timebase::default(), &plan.solved(solved), Seed::new(1))?;
 /// # let _ = again;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
