@@ -97,7 +97,8 @@ fn show(common: &Common, results: &Results) -> Result<(), Error> {
                 (format!("{:.4}", mean.mean), format!("{low:.4} to {high:.4}"))
             }
         };
-        let sd = row.statistic.sd().map_or_else(String::new, |sd| format!("{sd:.4}"));
+        let sd = row.statistic.sd().filter(|sd| sd.is_finite());
+        let sd = sd.map_or_else(String::new, |sd| format!("{sd:.4}"));
         let end = [value, interval, sd, row.statistic.trials().to_string()];
         grid.row(columns.iter().map(setting).chain(end));
     }

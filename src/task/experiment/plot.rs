@@ -158,8 +158,24 @@ impl Figure {
                 .label(&series.name)
                 .legend(move |(x, y)| Circle::new((x + 9, y), 4, colour.filled()));
         }
+        // The corner with the fewest points.
+        let crowd = |x_side: f64, y_side: f64| -> usize {
+            let near = |m: &&Mark| {
+                let (x, y) = ((m.x - left) / (right - left), (m.y - bottom) / (top - bottom));
+                (x - x_side).abs() < 0.4 && (y - y_side).abs() < 0.5
+            };
+            self.series.iter().flat_map(|s| &s.marks).filter(near).count()
+        };
+        let corners = [
+            (crowd(1.0, 1.0), SeriesLabelPosition::UpperRight),
+            (crowd(0.0, 0.0), SeriesLabelPosition::LowerLeft),
+            (crowd(1.0, 0.0), SeriesLabelPosition::LowerRight),
+            (crowd(0.0, 1.0), SeriesLabelPosition::UpperLeft),
+        ];
+        let corner = corners.into_iter().min_by_key(|c| c.0).map(|c| c.1);
         chart
             .configure_series_labels()
+            .position(corner.unwrap_or(SeriesLabelPosition::UpperRight))
             .background_style(WHITE.mix(0.85))
             .border_style(BLACK.mix(0.25))
             .label_font(font(13))
