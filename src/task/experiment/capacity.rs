@@ -12,8 +12,8 @@
 //! unitary roles `sqrt(D / (K + sigma^2))`, and `integral of phi(h) Phi(s + h)^(M - 1)`.
 //!
 //! Our best decoder knows all roles: it reads every filler, takes the other pairs out of the sum as it has
-//! read them, reads again, and so on until nothing changes (interference cancellation). Of all rounds, the first
-//! reading included, the one counts that leaves least of the sum unexplained.
+//! read them, reads again, and so on until nothing changes (interference cancellation). The round counts
+//! that leaves least of the sum unexplained, if that is clearly less than the first reading leaves.
 
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -91,6 +91,9 @@ fn best(items: &[Real], query: &[Real], similarities: &mut [Real]) -> usize {
     scored.max_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(index, _)| index)
 }
 
+/// What a reading may leave of what the first one leaves to be preferred: where there are more pairs than can be
+/// told apart, wrong readings explain a little more too.
+const CLEARLY: Real = 0.7;
 /// The most rounds of interference cancellation.
 const ROUNDS: usize = 12;
 
@@ -150,7 +153,7 @@ impl Size {
             }
         };
         taken(&read, None, &mut cleaned);
-        let (mut chosen, mut least) = (read.clone(), norm(&cleaned));
+        let (mut chosen, mut least) = (read.clone(), CLEARLY * norm(&cleaned));
         for _ in 0..ROUNDS {
             let before = read.clone();
             for role in 0..bound {
