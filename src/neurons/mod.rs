@@ -15,6 +15,7 @@ mod lower;
 mod model;
 mod plan;
 mod population;
+mod selection;
 mod solved;
 #[cfg(test)]
 mod theory;

@@ -4,15 +4,13 @@
 //!   vector by one ensemble a component.
 //! - A product is made of two squares, `a b = ((a + b) / 2)^2 - ((a - b) / 2)^2`, each in one dimension
 //!   (Gosmann, "Precise multiplications with the NEF", 2015).
-//! - A selection has two ensembles an item. One says 1 above the level and nothing below. In a contest
-//!   the other inhibits all other items in proportion to its own utility, so that the
-//!   greatest one silences the rest; in a race the other gathers evidence by a recurrent synapse.
+//! - A selection is in `selection.rs`.
 
 use std::sync::Arc;
 
 use super::bank::{Bank, Consts, Draft, Firing, Shape};
 use super::decode::Points;
-use super::layer::{ENOUGH, INHIBITION, Map, Product, Represent, Select, SelectRule};
+use super::layer::{Map, Product, Represent};
 use super::model::{TuningError, refuse};
 use super::plan::LifSpec;
 use super::solved::{Kept, SolvedModel, Unfit};
@@ -111,139 +109,6 @@ impl Node for NeuralProduct {
         self.kept.bank.step(halves, 1.0, io.state.reals, squares);
         for (out, two) in io.outputs.get_mut(0).iter_mut().zip(squares.chunks_exact(2)) {
             *out = two[0] - two[1];
-        }
-        Ok(())
-    }
-}
-
-/// A choice among utilities.
-pub(crate) struct NeuralSelect {
-    layer: Select,
-    chosen: Kept,
-    rivalry: Rivalry,
-}
-
-/// How items keep one another from being chosen.
-enum Rivalry {
-    None,
-    /// Ensembles that inhibit all others in proportion to their own utility.
-    Contest {
-        contest: Kept,
-        decay: Real,
-    },
-    /// Ensembles that gather evidence; who has enough silences all others.
-    Race {
-        accumulators: Kept,
-        decay: Real,
-        hold: Real,
-        gain: Real,
-    },
-}
-
-impl Rivalry {
-    fn bank(&self) -> Option<&Kept> {
-        match self {
-            Self::None => None,
-            Self::Contest { contest: kept, .. } | Self::Race { accumulators: kept, .. } => {
-                Some(kept)
-            }
-        }
-    }
-
-    /// Numbers of state an item beside those of the neurons.
-    fn held(&self) -> usize {
-        match self {
-            Self::None => 0,
-            Self::Contest { .. } => 1,
-            Self::Race { .. } => 3,
-        }
-    }
-}
-
-impl NeuralSelect {
-    pub fn kept(&self) -> Vec<Kept> {
-        std::iter::once(&self.chosen).chain(self.rivalry.bank()).cloned().collect()
-    }
-}
-
-/// How much of the winner's utility, or of its being chosen, is taken from all others.
-const RIVALRY: Real = 2.0;
-/// Time constant of that inhibition, in seconds.
-const RIVALRY_TAU_S: f64 = 0.005;
-/// Share of the level above which an item takes part in the contest.
-const CONTENDING: f64 = 0.6;
-/// Share of an item's neurons that are in the contest.
-const CONTEST_SHARE: f64 = 0.4;
-/// Share of an item's neurons that gather evidence.
-const RACE_SHARE: f64 = 0.7;
-/// Time constant of the synapse by which evidence is kept, in seconds.
-const EVIDENCE_TAU_S: f64 = 0.1;
-
-impl Node for NeuralSelect {
-    fn declare(&self, ports: &mut PortDecl) {
-        self.layer.declare(ports);
-        let items = self.layer.items;
-        let rivals = self.rivalry.bank().map_or(0, |kept| kept.bank.state_len());
-        let reals = self.chosen.bank.state_len() + rivals + self.rivalry.held() * items;
-        ports
-            .state(StateSpec { reals, ..StateSpec::default() })
-            .scratch(ScratchSpec { reals: 2 * items, ..ScratchSpec::default() });
-    }
-
-    fn init(&self, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
-        let (chosen, rest) = state.reals.split_at_mut(self.chosen.bank.state_len());
-        self.chosen.init(chosen);
-        if let Some(kept) = self.rivalry.bank() {
-            kept.init(&mut rest[..kept.bank.state_len()]);
-        }
-    }
-
-    fn advance(&self, _cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
-        let items = self.layer.items;
-        let (net, said) = io.scratch.reals.split_at_mut(items);
-        let (utilities, inhibit) = (io.inputs.get(0), io.inputs.get(1));
-        for ((net, utility), inhibit) in net.iter_mut().zip(utilities).zip(inhibit) {
-            *net = utility - INHIBITION * inhibit;
-        }
-        let (chosen, rest) = io.state.reals.split_at_mut(self.chosen.bank.state_len());
-        let output = io.outputs.get_mut(0);
-        match &self.rivalry {
-            Rivalry::None => self.chosen.bank.step(net, 1.0, chosen, output),
-            Rivalry::Contest { contest, decay } => {
-                let (neurons, strengths) = rest.split_at_mut(contest.bank.state_len());
-                let all: Real = strengths.iter().sum();
-                for (net, own) in net.iter_mut().zip(&*strengths) {
-                    *net -= RIVALRY * (all - own);
-                }
-                contest.bank.step(net, 1.0, neurons, said);
-                for (strength, said) in strengths.iter_mut().zip(&*said) {
-                    *strength = decay * *strength + (1.0 - decay) * said;
-                }
-                self.chosen.bank.step(net, 1.0, chosen, output);
-            }
-            Rivalry::Race { accumulators, decay, hold, gain } => {
-                let (neurons, held) = rest.split_at_mut(accumulators.bank.state_len());
-                let (evidence, held) = held.split_at_mut(items);
-                let (heard, winning) = held.split_at_mut(items);
-                let (level, all) = (self.layer.rule.level(), winning.iter().sum::<Real>());
-                // What each item has gathered, while no other has enough and nothing inhibits it.
-                let own = evidence.iter().zip(&*winning).zip(inhibit);
-                for (said, ((evidence, own), inhibit)) in said.iter_mut().zip(own) {
-                    *said = evidence - RIVALRY * (all - own) - INHIBITION * inhibit;
-                }
-                accumulators.bank.step(said, 1.0, neurons, output);
-                for ((evidence, kept), net) in evidence.iter_mut().zip(&*output).zip(&*net) {
-                    let drive = kept + gain * (net - level);
-                    *evidence = (hold * *evidence + (1.0 - hold) * drive).max(0.0);
-                }
-                for (heard, output) in heard.iter_mut().zip(&*output) {
-                    *heard = decay * *heard + (1.0 - decay) * output;
-                }
-                self.chosen.bank.step(heard, 1.0, chosen, output);
-                for (winning, output) in winning.iter_mut().zip(&*output) {
-                    *winning = decay * *winning + (1.0 - decay) * output;
-                }
-            }
         }
         Ok(())
     }
@@ -430,7 +295,7 @@ impl Maker<'_> {
     }
 
     /// One ensemble a component whose neurons are silent below a value, and a function above it.
-    fn above(
+    pub(super) fn above(
         &self,
         (width, per): (usize, f64),
         (from, radius, spread): (f64, f64, Spread),
@@ -463,43 +328,11 @@ impl Maker<'_> {
             Ok(Draft { neurons: drawn, radius, points })
         })
     }
-
-    pub fn select(&self, layer: &Select) -> Result<NeuralSelect, Refusal> {
-        let level = f64::from(layer.rule.level());
-        // Utilities are cosines, and sums of a few of them.
-        let radius = level.max(0.0) + 0.7;
-        let (items, per) = (layer.items, self.spec.per_item as f64);
-        let chosen = |share: f64, level: f64, radius: f64| {
-            self.above((items, per * share), (level, radius, Spread::Near), &|_| 1.0, "chosen")
-        };
-        let decay = |tau_s: f64| (-self.dt_s / tau_s).exp() as Real;
-        let (chosen, rivalry) = match layer.rule {
-            SelectRule::Threshold { .. } => (chosen(1.0, level, radius)?, Rivalry::None),
-            SelectRule::WinnerTakeAll { .. } => {
-                let reach = (CONTENDING * level, radius, Spread::Even);
-                let contest = self.above((items, per * CONTEST_SHARE), reach, &|u| u, "contest")?;
-                let rivalry = Rivalry::Contest { contest, decay: decay(RIVALRY_TAU_S) };
-                (chosen(1.0 - CONTEST_SHARE, level, radius)?, rivalry)
-            }
-            SelectRule::IndependentAccumulators { tau, .. } => {
-                let reach = (0.0, 1.0, Spread::Even);
-                let size = (items, per * RACE_SHARE);
-                let rivalry = Rivalry::Race {
-                    accumulators: self.above(size, reach, &|u| u, "accumulators")?,
-                    decay: decay(RIVALRY_TAU_S),
-                    hold: decay(EVIDENCE_TAU_S),
-                    gain: (EVIDENCE_TAU_S / tau.as_secs_f64()) as Real,
-                };
-                (chosen(1.0 - RACE_SHARE, f64::from(ENOUGH), 1.2)?, rivalry)
-            }
-        };
-        Ok(NeuralSelect { layer: layer.clone(), chosen, rivalry })
-    }
 }
 
 /// How intercepts lie above a level.
 #[derive(Clone, Copy)]
-enum Spread {
+pub(super) enum Spread {
     Even,
     Near,
 }

@@ -13,7 +13,8 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::bank::{Bank, Consts, Firing, Shape, rests};
-use super::population::{Neural, NeuralProduct, NeuralSelect};
+use super::population::{Neural, NeuralProduct};
+use super::selection::NeuralSelect;
 use crate::sim::{Graph, Real, Seed};
 
 /// A population with what it was solved from.

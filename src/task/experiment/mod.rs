@@ -18,6 +18,8 @@ mod capacity;
 mod clusters;
 mod norms;
 mod structures;
+#[cfg(feature = "physics")]
+mod thresholds;
 
 use std::path::PathBuf;
 
@@ -237,7 +239,7 @@ fn makers() -> Vec<Make> {
         #[cfg(feature = "physics")]
         |o| Box::new(clusters::Classification::new(o)),
         #[cfg(feature = "physics")]
-        |o| Box::new(clusters::Thresholds::new(o)),
+        |o| Box::new(thresholds::Thresholds::new(o)),
         |o| Box::new(structures::Structures::new(o)),
         |o| Box::new(structures::Structures::beyond(o)),
         |o| Box::new(capacity::Capacity::new(o)),

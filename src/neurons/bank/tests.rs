@@ -1,0 +1,100 @@
+//! Banks against the closed form, and against themselves without what they leave out.
+
+use rand::RngExt;
+
+use super::*;
+use crate::neurons::tuning::on_sphere;
+
+/// Ensembles whose neurons fire upwards of a tenth, or for directions of two dimensions.
+fn bank(dims: usize) -> Bank {
+    let lif = Lif::default();
+    let shape = Shape { ensembles: 3, neurons: 50, dims, outputs: dims };
+    let draft = |_, seed: Seed| {
+        let mut rng = seed.rng();
+        let encoder = |rng: &mut rand_chacha::ChaCha8Rng, out: &mut [f64]| {
+            if dims == 1 { out.fill(1.0) } else { on_sphere(rng, out) }
+        };
+        let low = if dims == 1 { 0.1 } else { -0.9 };
+        let intercept = |rng: &mut rand_chacha::ChaCha8Rng| low + 0.8 * rng.random::<f64>();
+        let neurons = Neurons::draw(&lif, (50, dims), 200.0..=400.0, &mut rng, encoder, intercept)?;
+        let values: Vec<f64> = (0..200 * dims).map(|_| rng.random::<f64>() - 0.5).collect();
+        let points = Points { wanted: values.clone(), values, outputs: dims };
+        Ok(Draft { neurons, radius: 1.0, points })
+    };
+    Bank::build(&lif, 0.001, shape, (Firing::Spikes, 0.1), Seed::new(1), draft)
+        .unwrap_or_else(|error| panic!("{error}"))
+}
+
+impl Bank {
+    pub(in crate::neurons) fn lengthen_refractory_period(&mut self, factor: Real) {
+        self.consts.tau_ref *= factor;
+    }
+
+    /// Whether a neuron fired in the tick that left this state: only then more than one refractory
+    /// period is left.
+    pub(in crate::neurons) fn spiked(&self, state: &[Real], neuron: usize) -> bool {
+        let (each, per) = (self.shape.neurons, self.shape.padded());
+        let refractory = &state[state.len() / 2..];
+        refractory[neuron / each * per + neuron % each] > self.consts.tau_ref
+    }
+}
+
+/// All that a bank says and holds over 300 ticks, driven, silenced and driven again.
+fn trace(bank: &Bank) -> Vec<u32> {
+    let dims = bank.shape.dims;
+    let (mut state, mut out) = (vec![0.0; bank.state_len()], vec![0.0; 3 * dims]);
+    let mut all = Vec::new();
+    for tick in 0..300 {
+        let open = if (100..200).contains(&tick) { 0.0 } else { 1.0 };
+        let at = |i: usize| (0.05 * tick as Real + i as Real).sin() * 0.7;
+        let values: Vec<Real> = (0..3 * dims).map(at).collect();
+        bank.step(&values, open, &mut state, &mut out);
+        all.extend(out.iter().chain(&state).map(|v| v.to_bits()));
+    }
+    all
+}
+
+#[test]
+fn an_ensemble_passed_over_at_rest_has_the_bits_of_one_that_is_stepped() {
+    for dims in [1, 2] {
+        let quick = bank(dims);
+        let passed_over = quick.rests.iter().filter(|x| x.is_finite()).count();
+        assert_eq!(passed_over, if dims == 1 { 3 } else { 0 });
+        let slow = Bank { quiet: -1.0, rests: vec![Real::NEG_INFINITY; 3], ..quick.clone() };
+        let (quick, slow) = (trace(&quick), trace(&slow));
+        assert!(quick == slow, "{dims} dimensions");
+        assert!(quick.iter().any(|bits| *bits != 0));
+    }
+}
+
+#[test]
+fn an_ensemble_passed_over_though_it_fires_would_be_caught() {
+    // The wrong variant: a level of rest that is too high.
+    let right = bank(1);
+    let wrong = Bank { rests: vec![0.5; 3], ..right.clone() };
+    assert!(trace(&right) != trace(&wrong));
+}
+
+#[test]
+fn spikes_come_at_the_rate_of_the_closed_form() {
+    let bank = bank(1);
+    let lif = Lif::default();
+    let (mut state, mut out) = (vec![0.0; bank.state_len()], vec![0.0; 3]);
+    let mut spikes = vec![0u32; 150];
+    let (ticks, value) = (4_000, 0.6);
+    for _ in 0..ticks {
+        bank.step(&[value; 3], 1.0, &mut state, &mut out);
+        for (neuron, count) in spikes.iter_mut().enumerate() {
+            *count += u32::from(bank.spiked(&state, neuron));
+        }
+    }
+    let mut firing = 0;
+    for (n, count) in spikes.iter().enumerate() {
+        let at = n / 50 * bank.shape.padded() + n % 50;
+        let current = bank.encoders[at] * value + bank.biases[at];
+        let expected = lif.rate(f64::from(current)) * ticks as f64 * 1e-3;
+        assert!((f64::from(*count) - expected).abs() <= 1.5, "{n}: {count} {expected}");
+        firing += usize::from(*count > 20);
+    }
+    assert!(firing > 50, "{firing}");
+}

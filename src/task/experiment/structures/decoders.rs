@@ -1,0 +1,249 @@
+//! The paper's decoder and ours: what is in a pointer that has been unbound.
+
+use super::world::{
+    ACTIONS, ASSEMBLY, ATOMS, FACTS, Fact, OBJECTS, PLACES, PRECONDITION, STATES, Structure, Tools,
+    Vector, World, bind, fact, unbind,
+};
+use crate::sim::Real;
+use crate::spa::{dot, dots, norm, normalize};
+
+/// The threshold of the paper's decoder.
+pub(super) const THRESHOLD: Real = 0.3;
+
+/// Something that tells what is in a pointer.
+pub(super) trait Decoder {
+    /// What a state's deep pointer says, from it unbound by each of the structure's probes.
+    fn fact(
+        &self,
+        world: &World,
+        unbound: &[Vector],
+        noise: &mut dyn FnMut(usize, Real) -> Real,
+    ) -> Option<Fact>;
+    /// The states that an unbound action names.
+    fn needs(
+        &self,
+        world: &World,
+        unbound: &[Real],
+        noise: &mut dyn FnMut(usize, Real) -> Real,
+    ) -> Vec<usize>;
+}
+
+/// Matching pursuit with a fixed threshold.
+pub(super) struct Paper;
+
+impl Paper {
+    /// Items from the most similar down. `noise` gives the noise of a similarity, by the length of what is
+    /// compared.
+    pub(super) fn items(
+        &self,
+        world: &World,
+        query: &[Real],
+        noise: &mut dyn FnMut(usize, Real) -> Real,
+        part: usize,
+    ) -> Vec<usize> {
+        let mut rest = query.to_vec();
+        normalize(&mut rest);
+        let (mut found, mut similarities) = (Vec::new(), [0.0; ATOMS]);
+        while found.len() < ATOMS {
+            let length = norm(&rest);
+            let (mut best, mut most) = (0, Real::NEG_INFINITY);
+            dots(&world.rows, &rest, &mut similarities);
+            for (item, similarity) in similarities.iter().enumerate() {
+                let similarity = similarity + noise(part, length);
+                if similarity > most {
+                    (best, most) = (item, similarity);
+                }
+            }
+            if most < THRESHOLD || found.contains(&best) {
+                break;
+            }
+            found.push(best);
+            let along = dot(&world.atoms[best], &rest);
+            rest.iter_mut().zip(&world.atoms[best]).for_each(|(r, a)| *r -= along * a);
+        }
+        found.sort_unstable();
+        found
+    }
+}
+
+/// The only item of a list that is one of `choices`, as its place there.
+pub(super) fn only(items: &[usize], choices: &[usize]) -> Option<usize> {
+    match items {
+        [item] => choices.iter().position(|c| c == item),
+        _ => None,
+    }
+}
+
+impl Decoder for Paper {
+    fn fact(
+        &self,
+        world: &World,
+        unbound: &[Vector],
+        noise: &mut dyn FnMut(usize, Real) -> Real,
+    ) -> Option<Fact> {
+        let parts: Vec<Vec<usize>> = unbound
+            .iter()
+            .enumerate()
+            .map(|(part, query)| self.items(world, query, noise, part))
+            .collect();
+        if world.structure == Structure::Roles {
+            return Some(fact(
+                only(&parts[0], &OBJECTS)?,
+                only(&parts[1], &PLACES)?,
+                only(&parts[2], &ASSEMBLY)?,
+                None,
+            ));
+        }
+        let cause = match parts.get(2) {
+            None => None,
+            Some(items) if items.is_empty() => None,
+            Some(items) => Some(only(items, &[ACTIONS, ACTIONS + 1, ACTIONS + 2])?),
+        };
+        // The object by which the pointer comes apart into a place and a state of assembly.
+        (0..OBJECTS.len()).find_map(|object| match parts[object].as_slice() {
+            [place, assembly] => Some(fact(
+                object,
+                PLACES.iter().position(|p| p == place)?,
+                ASSEMBLY.iter().position(|a| a == assembly)?,
+                cause,
+            )),
+            _ => None,
+        })
+    }
+
+    fn needs(
+        &self,
+        world: &World,
+        unbound: &[Real],
+        noise: &mut dyn FnMut(usize, Real) -> Real,
+    ) -> Vec<usize> {
+        let items = self.items(world, unbound, noise, 0);
+        items.iter().filter_map(|i| (STATES..ACTIONS).position(|state| state == *i)).collect()
+    }
+}
+
+/// The most likely of all that could have been stored.
+pub(super) struct Nearest {
+    pub(super) facts: Vec<Fact>,
+    /// For each probe.
+    pub(super) fact_templates: Vec<Templates>,
+    /// For each set of states, as bits.
+    pub(super) need_templates: Templates,
+}
+
+/// What normalised sums of pairs look like when they have been unbound by a role.
+pub(super) struct Templates {
+    /// Pairs of atoms, bound and unbound again, a row each.
+    pub(super) rows: Vec<Real>,
+    pub(super) pairs: usize,
+    /// For each sum its pairs, one over its length before it was normalised, and the square of what it has
+    /// once it is unbound.
+    pub(super) sums: Vec<(Vec<usize>, Real, Real)>,
+}
+
+impl Templates {
+    pub(super) fn new(
+        tools: &mut Tools,
+        world: &World,
+        sums: &[Vec<[usize; 2]>],
+        role: usize,
+    ) -> Self {
+        let role = &world.atoms[role];
+        let mut known: Vec<[usize; 2]> = sums.concat();
+        known.sort_unstable();
+        known.dedup();
+        let bound: Vec<Vector> =
+            known.iter().map(|[a, b]| bind(tools, &world.atoms[*a], &world.atoms[*b])).collect();
+        let unbound: Vec<Vector> = bound.iter().map(|pair| unbind(tools, pair, role)).collect();
+        let products = |one: &[Vector], other: &[Vector]| -> Vec<Vec<Real>> {
+            one.iter().map(|a| other.iter().map(|b| dot(a, b)).collect()).collect()
+        };
+        let (lengths, squares) = (products(&bound, &bound), products(&unbound, &unbound));
+        let sums = sums
+            .iter()
+            .map(|sum| {
+                let pairs: Vec<usize> =
+                    sum.iter().filter_map(|pair| known.iter().position(|k| k == pair)).collect();
+                let of = |matrix: &[Vec<Real>]| -> Real {
+                    pairs.iter().flat_map(|i| pairs.iter().map(|j| matrix[*i][*j])).sum()
+                };
+                let length = of(&lengths).sqrt();
+                let scale = if length > 0.0 { 1.0 / length } else { 0.0 };
+                let square = scale * scale * of(&squares);
+                (pairs, scale, square)
+            })
+            .collect();
+        Self { rows: unbound.concat(), pairs: known.len(), sums }
+    }
+
+    /// Adds for each sum twice its likelihood, but for what all share. Every pair is retrieved once, as
+    /// noisily as any item.
+    pub(super) fn add_likelihoods(
+        &self,
+        query: &[Real],
+        mut noise: impl FnMut(Real) -> Real,
+        out: &mut [Real],
+    ) {
+        let mut products = vec![0.0; self.pairs];
+        dots(&self.rows, query, &mut products);
+        let length = norm(query);
+        products.iter_mut().for_each(|product| *product += noise(length));
+        for (out, (pairs, scale, square)) in out.iter_mut().zip(&self.sums) {
+            let product: Real = pairs.iter().map(|pair| products[*pair]).sum();
+            *out += 2.0 * scale * product - square;
+        }
+    }
+}
+
+/// The place of the greatest number.
+pub(super) fn greatest(of: &[Real]) -> usize {
+    (0..of.len()).reduce(|best, i| if of[i] > of[best] { i } else { best }).unwrap_or(0)
+}
+
+impl Nearest {
+    pub(super) fn new(tools: &mut Tools, world: &World) -> Self {
+        let facts = world.hypotheses();
+        let of_facts: Vec<Vec<[usize; 2]>> = facts.iter().map(|fact| world.pairs(fact)).collect();
+        let fact_templates = world
+            .probes()
+            .iter()
+            .map(|probe| Templates::new(tools, world, &of_facts, *probe))
+            .collect();
+        let of_sets: Vec<Vec<[usize; 2]>> = (0..1usize << FACTS.len())
+            .map(|set| {
+                let states: Vec<usize> =
+                    (0..FACTS.len()).filter(|state| set >> state & 1 == 1).collect();
+                World::bound_needs(&states)
+            })
+            .collect();
+        let need_templates = Templates::new(tools, world, &of_sets, PRECONDITION);
+        Self { facts, fact_templates, need_templates }
+    }
+}
+
+impl Decoder for Nearest {
+    fn fact(
+        &self,
+        _world: &World,
+        unbound: &[Vector],
+        noise: &mut dyn FnMut(usize, Real) -> Real,
+    ) -> Option<Fact> {
+        let mut scores = vec![0.0; self.facts.len()];
+        for (part, (templates, query)) in self.fact_templates.iter().zip(unbound).enumerate() {
+            templates.add_likelihoods(query, |length| noise(part, length), &mut scores);
+        }
+        self.facts.get(greatest(&scores)).copied()
+    }
+
+    fn needs(
+        &self,
+        _world: &World,
+        unbound: &[Real],
+        noise: &mut dyn FnMut(usize, Real) -> Real,
+    ) -> Vec<usize> {
+        let mut scores = vec![0.0; 1 << FACTS.len()];
+        self.need_templates.add_likelihoods(unbound, |length| noise(0, length), &mut scores);
+        let best = greatest(&scores);
+        (0..FACTS.len()).filter(|state| best >> state & 1 == 1).collect()
+    }
+}

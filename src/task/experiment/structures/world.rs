@@ -1,0 +1,191 @@
+//! The vocabulary of the assembly task, and what is put together from it in three structures.
+
+use std::cell::RefCell;
+
+use rand::Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use crate::sim::Real;
+use crate::spa::{Algebra, Hrr, Workspace, normalize};
+
+pub(super) const D: usize = 256;
+
+// The vocabulary: two objects, two places, three states of assembly, roles, state and action names.
+pub(super) const OBJECTS: [usize; 2] = [0, 1];
+pub(super) const PLACES: [usize; 2] = [2, 3];
+pub(super) const ASSEMBLY: [usize; 3] = [4, 5, 6];
+pub(super) const ROLES: [usize; 3] = [7, 8, 9];
+pub(super) const EFFECT_OF: usize = 10;
+pub(super) const PRECONDITION: usize = 11;
+pub(super) const STATES: usize = 12;
+pub(super) const ACTIONS: usize = 17;
+pub(super) const ATOMS: usize = 20;
+
+/// What is said of an object: which, where, and how far it is assembled, and the action that brought it
+/// there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Fact {
+    pub(super) object: usize,
+    pub(super) place: usize,
+    pub(super) assembly: usize,
+    pub(super) cause: Option<usize>,
+}
+
+pub(super) const fn fact(
+    object: usize,
+    place: usize,
+    assembly: usize,
+    cause: Option<usize>,
+) -> Fact {
+    Fact { object, place, assembly, cause }
+}
+
+/// NUT_ON_TABLE, BOLT_ON_TABLE, NUT_IN_JIG, BOLT_IN_JIG, BOLT_ASSEMBLED.
+pub(super) const FACTS: [Fact; 5] = [
+    fact(0, 0, 0, None),
+    fact(1, 0, 0, None),
+    fact(0, 1, 1, Some(0)),
+    fact(1, 1, 1, Some(1)),
+    fact(1, 1, 2, Some(2)),
+];
+pub(super) const GOAL: usize = 4;
+/// Preconditions of PUT_NUT_IN_JIG, PUT_BOLT_IN_JIG, ASSEMBLE, and the state that each causes.
+pub(super) const NEEDS: [&[usize]; 3] = [&[0], &[1], &[2, 3]];
+pub(super) const CAUSES: [usize; 3] = [2, 3, 4];
+
+/// How a state's deep pointer is put together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Structure {
+    /// `object * (location + assembly)`.
+    Compact = 1,
+    /// A role for each part.
+    Roles = 2,
+    /// The first, and the action that causes it.
+    Effect = 3,
+}
+
+pub(super) const STRUCTURES: [Structure; 3] =
+    [Structure::Compact, Structure::Roles, Structure::Effect];
+
+/// Memory of a thread for transforms.
+pub(super) struct Tools {
+    pub(super) work: Workspace,
+    pub(super) inverse: Vec<Real>,
+}
+
+thread_local! {
+    // A plan of transforms is as large as a trial; its contents never matter.
+    static TOOLS: RefCell<Option<Tools>> = const { RefCell::new(None) };
+}
+
+pub(super) fn with_tools<T>(call: impl FnOnce(&mut Tools) -> T) -> T {
+    TOOLS.with_borrow_mut(|tools| {
+        let new = || Tools { work: Hrr.scratch(D), inverse: vec![0.0; D] };
+        call(tools.get_or_insert_with(new))
+    })
+}
+
+pub(super) type Vector = Vec<Real>;
+
+pub(super) fn bind(tools: &mut Tools, a: &[Real], b: &[Real]) -> Vector {
+    let mut out = vec![0.0; D];
+    Hrr.bind_into(a, b, &mut out, &mut tools.work);
+    out
+}
+
+pub(super) fn unbind(tools: &mut Tools, bound: &[Real], role: &[Real]) -> Vector {
+    let mut inverse = std::mem::take(&mut tools.inverse);
+    Hrr.inverse_into(role, &mut inverse);
+    let out = bind(tools, bound, &inverse);
+    tools.inverse = inverse;
+    out
+}
+
+pub(super) fn add(a: &mut [Real], b: &[Real]) {
+    a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+}
+
+/// A fresh vocabulary with the pointers put together from it.
+pub(super) struct World {
+    pub(super) structure: Structure,
+    pub(super) atoms: Vec<Vector>,
+    /// The same, a row an atom.
+    pub(super) rows: Vec<Real>,
+    pub(super) states: Vec<Vector>,
+    pub(super) actions: Vec<Vector>,
+}
+
+impl World {
+    pub(super) fn draw<R: Rng>(tools: &mut Tools, structure: Structure, rng: &mut R) -> Self {
+        let atoms: Vec<Vector> = (0..ATOMS)
+            .map(|_| {
+                let mut atom: Vector =
+                    (0..D).map(|_| -> f32 { StandardNormal.sample(rng) }).collect();
+                normalize(&mut atom);
+                atom
+            })
+            .collect();
+        let rows = atoms.concat();
+        let mut world = Self { structure, atoms, rows, states: Vec::new(), actions: Vec::new() };
+        let deep = |fact| world.compose(tools, &world.pairs(fact));
+        let states = FACTS.iter().map(deep).collect();
+        let needs = |needs: &&[usize]| world.compose(tools, &World::bound_needs(needs));
+        let actions = NEEDS.iter().map(needs).collect();
+        (world.states, world.actions) = (states, actions);
+        world
+    }
+
+    /// The pairs of atoms that a state's deep pointer is the sum of.
+    pub(super) fn pairs(&self, fact: &Fact) -> Vec<[usize; 2]> {
+        let parts = [OBJECTS[fact.object], PLACES[fact.place], ASSEMBLY[fact.assembly]];
+        let mut pairs: Vec<[usize; 2]> = match self.structure {
+            Structure::Roles => ROLES.iter().zip(parts).map(|(role, part)| [*role, part]).collect(),
+            _ => vec![[parts[0], parts[1]], [parts[0], parts[2]]],
+        };
+        if let (Structure::Effect, Some(cause)) = (self.structure, fact.cause) {
+            pairs.push([EFFECT_OF, ACTIONS + cause]);
+        }
+        pairs
+    }
+
+    /// The normalised sum of bound pairs.
+    pub(super) fn compose(&self, tools: &mut Tools, pairs: &[[usize; 2]]) -> Vector {
+        let mut deep = vec![0.0; D];
+        for [a, b] in pairs {
+            add(&mut deep, &bind(tools, &self.atoms[*a], &self.atoms[*b]));
+        }
+        normalize(&mut deep);
+        deep
+    }
+
+    /// The pairs that an action's deep pointer is the sum of.
+    pub(super) fn bound_needs(states: &[usize]) -> Vec<[usize; 2]> {
+        states.iter().map(|state| [PRECONDITION, STATES + state]).collect()
+    }
+
+    /// By what a state's deep pointer is unbound, part by part.
+    pub(super) fn probes(&self) -> &'static [usize] {
+        match self.structure {
+            Structure::Compact => &[0, 1],
+            Structure::Roles => &[7, 8, 9],
+            Structure::Effect => &[0, 1, EFFECT_OF],
+        }
+    }
+
+    /// Everything that could be said of an object in this structure.
+    pub(super) fn hypotheses(&self) -> Vec<Fact> {
+        let causes: &[Option<usize>] = match self.structure {
+            Structure::Effect => &[None, Some(0), Some(1), Some(2)],
+            _ => &[None],
+        };
+        let mut all = Vec::new();
+        for object in 0..OBJECTS.len() {
+            for place in 0..PLACES.len() {
+                for assembly in 0..ASSEMBLY.len() {
+                    all.extend(causes.iter().map(|cause| fact(object, place, assembly, *cause)));
+                }
+            }
+        }
+        all
+    }
+}
