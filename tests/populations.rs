@@ -14,7 +14,7 @@ use symbolt::sim::{
 use symbolt::spa::{
     BasalGanglia, Bind, CleanupMemory, GoalBuffer, State, Vocabulary, VocabularyBuilder, cosine,
 };
-use symbolt::task::planner::{Planner, PlannerSpec, Unbinding, Verdict};
+use symbolt::task::planner::{Planner, PlannerSpec, Unbinding};
 use symbolt::task::standard::{Model, Standard};
 use symbolt::task::{Domain, SymbolicDomain, outlook};
 
@@ -456,13 +456,7 @@ fn decisions(seed: u64, unbinding: Unbinding) -> (usize, Vec<String>) {
         let world: Vec<bool> = (0..5).map(|s| bits >> s & 1 == 1).collect();
         let right = outlook(&domain, &world, goal, planner.spec().rules());
         let said = planner.decide(&world, "BOLT_ASSEMBLED").map(|d| d.verdict);
-        let good = match &said {
-            Ok(Verdict::Met) => right.met,
-            Ok(Verdict::Act(action)) => !right.met && right.actions.contains(action),
-            Ok(Verdict::Stuck(why)) => !right.met && right.obstacles.contains(why),
-            Err(_) => false,
-        };
-        if good {
+        if said.as_ref().is_ok_and(|verdict| verdict.accepted_by(&right)) {
             accepted += 1;
         } else {
             others.push(format!("seed {seed}, {world:?}: {said:?}"));

@@ -294,19 +294,12 @@ fn the_planner_graph_agrees_with_the_oracle_on_the_domain_of_the_file() {
             for goal in 0..5 {
                 let right = outlook(&domain, &world, goal, planner.spec().rules());
                 let name = &domain.states()[goal].name;
-                match planner.decide(&world, name).expect("decides").verdict {
-                    Verdict::Met => {
-                        assert!(right.met);
-                        met += 1;
-                    }
-                    Verdict::Act(action) => {
-                        assert!(right.actions.contains(&action));
-                        act += 1;
-                    }
-                    Verdict::Stuck(obstacle) => {
-                        assert!(right.obstacles.contains(&obstacle));
-                        stuck += 1;
-                    }
+                let verdict = planner.decide(&world, name).expect("decides").verdict;
+                assert!(verdict.accepted_by(&right), "{name} in {world:?}: {verdict:?}");
+                match verdict {
+                    Verdict::Met => met += 1,
+                    Verdict::Act(_) => act += 1,
+                    Verdict::Stuck(_) => stuck += 1,
                 }
             }
         }

@@ -65,7 +65,8 @@ impl<V: VocabTag> GoalBuffer<V> {
         self
     }
 
-    /// Replaces the weight by which the value is fed back: below 1 it leaks.
+    /// Replaces the weight by which the value is fed back, 0 to 1: below 1 it fades, with a time constant of
+    /// the recurrent synapse's over one less the weight; above 1 it would grow up to the clamp.
     pub fn retention(mut self, weight: Real) -> Self {
         self.retention = weight;
         self

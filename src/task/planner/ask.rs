@@ -15,7 +15,7 @@ use crate::sim::{
 use crate::task::domain::Domain;
 use crate::task::encode::{Encoded, StateSpace};
 use crate::task::error::TaskError;
-use crate::task::oracle::Obstacle;
+use crate::task::oracle::{Obstacle, Outlook};
 
 /// What a planner answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,6 +26,17 @@ pub enum Verdict {
     Met,
     /// The goal cannot be had, and why.
     Stuck(Obstacle),
+}
+
+impl Verdict {
+    /// Whether it is among the right answers.
+    pub fn accepted_by(&self, right: &Outlook) -> bool {
+        match self {
+            Self::Met => right.met,
+            Self::Act(action) => !right.met && right.actions.contains(action),
+            Self::Stuck(why) => !right.met && right.obstacles.contains(why),
+        }
+    }
 }
 
 /// A step on the way to a decision.

@@ -50,8 +50,6 @@ pub enum Part {
     Cleanup,
     /// The gate before the motor output: it is always open.
     Gate,
-    /// The goal buffer's memory: what it feeds back loses a tenth.
-    Memory,
 }
 
 /// How a planner graph is made.
@@ -69,8 +67,11 @@ pub struct PlannerSpec {
     pub unbinding: Unbinding,
     /// The executive's waits.
     pub timing: Timing,
-    /// The time constant of the goal buffer's and the gate's feed-forward synapses.
+    /// The time constant of the goal buffer's and the gate's feed-forward synapses; all others keep their
+    /// modules' own.
     pub synapse: SimDuration,
+    /// What the goal buffer feeds back of its own output, 0 to 1: 1 keeps a goal for good, less lets it fade.
+    pub retention: Real,
     /// A part that is left out.
     pub without: Option<Part>,
 }
@@ -85,6 +86,7 @@ impl Default for PlannerSpec {
             unbinding: Unbinding::default(),
             timing: Timing::default(),
             synapse: SimDuration::from_millis(5),
+            retention: 1.0,
             without: None,
         }
     }
@@ -151,7 +153,8 @@ impl PlanningGraph {
     /// A planner graph over `domain` with the pointers of `encoded`.
     ///
     /// # Errors
-    /// [`TaskError::BadDomain`] if the domain has no operator; [`TaskError::TooFewDimensions`] if some
+    /// [`TaskError::BadDomain`] if the domain has no operator; [`TaskError::Setting`] for a retention outside its
+    /// range; [`TaskError::TooFewDimensions`] if some
     /// action's preconditions cannot be told from other states once they are bound and unbound.
     pub fn new(
         domain: &Domain,
@@ -161,6 +164,10 @@ impl PlanningGraph {
         if domain.operators().is_empty() {
             let reason = "it has no action, so nothing can be planned".into();
             return Err(TaskError::BadDomain { reason });
+        }
+        if !(0.0..=1.0).contains(&spec.retention) {
+            let (value, expected) = (spec.retention.to_string(), "0 to 1");
+            return Err(TaskError::Setting { name: "retention", value, expected });
         }
         let (states, actions) = (&encoded.states, &encoded.actions);
         let names: Vec<&str> = domain.states().iter().map(|s| s.name.as_str()).collect();
@@ -268,9 +275,6 @@ impl PlanningGraph {
     }
 }
 
-/// What a goal buffer with a leak feeds back.
-const LEAKY: Real = 0.9;
-
 /// Where unbound preconditions are told apart.
 struct Required {
     input: Vec<In<Pointer<StateSpace>>>,
@@ -329,8 +333,8 @@ impl Module for PlanningGraph {
         );
         let synapse = Synapse::lowpass(self.spec.synapse);
         let without = |part| self.spec.without == Some(part);
-        let retention = if without(Part::Memory) { LEAKY } else { 1.0 };
-        let buffer = GoalBuffer::new(&self.encoded.states).synapse(synapse).retention(retention);
+        let buffer =
+            GoalBuffer::new(&self.encoded.states).synapse(synapse).retention(self.spec.retention);
         let buffer = scope.add("goal_buffer", buffer);
         let focus = scope.add("focus", self.focus);
         let cause = scope.add("cause", self.cause);
