@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use symbolt::sim::Real;
+use symbolt::sim::{Real, Seed};
+use symbolt::task::experiment::Options;
 use symbolt::task::kinematic::{Order, Rehearsal};
 use symbolt::task::planner::{PlannerSpec, Unbinding};
 use symbolt::task::scene::SceneSpec;
@@ -308,18 +309,32 @@ pub(crate) struct BenchArgs {
     pub load: Option<PathBuf>,
 }
 
+/// What an experiment's trials are; shards and their merging take the same.
 #[derive(Debug, Clone, Args)]
-pub(crate) struct ExperimentArgs {
-    /// The experiment; without one, a list of them
-    pub name: Option<String>,
-    #[command(flatten)]
-    pub common: Common,
+pub(crate) struct TrialArgs {
     /// Trials a cell, instead of the experiment's own number
     #[arg(long, value_name = "N")]
     pub trials: Option<u64>,
     /// A recording to use beside our own scene (threshold)
     #[arg(long, value_name = "FILE")]
     pub recording: Option<PathBuf>,
+}
+
+impl TrialArgs {
+    pub fn options(&self, common: &Common) -> Options {
+        let (seed, recording) = (Seed::new(common.seed), self.recording.clone());
+        Options { seed, trials: self.trials, recording }
+    }
+}
+
+#[derive(Debug, Clone, Args)]
+pub(crate) struct ExperimentArgs {
+    /// The experiment; without one, a list of them
+    pub name: Option<String>,
+    #[command(flatten)]
+    pub common: Common,
+    #[command(flatten)]
+    pub trials: TrialArgs,
     /// The folder of trials and results [default: experiments/NAME]; what is there is gone on with
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
@@ -342,12 +357,8 @@ pub(crate) struct MergeArgs {
     pub folders: Vec<PathBuf>,
     #[command(flatten)]
     pub common: Common,
-    /// Trials a cell, if the shards were told
-    #[arg(long, value_name = "N")]
-    pub trials: Option<u64>,
-    /// The recording, if the shards were told
-    #[arg(long, value_name = "FILE")]
-    pub recording: Option<PathBuf>,
+    #[command(flatten)]
+    pub trials: TrialArgs,
     /// The folder for the whole
     #[arg(long, value_name = "FOLDER")]
     pub out: PathBuf,

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use anyhow::Error;
 use indicatif::{ProgressBar, ProgressStyle};
 use symbolt::sim::Seed;
-use symbolt::task::experiment::{Options, Results, Run, Shard, Statistic, all, find, merge};
+use symbolt::task::experiment::{Results, Run, Shard, Statistic, all, find, merge};
 
 use super::Outcome;
 use super::args::{BadArgument, Common, ExperimentArgs, MergeArgs};
@@ -24,8 +24,7 @@ pub(crate) fn experiment(args: &ExperimentArgs) -> Result<Outcome, Error> {
         return Ok(Outcome::Done);
     };
     use_threads(&args.common)?;
-    let options = Options { trials: args.trials, recording: args.recording.clone() };
-    let experiment = find(name, &options)?;
+    let experiment = find(name, &args.trials.options(&args.common))?;
     let shard: Shard = args.shard.as_deref().map_or(Ok(Shard::default()), str::parse)?;
     let folder = args.out.clone().unwrap_or_else(|| {
         let part = if shard.of > 1 {
@@ -35,12 +34,10 @@ pub(crate) fn experiment(args: &ExperimentArgs) -> Result<Outcome, Error> {
         };
         PathBuf::from("experiments").join(format!("{name}{part}"))
     });
-    let run = Run::new(&*experiment, Seed::new(args.common.seed), shard, &folder);
+    let run =
+        Run::new(&*experiment, Seed::new(args.common.seed), shard, &folder).salvaging(args.salvage);
     if args.force {
         run.forget()?;
-    }
-    if args.salvage {
-        run.salvage()?;
     }
     let bar = Bar::new(&args.common, run.trials());
     let results = run.go(&|done| bar.at(done))?;
@@ -63,8 +60,7 @@ pub(crate) fn experiment(args: &ExperimentArgs) -> Result<Outcome, Error> {
 }
 
 pub(crate) fn merged(args: &MergeArgs) -> Result<Outcome, Error> {
-    let options = Options { trials: args.trials, recording: args.recording.clone() };
-    let experiment = find(&args.name, &options)?;
+    let experiment = find(&args.name, &args.trials.options(&args.common))?;
     if args.folders.is_empty() {
         return Err(BadArgument("merge needs the folders of the shards".into()).into());
     }

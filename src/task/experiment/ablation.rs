@@ -41,25 +41,32 @@ impl Ablation {
     pub fn new(options: &Options) -> Self {
         let spec = PlannerSpec::default();
         let spiking = PopulationPlan::all(lif());
+        let small =
+            |scale| PopulationPlan::all(Population::Lif(LifSpec { scale, ..LifSpec::default() }));
         let mut variants = Vec::new();
         let mut add = |name, value: String, spec, plan: &PopulationPlan| {
             variants.push(Variant { name, value, spec, plan: plan.clone() });
         };
-        for (mode, plan) in [("direct", PopulationPlan::direct()), ("lif", spiking.clone())] {
-            let parts = [
-                ("nothing", None),
-                ("cleanup", Some(Part::Cleanup)),
-                ("gate", Some(Part::Gate)),
-                ("a tenth of the memory", Some(Part::Memory)),
-            ];
+        let modes = [
+            ("direct", PopulationPlan::direct()),
+            ("lif", spiking.clone()),
+            ("lif, 15 neurons a dimension", small(0.3)),
+        ];
+        for (mode, plan) in modes {
+            let parts =
+                [("nothing", None), ("cleanup", Some(Part::Cleanup)), ("gate", Some(Part::Gate))];
             for (part, without) in parts {
                 add("without", format!("{part} ({mode})"), PlannerSpec { without, ..spec }, &plan);
             }
         }
+        for retention in [0.9, 0.5, 0.0] {
+            for (mode, plan) in [("direct", &PopulationPlan::direct()), ("lif", &spiking)] {
+                let spec = PlannerSpec { retention, ..spec };
+                add("memory fed back", format!("{retention} ({mode})"), spec, plan);
+            }
+        }
         for per_dimension in [5, 10, 20, 35] {
-            let scale = f64::from(per_dimension) / 50.0;
-            let plan =
-                PopulationPlan::all(Population::Lif(LifSpec { scale, ..LifSpec::default() }));
+            let plan = small(f64::from(per_dimension) / 50.0);
             add("neurons a dimension", per_dimension.to_string(), spec, &plan);
         }
         for ms in [2, 10, 20, 40] {
@@ -96,12 +103,7 @@ fn decide(planner: &Planner, worlds: &[Vec<bool>]) -> Result<(f64, f64), TaskErr
             Err(TaskError::Undecided { limit_ms, .. }) => (None, limit_ms),
             Err(error) => return Err(error),
         };
-        let said = match verdict {
-            Some(Verdict::Met) => wanted.met,
-            Some(Verdict::Act(action)) => !wanted.met && wanted.actions.contains(&action),
-            Some(Verdict::Stuck(why)) => !wanted.met && wanted.obstacles.contains(&why),
-            None => false,
-        };
+        let said = verdict.is_some_and(|verdict| verdict.accepted_by(&wanted));
         // Whatever comes out at the motor meanwhile would be done.
         let span = SimDuration::from_millis(time_ms.ceil() as u64);
         let done = first_action(planner, world, span)?;
@@ -186,23 +188,24 @@ impl Experiment for Ablation {
     }
 
     fn figure(&self, results: &Results) -> Option<Figure> {
-        let marks = results
-            .rows
-            .iter()
-            .filter(|row| row.is("what", &json!("accepted")))
-            .enumerate()
-            .map(|(at, row)| {
-                let bar = Some(row.statistic.interval95().map(|v| 100.0 * v));
-                Mark { x: at as f64 + 1.0, y: 100.0 * row.statistic.value(), bar }
-            })
-            .collect();
+        // The table's first row stands at the top.
+        let accepted = results.rows.iter().rev().filter(|row| row.is("what", &json!("accepted")));
+        let text = |row: &super::Row, key| row.settings.get(key)?.as_str().map(str::to_owned);
+        let names = accepted
+            .clone()
+            .map(|row| Some(format!("{}: {}", text(row, "change")?, text(row, "to")?)))
+            .collect::<Option<Vec<String>>>()?;
+        let marks = accepted.enumerate().map(|(at, row)| {
+            let bar = Some(row.statistic.interval95().map(|v| 100.0 * v));
+            Mark { x: 100.0 * row.statistic.value(), y: at as f64, bar }
+        });
         Some(Figure {
-            title: "Decisions that the oracle accepts".into(),
-            x: Axis::new("change, in the order of the table"),
-            y: Axis::from_to("accepted (%)", 0.0, 103.0),
+            title: "Decisions that the oracle accepts, with 95% intervals".into(),
+            x: Axis::from_to("accepted (%)", 0.0, 102.0),
+            y: Axis::named(names),
             series: vec![Series {
-                name: "95% intervals".into(),
-                marks,
+                name: String::new(),
+                marks: marks.collect(),
                 joined: false,
                 dashed: false,
             }],

@@ -11,15 +11,14 @@
 //! Kleyko and Sommer 2018) stands beside it: signal to noise `s = sqrt(D / (K + 1 + sigma^2))`, with
 //! unitary roles `sqrt(D / (K + sigma^2))`, and `integral of phi(h) Phi(s + h)^(M - 1)`.
 //!
-//! Our best decoder knows all roles: it reads every filler, takes the other pairs out of the sum as it has
-//! read them, reads again, and so on until nothing changes (interference cancellation). The round counts
-//! that leaves least of the sum unexplained, if that is clearly less than the first reading leaves.
+//! Our best decoder knows all roles and cancels interference softly, see [`cancellation`](super::cancellation).
 
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde_json::{Value, json};
 use statrs::distribution::{Beta, Continuous, ContinuousCDF, Normal};
 
+use super::cancellation::Cancellation;
 use super::{
     Axis, Cell, Experiment, Figure, Mark, Measure, Options, Outcome, Reading, Results, Series,
     outcome,
@@ -91,12 +90,6 @@ fn best(items: &[Real], query: &[Real], similarities: &mut [Real]) -> usize {
     scored.max_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(index, _)| index)
 }
 
-/// What a reading may leave of what the first one leaves to be preferred: where there are more pairs than can be
-/// told apart, wrong readings explain a little more too.
-const CLEARLY: Real = 0.7;
-/// The most rounds of interference cancellation.
-const ROUNDS: usize = 12;
-
 impl Size {
     fn trial(&self, seed: Seed) -> Outcome {
         let Self { dimensions: dim, bound, items, sigma, unitary } = *self;
@@ -136,42 +129,9 @@ impl Size {
         let below = Beta::new(half, half).map_or(f64::NAN, |f| f.cdf((1.0 + cosine) / 2.0));
         let predicted = if ahead { below.powi((items - bound) as i32) } else { 0.0 };
 
-        let mut read: Vec<usize> = (0..bound)
-            .map(|role| {
-                unbind(&trace, role, &mut unbound);
-                best(&rows, &unbound, &mut scores)
-            })
-            .collect();
-        let mut cleaned = vec![0.0; dim];
-        let mut work = Hrr.scratch(dim);
-        // What a reading leaves of the sum: nothing but the noise if it is right.
-        let mut taken = |read: &[usize], but: Option<usize>, left: &mut [Real]| {
-            left.copy_from_slice(&trace);
-            for (role, filler) in read.iter().enumerate().filter(|(role, _)| Some(*role) != but) {
-                Hrr.bind_into(&roles[role], &vocabulary[*filler], &mut pair, &mut work);
-                left.iter_mut().zip(&pair).for_each(|(c, p)| *c -= p);
-            }
-        };
-        taken(&read, None, &mut cleaned);
-        let (mut chosen, mut least) = (read.clone(), CLEARLY * norm(&cleaned));
-        for _ in 0..ROUNDS {
-            let before = read.clone();
-            for role in 0..bound {
-                taken(&read, Some(role), &mut cleaned);
-                unbind(&cleaned, role, &mut unbound);
-                read[role] = best(&rows, &unbound, &mut scores);
-            }
-            taken(&read, None, &mut cleaned);
-            let left = norm(&cleaned);
-            if left < least {
-                (chosen, least) = (read.clone(), left);
-            }
-            if read == before {
-                break;
-            }
-        }
+        let soft = Cancellation { roles: &roles, rows: &rows, trace: &trace };
         let flag = |yes: bool| if yes { 1.0 } else { 0.0 };
-        outcome([flag(right), predicted, flag(chosen[0] == 0)])
+        outcome([flag(right), predicted, flag(soft.read(0) == 0)])
     }
 }
 
@@ -185,7 +145,7 @@ impl Experiment for Capacity {
     }
 
     fn settings(&self) -> Value {
-        json!({"rounds_of_cancellation": ROUNDS})
+        json!({"rounds_of_cancellation": Cancellation::ROUNDS})
     }
 
     fn cells(&self) -> Vec<Cell> {

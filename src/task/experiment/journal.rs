@@ -141,9 +141,13 @@ pub(super) struct Journal {
 }
 
 impl Journal {
-    /// Opens the journal at `path` for trials of `header`, or begins it; what it holds already. Whatever
-    /// another process appends to is refused.
-    pub fn open(path: &Path, header: &Header) -> Result<(Self, Vec<Record>), TaskError> {
+    /// Opens the journal at `path` for trials of `header`, or begins it; what it holds already. Damaged records
+    /// are dropped if it is to `salvage`, else refused; so is whatever another process appends to.
+    pub fn open(
+        path: &Path,
+        header: &Header,
+        salvage: bool,
+    ) -> Result<(Self, Vec<Record>), TaskError> {
         if !path.exists() {
             let mut line = serde_json::to_vec(header).unwrap_or_default();
             line.push(b'\n');
@@ -163,6 +167,12 @@ impl Journal {
         if contents.header != *header {
             let problem = "it holds trials of another experiment, seed or settings";
             return Err(fault(path, problem, "another folder, or --force to begin anew"));
+        }
+        if contents.damaged > 0 && salvage {
+            write(path, header, &contents.records, Overwrite::Allowed)?;
+            // The whole file stands in the place of the one that is locked here.
+            drop(file);
+            return Self::open(path, header, false);
         }
         if contents.damaged > 0 {
             let problem = format!(

@@ -13,6 +13,7 @@ mod run;
 mod statistics;
 
 mod ablation;
+mod cancellation;
 mod capacity;
 #[cfg(feature = "physics")]
 mod clusters;
@@ -213,13 +214,24 @@ impl Results {
     }
 }
 
+/// The most trials a cell, which together have to fit into memory: 72 bytes each.
+pub const MOST_TRIALS: u64 = 100_000;
+
 /// What an experiment is asked to be.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Options {
-    /// Trials a cell; the experiment's own number if none is given.
+    /// Where what trials share is drawn from, such as a pool of poses; the trials' own seed beside it.
+    pub seed: Seed,
+    /// Trials a cell, 1 to [`MOST_TRIALS`]; the experiment's own number if none is given.
     pub trials: Option<u64>,
     /// A recording to be used beside our own scene, by those that use recordings.
     pub recording: Option<PathBuf>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { seed: Seed::new(1), trials: None, recording: None }
+    }
 }
 
 /// The experiments by name, each with its question.
@@ -251,11 +263,12 @@ fn makers() -> Vec<Make> {
 /// The experiment of this name.
 ///
 /// # Errors
-/// [`TaskError::Unknown`], with the list of those that exist.
+/// [`TaskError::UnknownExperiment`], with the list of those that exist; [`TaskError::Setting`] for a number of
+/// trials outside its range.
 pub fn find(name: &str, options: &Options) -> Result<Box<dyn Experiment>, TaskError> {
-    if options.trials == Some(0) {
-        let value = "0".into();
-        return Err(TaskError::Setting { name: "trials", value, expected: "at least 1" });
+    if let Some(trials) = options.trials.filter(|n| !(1..=MOST_TRIALS).contains(n)) {
+        let value = trials.to_string();
+        return Err(TaskError::Setting { name: "trials", value, expected: "1 to 100000" });
     }
     let mut known: Vec<Box<dyn Experiment>> = makers().iter().map(|make| make(options)).collect();
     match known.iter().position(|e| e.name() == name) {

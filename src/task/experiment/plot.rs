@@ -11,21 +11,29 @@ pub struct Axis {
     pub label: String,
     /// From where to where; from the data if not given.
     pub range: Option<[f64; 2]>,
+    /// What stands at 0, 1, 2 and so on from the bottom, on a vertical axis of things instead of numbers.
+    pub names: Vec<String>,
 }
 
 impl Axis {
     /// An axis as long as the data.
     pub fn new(label: &str) -> Self {
-        Self { label: label.into(), range: None }
+        Self { label: label.into(), range: None, names: Vec::new() }
     }
 
     /// An axis from `low` to `high`.
     pub fn from_to(label: &str, low: f64, high: f64) -> Self {
-        Self { label: label.into(), range: Some([low, high]) }
+        Self { label: label.into(), range: Some([low, high]), names: Vec::new() }
+    }
+
+    /// A vertical axis of named things, from the bottom.
+    pub fn named(names: Vec<String>) -> Self {
+        let range = Some([-0.5, names.len() as f64 - 0.5]);
+        Self { label: String::new(), range, names }
     }
 }
 
-/// A point with the interval of its height.
+/// A point with the interval of its number: of its height, or along the x axis where the vertical one has names.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mark {
     /// Place along the x axis.
@@ -73,6 +81,14 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(60, 60, 60),
 ];
 const SIZE: (u32, u32) = (720, 460);
+/// Height of the row of a named thing, and of what stands above and below all of them.
+const ROW: (u32, u32) = (19, 120);
+
+/// A number beside an axis.
+fn number(value: f64) -> String {
+    let rounded = (value * 1e6).round() / 1e6;
+    if rounded == 0.0 { "0".into() } else { rounded.to_string() }
+}
 
 impl Figure {
     fn range(&self, axis: &Axis, of: impl Fn(&Mark) -> Vec<f64>) -> [f64; 2] {
@@ -107,14 +123,20 @@ impl Figure {
             vec![m.y, low, high]
         });
         let said = |error: &dyn std::fmt::Display| error.to_string();
-        let area = SVGBackend::with_string(svg, SIZE).into_drawing_area();
+        let names = &self.y.names;
+        let longest = names.iter().map(|name| name.chars().count()).max();
+        let (height, beside) = match longest {
+            Some(longest) => (names.len() as u32 * ROW.0 + ROW.1, 7 * longest as u32 + 12),
+            None => (SIZE.1, 64),
+        };
+        let area = SVGBackend::with_string(svg, (SIZE.0, height)).into_drawing_area();
         area.fill(&WHITE).map_err(|e| said(&e))?;
         let font = |size: i32| ("sans-serif", size).into_font();
         let mut chart = ChartBuilder::on(&area)
             .caption(&self.title, font(17))
             .margin(14)
             .x_label_area_size(48)
-            .y_label_area_size(64)
+            .y_label_area_size(beside)
             .build_cartesian_2d(left..right, bottom..top)
             .map_err(|e| said(&e))?;
         chart
@@ -125,6 +147,12 @@ impl Figure {
             .y_desc(&self.y.label)
             .axis_desc_style(font(15))
             .label_style(font(13))
+            .y_labels(if names.is_empty() { 10 } else { 2 * names.len() })
+            .y_label_formatter(&|y| match (names.is_empty(), y.round()) {
+                (true, _) => number(*y),
+                (false, at) if (at - y).abs() > 0.01 => String::new(),
+                (false, at) => names.get(at as usize).cloned().unwrap_or_default(),
+            })
             .draw()
             .map_err(|e| said(&e))?;
         for (index, series) in self.series.iter().enumerate() {
@@ -148,8 +176,12 @@ impl Figure {
             }
             chart
                 .draw_series(series.marks.iter().filter_map(|m| {
-                    let [low, high] = m.bar?.map(|v| v.clamp(bottom, top));
-                    Some(PathElement::new(vec![(m.x, low), (m.x, high)], colour.stroke_width(1)))
+                    let ends = if names.is_empty() {
+                        m.bar?.map(|v| (m.x, v.clamp(bottom, top)))
+                    } else {
+                        m.bar?.map(|v| (v.clamp(left, right), m.y))
+                    };
+                    Some(PathElement::new(ends, colour.stroke_width(1)))
                 }))
                 .map_err(|e| said(&e))?;
             chart
@@ -157,6 +189,9 @@ impl Figure {
                 .map_err(|e| said(&e))?
                 .label(&series.name)
                 .legend(move |(x, y)| Circle::new((x + 9, y), 4, colour.filled()));
+        }
+        if self.series.iter().all(|s| s.name.is_empty()) {
+            return area.present().map_err(|e| said(&e));
         }
         // The corner with the fewest points.
         let crowd = |x_side: f64, y_side: f64| -> usize {

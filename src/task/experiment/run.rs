@@ -57,6 +57,7 @@ pub struct Run<'a> {
     seed: Seed,
     shard: Shard,
     folder: PathBuf,
+    salvage: bool,
 }
 
 const JOURNAL: &str = "trials.bin";
@@ -64,7 +65,14 @@ const JOURNAL: &str = "trials.bin";
 impl<'a> Run<'a> {
     /// Trials of `experiment` in `folder`.
     pub fn new(experiment: &'a dyn Experiment, seed: Seed, shard: Shard, folder: &Path) -> Self {
-        Self { experiment, cells: experiment.cells(), seed, shard, folder: folder.into() }
+        let (cells, folder) = (experiment.cells(), folder.into());
+        Self { experiment, cells, seed, shard, folder, salvage: false }
+    }
+
+    /// Whether what is damaged in the journal is dropped, so that its trials are done again, instead of refused.
+    pub fn salvaging(mut self, salvage: bool) -> Self {
+        self.salvage = salvage;
+        self
     }
 
     /// The number of trials of this shard.
@@ -96,15 +104,6 @@ impl<'a> Run<'a> {
         self.folder.join(JOURNAL)
     }
 
-    /// Drops what is damaged in the journal, so that its trials are done again.
-    ///
-    /// # Errors
-    /// [`TaskError::Io`] or [`TaskError::Input`] if there is no journal to be read.
-    pub fn salvage(&self) -> Result<(), TaskError> {
-        let contents = journal::read(&self.journal())?;
-        journal::write(&self.journal(), &contents.header, &contents.records, Overwrite::Allowed)
-    }
-
     /// Forgets all trials of the folder.
     ///
     /// # Errors
@@ -134,8 +133,9 @@ impl<'a> Run<'a> {
             path: self.folder.clone(),
             source,
         })?;
-        let (journal, before) = Journal::open(&self.journal(), &self.header())?;
-        let mut outcomes = self.outcomes(&before);
+        let (journal, before) = Journal::open(&self.journal(), &self.header(), self.salvage)?;
+        let outcomes = self.outcomes(&before);
+        drop(before);
         let mut missing: Vec<(u32, u64)> = Vec::new();
         for (index, cell) in self.cells.iter().enumerate() {
             let cell_outcomes = &outcomes[index];
@@ -149,22 +149,19 @@ impl<'a> Run<'a> {
         missing.sort_unstable_by_key(|(cell, trial)| (*trial, *cell));
         let done = AtomicU64::new(self.trials() - missing.len() as u64);
         watch(done.load(Ordering::Relaxed));
-        let journal = Mutex::new(journal);
-        let finished: Vec<Record> = missing
-            .par_iter()
-            .map(|(cell, trial)| {
-                let seed = self.seed.derive_index("trial", *trial);
-                let outcome = self.experiment.trial(*cell as usize, seed)?;
-                let record = Record { cell: *cell, trial: *trial, outcome };
-                // A lock that a panic has broken holds a file that is still whole.
-                journal.lock().unwrap_or_else(|e| e.into_inner()).append(record)?;
-                watch(done.fetch_add(1, Ordering::Relaxed) + 1);
-                Ok(record)
-            })
-            .collect::<Result<_, TaskError>>()?;
-        for record in finished {
-            outcomes[record.cell as usize][record.trial as usize] = Some(record.outcome);
-        }
+        let kept = Mutex::new((journal, outcomes));
+        missing.par_iter().try_for_each(|(cell, trial)| {
+            let seed = self.seed.derive_index("trial", *trial);
+            let outcome = self.experiment.trial(*cell as usize, seed)?;
+            let record = Record { cell: *cell, trial: *trial, outcome };
+            // A lock that a panic has broken holds a file that is still whole.
+            let (journal, outcomes) = &mut *kept.lock().unwrap_or_else(|e| e.into_inner());
+            journal.append(record)?;
+            outcomes[*cell as usize][*trial as usize] = Some(outcome);
+            watch(done.fetch_add(1, Ordering::Relaxed) + 1);
+            Ok::<_, TaskError>(())
+        })?;
+        let (_, outcomes) = kept.into_inner().unwrap_or_else(|e| e.into_inner());
         if self.shard.of != 1 {
             return Ok(None);
         }

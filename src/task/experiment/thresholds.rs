@@ -34,6 +34,7 @@ struct Pool {
 
 /// `threshold`: which thresholds cluster batches perfectly, and whether the automatic choice does.
 pub(super) struct Thresholds {
+    seed: Seed,
     trials: u64,
     recording: Option<std::path::PathBuf>,
     made: Once<Pool>,
@@ -46,6 +47,7 @@ const POOLS: u64 = 2;
 impl Thresholds {
     pub fn new(options: &Options) -> Self {
         Self {
+            seed: options.seed,
             trials: options.trials.unwrap_or(100),
             recording: options.recording.clone(),
             made: Once::new(),
@@ -167,7 +169,7 @@ impl Experiment for Thresholds {
             Some(path) if cell >= BATCHES.len() => self.made.get(u64::MAX, || Self::given(path))?,
             _ => {
                 let pool = rng.random_range(0..POOLS);
-                let seed = Seed::new(pool).derive("threshold", "pool");
+                let seed = self.seed.derive_index("pool", pool);
                 self.made.get(pool, || Self::own(seed))?
             }
         };
