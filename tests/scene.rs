@@ -6,7 +6,7 @@
 use std::sync::{Arc, OnceLock};
 
 use symbolt::sim::{RunConfig, Seed, SimDuration, Simulator};
-use symbolt::task::execute::{AssemblyWorld, Ended, EpisodeSpec, Meddling, episode};
+use symbolt::task::execute::{AssemblyWorld, Doing, Ended, EpisodeSpec, Meddling, episode};
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::{Planner, PlannerSpec};
 use symbolt::task::scene::{
@@ -22,7 +22,7 @@ fn taught() -> &'static (Domain, Arc<Planner>) {
 }
 
 fn taught_in(spec: &SceneSpec, demos: usize) -> (Domain, Arc<Planner>) {
-    let shown = demonstrate(spec, demos, Seed::new(1), &mut |_| {}).expect("a sound scene");
+    let shown = demonstrate(spec, demos, Seed::new(1), &mut |_, _| {}).expect("a sound scene");
     assert_eq!(shown.assembled, demos);
     let domain = learn(&shown.recording, &Settings::default()).expect("it teaches").domain;
     let planner =
@@ -152,7 +152,8 @@ fn a_snapshot_in_mid_grasp_goes_on_as_if_nothing_had_happened() {
     };
     let mut original = start();
     original.run_for(SimDuration::from_millis(6_000)).expect("runs");
-    assert!(AssemblyWorld::of(original.world()).expect("there").acting());
+    let doing = AssemblyWorld::of(original.world()).expect("there").doing();
+    assert!(matches!(doing, Doing::Acting(_)), "{doing:?}");
     let snapshot = original.snapshot();
     let held = poses(&original);
     original.run_for(SimDuration::from_millis(4_000)).expect("runs");

@@ -42,6 +42,8 @@ pub(crate) enum Command {
     Check(CheckArgs),
     /// Runs a standard network in neurons and says how fast and how well
     Bench(BenchArgs),
+    /// Writes one page that shows a run, or experiments
+    Report(ReportArgs),
     /// Runs an experiment's trials, or goes on with them, and prints its table
     Experiment(ExperimentArgs),
     /// Puts the shards of an experiment together
@@ -271,6 +273,38 @@ pub(crate) struct RunArgs {
     pub force: bool,
 }
 
+impl RunArgs {
+    /// A command line that gives the same files: all that differs from the defaults.
+    pub fn command(&self) -> String {
+        let mut words = vec!["symbolt run --seed".to_owned(), self.common.seed.to_string()];
+        let mut option = |name: &str, value: Option<String>| {
+            words.extend(value.map(|value| format!("--{name} {value}")));
+        };
+        let count = |count: Option<usize>| count.map(|n| n.to_string());
+        let Self { demos, planner, .. } = self;
+        option("demos", (demos.demos != 5).then(|| demos.demos.to_string()));
+        option("demo-nuts", count(demos.demo_nuts));
+        option("demo-bolts", count(demos.demo_bolts));
+        option("config", demos.config.as_ref().map(|path| path.display().to_string()));
+        option("episodes", (self.episodes != 1).then(|| self.episodes.to_string()));
+        option("nuts", count(self.nuts));
+        option("bolts", count(self.bolts));
+        option("drop-rate", (self.drop_rate != 0.0).then(|| self.drop_rate.to_string()));
+        option("mode", (planner.mode != "direct").then(|| planner.mode.clone()));
+        option("dimensions", (planner.dimensions != 256).then(|| planner.dimensions.to_string()));
+        let similarity = planner.max_similarity;
+        option("max-similarity", (similarity != 0.1).then(|| similarity.to_string()));
+        let flags = [
+            ("--meddle", self.meddle),
+            ("--absent", planner.absent),
+            ("--first", planner.first),
+            ("--products", planner.products),
+        ];
+        words.extend(flags.into_iter().filter(|f| f.1).map(|f| f.0.to_owned()));
+        words.join(" ")
+    }
+}
+
 #[derive(Debug, Clone, Args)]
 pub(crate) struct BenchArgs {
     /// bind, state, memory, select, channel, planner or large
@@ -309,20 +343,35 @@ pub(crate) struct BenchArgs {
     pub load: Option<PathBuf>,
 }
 
+#[derive(Debug, Clone, Args)]
+pub(crate) struct ReportArgs {
+    /// The folder of a run, of an experiment, or of experiments' folders
+    pub folder: PathBuf,
+    #[command(flatten)]
+    pub common: Common,
+    #[command(flatten)]
+    pub out: OutFile,
+}
+
 /// What an experiment's trials are; shards and their merging take the same.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct TrialArgs {
     /// Trials a cell, instead of the experiment's own number
     #[arg(long, value_name = "N")]
     pub trials: Option<u64>,
-    /// A recording to use beside our own scene (threshold)
+    /// A recording to use beside our own scene (threshold); without it, `nut_bolt_pybullet.jsonl` in the folder that
+    /// SYMBOLT_RECORDINGS names, if it is there
     #[arg(long, value_name = "FILE")]
     pub recording: Option<PathBuf>,
 }
 
 impl TrialArgs {
     pub fn options(&self, common: &Common) -> Options {
-        let (seed, recording) = (Seed::new(common.seed), self.recording.clone());
+        let known = || {
+            let folder = PathBuf::from(std::env::var_os("SYMBOLT_RECORDINGS")?);
+            Some(folder.join("nut_bolt_pybullet.jsonl")).filter(|path| path.is_file())
+        };
+        let (seed, recording) = (Seed::new(common.seed), self.recording.clone().or_else(known));
         Options { seed, trials: self.trials, recording }
     }
 }
@@ -362,6 +411,9 @@ pub(crate) struct MergeArgs {
     /// The folder for the whole
     #[arg(long, value_name = "FOLDER")]
     pub out: PathBuf,
+    /// Replace the trials of that folder
+    #[arg(long)]
+    pub force: bool,
 }
 
 #[derive(Debug, Clone, Args)]

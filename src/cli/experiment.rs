@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use anyhow::Error;
 use indicatif::{ProgressBar, ProgressStyle};
 use symbolt::sim::Seed;
+use symbolt::task::Overwrite;
 use symbolt::task::experiment::{Results, Run, Shard, Statistic, all, find, merge};
 
 use super::Outcome;
@@ -34,11 +35,9 @@ pub(crate) fn experiment(args: &ExperimentArgs) -> Result<Outcome, Error> {
         };
         PathBuf::from("experiments").join(format!("{name}{part}"))
     });
-    let run =
-        Run::new(&*experiment, Seed::new(args.common.seed), shard, &folder).salvaging(args.salvage);
-    if args.force {
-        run.forget()?;
-    }
+    let run = Run::new(&*experiment, Seed::new(args.common.seed), shard, &folder)
+        .salvaging(args.salvage)
+        .anew(args.force);
     let bar = Bar::new(&args.common, run.trials());
     let results = run.go(&|done| bar.at(done))?;
     drop(bar);
@@ -64,7 +63,9 @@ pub(crate) fn merged(args: &MergeArgs) -> Result<Outcome, Error> {
     if args.folders.is_empty() {
         return Err(BadArgument("merge needs the folders of the shards".into()).into());
     }
-    let results = merge(&*experiment, Seed::new(args.common.seed), &args.folders, &args.out)?;
+    let overwrite = if args.force { Overwrite::Allowed } else { Overwrite::Never };
+    let results =
+        merge(&*experiment, Seed::new(args.common.seed), &args.folders, &args.out, overwrite)?;
     show(&args.common, &results)?;
     Ok(Outcome::Done)
 }
@@ -104,8 +105,14 @@ fn show(common: &Common, results: &Results) -> Result<(), Error> {
 /// How far the trials are: a bar with the time left on a terminal, a line now and then elsewhere.
 struct Bar {
     bar: Option<ProgressBar>,
-    lines: Option<Mutex<(Instant, Instant)>>,
+    lines: Option<Mutex<Lines>>,
     total: u64,
+}
+
+/// When the first trial that is timed began, how many were done before it, and when the last line was written.
+struct Lines {
+    begun: Option<(Instant, u64)>,
+    last: Instant,
 }
 
 /// Between two lines where there is no terminal.
@@ -122,27 +129,33 @@ impl Bar {
             }
             bar
         });
-        let now = Instant::now();
-        let lines = (!terminal && !common.quiet).then(|| Mutex::new((now, now)));
+        let lines = (!terminal && !common.quiet)
+            .then(|| Mutex::new(Lines { begun: None, last: Instant::now() }));
         Self { bar, lines, total }
     }
 
     fn at(&self, done: u64) {
         if let Some(bar) = &self.bar {
+            if bar.position() == 0 {
+                // What an earlier run has done says nothing of this one's speed.
+                bar.set_position(done);
+                bar.reset_eta();
+            }
             bar.set_position(done);
         }
         // Whoever comes while another writes its line has nothing to add.
-        let Some(Ok(mut times)) = self.lines.as_ref().map(Mutex::try_lock) else { return };
-        let (begun, last) = *times;
-        if last.elapsed() >= EVERY {
+        let Some(Ok(mut lines)) = self.lines.as_ref().map(Mutex::try_lock) else { return };
+        let (begun, before) = *lines.begun.get_or_insert_with(|| (Instant::now(), done));
+        if lines.last.elapsed() >= EVERY {
             let spent = begun.elapsed().as_secs_f64();
-            let left = spent * (self.total - done) as f64 / done.max(1) as f64;
+            let left =
+                spent * (self.total - done) as f64 / done.saturating_sub(before).max(1) as f64;
             let _ = writeln!(
                 std::io::stderr(),
                 "{done} of {} trials, about {left:.0} s left",
                 self.total
             );
-            times.1 = Instant::now();
+            lines.last = Instant::now();
         }
     }
 }

@@ -10,7 +10,9 @@ mod output;
 mod plan;
 mod record;
 mod rename;
+mod report;
 mod run;
+mod watch;
 
 use std::ffi::OsString;
 use std::io::Write;
@@ -106,6 +108,7 @@ fn dispatch(cli: Cli) -> Result<Outcome, Error> {
         Command::Rename(args) => rename::rename(&args),
         Command::Check(args) => check::check(&args),
         Command::Bench(args) => bench::bench(&args),
+        Command::Report(args) => report::make(&args),
         Command::Experiment(args) => experiment::experiment(&args),
         Command::Merge(args) => experiment::merged(&args),
         Command::Config(args) => {

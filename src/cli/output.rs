@@ -94,6 +94,18 @@ impl Progress {
         Self { bar, lines: !terminal && !common.quiet }
     }
 
+    /// Whether there is a terminal to show changing lines on.
+    pub fn lively(&self) -> bool {
+        self.bar.is_some()
+    }
+
+    /// Changes the line on a terminal; says nothing elsewhere.
+    pub fn show(&self, what: String) {
+        if let Some(bar) = &self.bar {
+            bar.set_message(what);
+        }
+    }
+
     pub fn say(&self, what: impl Into<String>) {
         let what = what.into();
         if self.lines {

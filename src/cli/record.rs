@@ -9,6 +9,7 @@ use symbolt::task::{Recorder, Snapshot, demonstrate, write_whole};
 use super::Outcome;
 use super::args::{BadArgument, RecordArgs};
 use super::output::{Progress, emit, emit_json, refuse_existing, use_threads};
+use super::watch::demonstrations;
 
 pub(crate) fn record(args: &RecordArgs) -> Result<Outcome, Error> {
     refuse_existing(args.out.out.as_deref(), args.out.force)?;
@@ -49,9 +50,7 @@ fn demonstrated(args: &RecordArgs) -> Result<(String, Value), Error> {
     }
     let progress = Progress::new(&args.common);
     let count = args.demos.demos;
-    let made = demonstrate(&spec, count, seed, &mut |demo| {
-        progress.say(format!("demonstration {} of {count}", demo + 1));
-    })?;
+    let made = demonstrate(&spec, count, seed, &mut demonstrations(&progress, count))?;
     let summary = json!({
         "demonstrations": made.recording.demos.len(),
         "snapshots": made.recording.snapshot_count(),

@@ -11,12 +11,14 @@ use anyhow::Error;
 use rand::RngExt;
 use rayon::prelude::*;
 use serde_json::{Value, json};
-use symbolt::sim::Seed;
+use symbolt::sim::{Seed, SimView};
 use symbolt::task::execute::{
-    Ended, Episode, EpisodeReport, EpisodeSpec, Meddling, Tally, episode,
+    AssemblyWorld, Ended, Episode, EpisodeReport, EpisodeSpec, Meddling, Tally, Thoughts,
+    episode_watched,
 };
 use symbolt::task::learn::{Learned, Settings};
 use symbolt::task::planner::Planner;
+use symbolt::task::report::{Arrays, RunFacts, trace};
 use symbolt::task::scene::{Scene, SceneSpec};
 use symbolt::task::{
     Classifier, Demonstrated, Grounding, Overwrite, Pose, Recorder, Snapshot, TaskError,
@@ -26,12 +28,21 @@ use symbolt::task::{
 use super::Outcome;
 use super::args::{BadArgument, RunArgs};
 use super::output::{Grid, Progress, counted, emit, emit_json, use_threads};
-use super::{learn, plan};
+use super::watch::{Watch, demonstrations};
+use super::{learn, plan, report};
 
 /// The files that a run leaves in its folder.
-const FILES: [&str; 4] = ["recording.jsonl", "domain.json", "scene.json", "trace.jsonl"];
+const FILES: [&str; 7] = [
+    "recording.jsonl",
+    "domain.json",
+    "scene.json",
+    "trace.jsonl",
+    "arrays.npz",
+    "run.json",
+    report::NAME,
+];
 
-/// Milliseconds between the frames that the trace keeps of the first episode.
+/// Milliseconds between the frames that are kept of the first episode.
 const FRAME_MS: u64 = 40;
 
 pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
@@ -44,9 +55,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let progress = Progress::new(&args.common);
     let seed = Seed::new(args.common.seed);
     let count = args.demos.demos;
-    let shown = demonstrate(&shown_in, count, seed, &mut |demo| {
-        progress.say(format!("demonstration {} of {count}", demo + 1));
-    })?;
+    let shown = demonstrate(&shown_in, count, seed, &mut demonstrations(&progress, count))?;
     if shown.assembled == 0 {
         let sentence =
             format!("none of {count} demonstrations was assembled: nothing to learn from");
@@ -61,7 +70,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     progress.say("building the planner graph");
     let planner = Arc::new(plan::build(domain, &args.planner, args.common.seed)?);
     let looping = Instant::now();
-    let episodes = episodes(args, &planner, &goal, &spec, seed, &progress)?;
+    let (episodes, thoughts) = episodes(args, &planner, &goal, &spec, seed, &progress)?;
     let loop_s = looping.elapsed().as_secs_f64();
     let reports: Vec<EpisodeReport> = episodes.iter().map(|e| e.report.clone()).collect();
     let first = first_scene(&spec, seed)?;
@@ -74,16 +83,6 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
         path: folder.clone(),
         source,
     })?;
-    let texts = [
-        shown.recording.to_jsonl(None),
-        domain.to_json(),
-        first.to_json() + "\n",
-        trace(&episodes),
-    ];
-    for (file, text) in FILES.iter().zip(texts) {
-        write_whole(&folder.join(file), text, Overwrite::Allowed)?;
-    }
-    drop(progress);
     let result = Results {
         shown: &shown,
         learned: &learned,
@@ -93,6 +92,22 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
         physics_s: episodes.iter().map(|e| e.physics_wall.as_secs_f64()).sum(),
         least,
     };
+    let facts = result.facts(args, &goal, &spec.scene, &thoughts);
+    let frames = episodes.first().map_or(&[][..], |e| &e.frames);
+    let contents = [
+        shown.recording.to_jsonl(None).into_bytes(),
+        domain.to_json().into_bytes(),
+        (first.to_json() + "\n").into_bytes(),
+        trace::write(reports.iter()).into_bytes(),
+        Arrays::of(frames, &thoughts).to_npz()?,
+        format!("{:#}\n", json!(facts)).into_bytes(),
+    ];
+    for (file, content) in FILES.iter().zip(contents) {
+        write_whole(&folder.join(file), content, Overwrite::Allowed)?;
+    }
+    let page = symbolt::task::report::report(&folder)?.html;
+    write_whole(&folder.join(report::NAME), page, Overwrite::Allowed)?;
+    drop(progress);
     if args.common.json {
         emit_json(&[result.summary(args, &folder)])?;
     } else {
@@ -151,6 +166,7 @@ fn episode_seed(seed: Seed, index: usize) -> Seed {
     seed.derive_index("episode", index as u64)
 }
 
+/// All episodes, and what the planner thought in the first.
 fn episodes(
     args: &RunArgs,
     planner: &Arc<Planner>,
@@ -158,24 +174,40 @@ fn episodes(
     spec: &EpisodeSpec,
     seed: Seed,
     progress: &Progress,
-) -> Result<Vec<Episode>, TaskError> {
+) -> Result<(Vec<Episode>, Thoughts), TaskError> {
+    let run = |index: usize, watch: &mut dyn FnMut(&SimView<'_>, &AssemblyWorld)| {
+        let frame_ms = (index == 0).then_some(FRAME_MS);
+        let own = episode_seed(seed, index);
+        let meddling = args.meddle.then(|| meddling(&spec.scene, own));
+        let spec = EpisodeSpec { frame_ms, meddling, ..spec.clone() };
+        episode_watched(planner, Grounding::default(), goal, &spec, own, watch)
+    };
     let (done, all) = (AtomicUsize::new(0), args.episodes);
-    progress.say(format!("episode 1 of {all}"));
-    (0..all)
-        .into_par_iter()
-        .map(|index| {
-            let frame_ms = (index == 0).then_some(FRAME_MS);
-            let own = episode_seed(seed, index);
-            let meddling = args.meddle.then(|| meddling(&spec.scene, own));
-            let spec = EpisodeSpec { frame_ms, meddling, ..spec.clone() };
-            let over = episode(planner, Grounding::default(), goal, &spec, own)?;
-            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-            if all > 1 {
+    let first = || {
+        let mut thoughts = Thoughts::of(planner);
+        let mut watch = Watch::new(progress, format!("episode 1 of {all}"));
+        progress.say(format!("episode 1 of {all}"));
+        let over = run(0, &mut |view, world| {
+            thoughts.watch(planner, view, world);
+            watch.tick(view, world);
+        })?;
+        done.fetch_add(1, Ordering::Relaxed);
+        Ok::<_, TaskError>((over, thoughts))
+    };
+    let others = || {
+        (1..all)
+            .into_par_iter()
+            .map(|index| {
+                let over = run(index, &mut |_, _| {})?;
+                let done = done.fetch_add(1, Ordering::Relaxed) + 1;
                 progress.say(format!("{done} of {all} episodes done"));
-            }
-            Ok(over)
-        })
-        .collect()
+                Ok(over)
+            })
+            .collect::<Result<Vec<_>, TaskError>>()
+    };
+    let (first, others) = rayon::join(first, others);
+    let (first, thoughts) = first?;
+    Ok((std::iter::once(first).chain(others?).collect(), thoughts))
 }
 
 /// What is to be seen at the beginning of the first episode.
@@ -189,25 +221,6 @@ fn least_skills(planner: &Planner, scene: &Snapshot, goal: &str) -> Result<usize
     let classifier = Classifier::new(planner.domain(), Grounding::default())?;
     let (counts, _) = plan::count(&classifier, planner.domain(), scene);
     Ok(planner.plan(&counts, goal)?.steps.len())
-}
-
-/// Every decision and skill of every episode, and frames of the first, one JSON object a line.
-fn trace(episodes: &[Episode]) -> String {
-    let mut text = String::new();
-    for (index, Episode { report, frames, .. }) in episodes.iter().enumerate() {
-        for decision in &report.decisions {
-            let _ = writeln!(text, "{}", json!({"episode": index, "decision": decision}));
-        }
-        for skill in &report.skills {
-            let _ = writeln!(text, "{}", json!({"episode": index, "skill": skill}));
-        }
-        let ended = json!({"ended": report.ended, "assembled": report.assembled});
-        let _ = writeln!(text, "{}", json!({"episode": index, "end": ended}));
-        for frame in frames {
-            let _ = writeln!(text, "{}", json!({"episode": index, "frame": frame}));
-        }
-    }
-    text
 }
 
 struct Results<'r> {
@@ -225,7 +238,49 @@ impl Results<'_> {
         self.tally.simulated_s / wall_s.max(1e-9)
     }
 
+    /// What the run was and what came of it, the same on every machine.
+    fn facts(
+        &self,
+        args: &RunArgs,
+        goal: &str,
+        scene: &SceneSpec,
+        thoughts: &Thoughts,
+    ) -> RunFacts {
+        let (format, version) = RunFacts::FORMAT;
+        let (modules, populations) = RunFacts::of_thoughts(thoughts);
+        let spec = args.planner.spec();
+        RunFacts {
+            format: format.into(),
+            version,
+            symbolt: env!("CARGO_PKG_VERSION").into(),
+            command: args.command(),
+            seed: args.common.seed,
+            goal: goal.into(),
+            mode: args.planner.mode.clone(),
+            planner: json!({
+                "dimensions": spec.dimensions,
+                "max_similarity": spec.max_similarity,
+                "absent": args.planner.absent,
+                "first": args.planner.first,
+                "products": args.planner.products,
+            }),
+            scene: scene.clone(),
+            summary: self.figures_json(args),
+            modules,
+            populations,
+        }
+    }
+
+    /// What `--json` prints: the run's figures, and what differs between machines and runs.
     fn summary(&self, args: &RunArgs, folder: &Path) -> Value {
+        let mut summary = self.figures_json(args);
+        summary["real_time_factor"] = json!(self.real_time(self.loop_s));
+        summary["physics_real_time_factor"] = json!(self.real_time(self.physics_s));
+        summary["out"] = json!(folder.display().to_string());
+        summary
+    }
+
+    fn figures_json(&self, args: &RunArgs) -> Value {
         let tally = self.tally;
         let failures: Vec<Value> = tally
             .failures
@@ -258,8 +313,6 @@ impl Results<'_> {
                 "p95": tally.decision_quantile(0.95),
             },
             "slip_mm": 1e3 * tally.slip_m,
-            "real_time_factor": self.real_time(self.loop_s),
-            "physics_real_time_factor": self.real_time(self.physics_s),
             "physics_steps": tally.steps,
             "mode": args.planner.mode,
             "failures": failures,
@@ -267,7 +320,6 @@ impl Results<'_> {
             "demonstrations_assembled": self.shown.assembled,
             "states": self.learned.domain.states().len(),
             "operators": self.learned.domain.operators().len(),
-            "out": folder.display().to_string(),
         })
     }
 

@@ -16,8 +16,8 @@ use super::plan::LifSpec;
 use super::solved::{Kept, SolvedModel, Unfit};
 use super::tuning::{Neurons, cosine, on_sphere, part_of_pointer};
 use crate::sim::{
-    AdvanceIo, LayerRequest, Node, NodeFault, Outputs, PortDecl, Real, ScratchSpec, Seed, StateMut,
-    StateSpec, StepCx, fnv1a,
+    AdvanceIo, LayerRequest, Node, NodeFault, Outputs, PortDecl, Real, ScratchSpec, Seed, State,
+    StateMut, StateSpec, StepCx, fnv1a,
 };
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -73,6 +73,14 @@ impl Node for Neural {
         self.kept.bank.step(io.inputs.get(0), open, io.state.reals, io.outputs.get_mut(0));
         Ok(())
     }
+
+    fn neurons(&self) -> usize {
+        self.kept.bank.spiking()
+    }
+
+    fn spiked(&self, state: &State<'_>, neuron: usize) -> bool {
+        self.kept.bank.spiked(state.reals, neuron)
+    }
 }
 
 /// Products of pairs, as differences of squares.
@@ -111,6 +119,14 @@ impl Node for NeuralProduct {
             *out = two[0] - two[1];
         }
         Ok(())
+    }
+
+    fn neurons(&self) -> usize {
+        self.kept.bank.spiking()
+    }
+
+    fn spiked(&self, state: &State<'_>, neuron: usize) -> bool {
+        self.kept.bank.spiked(state.reals, neuron)
     }
 }
 

@@ -8,8 +8,8 @@ use super::layer::{ENOUGH, INHIBITION, Select, SelectRule};
 use super::population::{Maker, Refusal, Spread};
 use super::solved::Kept;
 use crate::sim::{
-    AdvanceIo, LayerRequest, Node, NodeFault, Outputs, PortDecl, Real, ScratchSpec, StateMut,
-    StateSpec, StepCx,
+    AdvanceIo, LayerRequest, Node, NodeFault, Outputs, PortDecl, Real, ScratchSpec, State,
+    StateMut, StateSpec, StepCx,
 };
 
 /// A choice among utilities.
@@ -142,6 +142,14 @@ impl Node for NeuralSelect {
             }
         }
         Ok(())
+    }
+
+    fn neurons(&self) -> usize {
+        self.chosen.bank.spiking()
+    }
+
+    fn spiked(&self, state: &State<'_>, neuron: usize) -> bool {
+        self.chosen.bank.spiked(&state.reals[..self.chosen.bank.state_len()], neuron)
     }
 }
 

@@ -144,6 +144,14 @@ pub struct OutputRef {
     pub(crate) source: Source,
 }
 
+/// A node whose neurons spike, found by its path, for observers.
+#[derive(Debug, Clone, Copy)]
+pub struct PopulationRef {
+    pub(crate) node: usize,
+    /// How many neurons it has.
+    pub neurons: usize,
+}
+
 impl Graph {
     /// The clock.
     pub fn timebase(&self) -> Timebase {
@@ -174,6 +182,14 @@ impl Graph {
     pub fn parts(&self) -> impl Iterator<Item = (&str, &dyn Any)> {
         let bodies = self.bodies.iter().map(|body| &**body as &dyn Any);
         self.paths().zip(bodies)
+    }
+
+    /// The paths of all nodes with neurons that spike, in the order in which they emit.
+    pub fn populations(&self) -> impl Iterator<Item = (&str, PopulationRef)> {
+        self.paths().zip(&self.bodies).enumerate().filter_map(|(node, (path, body))| {
+            let neurons = body.neurons();
+            (neurons > 0).then_some((path, PopulationRef { node, neurons }))
+        })
     }
 
     /// Every output as `path.port`, in the order in which they are written.

@@ -28,7 +28,7 @@ mod world;
 
 pub use builder::{EdgeId, GraphBuilder, Module, Scope};
 pub use error::{BuildError, BuildErrors, ConfigError, NodeFault, SimError, WorldError};
-pub use graph::{Graph, OutputRef};
+pub use graph::{Graph, OutputRef, PopulationRef};
 pub use lowering::{LayerRequest, Lowering, LoweringFault, PendingLayer};
 pub use node::{
     AdvanceIo, Complex, EmitIo, Inputs, Node, Outputs, Real, Scratch, State, StateMut, StepCx,

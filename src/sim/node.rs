@@ -62,6 +62,17 @@ pub trait Node: Any + Send + Sync {
         let _ = (cx, io);
         Ok(())
     }
+
+    /// How many neurons the node has that spike; none if it is no population.
+    fn neurons(&self) -> usize {
+        0
+    }
+
+    /// Whether one of its neurons spiked in the tick that left this state.
+    fn spiked(&self, state: &State<'_>, neuron: usize) -> bool {
+        let _ = (state, neuron);
+        false
+    }
 }
 
 /// What a node knows of the moment.

@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use super::arena::{Arenas, ScratchArena};
 use super::error::SimError;
-use super::graph::{Graph, OutputRef, Source};
+use super::graph::{Graph, OutputRef, PopulationRef, Source};
 use super::node::{
     AdvanceIo, EmitIo, Inputs, Outputs, Real, Scratch, Slot, State, StateMut, StepCx,
 };
@@ -104,6 +104,11 @@ impl<'a> SimView<'a> {
     /// a handle of another graph.
     pub fn value<K: Kind>(&self, of: &Out<K>) -> &'a [Real] {
         self.sim.value(of)
+    }
+
+    /// As [`Simulator::spiked`].
+    pub fn spiked(&self, of: PopulationRef, neuron: usize) -> bool {
+        self.sim.spiked(of, neuron)
     }
 
     /// The world of this run.
@@ -290,6 +295,22 @@ impl Simulator {
     /// The values of an output found by path.
     pub fn value_of(&self, of: OutputRef) -> &[Real] {
         self.arenas.source(of.source)
+    }
+
+    /// Whether a neuron of a population of this graph, counted from 0, spiked in the last tick. No neuron that is not
+    /// there does.
+    pub fn spiked(&self, of: PopulationRef, neuron: usize) -> bool {
+        let (Some(node), Some(body)) =
+            (self.graph.nodes.get(of.node), self.graph.bodies.get(of.node))
+        else {
+            return false;
+        };
+        let state = State {
+            reals: &self.arenas.reals[node.reals.of()],
+            words: &self.arenas.words[node.words.of()],
+            longs: &self.arenas.longs[node.longs.of()],
+        };
+        neuron < body.neurons() && self.tick > 0 && body.spiked(&state, neuron)
     }
 
     /// What a probe has recorded. Empty for a handle of another graph.

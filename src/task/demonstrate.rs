@@ -33,7 +33,8 @@ const MOST_SKILLS: usize = 12;
 
 /// Shows the task `demos` times, in a scene drawn anew each time.
 ///
-/// `watch` is called with the number of each demonstration before it begins.
+/// `watch` is called after every step of the physics with the number of the demonstration, from 0, and its simulated
+/// seconds.
 ///
 /// # Errors
 /// As [`Scene::new`].
@@ -41,7 +42,7 @@ pub fn demonstrate(
     spec: &SceneSpec,
     demos: usize,
     seed: Seed,
-    watch: &mut dyn FnMut(usize),
+    watch: &mut dyn FnMut(usize, f64),
 ) -> Result<Demonstrated, TaskError> {
     spec.check()?;
     let mut out = Demonstrated {
@@ -53,13 +54,14 @@ pub fn demonstrate(
     };
     let flip = seed.derive("demonstrator", "order").rng().random::<bool>();
     for demo in 0..demos {
-        watch(demo);
         let own = seed.derive_index("demonstration", demo as u64);
         let mut scene = Scene::new(spec, own)?;
         let mut recorder = Recorder::new(spec);
         // Alternating from a drawn start, so that few demonstrations show both orders.
         let nut_first = (demo % 2 == 0) == flip;
-        out.skills.push(show(&mut scene, &mut recorder, nut_first));
+        out.skills.push(show(&mut scene, &mut recorder, nut_first, &mut |time_s| {
+            watch(demo, time_s);
+        }));
         out.assembled += usize::from(Assembly::judge(&scene).is_assembled());
         out.steps += scene.steps();
         out.simulated_s += scene.time_s();
@@ -70,7 +72,12 @@ pub fn demonstrate(
 }
 
 /// One demonstration.
-fn show(scene: &mut Scene, recorder: &mut Recorder, nut_first: bool) -> Vec<SkillReport> {
+fn show(
+    scene: &mut Scene,
+    recorder: &mut Recorder,
+    nut_first: bool,
+    watch: &mut dyn FnMut(f64),
+) -> Vec<SkillReport> {
     let mut robot = Robot::default();
     let mut reports = Vec::new();
     recorder.note(scene, Event::Start, None);
@@ -80,6 +87,7 @@ fn show(scene: &mut Scene, recorder: &mut Recorder, nut_first: bool) -> Vec<Skil
             Err(report) => reports.push(report),
             Ok(()) => loop {
                 let step = robot.step(scene);
+                watch(scene.time_s());
                 match step.touch {
                     Some(Touch::Contact(part)) => recorder.note(scene, Event::Contact, Some(part)),
                     Some(Touch::Release(part)) => recorder.note(scene, Event::Release, Some(part)),

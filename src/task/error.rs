@@ -67,6 +67,15 @@ pub enum TaskError {
         /// The file.
         path: PathBuf,
     },
+    /// A folder that holds neither a run nor an experiment.
+    #[error(
+        "{} holds nothing to report; expected a run's folder (run.json, trace.jsonl, ...), an experiment's \
+         (results.json), or one of experiments", folder.display()
+    )]
+    NothingToReport {
+        /// The folder.
+        folder: PathBuf,
+    },
     /// A setting that makes no sense.
     #[error("`{name}` is {value}; expected {expected}")]
     Setting {

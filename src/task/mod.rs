@@ -20,6 +20,8 @@ pub mod planner;
 mod pose;
 mod recording;
 #[cfg(feature = "physics")]
+pub mod report;
+#[cfg(feature = "physics")]
 pub mod scene;
 pub mod standard;
 mod symbolic;

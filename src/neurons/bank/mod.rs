@@ -197,6 +197,22 @@ impl Bank {
         }
     }
 
+    /// Whether a neuron fired in the tick that left this state: only then more than one refractory
+    /// period is left.
+    pub fn spiked(&self, state: &[Real], neuron: usize) -> bool {
+        let (each, per) = (self.shape.neurons, self.shape.padded());
+        let refractory = &state[state.len() / 2..];
+        refractory[neuron / each * per + neuron % each] > self.consts.tau_ref
+    }
+
+    /// Neurons that spike.
+    pub fn spiking(&self) -> usize {
+        match self.firing {
+            Firing::Spikes => self.shape.ensembles * self.shape.neurons,
+            Firing::Rates => 0,
+        }
+    }
+
     /// Numbers of state: voltages, then refractory times.
     pub fn state_len(&self) -> usize {
         match self.firing {

@@ -29,14 +29,6 @@ impl Bank {
     pub(in crate::neurons) fn lengthen_refractory_period(&mut self, factor: Real) {
         self.consts.tau_ref *= factor;
     }
-
-    /// Whether a neuron fired in the tick that left this state: only then more than one refractory
-    /// period is left.
-    pub(in crate::neurons) fn spiked(&self, state: &[Real], neuron: usize) -> bool {
-        let (each, per) = (self.shape.neurons, self.shape.padded());
-        let refractory = &state[state.len() / 2..];
-        refractory[neuron / each * per + neuron % each] > self.consts.tau_ref
-    }
 }
 
 /// All that a bank says and holds over 300 ticks, driven, silenced and driven again.

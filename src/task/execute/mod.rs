@@ -9,8 +9,10 @@
 
 mod choose;
 mod tally;
+mod thoughts;
 mod world;
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -21,11 +23,12 @@ use super::ground::Grounding;
 use super::oracle::Obstacle;
 use super::planner::Planner;
 use super::pose::Pose;
-use super::scene::{Outcome, SceneFrame, SceneSpec, SkillReport};
+use super::scene::{Outcome, SceneFrame, SceneSpec, SkillReport, Touch};
 use super::witness::Assembly;
-use crate::sim::{RunConfig, Seed, SimDuration, Simulator, StopReason};
+use crate::sim::{RunConfig, Seed, SimDuration, SimView, Simulator, StopReason};
 pub use tally::{Tally, wilson95};
-pub use world::AssemblyWorld;
+pub use thoughts::{Rows, Thoughts};
+pub use world::{AssemblyWorld, Doing};
 
 /// How episodes are run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -122,6 +125,26 @@ pub struct Decided {
     pub action: Option<String>,
 }
 
+/// Fingers and a part come together, or part.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Touched {
+    /// Simulated seconds.
+    pub t: f64,
+    /// The part's place in the scene.
+    pub part: usize,
+    /// Whether they came together.
+    pub contact: bool,
+}
+
+impl Touched {
+    fn at(t: f64, touch: Touch) -> Self {
+        match touch {
+            Touch::Contact(part) => Self { t, part, contact: true },
+            Touch::Release(part) => Self { t, part, contact: false },
+        }
+    }
+}
+
 /// How an episode ended.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Ended {
@@ -154,6 +177,8 @@ pub struct EpisodeReport {
     pub decisions: Vec<Decided>,
     /// Every skill.
     pub skills: Vec<SkillReport>,
+    /// Every touch of the fingers.
+    pub touches: Vec<Touched>,
     /// Parts that were in no state when last looked at, or are gone from the table.
     pub in_no_state: usize,
     /// Times that a part was found in no state that had not been so when looked at before.
@@ -217,19 +242,34 @@ pub fn episode(
     spec: &EpisodeSpec,
     seed: Seed,
 ) -> Result<Episode, TaskError> {
+    episode_watched(planner, grounding, goal, spec, seed, &mut |_, _| {})
+}
+
+/// As [`episode`]; after every tick `watch` can look at the graph and the world.
+///
+/// # Errors
+/// As [`episode`].
+pub fn episode_watched(
+    planner: &Arc<Planner>,
+    grounding: Grounding,
+    goal: &str,
+    spec: &EpisodeSpec,
+    seed: Seed,
+    watch: &mut dyn FnMut(&SimView<'_>, &AssemblyWorld),
+) -> Result<Episode, TaskError> {
     let world = AssemblyWorld::new(planner.clone(), grounding, goal, spec)?;
     let run = RunConfig::seeded(seed).in_world(world);
     let mut sim = Simulator::new(planner.graph().clone(), run)?;
-    let over = |view: &crate::sim::SimView<'_>| {
-        AssemblyWorld::of(view.world()).is_some_and(|w| w.ended().is_some())
-    };
     // The world gives up by itself; this is only to be sure.
     let limit = SimDuration::from_millis((spec.limit_s * 1e3) as u64 + 120_000);
     sim.run_until(limit, |view| {
-        if over(&view) {
-            std::ops::ControlFlow::Break(StopReason::Condition("over"))
-        } else {
-            std::ops::ControlFlow::Continue(())
+        let Some(world) = AssemblyWorld::of(view.world()) else {
+            return ControlFlow::Break(StopReason::Condition("another world"));
+        };
+        watch(&view, world);
+        match world.ended() {
+            Some(_) => ControlFlow::Break(StopReason::Condition("over")),
+            None => ControlFlow::Continue(()),
         }
     })?;
     match AssemblyWorld::of(sim.world()) {
@@ -247,6 +287,7 @@ impl AssemblyWorld {
             assembled: scene.is_some_and(|s| Assembly::judge(s).is_assembled()),
             decisions: log.decisions.clone(),
             skills: log.skills.clone(),
+            touches: log.touches.clone(),
             in_no_state: log.in_no_state,
             strays: log.strays,
             meddled: self.meddled(),

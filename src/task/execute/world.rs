@@ -7,7 +7,7 @@ use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
 use super::choose;
-use super::{Decided, Ended, EpisodeSpec};
+use super::{Decided, Ended, EpisodeSpec, Touched};
 use crate::sim::{Real, Seed, SimDuration, World, WorldError, WorldSave};
 use crate::task::error::TaskError;
 use crate::task::ground::{Classifier, Grounding};
@@ -35,7 +35,21 @@ pub(super) struct Log {
     pub skills: Vec<SkillReport>,
     pub in_no_state: usize,
     pub strays: usize,
+    pub touches: Vec<Touched>,
     pub frames: Vec<SceneFrame>,
+}
+
+/// What an [`AssemblyWorld`] is doing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Doing<'w> {
+    /// Waiting for a look at the scene.
+    Looking,
+    /// The planner graph is asked what to do.
+    Deciding,
+    /// The robot does this action.
+    Acting(&'w str),
+    /// It is over.
+    Over,
 }
 
 /// Everything that changes.
@@ -103,9 +117,18 @@ impl AssemblyWorld {
         self.live.as_ref().map(|live| &live.scene)
     }
 
-    /// Whether the robot is doing something.
-    pub fn acting(&self) -> bool {
-        self.live.as_ref().is_some_and(|live| live.phase == Phase::Act)
+    /// What it is doing.
+    pub fn doing(&self) -> Doing<'_> {
+        let Some(live) = &self.live else { return Doing::Looking };
+        match live.phase {
+            Phase::Rest { .. } => Doing::Looking,
+            Phase::Ask { .. } => Doing::Deciding,
+            Phase::Act => {
+                let decided = live.log.decisions.last();
+                Doing::Acting(decided.and_then(|d| d.action.as_deref()).unwrap_or_default())
+            }
+            Phase::Over(_) => Doing::Over,
+        }
     }
 
     pub(super) fn meddled(&self) -> bool {
@@ -118,6 +141,7 @@ impl AssemblyWorld {
             skills: Vec::new(),
             in_no_state: 0,
             strays: 0,
+            touches: Vec::new(),
             frames: Vec::new(),
         };
         self.live.as_ref().map_or(&EMPTY, |live| &live.log)
@@ -142,6 +166,9 @@ impl Live {
             Phase::Act | Phase::Over(_) => {}
         }
         let stepped = self.robot.step(&mut self.scene);
+        if let Some(touch) = stepped.touch {
+            self.log.touches.push(Touched::at(self.scene.time_s(), touch));
+        }
         if let Some(report) = stepped.ended {
             self.log.skills.push(report);
             self.phase = Phase::Rest { left: REST };

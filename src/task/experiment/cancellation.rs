@@ -1,8 +1,8 @@
 //! Soft interference cancellation: reading one filler out of a sum of bound pairs whose roles are all known.
 //!
 //! A decoder that takes its own wrong readings out of the sum makes it worse. This one takes out what it expects
-//! of each pair: weights over the vocabulary, which are even while nothing is known, so that an overloaded sum is
-//! left as it is and read linearly. For each role in turn, with what all other pairs are expected to be
+//! of each pair: weights over the vocabulary, which are small and nearly even while nothing is known, so that an
+//! overloaded sum is left nearly as it is. For each role in turn, with what all other pairs are expected to be
 //! taken out, an item's log likelihood under Gaussian interference of variance v a component is
 //! `(a . r - |a|^2 / 2) / v` for the bound pair `a` and the rest `r`; half of the way is gone to the
 //! weights that follow. `v` is what is still unknown of the other pairs, and at least what the sum leaves

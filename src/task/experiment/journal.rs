@@ -113,16 +113,16 @@ pub(super) fn read(path: &Path) -> Result<Contents, TaskError> {
     File::open(path)
         .and_then(|mut file| file.read_to_end(&mut bytes))
         .map_err(failed("read", path))?;
-    let end = bytes.iter().position(|b| *b == b'\n');
-    let line = end.map_or(&bytes[..], |end| &bytes[..end]);
-    let header: Header = serde_json::from_slice(line).map_err(|e| {
-        fault(path, format!("its first line is not a journal's ({e})"), "a journal")
-    })?;
+    let bad = |why: String| {
+        fault(path, format!("its first line is not a journal's ({why})"), "a journal, or --force")
+    };
+    let end = bytes.iter().position(|b| *b == b'\n').ok_or_else(|| bad("it has no end".into()))?;
+    let header: Header = serde_json::from_slice(&bytes[..end]).map_err(|e| bad(e.to_string()))?;
     if header.format != FORMAT || header.version != VERSION || header.width > WIDTH {
         let problem = format!("it is a {} of version {}", header.format, header.version);
         return Err(fault(path, problem, format!("{FORMAT} of version {VERSION}")));
     }
-    let start = end.map_or(bytes.len(), |end| end + 1);
+    let start = end + 1;
     let each = length(header.width);
     let whole = bytes[start..].chunks_exact(each);
     let count = whole.len();
@@ -132,21 +132,52 @@ pub(super) fn read(path: &Path) -> Result<Contents, TaskError> {
     Ok(Contents { header, records, damaged, whole })
 }
 
+/// A folder's lock: who has it is the only one that changes the folder's journal. It ends with its holder.
+#[derive(Debug)]
+pub(super) struct Lock {
+    _file: File,
+}
+
+impl Lock {
+    /// Takes the lock of a folder, making the folder if there is none.
+    pub fn take(folder: &Path) -> Result<Self, TaskError> {
+        std::fs::create_dir_all(folder).map_err(failed("make", folder))?;
+        let path = folder.join(".lock");
+        let mut options = OpenOptions::new();
+        let file = options.write(true).create(true).truncate(false).open(&path);
+        let file = file.map_err(failed("write", folder))?;
+        match file.try_lock() {
+            Ok(()) => Ok(Self { _file: file }),
+            Err(TryLockError::WouldBlock) => {
+                let source = std::io::Error::other("another run works in it");
+                Err(TaskError::Io { what: "write", path: folder.into(), source })
+            }
+            Err(TryLockError::Error(source)) => Err(failed("write", &path)(source)),
+        }
+    }
+}
+
 /// A journal open for more trials.
 #[derive(Debug)]
 pub(super) struct Journal {
     file: File,
     path: PathBuf,
     width: usize,
+    /// Where the last whole record ends.
+    whole: u64,
+    /// Whether a record was written in part: nothing may follow it.
+    torn: bool,
+    _lock: Lock,
 }
 
 impl Journal {
     /// Opens the journal at `path` for trials of `header`, or begins it; what it holds already. Damaged records
-    /// are dropped if it is to `salvage`, else refused; so is whatever another process appends to.
+    /// are dropped if it is to `salvage`, else refused. The lock is that of the folder.
     pub fn open(
         path: &Path,
         header: &Header,
         salvage: bool,
+        lock: Lock,
     ) -> Result<(Self, Vec<Record>), TaskError> {
         if !path.exists() {
             let mut line = serde_json::to_vec(header).unwrap_or_default();
@@ -155,14 +186,6 @@ impl Journal {
         }
         let mut file =
             OpenOptions::new().read(true).write(true).open(path).map_err(failed("write", path))?;
-        match file.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => {
-                let source = std::io::Error::other("another run appends to it");
-                return Err(TaskError::Io { what: "write", path: path.into(), source });
-            }
-            Err(TryLockError::Error(source)) => return Err(failed("write", path)(source)),
-        }
         let contents = read(path)?;
         if contents.header != *header {
             let problem = "it holds trials of another experiment, seed or settings";
@@ -170,9 +193,7 @@ impl Journal {
         }
         if contents.damaged > 0 && salvage {
             write(path, header, &contents.records, Overwrite::Allowed)?;
-            // The whole file stands in the place of the one that is locked here.
-            drop(file);
-            return Self::open(path, header, false);
+            return Self::open(path, header, false, lock);
         }
         if contents.damaged > 0 {
             let problem = format!(
@@ -186,12 +207,27 @@ impl Journal {
         }
         file.set_len(contents.whole).map_err(failed("write", path))?;
         file.seek(SeekFrom::End(0)).map_err(failed("write", path))?;
-        Ok((Self { file, path: path.into(), width: header.width }, contents.records))
+        let (width, whole) = (header.width, contents.whole);
+        let path = path.into();
+        Ok((Self { file, path, width, whole, torn: false, _lock: lock }, contents.records))
     }
 
-    /// Appends a finished trial.
+    /// Appends a finished trial. Once that has failed, nothing more is appended: a record behind a torn one could
+    /// not be found again.
     pub fn append(&mut self, record: Record) -> Result<(), TaskError> {
-        self.file.write_all(&record.to_bytes(self.width)).map_err(failed("write", &self.path))
+        if self.torn {
+            let source = std::io::Error::other("an earlier trial could not be written");
+            return Err(failed("write", &self.path)(source));
+        }
+        let bytes = record.to_bytes(self.width);
+        self.file.write_all(&bytes).map_err(|source| {
+            self.torn = true;
+            // What is left if this fails too is a piece of a record at the end, as after a kill.
+            let _ = self.file.set_len(self.whole);
+            failed("write", &self.path)(source)
+        })?;
+        self.whole += bytes.len() as u64;
+        Ok(())
     }
 }
 

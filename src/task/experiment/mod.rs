@@ -101,6 +101,11 @@ pub trait Experiment: Send + Sync {
     fn question(&self) -> &'static str;
     /// What decides the outcomes beside seed, cells and number of trials.
     fn settings(&self) -> Value;
+    /// Raised whenever a trial of the same settings and seed would come out otherwise: journals of other revisions
+    /// are not gone on with.
+    fn revision(&self) -> u32 {
+        1
+    }
     /// The cells.
     fn cells(&self) -> Vec<Cell>;
     /// One trial of a cell, from a seed that is the same for this trial's number in every cell.
@@ -122,7 +127,7 @@ pub struct Results {
     pub name: &'static str,
     /// What was asked.
     pub question: &'static str,
-    /// Seed, number of trials, and the experiment's own settings.
+    /// Seed, and the experiment's own settings.
     pub settings: Value,
     /// One row a reading of a cell.
     pub rows: Vec<Row>,
@@ -189,7 +194,7 @@ impl Results {
             columns
                 .iter()
                 .copied()
-                .chain(["value", "low95", "high95", "sd", "trials"])
+                .chain(["value", "low95", "high95", "sd", "q5", "q50", "q95", "trials"])
                 .collect::<Vec<_>>()
                 .join(","),
         ];
@@ -206,6 +211,8 @@ impl Results {
             let number = |v: f64| if v.is_finite() { v.to_string() } else { String::new() };
             fields.extend([row.statistic.value(), low, high].map(number));
             fields.push(row.statistic.sd().map_or_else(String::new, number));
+            let quantiles = row.statistic.quantiles();
+            fields.extend((0..3).map(|i| quantiles.map_or_else(String::new, |q| number(q[i]))));
             fields.push(row.statistic.trials().to_string());
             lines.push(fields.join(","));
         }

@@ -72,23 +72,24 @@ impl Experiment for Distances {
                 .rows
                 .iter()
                 .filter(|row| row.number("p") == Some(p))
-                .filter_map(|row| {
-                    // The two stand side by side.
-                    let x = row.number("tight")? + if p > 0.0 { -0.05 } else { 0.05 };
-                    let (y, sd) = (row.statistic.value(), row.statistic.sd()?);
-                    Some(Mark { x, y, bar: Some([y - sd, y + sd]) })
-                })
+                .filter_map(|row| logarithmic(row.number("tight")?, row))
                 .collect(),
             joined: true,
             dashed: false,
         });
         Some(Figure {
-            title: "Distance of two 6-D states (mean and SD)".into(),
+            title: "Distance of two 6-D states (median, 5 to 95% of the pairs)".into(),
             x: Axis::new("dimensions with SD 0.05 (the others 0.5)"),
-            y: Axis::new("distance (units of the states)"),
+            y: Axis::new("distance (log10, units of the states)"),
             series: series.into(),
         })
     }
+}
+
+/// A row's median on a logarithmic axis, with the span of all but a tenth of the trials.
+fn logarithmic(x: f64, row: &super::Row) -> Option<Mark> {
+    let [low, middle, high] = row.statistic.quantiles()?;
+    Some(Mark { x, y: middle.log10(), bar: Some([low.log10(), high.log10()]) })
 }
 
 /// Figure 1C: knives on a cart or beside plates, by 8-D states relative to cart, nearest plate and table
@@ -123,14 +124,24 @@ struct Place {
 }
 
 impl Place {
-    /// Where this is as seen from `frame`: along and across its heading, and turned by how much. The turn
-    /// lies within half a circle: a knife has a blade and a handle.
+    /// Where this is as seen from `frame`: along and across its heading, and turned by how much, in radians.
     fn from(&self, frame: &Self) -> [f64; 3] {
         let (dx, dy) = (self.x - frame.x, self.y - frame.y);
         let (sin, cos) = frame.angle.sin_cos();
-        let turn = (self.angle - frame.angle + PI).rem_euclid(2.0 * PI) - PI;
-        [cos * dx + sin * dy, cos * dy - sin * dx, turn]
+        [cos * dx + sin * dy, cos * dy - sin * dx, self.angle - frame.angle]
     }
+}
+
+/// Which numbers of a knife's state are angles.
+const ANGLES: [bool; 8] = [false, false, true, false, false, true, false, true];
+
+/// Distance of two knives' states; of angles it takes the difference the short way round, at most half a circle.
+fn apart(a: &[f64; 8], b: &[f64; 8], p: f64) -> f64 {
+    let difference: [f64; 8] = std::array::from_fn(|i| {
+        let by = a[i] - b[i];
+        if ANGLES[i] { (by + PI).rem_euclid(2.0 * PI) - PI } else { by }
+    });
+    p_distance(&difference, &[0.0; 8], p)
 }
 
 /// A knife's state: in the frame of the cart, of the nearest plate, and distance and angle to the nearest
@@ -149,8 +160,7 @@ fn state(knife: &Place, cart: &Place, plates: &[Place]) -> [f64; 8] {
     ];
     let (distance, normal) =
         edges.into_iter().min_by(|p, q| p.0.abs().total_cmp(&q.0.abs())).unwrap_or((0.0, 0.0));
-    let slant = (knife.angle - normal + PI).rem_euclid(2.0 * PI) - PI;
-    [a, b, c, d, e, f, distance, slant]
+    [a, b, c, d, e, f, distance, knife.angle - normal]
 }
 
 /// Knives on the cart and beside plates, in all tables of an example.
@@ -209,6 +219,10 @@ impl Experiment for TableSetting {
         "Knives on a cart or beside plates: are distances within a group smaller than between groups?"
     }
 
+    fn revision(&self) -> u32 {
+        2
+    }
+
     fn settings(&self) -> Value {
         json!({
             "tables": TABLES, "plates": PLATES, "knives_on_cart": ON_CART, "table_half_m": TABLE,
@@ -238,12 +252,12 @@ impl Experiment for TableSetting {
         let within = |group: &[[f64; 8]]| -> Vec<f64> {
             (0..group.len())
                 .flat_map(|i| (0..i).map(move |j| (i, j)))
-                .map(|(i, j)| p_distance(&group[i], &group[j], p))
+                .map(|(i, j)| apart(&group[i], &group[j], p))
                 .collect()
         };
         let [cart, plates] = [within(&groups[0]), within(&groups[1])];
         let between: Vec<f64> =
-            groups[0].iter().flat_map(|a| groups[1].iter().map(|b| p_distance(a, b, p))).collect();
+            groups[0].iter().flat_map(|a| groups[1].iter().map(|b| apart(a, b, p))).collect();
         let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
         // The area under the curve of hits over false alarms: 1 where the groups are apart, 1/2 by chance.
         let mut sorted = between.clone();
@@ -255,31 +269,53 @@ impl Experiment for TableSetting {
     }
 
     fn figure(&self, results: &Results) -> Option<Figure> {
-        let names = ["on the cart", "beside plates", "between groups"];
+        // From the bottom up; the two exponents stand side by side.
+        let names = ["between groups", "beside plates", "on the cart"];
         let series = EXPONENTS.map(|p| {
-            let marks = names
-                .iter()
-                .enumerate()
-                .filter_map(|(x, pairs)| {
-                    let row = results
-                        .rows
-                        .iter()
-                        .find(|row| row.number("p") == Some(p) && row.is("pairs", &json!(pairs)))?;
-                    let (y, sd) = (row.statistic.value(), row.statistic.sd()?);
-                    Some(Mark { x: x as f64 + 1.0, y, bar: Some([y - sd, y + sd]) })
-                })
-                .collect();
-            Series { name: format!("p = {p}"), marks, joined: true, dashed: false }
+            let mark = |(at, pairs): (usize, &&str)| {
+                let of = |row: &&super::Row| {
+                    row.number("p") == Some(p) && row.is("pairs", &json!(pairs))
+                };
+                let row = results.rows.iter().find(of)?;
+                let y = at as f64 + if p > 0.0 { 0.12 } else { -0.12 };
+                let Mark { y: x, bar, .. } = logarithmic(0.0, row)?;
+                Some(Mark { x, y, bar })
+            };
+            let marks = names.iter().enumerate().filter_map(mark).collect();
+            Series { name: format!("p = {p}"), marks, joined: false, dashed: false }
         });
         Some(Figure {
-            title: "Distances between knives' 8-D states (mean and SD over examples)".into(),
-            x: Axis::from_to(
-                "1: both on the cart, 2: both beside plates, 3: one of each",
-                0.5,
-                3.5,
-            ),
-            y: Axis::new("distance (m and rad)"),
+            title: "Mean distance of knives' 8-D states (median, 5 to 95% of the examples)".into(),
+            x: Axis::new("distance (log10 of m and rad)"),
+            y: Axis::named(names.map(|pairs| format!("pairs {pairs}")).into()),
             series: series.into(),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn knives_laid_alike_are_near_in_every_coordinate_that_tells_where_they_belong() {
+        let groups = example(&mut Seed::new(4).rng());
+        // On the cart: in its frame, metres and radians, whichever way it stands.
+        for pair in groups[0].chunks_exact(ON_CART) {
+            for (a, b) in pair.iter().zip(&pair[1..]) {
+                assert!((a[0] - b[0]).abs() < 0.05 && (a[1] - b[1]).abs() < 0.08);
+            }
+        }
+        // Beside plates: half a circle from the edge's normal, where a difference of angles could jump.
+        let slant = |knife: &[f64; 8]| (knife[7]).rem_euclid(2.0 * PI);
+        let only_slant = |a: &[f64; 8], b: &[f64; 8]| {
+            let (mut one, mut other) = ([0.0; 8], [0.0; 8]);
+            (one[7], other[7]) = (a[7], b[7]);
+            apart(&one, &other, 2.0)
+        };
+        for (a, b) in groups[1].iter().zip(&groups[1][1..]) {
+            assert!((slant(a) - PI).abs() < 0.3, "{}", slant(a));
+            assert!(only_slant(a, b) < 0.4, "{}", only_slant(a, b));
+        }
     }
 }

@@ -135,6 +135,7 @@ impl Figure {
         let mut chart = ChartBuilder::on(&area)
             .caption(&self.title, font(17))
             .margin(14)
+            .margin_right(26)
             .x_label_area_size(48)
             .y_label_area_size(beside)
             .build_cartesian_2d(left..right, bottom..top)
@@ -159,15 +160,19 @@ impl Figure {
             let colour = COLOURS[index % COLOURS.len()];
             let points: Vec<(f64, f64)> =
                 series.marks.iter().map(|m| (m.x, m.y)).filter(|p| p.1.is_finite()).collect();
-            let line = if series.dashed { colour.mix(0.6) } else { colour.mix(1.0) };
-            let style = line.stroke_width(if series.dashed { 1 } else { 2 });
+            let style = colour.stroke_width(2);
             if series.dashed {
                 chart
                     .draw_series(DashedLineSeries::new(points.clone(), 6, 4, style))
                     .map_err(|e| said(&e))?
                     .label(&series.name)
                     .legend(move |(x, y)| {
-                        PathElement::new(vec![(x, y), (x + 18, y)], line.stroke_width(1))
+                        plotters::element::DashedPathElement::new(
+                            [(x, y), (x + 19, y)],
+                            5,
+                            3,
+                            style,
+                        )
                     });
                 continue;
             }

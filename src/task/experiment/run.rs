@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::journal::{self, Header, Journal, Record};
+use super::journal::{self, Header, Journal, Lock, Record};
 use super::statistics::{Mean, Rate, Statistic};
 use super::{Cell, Experiment, Measure, Outcome, Results, Row, WIDTH};
 use crate::sim::Seed;
@@ -58,6 +58,7 @@ pub struct Run<'a> {
     shard: Shard,
     folder: PathBuf,
     salvage: bool,
+    anew: bool,
 }
 
 const JOURNAL: &str = "trials.bin";
@@ -66,7 +67,7 @@ impl<'a> Run<'a> {
     /// Trials of `experiment` in `folder`.
     pub fn new(experiment: &'a dyn Experiment, seed: Seed, shard: Shard, folder: &Path) -> Self {
         let (cells, folder) = (experiment.cells(), folder.into());
-        Self { experiment, cells, seed, shard, folder, salvage: false }
+        Self { experiment, cells, seed, shard, folder, salvage: false, anew: false }
     }
 
     /// Whether what is damaged in the journal is dropped, so that its trials are done again, instead of refused.
@@ -97,18 +98,23 @@ impl<'a> Run<'a> {
             .iter()
             .map(|cell| json!({"cell": cell.settings, "trials": cell.trials}))
             .collect();
-        json!({"experiment": self.experiment.settings(), "cells": cells})
+        json!({
+            "experiment": self.experiment.settings(), "revision": self.experiment.revision(),
+            "cells": cells,
+        })
     }
 
     fn journal(&self) -> PathBuf {
         self.folder.join(JOURNAL)
     }
 
-    /// Forgets all trials of the folder.
-    ///
-    /// # Errors
-    /// [`TaskError::Io`] if they cannot be removed.
-    pub fn forget(&self) -> Result<(), TaskError> {
+    /// Whether the folder's trials are forgotten first.
+    pub fn anew(mut self, anew: bool) -> Self {
+        self.anew = anew;
+        self
+    }
+
+    fn forget(&self) -> Result<(), TaskError> {
         for name in [JOURNAL, "results.json", "results.csv", "figure.svg"] {
             let path = self.folder.join(name);
             match std::fs::remove_file(&path) {
@@ -128,12 +134,11 @@ impl<'a> Run<'a> {
     /// [`TaskError::Input`] if the journal is damaged or another experiment's, [`TaskError::Io`] if it cannot be
     /// written, and whatever a trial fails with. Finished trials are kept.
     pub fn go(&self, watch: &(dyn Fn(u64) + Sync)) -> Result<Option<Results>, TaskError> {
-        std::fs::create_dir_all(&self.folder).map_err(|source| TaskError::Io {
-            what: "make",
-            path: self.folder.clone(),
-            source,
-        })?;
-        let (journal, before) = Journal::open(&self.journal(), &self.header(), self.salvage)?;
+        let lock = Lock::take(&self.folder)?;
+        if self.anew {
+            self.forget()?;
+        }
+        let (journal, before) = Journal::open(&self.journal(), &self.header(), self.salvage, lock)?;
         let outcomes = self.outcomes(&before);
         drop(before);
         let mut missing: Vec<(u32, u64)> = Vec::new();
@@ -228,12 +233,13 @@ impl<'a> Run<'a> {
 ///
 /// # Errors
 /// [`TaskError::Input`] if a folder's trials are not of this experiment with these settings and seed, or are
-/// damaged, or some are missing; [`TaskError::Io`].
+/// damaged, contradict one another, or some are missing; [`TaskError::Io`].
 pub fn merge(
     experiment: &dyn Experiment,
     seed: Seed,
     folders: &[PathBuf],
     folder: &Path,
+    overwrite: Overwrite,
 ) -> Result<Results, TaskError> {
     let whole = Run::new(experiment, seed, Shard::default(), folder);
     let mut records = Vec::new();
@@ -252,6 +258,21 @@ pub fn merge(
             return Err(TaskError::Merge { folder: part.clone(), reason });
         }
         records.extend(contents.records);
+    }
+    // The same trial gives the same bits wherever it is done.
+    let key = |r: &Record| (r.cell, r.trial);
+    records.sort_by_key(key);
+    let bits = |r: &Record| r.outcome.map(f64::to_bits);
+    let differ =
+        |pair: &&[Record]| key(&pair[0]) == key(&pair[1]) && bits(&pair[0]) != bits(&pair[1]);
+    if let Some([one, ..]) = records.windows(2).find(differ) {
+        return Err(TaskError::Merge {
+            folder: folder.into(),
+            reason: format!(
+                "trial {} of cell {} came out otherwise in two of the folders",
+                one.trial, one.cell
+            ),
+        });
     }
     let outcomes = whole.outcomes(&records);
     let missing = outcomes.iter().flatten().filter(|o| o.is_none()).count();
@@ -274,7 +295,7 @@ pub fn merge(
             }
         }
     }
-    journal::write(&whole.journal(), &whole.header(), &sorted, Overwrite::Never)?;
+    journal::write(&whole.journal(), &whole.header(), &sorted, overwrite)?;
     let results = whole.results(&outcomes);
     whole.write(&results)?;
     Ok(results)

@@ -42,6 +42,8 @@ pub struct Mean {
     pub mean: f64,
     /// The standard deviation of the trials; NaN of fewer than two.
     pub sd: f64,
+    /// Numbers below which a twentieth, half, and all but a twentieth of the trials lie; NaN of none.
+    pub quantiles: [f64; 3],
     /// How many trials gave a number.
     pub n: u64,
 }
@@ -52,9 +54,19 @@ impl Mean {
         let numbers = values.filter(|v| !v.is_nan());
         let n = numbers.clone().count();
         let mean = numbers.clone().sum::<f64>() / n as f64;
-        let square: f64 = numbers.map(|v| (v - mean).powi(2)).sum();
+        let square: f64 = numbers.clone().map(|v| (v - mean).powi(2)).sum();
         let sd = if n > 1 { (square / (n - 1) as f64).sqrt() } else { f64::NAN };
-        Self { mean, sd, n: n as u64 }
+        let mut sorted: Vec<f64> = numbers.collect();
+        sorted.sort_by(f64::total_cmp);
+        // Between two trials in proportion (Hyndman and Fan 1996, definition 7).
+        let quantiles = [0.05, 0.5, 0.95].map(|share| {
+            let at = share * n.saturating_sub(1) as f64;
+            let (below, rest) = (at.floor() as usize, at.fract());
+            let low = sorted.get(below).copied().unwrap_or(f64::NAN);
+            let high = sorted.get(below + 1).copied().unwrap_or(low);
+            low + rest * (high - low)
+        });
+        Self { mean, sd, quantiles, n: n as u64 }
     }
 
     /// The interval of the mean by Student's distribution; without ends below two trials.
@@ -101,6 +113,14 @@ impl Statistic {
         }
     }
 
+    /// The 5, 50 and 95% points of a mean's trials.
+    pub fn quantiles(&self) -> Option<[f64; 3]> {
+        match self {
+            Self::Rate(_) => None,
+            Self::Mean(mean) => Some(mean.quantiles),
+        }
+    }
+
     /// How many trials there were.
     pub fn trials(&self) -> u64 {
         match self {
@@ -119,6 +139,7 @@ impl Statistic {
             }),
             Self::Mean(mean) => json!({
                 "mean": mean.mean, "sd": mean.sd, "n": mean.n, "interval95": interval,
+                "quantiles": {"5": mean.quantiles[0], "50": mean.quantiles[1], "95": mean.quantiles[2]},
             }),
         };
         match object {
@@ -151,6 +172,8 @@ mod tests {
         let mean = Mean::of([1.0, f64::NAN, 2.0, 3.0, 6.0].into_iter());
         assert_eq!((mean.mean, mean.n), (3.0, 4));
         assert!((mean.sd - (14.0f64 / 3.0).sqrt()).abs() < 1e-12);
+        let [low, middle, high] = mean.quantiles;
+        assert!((low - 1.15).abs() < 1e-12 && middle == 2.5 && (high - 5.55).abs() < 1e-12);
         // Student's 97.5% point of 3 degrees of freedom is 3.1824.
         let half = mean.interval95()[1] - 3.0;
         assert!((half - 3.1824 * mean.sd / 2.0).abs() < 1e-3, "{half}");

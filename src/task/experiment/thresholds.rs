@@ -22,14 +22,13 @@ const BATCHES: [usize; 6] = [15, 30, 60, 120, 200, 300];
 /// The threshold of the paper's scene, in metres.
 const PAPER_M: f64 = 1.169e-3;
 
-/// Positions of one kind with what is true of each.
-type Points = Vec<([f64; 3], usize)>;
-
-/// What batches are drawn from.
-struct Pool {
-    kinds: Vec<Points>,
-    /// What the learner takes of the demonstrations for each kind, in metres.
-    automatic: Vec<f64>,
+/// What batches of one kind are drawn from.
+struct Kind {
+    name: String,
+    /// Positions, with what is true of each.
+    points: Vec<([f64; 3], usize)>,
+    /// What the learner takes of other demonstrations for the kind, in metres.
+    automatic: f64,
 }
 
 /// `threshold`: which thresholds cluster batches perfectly, and whether the automatic choice does.
@@ -37,41 +36,48 @@ pub(super) struct Thresholds {
     seed: Seed,
     trials: u64,
     recording: Option<std::path::PathBuf>,
-    made: Once<Pool>,
+    /// Kinds of the recording that have states.
+    recorded: Result<Vec<Kind>, String>,
+    made: Once<Vec<Kind>>,
 }
 
 /// Demonstrations with three of each that batches are drawn from, and in how many sets.
 const POOL_DEMOS: usize = 13;
-const POOLS: u64 = 2;
+const POOLS: u64 = 6;
 
 impl Thresholds {
     pub fn new(options: &Options) -> Self {
         Self {
             seed: options.seed,
             trials: options.trials.unwrap_or(100),
+            recorded: options.recording.as_deref().map_or(Ok(Vec::new()), |path| {
+                Self::given(path).map_err(|error| error.to_string())
+            }),
             recording: options.recording.clone(),
             made: Once::new(),
         }
     }
 
     /// Poses of our own scene; what the learner chose comes from demonstrations with one of each.
-    fn own(seed: Seed) -> Result<Pool, TaskError> {
+    fn own(seed: Seed) -> Result<Vec<Kind>, TaskError> {
         let recording = shown(3, POOL_DEMOS, seed)?;
         let few = shown(1, DEMOS, seed.derive("", "few"))?;
         let chosen = learn(&few, &Settings::default())?.domain;
         let spec = scene(3);
-        let mut kinds = vec![Vec::new(), Vec::new()];
-        for (kind, pose) in part_poses(&recording, &spec) {
-            let at = usize::from(kind == spec.bolt_kind);
-            kinds[at].push((pose.position, truth(&spec, kind, pose.position)));
-        }
-        let automatic = [&spec.nut_kind, &spec.bolt_kind].map(|kind| automatic(&chosen, kind));
-        Ok(Pool { kinds, automatic: automatic.into() })
+        let kind = |name: &String| Kind {
+            name: name.clone(),
+            points: part_poses(&recording, &spec)
+                .filter(|(kind, _)| kind == name)
+                .map(|(kind, pose)| (pose.position, truth(&spec, kind, pose.position)))
+                .collect(),
+            automatic: automatic(&chosen, name),
+        };
+        Ok([&spec.nut_kind, &spec.bolt_kind].map(kind).into())
     }
 
     /// Poses of a recording; what is true of them is what our rule makes of them with all of it learned. Poses in
     /// no state, as of parts that fall, are left out.
-    fn given(path: &std::path::Path) -> Result<Pool, TaskError> {
+    fn given(path: &std::path::Path) -> Result<Vec<Kind>, TaskError> {
         let name = path.display().to_string();
         let (recording, _) = Recording::parse(&read_file(path)?, &name)?;
         let domain = learn(&recording, &Settings::default())?.domain;
@@ -79,15 +85,17 @@ impl Thresholds {
         let mut names: Vec<String> = domain.states().iter().map(|s| s.kind.clone()).collect();
         names.sort();
         names.dedup();
-        let mut kinds = vec![Vec::new(); names.len()];
-        for (kind, pose) in poses(&recording) {
-            let at = names.iter().position(|n| n == kind);
-            if let (Some(at), Some(state)) = (at, classifier.classify(kind, pose).state) {
-                kinds[at].push((pose.position, state));
-            }
-        }
-        let automatic = names.iter().map(|kind| automatic(&domain, kind)).collect();
-        Ok(Pool { kinds, automatic })
+        let kind = |name: String| Kind {
+            points: poses(&recording)
+                .filter(|(kind, _)| *kind == name)
+                .filter_map(|(kind, pose)| {
+                    Some((pose.position, classifier.classify(kind, pose).state?))
+                })
+                .collect(),
+            automatic: automatic(&domain, &name),
+            name,
+        };
+        Ok(names.into_iter().map(kind).collect())
     }
 }
 
@@ -126,6 +134,20 @@ fn range(points: &[([f64; 3], usize)]) -> Result<[f64; 2], TaskError> {
     Ok([if whole { low } else { f64::INFINITY }, high])
 }
 
+impl Thresholds {
+    /// Where batches are from, and of which kind.
+    fn sources(&self) -> Vec<(&'static str, String)> {
+        let spec = scene(3);
+        let mut sources = vec![("scene", spec.nut_kind), ("scene", spec.bolt_kind)];
+        match &self.recorded {
+            Ok(kinds) => sources.extend(kinds.iter().map(|k| ("recording", k.name.clone()))),
+            // Its trials say what is wrong.
+            Err(_) => sources.push(("recording", "unknown".into())),
+        }
+        sources
+    }
+}
+
 impl Experiment for Thresholds {
     fn name(&self) -> &'static str {
         "threshold"
@@ -135,18 +157,23 @@ impl Experiment for Thresholds {
         "Which clustering thresholds find the true states of a batch of poses, and does ours?"
     }
 
+    fn revision(&self) -> u32 {
+        2
+    }
+
     fn settings(&self) -> Value {
         json!({
             "p": PAPER_EXPONENT, "paper_mm": 1e3 * PAPER_M, "pool_demonstrations_of_three": POOL_DEMOS,
-            "recording": self.recording,
+            "recording": self.recording.as_deref().and_then(|path| Some(path.file_name()?.display().to_string())),
+            "recorded": self.recorded.as_ref().ok().map(|kinds| {
+                kinds.iter().map(|k| (k.points.len(), 1e3 * k.automatic)).collect::<Vec<_>>()
+            }),
         })
     }
 
     fn cells(&self) -> Vec<Cell> {
-        let sources =
-            if self.recording.is_some() { vec!["scene", "recording"] } else { vec!["scene"] };
         let mut cells = Vec::new();
-        for source in sources {
+        for (source, kind) in self.sources() {
             for batch in BATCHES {
                 let readings = [
                     (Measure::Rate, "some threshold is perfect"),
@@ -156,7 +183,7 @@ impl Experiment for Thresholds {
                     (Measure::Rate, "the paper's 1.169 mm is perfect"),
                 ];
                 let readings = readings.map(|(m, what)| Reading::new(m, json!({"what": what})));
-                let settings = json!({"source": source, "batch": batch});
+                let settings = json!({"source": source, "kind": kind, "batch": batch});
                 cells.push(Cell::new(settings, self.trials, readings.into()));
             }
         }
@@ -165,17 +192,24 @@ impl Experiment for Thresholds {
 
     fn trial(&self, cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
         let mut rng = seed.rng();
-        let pool = match &self.recording {
-            Some(path) if cell >= BATCHES.len() => self.made.get(u64::MAX, || Self::given(path))?,
-            _ => {
+        let made;
+        let (kinds, kind) = match cell / BATCHES.len() {
+            kind @ (0 | 1) => {
                 let pool = rng.random_range(0..POOLS);
                 let seed = self.seed.derive_index("pool", pool);
-                self.made.get(pool, || Self::own(seed))?
+                made = self.made.get(pool, || Self::own(seed))?;
+                (&*made, kind)
             }
+            recorded => match &self.recorded {
+                Ok(kinds) => (kinds, recorded - 2),
+                Err(reason) => {
+                    return Err(TaskError::NothingToLearn { reason: reason.clone() });
+                }
+            },
         };
         // A batch is of one kind; it holds at least one pose of each of the kind's states.
-        let kind = rng.random_range(0..pool.kinds.len());
-        let mut points = pool.kinds[kind].clone();
+        let Some(kind) = kinds.get(kind) else { return Ok(outcome([])) };
+        let mut points = kind.points.clone();
         points.shuffle(&mut rng);
         let mut states: Vec<usize> = points.iter().map(|p| p.1).collect();
         states.sort_unstable();
@@ -188,7 +222,7 @@ impl Experiment for Thresholds {
         points.truncate(BATCHES[cell % BATCHES.len()]);
         let [low, high] = range(&points)?;
         let perfect = |threshold: f64| if low < threshold && threshold <= high { 1.0 } else { 0.0 };
-        let (automatic, there) = (pool.automatic[kind], low < high);
+        let (automatic, there) = (kind.automatic, low < high);
         let mm = |metres: f64| if there { 1e3 * metres } else { f64::NAN };
         Ok(outcome([
             if there { 1.0 } else { 0.0 },
@@ -201,24 +235,30 @@ impl Experiment for Thresholds {
 
     fn figure(&self, results: &Results) -> Option<Figure> {
         let mut series = Vec::new();
-        for (what, name) in [
-            ("lowest perfect threshold (mm)", "lowest perfect"),
-            ("highest perfect threshold (mm)", "highest perfect"),
-        ] {
-            let of = |row: &&super::Row| {
-                row.is("what", &json!(what)) && row.is("source", &json!("scene"))
-            };
-            let mark = |row: &super::Row| {
-                let bar = Some(row.statistic.interval95().map(|v| v.max(1e-6).log10()));
-                let y = row.statistic.value().max(1e-6).log10();
-                Some(Mark { x: row.number("batch")?, y, bar })
-            };
-            let marks = results.rows.iter().filter(of).filter_map(mark).collect();
-            series.push(Series { name: name.into(), marks, joined: true, dashed: false });
+        let all = self.sources();
+        for (source, kind) in all {
+            for (what, name) in [
+                ("lowest perfect threshold (mm)", "lowest"),
+                ("highest perfect threshold (mm)", "highest"),
+            ] {
+                let of = |row: &&super::Row| {
+                    row.is("what", &json!(what))
+                        && row.is("source", &json!(source))
+                        && row.is("kind", &json!(kind))
+                };
+                let mark = |row: &super::Row| {
+                    let [low, middle, high] =
+                        row.statistic.quantiles()?.map(|v| v.max(1e-6).log10());
+                    Some(Mark { x: row.number("batch")?, y: middle, bar: Some([low, high]) })
+                };
+                let marks = results.rows.iter().filter(of).filter_map(mark).collect();
+                let name = format!("{name} for a {kind}, {source}");
+                series.push(Series { name, marks, joined: true, dashed: false });
+            }
         }
         Some(Figure {
-            title: "Thresholds that find the true states (mean over batches)".into(),
-            x: Axis::new("poses in the batch"),
+            title: "Thresholds that find the true states (median, 5 to 95% of the batches)".into(),
+            x: Axis::from_to("poses in the batch", 0.0, 480.0),
             y: Axis::new("threshold (log10 of mm)"),
             series,
         })

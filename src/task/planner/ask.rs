@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::executive::{Phase, TRACE};
 use super::graph::{PlannerSpec, PlanningGraph, PlanningPorts};
+use super::views::{ModuleView, views};
 use crate::neurons::PopulationPlan;
 use crate::sim::{
     Graph, GraphBuilder, InputSpec, Out, OutputSpec, Pointer, Real, RunConfig, Seed, SimDuration,
@@ -122,6 +123,7 @@ pub struct Planner {
     trace: Out<Vector>,
     actions: Out<Vector>,
     watched: [Out<Vector>; 5],
+    modules: Vec<ModuleView>,
 }
 
 impl Planner {
@@ -158,15 +160,17 @@ impl Planner {
                 .command("trace", InputSpec::vector(TRACE)),
         );
         let planning = PlanningGraph::new(domain, encoded.clone(), spec)?;
-        let PlanningPorts { ready, present, goal, actions, trace, watched, .. } =
-            builder.add("planner", planning);
+        let ports = builder.add("planner", planning);
+        let modules = views(domain, &encoded, &ports)?;
+        let PlanningPorts { ready, present, goal, actions, trace, watched, .. } = ports;
         builder.connect(&world.output("ready"), &ready, Synapse::None);
         builder.connect(&world.output("present"), &present, Synapse::None);
         builder.connect(&world.output("goal"), &goal, Synapse::None);
         builder.connect(&actions, &world.input("action"), Synapse::None);
         builder.connect(&trace, &world.input("trace"), Synapse::None);
         let graph = Arc::new(builder.build(Timebase::default(), plan, seed)?);
-        Ok(Self { domain: domain.clone(), encoded, graph, spec, trace, actions, watched })
+        let domain = domain.clone();
+        Ok(Self { domain, encoded, graph, spec, trace, actions, watched, modules })
     }
 
     /// The domain.
@@ -182,6 +186,11 @@ impl Planner {
     /// The built graph, for pictures and for running it otherwise.
     pub fn graph(&self) -> &Arc<Graph> {
         &self.graph
+    }
+
+    /// The graph's modules on the way of a decision, to be looked at while it runs.
+    pub fn modules(&self) -> &[ModuleView] {
+        &self.modules
     }
 
     /// How the graph was made.

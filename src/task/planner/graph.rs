@@ -144,8 +144,14 @@ pub struct PlanningPorts {
     pub trace: Out<Vector>,
     /// What is in the goal buffer.
     pub goal_buffer: Out<Pointer<StateSpace>>,
+    /// The action that causes the goal buffer's state.
+    pub cause: Out<Pointer<ActionSpace>>,
+    /// The preconditions as unbound from that action's deep pointer.
+    pub unbound: Out<Pointer<StateSpace>>,
     /// The cleaned-up preconditions.
     pub preconditions: Out<Pointer<StateSpace>>,
+    /// What comes through the motor gate.
+    pub gated: Out<Pointer<ActionSpace>>,
     pub(crate) watched: [Out<Vector>; 5],
 }
 
@@ -390,11 +396,12 @@ impl Module for PlanningGraph {
         scope.connect(&cause.items, &caused.input, none);
         scope.connect(&caused.output, &executive.action, none);
         scope.connect(&cause.output, &deep.input, none);
-        match self.spec.unbinding {
+        let unbound = match self.spec.unbinding {
             Unbinding::Fixed => {
                 let unbind = scope.add("unbind", self.unbind);
                 scope.connect(&deep.output, &unbind.input, none);
                 required.connect(scope, &unbind.output);
+                unbind.output
             }
             Unbinding::Products => {
                 let role = self.encoded.states.get(PRECONDITION);
@@ -404,8 +411,9 @@ impl Module for PlanningGraph {
                 scope.connect(&deep.output, &unbind.bound, none);
                 scope.connect(&role, &unbind.role, none);
                 required.connect(scope, &unbind.output);
+                unbind.output
             }
-        }
+        };
         scope.connect(&required.items, &executive.required, none);
         scope.connect(&required.items, &head.input, none);
         scope.connect(&head.output, &open.utilities, none);
@@ -445,6 +453,9 @@ impl Module for PlanningGraph {
             actions: motor.items,
             trace: executive.trace,
             goal_buffer: buffer.output,
+            cause: cause.output,
+            unbound,
+            gated: gate.output,
             preconditions: required.output,
             watched: [focus.items, cause.items, required.items, open.items, chosen.items],
         }

@@ -7,6 +7,7 @@ mod ask;
 mod executive;
 mod graph;
 mod rollout;
+mod views;
 
 pub use ask::{Decision, Milestone, Planner, Stage, Verdict};
 #[cfg(feature = "physics")]
@@ -14,3 +15,4 @@ pub(crate) use executive::TRACE;
 pub use executive::Timing;
 pub use graph::{Part, PlannerSpec, PlanningGraph, PlanningPorts, Unbinding};
 pub use rollout::{PlanEnd, PlannedStep, RolledOut};
+pub use views::{ModuleView, Shows};

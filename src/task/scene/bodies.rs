@@ -58,6 +58,20 @@ pub(crate) fn outline(angles: &Angles, opening: f64) -> impl Iterator<Item = (Fr
         .chain(fingers)
 }
 
+/// Shapes of the link that moves with a joint, in its frame; the last carries the hand.
+pub(crate) fn link_shapes(joint: usize) -> Vec<(Frame, SharedShape)> {
+    let mut shapes = vec![(Frame::IDENTITY, link_shape(joint))];
+    if joint == JOINTS - 1 {
+        shapes.push((arm::hand_offset() * hand_middle(), hand_shape()));
+    }
+    shapes
+}
+
+/// The closed finger on a side, 1 or -1, in the last link's frame; it opens along that frame's turned y.
+pub(crate) fn closed_finger(side: f64) -> (Frame, SharedShape) {
+    (arm::hand_offset() * finger_frame(side, 0.0), finger_shape())
+}
+
 fn link_shape(joint: usize) -> SharedShape {
     let (a, b, radius) = CAPSULES[joint];
     SharedShape::capsule(Vector::from(a), Vector::from(b), radius)

@@ -391,32 +391,9 @@ fn parameters(spec: &SceneSpec) -> IntegrationParameters {
 
 /// Table, rim and jig.
 fn furnish(physics: &mut PhysicsWorld, spec: &SceneSpec) {
-    let friction = spec.part.friction;
-    let [low, high] = spec.table.rim;
-    let middle = |i: usize| (low[i] + high[i]) / 2.0;
-    let half = |i: usize| (high[i] - low[i]) / 2.0;
-    let (thick, wall, height) = (0.02, 0.006, spec.table.rim_height_m / 2.0);
-    let mut place = |at: Vector, size: [f64; 3]| {
-        let [x, y, z] = size;
-        let collider = ColliderBuilder::cuboid(x, y, z).translation(at).friction(friction);
+    let [table, jig] = shapes::furniture(spec);
+    for (at, shape) in table.into_iter().chain(jig) {
+        let collider = ColliderBuilder::new(shape).position(at).friction(spec.part.friction);
         physics.insert_collider(collider, None);
-    };
-    let (x, y) = (middle(0), middle(1));
-    place(Vector::new(x, y, -thick), [half(0) + 0.02, half(1) + 0.02, thick]);
-    for side in [-1.0, 1.0] {
-        let at = Vector::new(x, y + side * (half(1) + wall), height);
-        place(at, [half(0) + 2.0 * wall, wall, height]);
-        let at = Vector::new(x + side * (half(0) + wall), y, height);
-        place(at, [wall, half(1) + 2.0 * wall, height]);
-    }
-    let jig = &spec.jig;
-    for (pieces, [x, y]) in [
-        (shapes::pocket_block(jig, &spec.part), jig.pocket),
-        (shapes::hole_block(jig, &spec.part), jig.hole),
-    ] {
-        for shape in shapes::hulls(&pieces) {
-            let collider = ColliderBuilder::new(shape).translation(Vector::new(x, y, 0.0));
-            physics.insert_collider(collider.friction(friction), None);
-        }
     }
 }

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_3, FRAC_PI_6, TAU};
 use rapier3d::geometry::{ColliderBuilder, SharedShape};
 use rapier3d::math::{Pose as Frame, Vector};
 
-use super::config::{JigSpec, PartSpec};
+use super::config::{JigSpec, PartSpec, SceneSpec};
 
 /// One convex piece: its corners, in the frame of the thing that it is a piece of.
 pub(crate) type Piece = Vec<Vector>;
@@ -112,6 +112,33 @@ const NECK_M: f64 = 0.015;
 /// The outer radius of that part.
 pub(crate) fn neck_radius(part: &PartSpec) -> f64 {
     part.across_flats_m / 2.0 - 7e-4
+}
+
+/// What does not move: table with rim, and jig.
+pub(crate) fn furniture(spec: &SceneSpec) -> [Vec<(Frame, SharedShape)>; 2] {
+    let [low, high] = spec.table.rim;
+    let middle = |i: usize| (low[i] + high[i]) / 2.0;
+    let half = |i: usize| (high[i] - low[i]) / 2.0;
+    let (thick, wall, height) = (0.02, 0.006, spec.table.rim_height_m / 2.0);
+    let block = |at: Vector, [x, y, z]: [f64; 3]| {
+        (Frame::from_translation(at), SharedShape::cuboid(x, y, z))
+    };
+    let (x, y) = (middle(0), middle(1));
+    let mut table = vec![block(Vector::new(x, y, -thick), [half(0) + 0.02, half(1) + 0.02, thick])];
+    for side in [-1.0, 1.0] {
+        let at = Vector::new(x, y + side * (half(1) + wall), height);
+        table.push(block(at, [half(0) + 2.0 * wall, wall, height]));
+        let at = Vector::new(x + side * (half(0) + wall), y, height);
+        table.push(block(at, [wall, half(1) + 2.0 * wall, height]));
+    }
+    let jig = &spec.jig;
+    let blocks =
+        [(pocket_block(jig, &spec.part), jig.pocket), (hole_block(jig, &spec.part), jig.hole)];
+    let jig = blocks.into_iter().flat_map(|(pieces, [x, y])| {
+        let at = Frame::from_translation(Vector::new(x, y, 0.0));
+        hulls(&pieces).into_iter().map(move |shape| (at, shape))
+    });
+    [table, jig.collect()]
 }
 
 /// The convex hulls of pieces; a piece without volume is left out.

@@ -44,22 +44,30 @@ impl Paper {
         let mut rest = query.to_vec();
         normalize(&mut rest);
         let (mut found, mut similarities) = (Vec::new(), [0.0; ATOMS]);
+        let mut retrieved = vec![0.0; rest.len()];
         while found.len() < ATOMS {
             let length = norm(&rest);
-            let (mut best, mut most) = (0, Real::NEG_INFINITY);
+            let (mut best, mut most, mut amiss) = (0, Real::NEG_INFINITY, 0.0);
             dots(&world.rows, &rest, &mut similarities);
             for (item, similarity) in similarities.iter().enumerate() {
-                let similarity = similarity + noise(part, length);
-                if similarity > most {
-                    (best, most) = (item, similarity);
+                let added = noise(part, length);
+                if similarity + added > most {
+                    (best, most, amiss) = (item, similarity + added, added);
                 }
             }
             if most < THRESHOLD || found.contains(&best) {
                 break;
             }
             found.push(best);
-            let along = dot(&world.atoms[best], &rest);
-            rest.iter_mut().zip(&world.atoms[best]).for_each(|(r, a)| *r -= along * a);
+            // What is subtracted is the item as it was retrieved: its noise along the query is what the comparison
+            // met, across the query it is drawn here.
+            retrieved.iter_mut().for_each(|component| *component = noise(part, 1.0));
+            let along =
+                (amiss - dot(&retrieved, &rest)) / (length * length).max(Real::MIN_POSITIVE);
+            for ((out, rest), atom) in retrieved.iter_mut().zip(&rest).zip(&world.atoms[best]) {
+                *out += along * rest + atom;
+            }
+            rest.iter_mut().zip(&retrieved).for_each(|(r, item)| *r -= most * item);
         }
         found.sort_unstable();
         found

@@ -1,0 +1,43 @@
+// The data of the page, and small helpers to read and show it. Text only ever becomes text nodes.
+import * as THREE from "three";
+import { OrbitControls } from "three/orbit";
+
+const DATA = JSON.parse(document.getElementById("data").textContent);
+
+// Colours that the colour-blind can tell apart (Okabe and Ito 2008).
+const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#3c3c3c"];
+const colour = (index) => COLOURS[index % COLOURS.length];
+
+function bytes(text) {
+  const raw = atob(text);
+  return Uint8Array.from(raw, (c) => c.charCodeAt(0));
+}
+const singles = (text) => new Float32Array(bytes(text).buffer);
+const small = (text) => new Int8Array(bytes(text).buffer);
+
+const byId = (id) => document.getElementById(id);
+
+// An element with text (never markup) and children.
+function make(tag, text, ...children) {
+  const element = document.createElement(tag);
+  if (text !== undefined && text !== null) element.textContent = text;
+  element.append(...children);
+  return element;
+}
+
+// How many of the rising numbers are at most `value`.
+function countUpTo(numbers, value) {
+  let low = 0;
+  let high = numbers.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (numbers[middle] <= value) low = middle + 1;
+    else high = middle;
+  }
+  return low;
+}
+
+const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
+const seconds = (value, digits = 2) => `${value.toFixed(digits)} s`;
+const millimetres = (metres, digits = 2) => (1000 * metres).toFixed(digits);
+

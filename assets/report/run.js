@@ -1,0 +1,267 @@
+// The page of a run: replay, time axis, decisions and tables, all following one moment.
+
+class RunPage {
+  constructor(data, main) {
+    this.data = data;
+    main.append(byId("run-page").content.cloneNode(true));
+    this.events = (data.events ?? []).filter((line) => line.episode === 0);
+    this.frames = this.unpackFrames();
+    this.acts = this.decisionsAndActs();
+    this.duration = Math.max(
+      this.frames.t.at(-1) ?? 0, ...this.acts.map((act) => act.until), ...this.times().slice(-1), 0.1,
+    );
+    this.time = 0;
+    this.playing = false;
+    this.buildReplay();
+    this.buildTimeline();
+    this.buildDecisions();
+    this.buildTables();
+    this.buildControls();
+    this.seek(0);
+  }
+
+  get kinds() {
+    const { nuts = 0, bolts = 0 } = this.data.run?.scene ?? {};
+    return [...Array(nuts).fill("nut"), ...Array(bolts).fill("bolt")];
+  }
+
+  partName(index) {
+    const { nuts = 0, nut_kind = "part", bolt_kind = "part" } = this.data.run?.scene ?? {};
+    return index < nuts ? `${nut_kind} ${index + 1}` : `${bolt_kind} ${index - nuts + 1}`;
+  }
+
+  unpackFrames() {
+    const frames = this.data.arrays?.frames;
+    if (!frames) return { count: 0, parts: 0, t: new Float32Array() };
+    const unpacked = Object.fromEntries(["t", "angles", "fingers", "poses"].map((k) => [k, singles(frames[k])]));
+    return { ...frames, ...unpacked };
+  }
+
+  times() {
+    return this.data.arrays ? singles(this.data.arrays.modules.t) : new Float32Array();
+  }
+
+  // Every decision of the first episode, with the action that came of it and until when it was done.
+  decisionsAndActs() {
+    const decisions = this.events.flatMap((line) => line.decision ?? []);
+    const skills = this.events.flatMap((line) => line.skill ?? []);
+    const end = this.events.flatMap((line) => line.end ?? [])[0];
+    const last = end?.simulated_s ?? this.frames.t.at(-1) ?? 0;
+    return decisions.map((decision, i) => {
+      const decided = decision.asked_s + decision.took_ms / 1000;
+      return {
+        asked: decision.asked_s, decided, holds: decision.holds, action: decision.action,
+        until: decisions[i + 1]?.asked_s ?? Math.max(last, decided), outcome: decision.action ? skills[i]?.outcome : null,
+        took: decision.took_ms,
+      };
+    });
+  }
+
+  buildReplay() {
+    const view = document.querySelector("#replay .view");
+    const { outline, domain } = this.data;
+    if (!outline || this.frames.count === 0) {
+      view.replaceChildren(make("p", "There is nothing to replay: the frames or the scene's shapes are missing."));
+      return;
+    }
+    // Colours follow the part that a state's kind stands for.
+    const scene = this.data.run.scene;
+    const looks = new Map([[scene.nut_kind, "nut"], [scene.bolt_kind, "bolt"]]);
+    const states = (domain?.states ?? []).map((state) => ({ ...state, kind: looks.get(state.kind) ?? state.kind }));
+    try {
+      this.replay = new Replay(view, outline, this.frames, states, this.kinds);
+    } catch (error) {
+      view.replaceChildren(make("p", `This browser draws nothing in three dimensions (${error.message}).`));
+    }
+  }
+
+  buildTimeline() {
+    const { run, arrays } = this.data;
+    const known = new Map((run?.modules ?? []).map((module) => [module.name, module]));
+    const order = [...known.keys()];
+    const steps = arrays?.modules.steps ?? 1;
+    const modules = (arrays?.modules.of ?? [])
+      .filter(({ name }) => known.has(name))
+      .sort((a, b) => order.indexOf(a.name) - order.indexOf(b.name))
+      .map(({ name, values }) => ({ ...known.get(name), values: Float32Array.from(small(values), (v) => v / steps) }));
+    const populations = run?.populations ?? [];
+    const spikes = { t: singles(arrays?.spikes.t ?? ""), row: singles(arrays?.spikes.row ?? "") };
+    const touches = this.events.flatMap((line) => line.touch ?? [])
+      .map((touch) => ({ ...touch, name: this.partName(touch.part) }));
+    const content = {
+      duration: this.duration, acts: this.acts, touches, times: this.times(), modules, spikes, populations,
+      rows: spikes.t.length ? populations.reduce((sum, p) => sum + p.rows, 0) : 0,
+    };
+    this.timeline = new Timeline(document.querySelector("#timeline canvas"), content, (time) => this.seek(time));
+    byId("thinking").textContent = [
+      `Goal: ${run?.goal ?? "unknown"}.`,
+      "Lines are the chosen module's numbers; modules are looked at every 2 ms while the graph decides, every 40 ms while the robot acts.",
+      content.rows ? "Below, spikes of some neurons of each population, kept while the graph decides." : "",
+    ].join(" ");
+    const select = byId("module");
+    modules.forEach((module, i) => select.append(new Option(module.name, String(i))));
+    select.addEventListener("change", () => this.chooseModule(Number(select.value)));
+    this.chooseModule(0);
+    const first = this.acts[0];
+    if (first) this.timeline.look(0, Math.min(this.duration, first.decided + 0.1));
+  }
+
+  chooseModule(index) {
+    this.timeline.chosen = index;
+    const names = this.timeline.content.modules[index]?.names ?? [];
+    const boxes = names.map((name, i) => {
+      const box = make("input");
+      box.type = "checkbox";
+      box.checked = !this.timeline.hidden.has(name);
+      box.addEventListener("change", () => {
+        if (box.checked) this.timeline.hidden.delete(name);
+        else this.timeline.hidden.add(name);
+        this.timeline.draw();
+      });
+      const line = make("i");
+      line.style.background = colour(i);
+      return make("label", null, box, line, name);
+    });
+    byId("names").replaceChildren(...boxes);
+    this.timeline.draw();
+  }
+
+  buildDecisions() {
+    const all = (this.data.events ?? []).filter((line) => line.decision);
+    const many = all.some((line) => line.episode > 0);
+    const operators = new Map((this.data.domain?.operators ?? []).map((o) => [o.name, o]));
+    const needs = (action) => listed(operators.get(action)?.preconditions);
+    const ends = new Map((this.data.events ?? []).filter((line) => line.end).map((line) => [line.episode, line.end]));
+    const rows = all.map(({ episode, decision }, i) => {
+      const last = all[i + 1]?.episode !== episode;
+      const end = last ? ends.get(episode) : undefined;
+      const nothing = end?.ended === "GoalMet" ? "nothing: the goal is met" : "nothing: there is no way";
+      return [
+        ...(many ? [String(episode + 1)] : []), decision.asked_s.toFixed(2), decision.took_ms.toFixed(0),
+        listed(decision.holds), decision.action ?? nothing, decision.action ? needs(decision.action) : "–",
+      ];
+    });
+    const columns = [">asked at, s", ">took, ms", "holds", "decided", "which needs"];
+    const grid = table([...(many ? [">episode"] : []), ...columns], rows);
+    this.decisionRows = [];
+    grid.querySelectorAll("tbody tr").forEach((row, i) => {
+      if (all[i].episode !== 0) return;
+      const act = this.acts[this.decisionRows.length];
+      this.decisionRows.push(row);
+      pressable(row, () => {
+        this.pause();
+        this.timeline.look(act.asked - 0.05, act.decided + 0.1);
+        this.seek(act.asked);
+      });
+    });
+    document.querySelector("#decisions .scroll").append(grid);
+  }
+
+  buildTables() {
+    const { run, domain, recording } = this.data;
+    if (domain) {
+      byId("states").append(statesTable(domain));
+      byId("operators").append(operatorsTable(domain));
+    }
+    if (recording) {
+      const { demonstrations, snapshots } = recording;
+      byId("taught").textContent = `From ${demonstrations} demonstrations with ${snapshots} snapshots. `
+        + "In the replay each is the ellipsoid of two standard deviations about its mean, at least 4 mm.";
+    }
+    if (!run) return;
+    byId("command").textContent = run.command;
+    byId("made").textContent = `Made by symbolt ${run.symbolt}, seed ${run.seed}, mode ${run.mode}. `
+      + "The same command writes the same files, to the bit, on the same machine.";
+    byId("figures").append(figuresTable(run.summary));
+    byId("all").textContent = JSON.stringify({ planner: run.planner, scene: run.scene }, null, 2);
+  }
+
+  buildControls() {
+    const scrub = byId("scrub");
+    scrub.max = String(this.duration);
+    scrub.step = "any";
+    scrub.addEventListener("input", () => { this.pause(); this.seek(Number(scrub.value)); });
+    byId("play").addEventListener("click", () => (this.playing ? this.pause() : this.play()));
+    byId("gaussians").addEventListener("change", (event) => this.replay?.showStates(event.target.checked));
+    byId("camera").addEventListener("click", () => this.replay?.resetCamera());
+    byId("nearer").addEventListener("click", () => this.timeline.zoom(0.5));
+    byId("farther").addEventListener("click", () => this.timeline.zoom(2));
+    byId("whole").addEventListener("click", () => this.timeline.look(0, this.duration));
+  }
+
+  play() {
+    if (this.time >= this.duration) this.seek(0);
+    this.playing = true;
+    byId("play").textContent = "Pause";
+    let before = performance.now();
+    const step = (now) => {
+      if (!this.playing) return;
+      const speed = Number(byId("speed").value);
+      this.seek(this.time + ((now - before) / 1000) * speed);
+      before = now;
+      if (this.time >= this.duration) this.pause();
+      else requestAnimationFrame(step);
+    };
+    requestAnimationFrame(step);
+  }
+
+  pause() {
+    this.playing = false;
+    byId("play").textContent = "Play";
+  }
+
+  seek(time) {
+    this.time = clamp(time, 0, this.duration);
+    byId("scrub").value = String(this.time);
+    byId("clock").textContent = `${seconds(this.time)} of ${seconds(this.duration)}`;
+    this.replay?.show(this.time);
+    this.timeline.at(this.time);
+    this.showNow();
+  }
+
+  // The decision that is being made or acted upon.
+  current() {
+    return this.acts.findLastIndex((act) => act.asked <= this.time);
+  }
+
+  showNow() {
+    const index = this.current();
+    const act = this.acts[index];
+    this.decisionRows.forEach((row, i) => row.classList.toggle("current", i === index));
+    const entries = [];
+    if (!act) {
+      entries.push(["now", this.acts.length ? "looking at the scene" : "no decisions are known"]);
+    } else if (this.time < act.decided) {
+      entries.push(["now", `deciding, for ${((this.time - act.asked) * 1000).toFixed(0)} of ${act.took.toFixed(0)} ms`]);
+    } else if (act.action) {
+      const over = act.outcome && this.time >= act.until - 1e-6 ? `, ${act.outcome}` : "";
+      entries.push(["now", `doing ${act.action}${over}`]);
+    } else {
+      entries.push(["now", "done: nothing is left to do, or nothing can be done"]);
+    }
+    if (act) {
+      entries.push(["holds", listed(act.holds)]);
+      const operator = this.data.domain?.operators.find((o) => o.name === act.action);
+      if (operator && this.time >= act.decided) {
+        entries.push([`${act.action} needs`, listed(operator.preconditions)]);
+        entries.push(["and brings about", listed(operator.effects)]);
+      }
+    }
+    entries.push(["goal", this.data.run?.goal ?? "unknown"]);
+    byId("now").replaceChildren(...entries.flatMap(([name, text]) => [make("dt", name), make("dd", text)]));
+  }
+
+  // What the page shows, as data: for tests.
+  state() {
+    const { content, chosen } = this.timeline;
+    const module = content.modules[chosen];
+    const sample = Math.max(countUpTo(content.times, this.time) - 1, 0);
+    const columns = module?.names.length ?? 0;
+    return {
+      time: this.time, decision: this.current(), now: byId("now").innerText, module: module?.name,
+      names: module?.names, sample: Array.from(module?.values.slice(sample * columns, (sample + 1) * columns) ?? []),
+      view: this.timeline.view, places: this.replay?.places(),
+    };
+  }
+}
+

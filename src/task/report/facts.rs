@@ -1,0 +1,85 @@
+//! `run.json`: what a run was asked for and what came of it, without anything that differs between machines.
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::task::execute::Thoughts;
+use crate::task::planner::Shows;
+use crate::task::scene::SceneSpec;
+
+/// What a run was and what came of it. Written as `run.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RunFacts {
+    /// `symbolt-run`.
+    pub format: String,
+    /// 1.
+    pub version: u64,
+    /// The program's version.
+    pub symbolt: String,
+    /// A command line that gives the same files.
+    pub command: String,
+    /// Where all randomness came from.
+    pub seed: u64,
+    /// The state that the episodes were to bring about.
+    pub goal: String,
+    /// How the graph's layers were computed.
+    pub mode: String,
+    /// The planner's settings by name.
+    pub planner: Value,
+    /// The scene of the episodes.
+    pub scene: SceneSpec,
+    /// The run's figures, as `--json` gives them.
+    pub summary: Value,
+    /// What stands in the arrays of modules.
+    pub modules: Vec<ModuleFacts>,
+    /// What stands in the array of spikes.
+    pub populations: Vec<PopulationFacts>,
+}
+
+/// What the columns of a module's array are.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ModuleFacts {
+    /// The module; its array is `module_` and this name.
+    pub name: String,
+    /// A name a column.
+    pub names: Vec<String>,
+    /// `similarities` (cosines) or `activities`.
+    pub shows: String,
+}
+
+/// Whose spikes rows of the raster are, in their order.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PopulationFacts {
+    /// The layer's path.
+    pub path: String,
+    /// How many of its neurons have a row.
+    pub rows: usize,
+    /// How many neurons it has.
+    pub neurons: usize,
+}
+
+impl RunFacts {
+    /// The format's name and version.
+    pub const FORMAT: (&'static str, u64) = ("symbolt-run", 1);
+
+    /// What the arrays of a record of thoughts are.
+    pub fn of_thoughts(thoughts: &Thoughts) -> (Vec<ModuleFacts>, Vec<PopulationFacts>) {
+        let modules = thoughts.modules().iter().map(|module| ModuleFacts {
+            name: module.name.clone(),
+            names: module.names.clone(),
+            shows: match module.shows {
+                Shows::Similarities => "similarities".into(),
+                Shows::Activities => "activities".into(),
+            },
+        });
+        let populations = thoughts.populations().map(|(path, rows, neurons)| PopulationFacts {
+            path: path.into(),
+            rows,
+            neurons,
+        });
+        (modules.collect(), populations.collect())
+    }
+}

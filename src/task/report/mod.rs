@@ -1,0 +1,148 @@
+//! The report: one page, open offline, that shows a run or experiments, made of what stands in their folder.
+//!
+//! A run's folder holds `run.json` ([`RunFacts`]), `recording.jsonl`, `domain.json`, `scene.json`, `trace.jsonl`
+//! ([`trace`]) and `arrays.npz` ([`Arrays`]). The page is a function of these files alone; whatever is missing or
+//! damaged is said on it, and the rest is shown. Text of the files is put into the page as data and shown as text.
+
+mod arrays;
+mod facts;
+mod page;
+pub mod trace;
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+pub use arrays::Arrays;
+pub use facts::{ModuleFacts, PopulationFacts, RunFacts};
+
+use super::domain::Domain;
+use super::error::TaskError;
+use super::files::read_file;
+use super::recording::Recording;
+use super::scene::Outline;
+
+/// A page, and what could not be shown on it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Report {
+    /// The page.
+    pub html: String,
+    /// A sentence on each file that is missing or damaged.
+    pub missing: Vec<String>,
+}
+
+/// Files of a run, by any of which its folder is known.
+const RUN: [&str; 5] = ["run.json", "domain.json", "trace.jsonl", "arrays.npz", "recording.jsonl"];
+/// What an experiment leaves.
+const RESULTS: &str = "results.json";
+
+/// The report on a run's folder, on an experiment's, or on a folder of experiments' folders. Costs the reading of
+/// the files and, for a run of a minute, about 20 ms.
+///
+/// # Errors
+/// [`TaskError::NothingToReport`] if the folder holds none of the files; [`TaskError::Io`] if it cannot be read.
+pub fn report(folder: &Path) -> Result<Report, TaskError> {
+    let entries = std::fs::read_dir(folder).map_err(|source| TaskError::Io {
+        what: "read",
+        path: folder.into(),
+        source,
+    })?;
+    if RUN.iter().any(|name| folder.join(name).exists()) {
+        return Ok(of_run(folder));
+    }
+    let mut folders = vec![folder.to_path_buf()];
+    folders.extend(entries.flatten().map(|entry| entry.path()).filter(|path| path.is_dir()));
+    folders.retain(|folder| folder.join(RESULTS).is_file());
+    folders.sort();
+    if folders.is_empty() {
+        return Err(TaskError::NothingToReport { folder: folder.into() });
+    }
+    Ok(of_experiments(&folders))
+}
+
+/// What a file gave, or a sentence on why it gave nothing.
+struct Reader<'a> {
+    folder: &'a Path,
+    missing: Vec<String>,
+}
+
+impl Reader<'_> {
+    fn take<T>(
+        &mut self,
+        name: &str,
+        read: impl FnOnce(&[u8], &str) -> Result<T, String>,
+    ) -> Option<T> {
+        let path = self.folder.join(name);
+        let taken = match read_file(&path) {
+            Ok(bytes) => read(&bytes, name),
+            Err(TaskError::Io { source, .. }) => Err(source.to_string()),
+            Err(error) => Err(error.to_string()),
+        };
+        taken.map_err(|why| self.missing.push(format!("{name}: {why}"))).ok()
+    }
+}
+
+fn of_run(folder: &Path) -> Report {
+    let mut reader = Reader { folder, missing: Vec::new() };
+    let facts = reader.take("run.json", |bytes, _| {
+        serde_json::from_slice::<RunFacts>(bytes).map_err(|e| e.to_string())
+    });
+    let domain = reader.take("domain.json", |bytes, name| {
+        Domain::parse(bytes, name).map_err(|e| e.to_string())?;
+        serde_json::from_slice::<Value>(bytes).map_err(|e| e.to_string())
+    });
+    let shown = reader.take("recording.jsonl", |bytes, name| {
+        let (recording, _) = Recording::parse(bytes, name).map_err(|e| e.to_string())?;
+        Ok(json!({
+            "demonstrations": recording.demos.len(),
+            "snapshots": recording.snapshot_count(),
+        }))
+    });
+    let traced = reader.take("trace.jsonl", |bytes, _| Ok(trace::read(bytes)));
+    let events = traced.map(|(events, problem)| {
+        reader.missing.extend(problem.map(|problem| format!("trace.jsonl: {problem}")));
+        events
+    });
+    let arrays = reader.take("arrays.npz", |bytes, _| Arrays::from_npz(bytes));
+    let scene = facts.as_ref().map(|facts| &facts.scene);
+    let outline = scene.map(|spec| match spec.check() {
+        Ok(()) => Some(Outline::of(spec)),
+        Err(error) => {
+            reader.missing.push(format!("run.json: {error}"));
+            None
+        }
+    });
+    let missing = reader.missing;
+    let data = json!({
+        "kind": "run",
+        "missing": missing,
+        "run": facts,
+        "domain": domain,
+        "recording": shown,
+        "events": events,
+        "outline": outline,
+        "arrays": arrays.as_ref().map(Arrays::to_page),
+    });
+    Report { html: page::html(&data), missing }
+}
+
+fn of_experiments(folders: &[std::path::PathBuf]) -> Report {
+    let mut missing = Vec::new();
+    let mut experiments = Vec::new();
+    for folder in folders {
+        let name = folder.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let mut reader = Reader { folder, missing: Vec::new() };
+        let results = reader.take(RESULTS, |bytes, _| {
+            serde_json::from_slice::<Value>(bytes).map_err(|e| e.to_string())
+        });
+        let figure = if folder.join("figure.svg").exists() {
+            reader.take("figure.svg", |bytes, _| Ok(page::base64(bytes)))
+        } else {
+            None
+        };
+        missing.extend(reader.missing.into_iter().map(|why| format!("{name}/{why}")));
+        experiments.push(json!({"folder": name, "results": results, "figure": figure}));
+    }
+    let data = json!({"kind": "experiments", "missing": missing, "experiments": experiments});
+    Report { html: page::html(&data), missing }
+}

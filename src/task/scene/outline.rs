@@ -1,0 +1,126 @@
+//! The shapes that the physics works with, as triangles: for pictures.
+
+use rapier3d::geometry::{SharedShape, TypedShape};
+use rapier3d::math::{Pose as Frame, Vector};
+use serde::Serialize;
+
+use super::arm::{self, JOINTS};
+use super::physics::pose_of;
+use super::{SceneSpec, bodies, shapes};
+use crate::task::pose::Pose;
+
+/// What moves as one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Body {
+    /// The table with its rim; it stays where it is.
+    Table,
+    /// The jig, likewise.
+    Jig,
+    /// A nut.
+    Nut,
+    /// A bolt.
+    Bolt,
+    /// The link that moves with a joint, counted from 0; the last carries the hand.
+    Link(usize),
+    /// The finger that opens along [`Outline::closing`], 0, or against it, 1; where it is when closed, in the frame
+    /// of the last link.
+    Finger(usize),
+}
+
+/// The surface of a body in its own frame, in metres.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Mesh {
+    /// Whose surface.
+    pub body: Body,
+    /// Corners.
+    pub vertices: Vec<[f32; 3]>,
+    /// Places of three corners each, counted from 0, anticlockwise as seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// Everything there is to be seen of a scene, without where it is.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Outline {
+    /// One mesh a body; parts of one kind share theirs.
+    pub meshes: Vec<Mesh>,
+    /// For each joint the fixed part of its frame in the frame before it; it turns about its own z.
+    pub joints: [Pose; JOINTS],
+    /// The direction in which the first finger opens, in the last link's frame.
+    pub closing: [f64; 3],
+}
+
+impl Outline {
+    /// The shapes of a scene of these settings. Costs about a millisecond.
+    pub fn of(spec: &SceneSpec) -> Self {
+        let hulls = |pieces: &[shapes::Piece]| {
+            let all = shapes::hulls(pieces).into_iter();
+            all.map(|shape| (Frame::IDENTITY, shape)).collect::<Vec<_>>()
+        };
+        let [table, jig] = shapes::furniture(spec);
+        let mut surfaces = vec![
+            (Body::Table, table),
+            (Body::Jig, jig),
+            (Body::Nut, hulls(&shapes::nut(&spec.part))),
+            (Body::Bolt, hulls(&shapes::bolt(&spec.part))),
+        ];
+        surfaces.extend((0..JOINTS).map(|joint| (Body::Link(joint), bodies::link_shapes(joint))));
+        for (finger, side) in [1.0, -1.0].into_iter().enumerate() {
+            surfaces.push((Body::Finger(finger), vec![bodies::closed_finger(side)]));
+        }
+        let closing = arm::hand_offset().rotation * Vector::Y;
+        Self {
+            meshes: surfaces.into_iter().map(|(body, shapes)| mesh(body, &shapes)).collect(),
+            joints: std::array::from_fn(|joint| pose_of(&arm::offset(joint))),
+            closing: [closing.x, closing.y, closing.z],
+        }
+    }
+}
+
+/// Sides of what is round.
+const ROUND: u32 = 20;
+
+fn mesh(body: Body, shapes: &[(Frame, SharedShape)]) -> Mesh {
+    let mut mesh = Mesh { body, vertices: Vec::new(), triangles: Vec::new() };
+    for (at, shape) in shapes {
+        let (vertices, triangles) = match shape.as_typed_shape() {
+            TypedShape::Cuboid(cuboid) => cuboid.to_trimesh(),
+            TypedShape::Capsule(capsule) => capsule.to_trimesh(ROUND, ROUND / 2),
+            TypedShape::ConvexPolyhedron(hull) => hull.to_trimesh(),
+            // There are no others.
+            _ => continue,
+        };
+        let from = mesh.vertices.len() as u32;
+        mesh.vertices.extend(vertices.iter().map(|v| {
+            let v = at.translation + at.rotation * *v;
+            [v.x as f32, v.y as f32, v.z as f32]
+        }));
+        mesh.triangles.extend(triangles.iter().map(|t| t.map(|corner| corner + from)));
+    }
+    mesh
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Volume inside a closed surface, by the divergence theorem.
+    fn volume(mesh: &Mesh) -> f64 {
+        let at = |corner: u32| Vector::from(mesh.vertices[corner as usize].map(f64::from));
+        let of = |t: &[u32; 3]| at(t[0]).dot(at(t[1]).cross(at(t[2]))) / 6.0;
+        mesh.triangles.iter().map(of).sum()
+    }
+
+    #[test]
+    fn every_body_has_a_closed_surface_that_faces_outwards() {
+        let outline = Outline::of(&SceneSpec::default());
+        assert_eq!(outline.meshes.len(), 4 + JOINTS + 2);
+        for mesh in &outline.meshes {
+            assert!(!mesh.triangles.is_empty() && volume(mesh) > 1e-6, "{:?}", mesh.body);
+        }
+        // A hexagon of 30 mm across flats with one of 19.2 mm in it, 16 mm high.
+        let nut = volume(&outline.meshes[2]);
+        let expected = 3f64.sqrt() / 2.0 * (0.030f64.powi(2) - 0.0192f64.powi(2)) * 0.016;
+        assert!((nut - expected).abs() < 1e-3 * expected, "{nut} {expected}");
+    }
+}
