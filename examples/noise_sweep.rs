@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use symbolt::neurons::SelectRule;
 use symbolt::prelude::*;
-use symbolt::sim::{Graph, Out, Pointer, VocabTag};
-use symbolt::spa::{CleanupMemory, Vocabulary, VocabularyBuilder, cosine};
+use symbolt::sim::VocabTag;
+use symbolt::spa::{CleanupMemory, VocabularyBuilder, cosine};
 
 struct Items;
 impl VocabTag for Items {
@@ -17,54 +17,36 @@ impl VocabTag for Items {
 
 const TRIALS: u64 = 50;
 
-/// One cell of the sweep: of [`TRIALS`] runs, how many recalled the right item of `items`.
+/// Of [`TRIALS`] runs, how many recalled the right one of `items` from a cue with noise of norm `sigma`.
 fn recalled(items: usize, sigma: f32) -> Result<u64, Box<dyn Error>> {
     let names: Vec<String> = (0..items).map(|i| format!("ITEM_{i}")).collect();
-    let vocabulary = VocabularyBuilder::<Items>::new(128, Seed::new(1))
-        .any_similarity()
-        .pointers(names.iter().map(String::as_str))
-        .build()?;
-    let (graph, seen) = describe(&vocabulary, sigma)?;
-    let graph = Arc::new(graph);
-    let mut right = 0;
-    for trial in 0..TRIALS {
-        // The run seed changes the noise alone: every cell meets the same draws.
-        let mut sim = Simulator::new(graph.clone(), RunConfig::seeded(Seed::new(trial)))?;
-        sim.run_for(SimDuration::from_millis(50))?;
-        right += u64::from(cosine(sim.value(&seen), &vocabulary.get("ITEM_0")?) > 0.5);
-    }
-    Ok(right)
-}
+    let names = names.iter().map(String::as_str);
+    let vocabulary = VocabularyBuilder::<Items>::new(128, Seed::new(1));
+    let vocabulary = vocabulary.any_similarity().pointers(names.clone()).build()?;
+    let (space, right) = (vocabulary.space(), vocabulary.get("ITEM_0")?);
 
-type Seen = Out<Pointer<Items>>;
-
-fn describe(items: &Vocabulary<Items>, sigma: f32) -> Result<(Graph, Seen), Box<dyn Error>> {
     let mut graph = GraphBuilder::new();
-    let cue = graph.add("cue", Constant::pointer(items.space(), &items.get("ITEM_0")?));
-    let noise = graph.add("noise", Noise::pointer(items.space(), sigma));
+    let cue = graph.add("cue", Constant::pointer(space, &right));
+    let noise = graph.add("noise", Noise::pointer(space, sigma));
     let winner = SelectRule::WinnerTakeAll { level: 0.0 };
-    let cleanup = graph.add(
-        "cleanup",
-        CleanupMemory::new(items, items.names().iter().map(String::as_str), winner)?,
-    );
+    let cleanup = graph.add("cleanup", CleanupMemory::new(&vocabulary, names, winner)?);
     graph.connect(&cue, &noise.input, Synapse::None);
     graph.connect(&noise.output, &cleanup.input, Synapse::None);
-    let output = cleanup.output;
-    Ok((graph.build(Timebase::default(), &PopulationPlan::direct(), Seed::new(1))?, output))
+    let graph = graph.build(Timebase::default(), &PopulationPlan::direct(), Seed::new(1))?;
+    let graph = Arc::new(graph);
+
+    // The run's seed changes the noise alone: every cell of the sweep meets the same draws.
+    (0..TRIALS).try_fold(0, |sum, trial| {
+        let mut sim = Simulator::new(graph.clone(), RunConfig::seeded(Seed::new(trial)))?;
+        sim.run_for(SimDuration::from_millis(50))?;
+        Ok(sum + u64::from(cosine(sim.value(&cleanup.output), &right) > 0.5))
+    })
 }
 
-/// Items, noise, share recalled.
-pub type Row = (usize, f32, f64);
-
-/// The sweep, row by row.
-pub fn run() -> Result<Vec<Row>, Box<dyn Error>> {
-    let mut rows = Vec::new();
-    for items in [10, 100] {
-        for sigma in [0.0, 2.0, 8.0, 32.0] {
-            rows.push((items, sigma, recalled(items, sigma)? as f64 / TRIALS as f64));
-        }
-    }
-    Ok(rows)
+/// Items, noise, and the share of trials with the right item, row by row.
+pub fn run() -> Result<Vec<(usize, f32, f64)>, Box<dyn Error>> {
+    let cells = [10, 100].into_iter().flat_map(|i| [0.0, 2.0, 8.0, 32.0].map(|sigma| (i, sigma)));
+    cells.map(|(i, sigma)| Ok((i, sigma, recalled(i, sigma)? as f64 / TRIALS as f64))).collect()
 }
 
 #[allow(dead_code)] // The tests call `run`.
