@@ -15,8 +15,8 @@ impl VocabTag for Things {
     const NAME: &'static str = "things";
 }
 
-/// On which shelf is the nut? It is in a tray, and the tray is on a shelf: the second recall asks with what the
-/// first one gave, and noise of norm `sigma`. The right answers of 200, with the cleanup and with its synapse alone.
+/// On which shelf is the nut? It is in a tray, and the tray is on a shelf: the second recall asks with what
+/// the first one gave, and noise of norm `sigma`. Right answers of 200: with the cleanup, with its synapse alone.
 pub fn run(sigma: f32) -> Result<[Rate; 2], Box<dyn Error>> {
     let names = "NUT BOLT GEAR PIN RED BLUE GREY PINK LEFT RIGHT TOP LOW".split(' ');
     let things = VocabularyBuilder::<Things>::new(256, Seed::new(1)).pointers(names).build()?;
