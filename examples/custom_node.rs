@@ -1,4 +1,4 @@
-//! A node of one's own, a world of one's own, and a loop through both.
+//! A node of one's own, a controller that remembers a sum, in a loop with the water that it heats.
 //!
 //! `cargo run --example custom_node`
 
@@ -8,81 +8,48 @@ use std::sync::Arc;
 use symbolt::prelude::*;
 use symbolt::sim::{
     AdvanceIo, InputSpec, Node, NodeFault, OutputSpec, PortDecl, Real, Scalar, StateSpec, StepCx,
-    World, WorldError, WorldLink, WorldSave,
 };
 
-/// A proportional-integral controller. It remembers one number, so it declares one.
+/// A proportional-integral controller.
 struct Controller {
     setpoint: Real,
 }
 
 impl Node for Controller {
+    // What changes is declared as state, so that the engine can reset, save and restore it. A registered
+    // output is shown from the next tick on, so that it may stand in a loop.
     fn declare(&self, ports: &mut PortDecl) {
         ports
-            .input("measured", InputSpec::scalar().at_advance())
+            .input("celsius", InputSpec::scalar().at_advance())
             .output("power", OutputSpec::scalar().registered())
             .state(StateSpec { reals: 1, ..StateSpec::default() });
     }
 
     fn advance(&self, cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
         let error = self.setpoint - io.inputs.scalar(0);
-        let sum: &mut Real = &mut io.state.reals[0];
+        let sum = &mut io.state.reals[0];
         *sum += error * cx.dt_s() as Real;
-        io.outputs.set(0, 5.0 * error + 4.0 * *sum);
+        io.outputs.set(0, 10.0 * error + 8.0 * *sum);
         Ok(())
     }
 }
 
-/// Water that is heated and cools, one step every 10 ms.
-struct Kettle(Real);
-
-impl World for Kettle {
-    fn period(&self) -> SimDuration {
-        SimDuration::from_millis(10)
-    }
-    fn sense_width(&self) -> usize {
-        1
-    }
-    fn command_width(&self) -> usize {
-        1
-    }
-    fn sense(&self, out: &mut [Real]) {
-        out[0] = self.0;
-    }
-    fn advance(&mut self, command: &[Real]) -> Result<(), WorldError> {
-        self.0 += 0.01 * (command[0] - 0.5 * (self.0 - 20.0));
-        Ok(())
-    }
-    fn reset(&mut self, _seed: Seed) -> Result<(), WorldError> {
-        self.0 = 20.0;
-        Ok(())
-    }
-    fn save(&self) -> WorldSave {
-        WorldSave(self.0.to_le_bytes().to_vec())
-    }
-    fn restore(&mut self, saved: &WorldSave) -> Result<(), WorldError> {
-        let bytes = saved.0.as_slice().try_into();
-        self.0 = Real::from_le_bytes(bytes.map_err(|_| WorldError::new("not a kettle's save"))?);
-        Ok(())
-    }
-}
-
-/// The water's temperature after 20 simulated seconds.
+/// The water's temperature after 20 simulated seconds, in degrees Celsius.
 pub fn run() -> Result<Real, Box<dyn Error>> {
     let mut graph = GraphBuilder::new();
-    let link = WorldLink::new();
-    let link = link.sense("celsius", OutputSpec::scalar()).command("power", InputSpec::scalar());
-    let kettle = graph.world("kettle", link);
     let controller = graph.node("controller", Controller { setpoint: 80.0 });
-    let celsius = kettle.output::<Scalar>("celsius");
-    graph.connect(&celsius, &controller.input("measured"), Synapse::lowpass_ms(20));
-    graph.connect(&controller.output::<Scalar>("power"), &kettle.input("power"), Synapse::None);
+    let room = graph.add("room", Constant::scalar(20.0));
+    let water = graph.add("water", Add::scalar());
+    // Heated, the water nears its end temperature by a time constant of 2 s, which is what a synapse does.
+    let power = controller.output::<Scalar>("power");
+    graph.connect(&power, &water.input, Synapse::lowpass_ms(2000));
+    graph.connect(&room, &water.input, Synapse::None);
+    graph.connect(&water.output, &controller.input("celsius"), Synapse::None);
 
     let graph = graph.build(Timebase::default(), &PopulationPlan::direct(), Seed::new(1))?;
-    let config = RunConfig::default().in_world(Kettle(20.0));
-    let mut sim = Simulator::new(Arc::new(graph), config)?;
-    sim.run_for(SimDuration::from_millis(20_000))?;
-    Ok(sim.value(&celsius)[0])
+    let mut sim = Simulator::new(Arc::new(graph), RunConfig::default())?;
+    sim.run_for(SimDuration::from_secs(20))?;
+    Ok(sim.value(&water.output)[0])
 }
 
 #[allow(dead_code)] // The tests call `run`.

@@ -12,13 +12,12 @@ use symbolt::task::planner::{PlanEnd, Planner, PlannerSpec};
 pub fn run() -> Result<Vec<(String, f64)>, Box<dyn Error>> {
     let domain = SymbolicDomain::new()
         .action("BOIL_WATER", ["KETTLE_FULL"], ["WATER_HOT"])
-        .action("FILL_POT", ["LEAVES_IN_TIN"], ["LEAVES_IN_POT"])
         .action("BREW_TEA", ["WATER_HOT", "LEAVES_IN_POT"], ["TEA_READY"])
         .build()?;
     let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1))?;
 
-    // How many things are in each state: one kettle, one spoon of leaves.
-    let holds = ["KETTLE_FULL", "LEAVES_IN_TIN"];
+    // How many things are in each state: one kettle, one pot.
+    let holds = ["KETTLE_FULL", "LEAVES_IN_POT"];
     let scene: Vec<usize> =
         domain.states().iter().map(|s| usize::from(holds.contains(&s.name.as_str()))).collect();
     let plan = planner.plan(&scene, "TEA_READY")?;

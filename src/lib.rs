@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 #![deny(unsafe_code)]
 
+pub mod guide;
 pub mod neurons;
 pub mod sim;
 pub mod spa;

@@ -1,0 +1,59 @@
+//! What the cleanup memory between two recalls is for: one graph with it and without it, on the same noise.
+//!
+//! `cargo run --release --example ablate_cleanup`
+
+use std::{error::Error, sync::Arc};
+
+use symbolt::neurons::SelectRule;
+use symbolt::prelude::*;
+use symbolt::sim::VocabTag;
+use symbolt::spa::{CleanupMemory, ItemMemory, UnbindFixed, VocabularyBuilder};
+use symbolt::task::experiment::Rate;
+
+struct Things;
+impl VocabTag for Things {
+    const NAME: &'static str = "things";
+}
+
+/// On which shelf is the nut? It is in a tray, and the tray is on a shelf: the second recall asks with what
+/// the first one gave, and noise of norm `sigma`. Right answers of 200: with the cleanup, with its synapse alone.
+pub fn run(sigma: f32) -> Result<[Rate; 2], Box<dyn Error>> {
+    let names = "NUT BOLT GEAR PIN RED BLUE GREY PINK LEFT RIGHT TOP LOW".split(' ');
+    let things = VocabularyBuilder::<Things>::new(256, Seed::new(1)).pointers(names).build()?;
+    let tray = things.parse("(NUT * RED + BOLT * BLUE + GEAR * GREY + PIN * PINK) * ~NUT")?;
+    // To unbind by this is to go from a tray to its shelf.
+    let shelves = "~(~RED * LEFT + ~BLUE * RIGHT + ~GREY * TOP + ~PINK * LOW)";
+    let (trays, best) = (["RED", "BLUE", "GREY", "PINK"], SelectRule::WinnerTakeAll { level: 0.0 });
+    let mut graph = GraphBuilder::new();
+    let tray = graph.add("tray", Constant::pointer(things.space(), &tray));
+    let noise = graph.add("noise", Noise::pointer(things.space(), sigma));
+    let cleanup = graph.add("cleanup", CleanupMemory::new(&things, trays, best)?);
+    let with = graph.add("with", UnbindFixed::new(&things, shelves)?);
+    let without = graph.add("without", UnbindFixed::new(&things, shelves)?);
+    graph.connect(&tray, &noise.input, Synapse::None);
+    graph.connect(&noise.output, &cleanup.input, Synapse::None);
+    graph.connect(&cleanup.output, &with.input, Synapse::None);
+    graph.connect(&noise.output, &without.input, Synapse::lowpass_ms(5));
+    let graph = graph.build(Timebase::default(), &PopulationPlan::direct(), Seed::new(1))?;
+    let graph = Arc::new(graph);
+    let known = ItemMemory::new(things.matrix().to_vec(), things.dim())?;
+    let mut rates = [Rate { successes: 0, trials: 200 }; 2];
+    for trial in 0..200 {
+        let mut sim = Simulator::new(graph.clone(), RunConfig::seeded(Seed::new(trial)))?;
+        sim.run_for(SimDuration::from_millis(60))?;
+        for (rate, shelf) in rates.iter_mut().zip([&with.output, &without.output]) {
+            let best = known.best(sim.value(shelf)).ok_or("nothing is known")?;
+            rate.successes += u64::from(things.names()[best.index] == "LEFT");
+        }
+    }
+    Ok(rates)
+}
+
+#[allow(dead_code)] // The tests call `run`.
+fn main() -> Result<(), Box<dyn Error>> {
+    for sigma in [0.0, 8.0, 12.0] {
+        let [with, without] = run(sigma)?.map(|rate| (rate.successes, rate.interval(1.96)));
+        println!("noise {sigma:>2}: right with the cleanup {with:.2?}, without it {without:.2?}");
+    }
+    Ok(())
+}

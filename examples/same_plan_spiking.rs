@@ -1,0 +1,45 @@
+//! The plan of `two_step_plan` once in exact maths and once in spiking neurons: same graph, same steps.
+//!
+//! `cargo run --release --example same_plan_spiking`
+
+use std::error::Error;
+
+use symbolt::neurons::LifSpec;
+use symbolt::prelude::*;
+use symbolt::task::SymbolicDomain;
+use symbolt::task::planner::{PlanEnd, Planner, PlannerSpec};
+
+/// A plan: its actions, each with the simulated ms of its decision.
+pub type Steps = Vec<(String, f64)>;
+
+/// The plan in exact maths, and that in leaky integrate-and-fire neurons.
+pub fn run() -> Result<[Steps; 2], Box<dyn Error>> {
+    let domain = SymbolicDomain::new()
+        .action("BOIL_WATER", ["KETTLE_FULL"], ["WATER_HOT"])
+        .action("BREW_TEA", ["WATER_HOT", "LEAVES_IN_POT"], ["TEA_READY"])
+        .build()?;
+    let holds = ["KETTLE_FULL", "LEAVES_IN_POT"];
+    let scene: Vec<usize> =
+        domain.states().iter().map(|s| usize::from(holds.contains(&s.name.as_str()))).collect();
+
+    // The one thing that differs is what every layer of the graph is computed by.
+    let plan_in = |population: Population| -> Result<Steps, Box<dyn Error>> {
+        let plan = PopulationPlan::all(population);
+        let planner = Planner::with_plan(&domain, PlannerSpec::default(), &plan, Seed::new(1))?;
+        let plan = planner.plan(&scene, "TEA_READY")?;
+        assert_eq!(plan.end, PlanEnd::Met);
+        let name = |action: usize| domain.operators()[action].name.clone();
+        Ok(plan.steps.iter().map(|s| (name(s.action), s.decision.time_ms)).collect())
+    };
+    Ok([plan_in(Population::Direct)?, plan_in(Population::Lif(LifSpec::default()))?])
+}
+
+#[allow(dead_code)] // The tests call `run`.
+fn main() -> Result<(), Box<dyn Error>> {
+    let [exact, spiking] = run()?;
+    println!("{:<10}  exact maths  spiking neurons", "decided");
+    for ((action, exact), (_, spiking)) in exact.iter().zip(&spiking) {
+        println!("{action:<10}  {exact:>8.0} ms  {spiking:>12.0} ms");
+    }
+    Ok(())
+}
