@@ -15,7 +15,7 @@ use symbolt::task::{Grounding, demonstrate};
 /// What happened in the robot's own episode.
 pub fn run() -> Result<EpisodeReport, Box<dyn Error>> {
     let scene = SceneSpec::default();
-    let shown = demonstrate(&scene, 1, Seed::new(1), &mut |_| {})?;
+    let shown = demonstrate(&scene, 1, Seed::new(1), &mut |_, _| {})?;
     let domain = learn(&shown.recording, &Settings::default())?.domain;
 
     // The goal is what the last action of the demonstration brought about.

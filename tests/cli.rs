@@ -102,7 +102,15 @@ fn without_a_command_the_main_job_runs_and_can_be_repeated() {
     for part in ["5 states:", "3 actions:", "goal met", "1 of 1", "Wrote out/recording.jsonl"] {
         assert!(text.contains(part), "{part} in {text}");
     }
-    let left = ["domain.json", "recording.jsonl", "scene.json", "trace.jsonl"];
+    let left = [
+        "arrays.npz",
+        "domain.json",
+        "recording.jsonl",
+        "report.html",
+        "run.json",
+        "scene.json",
+        "trace.jsonl",
+    ];
     assert_eq!(files(&folder.path().join("out")), left);
     let bytes = |name: &str| std::fs::read(folder.path().join("out").join(name)).expect("there");
     let before = left.map(bytes);
@@ -127,7 +135,7 @@ fn without_a_command_the_main_job_runs_and_can_be_repeated() {
         let line: Value = serde_json::from_str(line).expect("JSON");
         kinds.extend(line.as_object().expect("an object").keys().cloned());
     }
-    let expected = ["decision", "end", "episode", "frame", "skill"].map(String::from);
+    let expected = ["decision", "end", "episode", "skill", "touch"].map(String::from);
     assert_eq!(kinds, BTreeSet::from(expected));
 }
 

@@ -81,6 +81,12 @@ class Replay {
       this.scene.add(part);
       return part;
     });
+    // What the arm stands on is not in the physics: nothing can come near it.
+    const stand = new THREE.MeshStandardMaterial({ color: LOOKS.hand[0], roughness: LOOKS.hand[1] });
+    const base = new THREE.Mesh(new THREE.CylinderGeometry(0.075, 0.095, 0.16, 32), stand);
+    base.rotation.x = Math.PI / 2;
+    base.position.z = 0.06;
+    this.scene.add(base);
     // Each joint's frame hangs in the one before it and turns about its own z.
     let parent = this.scene;
     this.joints = outline.joints.map((pose, joint) => {
