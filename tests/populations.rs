@@ -439,6 +439,41 @@ fn a_model_file_cut_short_damaged_or_of_another_version_is_refused() {
     assert!(matches!(many, Err(SolvedError::Shape { .. })), "{many:?}");
 }
 
+#[test]
+fn spikes_can_be_seen_from_outside_and_only_spiking_layers_have_them() {
+    let things = vocabulary(64);
+    let built = |plan: &PopulationPlan| {
+        let mut graph = GraphBuilder::new();
+        let a = things.get("A").expect("there");
+        let cue = graph.add("cue", Constant::pointer(things.space(), &a));
+        let state = graph.add("state", State::new(&things));
+        graph.connect(&cue, &state.input, Synapse::None);
+        let graph = graph.build(Timebase::default(), plan, Seed::new(1)).expect("builds");
+        Simulator::new(Arc::new(graph), RunConfig::default()).expect("runs")
+    };
+    let mut sim = built(&lif());
+    let populations: Vec<_> = sim.graph().populations().map(|(_, of)| of).collect();
+    let neurons: usize = populations.iter().map(|of| of.neurons).sum();
+    assert!(!populations.is_empty() && neurons >= 64 * 50, "{neurons}");
+    let count = |sim: &Simulator| -> usize {
+        let of =
+            |p: &symbolt::sim::PopulationRef| (0..p.neurons).filter(|n| sim.spiked(*p, *n)).count();
+        populations.iter().map(of).sum()
+    };
+    assert_eq!(count(&sim), 0, "before the first tick");
+    let (ticks, mut all) = (500, 0);
+    for _ in 0..ticks {
+        sim.run_for(SimDuration::from_millis(1)).expect("runs");
+        all += count(&sim);
+    }
+    // Neurons fire at 200 to 400 Hz at the rim of what they represent, most of them less or not at all.
+    let mean = all as f64 / neurons as f64 / (f64::from(ticks) / 1e3);
+    assert!((10.0..150.0).contains(&mean), "{mean} Hz");
+    assert!(!sim.spiked(populations[0], usize::MAX), "no neuron that is not there");
+    assert_eq!(built(&rate()).graph().populations().count(), 0);
+    assert_eq!(built(&PopulationPlan::direct()).graph().populations().count(), 0);
+}
+
 /// The paper's own domain (section II.E).
 fn paper_domain() -> Domain {
     SymbolicDomain::of_the_paper().build().expect("the paper's domain is sound")

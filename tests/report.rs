@@ -271,7 +271,8 @@ fn strange_names_are_shown_as_text_and_never_run() {
     let script = "page.chooseModule(0); page.seek(0.1);\n\
                   found.hacked = window.hacked ?? null;\n\
                   found.images = document.querySelectorAll('main img').length;\n\
-                  found.text = document.body.innerText.includes('<script>window.hacked = 3</script>');\n\
+                  found.text = document.body.innerText.includes(
+                      '\\u003cscript>window.hacked = 3\\u003c/script>');\n\
                   found.title = document.title;";
     let found = opened(&browser, &page, script);
     assert!(found["hacked"].is_null(), "{found}");

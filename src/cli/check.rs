@@ -1,8 +1,10 @@
-//! `symbolt check`: whether a file is a sound recording, scene, domain or model of solved populations.
+//! `symbolt check`: whether a file is a sound recording, scene, scene configuration, domain or model of solved
+//! populations.
 
 use anyhow::Error;
 use serde_json::{Value, json};
 use symbolt::neurons::SolvedModel;
+use symbolt::task::scene::SceneSpec;
 use symbolt::task::{Domain, Recording, Snapshot, TaskError, read_file};
 
 use super::Outcome;
@@ -52,6 +54,15 @@ fn inspect(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
     }) {
         let scene = Snapshot::parse(bytes, name)?;
         return Ok(json!({"kind": "scene", "objects": scene.objects.len()}));
+    }
+    let settings = json!(SceneSpec::default());
+    if header
+        .as_ref()
+        .and_then(Value::as_object)
+        .is_some_and(|object| object.keys().next().is_some_and(|key| settings.get(key).is_some()))
+    {
+        let spec = SceneSpec::parse(bytes, name)?;
+        return Ok(json!({"kind": "scene configuration", "nuts": spec.nuts, "bolts": spec.bolts}));
     }
     let (recording, labels) = Recording::parse(bytes, name)?;
     let labelled = labels.iter().flatten().filter(|l| l.is_some()).count();

@@ -29,7 +29,8 @@ pub struct PartSpec {
     pub tip_chamfer_m: f64,
     /// Kilograms a cubic metre (steel: 7,800).
     pub density: f64,
-    /// Coefficient of friction of parts, table and jig.
+    /// Coefficient of friction of parts, table and jig. Between pad and part the greater of theirs counts: the grip
+    /// fails only if [`GripperSpec::friction`] is small too.
     pub friction: f64,
 }
 
