@@ -117,16 +117,25 @@ impl Figure {
     }
 
     fn draw(&self, svg: &mut String) -> Result<(), String> {
-        let [left, right] = self.range(&self.x, |m| vec![m.x]);
-        let [bottom, top] = self.range(&self.y, |m| {
-            let [low, high] = m.bar.unwrap_or([m.y, m.y]);
-            vec![m.y, low, high]
-        });
-        let said = |error: &dyn std::fmt::Display| error.to_string();
         let names = &self.y.names;
+        let along = |number: f64, bar: Option<[f64; 2]>| {
+            let [low, high] = bar.unwrap_or([number; 2]);
+            vec![number, low, high]
+        };
+        let barred = |m: &Mark| along(m.x, m.bar.filter(|_| !names.is_empty()));
+        let [left, right] = self.range(&self.x, barred);
+        let [mut bottom, top] = self.range(&self.y, |m| along(m.y, m.bar));
+        // Below named things there is room for the legend.
+        let unnamed = self.series.iter().all(|s| s.name.is_empty());
+        if !names.is_empty() && !unnamed {
+            bottom -= self.series.len() as f64 + 0.8;
+        }
+        let said = |error: &dyn std::fmt::Display| error.to_string();
         let longest = names.iter().map(|name| name.chars().count()).max();
         let (height, beside) = match longest {
-            Some(longest) => (names.len() as u32 * ROW.0 + ROW.1, 7 * longest as u32 + 12),
+            Some(longest) => {
+                (((top - bottom) * f64::from(ROW.0)) as u32 + ROW.1, 7 * longest as u32 + 12)
+            }
             None => (SIZE.1, 64),
         };
         let area = SVGBackend::with_string(svg, (SIZE.0, height)).into_drawing_area();
@@ -148,10 +157,10 @@ impl Figure {
             .y_desc(&self.y.label)
             .axis_desc_style(font(15))
             .label_style(font(13))
-            .y_labels(if names.is_empty() { 10 } else { 2 * names.len() })
+            .y_labels(if names.is_empty() { 10 } else { 2 * (top - bottom) as usize })
             .y_label_formatter(&|y| match (names.is_empty(), y.round()) {
                 (true, _) => number(*y),
-                (false, at) if (at - y).abs() > 0.01 => String::new(),
+                (false, at) if (at - y).abs() > 0.01 || at < 0.0 => String::new(),
                 (false, at) => names.get(at as usize).cloned().unwrap_or_default(),
             })
             .draw()
@@ -195,7 +204,7 @@ impl Figure {
                 .label(&series.name)
                 .legend(move |(x, y)| Circle::new((x + 9, y), 4, colour.filled()));
         }
-        if self.series.iter().all(|s| s.name.is_empty()) {
+        if unnamed {
             return area.present().map_err(|e| said(&e));
         }
         // The corner with the fewest points.
@@ -212,7 +221,10 @@ impl Figure {
             (crowd(1.0, 0.0), SeriesLabelPosition::LowerRight),
             (crowd(0.0, 1.0), SeriesLabelPosition::UpperLeft),
         ];
-        let corner = corners.into_iter().min_by_key(|c| c.0).map(|c| c.1);
+        let corner = match names.is_empty() {
+            true => corners.into_iter().min_by_key(|c| c.0).map(|c| c.1),
+            false => Some(SeriesLabelPosition::LowerRight),
+        };
         chart
             .configure_series_labels()
             .position(corner.unwrap_or(SeriesLabelPosition::UpperRight))
