@@ -92,12 +92,58 @@ fn a_damaged_or_half_finished_folder_gives_a_page_that_says_what_is_missing() {
             }
             let (found, page) = report(copy.path());
             let missing = missing(&found);
-            // An empty trace has no line that is damaged.
-            let expected = if (name, how) == ("trace.jsonl", "empty") { 0 } else { 1 };
-            assert_eq!(missing.len(), expected, "{name}, {how}: {missing:?}");
+            assert_eq!(missing.len(), 1, "{name}, {how}: {missing:?}");
             assert!(missing.iter().all(|said| said.starts_with(name)), "{missing:?}");
             assert!(page.ends_with("</html>\n"));
         }
+    }
+}
+
+#[test]
+fn what_does_not_belong_together_is_said() {
+    let said = |change: &dyn Fn(&Path)| {
+        let copy = copied();
+        change(copy.path());
+        let (found, _) = report(copy.path());
+        missing(&found).join("; ")
+    };
+    let facts = |folder: &Path, change: &dyn Fn(&mut Value)| {
+        let path = folder.join("run.json");
+        let mut facts: Value =
+            serde_json::from_slice(&std::fs::read(&path).expect("there")).expect("JSON");
+        change(&mut facts);
+        std::fs::write(&path, facts.to_string()).expect("written");
+    };
+    // A trace cut after a whole line: the run may have been killed there.
+    let cut = said(&|folder| {
+        let path = folder.join("trace.jsonl");
+        let text = std::fs::read_to_string(&path).expect("there");
+        let lines: Vec<&str> = text.lines().take(3).collect();
+        std::fs::write(&path, lines.join("\n") + "\n").expect("written");
+    });
+    assert_eq!(cut, "trace.jsonl: 1 of 1 episodes have no end in it");
+    let odd = said(&|folder| {
+        let path = folder.join("trace.jsonl");
+        let text = std::fs::read_to_string(&path).expect("there");
+        std::fs::write(&path, text.replacen("\"asked_s\":", "\"asked_s\":1e300,\"x\":", 1))
+            .expect("written");
+    });
+    assert!(odd.starts_with("trace.jsonl: line 1 is damaged"), "{odd}");
+    for (change, expected) in [
+        ("nuts", "it has 2 parts; run.json has 3"),
+        ("names", "what it has of the module cause is not what run.json says"),
+        ("module", "it has nothing of the module other"),
+        ("summary", "run.json: "),
+    ] {
+        let told = said(&|folder| {
+            facts(folder, &|facts| match change {
+                "nuts" => facts["scene"]["nuts"] = json!(2),
+                "names" => facts["modules"][1]["names"] = json!(["A"]),
+                "module" => facts["modules"][1]["name"] = json!("other"),
+                _ => facts["summary"] = Value::Null,
+            });
+        });
+        assert!(told.contains(expected), "{change}: {told}");
     }
 }
 
@@ -260,7 +306,6 @@ fn strange_names_are_shown_as_text_and_never_run() {
         serde_json::from_slice(&std::fs::read(&path).expect("there")).expect("JSON");
     facts["goal"] = json!(format!("</script>{evil}"));
     facts["command"] = json!(evil);
-    facts["modules"][0]["name"] = json!("<b>bold</b>");
     facts["modules"][1]["names"][0] = json!(evil);
     facts["summary"]["</script>"] = json!(evil);
     std::fs::write(&path, facts.to_string()).expect("written");
@@ -352,6 +397,12 @@ fn experiments_get_a_page_of_their_own() {
     assert!(missing(&found).is_empty());
     let (found, page) = report(place.path());
     assert!(missing(&found).is_empty());
+    // A third was killed: it is named, not left out.
+    std::fs::create_dir(folder("killed")).expect("made");
+    std::fs::copy(place.path().join("timing/trials.bin"), place.path().join("killed/trials.bin"))
+        .expect("copied");
+    let (found, _) = report(place.path());
+    assert!(missing(&found).join("").starts_with("killed/results.json: it is not there"));
     let Some(browser) = browser() else { return };
     let script = "found.sections = document.querySelectorAll('main section').length;\n\
                   found.figures = [...document.querySelectorAll('img.figure')].length;\n\

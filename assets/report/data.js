@@ -25,6 +25,17 @@ function make(tag, text, ...children) {
   return element;
 }
 
+// Does its part of the page; whatever goes wrong there is said there and keeps nothing else from being shown.
+function shielded(id, act) {
+  try {
+    act();
+  } catch (error) {
+    const said = make("p", `This part cannot be shown: ${error.message}.`);
+    said.className = "warning";
+    byId(id).replaceChildren(...[...byId(id).querySelectorAll("h2")].slice(0, 1), said);
+  }
+}
+
 // How many of the rising numbers are at most `value`.
 function countUpTo(numbers, value) {
   let low = 0;

@@ -10,7 +10,7 @@ function experimentsPage(data, main) {
   data.experiments.forEach(({ folder, results, figure }, i) => {
     const section = make("section", null, make("h2", results?.name ?? folder));
     section.id = `experiment-${i}`;
-    if (results) section.append(make("p", results.question));
+    section.append(make("p", results?.question ?? "Its trials are not finished."));
     if (figure) {
       const image = make("img");
       image.src = `data:image/svg+xml;base64,${figure}`;
@@ -18,34 +18,39 @@ function experimentsPage(data, main) {
       image.className = "figure";
       section.append(image);
     }
-    if (results) section.append(resultsTable(results));
-    if (results) {
-      const settings = make("details", null, make("summary", "Settings"));
-      settings.append(make("pre", JSON.stringify(results.settings, null, 2)));
-      section.append(settings);
-    }
     main.append(section);
+    if (results) shielded(section.id, () => section.append(resultsTable(results), ...again(results)));
   });
+}
+
+// How to get the same again.
+function again(results) {
+  const settings = make("details", null, make("summary", "Settings"));
+  settings.append(make("pre", JSON.stringify(results.settings, null, 2)));
+  const trials = Math.max(...results.cells.map((cell) => cell.n ?? 0));
+  const how = `symbolt experiment ${results.name} --seed ${results.settings?.seed ?? 1}`;
+  return [make("pre", trials > 0 ? `${how} --trials ${trials}` : how), settings];
 }
 
 // Settings of each cell, then its value with interval and number of trials.
 function resultsTable(results) {
-  const own = new Set(["successes", "trials", "rate", "interval95", "mean", "sd", "n"]);
+  const own = new Set(["successes", "trials", "rate", "interval95", "mean", "sd", "n", "quantiles"]);
   const cells = Array.isArray(results.cells) ? results.cells : [];
   const settings = [...new Set(cells.flatMap((cell) => Object.keys(cell).filter((key) => !own.has(key))))];
   const percent = (share) => (100 * share).toFixed(2);
   const number = (value) => (value === null || value === undefined ? "–" : String(Number(value.toPrecision(5))));
   const rows = cells.map((cell) => {
-    const rate = cell.rate !== undefined;
+    const rate = cell.rate !== undefined && cell.rate !== null;
     const show = rate ? percent : number;
-    const ends = (cell.interval95 ?? []).map(show).join(" to ");
+    const ends = (cell.interval95 ?? []).map(show).join(" to ") + (rate ? " %" : "");
+    const quantiles = cell.quantiles ? `${number(cell.quantiles["5"])} to ${number(cell.quantiles["95"])}` : "";
     return [
       ...settings.map((key) => (cell[key] === undefined ? "" : inWords(cell[key]))),
-      rate ? `${percent(cell.rate)} %` : number(cell.mean), ends, rate ? "" : number(cell.sd),
+      rate ? `${percent(cell.rate)} %` : number(cell.mean), ends, rate ? "" : number(cell.sd), quantiles,
       String(rate ? cell.trials : cell.n),
     ];
   });
-  const scroll = make("div", null, table([...settings, ">value", ">95% interval", ">SD", ">trials"], rows));
+  const scroll = make("div", null, table([...settings, ">value", ">95% interval", ">SD", ">5 to 95%", ">trials"], rows));
   scroll.className = "scroll";
   return scroll;
 }

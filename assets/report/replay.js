@@ -55,6 +55,11 @@ class Replay {
     this.camera = new THREE.PerspectiveCamera(34, 1.6, 0.05, 20);
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, this.canvas);
+    // As on the time axis: the wheel scrolls the page until the picture is taken hold of.
+    this.controls.enableZoom = false;
+    this.canvas.addEventListener("focus", () => { this.controls.enableZoom = true; });
+    this.canvas.addEventListener("blur", () => { this.controls.enableZoom = false; });
+    this.canvas.addEventListener("pointerdown", () => this.canvas.focus({ preventScroll: true }));
     this.controls.addEventListener("change", () => this.render());
     this.light();
     this.build(outline, kinds);
@@ -141,8 +146,8 @@ class Replay {
   }
 
   resetCamera() {
-    this.camera.position.set(1.5, -1.05, 0.85);
-    this.controls.target.set(0.36, 0.0, 0.2);
+    this.camera.position.set(1.62, -1.15, 0.95);
+    this.controls.target.set(0.3, 0.0, 0.29);
     this.controls.update();
   }
 

@@ -1,5 +1,32 @@
 // The page of a run: replay, time axis, decisions and tables, all following one moment.
 
+// What the modules on the way of a decision are for.
+const MEANING = {
+  goal_buffer: "The goal buffer holds the state that is looked into now.",
+  cause: "The action that causes the state in the goal buffer.",
+  unbind: "That action's preconditions, as they are unbound from its deep pointer: with the noise of what else is in it.",
+  required: "The same, cleaned up.",
+  open: "Which of these do not hold and have not been looked into.",
+  chosen: "The one of these that is looked into next.",
+  motor_gate: "What comes through to the motors once the planner commits.",
+  motor: "The action that is done.",
+};
+
+// How an episode came to its end, in words.
+function endInWords(end) {
+  if (!end) return "how it ended is not known";
+  const [kind, detail] = typeof end.ended === "object" ? Object.entries(end.ended)[0] : [end.ended, null];
+  const words = {
+    GoalMet: "the goal holds",
+    Stuck: "the goal cannot be had",
+    NoWay: "no part can be taken and put as it wants",
+    Occupied: "something lies where its part belongs",
+    GaveUp: "time or skills are used up",
+  };
+  const why = detail && kind === "Stuck" ? ` (${inWords(detail)})` : "";
+  return (words[kind] ?? kind) + why;
+}
+
 class RunPage {
   constructor(data, main) {
     this.data = data;
@@ -7,15 +34,16 @@ class RunPage {
     this.events = (data.events ?? []).filter((line) => line.episode === 0);
     this.frames = this.unpackFrames();
     this.acts = this.decisionsAndActs();
-    this.duration = Math.max(
-      this.frames.t.at(-1) ?? 0, ...this.acts.map((act) => act.until), ...this.times().slice(-1), 0.1,
-    );
+    const ends = [this.frames.t.at(-1), ...this.acts.map((act) => act.until), this.times().at(-1), 0.1];
+    this.duration = Math.max(...ends.filter(Number.isFinite));
     this.time = 0;
     this.playing = false;
-    this.buildReplay();
-    this.buildTimeline();
-    this.buildDecisions();
-    this.buildTables();
+    this.decisionRows = [];
+    shielded("replay", () => this.buildReplay());
+    shielded("timeline", () => this.buildTimeline());
+    shielded("decisions", () => this.buildDecisions());
+    shielded("learned", () => this.buildLearned());
+    shielded("settings", () => this.buildSettings());
     this.buildControls();
     this.seek(0);
   }
@@ -47,11 +75,13 @@ class RunPage {
     const skills = this.events.flatMap((line) => line.skill ?? []);
     const end = this.events.flatMap((line) => line.end ?? [])[0];
     const last = end?.simulated_s ?? this.frames.t.at(-1) ?? 0;
+    let begun = 0;
     return decisions.map((decision, i) => {
+      const outcome = decision.begun ? skills[begun++]?.outcome ?? "cut short" : "not begun";
       const decided = decision.asked_s + decision.took_ms / 1000;
       return {
         asked: decision.asked_s, decided, holds: decision.holds, action: decision.action,
-        until: decisions[i + 1]?.asked_s ?? Math.max(last, decided), outcome: decision.action ? skills[i]?.outcome : null,
+        until: decisions[i + 1]?.asked_s ?? Math.max(last, decided), outcome: decision.action ? outcome : null,
         took: decision.took_ms,
       };
     });
@@ -79,11 +109,14 @@ class RunPage {
     const { run, arrays } = this.data;
     const known = new Map((run?.modules ?? []).map((module) => [module.name, module]));
     const order = [...known.keys()];
-    const steps = arrays?.modules.steps ?? 1;
     const modules = (arrays?.modules.of ?? [])
       .filter(({ name }) => known.has(name))
       .sort((a, b) => order.indexOf(a.name) - order.indexOf(b.name))
-      .map(({ name, values }) => ({ ...known.get(name), values: Float32Array.from(small(values), (v) => v / steps) }));
+      .map(({ name, steps, values }) => {
+        const numbers = Float32Array.from(small(values), (v) => v / steps);
+        const [low, high] = numbers.reduce(([low, high], v) => [Math.min(low, v), Math.max(high, v)], [-0.05, 1.05]);
+        return { ...known.get(name), values: numbers, range: [low - 0.05, high + 0.05] };
+      });
     const populations = run?.populations ?? [];
     const spikes = { t: singles(arrays?.spikes.t ?? ""), row: singles(arrays?.spikes.row ?? "") };
     const touches = this.events.flatMap((line) => line.touch ?? [])
@@ -108,6 +141,7 @@ class RunPage {
 
   chooseModule(index) {
     this.timeline.chosen = index;
+    byId("meaning").textContent = MEANING[this.timeline.content.modules[index]?.name] ?? "";
     const names = this.timeline.content.modules[index]?.names ?? [];
     const boxes = names.map((name, i) => {
       const box = make("input");
@@ -132,18 +166,25 @@ class RunPage {
     const operators = new Map((this.data.domain?.operators ?? []).map((o) => [o.name, o]));
     const needs = (action) => listed(operators.get(action)?.preconditions);
     const ends = new Map((this.data.events ?? []).filter((line) => line.end).map((line) => [line.episode, line.end]));
+    const skills = new Map();
+    for (const line of this.data.events ?? []) {
+      if (line.skill) skills.set(line.episode, [...(skills.get(line.episode) ?? []), line.skill]);
+    }
     const rows = all.map(({ episode, decision }, i) => {
       const last = all[i + 1]?.episode !== episode;
-      const end = last ? ends.get(episode) : undefined;
-      const nothing = end?.ended === "GoalMet" ? "nothing: the goal is met" : "nothing: there is no way";
+      const how = endInWords(ends.get(episode));
+      const skill = decision.begun ? skills.get(episode)?.shift() : null;
+      const outcome = decision.begun ? skill?.outcome ?? "cut short" : last ? how : "not begun";
       return [
         ...(many ? [String(episode + 1)] : []), decision.asked_s.toFixed(2), decision.took_ms.toFixed(0),
-        listed(decision.holds), decision.action ?? nothing, decision.action ? needs(decision.action) : "–",
+        listed(decision.holds), decision.action ?? "nothing", decision.action ? needs(decision.action) : "–", outcome,
       ];
     });
-    const columns = [">asked at, s", ">took, ms", "holds", "decided", "which needs"];
+    const columns = [">asked at, s", ">took, ms", "holds", "decided", "which needs", "outcome"];
     const grid = table([...(many ? [">episode"] : []), ...columns], rows);
-    this.decisionRows = [];
+    byId("clicking").textContent = many
+      ? "Click one of the first episode's to go to its moment; the others were not filmed."
+      : "Click one to go to its moment.";
     grid.querySelectorAll("tbody tr").forEach((row, i) => {
       if (all[i].episode !== 0) return;
       const act = this.acts[this.decisionRows.length];
@@ -152,23 +193,29 @@ class RunPage {
         this.pause();
         this.timeline.look(act.asked - 0.05, act.decided + 0.1);
         this.seek(act.asked);
+        byId("replay").scrollIntoView({ behavior: "smooth" });
       });
     });
-    document.querySelector("#decisions .scroll").append(grid);
+    const box = document.querySelector("#decisions .scroll");
+    box.classList.toggle("long", all.length > 24);
+    box.append(grid);
   }
 
-  buildTables() {
-    const { run, domain, recording } = this.data;
-    if (domain) {
-      byId("states").append(statesTable(domain));
-      byId("operators").append(operatorsTable(domain));
-    }
-    if (recording) {
-      const { demonstrations, snapshots } = recording;
-      byId("taught").textContent = `From ${demonstrations} demonstrations with ${snapshots} snapshots. `
-        + "In the replay each is the ellipsoid of two standard deviations about its mean, at least 4 mm.";
-    }
-    if (!run) return;
+  buildLearned() {
+    const { domain, recording } = this.data;
+    if (!domain) throw new Error("the learned domain is missing");
+    byId("states").append(statesTable(domain));
+    byId("operators").append(operatorsTable(domain));
+    const from = recording
+      ? `From ${recording.demonstrations} demonstrations with ${recording.snapshots} snapshots. `
+      : "";
+    byId("taught").textContent = `${from}In the replay each is the ellipsoid of two standard deviations about its mean, `
+      + "at least 4 mm.";
+  }
+
+  buildSettings() {
+    const { run } = this.data;
+    if (!run) throw new Error("the run's settings are missing");
     byId("command").textContent = run.command;
     byId("made").textContent = `Made by symbolt ${run.symbolt}, seed ${run.seed}, mode ${run.mode}. `
       + "The same command writes the same files, to the bit, on the same machine.";
@@ -178,45 +225,51 @@ class RunPage {
 
   buildControls() {
     const scrub = byId("scrub");
+    if (!scrub) return;
     scrub.max = String(this.duration);
     scrub.step = "any";
     scrub.addEventListener("input", () => { this.pause(); this.seek(Number(scrub.value)); });
-    byId("play").addEventListener("click", () => (this.playing ? this.pause() : this.play()));
-    byId("gaussians").addEventListener("change", (event) => this.replay?.showStates(event.target.checked));
-    byId("camera").addEventListener("click", () => this.replay?.resetCamera());
-    byId("nearer").addEventListener("click", () => this.timeline.zoom(0.5));
-    byId("farther").addEventListener("click", () => this.timeline.zoom(2));
-    byId("whole").addEventListener("click", () => this.timeline.look(0, this.duration));
+    byId("play")?.addEventListener("click", () => (this.playing ? this.pause() : this.play()));
+    byId("gaussians")?.addEventListener("change", (event) => this.replay?.showStates(event.target.checked));
+    byId("camera")?.addEventListener("click", () => this.replay?.resetCamera());
+    byId("nearer")?.addEventListener("click", () => this.timeline.zoom(0.5));
+    byId("farther")?.addEventListener("click", () => this.timeline.zoom(2));
+    byId("whole")?.addEventListener("click", () => this.timeline.look(0, this.duration));
   }
 
   play() {
     if (this.time >= this.duration) this.seek(0);
     this.playing = true;
     byId("play").textContent = "Pause";
+    // Wide enough to be read while it goes by.
+    const speed = () => Number(byId("speed").value);
+    const wide = 8 * speed();
+    const [from, to] = this.timeline.view;
+    if (to - from < wide) this.timeline.look(this.time - 0.1 * wide, this.time + 0.9 * wide);
     let before = performance.now();
     const step = (now) => {
-      if (!this.playing) return;
-      const speed = Number(byId("speed").value);
-      this.seek(this.time + ((now - before) / 1000) * speed);
+      // After a pause of the browser's own it goes on from where it was.
+      this.seek(this.time + Math.min(Math.max(now - before, 0), 100) / 1000 * speed());
       before = now;
       if (this.time >= this.duration) this.pause();
-      else requestAnimationFrame(step);
+      else this.next = requestAnimationFrame(step);
     };
-    requestAnimationFrame(step);
+    this.next = requestAnimationFrame(step);
   }
 
   pause() {
     this.playing = false;
+    cancelAnimationFrame(this.next);
     byId("play").textContent = "Play";
   }
 
   seek(time) {
     this.time = clamp(time, 0, this.duration);
-    byId("scrub").value = String(this.time);
-    byId("clock").textContent = `${seconds(this.time)} of ${seconds(this.duration)}`;
+    if (byId("scrub")) byId("scrub").value = String(this.time);
+    if (byId("clock")) byId("clock").textContent = `${seconds(this.time)} of ${seconds(this.duration)}`;
     this.replay?.show(this.time);
-    this.timeline.at(this.time);
-    this.showNow();
+    this.timeline?.at(this.time);
+    if (byId("now")) this.showNow();
   }
 
   // The decision that is being made or acted upon.
@@ -237,7 +290,7 @@ class RunPage {
       const over = act.outcome && this.time >= act.until - 1e-6 ? `, ${act.outcome}` : "";
       entries.push(["now", `doing ${act.action}${over}`]);
     } else {
-      entries.push(["now", "done: nothing is left to do, or nothing can be done"]);
+      entries.push(["now", `done: ${endInWords(this.events.find((line) => line.end)?.end)}`]);
     }
     if (act) {
       entries.push(["holds", listed(act.holds)]);

@@ -55,15 +55,32 @@ function operatorsTable(domain) {
 
 // A value of `--json` in words.
 function inWords(value) {
-  if (Array.isArray(value)) return value.map(inWords).join(" to ");
+  if (Array.isArray(value)) return value.length ? value.map(inWords).join("; ") : "none";
   if (value === null) return "–";
   if (typeof value === "number" && !Number.isInteger(value)) return String(Number(value.toPrecision(6)));
   if (typeof value === "object") return Object.entries(value).map(([k, v]) => `${k} ${inWords(v)}`).join(", ");
   return String(value);
 }
 
+// Figures whose names say too little.
+const FIGURES = {
+  minimum_steps: "episodes in the least number of steps",
+  least_steps: "the least number of steps",
+  false_goals: "goals taken to be met that were not",
+  replans: "plans made anew after a failed step",
+  replans_after: "which failed",
+  strays: "parts that came to be in no state",
+  ended_with_strays: "episodes that ended with such parts",
+  meddled: "episodes in which another hand put a part somewhere",
+  decision_ms: "decision, simulated ms",
+  slip_mm: "greatest slip in the hand, mm",
+};
+
 function figuresTable(summary) {
-  const rows = Object.entries(summary).map(([name, value]) => [name.replaceAll("_", " "), inWords(value)]);
+  const rows = Object.entries(summary).map(([name, value]) => {
+    if (name === "interval95") return ["share assembled, 95% interval", value.map((v) => `${(100 * v).toFixed(1)}%`).join(" to ")];
+    return [FIGURES[name] ?? name.replaceAll("_", " "), inWords(value)];
+  });
   return table(["figure", "value"], rows);
 }
 

@@ -64,11 +64,12 @@ class Timeline {
     const { canvas } = this;
     let start = null;
     canvas.addEventListener("pointerdown", (event) => {
+      if (event.button !== 0 || !event.isPrimary) return;
       start = { x: event.offsetX, view: this.view.slice(), moved: false };
       canvas.setPointerCapture(event.pointerId);
     });
     canvas.addEventListener("pointermove", (event) => {
-      if (!start) return;
+      if (!start || !event.isPrimary) return;
       const by = event.offsetX - start.x;
       start.moved ||= Math.abs(by) > 4;
       if (!start.moved) return;
@@ -77,18 +78,22 @@ class Timeline {
       this.look(from - shift, to - shift);
     });
     canvas.addEventListener("pointerup", (event) => {
+      if (!event.isPrimary) return;
       if (start && !start.moved) this.seek(this.timeAt(event.offsetX));
       start = null;
     });
     canvas.addEventListener("pointercancel", () => { start = null; });
+    // Over a picture that nobody has taken hold of, the wheel scrolls the page.
     canvas.addEventListener("wheel", (event) => {
+      if (event.deltaY === 0 || !(event.ctrlKey || document.activeElement === canvas)) return;
       event.preventDefault();
       this.zoom(event.deltaY > 0 ? 1.25 : 0.8, this.timeAt(event.offsetX));
     }, { passive: false });
     canvas.addEventListener("keydown", (event) => {
-      const step = (this.view[1] - this.view[0]) / 50;
-      if (event.key === "ArrowLeft") this.seek(this.time - step);
-      if (event.key === "ArrowRight") this.seek(this.time + step);
+      const way = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+      if (!way) return;
+      event.preventDefault();
+      this.seek(this.time + (way * (this.view[1] - this.view[0])) / 50);
     });
   }
 
@@ -152,10 +157,10 @@ class Timeline {
         pen.fillStyle = "#1c2430";
         pen.textAlign = "left";
         const room = this.x(act.until) - Math.max(this.x(act.decided), LANES.left) - 8;
-        const text = act.outcome ? `${act.action}: ${act.outcome}` : act.action;
-        if (pen.measureText(text).width < room) {
-          pen.fillText(text, Math.max(this.x(act.decided), LANES.left) + 4, y + 29);
-        }
+        // As much as there is room for; what came of it before what it was.
+        const said = [`${act.action}: ${act.outcome}`, act.outcome, act.outcome[0]];
+        const text = said.find((text) => pen.measureText(text).width < room);
+        if (text) pen.fillText(text, Math.max(this.x(act.decided), LANES.left) + 4, y + 29);
       }
     });
   }
@@ -180,7 +185,7 @@ class Timeline {
 
   drawPlot(pen, y) {
     const module = this.content.modules[this.chosen];
-    const [low, high] = module?.shows === "activities" ? [-0.05, 1.1] : [-0.35, 1.1];
+    const [low, high] = module?.range ?? [-0.1, 1.1];
     const height = LANES.plot;
     const at = (value) => y + height - ((value - low) / (high - low)) * height;
     pen.textAlign = "right";

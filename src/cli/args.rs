@@ -273,6 +273,15 @@ pub(crate) struct RunArgs {
     pub force: bool,
 }
 
+/// A word as a shell takes it for one.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "_./-".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        return word.into();
+    }
+    format!("'{}'", word.replace('\'', "'\\''"))
+}
+
 impl RunArgs {
     /// A command line that gives the same files: all that differs from the defaults.
     pub fn command(&self) -> String {
@@ -285,12 +294,12 @@ impl RunArgs {
         option("demos", (demos.demos != 5).then(|| demos.demos.to_string()));
         option("demo-nuts", count(demos.demo_nuts));
         option("demo-bolts", count(demos.demo_bolts));
-        option("config", demos.config.as_ref().map(|path| path.display().to_string()));
+        option("config", demos.config.as_ref().map(|path| quoted(&path.display().to_string())));
         option("episodes", (self.episodes != 1).then(|| self.episodes.to_string()));
         option("nuts", count(self.nuts));
         option("bolts", count(self.bolts));
         option("drop-rate", (self.drop_rate != 0.0).then(|| self.drop_rate.to_string()));
-        option("mode", (planner.mode != "direct").then(|| planner.mode.clone()));
+        option("mode", (planner.mode != "direct").then(|| quoted(&planner.mode)));
         option("dimensions", (planner.dimensions != 256).then(|| planner.dimensions.to_string()));
         let similarity = planner.max_similarity;
         option("max-similarity", (similarity != 0.1).then(|| similarity.to_string()));

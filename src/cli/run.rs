@@ -265,7 +265,7 @@ impl Results<'_> {
                 "products": args.planner.products,
             }),
             scene: scene.clone(),
-            summary: self.figures_json(args),
+            summary: self.figures_json(args).as_object().cloned().unwrap_or_default(),
             modules,
             populations,
         }
@@ -408,11 +408,10 @@ fn steps(report: &EpisodeReport) -> Grid {
     let mut skills = report.skills.iter();
     for (index, decision) in report.decisions.iter().enumerate() {
         let outcome = match (&decision.action, &report.ended) {
-            (Some(_), ended) => match (skills.next(), ended) {
-                (Some(skill), _) => skill.outcome.to_string(),
-                (None, Ended::GaveUp) => "cut short".to_owned(),
-                (None, _) => "not begun".to_owned(),
-            },
+            (Some(_), _) if !decision.begun => "not begun".to_owned(),
+            (Some(_), _) => {
+                skills.next().map_or_else(|| "cut short".to_owned(), |s| s.outcome.to_string())
+            }
             (None, Ended::GoalMet) => "goal met".to_owned(),
             (None, _) => "stuck".to_owned(),
         };

@@ -123,6 +123,8 @@ pub struct Decided {
     pub holds: Vec<String>,
     /// The action to be done; `None` if the goal was met or nothing can be done.
     pub action: Option<String>,
+    /// Whether the robot began to do it: not if something had changed meanwhile, or if there was no way.
+    pub begun: bool,
 }
 
 /// Fingers and a part come together, or part.
@@ -204,7 +206,8 @@ impl EpisodeReport {
 
     /// What was decided and how the skill that came of it ended, in order.
     pub fn attempts(&self) -> impl Iterator<Item = (&str, Outcome)> {
-        let acted = self.decisions.iter().filter_map(|d| d.action.as_deref());
+        let begun = self.decisions.iter().filter(|d| d.begun);
+        let acted = begun.filter_map(|d| d.action.as_deref());
         acted.zip(self.skills.iter().map(|s| s.outcome))
     }
 

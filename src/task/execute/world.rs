@@ -232,6 +232,7 @@ impl Live {
             took_ms: ((self.scene.steps() - since_step) * step_ms) as f64,
             holds: named(&self.present),
             action: if let Verdict::Act(action) = verdict { Some(name(action)) } else { None },
+            begun: false,
         });
         self.phase = match verdict {
             Verdict::Met => Phase::Over(Ended::GoalMet),
@@ -241,6 +242,9 @@ impl Live {
             }
             Verdict::Act(action) => self.act(mind, action),
         };
+        if let (Phase::Act, Some(decided)) = (&self.phase, self.log.decisions.last_mut()) {
+            decided.begun = true;
+        }
     }
 
     /// Begins to do an action with the first part that it can be done with.

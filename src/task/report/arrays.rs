@@ -17,6 +17,7 @@ use ndarray::{Array1, Array2, Array3};
 use ndarray_npy::{NpzReader, NpzWriter};
 use serde_json::{Value, json};
 
+use super::facts::RunFacts;
 use super::page::base64;
 use crate::task::error::TaskError;
 use crate::task::execute::Thoughts;
@@ -37,8 +38,8 @@ pub struct Arrays {
 
 const PREFIX: &str = "module_";
 
-/// Steps to 1 of the page's similarities: enough for a picture, and a byte each.
-const STEPS: f32 = 100.0;
+/// The most rows of a raster.
+const MOST_ROWS: usize = 2_000;
 
 impl Arrays {
     /// Frames and thoughts of an episode. Costs a copy.
@@ -134,20 +135,64 @@ impl Arrays {
         })
     }
 
-    /// What the page needs: numbers as base64 of little-endian single precision, similarities as bytes of a
-    /// hundredth each.
+    /// Whether these can be the arrays of that run.
+    ///
+    /// # Errors
+    /// A sentence on what does not fit.
+    pub fn fit(&self, facts: &RunFacts) -> Result<(), String> {
+        let rising = |times: &Array1<f64>| {
+            times.iter().all(|t| (0.0..200_000.0).contains(t))
+                && times.iter().zip(times.iter().skip(1)).all(|(a, b)| a <= b)
+        };
+        if ![&self.frames_t, &self.modules_t, &self.spikes_t].into_iter().all(rising) {
+            return Err("its times are not rising moments of an episode".into());
+        }
+        if self.frames_t.is_empty() {
+            return Err("it has no frames".into());
+        }
+        let parts = facts.scene.nuts + facts.scene.bolts;
+        if self.parts.dim().1 != parts {
+            return Err(format!("it has {} parts; run.json has {parts}", self.parts.dim().1));
+        }
+        let frames = self.angles.iter().chain(&self.fingers).chain(&self.parts);
+        if !frames.copied().all(f32::is_finite) {
+            return Err("its frames have numbers that are none".into());
+        }
+        for module in &facts.modules {
+            let own = self.modules.iter().find(|(name, _)| *name == module.name);
+            let Some((name, values)) = own else {
+                return Err(format!("it has nothing of the module {}", module.name));
+            };
+            if values.ncols() != module.names.len() || !values.iter().all(|v| v.is_finite()) {
+                return Err(format!("what it has of the module {name} is not what run.json says"));
+            }
+        }
+        let rows: usize = facts.populations.iter().map(|p| p.rows).sum();
+        if rows > MOST_ROWS || self.spikes_row.iter().any(|row| *row as usize >= rows) {
+            return Err("its spikes are not of the populations of run.json".into());
+        }
+        Ok(())
+    }
+
+    /// What the page needs: numbers as base64 of little-endian single precision, modules' numbers as a byte each, in
+    /// steps of a 127th of the module's greatest.
     pub(super) fn to_page(&self) -> Value {
         let singles = |values: &mut dyn Iterator<Item = f32>| -> String {
             base64(&values.flat_map(f32::to_le_bytes).collect::<Vec<u8>>())
         };
-        let hundredths = |values: &Array2<f32>| {
-            let byte = |v: &f32| ((v * STEPS).round().clamp(-127.0, 127.0) as i8).to_le_bytes()[0];
-            base64(&values.iter().map(byte).collect::<Vec<u8>>())
+        let packed = |values: &Array2<f32>| {
+            let most = values.iter().fold(1.0f32, |most, v| most.max(v.abs()));
+            let steps = 127.0 / most;
+            let byte = |v: &f32| ((v * steps).round().clamp(-127.0, 127.0) as i8).to_le_bytes()[0];
+            (steps, base64(&values.iter().map(byte).collect::<Vec<u8>>()))
         };
         let modules: Vec<Value> = self
             .modules
             .iter()
-            .map(|(name, values)| json!({"name": name, "values": hundredths(values)}))
+            .map(|(name, values)| {
+                let (steps, values) = packed(values);
+                json!({"name": name, "steps": steps, "values": values})
+            })
             .collect();
         json!({
             "frames": {
@@ -160,7 +205,6 @@ impl Arrays {
             },
             "modules": {
                 "t": singles(&mut self.modules_t.iter().map(|t| *t as f32)),
-                "steps": STEPS,
                 "of": modules,
             },
             "spikes": {

@@ -1,7 +1,7 @@
 //! `run.json`: what a run was asked for and what came of it, without anything that differs between machines.
 
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 use crate::task::execute::Thoughts;
 use crate::task::planner::Shows;
@@ -30,7 +30,7 @@ pub struct RunFacts {
     /// The scene of the episodes.
     pub scene: SceneSpec,
     /// The run's figures, as `--json` gives them.
-    pub summary: Value,
+    pub summary: Map<String, Value>,
     /// What stands in the arrays of modules.
     pub modules: Vec<ModuleFacts>,
     /// What stands in the array of spikes.

@@ -11,7 +11,8 @@ pub mod trace;
 
 use std::path::Path;
 
-use serde_json::{Value, json};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value, json};
 
 pub use arrays::Arrays;
 pub use facts::{ModuleFacts, PopulationFacts, RunFacts};
@@ -35,6 +36,8 @@ pub struct Report {
 const RUN: [&str; 5] = ["run.json", "domain.json", "trace.jsonl", "arrays.npz", "recording.jsonl"];
 /// What an experiment leaves.
 const RESULTS: &str = "results.json";
+/// What one that is not finished leaves.
+const TRIALS: &str = "trials.bin";
 
 /// The report on a run's folder, on an experiment's, or on a folder of experiments' folders. Costs the reading of
 /// the files and, for a run of a minute, about 20 ms.
@@ -52,12 +55,35 @@ pub fn report(folder: &Path) -> Result<Report, TaskError> {
     }
     let mut folders = vec![folder.to_path_buf()];
     folders.extend(entries.flatten().map(|entry| entry.path()).filter(|path| path.is_dir()));
-    folders.retain(|folder| folder.join(RESULTS).is_file());
+    folders.retain(|folder| folder.join(RESULTS).exists() || folder.join(TRIALS).exists());
     folders.sort();
     if folders.is_empty() {
         return Err(TaskError::NothingToReport { folder: folder.into() });
     }
     Ok(of_experiments(&folders))
+}
+
+/// `results.json`, as the page shows it.
+#[derive(Serialize, Deserialize)]
+struct Table {
+    name: String,
+    question: String,
+    settings: Value,
+    cells: Vec<TableRow>,
+}
+
+/// Settings and what came out; numbers that are none are null.
+#[derive(Serialize, Deserialize)]
+struct TableRow {
+    rate: Option<f64>,
+    successes: Option<u64>,
+    trials: Option<u64>,
+    mean: Option<f64>,
+    sd: Option<f64>,
+    n: Option<u64>,
+    interval95: Option<[Option<f64>; 2]>,
+    #[serde(flatten)]
+    settings: Map<String, Value>,
 }
 
 /// What a file gave, or a sentence on why it gave nothing.
@@ -75,7 +101,10 @@ impl Reader<'_> {
         let path = self.folder.join(name);
         let taken = match read_file(&path) {
             Ok(bytes) => read(&bytes, name),
-            Err(TaskError::Io { source, .. }) => Err(source.to_string()),
+            Err(TaskError::Io { source, .. }) => Err(match source.kind() {
+                std::io::ErrorKind::NotFound => "it is not there".into(),
+                _ => source.to_string(),
+            }),
             Err(error) => Err(error.to_string()),
         };
         taken.map_err(|why| self.missing.push(format!("{name}: {why}"))).ok()
@@ -100,10 +129,16 @@ fn of_run(folder: &Path) -> Report {
     });
     let traced = reader.take("trace.jsonl", |bytes, _| Ok(trace::read(bytes)));
     let events = traced.map(|(events, problem)| {
+        let episodes = facts.as_ref().and_then(|f| f.summary.get("episodes")?.as_u64());
+        let unfinished = || trace::unfinished(&events, episodes.map(|n| n as usize));
+        let problem = problem.or_else(unfinished);
         reader.missing.extend(problem.map(|problem| format!("trace.jsonl: {problem}")));
         events
     });
-    let arrays = reader.take("arrays.npz", |bytes, _| Arrays::from_npz(bytes));
+    let arrays = reader.take("arrays.npz", |bytes, _| {
+        let arrays = Arrays::from_npz(bytes)?;
+        facts.as_ref().map_or(Ok(()), |facts| arrays.fit(facts)).map(|()| arrays)
+    });
     let scene = facts.as_ref().map(|facts| &facts.scene);
     let outline = scene.map(|spec| match spec.check() {
         Ok(()) => Some(Outline::of(spec)),
@@ -132,9 +167,16 @@ fn of_experiments(folders: &[std::path::PathBuf]) -> Report {
     for folder in folders {
         let name = folder.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
         let mut reader = Reader { folder, missing: Vec::new() };
-        let results = reader.take(RESULTS, |bytes, _| {
-            serde_json::from_slice::<Value>(bytes).map_err(|e| e.to_string())
-        });
+        let results = if folder.join(RESULTS).exists() {
+            reader.take(RESULTS, |bytes, _| {
+                serde_json::from_slice::<Table>(bytes).map_err(|e| e.to_string())
+            })
+        } else {
+            reader.missing.push(format!(
+                "{RESULTS}: it is not there: the trials are not finished; `symbolt experiment` goes on with them"
+            ));
+            None
+        };
         let figure = if folder.join("figure.svg").exists() {
             reader.take("figure.svg", |bytes, _| Ok(page::base64(bytes)))
         } else {

@@ -64,14 +64,34 @@ pub fn write<'e>(episodes: impl Iterator<Item = &'e EpisodeReport>) -> String {
     text
 }
 
+/// Simulated seconds that an episode can last.
+const LONGEST_S: f64 = 200_000.0;
+
+impl Line {
+    /// Whether its moments are some of an episode.
+    fn timely(&self) -> bool {
+        let moments = [
+            self.decision.as_ref().map(|d| d.asked_s),
+            self.decision.as_ref().map(|d| d.took_ms / 1e3),
+            self.touch.as_ref().map(|t| t.t),
+            self.end.as_ref().map(|e| e.simulated_s),
+        ];
+        moments.iter().flatten().all(|s| (0.0..=LONGEST_S).contains(s))
+    }
+}
+
 /// The lines of a file up to the first that is none, and what is wrong with that.
 pub fn read(bytes: &[u8]) -> (Vec<Line>, Option<String>) {
-    let mut lines = Vec::new();
+    let mut lines: Vec<Line> = Vec::new();
     for (index, line) in bytes.split(|b| *b == b'\n').enumerate() {
         if line.iter().all(u8::is_ascii_whitespace) {
             continue;
         }
-        match serde_json::from_slice(line) {
+        let parsed = serde_json::from_slice(line).map_err(|error| error.to_string());
+        let timely = |line: Line| {
+            if line.timely() { Ok(line) } else { Err("a moment that no episode has".to_owned()) }
+        };
+        match parsed.and_then(timely) {
             Ok(line) => lines.push(line),
             Err(error) => {
                 let problem =
@@ -81,4 +101,14 @@ pub fn read(bytes: &[u8]) -> (Vec<Line>, Option<String>) {
         }
     }
     (lines, None)
+}
+
+/// A sentence on episodes that have no end.
+pub(super) fn unfinished(lines: &[Line], episodes: Option<usize>) -> Option<String> {
+    let begun = lines.iter().map(|line| line.episode + 1).max().unwrap_or(0);
+    let all = episodes.unwrap_or(begun).max(1);
+    let ended: std::collections::BTreeSet<usize> =
+        lines.iter().filter(|line| line.end.is_some()).map(|line| line.episode).collect();
+    let ended = ended.iter().filter(|episode| **episode < all).count();
+    (ended < all).then(|| format!("{} of {all} episodes have no end in it", all - ended))
 }
