@@ -273,47 +273,6 @@ pub(crate) struct RunArgs {
     pub force: bool,
 }
 
-/// A word as a shell takes it for one.
-fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "_./-".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        return word.into();
-    }
-    format!("'{}'", word.replace('\'', "'\\''"))
-}
-
-impl RunArgs {
-    /// A command line that gives the same files: all that differs from the defaults.
-    pub fn command(&self) -> String {
-        let mut words = vec!["symbolt run --seed".to_owned(), self.common.seed.to_string()];
-        let mut option = |name: &str, value: Option<String>| {
-            words.extend(value.map(|value| format!("--{name} {value}")));
-        };
-        let count = |count: Option<usize>| count.map(|n| n.to_string());
-        let Self { demos, planner, .. } = self;
-        option("demos", (demos.demos != 5).then(|| demos.demos.to_string()));
-        option("demo-nuts", count(demos.demo_nuts));
-        option("demo-bolts", count(demos.demo_bolts));
-        option("config", demos.config.as_ref().map(|path| quoted(&path.display().to_string())));
-        option("episodes", (self.episodes != 1).then(|| self.episodes.to_string()));
-        option("nuts", count(self.nuts));
-        option("bolts", count(self.bolts));
-        option("drop-rate", (self.drop_rate != 0.0).then(|| self.drop_rate.to_string()));
-        option("mode", (planner.mode != "direct").then(|| quoted(&planner.mode)));
-        option("dimensions", (planner.dimensions != 256).then(|| planner.dimensions.to_string()));
-        let similarity = planner.max_similarity;
-        option("max-similarity", (similarity != 0.1).then(|| similarity.to_string()));
-        let flags = [
-            ("--meddle", self.meddle),
-            ("--absent", planner.absent),
-            ("--first", planner.first),
-            ("--products", planner.products),
-        ];
-        words.extend(flags.into_iter().filter(|f| f.1).map(|f| f.0.to_owned()));
-        words.join(" ")
-    }
-}
-
 #[derive(Debug, Clone, Args)]
 pub(crate) struct BenchArgs {
     /// bind, state, memory, select, channel, planner or large

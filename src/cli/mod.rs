@@ -10,6 +10,7 @@ mod output;
 mod plan;
 mod record;
 mod rename;
+mod repeat;
 mod report;
 mod run;
 mod watch;
