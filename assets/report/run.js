@@ -5,7 +5,7 @@ const MEANING = {
   goal_buffer: "The goal buffer holds the state that is looked into now.",
   cause: "The action that causes the state in the goal buffer.",
   unbind: "That action's preconditions, as they are unbound from its deep pointer: with the noise of what else is in it.",
-  required: "The same, cleaned up.",
+  required: "The preconditions, cleaned up.",
   open: "Which of these do not hold and have not been looked into.",
   chosen: "The one of these that is looked into next.",
   motor_gate: "What comes through to the motors once the planner commits.",
