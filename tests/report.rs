@@ -134,11 +134,16 @@ fn what_does_not_belong_together_is_said() {
         ("names", "what it has of the module cause is not what run.json says"),
         ("module", "it has nothing of the module other"),
         ("summary", "run.json: "),
+        (
+            "version",
+            "run.json: it is a symbolt-run of version 2; expected symbolt-run of version 1",
+        ),
     ] {
         let told = said(&|folder| {
             facts(folder, &|facts| match change {
                 "nuts" => facts["scene"]["nuts"] = json!(2),
                 "names" => facts["modules"][1]["names"] = json!(["A"]),
+                "version" => facts["version"] = json!(2),
                 "module" => facts["modules"][1]["name"] = json!("other"),
                 _ => facts["summary"] = Value::Null,
             });

@@ -102,6 +102,15 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
         Arrays::of(frames, &thoughts).to_npz()?,
         format!("{:#}\n", json!(facts)).into_bytes(),
     ];
+    // Whoever is killed here leaves files missing, not those of two runs side by side.
+    let plain = |path: &PathBuf| path.symlink_metadata().is_ok_and(|m| m.is_file());
+    for path in FILES.iter().map(|file| folder.join(file)).filter(plain) {
+        std::fs::remove_file(&path).map_err(|source| TaskError::Io {
+            what: "remove",
+            path,
+            source,
+        })?;
+    }
     for (file, content) in FILES.iter().zip(contents) {
         write_whole(&folder.join(file), content, Overwrite::Allowed)?;
     }

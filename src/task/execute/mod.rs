@@ -27,7 +27,7 @@ use super::scene::{Outcome, SceneFrame, SceneSpec, SkillReport, Touch};
 use super::witness::Assembly;
 use crate::sim::{RunConfig, Seed, SimDuration, SimView, Simulator, StopReason};
 pub use tally::{Tally, wilson95};
-pub use thoughts::{Rows, Thoughts};
+pub use thoughts::{ModuleSamples, Thoughts};
 pub use world::{AssemblyWorld, Doing};
 
 /// How episodes are run.

@@ -16,7 +16,7 @@ const MOST_SPIKES: usize = 1_000_000;
 
 /// The samples of one module, and what they are.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Rows {
+pub struct ModuleSamples {
     /// The module's name.
     pub name: String,
     /// The names beside its numbers.
@@ -39,7 +39,7 @@ struct Heard {
 #[derive(Default)]
 pub struct Thoughts {
     times_s: Vec<f64>,
-    modules: Vec<Rows>,
+    modules: Vec<ModuleSamples>,
     heard: Vec<Heard>,
     /// Simulated seconds, and the neuron's row.
     spikes: Vec<(f64, u32)>,
@@ -48,7 +48,7 @@ pub struct Thoughts {
 impl Thoughts {
     /// An empty record of a planner's modules and, where it has such, its spiking populations.
     pub fn of(planner: &Planner) -> Self {
-        let modules = planner.modules().iter().map(|module| Rows {
+        let modules = planner.modules().iter().map(|module| ModuleSamples {
             name: module.name.into(),
             names: module.names.clone(),
             shows: module.shows,
@@ -95,7 +95,7 @@ impl Thoughts {
     }
 
     /// The modules, in the order of a decision.
-    pub fn modules(&self) -> &[Rows] {
+    pub fn modules(&self) -> &[ModuleSamples] {
         &self.modules
     }
 

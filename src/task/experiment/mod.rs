@@ -277,12 +277,13 @@ pub fn find(name: &str, options: &Options) -> Result<Box<dyn Experiment>, TaskEr
         let value = trials.to_string();
         return Err(TaskError::Setting { name: "trials", value, expected: "1 to 100000" });
     }
-    let mut known: Vec<Box<dyn Experiment>> = makers().iter().map(|make| make(options)).collect();
-    match known.iter().position(|e| e.name() == name) {
-        Some(index) => Ok(known.swap_remove(index)),
+    // With default options making one costs nothing; with a recording it may be read and learned from.
+    let plain = Options::default();
+    match makers().into_iter().find(|make| make(&plain).name() == name) {
+        Some(make) => Ok(make(options)),
         None => Err(TaskError::UnknownExperiment {
             name: name.into(),
-            choices: known.iter().map(|e| e.name().to_owned()).collect(),
+            choices: all().into_iter().map(|(name, _)| name.to_owned()).collect(),
         }),
     }
 }

@@ -159,10 +159,12 @@ impl<'a> Run<'a> {
             let seed = self.seed.derive_index("trial", *trial);
             let outcome = self.experiment.trial(*cell as usize, seed)?;
             let record = Record { cell: *cell, trial: *trial, outcome };
-            // A lock that a panic has broken holds a file that is still whole.
-            let (journal, outcomes) = &mut *kept.lock().unwrap_or_else(|e| e.into_inner());
-            journal.append(record)?;
-            outcomes[*cell as usize][*trial as usize] = Some(outcome);
+            {
+                // A lock that a panic has broken holds a file that is still whole.
+                let (journal, outcomes) = &mut *kept.lock().unwrap_or_else(|e| e.into_inner());
+                journal.append(record)?;
+                outcomes[*cell as usize][*trial as usize] = Some(outcome);
+            }
             watch(done.fetch_add(1, Ordering::Relaxed) + 1);
             Ok::<_, TaskError>(())
         })?;
@@ -229,7 +231,8 @@ impl<'a> Run<'a> {
     }
 }
 
-/// Puts the shards in `folders` together in `folder` and gives the table.
+/// Puts the shards in `folders` together in `folder` and gives the table. Trials that `folder` holds already are
+/// replaced only if `overwrite` allows it.
 ///
 /// # Errors
 /// [`TaskError::Input`] if a folder's trials are not of this experiment with these settings and seed, or are
@@ -282,11 +285,7 @@ pub fn merge(
             reason: format!("{missing} of {} trials are in none of the folders", whole.trials()),
         });
     }
-    std::fs::create_dir_all(folder).map_err(|source| TaskError::Io {
-        what: "make",
-        path: folder.into(),
-        source,
-    })?;
+    let _lock = Lock::take(folder)?;
     let mut sorted = Vec::new();
     for (cell, outcomes) in outcomes.iter().enumerate() {
         for (trial, outcome) in outcomes.iter().enumerate() {

@@ -114,7 +114,13 @@ impl Reader<'_> {
 fn of_run(folder: &Path) -> Report {
     let mut reader = Reader { folder, missing: Vec::new() };
     let facts = reader.take("run.json", |bytes, _| {
-        serde_json::from_slice::<RunFacts>(bytes).map_err(|e| e.to_string())
+        let facts: RunFacts = serde_json::from_slice(bytes).map_err(|e| e.to_string())?;
+        let (format, version) = RunFacts::FORMAT;
+        if facts.format != format || facts.version != version {
+            let is = format!("it is a {} of version {}", facts.format, facts.version);
+            return Err(format!("{is}; expected {format} of version {version}"));
+        }
+        Ok(facts)
     });
     let domain = reader.take("domain.json", |bytes, name| {
         Domain::parse(bytes, name).map_err(|e| e.to_string())?;

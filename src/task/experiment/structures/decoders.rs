@@ -10,22 +10,15 @@ use crate::spa::{dot, dots, norm, normalize};
 /// The threshold of the paper's decoder.
 pub(super) const THRESHOLD: Real = 0.3;
 
+/// The noise of a similarity, by the part that is asked about and the length of what is compared.
+pub(super) type Comparing<'n> = dyn FnMut(usize, Real) -> Real + 'n;
+
 /// Something that tells what is in a pointer.
 pub(super) trait Decoder {
     /// What a state's deep pointer says, from it unbound by each of the structure's probes.
-    fn fact(
-        &self,
-        world: &World,
-        unbound: &[Vector],
-        noise: &mut dyn FnMut(usize, Real) -> Real,
-    ) -> Option<Fact>;
+    fn fact(&self, world: &World, unbound: &[Vector], noise: &mut Comparing<'_>) -> Option<Fact>;
     /// The states that an unbound action names.
-    fn needs(
-        &self,
-        world: &World,
-        unbound: &[Real],
-        noise: &mut dyn FnMut(usize, Real) -> Real,
-    ) -> Vec<usize>;
+    fn needs(&self, world: &World, unbound: &[Real], noise: &mut Comparing<'_>) -> Vec<usize>;
 }
 
 /// Matching pursuit with a fixed threshold.
@@ -38,7 +31,7 @@ impl Paper {
         &self,
         world: &World,
         query: &[Real],
-        noise: &mut dyn FnMut(usize, Real) -> Real,
+        noise: &mut Comparing<'_>,
         part: usize,
     ) -> Vec<usize> {
         let mut rest = query.to_vec();
@@ -83,12 +76,7 @@ pub(super) fn only(items: &[usize], choices: &[usize]) -> Option<usize> {
 }
 
 impl Decoder for Paper {
-    fn fact(
-        &self,
-        world: &World,
-        unbound: &[Vector],
-        noise: &mut dyn FnMut(usize, Real) -> Real,
-    ) -> Option<Fact> {
+    fn fact(&self, world: &World, unbound: &[Vector], noise: &mut Comparing<'_>) -> Option<Fact> {
         let parts: Vec<Vec<usize>> = unbound
             .iter()
             .enumerate()
@@ -119,12 +107,7 @@ impl Decoder for Paper {
         })
     }
 
-    fn needs(
-        &self,
-        world: &World,
-        unbound: &[Real],
-        noise: &mut dyn FnMut(usize, Real) -> Real,
-    ) -> Vec<usize> {
+    fn needs(&self, world: &World, unbound: &[Real], noise: &mut Comparing<'_>) -> Vec<usize> {
         let items = self.items(world, unbound, noise, 0);
         items.iter().filter_map(|i| (STATES..ACTIONS).position(|state| state == *i)).collect()
     }
@@ -230,12 +213,7 @@ impl Nearest {
 }
 
 impl Decoder for Nearest {
-    fn fact(
-        &self,
-        _world: &World,
-        unbound: &[Vector],
-        noise: &mut dyn FnMut(usize, Real) -> Real,
-    ) -> Option<Fact> {
+    fn fact(&self, _world: &World, unbound: &[Vector], noise: &mut Comparing<'_>) -> Option<Fact> {
         let mut scores = vec![0.0; self.facts.len()];
         for (part, (templates, query)) in self.fact_templates.iter().zip(unbound).enumerate() {
             templates.add_likelihoods(query, |length| noise(part, length), &mut scores);
@@ -243,12 +221,7 @@ impl Decoder for Nearest {
         self.facts.get(greatest(&scores)).copied()
     }
 
-    fn needs(
-        &self,
-        _world: &World,
-        unbound: &[Real],
-        noise: &mut dyn FnMut(usize, Real) -> Real,
-    ) -> Vec<usize> {
+    fn needs(&self, _world: &World, unbound: &[Real], noise: &mut Comparing<'_>) -> Vec<usize> {
         let mut scores = vec![0.0; 1 << FACTS.len()];
         self.need_templates.add_likelihoods(unbound, |length| noise(0, length), &mut scores);
         let best = greatest(&scores);
