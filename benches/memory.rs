@@ -1,4 +1,4 @@
-//! Cleanup of 25,000 vectors of 1,000 dimensions, beside the time to read them.
+//! Cleanup of 25,000 vectors of 1,000 dimensions, beside the time to read them; sums of bound pairs read.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 #![allow(missing_docs)]
@@ -9,7 +9,7 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use multiversion::multiversion;
 use std::hint::black_box;
 use symbolt::sim::Seed;
-use symbolt::spa::{ItemMemory, random_pointer};
+use symbolt::spa::{Algebra, Hrr, ItemMemory, PairDecoder, random_pointer};
 
 /// Reads every number once: the bandwidth that a single-precision query could at best have.
 #[multiversion(targets("x86_64+avx2", "x86_64+sse4.1"))]
@@ -65,5 +65,36 @@ fn memory(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, memory);
+/// Reading all fillers of a noisy sum of bound pairs, beside reading one of them linearly.
+fn pairs(c: &mut Criterion) {
+    let mut group = c.benchmark_group("pairs");
+    for (dim, bound, items) in [(256usize, 4u64, 64u64), (256, 16, 256)] {
+        let vectors = |from: u64, count: u64| -> Vec<f32> {
+            (from..from + count).flat_map(|i| random_pointer(dim, Seed::new(i))).collect()
+        };
+        let (roles, fillers) = (vectors(0, bound), vectors(1_000, items));
+        let (mut work, mut pair, mut sum) = (Hrr.scratch(dim), vec![0.0; dim], vec![0.0; dim]);
+        for (role, filler) in roles.chunks(dim).zip(fillers.chunks(dim)) {
+            Hrr.bind_into(role, filler, &mut pair, &mut work);
+            sum.iter_mut().zip(&pair).for_each(|(s, p)| *s += p);
+        }
+        let shape = format!("{bound} of {items}, D {dim}");
+        let memory = ItemMemory::new(fillers.clone(), dim).expect("sound");
+        group.bench_function(BenchmarkId::new("one_linearly", &shape), |b| {
+            let mut inverse = vec![0.0; dim];
+            Hrr.inverse_into(&roles[..dim], &mut inverse);
+            b.iter(|| {
+                Hrr.bind_into(black_box(&sum), &inverse, &mut pair, &mut work);
+                memory.best(&pair)
+            });
+        });
+        let mut decoder = PairDecoder::new(dim, &roles, &fillers).expect("sound");
+        group.bench_function(BenchmarkId::new("all_by_decoder", &shape), |b| {
+            b.iter(|| decoder.read(black_box(&sum)).len());
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, memory, pairs);
 criterion_main!(benches);

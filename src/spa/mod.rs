@@ -7,6 +7,7 @@ mod error;
 mod expr;
 mod item_memory;
 mod modules;
+mod pairs;
 mod pointer;
 mod vocabulary;
 
@@ -21,5 +22,6 @@ pub use modules::{
     RECURRENT, Reinterpret, ReinterpretPorts, Selection, SelectionPorts, State, StatePorts,
     Superpose, SuperposePorts, Unbind, UnbindFixed, UnbindFixedPorts, UnbindPorts,
 };
+pub use pairs::{Filler, PairDecoder};
 pub use pointer::{PointerRef, PointerValue};
 pub use vocabulary::{Vocabulary, VocabularyBuilder, random_pointer};

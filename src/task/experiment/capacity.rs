@@ -11,20 +11,19 @@
 //! Kleyko and Sommer 2018) stands beside it: signal to noise `s = sqrt(D / (K + 1 + sigma^2))`, with
 //! unitary roles `sqrt(D / (K + sigma^2))`, and `integral of phi(h) Phi(s + h)^(M - 1)`.
 //!
-//! Our best decoder knows all roles and cancels interference softly, see [`cancellation`](super::cancellation).
+//! Our best decoder knows all roles and cancels interference softly, see [`PairDecoder`].
 
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde_json::{Value, json};
 use statrs::distribution::{Beta, Continuous, ContinuousCDF, Normal};
 
-use super::cancellation::Cancellation;
 use super::{
     Axis, Cell, Experiment, Figure, Mark, Measure, Options, Outcome, Reading, Results, Series,
     outcome,
 };
 use crate::sim::{Real, Seed};
-use crate::spa::{Algebra, Hrr, dot, dots, norm, normalize};
+use crate::spa::{Algebra, Hrr, PairDecoder, dot, dots, norm, normalize};
 use crate::task::error::TaskError;
 
 /// One combination of sizes and noise.
@@ -91,7 +90,7 @@ fn best(items: &[Real], query: &[Real], similarities: &mut [Real]) -> usize {
 }
 
 impl Size {
-    fn trial(&self, seed: Seed) -> Outcome {
+    fn trial(&self, seed: Seed) -> Result<Outcome, TaskError> {
         let Self { dimensions: dim, bound, items, sigma, unitary } = *self;
         let mut rng = seed.rng();
         let mut work = Hrr.scratch(dim);
@@ -129,10 +128,10 @@ impl Size {
         let below = Beta::new(half, half).map_or(f64::NAN, |f| f.cdf((1.0 + cosine) / 2.0));
         let predicted = if ahead { below.powi((items - bound) as i32) } else { 0.0 };
 
-        let soft = Cancellation { roles: &roles, rows: &rows, trace: &trace };
+        let mut decoder = PairDecoder::new(dim, &roles.concat(), &rows)?;
         let flag = |yes: bool| if yes { 1.0 } else { 0.0 };
-        let (right, best) = (flag(right), flag(soft.read(0) == 0));
-        outcome([right, predicted, best, right - predicted, best - right])
+        let (right, best) = (flag(right), flag(decoder.read(&trace)[0].item == 0));
+        Ok(outcome([right, predicted, best, right - predicted, best - right]))
     }
 }
 
@@ -150,7 +149,7 @@ impl Experiment for Capacity {
     }
 
     fn settings(&self) -> Value {
-        json!({"rounds_of_cancellation": Cancellation::ROUNDS})
+        json!({"rounds_of_cancellation": PairDecoder::ROUNDS})
     }
 
     fn cells(&self) -> Vec<Cell> {
@@ -173,7 +172,7 @@ impl Experiment for Capacity {
     }
 
     fn trial(&self, cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
-        Ok(self.sizes[cell].trial(seed))
+        self.sizes[cell].trial(seed)
     }
 
     fn figure(&self, results: &Results) -> Option<Figure> {
@@ -236,7 +235,7 @@ mod tests {
             let size = Size { dimensions, bound, items, sigma: 0.5, unitary: false };
             let (mut right, mut predicted, mut improved) = (0.0, 0.0, 0.0);
             for trial in 0..3_000 {
-                let [linear, prediction, best, ..] = size.trial(Seed::new(trial));
+                let [linear, prediction, best, ..] = size.trial(Seed::new(trial)).expect("runs");
                 right += linear / 3e3;
                 predicted += prediction / 3e3;
                 improved += best / 3e3;
