@@ -8,7 +8,7 @@ use symbolt::neurons::SelectRule;
 use symbolt::prelude::*;
 use symbolt::sim::VocabTag;
 use symbolt::spa::{CleanupMemory, ItemMemory, UnbindFixed, VocabularyBuilder};
-use symbolt::task::experiment::Rate;
+use symbolt::task::statistics::Rate;
 
 struct Things;
 impl VocabTag for Things {
@@ -37,22 +37,22 @@ pub fn run(sigma: f32) -> Result<[Rate; 2], Box<dyn Error>> {
     let graph = graph.build(Timebase::default(), &PopulationPlan::direct(), Seed::new(1))?;
     let graph = Arc::new(graph);
     let known = ItemMemory::new(things.matrix().to_vec(), things.dim())?;
-    let mut rates = [Rate { successes: 0, trials: 200 }; 2];
+    let mut right = [0; 2];
     for trial in 0..200 {
         let mut sim = Simulator::new(graph.clone(), RunConfig::seeded(Seed::new(trial)))?;
         sim.run_for(SimDuration::from_millis(60))?;
-        for (rate, shelf) in rates.iter_mut().zip([&with.output, &without.output]) {
+        for (right, shelf) in right.iter_mut().zip([&with.output, &without.output]) {
             let best = known.best(sim.value(shelf)).ok_or("nothing is known")?;
-            rate.successes += u64::from(things.names()[best.index] == "LEFT");
+            *right += u64::from(things.names()[best.index] == "LEFT");
         }
     }
-    Ok(rates)
+    Ok(right.map(|right| Rate::new(right, 200)))
 }
 
 #[allow(dead_code)] // The tests call `run`.
 fn main() -> Result<(), Box<dyn Error>> {
     for sigma in [0.0, 8.0, 12.0] {
-        let [with, without] = run(sigma)?.map(|rate| (rate.successes, rate.interval(1.96)));
+        let [with, without] = run(sigma)?.map(|rate| (rate.successes, rate.interval95()));
         println!("noise {sigma:>2}: right with the cleanup {with:.2?}, without it {without:.2?}");
     }
     Ok(())

@@ -32,9 +32,14 @@ function again(results) {
   return [make("pre", trials > 0 ? `${how} --trials ${trials}` : how), settings];
 }
 
+// How many trials a rate is of, and as how many independent ones they count, where members of a trial are alike.
+function counted({ trials, effective_trials: effective }) {
+  return Math.round(effective) < trials ? `${trials} (as ${Math.round(effective)})` : String(trials);
+}
+
 // Settings of each cell, then its value with interval and number of trials.
 function resultsTable(results) {
-  const own = new Set(["successes", "trials", "rate", "interval95", "mean", "sd", "n", "quantiles"]);
+  const own = new Set(["successes", "trials", "effective_trials", "rate", "interval95", "mean", "sd", "n", "quantiles"]);
   const cells = Array.isArray(results.cells) ? results.cells : [];
   const settings = [...new Set(cells.flatMap((cell) => Object.keys(cell).filter((key) => !own.has(key))))];
   const percent = (share) => (100 * share).toFixed(2);
@@ -47,7 +52,7 @@ function resultsTable(results) {
     return [
       ...settings.map((key) => (cell[key] === undefined ? "" : inWords(cell[key]))),
       rate ? `${percent(cell.rate)} %` : number(cell.mean), ends, rate ? "" : number(cell.sd), quantiles,
-      String(rate ? cell.trials : cell.n),
+      rate ? counted(cell) : String(cell.n),
     ];
   });
   const scroll = make("div", null, table([...settings, ">value", ">95% interval", ">SD", ">5 to 95%", ">trials"], rows));

@@ -9,7 +9,8 @@ use anyhow::Error;
 use indicatif::{ProgressBar, ProgressStyle};
 use symbolt::sim::Seed;
 use symbolt::task::Overwrite;
-use symbolt::task::experiment::{Results, Run, Shard, Statistic, all, find, merge};
+use symbolt::task::experiment::{Results, Run, Shard, all, find, merge};
+use symbolt::task::statistics::Statistic;
 
 use super::Outcome;
 use super::args::{BadArgument, Common, ExperimentArgs, MergeArgs};
@@ -96,7 +97,13 @@ fn show(common: &Common, results: &Results) -> Result<(), Error> {
         };
         let sd = row.statistic.sd().filter(|sd| sd.is_finite());
         let sd = sd.map_or_else(String::new, |sd| format!("{sd:.4}"));
-        let end = [value, interval, sd, row.statistic.trials().to_string()];
+        let all = row.statistic.trials();
+        let trials = match row.statistic.effective_trials().map(f64::round) {
+            // Members of a trial are not independent of one another.
+            Some(effective) if effective < all as f64 => format!("{all} (as {effective})"),
+            _ => all.to_string(),
+        };
+        let end = [value, interval, sd, trials];
         grid.row(columns.iter().map(setting).chain(end));
     }
     emit(&format!("{}\n\n{grid}", results.question))

@@ -24,6 +24,7 @@ pub mod report;
 #[cfg(feature = "physics")]
 pub mod scene;
 pub mod standard;
+pub mod statistics;
 mod symbolic;
 #[cfg(feature = "physics")]
 mod witness;

@@ -26,7 +26,7 @@ use super::pose::Pose;
 use super::scene::{Outcome, SceneFrame, SceneSpec, SkillReport, Touch};
 use super::witness::Assembly;
 use crate::sim::{RunConfig, Seed, SimDuration, SimView, Simulator, StopReason};
-pub use tally::{Tally, wilson95};
+pub use tally::Tally;
 pub use thoughts::{ModuleSamples, Thoughts};
 pub use world::{AssemblyWorld, Doing};
 

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{Ended, EpisodeReport};
 use crate::task::scene::Outcome;
+use crate::task::statistics::Rate;
 
 /// What happened in several episodes.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -83,25 +84,6 @@ impl Tally {
 
     /// The 95% interval of the share assembled.
     pub fn interval95(&self) -> [f64; 2] {
-        wilson95(self.assembled, self.episodes)
+        Rate::new(self.assembled as u64, self.episodes as u64).interval95()
     }
-}
-
-/// Wilson's 95% interval of a proportion (Wilson, "Probable inference", 1927): of no trials, all of
-/// it.
-///
-/// ```
-/// use symbolt::task::execute::wilson95;
-/// let [low, high] = wilson95(198, 200);
-/// assert!((low - 0.9643).abs() < 1e-3 && (high - 0.9973).abs() < 1e-3);
-/// ```
-pub fn wilson95(successes: usize, trials: usize) -> [f64; 2] {
-    if trials == 0 {
-        return [0.0, 1.0];
-    }
-    let (n, z) = (trials as f64, 1.959_963_985);
-    let share = successes as f64 / n;
-    let middle = (share + z * z / (2.0 * n)) / (1.0 + z * z / n);
-    let half = z / (1.0 + z * z / n) * (share * (1.0 - share) / n + z * z / (4.0 * n * n)).sqrt();
-    [(middle - half).max(0.0), (middle + half).min(1.0)]
 }

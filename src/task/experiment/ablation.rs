@@ -15,6 +15,8 @@ use crate::task::planner::{Part, PlanEnd, Planner, PlannerSpec, Unbinding, Verdi
 use crate::task::symbolic::SymbolicDomain;
 
 const GOAL: &str = "BOLT_ASSEMBLED";
+/// Where the task begins.
+const TABLE: [&str; 2] = ["NUT_ON_TABLE", "BOLT_ON_TABLE"];
 
 fn lif() -> Population {
     Population::Lif(LifSpec::default())
@@ -106,7 +108,7 @@ fn decide(planner: &Planner, worlds: &[Vec<bool>]) -> Result<(f64, f64), TaskErr
         let said = verdict.is_some_and(|verdict| verdict.accepted_by(&wanted));
         // Whatever comes out at the motor meanwhile would be done.
         let span = SimDuration::from_millis(time_ms.ceil() as u64);
-        let done = first_action(planner, world, span)?;
+        let done = planner.first_shown(world, GOAL, span)?.map(|(action, _)| action);
         let acted = match (verdict, done) {
             (Some(Verdict::Act(_)), done) => done.is_none_or(|a| wanted.actions.contains(&a)),
             (_, done) => done.is_none(),
@@ -120,26 +122,6 @@ fn decide(planner: &Planner, worlds: &[Vec<bool>]) -> Result<(f64, f64), TaskErr
         }
     }
     Ok((right, if decided > 0.0 { ms / decided } else { f64::NAN }))
-}
-
-/// The action that the motor output shows first within a time.
-fn first_action(
-    planner: &Planner,
-    world: &[bool],
-    span: SimDuration,
-) -> Result<Option<usize>, TaskError> {
-    let graph = planner.graph();
-    let name = graph.outputs().find(|name| name.ends_with("motor/items.out"));
-    let motor = graph.output(&name.unwrap_or_default())?;
-    let mut sim = planner.simulator(world, GOAL)?;
-    let tick = SimDuration::from_millis(1);
-    for _ in 0..span.as_millis_f64() as u64 {
-        sim.run_for(tick)?;
-        if let Some(first) = sim.value_of(motor).iter().position(|active| *active > 0.5) {
-            return Ok(Some(first));
-        }
-    }
-    Ok(None)
 }
 
 impl Experiment for Ablation {
@@ -179,8 +161,7 @@ impl Experiment for Ablation {
         let mut rng = seed.derive("", "worlds").rng();
         let states = domain.states().len();
         // The first is the task's own beginning.
-        let mut worlds: Vec<Vec<bool>> =
-            vec![domain.states().iter().map(|s| s.name.ends_with("ON_TABLE")).collect()];
+        let mut worlds: Vec<Vec<bool>> = vec![domain.world(TABLE)?];
         worlds.resize_with(WORLDS, || (0..states).map(|_| rng.random()).collect());
         let (right, ms) = match Planner::with_plan(&domain, variant.spec, &variant.plan, seed) {
             Ok(planner) => decide(&planner, &worlds)?,
@@ -260,9 +241,7 @@ impl Experiment for Timing {
         let domain = SymbolicDomain::of_the_paper().build()?;
         let plan = PopulationPlan::all(if cell == 0 { Population::Direct } else { lif() });
         let planner = Planner::with_plan(&domain, PlannerSpec::default(), &plan, seed)?;
-        let begin: Vec<usize> =
-            domain.states().iter().map(|s| usize::from(s.name.ends_with("ON_TABLE"))).collect();
-        let rolled = planner.plan(&begin, GOAL)?;
+        let rolled = planner.plan(&domain.counts(TABLE)?, GOAL)?;
         let [first, second, third] = std::array::from_fn(|step| {
             rolled.steps.get(step).map_or(f64::NAN, |step| step.decision.time_ms)
         });

@@ -10,10 +10,8 @@
 mod journal;
 mod plot;
 mod run;
-mod statistics;
 
 mod ablation;
-mod cancellation;
 mod capacity;
 #[cfg(feature = "physics")]
 mod clusters;
@@ -27,11 +25,11 @@ use std::path::PathBuf;
 use serde_json::{Map, Value, json};
 
 use super::error::TaskError;
+use super::statistics::Statistic;
 use crate::sim::Seed;
 
 pub use plot::{Axis, Figure, Mark, Series};
 pub use run::{Run, Shard, merge};
-pub use statistics::{Mean, Rate, Statistic};
 
 /// The most numbers that a trial can give.
 pub const WIDTH: usize = 8;
@@ -39,8 +37,8 @@ pub const WIDTH: usize = 8;
 /// What a trial gives: a number for each of its cell's readings, NaN for none.
 pub type Outcome = [f64; WIDTH];
 
-/// An outcome of fewer numbers than there is room for.
-fn outcome<const N: usize>(numbers: [f64; N]) -> Outcome {
+/// An outcome of fewer numbers than there is room for; the others are NaN.
+pub fn outcome<const N: usize>(numbers: [f64; N]) -> Outcome {
     std::array::from_fn(|i| numbers.get(i).copied().unwrap_or(f64::NAN))
 }
 
@@ -49,7 +47,8 @@ fn outcome<const N: usize>(numbers: [f64; N]) -> Outcome {
 pub enum Measure {
     /// 1 for success, 0 for failure: a rate with a Wilson interval.
     Rate,
-    /// How many of those that the reading at this place counts: a rate over both of all trials.
+    /// How many of those that the reading at this place counts: a rate over both of all trials. Those of one trial
+    /// need not be independent; the interval takes trials for clusters ([`Rate::of_clusters`](crate::task::statistics::Rate::of_clusters)).
     Share(usize),
     /// Any number: mean, standard deviation, count, and an interval of the mean.
     Mean,
@@ -65,7 +64,8 @@ pub struct Reading {
 }
 
 impl Reading {
-    fn new(measure: Measure, settings: Value) -> Self {
+    /// A reading; `settings` is a JSON object, anything else stands for none.
+    pub fn new(measure: Measure, settings: Value) -> Self {
         let Value::Object(settings) = settings else {
             return Self { settings: Map::new(), measure };
         };
@@ -85,7 +85,8 @@ pub struct Cell {
 }
 
 impl Cell {
-    fn new(settings: Value, trials: u64, readings: Vec<Reading>) -> Self {
+    /// A cell; `settings` is a JSON object, anything else stands for none.
+    pub fn new(settings: Value, trials: u64, readings: Vec<Reading>) -> Self {
         let Value::Object(settings) = settings else {
             return Self { settings: Map::new(), trials, readings };
         };
@@ -194,7 +195,17 @@ impl Results {
             columns
                 .iter()
                 .copied()
-                .chain(["value", "low95", "high95", "sd", "q5", "q50", "q95", "trials"])
+                .chain([
+                    "value",
+                    "low95",
+                    "high95",
+                    "sd",
+                    "q5",
+                    "q50",
+                    "q95",
+                    "trials",
+                    "effective_trials",
+                ])
                 .collect::<Vec<_>>()
                 .join(","),
         ];
@@ -214,6 +225,7 @@ impl Results {
             let quantiles = row.statistic.quantiles();
             fields.extend((0..3).map(|i| quantiles.map_or_else(String::new, |q| number(q[i]))));
             fields.push(row.statistic.trials().to_string());
+            fields.push(row.statistic.effective_trials().map_or_else(String::new, number));
             lines.push(fields.join(","));
         }
         lines.push(String::new());

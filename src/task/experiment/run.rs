@@ -9,11 +9,11 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::journal::{self, Header, Journal, Lock, Record};
-use super::statistics::{Mean, Rate, Statistic};
 use super::{Cell, Experiment, Measure, Outcome, Results, Row, WIDTH};
 use crate::sim::Seed;
 use crate::task::error::TaskError;
 use crate::task::files::{Overwrite, write_whole};
+use crate::task::statistics::{Mean, Rate, Statistic};
 
 /// One part of the trials: those whose number leaves `index` when divided by `of`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -195,17 +195,13 @@ impl<'a> Run<'a> {
             for (at, reading) in cell.readings.iter().enumerate().take(WIDTH) {
                 let values = outcomes.iter().flatten().map(|outcome| outcome[at]);
                 let statistic = match reading.measure {
-                    Measure::Rate => Statistic::Rate(Rate {
-                        successes: values.clone().filter(|v| *v == 1.0).count() as u64,
-                        trials: values.filter(|v| !v.is_nan()).count() as u64,
-                    }),
+                    Measure::Rate => Statistic::Rate(Rate::new(
+                        values.clone().filter(|v| *v == 1.0).count() as u64,
+                        values.filter(|v| !v.is_nan()).count() as u64,
+                    )),
                     Measure::Share(of) => {
-                        let all = outcomes.iter().flatten().map(|outcome| outcome[of]);
-                        let whole = |sum: f64| sum.round() as u64;
-                        Statistic::Rate(Rate {
-                            successes: whole(values.filter(|v| !v.is_nan()).sum()),
-                            trials: whole(all.filter(|v| !v.is_nan()).sum()),
-                        })
+                        let cluster = |o: &Outcome| [o[at], o[of]].map(|count| count as u64);
+                        Statistic::Rate(Rate::of_clusters(outcomes.iter().flatten().map(cluster)))
                     }
                     Measure::Mean => Statistic::Mean(Mean::of(values)),
                 };
