@@ -258,7 +258,7 @@ fn bad_usage_and_bad_input_return_2_and_leave_nothing_behind() {
             .replace("\"version\": 1", "\"version\": 7")
             .into_bytes(),
     );
-    let cases: [(&[&str], &str); 24] = [
+    let cases: [(&[&str], &str); 25] = [
         (&["learn", "missing.jsonl", "--out", "x.json"], "missing.jsonl"),
         (&["learn", "cut.jsonl", "--out", "x.json"], "cut.jsonl, line 24"),
         (&["learn", "bytes.jsonl", "--out", "x.json"], "not UTF-8"),
@@ -282,6 +282,7 @@ fn bad_usage_and_bad_input_return_2_and_leave_nothing_behind() {
             "the modes are: direct",
         ),
         (&["run", "--demos", "0", "--out", "new"], "--demos is 0"),
+        (&["run", "--film", "2", "--out", "new"], "--film is 2; 1 to 1 (--episodes) exist"),
         (&["run", "--nuts", "100", "--out", "new"], "`nuts` is 100"),
         (&["run", "--drop-rate", "2", "--out", "new"], "`drop_rate` is 2"),
         (&["classify", "domain.json", "demos.jsonl", "--limit", "0"], "`limit` is 0"),

@@ -346,6 +346,65 @@ fn half_a_folder_opens_in_a_browser_and_says_so() {
 }
 
 #[test]
+fn what_does_not_fit_is_left_out_and_the_rest_is_shown() {
+    let Some(browser) = browser() else { return };
+    let copy = copied();
+    let path = copy.path().join("run.json");
+    let mut facts: Value =
+        serde_json::from_slice(&std::fs::read(&path).expect("there")).expect("JSON");
+    let modules = facts["modules"].as_array().expect("modules").len();
+    facts["modules"][1]["names"] = json!(["A"]);
+    std::fs::write(&path, facts.to_string()).expect("written");
+    let (told, page) = report(copy.path());
+    assert_eq!(missing(&told).len(), 1, "{told}");
+    let script = "page.seek(1); found.frames = page.frames.count; found.state = page.state();\n\
+                  found.modules = page.timeline.content.modules.length;";
+    let found = opened(&browser, &page, script);
+    assert!(found["frames"].as_u64().is_some_and(|count| count > 100), "{found}");
+    assert_eq!(found["state"]["places"]["parts"].as_array().map(Vec::len), Some(2));
+    assert_eq!(found["modules"], modules - 1);
+}
+
+#[test]
+fn another_episode_than_the_first_can_be_filmed() {
+    let place = tempfile::tempdir().expect("a folder");
+    let out = place.path().join("out");
+    let to = out.to_str().expect("UTF-8");
+    symbolt(&["run", "--demos", "2", "--episodes", "2", "--film", "2", "--out", to]);
+    let read = |name: &str| std::fs::read_to_string(out.join(name)).expect("a file");
+    let facts: Value = serde_json::from_str(&read("run.json")).expect("JSON");
+    assert_eq!((&facts["filmed"], facts["summary"]["episodes"].as_u64()), (&json!(1), Some(2)));
+    assert!(facts["command"].as_str().is_some_and(|c| c.contains("--episodes 2 --film 2")));
+    // The frames begin with what `scene.json` has and end when the second episode does.
+    let scene: Value = serde_json::from_str(&read("scene.json")).expect("JSON");
+    let file = File::open(out.join("arrays.npz")).expect("there");
+    let mut npz = ndarray_npy::NpzReader::new(file).expect("arrays");
+    let parts: Array3<f32> = npz.by_name("frames_parts").expect("parts");
+    let times: Array1<f64> = npz.by_name("frames_t").expect("times");
+    let seen = numbers(&scene["objects"][0]["position"]);
+    assert!(
+        (0..2).any(|part| (0..2).all(|i| (seen[i] - f64::from(parts[[0, part, i]])).abs() < 2e-3))
+    );
+    let trace = read("trace.jsonl");
+    let lines = trace.lines().map(|line| serde_json::from_str::<Value>(line).expect("JSON"));
+    let own: Vec<Value> = lines.collect();
+    let end = |episode: u64| {
+        let line = own.iter().find(|line| line["episode"] == episode && line["end"].is_object());
+        line.and_then(|line| line["end"]["simulated_s"].as_f64()).expect("an end")
+    };
+    let last = times.last().copied().expect("frames");
+    assert!((last - end(1)).abs() < 0.1 && (last - end(0)).abs() > 0.1, "{last} {}", end(0));
+    let Some(browser) = browser() else { return };
+    let script = "found.acts = page.acts.length; found.rows = page.decisionRows.length;\n\
+                  found.heading = document.getElementById('episode').textContent;";
+    let found = opened(&browser, &read("report.html"), script);
+    let decided = own.iter().filter(|l| l["episode"] == 1 && l["decision"].is_object()).count();
+    assert!(decided > 0);
+    assert_eq!((&found["acts"], &found["rows"]), (&json!(decided), &json!(decided)));
+    assert_eq!(found["heading"], "Episode 2 of 2");
+}
+
+#[test]
 fn ten_simulated_minutes_stay_below_ten_megabytes_and_open() {
     let copy = copied();
     let (minutes, per_s) = (10.0, 25.0);

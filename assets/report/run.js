@@ -31,7 +31,8 @@ class RunPage {
   constructor(data, main) {
     this.data = data;
     main.append(byId("run-page").content.cloneNode(true));
-    this.events = (data.events ?? []).filter((line) => line.episode === 0);
+    this.filmed = data.run?.filmed ?? 0;
+    this.events = (data.events ?? []).filter((line) => line.episode === this.filmed);
     this.frames = this.unpackFrames();
     this.acts = this.decisionsAndActs();
     const ends = [this.frames.t.at(-1), ...this.acts.map((act) => act.until), this.times().at(-1), 0.1];
@@ -39,6 +40,8 @@ class RunPage {
     this.time = 0;
     this.playing = false;
     this.decisionRows = [];
+    const { episodes = 1 } = data.run?.summary ?? {};
+    if (episodes > 1) byId("episode").textContent = `Episode ${this.filmed + 1} of ${episodes}`;
     shielded("replay", () => this.buildReplay());
     shielded("timeline", () => this.buildTimeline());
     shielded("decisions", () => this.buildDecisions());
@@ -69,7 +72,7 @@ class RunPage {
     return this.data.arrays ? singles(this.data.arrays.modules.t) : new Float32Array();
   }
 
-  // Every decision of the first episode, with the action that came of it and until when it was done.
+  // Every decision of the filmed episode, with the action that came of it and until when it was done.
   decisionsAndActs() {
     const decisions = this.events.flatMap((line) => line.decision ?? []);
     const skills = this.events.flatMap((line) => line.skill ?? []);
@@ -183,10 +186,10 @@ class RunPage {
     const columns = [">asked at, s", ">took, ms", "holds", "decided", "which needs", "outcome"];
     const grid = table([...(many ? [">episode"] : []), ...columns], rows);
     byId("clicking").textContent = many
-      ? "Click one of the first episode's to go to its moment; the others were not filmed."
+      ? `Click one of episode ${this.filmed + 1} to go to its moment; the others were not filmed.`
       : "Click one to go to its moment.";
     grid.querySelectorAll("tbody tr").forEach((row, i) => {
-      if (all[i].episode !== 0) return;
+      if (all[i].episode !== this.filmed) return;
       const act = this.acts[this.decisionRows.length];
       this.decisionRows.push(row);
       pressable(row, () => {

@@ -251,6 +251,9 @@ pub(crate) struct RunArgs {
     /// Episodes after learning
     #[arg(long, default_value_t = 1)]
     pub episodes: usize,
+    /// The episode whose frames, modules and spikes are kept and shown in the report
+    #[arg(long, default_value_t = 1, value_name = "NUMBER")]
+    pub film: usize,
     /// Nuts in each episode's scene
     #[arg(long)]
     pub nuts: Option<usize>,

@@ -5,6 +5,7 @@ mod bench;
 mod check;
 mod classify;
 mod experiment;
+mod figures;
 mod learn;
 mod output;
 mod plan;

@@ -1,4 +1,4 @@
-//! `arrays.npz`: frames of the first episode, what the modules held, spikes; numpy opens it.
+//! `arrays.npz`: frames of the filmed episode, what the modules held, spikes; numpy opens it.
 //!
 //! | array | shape | what |
 //! |---|---|---|
@@ -17,13 +17,13 @@ use ndarray::{Array1, Array2, Array3};
 use ndarray_npy::{NpzReader, NpzWriter};
 use serde_json::{Value, json};
 
-use super::facts::RunFacts;
+use super::facts::{ModuleFacts, RunFacts};
 use super::page::base64;
 use crate::task::error::TaskError;
 use crate::task::execute::Thoughts;
 use crate::task::scene::SceneFrame;
 
-/// The arrays of a run's first episode.
+/// The arrays of a run's filmed episode.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Arrays {
     frames_t: Array1<f64>,
@@ -40,6 +40,16 @@ const PREFIX: &str = "module_";
 
 /// The most rows of a raster.
 const MOST_ROWS: usize = 2_000;
+
+/// Whether these are moments of an episode.
+fn rising(times: &Array1<f64>) -> bool {
+    times.iter().all(|t| (0.0..200_000.0).contains(t))
+        && times.iter().zip(times.iter().skip(1)).all(|(a, b)| a <= b)
+}
+
+fn fits(values: &Array2<f32>, names: &[String]) -> bool {
+    values.ncols() == names.len() && values.iter().all(|v| v.is_finite())
+}
 
 impl Arrays {
     /// Frames and thoughts of an episode. Costs a copy.
@@ -135,20 +145,54 @@ impl Arrays {
         })
     }
 
-    /// Whether these can be the arrays of that run.
-    ///
-    /// # Errors
-    /// A sentence on what does not fit.
-    pub fn fit(&self, facts: &RunFacts) -> Result<(), String> {
-        let rising = |times: &Array1<f64>| {
-            times.iter().all(|t| (0.0..200_000.0).contains(t))
-                && times.iter().zip(times.iter().skip(1)).all(|(a, b)| a <= b)
-        };
-        if ![&self.frames_t, &self.modules_t, &self.spikes_t].into_iter().all(rising) {
-            return Err("its times are not rising moments of an episode".into());
+    /// What of these can be the arrays of that run, and a sentence on each part that cannot.
+    pub fn fitting(mut self, facts: &RunFacts) -> (Self, Vec<String>) {
+        let mut odd = Vec::new();
+        if let Err(why) = self.check_frames(facts) {
+            odd.push(why);
+            self.frames_t = Array1::default(0);
+            self.angles = Array2::default((0, 7));
+            self.fingers = Array2::default((0, 2));
+            self.parts = Array3::default((0, 0, 7));
         }
+        if !rising(&self.modules_t) {
+            odd.push("its times of modules are not rising moments of an episode".into());
+            self.modules_t = Array1::default(0);
+            self.modules.clear();
+        } else {
+            let of = |name: &str| self.modules.iter().find(|(own, _)| own == name);
+            for ModuleFacts { name, names, .. } in &facts.modules {
+                odd.extend(match of(name) {
+                    None => Some(format!("it has nothing of the module {name}")),
+                    Some((_, values)) if !fits(values, names) => {
+                        Some(format!("what it has of the module {name} is not what run.json says"))
+                    }
+                    Some(_) => None,
+                });
+            }
+            let known = |name: &str| facts.modules.iter().find(|module| module.name == name);
+            self.modules
+                .retain(|(name, values)| known(name).is_some_and(|m| fits(values, &m.names)));
+        }
+        let rows: usize = facts.populations.iter().map(|p| p.rows).sum();
+        let other = rows > MOST_ROWS || self.spikes_row.iter().any(|row| *row as usize >= rows);
+        if other || !rising(&self.spikes_t) {
+            odd.push(match other {
+                true => "its spikes are not of the populations of run.json".into(),
+                false => "its times of spikes are not rising moments of an episode".into(),
+            });
+            self.spikes_t = Array1::default(0);
+            self.spikes_row = Array1::default(0);
+        }
+        (self, odd)
+    }
+
+    fn check_frames(&self, facts: &RunFacts) -> Result<(), String> {
         if self.frames_t.is_empty() {
             return Err("it has no frames".into());
+        }
+        if !rising(&self.frames_t) {
+            return Err("its times of frames are not rising moments of an episode".into());
         }
         let parts = facts.scene.nuts + facts.scene.bolts;
         if self.parts.dim().1 != parts {
@@ -157,19 +201,6 @@ impl Arrays {
         let frames = self.angles.iter().chain(&self.fingers).chain(&self.parts);
         if !frames.copied().all(f32::is_finite) {
             return Err("its frames have numbers that are none".into());
-        }
-        for module in &facts.modules {
-            let own = self.modules.iter().find(|(name, _)| *name == module.name);
-            let Some((name, values)) = own else {
-                return Err(format!("it has nothing of the module {}", module.name));
-            };
-            if values.ncols() != module.names.len() || !values.iter().all(|v| v.is_finite()) {
-                return Err(format!("what it has of the module {name} is not what run.json says"));
-            }
-        }
-        let rows: usize = facts.populations.iter().map(|p| p.rows).sum();
-        if rows > MOST_ROWS || self.spikes_row.iter().any(|row| *row as usize >= rows) {
-            return Err("its spikes are not of the populations of run.json".into());
         }
         Ok(())
     }

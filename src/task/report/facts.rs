@@ -29,6 +29,9 @@ pub struct RunFacts {
     pub planner: Value,
     /// The scene of the episodes.
     pub scene: SceneSpec,
+    /// The episode that `arrays.npz` and `scene.json` are of, counted from 0.
+    #[serde(default)]
+    pub filmed: usize,
     /// The run's figures, as `--json` gives them.
     pub summary: Map<String, Value>,
     /// What stands in the arrays of modules.

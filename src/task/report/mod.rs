@@ -78,6 +78,7 @@ struct TableRow {
     rate: Option<f64>,
     successes: Option<u64>,
     trials: Option<u64>,
+    effective_trials: Option<f64>,
     mean: Option<f64>,
     sd: Option<f64>,
     n: Option<u64>,
@@ -141,9 +142,11 @@ fn of_run(folder: &Path) -> Report {
         reader.missing.extend(problem.map(|problem| format!("trace.jsonl: {problem}")));
         events
     });
-    let arrays = reader.take("arrays.npz", |bytes, _| {
-        let arrays = Arrays::from_npz(bytes)?;
-        facts.as_ref().map_or(Ok(()), |facts| arrays.fit(facts)).map(|()| arrays)
+    let arrays = reader.take("arrays.npz", |bytes, _| Arrays::from_npz(bytes)).map(|arrays| {
+        let Some(facts) = &facts else { return arrays };
+        let (arrays, odd) = arrays.fitting(facts);
+        reader.missing.extend(odd.into_iter().map(|why| format!("arrays.npz: {why}")));
+        arrays
     });
     let scene = facts.as_ref().map(|facts| &facts.scene);
     let outline = scene.map(|spec| match spec.check() {
