@@ -18,9 +18,7 @@ pub fn run() -> Result<[Steps; 2], Box<dyn Error>> {
         .action("BOIL_WATER", ["KETTLE_FULL"], ["WATER_HOT"])
         .action("BREW_TEA", ["WATER_HOT", "LEAVES_IN_POT"], ["TEA_READY"])
         .build()?;
-    let holds = ["KETTLE_FULL", "LEAVES_IN_POT"];
-    let scene: Vec<usize> =
-        domain.states().iter().map(|s| usize::from(holds.contains(&s.name.as_str()))).collect();
+    let scene = domain.counts(["KETTLE_FULL", "LEAVES_IN_POT"])?;
 
     // The one thing that differs is what every layer of the graph is computed by.
     let plan_in = |population: Population| -> Result<Steps, Box<dyn Error>> {

@@ -16,10 +16,8 @@ pub fn run() -> Result<Vec<(String, f64)>, Box<dyn Error>> {
         .build()?;
     let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1))?;
 
-    // How many things are in each state: one kettle, one pot.
-    let holds = ["KETTLE_FULL", "LEAVES_IN_POT"];
-    let scene: Vec<usize> =
-        domain.states().iter().map(|s| usize::from(holds.contains(&s.name.as_str()))).collect();
+    // One kettle, one pot.
+    let scene = domain.counts(["KETTLE_FULL", "LEAVES_IN_POT"])?;
     let plan = planner.plan(&scene, "TEA_READY")?;
     assert_eq!(plan.end, PlanEnd::Met);
     let name = |action: usize| domain.operators()[action].name.clone();

@@ -242,8 +242,7 @@ fn a_state_that_must_be_absent_blocks_an_occupied_jig() {
     assert!(tally.act > 0 && tally.stuck > 0);
     // In the demonstrations the nut never went in while a bolt was in the jig. Here one is.
     let holds = ["NUT_AT_START", "BOLT_AT_START", "BOLT_AT_BOLT_HOLE"];
-    let world: Vec<bool> =
-        domain.states().iter().map(|s| holds.contains(&s.name.as_str())).collect();
+    let world = domain.world(holds).expect("states");
     let goal = "NUT_AT_NUT_POCKET";
     let blocked = planner.decide(&world, goal).expect("decides").verdict;
     let nut_action = domain.operators().iter().position(|o| o.to == goal).expect("there");
@@ -315,6 +314,8 @@ fn what_cannot_be_asked_is_an_error_with_the_choices() {
         "{text}"
     );
     assert!(matches!(planner.decide(&[false; 4], "NUT_IN_JIG"), Err(TaskError::Setting { .. })));
+    let misspelt = planner.domain().world(["NUT_ON_TABEL"]).map_err(|e| e.to_string());
+    assert!(misspelt.is_err_and(|e| e.contains("NUT_ON_TABEL") && e.contains("NUT_ON_TABLE")));
     for dimensions in [0, 1, 2, 8] {
         let spec = PlannerSpec { dimensions, ..PlannerSpec::default() };
         let error = Planner::new(&domain, spec, Seed::new(1)).err().map(|e| e.to_string());

@@ -54,9 +54,7 @@ fn the_papers_stated_failure_several_parts_always_present_make_table_states_prec
         }
         // And so the last bolt cannot be assembled: nothing else lies on the table any more.
         let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1)).expect("builds");
-        let holds = ["NUT_AT_NUT_POCKET", "BOLT_AT_BOLT_HOLE"];
-        let world: Vec<bool> =
-            domain.states().iter().map(|s| holds.contains(&s.name.as_str())).collect();
+        let world = domain.world(["NUT_AT_NUT_POCKET", "BOLT_AT_BOLT_HOLE"]).expect("states");
         let stuck = planner.decide(&world, "BOLT_AT_NUT_POCKET").expect("decides").verdict;
         let Verdict::Stuck(Obstacle::NothingCauses { state }) = stuck else { panic!("{stuck:?}") };
         assert!(domain.states()[state].name.ends_with("_AT_START"));

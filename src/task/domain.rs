@@ -184,6 +184,34 @@ impl Domain {
         })
     }
 
+    /// A world in which the named states hold and no others, as [`Planner::decide`](super::planner::Planner::decide)
+    /// takes it: a flag for each state, in their order.
+    ///
+    /// # Errors
+    /// [`TaskError::Unknown`], listing the states.
+    pub fn world<'n>(
+        &self,
+        hold: impl IntoIterator<Item = &'n str>,
+    ) -> Result<Vec<bool>, TaskError> {
+        Ok(self.counts(hold)?.into_iter().map(|count| count > 0).collect())
+    }
+
+    /// How many things are in each state, in the states' order, as [`Planner::plan`](super::planner::Planner::plan)
+    /// takes it: a state is named once for each thing that is in it.
+    ///
+    /// # Errors
+    /// [`TaskError::Unknown`], listing the states.
+    pub fn counts<'n>(
+        &self,
+        things: impl IntoIterator<Item = &'n str>,
+    ) -> Result<Vec<usize>, TaskError> {
+        let mut counts = vec![0; self.states.len()];
+        for name in things {
+            counts[self.state_index(name)?] += 1;
+        }
+        Ok(counts)
+    }
+
     /// The operator that causes the `state`-th state.
     ///
     /// It is the one by which a part is put into that state; failing that, of those that bring it

@@ -108,8 +108,7 @@ pub struct Decision {
 /// let domain = learn::learn(&recording, &Default::default())?.domain;
 /// let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1))?;
 ///
-/// // A nut and a bolt on the table.
-/// let world: Vec<bool> = domain.states().iter().map(|s| s.name.ends_with("_AT_START")).collect();
+/// let world = domain.world(["NUT_AT_START", "BOLT_AT_START"])?;
 /// let decision = planner.decide(&world, "BOLT_AT_NUT_POCKET")?;
 /// let Verdict::Act(action) = decision.verdict else { panic!("there is something to do") };
 /// assert!(domain.operators()[action].name.starts_with("PUT_"));
@@ -258,6 +257,44 @@ impl Planner {
             })
             .collect();
         Ok(Decision { verdict, milestones, time_ms, questions })
+    }
+
+    /// The action that the motor output shows first, whether or not the planner is done with thinking, and the
+    /// simulated milliseconds at which it does; `None` if it shows none for as long as `within`.
+    ///
+    /// ```
+    /// use symbolt::sim::{Seed, SimDuration};
+    /// use symbolt::task::SymbolicDomain;
+    /// use symbolt::task::planner::{Planner, PlannerSpec};
+    ///
+    /// let domain = SymbolicDomain::of_the_paper().build()?;
+    /// let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1))?;
+    /// let world = domain.world(["NUT_ON_TABLE", "BOLT_ON_TABLE"])?;
+    /// let shown = planner.first_shown(&world, "BOLT_ASSEMBLED", SimDuration::from_millis(400))?;
+    /// let (action, _ms) = shown.expect("there is something to do");
+    /// assert_eq!(domain.operators()[action].name, "PUT_NUT_IN_JIG");
+    /// # Ok::<(), symbolt::task::TaskError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Planner::simulator`].
+    pub fn first_shown(
+        &self,
+        world: &[bool],
+        goal: &str,
+        within: SimDuration,
+    ) -> Result<Option<(usize, f64)>, TaskError> {
+        let mut sim = self.simulator(world, goal)?;
+        let mut shown = None;
+        sim.run_until(within, |view| {
+            let action = view.value(&self.actions).iter().position(|active| *active > 0.5);
+            shown = action.map(|action| (action, view.time().as_millis_f64()));
+            match shown {
+                Some(_) => ControlFlow::Break(StopReason::Condition("an action")),
+                None => ControlFlow::Continue(()),
+            }
+        })?;
+        Ok(shown)
     }
 
     fn state_name(&self, state: usize) -> String {

@@ -407,7 +407,7 @@ impl SceneSpec {
             return refuse("jig.pocket_depth_m", jig.pocket_depth_m.to_string(), expected);
         }
         if self.sink_m().abs() < 1e-3 {
-            let value = format!("{} m", self.sink_m());
+            let value = format!("{:.1} mm apart", 1e3 * self.sink_m());
             let expected = "heights of `in jig` and `assembled` that differ by at least 1 mm";
             return refuse("jig.hole_top_m", value, expected);
         }
@@ -445,7 +445,7 @@ impl SceneSpec {
         let apart = (jig.pocket[0] - jig.hole[0]).hypot(jig.pocket[1] - jig.hole[1]);
         if apart < 0.09 {
             let expected = "at least 9 cm from the pocket";
-            return refuse("jig.hole", format!("{apart} m"), expected);
+            return refuse("jig.hole", format!("{:.1} mm away", 1e3 * apart), expected);
         }
         super::drops::places(self, Seed::new(0)).map(|_| ())
     }
