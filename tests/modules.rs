@@ -260,6 +260,36 @@ fn a_goal_buffer_follows_while_it_is_open_and_holds_while_it_is_closed() {
 }
 
 #[test]
+fn a_goal_buffer_with_slow_synapses_does_not_turn_round_what_it_held_before() {
+    let v = things();
+    let ms = SimDuration::from_millis;
+    let [a, b] = ["A", "B"].map(|name| v.get(name).expect("there").to_vec());
+    for tau in [5, 20, 40] {
+        for open_ms in [40, 80, 120, 200] {
+            // A is taken up for long and then B for a while.
+            let (change, end) = (1_000, 1_000 + open_ms);
+            let mut graph = GraphBuilder::new();
+            let input = Stimulus::pointer(v.space(), &a).from(ms(change), &b);
+            let input = graph.add("input", input);
+            let open = graph.add("open", Stimulus::scalar(1.0).from(ms(end), &[0.0]));
+            let buffer = GoalBuffer::new(&v).synapse(Synapse::lowpass_ms(tau));
+            let buffer = graph.add("buffer", buffer);
+            graph.connect(&input, &buffer.input, NONE);
+            graph.connect(&open, &buffer.open, NONE);
+            let sim = ran(graph, end + 600);
+            let held = sim.value(&buffer.output);
+            let before = norm(held) * cosine(held, &a);
+            assert!(before > -0.1, "{tau} ms, open for {open_ms}: {before} of A is left");
+            // As much longer as the synapses are slower, and it is taken over.
+            if open_ms >= 8 * tau {
+                let taken = norm(held) * cosine(held, &b);
+                assert!((taken - 1.0).abs() < 0.12 && before < 0.12, "{tau}: {taken} {before}");
+            }
+        }
+    }
+}
+
+#[test]
 fn selection_chooses_one_or_all_above_its_level() {
     let choose = |rule, utilities: &[f32]| {
         let mut graph = GraphBuilder::new();

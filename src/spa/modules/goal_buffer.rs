@@ -10,7 +10,9 @@ use crate::spa::vocabulary::Vocabulary;
 ///
 /// A population holds its value through a recurrent synapse (100 ms). While the gate is open, ten
 /// times the difference between input and held value drives it, so that the output follows the
-/// input within two feed-forward synapses (5 ms each) and the held value within 10% after 40 ms.
+/// input within two feed-forward synapses (5 ms each) and the held value within 10% after 40 ms. Slower feed-forward
+/// synapses have a weaker drive, in proportion, and take as much longer: at ten times the difference the loop of
+/// gate and memory would ring, and take up what it held before with the opposite sign.
 /// Closed, the exact form holds its value unchanged. Its clamp, where a spiking form saturates, is
 /// a norm of 3: the drive that charges the slow synapse passes through the same population, and a lower
 /// clamp charges it more slowly.
@@ -32,8 +34,8 @@ pub struct GoalBufferPorts<V: VocabTag> {
     pub output: Out<Pointer<V>>,
 }
 
-/// How strongly the difference between input and memory drives the memory.
-const GAIN: Real = 10.0;
+/// How strongly the difference between input and memory drives the memory, at most.
+const MOST_GAIN: f64 = 10.0;
 
 impl<V: VocabTag> GoalBuffer<V> {
     /// A memory for pointers of `vocabulary` of norm about 1.
@@ -73,10 +75,25 @@ impl<V: VocabTag> GoalBuffer<V> {
     }
 }
 
+impl<V: VocabTag> GoalBuffer<V> {
+    /// The strongest drive at which the held value overshoots by 4% and no more. With memory m, gate g and gain G,
+    /// `tau_r m' = G g` and `tau_f g' = u - m - g`, whose damping is `sqrt(tau_r / (G tau_f)) / 2`: 0.707 here.
+    fn gain(&self) -> Real {
+        let gain = match (self.recurrent, self.synapse) {
+            (Synapse::Lowpass { tau: slow }, Synapse::Lowpass { tau: fast }) => {
+                slow.as_secs_f64() / (2.0 * fast.as_secs_f64())
+            }
+            _ => MOST_GAIN,
+        };
+        gain.min(MOST_GAIN) as Real
+    }
+}
+
 impl<V: VocabTag> Module for GoalBuffer<V> {
     type Ports = GoalBufferPorts<V>;
 
     fn expand(self, scope: &mut Scope<'_>) -> GoalBufferPorts<V> {
+        let gain = self.gain();
         let layer = population(&self.space, self.radius);
         let held: LayerPorts<Pointer<V>> = scope.represent("held", layer);
         let memory = scope.add("memory", Add::pointer(&self.space));
@@ -87,7 +104,7 @@ impl<V: VocabTag> Module for GoalBuffer<V> {
             "gate",
             Gate::<V>::in_space(&self.space).radius(self.radius).synapse(self.synapse),
         );
-        let drive = scope.add("drive", Superpose::<V>::weights(&self.space, &[GAIN]));
+        let drive = scope.add("drive", Superpose::<V>::weights(&self.space, &[gain]));
         scope.connect(&held.output, &memory.input, self.recurrent);
         scope.connect(&held.output, &output.input, self.synapse);
         if self.retention == 1.0 {

@@ -134,7 +134,7 @@ impl Experiment for Ablation {
     }
 
     fn revision(&self) -> u32 {
-        2
+        3
     }
 
     fn settings(&self) -> Value {
