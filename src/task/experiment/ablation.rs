@@ -145,7 +145,7 @@ impl Experiment for Ablation {
         let readings = || {
             vec![
                 Reading::new(Measure::Share(1), json!({"what": "accepted"})),
-                Reading::new(Measure::Mean, json!({"what": "worlds a trial"})),
+                Reading::new(Measure::Whole, json!({})),
                 Reading::new(Measure::Mean, json!({"what": "ms a decision"})),
             ]
         };

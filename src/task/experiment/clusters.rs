@@ -237,7 +237,7 @@ impl Experiment for Classification {
                 let mut readings: Vec<Reading> = said
                     .map(|said| Reading::new(Measure::Share(total), json!({"said": said})))
                     .collect();
-                readings.push(Reading::new(Measure::Mean, json!({"said": "poses a trial"})));
+                readings.push(Reading::new(Measure::Whole, json!({})));
                 cells.push(Cell::new(json!({"rule": rule, "truth": truth}), self.trials, readings));
             }
         }

@@ -47,9 +47,11 @@ pub fn outcome<const N: usize>(numbers: [f64; N]) -> Outcome {
 pub enum Measure {
     /// 1 for success, 0 for failure: a rate with a Wilson interval.
     Rate,
-    /// How many of those that the reading at this place counts: a rate over both of all trials. Those of one trial
+    /// How many of those that the [`Whole`](Self::Whole) at this place counts: a rate over both of all trials. Those of one trial
     /// need not be independent; the interval takes trials for clusters ([`Rate::of_clusters`](crate::task::statistics::Rate::of_clusters)).
     Share(usize),
+    /// What shares are of: how many there were, without a row of its own.
+    Whole,
     /// Any number: mean, standard deviation, count, and an interval of the mean.
     Mean,
 }

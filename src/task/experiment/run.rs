@@ -203,6 +203,7 @@ impl<'a> Run<'a> {
                         let cluster = |o: &Outcome| [o[at], o[of]].map(|count| count as u64);
                         Statistic::Rate(Rate::of_clusters(outcomes.iter().flatten().map(cluster)))
                     }
+                    Measure::Whole => continue,
                     Measure::Mean => Statistic::Mean(Mean::of(values)),
                 };
                 let mut settings = cell.settings.clone();
