@@ -152,7 +152,8 @@ fn a_damaged_journal_is_said_and_its_sound_trials_can_be_kept() {
     let other = ["experiment", "figure-1a", "--trials", "40", "--quiet", "--out", "left"];
     let output = symbolt(place.path(), &other);
     assert_eq!(output.status.code(), Some(2));
-    assert!(said(&output).contains("another experiment"), "{}", said(&output));
+    let named = "trials of `table-4`, not of `figure-1a`";
+    assert!(said(&output).contains(named), "{}", said(&output));
     for text in [
         "",
         "hello\n",
@@ -183,11 +184,35 @@ fn a_disk_that_fills_up_ends_with_a_clear_error_and_keeps_what_is_done() {
     let output =
         Command::new("sh").args(["-c", &script]).current_dir(place.path()).output().expect("runs");
     assert_eq!(output.status.code(), Some(1), "{}", said(&output));
-    assert!(said(&output).contains("cannot write"), "{}", said(&output));
+    // The cause, and not what it brought about on another thread.
+    let (cause, said) = ("File too large", said(&output));
+    assert!(said.contains("cannot write") && said.contains(cause), "{said}");
     let kept = read(&place.path().join("full"), "trials.bin").len();
     assert!(kept > 4_000, "{kept}");
     assert!(!place.path().join("full/results.json").exists());
     assert_eq!(good(place.path(), &whole("full")), expected);
+}
+
+#[test]
+fn a_folder_can_be_gone_on_with_for_more_trials_and_not_for_fewer() {
+    let place = folder();
+    let expected = good(place.path(), &whole("left"));
+    let with = |trials: &'static str| {
+        ["experiment", "table-4", "--trials", trials, "--quiet", "--json", "--out", "grown"]
+    };
+    good(place.path(), &with("10"));
+    let before = read(&place.path().join("grown"), "trials.bin").len();
+    assert_eq!(good(place.path(), &with("40")), expected);
+    let after = read(&place.path().join("grown"), "trials.bin").len();
+    assert!(after > 3 * before, "{before} {after}");
+    let output = symbolt(place.path(), &with("30"));
+    assert_eq!(output.status.code(), Some(2));
+    let named = "it holds 40 trials a cell, and 30 are asked for";
+    assert!(said(&output).contains(named), "{}", said(&output));
+    let mut seeded: Vec<&str> = with("40").into();
+    seeded.extend(["--seed", "9"]);
+    let output = symbolt(place.path(), &seeded);
+    assert!(said(&output).contains("of the seed 1, not of 9"), "{}", said(&output));
 }
 
 #[test]

@@ -366,6 +366,75 @@ fn what_does_not_fit_is_left_out_and_the_rest_is_shown() {
 }
 
 #[test]
+fn arrays_are_left_out_by_themselves() {
+    type Modules = Vec<(String, Array2<f64>)>;
+    let said = |change: &dyn Fn(&mut Modules)| {
+        let copy = copied();
+        let path = copy.path().join("arrays.npz");
+        let mut npz = NpzReader::new(File::open(&path).expect("there")).expect("arrays");
+        let times: Array1<f64> = npz.by_name("frames_t").expect("times");
+        let angles: Array2<f32> = npz.by_name("frames_angles").expect("angles");
+        let fingers: Array2<f32> = npz.by_name("frames_fingers").expect("fingers");
+        let parts: Array3<f32> = npz.by_name("frames_parts").expect("parts");
+        let samples: Array1<f64> = npz.by_name("modules_t").expect("times");
+        let names: Vec<String> = npz.names().expect("names");
+        let names = names.into_iter().filter(|name| name.starts_with("module_"));
+        let mut modules: Modules = names
+            .map(|name| {
+                let values: Array2<f32> = npz.by_name(&name).expect("a module");
+                (name, values.mapv(f64::from))
+            })
+            .collect();
+        change(&mut modules);
+        let mut npz = NpzWriter::new(File::create(&path).expect("made"));
+        npz.add_array("frames_t", &times).expect("written");
+        npz.add_array("frames_angles", &angles).expect("written");
+        npz.add_array("frames_fingers", &fingers).expect("written");
+        npz.add_array("frames_parts", &parts).expect("written");
+        npz.add_array("modules_t", &samples).expect("written");
+        for (name, values) in &modules {
+            npz.add_array(name.as_str(), values).expect("written");
+        }
+        npz.finish().expect("written");
+        let (found, _) = report(copy.path());
+        missing(&found).iter().map(|said| (*said).to_owned()).collect::<Vec<_>>()
+    };
+    // Doubles are as good; without its spikes only they are missing.
+    let whole = said(&|_| {});
+    assert!(whole.len() == 1 && whole[0].contains("spikes_t cannot be read"), "{whole:?}");
+    let short = said(&|modules| modules[0].1 = Array2::zeros((3, modules[0].1.ncols())));
+    assert!(short.len() == 2 && short[0].contains("has 3 rows"), "{short:?}");
+    let odd = said(&|modules| modules[0].1[[5, 0]] = f64::NAN);
+    assert!(odd.len() == 2 && odd[1].contains("is not what run.json says"), "{odd:?}");
+    let gone = said(&|modules| drop(modules.remove(0)));
+    assert!(gone.len() == 2 && gone[1].contains("it has nothing of the module"), "{gone:?}");
+}
+
+#[test]
+fn numbers_beyond_all_bounds_are_damage_and_no_panic() {
+    let path_of = |copy: &tempfile::TempDir| copy.path().join("run.json");
+    for (section, number) in [("nuts", json!(u64::MAX)), ("rows", json!(1u64 << 63))] {
+        let copy = copied();
+        let bytes = std::fs::read(path_of(&copy)).expect("there");
+        let mut facts: Value = serde_json::from_slice(&bytes).expect("JSON");
+        if section == "nuts" {
+            facts["scene"]["nuts"] = number;
+        } else {
+            let one = json!({"path": "a/b", "rows": number, "neurons": 3});
+            facts["populations"] = json!([one.clone(), one]);
+        }
+        std::fs::write(path_of(&copy), facts.to_string()).expect("written");
+        assert!(!missing(&report(copy.path()).0).is_empty(), "{section}");
+    }
+    let copy = copied();
+    let trace = copy.path().join("trace.jsonl");
+    let mut text = std::fs::read_to_string(&trace).expect("there");
+    text += "{\"episode\":18446744073709551615}\n";
+    std::fs::write(&trace, text).expect("written");
+    assert!(missing(&report(copy.path()).0)[0].contains("is damaged"));
+}
+
+#[test]
 fn another_episode_than_the_first_can_be_filmed() {
     let place = tempfile::tempdir().expect("a folder");
     let out = place.path().join("out");
@@ -375,6 +444,21 @@ fn another_episode_than_the_first_can_be_filmed() {
     let facts: Value = serde_json::from_str(&read("run.json")).expect("JSON");
     assert_eq!((&facts["filmed"], facts["summary"]["episodes"].as_u64()), (&json!(1), Some(2)));
     assert!(facts["command"].as_str().is_some_and(|c| c.contains("--episodes 2 --film 2")));
+    // Files of two episodes side by side are told apart by their length.
+    let swapped = tempfile::tempdir().expect("a folder");
+    for name in ["run.json", "domain.json", "recording.jsonl", "trace.jsonl", "scene.json"] {
+        std::fs::copy(out.join(name), swapped.path().join(name)).expect("copied");
+    }
+    std::fs::copy(made().join("arrays.npz"), swapped.path().join("arrays.npz")).expect("copied");
+    let (found, _) = report(swapped.path());
+    let said = missing(&found).join("; ");
+    assert!(said.contains("its frames end after") && said.contains("its modules end"), "{said}");
+    let path = swapped.path().join("run.json");
+    let mut other = facts.clone();
+    other["filmed"] = json!(2);
+    std::fs::write(&path, other.to_string()).expect("written");
+    let said = missing(&report(swapped.path()).0).join("; ");
+    assert!(said.contains("run.json: it has no episode 2 that could be filmed"), "{said}");
     // The frames begin with what `scene.json` has and end when the second episode does.
     let scene: Value = serde_json::from_str(&read("scene.json")).expect("JSON");
     let file = File::open(out.join("arrays.npz")).expect("there");
@@ -395,12 +479,20 @@ fn another_episode_than_the_first_can_be_filmed() {
     let last = times.last().copied().expect("frames");
     assert!((last - end(1)).abs() < 0.1 && (last - end(0)).abs() > 0.1, "{last} {}", end(0));
     let Some(browser) = browser() else { return };
-    let script = "found.acts = page.acts.length; found.rows = page.decisionRows.length;\n\
-                  found.heading = document.getElementById('episode').textContent;";
+    let script = "found.asked = page.acts.map((act) => act.asked);\n\
+                  found.heading = document.getElementById('episode').textContent;\n\
+                  page.decisionRows[1].click(); found.time = page.time;\n\
+                  found.row = page.decisionRows[1].innerText;";
     let found = opened(&browser, &read("report.html"), script);
-    let decided = own.iter().filter(|l| l["episode"] == 1 && l["decision"].is_object()).count();
-    assert!(decided > 0);
-    assert_eq!((&found["acts"], &found["rows"]), (&json!(decided), &json!(decided)));
+    let asked = |episode: u64| -> Vec<f64> {
+        let of = own.iter().filter(|line| line["episode"] == episode);
+        of.filter_map(|line| line["decision"]["asked_s"].as_f64()).collect()
+    };
+    assert_ne!(asked(0), asked(1), "the episodes can be told apart");
+    assert_eq!(numbers(&found["asked"]), asked(1));
+    assert_eq!(found["time"].as_f64(), Some(asked(1)[1]));
+    let row = found["row"].as_str().expect("text");
+    assert!(row.contains(&format!("{:.2}", asked(1)[1])), "{row}");
     assert_eq!(found["heading"], "Episode 2 of 2");
 }
 
@@ -414,6 +506,16 @@ fn ten_simulated_minutes_stay_below_ten_megabytes_and_open() {
         serde_json::from_slice(&std::fs::read(&path).expect("there")).expect("JSON");
     (facts["scene"]["nuts"], facts["scene"]["bolts"]) = (json!(4), json!(4));
     std::fs::write(&path, facts.to_string()).expect("written");
+    let trace = copy.path().join("trace.jsonl");
+    let text = std::fs::read_to_string(&trace).expect("there");
+    let ends = text.lines().map(|line| {
+        let mut line: Value = serde_json::from_str(line).expect("JSON");
+        if line["end"].is_object() {
+            line["end"]["simulated_s"] = json!(60.0 * minutes);
+        }
+        line.to_string() + "\n"
+    });
+    std::fs::write(&trace, ends.collect::<String>()).expect("written");
     // Numbers that do not pack well: everything moves all the time.
     let wave = |frame: usize, number: usize| {
         (0.37 * frame as f64 + 1.7 * number as f64).sin() as f32 * 0.3

@@ -27,14 +27,15 @@ function experimentsPage(data, main) {
 function again(results) {
   const settings = make("details", null, make("summary", "Settings"));
   settings.append(make("pre", JSON.stringify(results.settings, null, 2)));
-  const trials = Math.max(...results.cells.map((cell) => cell.n ?? 0));
+  const trials = results.settings?.trials ?? 0;
   const how = `symbolt experiment ${results.name} --seed ${results.settings?.seed ?? 1}`;
   return [make("pre", trials > 0 ? `${how} --trials ${trials}` : how), settings];
 }
 
 // How many trials a rate is of, and as how many independent ones they count, where members of a trial are alike.
 function counted({ trials, effective_trials: effective }) {
-  return Math.round(effective) < trials ? `${trials} (as ${Math.round(effective)})` : String(trials);
+  if (effective === null || effective === undefined || Math.round(effective) >= trials) return String(trials);
+  return `${trials} (as ${effective < 0.95 ? "less than 1" : Math.round(effective)})`;
 }
 
 // Settings of each cell, then its value with interval and number of trials.

@@ -2,7 +2,8 @@
 
 // What the modules on the way of a decision are for.
 const MEANING = {
-  goal_buffer: "The goal buffer holds the state that is looked into now.",
+  goal_buffer: "The goal buffer holds the state that is looked into now. While it takes up the next one it is driven "
+    + "there so hard that it overshoots: the last one shows as negative for some 50 ms.",
   cause: "The action that causes the state in the goal buffer.",
   unbind: "That action's preconditions, as they are unbound from its deep pointer: with the noise of what else is in it.",
   required: "The preconditions, cleaned up.",
@@ -12,26 +13,39 @@ const MEANING = {
   motor: "The action that is done.",
 };
 
-// How an episode came to its end, in words.
-function endInWords(end) {
+// How an episode came to its end, in words; states and actions by the domain's names.
+function endInWords(end, domain) {
   if (!end) return "how it ended is not known";
   const [kind, detail] = typeof end.ended === "object" ? Object.entries(end.ended)[0] : [end.ended, null];
+  const action = detail?.action ?? "an action";
   const words = {
     GoalMet: "the goal holds",
     Stuck: "the goal cannot be had",
-    NoWay: "no part can be taken and put as it wants",
-    Occupied: "something lies where its part belongs",
-    GaveUp: "time or skills are used up",
+    NoWay: `no part could be taken and put as ${action} wants`,
+    Occupied: `something lies where ${action} puts its part`,
+    GaveUp: "time or skills were used up",
   };
-  const why = detail && kind === "Stuck" ? ` (${inWords(detail)})` : "";
+  const why = kind === "Stuck" && detail && typeof detail === "object" ? obstacleInWords(detail, domain) : "";
   return (words[kind] ?? kind) + why;
+}
+
+function obstacleInWords(obstacle, domain) {
+  const [kind, at] = Object.entries(obstacle)[0] ?? [];
+  const state = domain?.states[at?.state]?.name ?? "a state";
+  const action = domain?.operators[at?.action]?.name ?? "an action";
+  const words = {
+    NothingCauses: `${state} does not hold and no action brings it about`,
+    MustBeAbsent: `${state} must be absent before ${action}, and holds`,
+    NeedsItself: `${state} is needed to bring itself about`,
+  };
+  return `: ${words[kind] ?? inWords(obstacle)}`;
 }
 
 class RunPage {
   constructor(data, main) {
     this.data = data;
     main.append(byId("run-page").content.cloneNode(true));
-    this.filmed = data.run?.filmed ?? 0;
+    this.filmed = data.filmed;
     this.events = (data.events ?? []).filter((line) => line.episode === this.filmed);
     this.frames = this.unpackFrames();
     this.acts = this.decisionsAndActs();
@@ -41,7 +55,8 @@ class RunPage {
     this.playing = false;
     this.decisionRows = [];
     const { episodes = 1 } = data.run?.summary ?? {};
-    if (episodes > 1) byId("episode").textContent = `Episode ${this.filmed + 1} of ${episodes}`;
+    if (this.filmed === null) byId("episode").textContent = "An episode; which is not known";
+    else if (episodes > 1) byId("episode").textContent = `Episode ${this.filmed + 1} of ${episodes}`;
     shielded("replay", () => this.buildReplay());
     shielded("timeline", () => this.buildTimeline());
     shielded("decisions", () => this.buildDecisions());
@@ -175,7 +190,7 @@ class RunPage {
     }
     const rows = all.map(({ episode, decision }, i) => {
       const last = all[i + 1]?.episode !== episode;
-      const how = endInWords(ends.get(episode));
+      const how = endInWords(ends.get(episode), this.data.domain);
       const skill = decision.begun ? skills.get(episode)?.shift() : null;
       const outcome = decision.begun ? skill?.outcome ?? "cut short" : last ? how : "not begun";
       return [
@@ -185,9 +200,11 @@ class RunPage {
     });
     const columns = [">asked at, s", ">took, ms", "holds", "decided", "which needs", "outcome"];
     const grid = table([...(many ? [">episode"] : []), ...columns], rows);
-    byId("clicking").textContent = many
-      ? `Click one of episode ${this.filmed + 1} to go to its moment; the others were not filmed.`
-      : "Click one to go to its moment.";
+    const of = many ? ` of episode ${this.filmed + 1}, marked at the left,` : "";
+    const others = many ? "; the others were not filmed (`--film` chooses)" : "";
+    byId("clicking").textContent = this.filmed === null
+      ? "Which episode was filmed is not known."
+      : `Click one${of} to go to its moment${others}.`;
     grid.querySelectorAll("tbody tr").forEach((row, i) => {
       if (all[i].episode !== this.filmed) return;
       const act = this.acts[this.decisionRows.length];
@@ -202,6 +219,14 @@ class RunPage {
     const box = document.querySelector("#decisions .scroll");
     box.classList.toggle("long", all.length > 24);
     box.append(grid);
+    this.bringIntoBox(this.decisionRows[0]);
+  }
+
+  // Scrolls the table of decisions, and not the page, to one of its rows.
+  bringIntoBox(row) {
+    const box = document.querySelector("#decisions .scroll");
+    if (!row || !box.classList.contains("long")) return;
+    box.scrollTop += row.getBoundingClientRect().top - box.getBoundingClientRect().top - box.clientHeight / 3;
   }
 
   buildLearned() {
@@ -222,7 +247,7 @@ class RunPage {
     byId("command").textContent = run.command;
     byId("made").textContent = `Made by symbolt ${run.symbolt}, seed ${run.seed}, mode ${run.mode}. `
       + "The same command writes the same files, to the bit, on the same machine.";
-    byId("figures").append(figuresTable(run.summary));
+    shielded("figures", () => byId("figures").append(figuresTable(run.summary)));
     byId("all").textContent = JSON.stringify({ planner: run.planner, scene: run.scene }, null, 2);
   }
 
@@ -284,6 +309,9 @@ class RunPage {
     const index = this.current();
     const act = this.acts[index];
     this.decisionRows.forEach((row, i) => row.classList.toggle("current", i === index));
+    if (index !== this.shown) this.bringIntoBox(this.decisionRows[index]);
+    this.shown = index;
+    const end = this.events.find((line) => line.end)?.end;
     const entries = [];
     if (!act) {
       entries.push(["now", this.acts.length ? "looking at the scene" : "no decisions are known"]);
@@ -293,7 +321,10 @@ class RunPage {
       const over = act.outcome && this.time >= act.until - 1e-6 ? `, ${act.outcome}` : "";
       entries.push(["now", `doing ${act.action}${over}`]);
     } else {
-      entries.push(["now", `done: ${endInWords(this.events.find((line) => line.end)?.end)}`]);
+      entries.push(["now", `done: ${endInWords(end, this.data.domain)}`]);
+    }
+    if (act?.action && end && this.time >= this.duration - 1e-6) {
+      entries.push(["in the end", endInWords(end, this.data.domain)]);
     }
     if (act) {
       entries.push(["holds", listed(act.holds)]);

@@ -94,7 +94,7 @@ impl OutFile {
 /// How a planner graph is made.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct PlannerArgs {
-    /// How the graph's layers are computed
+    /// How the graph's layers are computed: direct, rate or lif
     #[arg(long, default_value = "direct")]
     pub mode: String,
     /// Dimensions of the pointers
@@ -182,10 +182,10 @@ pub(crate) struct DemoArgs {
     /// How many demonstrations
     #[arg(long, default_value_t = 5)]
     pub demos: usize,
-    /// Nuts in each demonstration
+    /// Nuts in each demonstration, 1 to 4
     #[arg(long)]
     pub demo_nuts: Option<usize>,
-    /// Bolts in each demonstration
+    /// Bolts in each demonstration, 1 to 4
     #[arg(long)]
     pub demo_bolts: Option<usize>,
     /// The scene's sizes, friction, motors and speeds, as JSON (see `symbolt config`)
@@ -254,10 +254,10 @@ pub(crate) struct RunArgs {
     /// The episode whose frames, modules and spikes are kept and shown in the report
     #[arg(long, default_value_t = 1, value_name = "NUMBER")]
     pub film: usize,
-    /// Nuts in each episode's scene
+    /// Nuts in each episode's scene, 1 to 4 (the configuration's: 1)
     #[arg(long)]
     pub nuts: Option<usize>,
-    /// Bolts in each episode's scene
+    /// Bolts in each episode's scene, 1 to 4 (the configuration's: 1)
     #[arg(long)]
     pub bolts: Option<usize>,
     /// Probability, for each grasp, that the fingers open at a uniformly drawn moment of the carrying

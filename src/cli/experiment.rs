@@ -92,15 +92,20 @@ fn show(common: &Common, results: &Results) -> Result<(), Error> {
                 format!("{:.2} to {:.2}", 100.0 * low, 100.0 * high),
             ),
             Statistic::Mean(mean) => {
-                (format!("{:.4}", mean.mean), format!("{low:.4} to {high:.4}"))
+                let known = mean.half95.is_finite();
+                let interval = || format!("{low:.4} to {high:.4}");
+                (format!("{:.4}", mean.mean), if known { interval() } else { "-".into() })
             }
         };
         let sd = row.statistic.sd().filter(|sd| sd.is_finite());
         let sd = sd.map_or_else(String::new, |sd| format!("{sd:.4}"));
         let all = row.statistic.trials();
-        let trials = match row.statistic.effective_trials().map(f64::round) {
-            // Members of a trial are not independent of one another.
-            Some(effective) if effective < all as f64 => format!("{all} (as {effective})"),
+        // Members of a cluster are not independent of one another.
+        let trials = match row.statistic.effective_trials() {
+            Some(effective) if effective < 0.95 => format!("{all} (as less than 1)"),
+            Some(effective) if effective.round() < all as f64 => {
+                format!("{all} (as {effective:.0})")
+            }
             _ => all.to_string(),
         };
         let end = [value, interval, sd, trials];

@@ -205,7 +205,10 @@ fn episodes(
             thoughts.watch(planner, view, world);
             watch.tick(view, world);
         })?;
-        done.fetch_add(1, Ordering::Relaxed);
+        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+        if all > 1 {
+            progress.say(format!("{done} of {all} episodes done"));
+        }
         Ok::<_, TaskError>((over, thoughts))
     };
     let others = || {

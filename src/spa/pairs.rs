@@ -82,8 +82,8 @@ impl PairDecoder {
     /// The most rounds over all roles.
     pub const ROUNDS: usize = 24;
 
-    /// A decoder; `roles` and `items` are row-major with `dim` numbers each. Costs (roles + items) x 2 transforms and
-    /// roles x items x `dim` products; allocates all that reading needs.
+    /// A decoder; `roles` and `items` are row-major with `dim` numbers each. Costs 3 transforms a role and item and roles x
+    /// items x `dim` products; allocates all that reading needs.
     ///
     /// # Errors
     /// [`VocabError::Dimension`]; [`VocabError::BadVector`] if roles or items are no whole number of vectors, or none,
@@ -141,8 +141,9 @@ impl PairDecoder {
         })
     }
 
-    /// The filler of every role, in the roles' order. Costs at most [`ROUNDS`](Self::ROUNDS) x roles x (4 transforms + 2 x
-    /// items x dimensions products); allocates nothing.
+    /// The filler of every role, in the roles' order. Costs at most [`ROUNDS`](Self::ROUNDS) x roles x (6 transforms +
+    /// items x dimensions products, twice that while all items have weight); allocates nothing. Of a sum with a component
+    /// that is no finite number nothing is read: all weights are 0.
     ///
     /// # Panics
     /// If `sum` has another number of components.
@@ -152,6 +153,10 @@ impl PairDecoder {
         self.expected.fill(0.0);
         self.unknown.fill(1.0);
         self.unexplained.copy_from_slice(sum);
+        if !sum.iter().all(|v| v.is_finite()) {
+            self.read.fill(Filler { item: 0, weight: 0.0 });
+            return &self.read;
+        }
         for _ in 0..Self::ROUNDS {
             let turns = (0..self.unknown.len()).map(|pair| self.turn(pair));
             if turns.fold(0.0, Real::max) < SETTLED {
@@ -241,6 +246,10 @@ mod tests {
         let right = first.iter().enumerate().filter(|(at, filler)| filler.item == *at);
         assert_eq!(right.count(), 6);
         assert!(first.iter().all(|filler| filler.weight > 0.9 && filler.weight <= 1.0));
+        let mut broken = noisy.clone();
+        broken[3] = Real::NAN;
+        assert!(decoder.read(&broken).iter().all(|filler| filler.weight == 0.0));
+        assert_eq!(decoder.read(&noisy), first);
     }
 
     #[test]

@@ -6,6 +6,11 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 /// The 97.5% point of the normal distribution.
 const Z: f64 = 1.959_963_984_540_054;
 
+/// The 97.5% point of Student's distribution, of at least half a degree of freedom.
+fn student(degrees: f64) -> f64 {
+    StudentsT::new(0.0, 1.0, degrees.max(0.5)).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975))
+}
+
 /// Successes of a number of trials.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rate {
@@ -31,29 +36,34 @@ impl Rate {
     }
 
     /// Of trials in clusters, each given by its successes and its trials: clusters are independent of one another, their
-    /// members need not be. The variance of the share is that of a ratio of two sums over clusters (Cochran 1977,
-    /// section 9A.2), and the effective number is that of independent trials of the same variance, lowered by what
-    /// Student's interval is wider at so few clusters (Korn and Graubard 1998). Members that all agree, or
-    /// that are all of one cluster, tell nothing about how alike they are: they count as independent.
+    /// members need not be.
+    ///
+    /// The variance of the share is that of a ratio of two sums over clusters (Cochran 1977, section 9A.2); it says
+    /// how many independent trials would vary as much, less what Student's interval is wider at so few
+    /// clusters (Korn and Graubard 1998), of which there are as many as equal ones would say as much (Kish 1965).
+    /// How alike members are shows only where answers differ: each of the rarer answers counts
+    /// once for that number, and as much as one of them speaks for a cluster being all of a kind.
     pub fn of_clusters(clusters: impl Iterator<Item = [u64; 2]> + Clone) -> Self {
         let filled = clusters.filter(|[_, of]| *of > 0);
-        let (mut count, mut successes, mut trials) = (0u32, 0, 0);
+        let (mut count, mut successes, mut trials, mut squares) = (0u32, 0, 0, 0.0);
         for [own, of] in filled.clone() {
             (count, successes, trials) = (count + 1, successes + own, trials + of);
+            squares += (of as f64).powi(2);
         }
-        let independent = Self::new(successes, trials);
-        let share = independent.share();
+        let plain = Self::new(successes, trials);
+        if count < 2 {
+            return Self { effective: plain.effective.min(1.0), ..plain };
+        }
+        let (all, share, count) = (trials as f64, plain.share(), f64::from(count));
         let from_mean = |[own, of]: [u64; 2]| (own as f64 - share * of as f64).powi(2);
-        let squares: f64 = filled.map(from_mean).sum();
-        let degrees = f64::from(count) - 1.0;
-        let Ok(student) = StudentsT::new(0.0, 1.0, degrees) else { return independent };
-        let variance = squares * f64::from(count) / degrees / (trials as f64).powi(2);
-        if variance <= 0.0 {
-            return independent;
-        }
-        let wider = (student.inverse_cdf(0.975) / Z).powi(2);
-        let effective = (share * (1.0 - share) / variance / wider).min(trials as f64);
-        Self { effective, ..independent }
+        let variance = filled.map(from_mean).sum::<f64>() * count / (count - 1.0) / all.powi(2);
+        let equal = all.powi(2) / squares;
+        let rarer = successes.min(trials - successes) as f64;
+        // No variance with answers that differ: clusters more even than chance makes them.
+        let shown = if variance > 0.0 { share * (1.0 - share) / variance } else { all };
+        let wider = student(equal - 1.0) / Z;
+        let effective = (rarer + 1.0) / (rarer / shown.min(all) + 1.0 / equal) / wider.powi(2);
+        Self { effective: effective.min(all), ..plain }
     }
 
     /// The share of successes; 0 of none.
@@ -68,10 +78,11 @@ impl Rate {
             return [0.0, 1.0];
         }
         let (n, share) = (self.effective, self.share());
-        let middle = (share + z * z / (2.0 * n)) / (1.0 + z * z / n);
-        let half =
-            z / (1.0 + z * z / n) * (share * (1.0 - share) / n + z * z / (4.0 * n * n)).sqrt();
-        [(middle - half).max(0.0), (middle + half).min(1.0)]
+        let middle = n * share + z * z / 2.0;
+        let half = z * (n * share * (1.0 - share) + z * z / 4.0).sqrt();
+        // Rounding must not put the share outside.
+        let [low, high] = [middle - half, middle + half].map(|end| end / (n + z * z));
+        [low.clamp(0.0, share), high.clamp(share, 1.0)]
     }
 
     /// The interval at 95% confidence.
@@ -91,17 +102,37 @@ pub struct Mean {
     pub quantiles: [f64; 3],
     /// How many trials gave a number.
     pub n: u64,
+    /// How far the mean may be off at 95% confidence; infinite where nothing shows it.
+    pub half95: f64,
 }
 
 impl Mean {
-    /// Of numbers in their order, leaving out those that are not one.
+    /// Of independent numbers in their order, leaving out those that are not one. The interval is Student's.
     pub fn of(values: impl Iterator<Item = f64> + Clone) -> Self {
-        let numbers = values.filter(|v| !v.is_nan());
+        Self::of_clusters(values.enumerate().map(|(index, value)| (index as f64, value)))
+    }
+
+    /// Of numbers in clusters, each given by its cluster's number and its own: clusters are independent of one
+    /// another, their members need not be. The interval is Student's of as many clusters, with the variance of a
+    /// ratio of two sums over them (Cochran 1977, section 9A.2); for clusters of one it is the usual one.
+    pub fn of_clusters(values: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
+        let numbers = values.filter(|(_, v)| !v.is_nan());
         let n = numbers.clone().count();
-        let mean = numbers.clone().sum::<f64>() / n as f64;
-        let square: f64 = numbers.clone().map(|v| (v - mean).powi(2)).sum();
+        let mean = numbers.clone().map(|(_, v)| v).sum::<f64>() / n as f64;
+        let square: f64 = numbers.clone().map(|(_, v)| (v - mean).powi(2)).sum();
         let sd = if n > 1 { (square / (n - 1) as f64).sqrt() } else { f64::NAN };
-        let mut sorted: Vec<f64> = numbers.collect();
+        let mut clustered: Vec<(f64, f64)> = numbers.clone().collect();
+        clustered.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let clusters = clustered.chunk_by(|a, b| a.0 == b.0);
+        let count = clusters.clone().count() as f64;
+        let from_mean = clusters.map(|own| own.iter().map(|(_, v)| v - mean).sum::<f64>().powi(2));
+        let half95 = if count > 1.0 {
+            let variance = from_mean.sum::<f64>() * count / (count - 1.0) / (n as f64).powi(2);
+            student(count - 1.0) * variance.sqrt()
+        } else {
+            f64::INFINITY
+        };
+        let mut sorted: Vec<f64> = numbers.map(|(_, v)| v).collect();
         sorted.sort_by(f64::total_cmp);
         // Between two trials in proportion (Hyndman and Fan 1996, definition 7).
         let quantiles = [0.05, 0.5, 0.95].map(|share| {
@@ -111,16 +142,25 @@ impl Mean {
             let high = sorted.get(below + 1).copied().unwrap_or(low);
             low + rest * (high - low)
         });
-        Self { mean, sd, quantiles, n: n as u64 }
+        Self { mean, sd, quantiles, n: n as u64, half95 }
     }
 
-    /// The interval of the mean by Student's distribution; without ends below two trials.
+    /// Of differences of two things that are 0 or 1, or of probabilities: numbers from -1 to 1. A difference of
+    /// either sign is added before the interval is taken, so that it has its width even where there is none
+    /// (Bonett and Price 2012, for paired proportions).
+    pub fn of_differences(values: impl Iterator<Item = f64> + Clone) -> Self {
+        let plain = Self::of(values.clone());
+        let n = plain.n as f64 + 2.0;
+        let numbers = values.filter(|v| !v.is_nan());
+        let (sum, squares) = numbers.fold((0.0, 2.0), |(sum, all), v| (sum + v, all + v * v));
+        let half95 =
+            Z * ((squares / n - (sum / n).powi(2)) / n).sqrt() + (sum / n - plain.mean).abs();
+        Self { half95, ..plain }
+    }
+
+    /// The interval of the mean; without ends where nothing shows how wide it is.
     pub fn interval95(&self) -> [f64; 2] {
-        let half = match StudentsT::new(0.0, 1.0, self.n.saturating_sub(1) as f64) {
-            Ok(t) if self.n > 1 => t.inverse_cdf(0.975) * self.sd / (self.n as f64).sqrt(),
-            _ => f64::INFINITY,
-        };
-        [self.mean - half, self.mean + half]
+        [self.mean - self.half95, self.mean + self.half95]
     }
 }
 
@@ -223,45 +263,100 @@ mod tests {
 
     #[test]
     fn members_of_clusters_that_are_alike_count_as_fewer() {
-        // Four clusters of five, each all of a kind: as four trials, less what Student's interval is wider.
+        // Four clusters of five, each all of a kind: p(1-p) = 1/4; variance = (4 x 2.5^2) x 4/3 / 20^2 = 1/12, which
+        // shows 3 trials; (10 + 1) / (10/3 + 1/4) = 3.0698; Student's 3.1824 instead of 1.96 leaves 0.379 of it.
         let rate = Rate::of_clusters([[5, 5], [0, 5], [5, 5], [0, 5]].into_iter());
         assert_eq!((rate.successes, rate.trials), (10, 20));
-        // p(1-p) = 1/4; variance = (4 x 2.5^2) x 4/3 / 20^2 = 1/12; (1.96 / 3.1824)^2 = 0.3793.
-        assert!((rate.effective - 3.0 * 0.3793).abs() < 1e-3, "{}", rate.effective);
+        assert!((rate.effective - 3.0698 * 0.3793).abs() < 1e-3, "{}", rate.effective);
         // Clusters of one are plain trials, but for Student's part.
-        let ones = (0..400).map(|i| [u64::from(i % 4 == 0), 1]);
-        let rate = Rate::of_clusters(ones);
+        let rate = Rate::of_clusters((0..400).map(|i| [u64::from(i % 4 == 0), 1]));
         assert!(rate.effective > 390.0 && rate.effective <= 400.0, "{}", rate.effective);
-        for agreeing in [vec![[5, 5], [3, 3]], vec![[2, 5]], vec![]] {
-            let rate = Rate::of_clusters(agreeing.into_iter());
-            assert_eq!(rate.effective, rate.trials as f64);
-        }
+        // All agree: one trial a cluster, less Student's part. Of one cluster nothing is known.
+        let effective =
+            |clusters: &[[u64; 2]]| Rate::of_clusters(clusters.iter().copied()).effective;
+        assert!(
+            (effective(&[[5, 5], [5, 5], [5, 5]]) - 3.0 * (1.96f64 / 4.3027).powi(2)).abs() < 1e-3
+        );
+        assert_eq!((effective(&[[2, 5]]), effective(&[[0, 0]]), effective(&[])), (1.0, 0.0, 0.0));
+        // The more failures, the more they show, and so with the interval's lower end.
+        let failing = |of: [u64; 3]| Rate::of_clusters(of.map(|f| [250 - f, 250]).into_iter());
+        let ends = [[0, 0, 0], [0, 1, 0], [1, 1, 1], [4, 5, 4]].map(|f| failing(f).effective);
+        assert!(ends.is_sorted() && ends[0] > 0.6 && ends[3] < 750.0, "{ends:?}");
     }
 
     #[test]
     fn intervals_of_clusters_hold_the_truth_as_often_as_they_say() {
-        // Ten clusters of four whose own rate is 0.2 or 0.9 with equal chance: 0.55 in the mean. 2,000 intervals: three
-        // standard errors of a coverage of 95% are 1.5 points. Counting all as independent must fail.
+        // Clusters that differ: each one's own rate is drawn from two, with a mean as given. 2,000 intervals: three
+        // standard errors of a coverage of 95% are 1.5 points; wider intervals than needed are no fault.
+        // Counting all as independent must fail, in the third case as far as to be right in half of them.
         use crate::sim::Seed;
         use rand::RngExt;
-        let mut held = [0.0, 0.0];
-        for index in 0..2_000 {
-            let mut rng = Seed::new(1).derive_index("intervals", index).rng();
-            let clusters: Vec<[u64; 2]> = (0..10)
-                .map(|_| {
-                    let own = if rng.random() { 0.2 } else { 0.9 };
-                    [(0..4).map(|_| u64::from(rng.random_bool(own))).sum(), 4]
-                })
-                .collect();
-            let rate = Rate::of_clusters(clusters.into_iter());
-            let all = Rate::new(rate.successes, rate.trials);
-            for (held, rate) in held.iter_mut().zip([rate, all]) {
+        let cases: [(usize, &[u64], [f64; 2]); 4] = [
+            (10, &[4], [0.2, 0.9]),
+            (10, &[4], [0.7, 1.0]),
+            (20, &[96], [0.98, 1.0]),
+            (12, &[1, 12, 5], [0.3, 0.9]),
+        ];
+        for (count, sizes, own) in cases {
+            let truth = (own[0] + own[1]) / 2.0;
+            let mut held = [0.0, 0.0];
+            for index in 0..2_000 {
+                let mut rng = Seed::new(1).derive_index("intervals", index).rng();
+                let clusters: Vec<[u64; 2]> = (0..count)
+                    .map(|cluster| {
+                        let (size, own) =
+                            (sizes[cluster % sizes.len()], own[usize::from(rng.random::<bool>())]);
+                        [(0..size).map(|_| u64::from(rng.random_bool(own))).sum(), size]
+                    })
+                    .collect();
+                let rate = Rate::of_clusters(clusters.into_iter());
+                let all = Rate::new(rate.successes, rate.trials);
+                for (held, rate) in held.iter_mut().zip([rate, all]) {
+                    let [low, high] = rate.interval95();
+                    *held += f64::from(u8::from(low <= truth && truth <= high)) / 2e3;
+                }
+            }
+            assert!(held[0] >= 0.935 && held[1] < 0.92, "{count} of {sizes:?}, {own:?}: {held:?}");
+        }
+    }
+
+    #[test]
+    fn a_share_is_in_its_interval_and_nothing_known_is_everything_possible() {
+        for trials in 1..400 {
+            for successes in [0, 1, trials / 2, trials] {
+                let rate = Rate::new(successes.min(trials), trials);
                 let [low, high] = rate.interval95();
-                *held += f64::from(u8::from(low <= 0.55 && 0.55 <= high)) / 2e3;
+                assert!(0.0 <= low && low <= rate.share() && rate.share() <= high && high <= 1.0);
             }
         }
-        assert!((0.935..=0.985).contains(&held[0]), "{held:?}");
-        assert!(held[1] < 0.9, "{held:?}");
+        let unknown = Rate { effective: 0.0, ..Rate::new(3, 4) };
+        assert_eq!(unknown.interval95(), [0.0, 1.0]);
+    }
+
+    #[test]
+    fn means_of_clusters_and_of_differences_are_as_wide_as_they_should_be() {
+        // Two clusters of two equal numbers each: as two numbers.
+        let two = Mean::of([1.0, 3.0].into_iter());
+        let four = Mean::of_clusters([(7.0, 1.0), (9.0, 3.0), (7.0, 1.0), (9.0, 3.0)].into_iter());
+        assert!((two.half95 - four.half95).abs() < 1e-9 && four.n == 4, "{two:?} {four:?}");
+        assert!(Mean::of_clusters([(1.0, 2.0), (1.0, 4.0)].into_iter()).half95.is_infinite());
+        // No difference in 1,000 pairs: one in 1,000 of either sign is still possible.
+        let none = Mean::of_differences([0.0; 1000].into_iter());
+        assert!(none.mean == 0.0 && none.half95 > 1e-3 && none.half95 < 4e-3, "{none:?}");
+        // Bonett and Price: 12 against 3 discordant pairs of 100 give (9/102) -+ 1.96 sqrt((17 - 81/102) / 102^2).
+        let pairs = (0..100).map(|i| {
+            if i < 12 {
+                1.0
+            } else if i < 15 {
+                -1.0
+            } else {
+                0.0
+            }
+        });
+        let [low, high] = Mean::of_differences(pairs).interval95();
+        let half = 1.96 * ((17.0f64 - 81.0 / 102.0) / 102.0f64.powi(2)).sqrt();
+        assert!(low <= 9.0 / 102.0 - half + 1e-4 && high >= 9.0 / 102.0 + half - 1e-4);
+        assert!(high - low < 2.0 * half + 0.005, "{low} {high}");
     }
 
     #[test]

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use super::{
     Axis, Cell, Experiment, Figure, Mark, Measure, Options, Outcome, Reading, Results, Series,
-    outcome,
+    Style, outcome,
 };
 use crate::neurons::{LifSpec, Population, PopulationPlan};
 use crate::sim::{Seed, SimDuration};
@@ -145,7 +145,7 @@ impl Experiment for Ablation {
         let readings = || {
             vec![
                 Reading::new(Measure::Share(1), json!({"what": "accepted"})),
-                Reading::new(Measure::Whole, json!({})),
+                Reading::new(Measure::Beside, json!({})),
                 Reading::new(Measure::Mean, json!({"what": "ms a decision"})),
             ]
         };
@@ -188,12 +188,7 @@ impl Experiment for Ablation {
             title: "Decisions that the oracle accepts, with 95% intervals".into(),
             x: Axis::from_to("accepted (%)", 0.0, 102.0),
             y: Axis::named(names),
-            series: vec![Series {
-                name: String::new(),
-                marks: marks.collect(),
-                joined: false,
-                dashed: false,
-            }],
+            series: vec![Series::new("", marks.collect(), Style::Points)],
         })
     }
 }
@@ -270,7 +265,7 @@ impl Experiment for Timing {
             title: "Simulated time to an answer (median, 5 to 95% of the seeds)".into(),
             x: Axis::new("simulated ms"),
             y: Axis::named(name_of.collect::<Option<_>>()?),
-            series: vec![Series { name: String::new(), marks, joined: false, dashed: false }],
+            series: vec![Series::new("", marks, Style::Points)],
         })
     }
 }

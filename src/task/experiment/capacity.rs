@@ -20,7 +20,7 @@ use statrs::distribution::{Beta, Continuous, ContinuousCDF, Normal};
 
 use super::{
     Axis, Cell, Experiment, Figure, Mark, Measure, Options, Outcome, Reading, Results, Series,
-    outcome,
+    Style, outcome,
 };
 use crate::sim::{Real, Seed};
 use crate::spa::{Algebra, Hrr, PairDecoder, dot, dots, norm, normalize};
@@ -163,8 +163,8 @@ impl Experiment for Capacity {
                 Reading::new(Measure::Rate, json!({"reading": "linear"})),
                 Reading::new(Measure::Mean, json!({"reading": "prediction"})),
                 Reading::new(Measure::Rate, json!({"reading": "best"})),
-                Reading::new(Measure::Mean, json!({"reading": "linear less prediction"})),
-                Reading::new(Measure::Mean, json!({"reading": "best less linear"})),
+                Reading::new(Measure::Difference, json!({"reading": "linear less prediction"})),
+                Reading::new(Measure::Difference, json!({"reading": "best less linear"})),
             ];
             Cell::new(settings, self.trials, readings)
         };
@@ -177,7 +177,7 @@ impl Experiment for Capacity {
 
     fn figure(&self, results: &Results) -> Option<Figure> {
         let mut series = Vec::new();
-        for bound in [8, 16] {
+        for (colour, bound) in [8, 16].into_iter().enumerate() {
             let of = |row: &&super::Row| {
                 row.is("bound", &json!(bound))
                     && row.is("items", &json!(64))
@@ -185,29 +185,31 @@ impl Experiment for Capacity {
                     && row.is("roles", &json!("gaussian"))
             };
             let rows = || results.rows.iter().filter(of);
-            let mut add = |name: &str, marks: Vec<Mark>, dashed| {
+            let mut add = |name: &str, marks: Vec<Mark>, style| {
                 let name = format!("{bound} pairs, {name}");
-                series.push(Series { name, marks, joined: true, dashed });
+                series.push(Series { colour: Some(colour), ..Series::new(name, marks, style) });
             };
-            for (reading, dashed) in [("best", false), ("linear", false), ("prediction", true)] {
+            let drawn =
+                [("best", Style::Line), ("linear", Style::Rings), ("prediction", Style::Dashed)];
+            for (reading, style) in drawn {
                 let mark = |row: &super::Row| {
                     let bar = Some(row.statistic.interval95().map(|v| 100.0 * v));
                     let y = 100.0 * row.statistic.value();
                     Some(Mark { x: row.number("dimensions")?.log2(), y, bar })
                 };
                 let own = rows().filter(|row| row.is("reading", &json!(reading)));
-                add(reading, own.filter_map(mark).collect(), dashed);
+                add(reading, own.filter_map(mark).collect(), style);
             }
             let mark = |row: &super::Row| {
                 let y = 100.0 * row.number("large_d_formula")?;
                 Some(Mark { x: row.number("dimensions")?.log2(), y, bar: None })
             };
             let own = rows().filter(|row| row.is("reading", &json!("linear")));
-            add("large-D formula", own.filter_map(mark).collect(), true);
+            add("large-D formula", own.filter_map(mark).collect(), Style::Dotted);
         }
         Some(Figure {
             title: "Right filler out of 64 items, no noise".into(),
-            x: Axis::new("dimensions (log2: 5 is 32, 8 is 256)"),
+            x: Axis::logarithmic("dimensions", 2.0),
             y: Axis::from_to("right (%)", 0.0, 102.0),
             series,
         })

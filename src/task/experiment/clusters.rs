@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::{
     Axis, Cell, Experiment, Figure, Mark, Measure, Options, Outcome, Reading, Results, Series,
-    outcome,
+    Style, outcome,
 };
 use crate::sim::Seed;
 use crate::task::demonstrate;
@@ -154,12 +154,7 @@ impl Experiment for Clusters {
         let mut series: Vec<Series> = domain
             .states()
             .iter()
-            .map(|state| Series {
-                name: state.name.clone(),
-                marks: Vec::new(),
-                joined: false,
-                dashed: false,
-            })
+            .map(|state| Series::new(state.name.clone(), Vec::new(), Style::Points))
             .collect();
         for (kind, pose) in poses(&recording) {
             if let Some(state) = classifier.classify(kind, pose).state {
@@ -176,8 +171,8 @@ impl Experiment for Clusters {
     }
 }
 
-/// Demonstrations with three of each part, whose poses nobody has seen: above 602 of them.
-const UNSEEN: usize = 13;
+/// Demonstrations of a trial with three of each part, whose poses nobody has seen: 96 of them.
+const UNSEEN: usize = 2;
 
 /// Poses of a trial: by truth, and by what each rule says of them; the last stands for no state.
 type Confusion = [[[f64; TRUTHS.len() + 1]; TRUTHS.len()]; 2];
@@ -192,7 +187,7 @@ const RULES: [&str; 2] = ["paper", "ours"];
 
 impl Classification {
     pub fn new(options: &Options) -> Self {
-        Self { trials: options.trials.unwrap_or(3), made: Once::new() }
+        Self { trials: options.trials.unwrap_or(20), made: Once::new() }
     }
 
     fn confusion(seed: Seed) -> Result<Confusion, TaskError> {
@@ -224,6 +219,10 @@ impl Experiment for Classification {
         "Which state is an unseen pose in, by the paper's rule and by ours?"
     }
 
+    fn revision(&self) -> u32 {
+        2
+    }
+
     fn settings(&self) -> Value {
         json!({"demonstrations": DEMOS, "unseen_demonstrations_of_three": UNSEEN})
     }
@@ -237,7 +236,7 @@ impl Experiment for Classification {
                 let mut readings: Vec<Reading> = said
                     .map(|said| Reading::new(Measure::Share(total), json!({"said": said})))
                     .collect();
-                readings.push(Reading::new(Measure::Whole, json!({})));
+                readings.push(Reading::new(Measure::Beside, json!({})));
                 cells.push(Cell::new(json!({"rule": rule, "truth": truth}), self.trials, readings));
             }
         }
@@ -254,9 +253,9 @@ impl Experiment for Classification {
     }
 
     fn figure(&self, results: &Results) -> Option<Figure> {
-        let series = RULES.map(|rule| Series {
-            name: if rule == RULES[0] { "the paper's rule".into() } else { "our rule".into() },
-            marks: TRUTHS
+        let series = RULES.map(|rule| {
+            let name = if rule == RULES[0] { "the paper's rule" } else { "our rule" };
+            let marks = TRUTHS
                 .iter()
                 .rev()
                 .enumerate()
@@ -270,9 +269,8 @@ impl Experiment for Classification {
                     let bar = Some(row.statistic.interval95().map(|v| 100.0 * v));
                     Some(Mark { x: 100.0 * row.statistic.value(), y: at as f64 + shift, bar })
                 })
-                .collect(),
-            joined: false,
-            dashed: false,
+                .collect();
+            Series::new(name, marks, Style::Points)
         });
         Some(Figure {
             title: "Unseen poses put into their state, with 95% intervals".into(),

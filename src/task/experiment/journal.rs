@@ -47,6 +47,37 @@ impl Header {
         let experiment = experiment.into();
         Self { format: FORMAT.into(), version: VERSION, experiment, seed, settings, shard, width }
     }
+
+    /// Trials of each cell, and the settings without them.
+    fn parted(&self) -> (Vec<u64>, Value) {
+        let mut settings = self.settings.clone();
+        let cells = settings["cells"].as_array_mut();
+        let taken = cells.into_iter().flatten().map(|cell| cell["trials"].take().as_u64());
+        (taken.map(Option::unwrap_or_default).collect(), settings)
+    }
+
+    /// What of this is not as in `wanted`, in words; `None` if all is, or if only more trials are wanted.
+    fn differs(&self, wanted: &Self) -> Option<String> {
+        let of = |it: &Self| (it.experiment.clone(), it.seed, it.shard, it.width, it.parted());
+        let (name, seed, [index, shards], width, (trials, settings)) = of(self);
+        let (name_wanted, seed_wanted, shard_wanted, width_wanted, (more, settings_wanted)) =
+            of(wanted);
+        let most = |of: &[u64]| of.iter().copied().max().unwrap_or(0);
+        if name != name_wanted {
+            Some(format!("it holds trials of `{name}`, not of `{name_wanted}`"))
+        } else if seed != seed_wanted {
+            Some(format!("it holds trials of the seed {seed}, not of {seed_wanted}"))
+        } else if [index, shards] != shard_wanted {
+            Some(format!("it holds trials of shard {}/{shards}", index + 1))
+        } else if settings != settings_wanted || width != width_wanted {
+            Some("it holds trials of other settings, or of another version of the program".into())
+        } else if trials.iter().zip(&more).any(|(held, wanted)| held > wanted) {
+            let (held, wanted) = (most(&trials), most(&more));
+            Some(format!("it holds {held} trials a cell, and {wanted} are asked for"))
+        } else {
+            None
+        }
+    }
 }
 
 /// A finished trial.
@@ -171,8 +202,9 @@ pub(super) struct Journal {
 }
 
 impl Journal {
-    /// Opens the journal at `path` for trials of `header`, or begins it; what it holds already. Damaged records
-    /// are dropped if it is to `salvage`, else refused. The lock is that of the folder.
+    /// Opens the journal at `path` for trials of `header`, or begins it; what it holds already. It may have been begun
+    /// for fewer trials. Damaged records are dropped if it is to `salvage`, else refused. The lock is that of the
+    /// folder.
     pub fn open(
         path: &Path,
         header: &Header,
@@ -187,11 +219,11 @@ impl Journal {
         let mut file =
             OpenOptions::new().read(true).write(true).open(path).map_err(failed("write", path))?;
         let contents = read(path)?;
-        if contents.header != *header {
-            let problem = "it holds trials of another experiment, seed or settings";
+        if let Some(problem) = contents.header.differs(header) {
             return Err(fault(path, problem, "another folder, or --force to begin anew"));
         }
-        if contents.damaged > 0 && salvage {
+        let more = contents.header != *header;
+        if contents.damaged == 0 && more || contents.damaged > 0 && salvage {
             write(path, header, &contents.records, Overwrite::Allowed)?;
             return Self::open(path, header, false, lock);
         }

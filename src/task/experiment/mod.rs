@@ -28,7 +28,7 @@ use super::error::TaskError;
 use super::statistics::Statistic;
 use crate::sim::Seed;
 
-pub use plot::{Axis, Figure, Mark, Series};
+pub use plot::{Axis, Figure, Mark, Series, Style};
 pub use run::{Run, Shard, merge};
 
 /// The most numbers that a trial can give.
@@ -42,18 +42,25 @@ pub fn outcome<const N: usize>(numbers: [f64; N]) -> Outcome {
     std::array::from_fn(|i| numbers.get(i).copied().unwrap_or(f64::NAN))
 }
 
-/// How a number of the trials is summed up.
+/// How a number of the trials is summed up. Others are named by their place among the cell's readings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Measure {
     /// 1 for success, 0 for failure: a rate with a Wilson interval.
     Rate,
-    /// How many of those that the [`Whole`](Self::Whole) at this place counts: a rate over both of all trials. Those of one trial
-    /// need not be independent; the interval takes trials for clusters ([`Rate::of_clusters`](crate::task::statistics::Rate::of_clusters)).
+    /// The same, where trials with the same [`Beside`](Self::Beside) at that place are alike: drawn from one pool.
+    RateWithin(usize),
+    /// How many of those that the [`Beside`](Self::Beside) at that place counts: a rate over both of all trials.
+    /// Those of one trial need not be independent; the interval takes trials for clusters
+    /// ([`Rate::of_clusters`](crate::task::statistics::Rate::of_clusters)).
     Share(usize),
-    /// What shares are of: how many there were, without a row of its own.
-    Whole,
     /// Any number: mean, standard deviation, count, and an interval of the mean.
     Mean,
+    /// The same, where trials with the same [`Beside`](Self::Beside) at that place are alike.
+    MeanWithin(usize),
+    /// The difference of two rates or probabilities, -1 to 1.
+    Difference,
+    /// What other readings need, without a row of its own.
+    Beside,
 }
 
 /// One number of a trial, and what distinguishes it from the cell's others.

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::{
     Axis, Cell, Experiment, Figure, Mark, Measure, Options, Outcome, Reading, Results, Series,
-    outcome,
+    Style, outcome,
 };
 use crate::sim::Seed;
 use crate::task::error::TaskError;
@@ -66,21 +66,15 @@ impl Experiment for Distances {
     }
 
     fn figure(&self, results: &Results) -> Option<Figure> {
-        let series = EXPONENTS.map(|p| Series {
-            name: format!("p = {p}"),
-            marks: results
-                .rows
-                .iter()
-                .filter(|row| row.number("p") == Some(p))
-                .filter_map(|row| logarithmic(row.number("tight")?, row))
-                .collect(),
-            joined: true,
-            dashed: false,
+        let series = EXPONENTS.map(|p| {
+            let own = results.rows.iter().filter(|row| row.number("p") == Some(p));
+            let marks = own.filter_map(|row| logarithmic(row.number("tight")?, row)).collect();
+            Series::new(format!("p = {p}"), marks, Style::Line)
         });
         Some(Figure {
             title: "Distance of two 6-D states (median, 5 to 95% of the pairs)".into(),
             x: Axis::new("dimensions with SD 0.05 (the others 0.5)"),
-            y: Axis::new("distance (log10, units of the states)"),
+            y: Axis::logarithmic("distance (units of the states)", 10.0),
             series: series.into(),
         })
     }
@@ -282,11 +276,11 @@ impl Experiment for TableSetting {
                 Some(Mark { x, y, bar })
             };
             let marks = names.iter().enumerate().filter_map(mark).collect();
-            Series { name: format!("p = {p}"), marks, joined: false, dashed: false }
+            Series::new(format!("p = {p}"), marks, Style::Points)
         });
         Some(Figure {
             title: "Mean distance of knives' 8-D states (median, 5 to 95% of the examples)".into(),
-            x: Axis::new("distance (log10 of m and rad)"),
+            x: Axis::logarithmic("distance (m and rad)", 10.0),
             y: Axis::named(names.map(|pairs| format!("pairs {pairs}")).into()),
             series: series.into(),
         })

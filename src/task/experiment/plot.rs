@@ -13,23 +13,39 @@ pub struct Axis {
     pub range: Option<[f64; 2]>,
     /// What stands at 0, 1, 2 and so on from the bottom, on a vertical axis of things instead of numbers.
     pub names: Vec<String>,
+    /// The base whose powers stand along it, where its numbers are logarithms.
+    pub base: Option<f64>,
 }
 
 impl Axis {
     /// An axis as long as the data.
     pub fn new(label: &str) -> Self {
-        Self { label: label.into(), range: None, names: Vec::new() }
+        Self { label: label.into(), range: None, names: Vec::new(), base: None }
     }
 
     /// An axis from `low` to `high`.
     pub fn from_to(label: &str, low: f64, high: f64) -> Self {
-        Self { label: label.into(), range: Some([low, high]), names: Vec::new() }
+        Self { label: label.into(), range: Some([low, high]), names: Vec::new(), base: None }
+    }
+
+    /// An axis of logarithms, labelled with the powers of `base` that they stand for.
+    pub fn logarithmic(label: &str, base: f64) -> Self {
+        Self { base: Some(base), ..Self::new(label) }
+    }
+
+    /// What stands beside a tick.
+    fn tick(&self, value: f64) -> String {
+        match self.base {
+            None => number(value),
+            Some(base) if (value - value.round()).abs() < 0.01 => number(base.powf(value.round())),
+            Some(_) => String::new(),
+        }
     }
 
     /// A vertical axis of named things, from the bottom.
     pub fn named(names: Vec<String>) -> Self {
         let range = Some([-0.5, names.len() as f64 - 0.5]);
-        Self { label: String::new(), range, names }
+        Self { label: String::new(), range, names, base: None }
     }
 }
 
@@ -44,6 +60,21 @@ pub struct Mark {
     pub bar: Option<[f64; 2]>,
 }
 
+/// How a series is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Style {
+    /// Points alone.
+    Points,
+    /// Points that a line joins.
+    Line,
+    /// Rings that a line joins.
+    Rings,
+    /// A dashed line without points, as for a prediction.
+    Dashed,
+    /// A dotted line without points.
+    Dotted,
+}
+
 /// Points that belong together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
@@ -51,10 +82,17 @@ pub struct Series {
     pub name: String,
     /// Its points.
     pub marks: Vec<Mark>,
-    /// Whether a line joins them.
-    pub joined: bool,
-    /// Whether it is drawn dashed and without points, as a prediction.
-    pub dashed: bool,
+    /// How it is drawn.
+    pub style: Style,
+    /// Which colour it has; that of its place among the series if not given.
+    pub colour: Option<usize>,
+}
+
+impl Series {
+    /// A series in the colour of its place.
+    pub fn new(name: impl Into<String>, marks: Vec<Mark>, style: Style) -> Self {
+        Self { name: name.into(), marks, style, colour: None }
+    }
 }
 
 /// A picture of results.
@@ -158,34 +196,37 @@ impl Figure {
             .axis_desc_style(font(15))
             .label_style(font(13))
             .y_labels(if names.is_empty() { 10 } else { 2 * (top - bottom) as usize })
+            .x_label_formatter(&|x| self.x.tick(*x))
             .y_label_formatter(&|y| match (names.is_empty(), y.round()) {
-                (true, _) => number(*y),
+                (true, _) => self.y.tick(*y),
                 (false, at) if (at - y).abs() > 0.01 || at < 0.0 => String::new(),
                 (false, at) => names.get(at as usize).cloned().unwrap_or_default(),
             })
+            .set_tick_mark_size(LabelAreaPosition::Left, if names.is_empty() { 5 } else { 0 })
             .draw()
             .map_err(|e| said(&e))?;
         for (index, series) in self.series.iter().enumerate() {
-            let colour = COLOURS[index % COLOURS.len()];
+            let colour = COLOURS[series.colour.unwrap_or(index) % COLOURS.len()];
             let points: Vec<(f64, f64)> =
                 series.marks.iter().map(|m| (m.x, m.y)).filter(|p| p.1.is_finite()).collect();
             let style = colour.stroke_width(2);
-            if series.dashed {
+            let gaps = match series.style {
+                Style::Dashed => Some((6, 4)),
+                Style::Dotted => Some((2, 4)),
+                _ => None,
+            };
+            if let Some((dash, gap)) = gaps {
                 chart
-                    .draw_series(DashedLineSeries::new(points.clone(), 6, 4, style))
+                    .draw_series(DashedLineSeries::new(points.clone(), dash, gap, style))
                     .map_err(|e| said(&e))?
                     .label(&series.name)
                     .legend(move |(x, y)| {
-                        plotters::element::DashedPathElement::new(
-                            [(x, y), (x + 19, y)],
-                            5,
-                            3,
-                            style,
-                        )
+                        let ends = [(x, y), (x + 19, y)];
+                        plotters::element::DashedPathElement::new(ends, dash, gap, style)
                     });
                 continue;
             }
-            if series.joined {
+            if series.style != Style::Points {
                 chart.draw_series(LineSeries::new(points.clone(), style)).map_err(|e| said(&e))?;
             }
             chart
@@ -198,22 +239,55 @@ impl Figure {
                     Some(PathElement::new(ends, colour.stroke_width(1)))
                 }))
                 .map_err(|e| said(&e))?;
+            let (inside, ring) = match series.style {
+                Style::Rings => (WHITE.filled(), true),
+                _ => (colour.filled(), false),
+            };
             chart
-                .draw_series(points.iter().map(|p| Circle::new(*p, 3, colour.filled())))
+                .draw_series(points.iter().map(|p| Circle::new(*p, 3, inside)))
                 .map_err(|e| said(&e))?
                 .label(&series.name)
-                .legend(move |(x, y)| Circle::new((x + 9, y), 4, colour.filled()));
+                .legend(move |(x, y)| {
+                    let drawn = if ring { colour.stroke_width(2) } else { colour.filled() };
+                    Circle::new((x + 9, y), 4, drawn)
+                });
+            if ring {
+                let outline = points.iter().map(|p| Circle::new(*p, 3, colour.stroke_width(1)));
+                chart.draw_series(outline).map_err(|e| said(&e))?;
+            }
         }
         if unnamed {
             return area.present().map_err(|e| said(&e));
         }
-        // The corner with the fewest points.
+        // The corner whose box would hide the fewest points, of lines too.
+        let letters = self.series.iter().map(|s| s.name.chars().count()).max().unwrap_or(0);
+        let box_px = [7.5 * letters as f64 + 60.0, 19.0 * self.series.len() as f64 + 20.0];
+        let area_px = [f64::from(SIZE.0 - 40 - beside), f64::from(height - 14 - 14 - 48 - 25)];
+        let [wide, high] = [box_px[0] / area_px[0], box_px[1] / area_px[1]];
         let crowd = |x_side: f64, y_side: f64| -> usize {
-            let near = |m: &&Mark| {
-                let (x, y) = ((m.x - left) / (right - left), (m.y - bottom) / (top - bottom));
-                (x - x_side).abs() < 0.4 && (y - y_side).abs() < 0.5
+            let hidden = |&(x, y): &(f64, f64)| {
+                let (x, y) = ((x - left) / (right - left), (y - bottom) / (top - bottom));
+                (x - x_side).abs() < wide && (y - y_side).abs() < high
             };
-            self.series.iter().flat_map(|s| &s.marks).filter(near).count()
+            let of = |series: &Series| -> usize {
+                let points: Vec<(f64, f64)> = series
+                    .marks
+                    .iter()
+                    .flat_map(|m| {
+                        let bar = m.bar.filter(|_| names.is_empty()).unwrap_or([m.y; 2]);
+                        [(m.x, m.y), (m.x, bar[0]), (m.x, bar[1])]
+                    })
+                    .collect();
+                let lines = series.marks.windows(2).filter(|_| series.style != Style::Points);
+                let between = lines.flat_map(|pair| {
+                    (1..10).map(|i| {
+                        let part = |a: f64, b: f64| a + (b - a) * f64::from(i) / 10.0;
+                        (part(pair[0].x, pair[1].x), part(pair[0].y, pair[1].y))
+                    })
+                });
+                points.into_iter().chain(between).filter(hidden).count()
+            };
+            self.series.iter().map(of).sum()
         };
         let corners = [
             (crowd(1.0, 1.0), SeriesLabelPosition::UpperRight),
@@ -228,6 +302,7 @@ impl Figure {
         chart
             .configure_series_labels()
             .position(corner.unwrap_or(SeriesLabelPosition::UpperRight))
+            .margin(12)
             .background_style(WHITE.mix(0.85))
             .border_style(BLACK.mix(0.25))
             .label_font(font(13))

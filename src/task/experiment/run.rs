@@ -1,5 +1,6 @@
 //! Running an experiment's trials, going on with them, and putting shards together.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Mutex;
@@ -155,19 +156,28 @@ impl<'a> Run<'a> {
         let done = AtomicU64::new(self.trials() - missing.len() as u64);
         watch(done.load(Ordering::Relaxed));
         let kept = Mutex::new((journal, outcomes));
-        missing.par_iter().try_for_each(|(cell, trial)| {
+        // What the first failure brings about elsewhere is not what is told.
+        let failure = Mutex::new(None);
+        let failed = |error: TaskError| {
+            failure.lock().unwrap_or_else(|e| e.into_inner()).get_or_insert(error);
+        };
+        let tried = missing.par_iter().try_for_each(|(cell, trial)| {
             let seed = self.seed.derive_index("trial", *trial);
-            let outcome = self.experiment.trial(*cell as usize, seed)?;
+            let outcome = self.experiment.trial(*cell as usize, seed).map_err(failed)?;
             let record = Record { cell: *cell, trial: *trial, outcome };
             {
                 // A lock that a panic has broken holds a file that is still whole.
                 let (journal, outcomes) = &mut *kept.lock().unwrap_or_else(|e| e.into_inner());
-                journal.append(record)?;
+                journal.append(record).map_err(failed)?;
                 outcomes[*cell as usize][*trial as usize] = Some(outcome);
             }
             watch(done.fetch_add(1, Ordering::Relaxed) + 1);
-            Ok::<_, TaskError>(())
-        })?;
+            Ok::<_, ()>(())
+        });
+        if let Some(error) = failure.into_inner().unwrap_or_else(|e| e.into_inner()) {
+            return Err(error);
+        }
+        debug_assert!(tried.is_ok(), "every failure is kept");
         let (_, outcomes) = kept.into_inner().unwrap_or_else(|e| e.into_inner());
         if self.shard.of != 1 {
             return Ok(None);
@@ -193,18 +203,31 @@ impl<'a> Run<'a> {
         let mut rows = Vec::new();
         for (cell, outcomes) in self.cells.iter().zip(outcomes) {
             for (at, reading) in cell.readings.iter().enumerate().take(WIDTH) {
-                let values = outcomes.iter().flatten().map(|outcome| outcome[at]);
+                let done = outcomes.iter().flatten();
+                let values = done.clone().map(|outcome| outcome[at]);
                 let statistic = match reading.measure {
                     Measure::Rate => Statistic::Rate(Rate::new(
                         values.clone().filter(|v| *v == 1.0).count() as u64,
                         values.filter(|v| !v.is_nan()).count() as u64,
                     )),
+                    Measure::RateWithin(key) => {
+                        let mut clusters: BTreeMap<u64, [u64; 2]> = BTreeMap::new();
+                        for outcome in done.filter(|outcome| !outcome[at].is_nan()) {
+                            let [own, of] = clusters.entry(outcome[key].to_bits()).or_default();
+                            (*own, *of) = (*own + u64::from(outcome[at] == 1.0), *of + 1);
+                        }
+                        Statistic::Rate(Rate::of_clusters(clusters.values().copied()))
+                    }
                     Measure::Share(of) => {
                         let cluster = |o: &Outcome| [o[at], o[of]].map(|count| count as u64);
-                        Statistic::Rate(Rate::of_clusters(outcomes.iter().flatten().map(cluster)))
+                        Statistic::Rate(Rate::of_clusters(done.map(cluster)))
                     }
-                    Measure::Whole => continue,
                     Measure::Mean => Statistic::Mean(Mean::of(values)),
+                    Measure::MeanWithin(key) => {
+                        Statistic::Mean(Mean::of_clusters(done.map(|o| (o[key], o[at]))))
+                    }
+                    Measure::Difference => Statistic::Mean(Mean::of_differences(values)),
+                    Measure::Beside => continue,
                 };
                 let mut settings = cell.settings.clone();
                 settings.extend(reading.settings.clone());
@@ -213,6 +236,7 @@ impl<'a> Run<'a> {
         }
         let mut settings = self.experiment.settings();
         settings["seed"] = json!(self.seed.value());
+        settings["trials"] = json!(self.cells.iter().map(|cell| cell.trials).max());
         let (name, question) = (self.experiment.name(), self.experiment.question());
         Results { name, question, settings, rows }
     }

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::clusters::{DEMOS, Once, part_poses, poses, scene, shown, truth};
 use super::{
     Axis, Cell, Experiment, Figure, Mark, Measure, Options, Outcome, Reading, Results, Series,
-    outcome,
+    Style, outcome,
 };
 use crate::sim::Seed;
 use crate::task::domain::Domain;
@@ -43,7 +43,7 @@ pub(super) struct Thresholds {
 
 /// Demonstrations with three of each that batches are drawn from, and in how many sets.
 const POOL_DEMOS: usize = 13;
-const POOLS: u64 = 6;
+const POOLS: u64 = 12;
 
 impl Thresholds {
     pub fn new(options: &Options) -> Self {
@@ -158,7 +158,7 @@ impl Experiment for Thresholds {
     }
 
     fn revision(&self) -> u32 {
-        2
+        3
     }
 
     fn settings(&self) -> Value {
@@ -175,12 +175,14 @@ impl Experiment for Thresholds {
         let mut cells = Vec::new();
         for (source, kind) in self.sources() {
             for batch in BATCHES {
+                let pool = 5;
                 let readings = [
-                    (Measure::Rate, "some threshold is perfect"),
-                    (Measure::Mean, "lowest perfect threshold (mm)"),
-                    (Measure::Mean, "highest perfect threshold (mm)"),
-                    (Measure::Rate, "the automatic choice is perfect"),
-                    (Measure::Rate, "the paper's 1.169 mm is perfect"),
+                    (Measure::RateWithin(pool), "some threshold is perfect"),
+                    (Measure::MeanWithin(pool), "lowest perfect threshold (mm)"),
+                    (Measure::MeanWithin(pool), "highest perfect threshold (mm)"),
+                    (Measure::RateWithin(pool), "the automatic choice is perfect"),
+                    (Measure::RateWithin(pool), "the paper's 1.169 mm is perfect"),
+                    (Measure::Beside, "the set of demonstrations that it is drawn from"),
                 ];
                 let readings = readings.map(|(m, what)| Reading::new(m, json!({"what": what})));
                 let settings = json!({"source": source, "kind": kind, "batch": batch});
@@ -193,9 +195,12 @@ impl Experiment for Thresholds {
     fn trial(&self, cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
         let mut rng = seed.rng();
         let made;
+        // Batches of one set are alike. A recording is the only one of its make: batches are drawn from it afresh.
+        let mut set = seed.value() as f64;
         let (kinds, kind) = match cell / BATCHES.len() {
             kind @ (0 | 1) => {
                 let pool = rng.random_range(0..POOLS);
+                set = pool as f64;
                 let seed = self.seed.derive_index("pool", pool);
                 made = self.made.get(pool, || Self::own(seed))?;
                 (&*made, kind)
@@ -230,6 +235,7 @@ impl Experiment for Thresholds {
             mm(high),
             perfect(automatic),
             perfect(PAPER_M),
+            set,
         ]))
     }
 
@@ -253,13 +259,13 @@ impl Experiment for Thresholds {
                 };
                 let marks = results.rows.iter().filter(of).filter_map(mark).collect();
                 let name = format!("{name} for a {kind}, {source}");
-                series.push(Series { name, marks, joined: true, dashed: false });
+                series.push(Series::new(name, marks, Style::Line));
             }
         }
         Some(Figure {
             title: "Thresholds that find the true states (median, 5 to 95% of the batches)".into(),
-            x: Axis::from_to("poses in the batch", 0.0, 480.0),
-            y: Axis::new("threshold (log10 of mm)"),
+            x: Axis::from_to("poses in the batch", 0.0, 315.0),
+            y: Axis::logarithmic("threshold (mm)", 10.0),
             series,
         })
     }

@@ -13,12 +13,13 @@
 
 use std::io::Cursor;
 
-use ndarray::{Array1, Array2, Array3};
-use ndarray_npy::{NpzReader, NpzWriter};
+use ndarray::{Array, Array1, Array2, Array3, Dimension, Ix1, Ix2, Ix3, OwnedRepr};
+use ndarray_npy::{NpzReader, NpzWriter, ReadNpzError};
 use serde_json::{Value, json};
 
 use super::facts::{ModuleFacts, RunFacts};
 use super::page::base64;
+use super::trace::LONGEST_S;
 use crate::task::error::TaskError;
 use crate::task::execute::Thoughts;
 use crate::task::scene::SceneFrame;
@@ -34,16 +35,40 @@ pub struct Arrays {
     modules: Vec<(String, Array2<f32>)>,
     spikes_t: Array1<f64>,
     spikes_row: Array1<u32>,
+    /// Modules that are there and could not be read.
+    unread: Vec<String>,
 }
 
 const PREFIX: &str = "module_";
+
+/// How much the last frame and the last look at modules may be off an episode's end, in seconds: more than they are
+/// apart.
+const ROUGHLY_S: f64 = 0.1;
+
+type Npz<'b> = NpzReader<Cursor<&'b [u8]>>;
+type Frames = (Array1<f64>, Array2<f32>, Array2<f32>, Array3<f32>);
+
+/// An array of doubles.
+fn numbers(npz: &mut Npz<'_>, name: &str) -> Result<Array1<f64>, String> {
+    let read = npz.by_name::<OwnedRepr<f64>, Ix1>(name);
+    read.map_err(|error| format!("{name} cannot be read ({error})"))
+}
+
+/// An array in single precision, also of a file that has it in double.
+fn singles<D: Dimension>(npz: &mut Npz<'_>, name: &str) -> Result<Array<f32, D>, String> {
+    let read = npz.by_name::<OwnedRepr<f32>, D>(name).or_else(|error| {
+        let double = npz.by_name::<OwnedRepr<f64>, D>(name);
+        double.map(|values| values.mapv(|v| v as f32)).map_err(|_| error)
+    });
+    read.map_err(|error| format!("{name} cannot be read ({error})"))
+}
 
 /// The most rows of a raster.
 const MOST_ROWS: usize = 2_000;
 
 /// Whether these are moments of an episode.
 fn rising(times: &Array1<f64>) -> bool {
-    times.iter().all(|t| (0.0..200_000.0).contains(t))
+    times.iter().all(|t| (0.0..=LONGEST_S).contains(t))
         && times.iter().zip(times.iter().skip(1)).all(|(a, b)| a <= b)
 }
 
@@ -75,6 +100,7 @@ impl Arrays {
             modules: modules.collect(),
             spikes_t: thoughts.spikes().iter().map(|s| s.0).collect(),
             spikes_row: thoughts.spikes().iter().map(|s| s.1).collect(),
+            unread: Vec::new(),
         }
     }
 
@@ -103,46 +129,119 @@ impl Arrays {
         Ok(bytes)
     }
 
-    /// Reads the bytes of a file; a sentence on what is wrong with them if they are not such arrays.
+    /// Reads the bytes of a file, and a sentence on each part of it that cannot be read or does not belong together: the
+    /// frames, a module, or the spikes, which are then left out. Numbers may be of single or double precision.
     ///
     /// # Errors
-    /// That sentence.
-    pub fn from_npz(bytes: &[u8]) -> Result<Self, String> {
-        let arrays = Self::unpack(bytes).map_err(|error| format!("it is damaged ({error})"))?;
-        let frames = arrays.frames_t.len();
-        let lengths = [arrays.angles.nrows(), arrays.fingers.nrows(), arrays.parts.dim().0];
-        let widths = (arrays.angles.ncols(), arrays.fingers.ncols(), arrays.parts.dim().2);
-        if lengths != [frames; 3] || widths != (7, 2, 7) {
-            return Err("its arrays of frames do not belong together".into());
+    /// A sentence, if it is no file of arrays.
+    pub fn from_npz(bytes: &[u8]) -> Result<(Self, Vec<String>), String> {
+        let damaged = |error: ReadNpzError| format!("it is damaged ({error})");
+        let mut npz = NpzReader::new(Cursor::new(bytes)).map_err(damaged)?;
+        let (mut arrays, mut odd) = (Self::empty(), Vec::new());
+        match Self::read_frames(&mut npz) {
+            Ok(frames) => {
+                (arrays.frames_t, arrays.angles, arrays.fingers, arrays.parts) = frames;
+            }
+            Err(why) => odd.push(why),
         }
-        let samples = arrays.modules_t.len();
-        if arrays.modules.iter().any(|(_, values)| values.nrows() != samples) {
-            return Err("its arrays of modules do not belong together".into());
+        match numbers(&mut npz, "modules_t") {
+            Ok(times) => arrays.modules_t = times,
+            Err(why) => odd.push(why),
         }
-        if arrays.spikes_t.len() != arrays.spikes_row.len() {
-            return Err("its arrays of spikes do not belong together".into());
-        }
-        Ok(arrays)
-    }
-
-    fn unpack(bytes: &[u8]) -> Result<Self, ndarray_npy::ReadNpzError> {
-        let mut npz = NpzReader::new(Cursor::new(bytes))?;
-        let mut modules = Vec::new();
-        for name in npz.names()? {
-            if let Some(module) = name.strip_prefix(PREFIX) {
-                modules.push((module.to_owned(), npz.by_name(&name)?));
+        for name in npz.names().map_err(damaged)? {
+            let Some(module) = name.strip_prefix(PREFIX) else { continue };
+            let samples = arrays.modules_t.len();
+            let values = singles::<Ix2>(&mut npz, &name).and_then(|values| match values.nrows() {
+                rows if rows == samples => Ok(values),
+                rows => Err(format!("{name} has {rows} rows; modules_t has {samples}")),
+            });
+            match values {
+                Ok(values) => arrays.modules.push((module.to_owned(), values)),
+                Err(why) => {
+                    arrays.unread.push(module.to_owned());
+                    // Without their times none can be.
+                    odd.extend((samples > 0).then_some(why));
+                }
             }
         }
-        Ok(Self {
-            frames_t: npz.by_name("frames_t")?,
-            angles: npz.by_name("frames_angles")?,
-            fingers: npz.by_name("frames_fingers")?,
-            parts: npz.by_name("frames_parts")?,
-            modules_t: npz.by_name("modules_t")?,
-            modules,
-            spikes_t: npz.by_name("spikes_t")?,
-            spikes_row: npz.by_name("spikes_row")?,
-        })
+        let rows = npz.by_name::<OwnedRepr<u32>, Ix1>("spikes_row");
+        let rows = rows.map_err(|error| format!("spikes_row cannot be read ({error})"));
+        match numbers(&mut npz, "spikes_t").and_then(|times| rows.map(|rows| (times, rows))) {
+            Ok((times, rows)) if times.len() == rows.len() => {
+                (arrays.spikes_t, arrays.spikes_row) = (times, rows);
+            }
+            Ok(_) => odd.push("its arrays of spikes do not belong together".into()),
+            Err(why) => odd.push(why),
+        }
+        Ok((arrays, odd))
+    }
+
+    fn read_frames(npz: &mut Npz<'_>) -> Result<Frames, String> {
+        let frames = (
+            numbers(npz, "frames_t")?,
+            singles::<Ix2>(npz, "frames_angles")?,
+            singles::<Ix2>(npz, "frames_fingers")?,
+            singles::<Ix3>(npz, "frames_parts")?,
+        );
+        let (times, angles, fingers, parts) = &frames;
+        let lengths = [angles.nrows(), fingers.nrows(), parts.dim().0];
+        let widths = (angles.ncols(), fingers.ncols(), parts.dim().2);
+        if times.is_empty() {
+            return Err("it has no frames".into());
+        }
+        if lengths != [times.len(); 3] || widths != (7, 2, 7) {
+            return Err("its arrays of frames do not belong together".into());
+        }
+        Ok(frames)
+    }
+
+    /// Arrays of nothing.
+    fn empty() -> Self {
+        Self {
+            frames_t: Array1::default(0),
+            angles: Array2::default((0, 7)),
+            fingers: Array2::default((0, 2)),
+            parts: Array3::default((0, 0, 7)),
+            modules_t: Array1::default(0),
+            modules: Vec::new(),
+            spikes_t: Array1::default(0),
+            spikes_row: Array1::default(0),
+            unread: Vec::new(),
+        }
+    }
+
+    fn forget_frames(&mut self) {
+        let Self { frames_t, angles, fingers, parts, .. } = Self::empty();
+        (self.frames_t, self.angles, self.fingers, self.parts) = (frames_t, angles, fingers, parts);
+    }
+
+    fn forget_thoughts(&mut self) {
+        let Self { modules_t, modules, spikes_t, spikes_row, .. } = Self::empty();
+        (self.modules_t, self.modules) = (modules_t, modules);
+        (self.spikes_t, self.spikes_row) = (spikes_t, spikes_row);
+    }
+
+    /// What of these can be of an episode that lasted so long, and a sentence on what cannot.
+    pub fn lasting(mut self, simulated_s: f64) -> (Self, Vec<String>) {
+        let mut odd = Vec::new();
+        let mut other = |what: &str, times: &Array1<f64>| {
+            let last = times.last().copied().unwrap_or(simulated_s);
+            let differs = (last - simulated_s).abs() > ROUGHLY_S;
+            if differs {
+                let than = format!("the filmed episode in trace.jsonl after {simulated_s:.2} s");
+                odd.push(format!("its {what} end after {last:.2} s, {than}"));
+            }
+            differs
+        };
+        let [frames, thoughts] =
+            [other("frames", &self.frames_t), other("modules", &self.modules_t)];
+        if frames {
+            self.forget_frames();
+        }
+        if thoughts {
+            self.forget_thoughts();
+        }
+        (self, odd)
     }
 
     /// What of these can be the arrays of that run, and a sentence on each part that cannot.
@@ -150,10 +249,7 @@ impl Arrays {
         let mut odd = Vec::new();
         if let Err(why) = self.check_frames(facts) {
             odd.push(why);
-            self.frames_t = Array1::default(0);
-            self.angles = Array2::default((0, 7));
-            self.fingers = Array2::default((0, 2));
-            self.parts = Array3::default((0, 0, 7));
+            self.forget_frames();
         }
         if !rising(&self.modules_t) {
             odd.push("its times of modules are not rising moments of an episode".into());
@@ -163,6 +259,7 @@ impl Arrays {
             let of = |name: &str| self.modules.iter().find(|(own, _)| own == name);
             for ModuleFacts { name, names, .. } in &facts.modules {
                 odd.extend(match of(name) {
+                    None if self.unread.contains(name) => None,
                     None => Some(format!("it has nothing of the module {name}")),
                     Some((_, values)) if !fits(values, names) => {
                         Some(format!("what it has of the module {name} is not what run.json says"))
@@ -174,7 +271,7 @@ impl Arrays {
             self.modules
                 .retain(|(name, values)| known(name).is_some_and(|m| fits(values, &m.names)));
         }
-        let rows: usize = facts.populations.iter().map(|p| p.rows).sum();
+        let rows = facts.populations.iter().fold(0usize, |all, p| all.saturating_add(p.rows));
         let other = rows > MOST_ROWS || self.spikes_row.iter().any(|row| *row as usize >= rows);
         if other || !rising(&self.spikes_t) {
             odd.push(match other {
@@ -189,12 +286,12 @@ impl Arrays {
 
     fn check_frames(&self, facts: &RunFacts) -> Result<(), String> {
         if self.frames_t.is_empty() {
-            return Err("it has no frames".into());
+            return Ok(());
         }
         if !rising(&self.frames_t) {
             return Err("its times of frames are not rising moments of an episode".into());
         }
-        let parts = facts.scene.nuts + facts.scene.bolts;
+        let parts = facts.scene.nuts.saturating_add(facts.scene.bolts);
         if self.parts.dim().1 != parts {
             return Err(format!("it has {} parts; run.json has {parts}", self.parts.dim().1));
         }

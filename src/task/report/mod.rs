@@ -142,12 +142,30 @@ fn of_run(folder: &Path) -> Report {
         reader.missing.extend(problem.map(|problem| format!("trace.jsonl: {problem}")));
         events
     });
-    let arrays = reader.take("arrays.npz", |bytes, _| Arrays::from_npz(bytes)).map(|arrays| {
-        let Some(facts) = &facts else { return arrays };
-        let (arrays, odd) = arrays.fitting(facts);
-        reader.missing.extend(odd.into_iter().map(|why| format!("arrays.npz: {why}")));
+    let filmed = filmed(facts.as_ref(), events.as_deref());
+    if let (Some(facts), None) = (&facts, filmed) {
+        let number = facts.filmed;
+        reader.missing.push(format!("run.json: it has no episode {number} that could be filmed"));
+    }
+    let mut odd = Vec::new();
+    let arrays = reader.take("arrays.npz", |bytes, _| Arrays::from_npz(bytes)).map(|read| {
+        let (mut arrays, unread) = read;
+        odd.extend(unread);
+        if let Some(facts) = &facts {
+            let (fitting, others) = arrays.fitting(facts);
+            arrays = fitting;
+            odd.extend(others);
+        }
+        let own = |line: &&trace::Line| Some(line.episode) == filmed;
+        let end = events.iter().flatten().filter(own).find_map(|line| line.end.as_ref());
+        if let Some(end) = end {
+            let (lasting, others) = arrays.lasting(end.simulated_s);
+            arrays = lasting;
+            odd.extend(others);
+        }
         arrays
     });
+    reader.missing.extend(odd.into_iter().map(|why| format!("arrays.npz: {why}")));
     let scene = facts.as_ref().map(|facts| &facts.scene);
     let outline = scene.map(|spec| match spec.check() {
         Ok(()) => Some(Outline::of(spec)),
@@ -161,6 +179,7 @@ fn of_run(folder: &Path) -> Report {
         "kind": "run",
         "missing": missing,
         "run": facts,
+        "filmed": filmed,
         "domain": domain,
         "recording": shown,
         "events": events,
@@ -168,6 +187,16 @@ fn of_run(folder: &Path) -> Report {
         "arrays": arrays.as_ref().map(Arrays::to_page),
     });
     Report { html: page::html(&data), missing }
+}
+
+/// Which episode the arrays are of: as `run.json` says, or the only one of the trace.
+fn filmed(facts: Option<&RunFacts>, events: Option<&[trace::Line]>) -> Option<usize> {
+    let Some(facts) = facts else {
+        return events.is_some_and(|lines| lines.iter().all(|line| line.episode == 0)).then_some(0);
+    };
+    let episodes = facts.summary.get("episodes").and_then(Value::as_u64);
+    let there = episodes.is_none_or(|all| (facts.filmed as u64) < all);
+    there.then_some(facts.filmed)
 }
 
 fn of_experiments(folders: &[std::path::PathBuf]) -> Report {

@@ -65,10 +65,12 @@ pub fn write<'e>(episodes: impl Iterator<Item = &'e EpisodeReport>) -> String {
 }
 
 /// Simulated seconds that an episode can last.
-const LONGEST_S: f64 = 200_000.0;
+pub(super) const LONGEST_S: f64 = 200_000.0;
+/// Episodes that a run can have.
+const MOST_EPISODES: usize = 100_000;
 
 impl Line {
-    /// Whether its moments are some of an episode.
+    /// Whether it is of an episode that can be and its moments are some of one.
     fn timely(&self) -> bool {
         let moments = [
             self.decision.as_ref().map(|d| d.asked_s),
@@ -76,7 +78,8 @@ impl Line {
             self.touch.as_ref().map(|t| t.t),
             self.end.as_ref().map(|e| e.simulated_s),
         ];
-        moments.iter().flatten().all(|s| (0.0..=LONGEST_S).contains(s))
+        self.episode < MOST_EPISODES
+            && moments.iter().flatten().all(|s| (0.0..=LONGEST_S).contains(s))
     }
 }
 
@@ -89,7 +92,11 @@ pub fn read(bytes: &[u8]) -> (Vec<Line>, Option<String>) {
         }
         let parsed = serde_json::from_slice(line).map_err(|error| error.to_string());
         let timely = |line: Line| {
-            if line.timely() { Ok(line) } else { Err("a moment that no episode has".to_owned()) }
+            if line.timely() {
+                Ok(line)
+            } else {
+                Err("a moment or a number that no episode has".to_owned())
+            }
         };
         match parsed.and_then(timely) {
             Ok(line) => lines.push(line),

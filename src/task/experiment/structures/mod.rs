@@ -25,6 +25,7 @@ use self::episode::episodes;
 use self::world::{ATOMS, D, STRUCTURES, Structure};
 use super::{
     Axis, Cell, Experiment, Figure, Mark, Measure, Options, Outcome, Reading, Results, Series,
+    Style,
 };
 use crate::sim::Seed;
 use crate::task::error::TaskError;
@@ -71,7 +72,12 @@ impl Experiment for Structures {
     }
 
     fn question(&self) -> &'static str {
-        "How often do three right actions follow one another, by structure of the states' pointers and noise?"
+        match self.decoders {
+            [true, _] => {
+                "How often do three right actions follow one another, by structure of the states' pointers and noise?"
+            }
+            _ => "The same by our decoder alone: how much noise until it fails?",
+        }
     }
 
     fn revision(&self) -> u32 {
@@ -125,13 +131,13 @@ impl Experiment for Structures {
             if of_structures.iter().all(|(_, marks)| !marks.is_empty() && same(marks)) {
                 let [(_, marks), ..] = of_structures;
                 let name = format!("all structures, {whose}");
-                series.push(Series { name, marks, joined: true, dashed: false });
+                series.push(Series::new(name, marks, Style::Line));
                 continue;
             }
             for (structure, marks) in of_structures {
                 if !marks.is_empty() {
                     let name = format!("structure {}, {whose}", structure as u64);
-                    series.push(Series { name, marks, joined: true, dashed: false });
+                    series.push(Series::new(name, marks, Style::Line));
                 }
             }
         }
