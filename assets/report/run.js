@@ -201,7 +201,7 @@ class RunPage {
     const columns = [">asked at, s", ">took, ms", "holds", "decided", "which needs", "outcome"];
     const grid = table([...(many ? [">episode"] : []), ...columns], rows);
     const of = many ? ` of episode ${this.filmed + 1}, marked at the left,` : "";
-    const others = many ? "; the others were not filmed (`--film` chooses)" : "";
+    const others = many ? "; the others were not filmed (the option --film chooses)" : "";
     byId("clicking").textContent = this.filmed === null
       ? "Which episode was filmed is not known."
       : `Click one${of} to go to its moment${others}.`;

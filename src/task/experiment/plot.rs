@@ -202,7 +202,6 @@ impl Figure {
                 (false, at) if (at - y).abs() > 0.01 || at < 0.0 => String::new(),
                 (false, at) => names.get(at as usize).cloned().unwrap_or_default(),
             })
-            .set_tick_mark_size(LabelAreaPosition::Left, if names.is_empty() { 5 } else { 0 })
             .draw()
             .map_err(|e| said(&e))?;
         for (index, series) in self.series.iter().enumerate() {
