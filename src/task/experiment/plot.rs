@@ -209,6 +209,9 @@ impl Figure {
             let points: Vec<(f64, f64)> =
                 series.marks.iter().map(|m| (m.x, m.y)).filter(|p| p.1.is_finite()).collect();
             let style = colour.stroke_width(2);
+            // The box is measured for small letters: capitals want more room.
+            let capitals = series.name.chars().filter(|c| c.is_uppercase()).count();
+            let label = format!("{}{}", series.name, "\u{a0}".repeat(capitals / 4));
             let gaps = match series.style {
                 Style::Dashed => Some((6, 4)),
                 Style::Dotted => Some((2, 4)),
@@ -218,7 +221,7 @@ impl Figure {
                 chart
                     .draw_series(DashedLineSeries::new(points.clone(), dash, gap, style))
                     .map_err(|e| said(&e))?
-                    .label(&series.name)
+                    .label(&label)
                     .legend(move |(x, y)| {
                         let ends = [(x, y), (x + 19, y)];
                         plotters::element::DashedPathElement::new(ends, dash, gap, style)
@@ -245,7 +248,7 @@ impl Figure {
             chart
                 .draw_series(points.iter().map(|p| Circle::new(*p, 3, inside)))
                 .map_err(|e| said(&e))?
-                .label(&series.name)
+                .label(&label)
                 .legend(move |(x, y)| {
                     let drawn = if ring { colour.stroke_width(2) } else { colour.filled() };
                     Circle::new((x + 9, y), 4, drawn)
