@@ -127,6 +127,14 @@ fn shards_merge_into_the_whole_and_the_thread_count_does_not_matter() {
     assert!(said(&output).contains("part1"), "{}", said(&output));
 }
 
+/// A journal's first line with other settings and another shard.
+fn header(settings: &str, shard: u64) -> String {
+    format!(
+        "{{\"format\":\"symbolt-trials\",\"version\":1,\"experiment\":\"table-4\",\"seed\":1,\
+         \"settings\":{settings},\"shard\":[{shard},1],\"width\":2}}\n"
+    )
+}
+
 #[test]
 fn a_damaged_journal_is_said_and_its_sound_trials_can_be_kept() {
     let place = folder();
@@ -160,6 +168,10 @@ fn a_damaged_journal_is_said_and_its_sound_trials_can_be_kept() {
         "{}\n",
         "{\"format\":\"symbolt-trials\",\"version\":9}\n",
         "{\"format\":\"symbolt-trials\"}",
+        // A first line that is a header in form alone.
+        &header("5", 0),
+        &header("{\"cells\":[5,null]}", 0),
+        &header("{\"cells\":7}", u64::MAX),
     ] {
         std::fs::write(&path, text).expect("written");
         let output = symbolt(place.path(), &whole("left"));

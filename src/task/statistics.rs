@@ -24,7 +24,7 @@ pub struct Rate {
 }
 
 impl Rate {
-    /// Of independent trials.
+    /// Of independent trials, of which no more can succeed than there are.
     ///
     /// ```
     /// use symbolt::task::statistics::Rate;
@@ -32,7 +32,7 @@ impl Rate {
     /// assert!((low - 0.9643).abs() < 1e-3 && (high - 0.9973).abs() < 1e-3);
     /// ```
     pub fn new(successes: u64, trials: u64) -> Self {
-        Self { successes, trials, effective: trials as f64 }
+        Self { successes: successes.min(trials), trials, effective: trials as f64 }
     }
 
     /// Of trials in clusters, each given by its successes and its trials: clusters are independent of one another, their
@@ -44,7 +44,7 @@ impl Rate {
     /// How alike members are shows only where answers differ: each of the rarer answers counts
     /// once for that number, and as much as one of them speaks for a cluster being all of a kind.
     pub fn of_clusters(clusters: impl Iterator<Item = [u64; 2]> + Clone) -> Self {
-        let filled = clusters.filter(|[_, of]| *of > 0);
+        let filled = clusters.filter(|[_, of]| *of > 0).map(|[own, of]| [own.min(of), of]);
         let (mut count, mut successes, mut trials, mut squares) = (0u32, 0, 0, 0.0);
         for [own, of] in filled.clone() {
             (count, successes, trials) = (count + 1, successes + own, trials + of);
@@ -77,7 +77,7 @@ impl Rate {
         if self.trials == 0 {
             return [0.0, 1.0];
         }
-        let (n, share) = (self.effective, self.share());
+        let (n, share) = (self.effective, self.share().min(1.0));
         let middle = n * share + z * z / 2.0;
         let half = z * (n * share * (1.0 - share) + z * z / 4.0).sqrt();
         // Rounding must not put the share outside.
@@ -329,6 +329,11 @@ mod tests {
                 assert!(0.0 <= low && low <= rate.share() && rate.share() <= high && high <= 1.0);
             }
         }
+        // More successes than trials are a mistake of the caller's and no panic.
+        let odd = [Rate::new(7, 3), Rate::of_clusters([[9, 4], [1, 4]].into_iter())];
+        assert!(
+            odd.iter().all(|rate| rate.successes <= rate.trials && rate.interval95()[1] <= 1.0)
+        );
         let unknown = Rate { effective: 0.0, ..Rate::new(3, 4) };
         assert_eq!(unknown.interval95(), [0.0, 1.0]);
     }

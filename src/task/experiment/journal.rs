@@ -51,9 +51,10 @@ impl Header {
     /// Trials of each cell, and the settings without them.
     fn parted(&self) -> (Vec<u64>, Value) {
         let mut settings = self.settings.clone();
-        let cells = settings["cells"].as_array_mut();
-        let taken = cells.into_iter().flatten().map(|cell| cell["trials"].take().as_u64());
-        (taken.map(Option::unwrap_or_default).collect(), settings)
+        let cells = settings.get_mut("cells").and_then(Value::as_array_mut);
+        let trials = cells.into_iter().flatten().filter_map(|cell| cell.get_mut("trials"));
+        let trials = trials.map(|trials| trials.take().as_u64().unwrap_or_default()).collect();
+        (trials, settings)
     }
 
     /// What of this is not as in `wanted`, in words; `None` if all is, or if only more trials are wanted.
@@ -68,7 +69,7 @@ impl Header {
         } else if seed != seed_wanted {
             Some(format!("it holds trials of the seed {seed}, not of {seed_wanted}"))
         } else if [index, shards] != shard_wanted {
-            Some(format!("it holds trials of shard {}/{shards}", index + 1))
+            Some(format!("it holds trials of shard {}/{shards}", index.saturating_add(1)))
         } else if settings != settings_wanted || width != width_wanted {
             Some("it holds trials of other settings, or of another version of the program".into())
         } else if trials.iter().zip(&more).any(|(held, wanted)| held > wanted) {

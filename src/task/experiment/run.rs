@@ -64,6 +64,11 @@ pub struct Run<'a> {
 
 const JOURNAL: &str = "trials.bin";
 
+/// The number of an outcome at a place; NaN where it has none.
+fn number(outcome: &Outcome, at: usize) -> f64 {
+    outcome.get(at).copied().unwrap_or(f64::NAN)
+}
+
 impl<'a> Run<'a> {
     /// Trials of `experiment` in `folder`.
     pub fn new(experiment: &'a dyn Experiment, seed: Seed, shard: Shard, folder: &Path) -> Self {
@@ -213,18 +218,20 @@ impl<'a> Run<'a> {
                     Measure::RateWithin(key) => {
                         let mut clusters: BTreeMap<u64, [u64; 2]> = BTreeMap::new();
                         for outcome in done.filter(|outcome| !outcome[at].is_nan()) {
-                            let [own, of] = clusters.entry(outcome[key].to_bits()).or_default();
+                            let key = number(outcome, key).to_bits();
+                            let [own, of] = clusters.entry(key).or_default();
                             (*own, *of) = (*own + u64::from(outcome[at] == 1.0), *of + 1);
                         }
                         Statistic::Rate(Rate::of_clusters(clusters.values().copied()))
                     }
                     Measure::Share(of) => {
-                        let cluster = |o: &Outcome| [o[at], o[of]].map(|count| count as u64);
+                        let cluster =
+                            |o: &Outcome| [o[at], number(o, of)].map(|count| count as u64);
                         Statistic::Rate(Rate::of_clusters(done.map(cluster)))
                     }
                     Measure::Mean => Statistic::Mean(Mean::of(values)),
                     Measure::MeanWithin(key) => {
-                        Statistic::Mean(Mean::of_clusters(done.map(|o| (o[key], o[at]))))
+                        Statistic::Mean(Mean::of_clusters(done.map(|o| (number(o, key), o[at]))))
                     }
                     Measure::Difference => Statistic::Mean(Mean::of_differences(values)),
                     Measure::Beside => continue,
@@ -234,7 +241,10 @@ impl<'a> Run<'a> {
                 rows.push(Row { settings, statistic });
             }
         }
-        let mut settings = self.experiment.settings();
+        let mut settings = match self.experiment.settings() {
+            settings @ Value::Object(_) => settings,
+            other => json!({"settings": other}),
+        };
         settings["seed"] = json!(self.seed.value());
         settings["trials"] = json!(self.cells.iter().map(|cell| cell.trials).max());
         let (name, question) = (self.experiment.name(), self.experiment.question());
