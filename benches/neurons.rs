@@ -20,7 +20,7 @@ use symbolt::spa::{
     AssociativeMemory, BasalGanglia, Bind, CleanupMemory, Gate, GoalBuffer, State, Unbind,
     Vocabulary, VocabularyBuilder,
 };
-use symbolt::task::standard::{Model, Standard};
+use symbolt::study::standard::{Model, Standard};
 
 struct Things;
 impl VocabTag for Things {

@@ -11,7 +11,9 @@ use symbolt::sim::Seed;
 use symbolt::task::execute::{EpisodeSpec, episode};
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::{Planner, PlannerSpec};
-use symbolt::task::scene::{Robot, Scene, SceneSpec, Target, inverse_kinematics};
+use symbolt::task::robot::inverse_kinematics;
+use symbolt::task::scene::{Scene, SceneSpec};
+use symbolt::task::skill::{Robot, Target};
 use symbolt::task::{Grounding, Pose, demonstrate};
 
 fn target(spec: &SceneSpec) -> Target {

@@ -8,7 +8,7 @@ use symbolt::neurons::SelectRule;
 use symbolt::prelude::*;
 use symbolt::sim::VocabTag;
 use symbolt::spa::{CleanupMemory, ItemMemory, UnbindFixed, VocabularyBuilder};
-use symbolt::task::statistics::Rate;
+use symbolt::study::statistics::Rate;
 
 struct Things;
 impl VocabTag for Things {

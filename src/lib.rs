@@ -3,8 +3,11 @@
 
 pub mod guide;
 pub mod neurons;
+#[cfg(feature = "physics")]
+pub mod report;
 pub mod sim;
 pub mod spa;
+pub mod study;
 pub mod task;
 
 /// What most programs that build a graph need.

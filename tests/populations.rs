@@ -14,8 +14,8 @@ use symbolt::sim::{
 use symbolt::spa::{
     BasalGanglia, Bind, CleanupMemory, GoalBuffer, State, Vocabulary, VocabularyBuilder, cosine,
 };
+use symbolt::study::standard::{Model, Standard};
 use symbolt::task::planner::{Planner, PlannerSpec, Unbinding};
-use symbolt::task::standard::{Model, Standard};
 use symbolt::task::{Domain, SymbolicDomain, outlook};
 
 struct Things;

@@ -9,10 +9,9 @@ use symbolt::sim::{RunConfig, Seed, SimDuration, Simulator};
 use symbolt::task::execute::{AssemblyWorld, Doing, Ended, EpisodeSpec, Meddling, episode};
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::{Planner, PlannerSpec};
-use symbolt::task::scene::{
-    GripperSpec, MOST_PARTS, Outcome, PartKind, PartSpec, Robot, Scene, SceneSpec, SkillReport,
-    Target,
-};
+use symbolt::task::robot::GripperSpec;
+use symbolt::task::scene::{MOST_PARTS, PartKind, PartSpec, Scene, SceneSpec};
+use symbolt::task::skill::{Outcome, Robot, SkillReport, Target};
 use symbolt::task::{Assembly, Classifier, Domain, Grounding, Pose, demonstrate};
 
 /// What two demonstrations with one nut and one bolt teach.

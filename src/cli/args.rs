@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use symbolt::sim::{Real, Seed};
-use symbolt::task::experiment::Options;
+use symbolt::study::experiment::Options;
 use symbolt::task::kinematic::{Order, Rehearsal};
 use symbolt::task::planner::{PlannerSpec, Unbinding};
 use symbolt::task::scene::SceneSpec;

@@ -7,8 +7,8 @@ use anyhow::{Context, Error};
 use serde_json::{Map, Value, json};
 use symbolt::neurons::{Population, SelectRule};
 use symbolt::sim::{Seed, SimDuration};
+use symbolt::study::standard::{Built, Measured, Model, Standard};
 use symbolt::task::planner::Unbinding;
-use symbolt::task::standard::{Built, Measured, Model, Standard};
 use symbolt::task::{Overwrite, read_solved, write_whole};
 
 use super::Outcome;

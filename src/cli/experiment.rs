@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 use anyhow::Error;
 use indicatif::{ProgressBar, ProgressStyle};
 use symbolt::sim::Seed;
+use symbolt::study::experiment::{Results, Run, Shard, all, find, merge};
+use symbolt::study::statistics::Statistic;
 use symbolt::task::Overwrite;
-use symbolt::task::experiment::{Results, Run, Shard, all, find, merge};
-use symbolt::task::statistics::Statistic;
 
 use super::Outcome;
 use super::args::{BadArgument, Common, ExperimentArgs, MergeArgs};

@@ -4,10 +4,11 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use serde_json::{Value, json};
+use symbolt::report::RunFacts;
+use symbolt::study::Tally;
 use symbolt::task::Demonstrated;
-use symbolt::task::execute::{Ended, EpisodeReport, Tally, Thoughts};
+use symbolt::task::execute::{Ended, EpisodeReport, Thoughts};
 use symbolt::task::learn::Learned;
-use symbolt::task::report::RunFacts;
 use symbolt::task::scene::SceneSpec;
 
 use super::args::RunArgs;

@@ -23,8 +23,8 @@ use std::process::ExitCode;
 use anyhow::Error;
 use clap::{CommandFactory, Parser};
 use symbolt::neurons::UnknownMode;
+use symbolt::study::standard::UnknownModel;
 use symbolt::task::scene::SceneSpec;
-use symbolt::task::standard::UnknownModel;
 use symbolt::task::{TaskError, write_whole};
 
 use args::{Cli, Command};

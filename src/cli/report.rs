@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Error;
 use serde_json::json;
-use symbolt::task::report::report;
+use symbolt::report::report;
 use symbolt::task::{Overwrite, write_whole};
 
 use super::Outcome;

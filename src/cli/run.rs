@@ -10,13 +10,14 @@ use anyhow::Error;
 use rand::RngExt;
 use rayon::prelude::*;
 use serde_json::json;
+use symbolt::report::{Arrays, trace};
 use symbolt::sim::{Seed, SimView};
+use symbolt::study::Tally;
 use symbolt::task::execute::{
-    AssemblyWorld, Episode, EpisodeReport, EpisodeSpec, Meddling, Tally, Thoughts, episode_watched,
+    AssemblyWorld, Episode, EpisodeReport, EpisodeSpec, Meddling, Thoughts, episode_watched,
 };
 use symbolt::task::learn::Settings;
 use symbolt::task::planner::Planner;
-use symbolt::task::report::{Arrays, trace};
 use symbolt::task::scene::{Scene, SceneSpec};
 use symbolt::task::{
     Classifier, Grounding, Overwrite, Pose, Recorder, Snapshot, TaskError, demonstrate, write_whole,
@@ -113,7 +114,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     for (file, content) in FILES.iter().zip(contents) {
         write_whole(&folder.join(file), content, Overwrite::Allowed)?;
     }
-    let page = symbolt::task::report::report(&folder)?.html;
+    let page = symbolt::report::report(&folder)?.html;
     write_whole(&folder.join(report::NAME), page, Overwrite::Allowed)?;
     drop(progress);
     if args.common.json {

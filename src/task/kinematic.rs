@@ -12,9 +12,10 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
 use super::error::TaskError;
-use super::pose::{Pose, quaternion_array};
-use super::recording::{Demonstration, Event, Labels, ObjectPose, Recording, Snapshot};
 use crate::sim::Seed;
+use crate::task::domain::Pose;
+use crate::task::domain::pose::quaternion_array;
+use crate::task::domain::{Demonstration, Event, Labels, ObjectPose, Recording, Snapshot};
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// Which part is put into the jig first.

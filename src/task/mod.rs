@@ -1,46 +1,44 @@
-//! From demonstrations to plans: recordings, learning, domains, planner graphs.
+//! From demonstrations to plans to a robot that carries them out.
 //!
-//! Nothing here knows the command line.
+//! The rooms, bottom up. Each knows only those before it, and `.ci/arrows` checks it:
+//!
+//! | room | what is in it |
+//! |---|---|
+//! | [`domain`] | states, operators, recordings, grounding, and the symbolic reference planner |
+//! | [`learn`] | from recordings to a domain |
+//! | [`planner`] | the planner graph over a domain |
+//! | [`robot`] | the arm: kinematics, paths, bodies |
+//! | [`scene`] | parts and fixtures in Rapier, with the robot among them |
+//! | [`skill`] | pick and place: grasps, ways without collisions, the controller |
+//! | [`execute`] | demonstrations and the closed loop |
+//!
+//! `robot`, `scene` and `skill` know of the others only poses and recordings. Nothing here knows experiments, pages or the command line.
 
-#[cfg(feature = "physics")]
-mod demonstrate;
-mod domain;
-mod domain_file;
-mod encode;
+pub mod domain;
 mod error;
 #[cfg(feature = "physics")]
 pub mod execute;
-pub mod experiment;
 mod files;
-mod ground;
 pub mod kinematic;
 pub mod learn;
-mod oracle;
 pub mod planner;
-mod pose;
-mod recording;
 #[cfg(feature = "physics")]
-pub mod report;
+pub mod robot;
 #[cfg(feature = "physics")]
 pub mod scene;
-pub mod standard;
-pub mod statistics;
-mod symbolic;
 #[cfg(feature = "physics")]
-mod witness;
+pub mod skill;
 
-#[cfg(feature = "physics")]
-pub use demonstrate::{Demonstrated, demonstrate};
-pub use domain::{Domain, KindClusters, Operator, OperatorEvidence, Origin, Provenance, State};
-pub use encode::{
-    ABSENT, ActionSpace, Encoded, NOTHING, PRECONDITION, StateSpace, deep_preconditions,
+pub use domain::{
+    Classifier, Commitment, Demonstration, Domain, Event, FEW, Gate, Grounded, Grounding,
+    KindClusters, Labels, ObjectPose, Obstacle, Operator, OperatorEvidence, Origin, Outlook, Pose,
+    Provenance, Recording, Rules, Snapshot, State, SymbolicDomain, mean_orientation, outlook,
+    rotation_between,
 };
 pub use error::{InputFault, TaskError};
-pub use files::{Overwrite, read_file, read_solved, write_whole};
-pub use ground::{Classifier, FEW, Gate, Grounded, Grounding};
-pub use oracle::{Commitment, Obstacle, Outlook, Rules, outlook};
-pub use pose::{Pose, mean_orientation, rotation_between};
-pub use recording::{Demonstration, Event, Labels, ObjectPose, Recording, Snapshot};
-pub use symbolic::SymbolicDomain;
 #[cfg(feature = "physics")]
-pub use witness::{Assembly, Recorder};
+pub use execute::{Assembly, Demonstrated, Recorder, demonstrate};
+pub use files::{Overwrite, read_file, read_solved, write_whole};
+pub use planner::{
+    ABSENT, ActionSpace, Encoded, NOTHING, PRECONDITION, StateSpace, deep_preconditions,
+};

@@ -1,10 +1,10 @@
 //! From an action to a part and a target: the effect state's mean, and a part in the state that it is
 //! taken from.
 
+use crate::task::domain::Grounded;
+use crate::task::domain::Snapshot;
 use crate::task::domain::{Domain, Operator};
-use crate::task::ground::Grounded;
-use crate::task::recording::Snapshot;
-use crate::task::scene::Target;
+use crate::task::skill::Target;
 
 /// A part of the same kind this near to a target is in the way, in metres.
 const IN_THE_WAY_M: f64 = 0.025;

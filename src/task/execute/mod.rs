@@ -8,8 +8,9 @@
 //! part goes where is a state's mean pose.
 
 mod choose;
-mod tally;
+mod demonstrate;
 mod thoughts;
+mod witness;
 mod world;
 
 use std::ops::ControlFlow;
@@ -18,16 +19,17 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use super::error::TaskError;
-use super::ground::Grounding;
-use super::oracle::Obstacle;
-use super::planner::Planner;
-use super::pose::Pose;
-use super::scene::{Outcome, SceneFrame, SceneSpec, SkillReport, Touch};
-use super::witness::Assembly;
 use crate::sim::{RunConfig, Seed, SimDuration, SimView, Simulator, StopReason};
-pub use tally::Tally;
+use crate::task::domain::Grounding;
+use crate::task::domain::Obstacle;
+use crate::task::domain::Pose;
+use crate::task::error::TaskError;
+use crate::task::planner::Planner;
+use crate::task::scene::{SceneFrame, SceneSpec};
+use crate::task::skill::{Outcome, SkillReport, Touch};
+pub use demonstrate::{Demonstrated, demonstrate};
 pub use thoughts::{ModuleSamples, Thoughts};
+pub use witness::{Assembly, Recorder};
 pub use world::{AssemblyWorld, Doing};
 
 /// How episodes are run.

@@ -9,11 +9,12 @@ use serde::{Deserialize, Serialize};
 use super::choose;
 use super::{Decided, Ended, EpisodeSpec, Touched};
 use crate::sim::{Real, Seed, SimDuration, World, WorldError, WorldSave};
+use crate::task::domain::{Classifier, Grounding};
 use crate::task::error::TaskError;
-use crate::task::ground::{Classifier, Grounding};
+use crate::task::execute::witness::Recorder;
 use crate::task::planner::{Planner, Verdict};
-use crate::task::scene::{Outcome, Robot, Scene, SceneFrame, SkillReport};
-use crate::task::witness::Recorder;
+use crate::task::scene::{Scene, SceneFrame};
+use crate::task::skill::{Outcome, Robot, SkillReport};
 
 /// What the executor is doing.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -5,14 +5,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::gaussian::PoseGaussian;
 use super::names::{Landmark, Names, action_name, state_name};
 use super::operators::{Evidence, Instance};
-use super::report::Failure;
 use super::scene::{Cluster, Scene};
+use super::summary::Failure;
 use super::tries::Try;
 use super::ways::Ways;
 use super::{Learned, Settings};
+use crate::task::domain::Pose;
 use crate::task::domain::{Domain, KindClusters, Operator, Origin, Provenance, State};
 use crate::task::error::TaskError;
-use crate::task::pose::Pose;
 
 /// What was decided, for the report.
 pub(super) struct Conclusion<'a> {

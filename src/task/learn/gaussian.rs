@@ -1,6 +1,6 @@
 //! The model of a state: a robust mean pose and a 6-D Gaussian of position and orientation.
 
-use crate::task::pose::{Pose, mean_orientation, rotation_between};
+use crate::task::domain::{Pose, mean_orientation, rotation_between};
 
 /// A robust mean (section II.E of the paper): sort the values, drop the lowest and the highest
 /// `floor(n / 10)`, average the rest. 0 for no values.

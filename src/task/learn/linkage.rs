@@ -3,7 +3,7 @@
 //! The dendrogram is kodama's (nearest-neighbour chain, O(n^2) time). The flat cut follows the paper's tool:
 //! clusters whose linkage is at or above the threshold are not merged.
 
-use super::distance::distance_matrix;
+use crate::task::domain::distance::distance_matrix;
 use crate::task::error::TaskError;
 
 /// Most points that are clustered: their distances take 1.6 GB.
@@ -137,7 +137,7 @@ impl Dendrogram {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::task::learn::distance::p_distance;
+    use crate::task::domain::distance::p_distance;
 
     fn points(n: usize) -> Vec<[f64; 3]> {
         let wave = |i: usize, k: f64| ((i as f64 + 1.0) * k).sin();

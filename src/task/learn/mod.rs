@@ -11,29 +11,30 @@
 //! actions.
 
 mod conclude;
-mod distance;
 mod gaussian;
 mod linkage;
 mod names;
 mod operators;
-mod report;
 mod scene;
+mod summary;
 mod threshold;
 mod tracks;
 mod tries;
 mod ways;
 
-pub use distance::{PAPER_EXPONENT, check_exponent, distance_matrix, p_distance};
+pub use crate::task::domain::distance::{
+    PAPER_EXPONENT, check_exponent, distance_matrix, p_distance,
+};
 pub use gaussian::{PoseGaussian, robust_mean};
 pub use linkage::{Dendrogram, MOST_POINTS, Merge};
 pub use operators::{Evidence, GlobalState, Instance};
-pub use report::{Failure, LearnReport, Outcome, StrayPoses, TryReport};
+pub use summary::{Failure, LearnReport, Outcome, StrayPoses, TryReport};
 pub use threshold::RESOLUTION;
 pub use tries::MOVED_M;
 
-use super::domain::Domain;
-use super::error::TaskError;
-use super::recording::Recording;
+use crate::task::domain::Domain;
+use crate::task::domain::Recording;
+use crate::task::error::TaskError;
 use scene::Scene;
 
 /// How to learn.

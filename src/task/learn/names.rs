@@ -2,8 +2,8 @@
 
 use std::collections::HashSet;
 
+use crate::task::domain::Pose;
 use crate::task::domain::{Origin, is_symbol};
-use crate::task::pose::Pose;
 
 /// Something that was always there and never moved, near which a state may lie.
 #[derive(Debug, Clone, PartialEq)]

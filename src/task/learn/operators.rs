@@ -1,5 +1,7 @@
 //! What an action needs and does: counts over the global states before and after its instances.
 
+use crate::task::domain::OperatorEvidence;
+
 /// Which states hold: one flag a state.
 pub type GlobalState = Vec<bool>;
 
@@ -78,6 +80,12 @@ impl Evidence {
             return Vec::new();
         }
         (0..self.change.len()).filter(|s| self.change[*s] == all).collect()
+    }
+}
+
+impl From<Evidence> for OperatorEvidence {
+    fn from(e: Evidence) -> Self {
+        Self { instances: e.instances, before: e.before, change: e.change }
     }
 }
 

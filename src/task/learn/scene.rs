@@ -9,9 +9,9 @@ use super::threshold::{Manipulation, choose};
 use super::tracks::{Track, follow};
 use super::tries::{MOVED_M, Try, cut, guess};
 use super::{Progress, Settings};
+use crate::task::domain::Pose;
+use crate::task::domain::Recording;
 use crate::task::error::TaskError;
-use crate::task::pose::Pose;
-use crate::task::recording::Recording;
 
 /// The recording with identities.
 pub(super) struct Scene<'r> {

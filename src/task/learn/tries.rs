@@ -1,8 +1,8 @@
 //! Cutting demonstrations into tries, and finding the object that each try manipulated.
 
-use super::distance::p_distance;
 use super::tracks::Track;
-use crate::task::recording::{Demonstration, Event};
+use crate::task::domain::distance::p_distance;
+use crate::task::domain::{Demonstration, Event};
 
 /// A part that stays within this distance has not moved, in metres: a knock, a slip in the hand and the
 /// settling of a resting part are below it.
@@ -131,9 +131,9 @@ pub(crate) fn guess(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::task::domain::Pose;
+    use crate::task::domain::{ObjectPose, Snapshot};
     use crate::task::learn::tracks::follow;
-    use crate::task::pose::Pose;
-    use crate::task::recording::{ObjectPose, Snapshot};
 
     fn snapshot(event: Option<Event>, object: Option<usize>, xs: &[f64]) -> Snapshot {
         let part = |(i, x): (usize, &f64)| ObjectPose {

@@ -14,9 +14,9 @@ use crate::sim::{
     WorldSave,
 };
 use crate::task::domain::Domain;
-use crate::task::encode::{Encoded, StateSpace};
+use crate::task::domain::{Obstacle, Outlook};
 use crate::task::error::TaskError;
-use crate::task::oracle::{Obstacle, Outlook};
+use crate::task::planner::encode::{Encoded, StateSpace};
 
 /// What a planner answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -22,7 +22,7 @@ use crate::sim::{
     AdvanceIo, In, InputSpec, Module, Node, NodeFault, Out, OutputSpec, PortDecl, Real, Scalar,
     Scope, SimDuration, StateSpec, StepCx, Vector,
 };
-use crate::task::oracle::Commitment;
+use crate::task::domain::Commitment;
 
 /// The executive's waits, in simulated time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -26,12 +26,12 @@ use crate::spa::{
     Unbind, UnbindFixed, VocabError, dot,
 };
 use crate::task::domain::Domain;
-use crate::task::encode::{
+use crate::task::domain::{Commitment, Rules};
+use crate::task::error::TaskError;
+use crate::task::planner::encode::{
     ABSENT, ActionSpace, Encoded, NOTHING, PRECONDITION, StateSpace, deep_absent,
     deep_preconditions,
 };
-use crate::task::error::TaskError;
-use crate::task::oracle::{Commitment, Rules};
 
 /// How a role is taken out of a deep pointer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

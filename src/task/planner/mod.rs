@@ -4,12 +4,16 @@
 //! [`Planner`] is one built and made ready to be asked.
 
 mod ask;
+pub(crate) mod encode;
 mod executive;
 mod graph;
 mod rollout;
 mod views;
 
 pub use ask::{Decision, Milestone, Planner, Stage, Verdict};
+pub use encode::{
+    ABSENT, ActionSpace, Encoded, NOTHING, PRECONDITION, StateSpace, deep_preconditions,
+};
 #[cfg(feature = "physics")]
 pub(crate) use executive::TRACE;
 pub use executive::Timing;

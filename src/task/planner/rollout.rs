@@ -1,8 +1,8 @@
 //! A whole plan: the planner graph asked again and again, in worlds predicted from the operators.
 
 use super::ask::{Decision, Planner, Verdict};
+use crate::task::domain::Obstacle;
 use crate::task::error::TaskError;
-use crate::task::oracle::Obstacle;
 
 /// One step of a plan.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,8 +4,8 @@ use super::graph::PlanningPorts;
 use crate::sim::{Kind, Out, Real, SimView};
 use crate::spa::{Vocabulary, dots, norm};
 use crate::task::domain::Domain;
-use crate::task::encode::Encoded;
 use crate::task::error::TaskError;
+use crate::task::planner::encode::Encoded;
 
 /// What a [`ModuleView`]'s numbers are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,10 +4,11 @@ use rapier3d::geometry::{SharedShape, TypedShape};
 use rapier3d::math::{Pose as Frame, Vector};
 use serde::Serialize;
 
-use super::arm::{self, JOINTS};
-use super::physics::pose_of;
-use super::{SceneSpec, bodies, shapes};
-use crate::task::pose::Pose;
+use super::{SceneSpec, shapes};
+use crate::task::domain::Pose;
+use crate::task::robot::arm::{self, JOINTS};
+use crate::task::robot::bodies;
+use crate::task::robot::frame::pose_of;
 
 /// What moves as one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

@@ -17,18 +17,20 @@ use rapier3d::dynamics::{
     RigidBodyHandle, SpringCoefficients,
 };
 use rapier3d::geometry::{ColliderBuilder, ColliderHandle};
-use rapier3d::math::{Pose as Frame, Rotation, Vector};
+use rapier3d::math::{Pose as Frame, Vector};
 use rapier3d::prelude::{PhysicsWorld, QueryFilter};
 use serde::{Deserialize, Serialize};
 
-use super::arm::{self, Angles, JOINTS};
-use super::bodies::{self, RobotBodies};
-use super::config::{ArmSpec, SceneSpec};
+use super::config::SceneSpec;
 use super::drops;
 use super::shapes;
 use crate::sim::{Seed, SimDuration};
+use crate::task::domain::Pose;
 use crate::task::error::TaskError;
-use crate::task::pose::Pose;
+use crate::task::robot::ArmSpec;
+use crate::task::robot::arm::{self, Angles, JOINTS};
+use crate::task::robot::bodies::{self, RobotBodies};
+use crate::task::robot::frame::{frame_of, pose_of};
 
 /// What a part is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -74,16 +76,6 @@ pub struct Scene {
 
 /// How far parts can seem to be within one another where one goes into the other.
 const MEETING_M: f64 = 1.5e-3;
-pub(crate) fn frame_of(pose: &Pose) -> Frame {
-    let [x, y, z, w] = pose.orientation;
-    Frame::from_parts(Vector::from(pose.position), Rotation::from_xyzw(x, y, z, w).normalize())
-}
-
-pub(crate) fn pose_of(frame: &Frame) -> Pose {
-    let q = frame.rotation.normalize();
-    Pose { position: frame.translation.to_array(), orientation: [q.x, q.y, q.z, q.w] }
-}
-
 impl Scene {
     /// Builds the scene, drops the parts at poses drawn from `seed` and lets them settle.
     ///
@@ -97,7 +89,7 @@ impl Scene {
         physics.gravity = Vector::new(0.0, 0.0, -9.81);
         physics.integration_parameters = parameters(spec);
         furnish(&mut physics, spec);
-        let robot = bodies::build_robot(&mut physics, spec);
+        let robot = bodies::build_robot(&mut physics, &spec.arm, &spec.gripper);
         let mut scene = Self {
             spec: spec.clone(),
             physics,

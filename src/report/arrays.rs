@@ -1,0 +1,344 @@
+//! `arrays.npz`: frames of the filmed episode, what the modules held, spikes; numpy opens it.
+//!
+//! | array | shape | what |
+//! |---|---|---|
+//! | `frames_t` | F | simulated seconds |
+//! | `frames_angles` | F x 7 | joint angles, radians |
+//! | `frames_fingers` | F x 2 | distance of each finger from the middle, metres |
+//! | `frames_parts` | F x parts x 7 | position in metres, orientation `[x, y, z, w]`; nuts first |
+//! | `modules_t` | S | simulated seconds |
+//! | `module_NAME` | S x names | as `run.json` says of the module |
+//! | `spikes_t` | N | simulated seconds |
+//! | `spikes_row` | N | the neuron's row, counted over the populations of `run.json` |
+
+use std::io::Cursor;
+
+use ndarray::{Array, Array1, Array2, Array3, Dimension, Ix1, Ix2, Ix3, OwnedRepr};
+use ndarray_npy::{NpzReader, NpzWriter, ReadNpzError};
+use serde_json::{Value, json};
+
+use super::facts::{ModuleFacts, RunFacts};
+use super::page::base64;
+use super::trace::LONGEST_S;
+use crate::task::TaskError;
+use crate::task::execute::Thoughts;
+use crate::task::scene::SceneFrame;
+
+/// The arrays of a run's filmed episode.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Arrays {
+    frames_t: Array1<f64>,
+    angles: Array2<f32>,
+    fingers: Array2<f32>,
+    parts: Array3<f32>,
+    modules_t: Array1<f64>,
+    modules: Vec<(String, Array2<f32>)>,
+    spikes_t: Array1<f64>,
+    spikes_row: Array1<u32>,
+    /// Modules that are there and could not be read.
+    unread: Vec<String>,
+}
+
+const PREFIX: &str = "module_";
+
+/// How much the last frame and the last look at modules may be off an episode's end, in seconds: more than they are
+/// apart.
+const ROUGHLY_S: f64 = 0.1;
+
+type Npz<'b> = NpzReader<Cursor<&'b [u8]>>;
+type Frames = (Array1<f64>, Array2<f32>, Array2<f32>, Array3<f32>);
+
+/// An array of doubles.
+fn numbers(npz: &mut Npz<'_>, name: &str) -> Result<Array1<f64>, String> {
+    let read = npz.by_name::<OwnedRepr<f64>, Ix1>(name);
+    read.map_err(|error| format!("{name} cannot be read ({error})"))
+}
+
+/// An array in single precision, also of a file that has it in double.
+fn singles<D: Dimension>(npz: &mut Npz<'_>, name: &str) -> Result<Array<f32, D>, String> {
+    let read = npz.by_name::<OwnedRepr<f32>, D>(name).or_else(|error| {
+        let double = npz.by_name::<OwnedRepr<f64>, D>(name);
+        double.map(|values| values.mapv(|v| v as f32)).map_err(|_| error)
+    });
+    read.map_err(|error| format!("{name} cannot be read ({error})"))
+}
+
+/// The most rows of a raster.
+const MOST_ROWS: usize = 2_000;
+
+/// Whether these are moments of an episode.
+fn rising(times: &Array1<f64>) -> bool {
+    times.iter().all(|t| (0.0..=LONGEST_S).contains(t))
+        && times.iter().zip(times.iter().skip(1)).all(|(a, b)| a <= b)
+}
+
+fn fits(values: &Array2<f32>, names: &[String]) -> bool {
+    values.ncols() == names.len() && values.iter().all(|v| v.is_finite())
+}
+
+impl Arrays {
+    /// Frames and thoughts of an episode. Costs a copy.
+    pub fn of(frames: &[SceneFrame], thoughts: &Thoughts) -> Self {
+        let parts = frames.first().map_or(0, |frame| frame.parts.len());
+        let count = frames.len();
+        let at = |frame: usize, part: usize, number: usize| {
+            let Some(pose) = frames[frame].parts.get(part) else { return f32::NAN };
+            pose.position.iter().chain(&pose.orientation).nth(number).map_or(0.0, |v| *v as f32)
+        };
+        let modules = thoughts.modules().iter().map(|module| {
+            let columns = module.names.len();
+            let rows = module.values.len() / columns.max(1);
+            let value = |(row, column)| module.values[row * columns + column];
+            (module.name.clone(), Array2::from_shape_fn((rows, columns), value))
+        });
+        Self {
+            frames_t: frames.iter().map(|f| f.t).collect(),
+            angles: Array2::from_shape_fn((count, 7), |(f, i)| frames[f].angles[i] as f32),
+            fingers: Array2::from_shape_fn((count, 2), |(f, i)| frames[f].fingers[i] as f32),
+            parts: Array3::from_shape_fn((count, parts, 7), |(f, p, i)| at(f, p, i)),
+            modules_t: thoughts.times_s().iter().copied().collect(),
+            modules: modules.collect(),
+            spikes_t: thoughts.spikes().iter().map(|s| s.0).collect(),
+            spikes_row: thoughts.spikes().iter().map(|s| s.1).collect(),
+            unread: Vec::new(),
+        }
+    }
+
+    /// The bytes of the file.
+    ///
+    /// # Errors
+    /// [`TaskError::Figure`] if they cannot be packed.
+    pub fn to_npz(&self) -> Result<Vec<u8>, TaskError> {
+        self.pack().map_err(|error| TaskError::Figure { reason: error.to_string() })
+    }
+
+    fn pack(&self) -> Result<Vec<u8>, ndarray_npy::WriteNpzError> {
+        let mut bytes = Vec::new();
+        let mut npz = NpzWriter::new_compressed(Cursor::new(&mut bytes));
+        npz.add_array("frames_t", &self.frames_t)?;
+        npz.add_array("frames_angles", &self.angles)?;
+        npz.add_array("frames_fingers", &self.fingers)?;
+        npz.add_array("frames_parts", &self.parts)?;
+        npz.add_array("modules_t", &self.modules_t)?;
+        for (name, values) in &self.modules {
+            npz.add_array(format!("{PREFIX}{name}"), values)?;
+        }
+        npz.add_array("spikes_t", &self.spikes_t)?;
+        npz.add_array("spikes_row", &self.spikes_row)?;
+        npz.finish()?;
+        Ok(bytes)
+    }
+
+    /// Reads the bytes of a file, and a sentence on each part of it that cannot be read or does not belong together: the
+    /// frames, a module, or the spikes, which are then left out. Numbers may be of single or double precision.
+    ///
+    /// # Errors
+    /// A sentence, if it is no file of arrays.
+    pub fn from_npz(bytes: &[u8]) -> Result<(Self, Vec<String>), String> {
+        let damaged = |error: ReadNpzError| format!("it is damaged ({error})");
+        let mut npz = NpzReader::new(Cursor::new(bytes)).map_err(damaged)?;
+        let (mut arrays, mut odd) = (Self::empty(), Vec::new());
+        match Self::read_frames(&mut npz) {
+            Ok(frames) => {
+                (arrays.frames_t, arrays.angles, arrays.fingers, arrays.parts) = frames;
+            }
+            Err(why) => odd.push(why),
+        }
+        match numbers(&mut npz, "modules_t") {
+            Ok(times) => arrays.modules_t = times,
+            Err(why) => odd.push(why),
+        }
+        for name in npz.names().map_err(damaged)? {
+            let Some(module) = name.strip_prefix(PREFIX) else { continue };
+            let samples = arrays.modules_t.len();
+            let values = singles::<Ix2>(&mut npz, &name).and_then(|values| match values.nrows() {
+                rows if rows == samples => Ok(values),
+                rows => Err(format!("{name} has {rows} rows; modules_t has {samples}")),
+            });
+            match values {
+                Ok(values) => arrays.modules.push((module.to_owned(), values)),
+                Err(why) => {
+                    arrays.unread.push(module.to_owned());
+                    // Without their times none can be.
+                    odd.extend((samples > 0).then_some(why));
+                }
+            }
+        }
+        let rows = npz.by_name::<OwnedRepr<u32>, Ix1>("spikes_row");
+        let rows = rows.map_err(|error| format!("spikes_row cannot be read ({error})"));
+        match numbers(&mut npz, "spikes_t").and_then(|times| rows.map(|rows| (times, rows))) {
+            Ok((times, rows)) if times.len() == rows.len() => {
+                (arrays.spikes_t, arrays.spikes_row) = (times, rows);
+            }
+            Ok(_) => odd.push("its arrays of spikes do not belong together".into()),
+            Err(why) => odd.push(why),
+        }
+        Ok((arrays, odd))
+    }
+
+    fn read_frames(npz: &mut Npz<'_>) -> Result<Frames, String> {
+        let frames = (
+            numbers(npz, "frames_t")?,
+            singles::<Ix2>(npz, "frames_angles")?,
+            singles::<Ix2>(npz, "frames_fingers")?,
+            singles::<Ix3>(npz, "frames_parts")?,
+        );
+        let (times, angles, fingers, parts) = &frames;
+        let lengths = [angles.nrows(), fingers.nrows(), parts.dim().0];
+        let widths = (angles.ncols(), fingers.ncols(), parts.dim().2);
+        if times.is_empty() {
+            return Err("it has no frames".into());
+        }
+        if lengths != [times.len(); 3] || widths != (7, 2, 7) {
+            return Err("its arrays of frames do not belong together".into());
+        }
+        Ok(frames)
+    }
+
+    /// Arrays of nothing.
+    fn empty() -> Self {
+        Self {
+            frames_t: Array1::default(0),
+            angles: Array2::default((0, 7)),
+            fingers: Array2::default((0, 2)),
+            parts: Array3::default((0, 0, 7)),
+            modules_t: Array1::default(0),
+            modules: Vec::new(),
+            spikes_t: Array1::default(0),
+            spikes_row: Array1::default(0),
+            unread: Vec::new(),
+        }
+    }
+
+    fn forget_frames(&mut self) {
+        let Self { frames_t, angles, fingers, parts, .. } = Self::empty();
+        (self.frames_t, self.angles, self.fingers, self.parts) = (frames_t, angles, fingers, parts);
+    }
+
+    fn forget_thoughts(&mut self) {
+        let Self { modules_t, modules, spikes_t, spikes_row, .. } = Self::empty();
+        (self.modules_t, self.modules) = (modules_t, modules);
+        (self.spikes_t, self.spikes_row) = (spikes_t, spikes_row);
+    }
+
+    /// What of these can be of an episode that lasted so long, and a sentence on what cannot.
+    pub fn lasting(mut self, simulated_s: f64) -> (Self, Vec<String>) {
+        let mut odd = Vec::new();
+        let mut other = |what: &str, times: &Array1<f64>| {
+            let last = times.last().copied().unwrap_or(simulated_s);
+            let differs = (last - simulated_s).abs() > ROUGHLY_S;
+            if differs {
+                let than = format!("the filmed episode in trace.jsonl after {simulated_s:.2} s");
+                odd.push(format!("its {what} end after {last:.2} s, {than}"));
+            }
+            differs
+        };
+        let [frames, thoughts] =
+            [other("frames", &self.frames_t), other("modules", &self.modules_t)];
+        if frames {
+            self.forget_frames();
+        }
+        if thoughts {
+            self.forget_thoughts();
+        }
+        (self, odd)
+    }
+
+    /// What of these can be the arrays of that run, and a sentence on each part that cannot.
+    pub fn fitting(mut self, facts: &RunFacts) -> (Self, Vec<String>) {
+        let mut odd = Vec::new();
+        if let Err(why) = self.check_frames(facts) {
+            odd.push(why);
+            self.forget_frames();
+        }
+        if !rising(&self.modules_t) {
+            odd.push("its times of modules are not rising moments of an episode".into());
+            self.modules_t = Array1::default(0);
+            self.modules.clear();
+        } else {
+            let of = |name: &str| self.modules.iter().find(|(own, _)| own == name);
+            for ModuleFacts { name, names, .. } in &facts.modules {
+                odd.extend(match of(name) {
+                    None if self.unread.contains(name) => None,
+                    None => Some(format!("it has nothing of the module {name}")),
+                    Some((_, values)) if !fits(values, names) => {
+                        Some(format!("what it has of the module {name} is not what run.json says"))
+                    }
+                    Some(_) => None,
+                });
+            }
+            let known = |name: &str| facts.modules.iter().find(|module| module.name == name);
+            self.modules
+                .retain(|(name, values)| known(name).is_some_and(|m| fits(values, &m.names)));
+        }
+        let rows = facts.populations.iter().fold(0usize, |all, p| all.saturating_add(p.rows));
+        let other = rows > MOST_ROWS || self.spikes_row.iter().any(|row| *row as usize >= rows);
+        if other || !rising(&self.spikes_t) {
+            odd.push(match other {
+                true => "its spikes are not of the populations of run.json".into(),
+                false => "its times of spikes are not rising moments of an episode".into(),
+            });
+            self.spikes_t = Array1::default(0);
+            self.spikes_row = Array1::default(0);
+        }
+        (self, odd)
+    }
+
+    fn check_frames(&self, facts: &RunFacts) -> Result<(), String> {
+        if self.frames_t.is_empty() {
+            return Ok(());
+        }
+        if !rising(&self.frames_t) {
+            return Err("its times of frames are not rising moments of an episode".into());
+        }
+        let parts = facts.scene.nuts.saturating_add(facts.scene.bolts);
+        if self.parts.dim().1 != parts {
+            return Err(format!("it has {} parts; run.json has {parts}", self.parts.dim().1));
+        }
+        let frames = self.angles.iter().chain(&self.fingers).chain(&self.parts);
+        if !frames.copied().all(f32::is_finite) {
+            return Err("its frames have numbers that are none".into());
+        }
+        Ok(())
+    }
+
+    /// What the page needs: numbers as base64 of little-endian single precision, modules' numbers as a byte each, in
+    /// steps of a 127th of the module's greatest.
+    pub(super) fn to_page(&self) -> Value {
+        let singles = |values: &mut dyn Iterator<Item = f32>| -> String {
+            base64(&values.flat_map(f32::to_le_bytes).collect::<Vec<u8>>())
+        };
+        let packed = |values: &Array2<f32>| {
+            let most = values.iter().fold(1.0f32, |most, v| most.max(v.abs()));
+            let steps = 127.0 / most;
+            let byte = |v: &f32| ((v * steps).round().clamp(-127.0, 127.0) as i8).to_le_bytes()[0];
+            (steps, base64(&values.iter().map(byte).collect::<Vec<u8>>()))
+        };
+        let modules: Vec<Value> = self
+            .modules
+            .iter()
+            .map(|(name, values)| {
+                let (steps, values) = packed(values);
+                json!({"name": name, "steps": steps, "values": values})
+            })
+            .collect();
+        json!({
+            "frames": {
+                "count": self.frames_t.len(),
+                "parts": self.parts.dim().1,
+                "t": singles(&mut self.frames_t.iter().map(|t| *t as f32)),
+                "angles": singles(&mut self.angles.iter().copied()),
+                "fingers": singles(&mut self.fingers.iter().copied()),
+                "poses": singles(&mut self.parts.iter().copied()),
+            },
+            "modules": {
+                "t": singles(&mut self.modules_t.iter().map(|t| *t as f32)),
+                "of": modules,
+            },
+            "spikes": {
+                "t": singles(&mut self.spikes_t.iter().map(|t| *t as f32)),
+                "row": singles(&mut self.spikes_row.iter().map(|row| *row as f32)),
+            },
+        })
+    }
+}

@@ -1,0 +1,228 @@
+//! The report: one page, open offline, that shows a run or experiments, made of what stands in their folder.
+//!
+//! A run's folder holds `run.json` ([`RunFacts`]), `recording.jsonl`, `domain.json`, `scene.json`, `trace.jsonl`
+//! ([`trace`]) and `arrays.npz` ([`Arrays`]). The page is a function of these files alone; whatever is missing or
+//! damaged is said on it, and the rest is shown. Text of the files is put into the page as data and shown as text.
+
+mod arrays;
+mod facts;
+mod page;
+pub mod trace;
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value, json};
+
+pub use arrays::Arrays;
+pub use facts::{ModuleFacts, PopulationFacts, RunFacts};
+
+use crate::task::TaskError;
+use crate::task::domain::Domain;
+use crate::task::domain::Recording;
+use crate::task::read_file;
+use crate::task::scene::Outline;
+
+/// A page, and what could not be shown on it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Report {
+    /// The page.
+    pub html: String,
+    /// A sentence on each file that is missing or damaged.
+    pub missing: Vec<String>,
+}
+
+/// Files of a run, by any of which its folder is known.
+const RUN: [&str; 5] = ["run.json", "domain.json", "trace.jsonl", "arrays.npz", "recording.jsonl"];
+/// What an experiment leaves.
+const RESULTS: &str = "results.json";
+/// What one that is not finished leaves.
+const TRIALS: &str = "trials.bin";
+
+/// The report on a run's folder, on an experiment's, or on a folder of experiments' folders. Costs the reading of
+/// the files and, for a run of a minute, about 20 ms.
+///
+/// # Errors
+/// [`TaskError::NothingToReport`] if the folder holds none of the files; [`TaskError::Io`] if it cannot be read.
+pub fn report(folder: &Path) -> Result<Report, TaskError> {
+    let entries = std::fs::read_dir(folder).map_err(|source| TaskError::Io {
+        what: "read",
+        path: folder.into(),
+        source,
+    })?;
+    if RUN.iter().any(|name| folder.join(name).exists()) {
+        return Ok(of_run(folder));
+    }
+    let mut folders = vec![folder.to_path_buf()];
+    folders.extend(entries.flatten().map(|entry| entry.path()).filter(|path| path.is_dir()));
+    folders.retain(|folder| folder.join(RESULTS).exists() || folder.join(TRIALS).exists());
+    folders.sort();
+    if folders.is_empty() {
+        return Err(TaskError::NothingToReport { folder: folder.into() });
+    }
+    Ok(of_experiments(&folders))
+}
+
+/// `results.json`, as the page shows it.
+#[derive(Serialize, Deserialize)]
+struct Table {
+    name: String,
+    question: String,
+    settings: Value,
+    cells: Vec<TableRow>,
+}
+
+/// Settings and what came out; numbers that are none are null.
+#[derive(Serialize, Deserialize)]
+struct TableRow {
+    rate: Option<f64>,
+    successes: Option<u64>,
+    trials: Option<u64>,
+    effective_trials: Option<f64>,
+    mean: Option<f64>,
+    sd: Option<f64>,
+    n: Option<u64>,
+    interval95: Option<[Option<f64>; 2]>,
+    #[serde(flatten)]
+    settings: Map<String, Value>,
+}
+
+/// What a file gave, or a sentence on why it gave nothing.
+struct Reader<'a> {
+    folder: &'a Path,
+    missing: Vec<String>,
+}
+
+impl Reader<'_> {
+    fn take<T>(
+        &mut self,
+        name: &str,
+        read: impl FnOnce(&[u8], &str) -> Result<T, String>,
+    ) -> Option<T> {
+        let path = self.folder.join(name);
+        let taken = match read_file(&path) {
+            Ok(bytes) => read(&bytes, name),
+            Err(TaskError::Io { source, .. }) => Err(match source.kind() {
+                std::io::ErrorKind::NotFound => "it is not there".into(),
+                _ => source.to_string(),
+            }),
+            Err(error) => Err(error.to_string()),
+        };
+        taken.map_err(|why| self.missing.push(format!("{name}: {why}"))).ok()
+    }
+}
+
+fn of_run(folder: &Path) -> Report {
+    let mut reader = Reader { folder, missing: Vec::new() };
+    let facts = reader.take("run.json", |bytes, _| {
+        let facts: RunFacts = serde_json::from_slice(bytes).map_err(|e| e.to_string())?;
+        let (format, version) = RunFacts::FORMAT;
+        if facts.format != format || facts.version != version {
+            let is = format!("it is a {} of version {}", facts.format, facts.version);
+            return Err(format!("{is}; expected {format} of version {version}"));
+        }
+        Ok(facts)
+    });
+    let domain = reader.take("domain.json", |bytes, name| {
+        Domain::parse(bytes, name).map_err(|e| e.to_string())?;
+        serde_json::from_slice::<Value>(bytes).map_err(|e| e.to_string())
+    });
+    let shown = reader.take("recording.jsonl", |bytes, name| {
+        let (recording, _) = Recording::parse(bytes, name).map_err(|e| e.to_string())?;
+        Ok(json!({
+            "demonstrations": recording.demos.len(),
+            "snapshots": recording.snapshot_count(),
+        }))
+    });
+    let traced = reader.take("trace.jsonl", |bytes, _| Ok(trace::read(bytes)));
+    let events = traced.map(|(events, problem)| {
+        let episodes = facts.as_ref().and_then(|f| f.summary.get("episodes")?.as_u64());
+        let unfinished = || trace::unfinished(&events, episodes.map(|n| n as usize));
+        let problem = problem.or_else(unfinished);
+        reader.missing.extend(problem.map(|problem| format!("trace.jsonl: {problem}")));
+        events
+    });
+    let filmed = filmed(facts.as_ref(), events.as_deref());
+    if let (Some(facts), None) = (&facts, filmed) {
+        let number = facts.filmed;
+        reader.missing.push(format!("run.json: it has no episode {number} that could be filmed"));
+    }
+    let mut odd = Vec::new();
+    let arrays = reader.take("arrays.npz", |bytes, _| Arrays::from_npz(bytes)).map(|read| {
+        let (mut arrays, unread) = read;
+        odd.extend(unread);
+        if let Some(facts) = &facts {
+            let (fitting, others) = arrays.fitting(facts);
+            arrays = fitting;
+            odd.extend(others);
+        }
+        let own = |line: &&trace::Line| Some(line.episode) == filmed;
+        let end = events.iter().flatten().filter(own).find_map(|line| line.end.as_ref());
+        if let Some(end) = end {
+            let (lasting, others) = arrays.lasting(end.simulated_s);
+            arrays = lasting;
+            odd.extend(others);
+        }
+        arrays
+    });
+    reader.missing.extend(odd.into_iter().map(|why| format!("arrays.npz: {why}")));
+    let scene = facts.as_ref().map(|facts| &facts.scene);
+    let outline = scene.map(|spec| match spec.check() {
+        Ok(()) => Some(Outline::of(spec)),
+        Err(error) => {
+            reader.missing.push(format!("run.json: {error}"));
+            None
+        }
+    });
+    let missing = reader.missing;
+    let data = json!({
+        "kind": "run",
+        "missing": missing,
+        "run": facts,
+        "filmed": filmed,
+        "domain": domain,
+        "recording": shown,
+        "events": events,
+        "outline": outline,
+        "arrays": arrays.as_ref().map(Arrays::to_page),
+    });
+    Report { html: page::html(&data), missing }
+}
+
+/// Which episode the arrays are of: as `run.json` says, or the only one of the trace.
+fn filmed(facts: Option<&RunFacts>, events: Option<&[trace::Line]>) -> Option<usize> {
+    let Some(facts) = facts else {
+        return events.is_some_and(|lines| lines.iter().all(|line| line.episode == 0)).then_some(0);
+    };
+    let episodes = facts.summary.get("episodes").and_then(Value::as_u64);
+    let there = episodes.is_none_or(|all| (facts.filmed as u64) < all);
+    there.then_some(facts.filmed)
+}
+
+fn of_experiments(folders: &[std::path::PathBuf]) -> Report {
+    let mut missing = Vec::new();
+    let mut experiments = Vec::new();
+    for folder in folders {
+        let name = folder.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let mut reader = Reader { folder, missing: Vec::new() };
+        let results = if folder.join(RESULTS).exists() {
+            reader.take(RESULTS, |bytes, _| {
+                serde_json::from_slice::<Table>(bytes).map_err(|e| e.to_string())
+            })
+        } else {
+            reader.missing.push(format!(
+                "{RESULTS}: it is not there: the trials are not finished; `symbolt experiment` goes on with them"
+            ));
+            None
+        };
+        let figure = if folder.join("figure.svg").exists() {
+            reader.take("figure.svg", |bytes, _| Ok(page::base64(bytes)))
+        } else {
+            None
+        };
+        missing.extend(reader.missing.into_iter().map(|why| format!("{name}/{why}")));
+        experiments.push(json!({"folder": name, "results": results, "figure": figure}));
+    }
+    let data = json!({"kind": "experiments", "missing": missing, "experiments": experiments});
+    Report { html: page::html(&data), missing }
+}

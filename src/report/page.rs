@@ -1,0 +1,46 @@
+//! The page itself: its own style and code, the viewer library, and the data, in one file.
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use serde_json::{Value, json};
+
+const PAGE: &str = include_str!("../../assets/report/page.html");
+const STYLE: &str = include_str!("../../assets/report/style.css");
+/// In this order they are one module.
+const CODE: [&str; 6] = [
+    include_str!("../../assets/report/data.js"),
+    include_str!("../../assets/report/tables.js"),
+    include_str!("../../assets/report/replay.js"),
+    include_str!("../../assets/report/timeline.js"),
+    include_str!("../../assets/report/run.js"),
+    include_str!("../../assets/report/main.js"),
+];
+const THREE: &str = include_str!("../../assets/vendor/three/three.module.min.js");
+const ORBIT: &str = include_str!("../../assets/vendor/three/OrbitControls.js");
+
+pub(super) fn base64(bytes: &[u8]) -> String {
+    STANDARD.encode(bytes)
+}
+
+/// The page that shows `data`. None of its text can end the element that it stands in, nor be taken for anything
+/// but data.
+pub(super) fn html(data: &Value) -> String {
+    let library = |code: &str| format!("data:text/javascript;base64,{}", base64(code.as_bytes()));
+    let imports = json!({"imports": {"three": library(THREE), "three/orbit": library(ORBIT)}});
+    let mut html = String::with_capacity(2_000_000);
+    let parts = [
+        ("{{style}}", STYLE.to_owned()),
+        ("{{imports}}", imports.to_string()),
+        ("{{data}}", data.to_string().replace('<', "\\u003c")),
+        ("{{code}}", CODE.concat()),
+    ];
+    let mut rest = PAGE;
+    for (mark, content) in parts {
+        let (before, after) = rest.split_once(mark).unwrap_or((rest, ""));
+        html.push_str(before);
+        html.push_str(&content);
+        rest = after;
+    }
+    html.push_str(rest);
+    html
+}

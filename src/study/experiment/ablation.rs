@@ -1,0 +1,298 @@
+//! `ablation` and `timing`: the planner graph with a part taken out or changed, and its simulated time.
+
+use rand::RngExt;
+use serde_json::{Value, json};
+
+use super::{
+    Axis, Cell, Experiment, Figure, Mark, Measure, Options, Outcome, Reading, Results, Series,
+    Style, outcome,
+};
+use crate::neurons::{LifSpec, Population, PopulationPlan};
+use crate::sim::{Seed, SimDuration};
+use crate::task::TaskError;
+use crate::task::domain::SymbolicDomain;
+use crate::task::domain::outlook;
+use crate::task::planner::{Part, PlanEnd, Planner, PlannerSpec, Unbinding, Verdict};
+
+const GOAL: &str = "BOLT_ASSEMBLED";
+/// Where the task begins.
+const TABLE: [&str; 2] = ["NUT_ON_TABLE", "BOLT_ON_TABLE"];
+
+fn lif() -> Population {
+    Population::Lif(LifSpec::default())
+}
+
+/// One change of the planner.
+struct Variant {
+    name: &'static str,
+    value: String,
+    spec: PlannerSpec,
+    plan: PopulationPlan,
+}
+
+/// How many worlds are decided about in a trial.
+const WORLDS: usize = 4;
+
+/// The planner with parts taken out, weakened, or computed otherwise.
+pub(super) struct Ablation {
+    variants: Vec<Variant>,
+    trials: u64,
+}
+
+impl Ablation {
+    pub fn new(options: &Options) -> Self {
+        let spec = PlannerSpec::default();
+        let spiking = PopulationPlan::all(lif());
+        let small =
+            |scale| PopulationPlan::all(Population::Lif(LifSpec { scale, ..LifSpec::default() }));
+        let mut variants = Vec::new();
+        let mut add = |name, value: String, spec, plan: &PopulationPlan| {
+            variants.push(Variant { name, value, spec, plan: plan.clone() });
+        };
+        let modes = [
+            ("direct", PopulationPlan::direct()),
+            ("lif", spiking.clone()),
+            ("lif, 15 neurons a dimension", small(0.3)),
+        ];
+        for (mode, plan) in modes {
+            let parts =
+                [("nothing", None), ("cleanup", Some(Part::Cleanup)), ("gate", Some(Part::Gate))];
+            for (part, without) in parts {
+                add("without", format!("{part} ({mode})"), PlannerSpec { without, ..spec }, &plan);
+            }
+        }
+        for retention in [0.9, 0.5, 0.0] {
+            for (mode, plan) in [("direct", &PopulationPlan::direct()), ("lif", &spiking)] {
+                let spec = PlannerSpec { retention, ..spec };
+                add("memory fed back", format!("{retention} ({mode})"), spec, plan);
+            }
+        }
+        for per_dimension in [5, 10, 20, 35] {
+            let plan = small(f64::from(per_dimension) / 50.0);
+            add("neurons a dimension", per_dimension.to_string(), spec, &plan);
+        }
+        for ms in [2, 10, 20, 40] {
+            let synapse = SimDuration::from_millis(ms);
+            add("synapse (ms)", ms.to_string(), PlannerSpec { synapse, ..spec }, &spiking);
+        }
+        for dimensions in [64, 128, 512] {
+            let max_similarity = if dimensions < 128 { 0.3 } else { spec.max_similarity };
+            let spec = PlannerSpec { dimensions, max_similarity, ..spec };
+            add("dimensions", dimensions.to_string(), spec, &spiking);
+        }
+        for module in ["goal_buffer", "focus", "cause", "deep", "required", "motor_gate", "motor"] {
+            // A pattern of these letters always parses.
+            if let Ok(pattern) = format!("planner/{module}/**").parse() {
+                let plan = spiking.clone().with(pattern, Population::Direct);
+                add("exact module", module.into(), spec, &plan);
+            }
+        }
+        let products = PlannerSpec { unbinding: Unbinding::Products, ..spec };
+        add("unbinding", "products (direct)".into(), products, &PopulationPlan::direct());
+        Self { variants, trials: options.trials.unwrap_or(10) }
+    }
+}
+
+/// What a planner does first about some worlds: how often what the oracle accepts, and its simulated ms.
+fn decide(planner: &Planner, worlds: &[Vec<bool>]) -> Result<(f64, f64), TaskError> {
+    let domain = planner.domain();
+    let goal = domain.states().iter().position(|s| s.name == GOAL).unwrap_or_default();
+    let (mut right, mut ms, mut decided) = (0.0, 0.0, 0.0);
+    for world in worlds {
+        let wanted = outlook(domain, world, goal, planner.spec().rules());
+        let (verdict, time_ms) = match planner.decide(world, GOAL) {
+            Ok(decision) => (Some(decision.verdict), decision.time_ms),
+            Err(TaskError::Undecided { limit_ms, .. }) => (None, limit_ms),
+            Err(error) => return Err(error),
+        };
+        let said = verdict.is_some_and(|verdict| verdict.accepted_by(&wanted));
+        // Whatever comes out at the motor meanwhile would be done.
+        let span = SimDuration::from_millis(time_ms.ceil() as u64);
+        let done = planner.first_shown(world, GOAL, span)?.map(|(action, _)| action);
+        let acted = match (verdict, done) {
+            (Some(Verdict::Act(_)), done) => done.is_none_or(|a| wanted.actions.contains(&a)),
+            (_, done) => done.is_none(),
+        };
+        if said && acted {
+            right += 1.0;
+        }
+        if verdict.is_some() {
+            ms += time_ms;
+            decided += 1.0;
+        }
+    }
+    Ok((right, if decided > 0.0 { ms / decided } else { f64::NAN }))
+}
+
+impl Experiment for Ablation {
+    fn name(&self) -> &'static str {
+        "ablation"
+    }
+
+    fn question(&self) -> &'static str {
+        "How often does the planner do what the oracle accepts, and when, without a part or with another?"
+    }
+
+    fn revision(&self) -> u32 {
+        3
+    }
+
+    fn settings(&self) -> Value {
+        json!({"worlds_a_trial": WORLDS, "goal": GOAL})
+    }
+
+    fn cells(&self) -> Vec<Cell> {
+        let readings = || {
+            vec![
+                Reading::new(Measure::Share(1), json!({"what": "accepted"})),
+                Reading::new(Measure::Beside, json!({})),
+                Reading::new(Measure::Mean, json!({"what": "ms a decision"})),
+            ]
+        };
+        let cell = |v: &Variant| {
+            Cell::new(json!({"change": v.name, "to": v.value}), self.trials, readings())
+        };
+        self.variants.iter().map(cell).collect()
+    }
+
+    fn trial(&self, cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
+        let variant = &self.variants[cell];
+        let domain = SymbolicDomain::of_the_paper().build()?;
+        let mut rng = seed.derive("", "worlds").rng();
+        let states = domain.states().len();
+        // The first is the task's own beginning.
+        let mut worlds: Vec<Vec<bool>> = vec![domain.world(TABLE)?];
+        worlds.resize_with(WORLDS, || (0..states).map(|_| rng.random()).collect());
+        let (right, ms) = match Planner::with_plan(&domain, variant.spec, &variant.plan, seed) {
+            Ok(planner) => decide(&planner, &worlds)?,
+            // Pointers that cannot be told apart make no planner: no world is decided about rightly.
+            Err(TaskError::TooFewDimensions { .. } | TaskError::Vocabulary(_)) => (0.0, f64::NAN),
+            Err(error) => return Err(error),
+        };
+        Ok(outcome([right, WORLDS as f64, ms]))
+    }
+
+    fn figure(&self, results: &Results) -> Option<Figure> {
+        // The table's first row stands at the top.
+        let accepted = results.rows.iter().rev().filter(|row| row.is("what", &json!("accepted")));
+        let text = |row: &super::Row, key| row.settings.get(key)?.as_str().map(str::to_owned);
+        let names = accepted
+            .clone()
+            .map(|row| Some(format!("{}: {}", text(row, "change")?, text(row, "to")?)))
+            .collect::<Option<Vec<String>>>()?;
+        let marks = accepted.enumerate().map(|(at, row)| {
+            let bar = Some(row.statistic.interval95().map(|v| 100.0 * v));
+            Mark { x: 100.0 * row.statistic.value(), y: at as f64, bar }
+        });
+        Some(Figure {
+            title: "Decisions that the oracle accepts, with 95% intervals".into(),
+            x: Axis::from_to("accepted (%)", 0.0, 102.0),
+            y: Axis::named(names),
+            series: vec![Series::new("", marks.collect(), Style::Points)],
+        })
+    }
+}
+
+/// Simulated time of decisions and whole plans, in exact maths and in spiking neurons.
+pub(super) struct Timing {
+    trials: u64,
+}
+
+const MODES: [&str; 2] = ["direct", "lif"];
+
+impl Timing {
+    pub fn new(options: &Options) -> Self {
+        Self { trials: options.trials.unwrap_or(40) }
+    }
+}
+
+impl Experiment for Timing {
+    fn name(&self) -> &'static str {
+        "timing"
+    }
+
+    fn question(&self) -> &'static str {
+        "How many simulated ms do a decision and a plan of three steps take?"
+    }
+
+    fn settings(&self) -> Value {
+        json!({"goal": GOAL})
+    }
+
+    fn cells(&self) -> Vec<Cell> {
+        let readings = || {
+            vec![
+                Reading::new(Measure::Mean, json!({"what": "first decision (ms)"})),
+                Reading::new(Measure::Mean, json!({"what": "second decision (ms)"})),
+                Reading::new(Measure::Mean, json!({"what": "third decision (ms)"})),
+                Reading::new(Measure::Mean, json!({"what": "whole plan (ms)"})),
+                Reading::new(Measure::Rate, json!({"what": "three steps to the goal"})),
+            ]
+        };
+        MODES.map(|mode| Cell::new(json!({"mode": mode}), self.trials, readings())).into()
+    }
+
+    fn trial(&self, cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
+        let domain = SymbolicDomain::of_the_paper().build()?;
+        let plan = PopulationPlan::all(if cell == 0 { Population::Direct } else { lif() });
+        let planner = Planner::with_plan(&domain, PlannerSpec::default(), &plan, seed)?;
+        let rolled = planner.plan(&domain.counts(TABLE)?, GOAL)?;
+        let [first, second, third] = std::array::from_fn(|step| {
+            rolled.steps.get(step).map_or(f64::NAN, |step| step.decision.time_ms)
+        });
+        let all: f64 = rolled.steps.iter().map(|step| step.decision.time_ms).sum();
+        let sound = rolled.steps.len() == 3 && rolled.end == PlanEnd::Met;
+        Ok(outcome([first, second, third, all, if sound { 1.0 } else { 0.0 }]))
+    }
+
+    fn revision(&self) -> u32 {
+        2
+    }
+
+    fn figure(&self, results: &Results) -> Option<Figure> {
+        // The table's first row stands at the top.
+        let timed = || results.rows.iter().rev().filter(|row| row.statistic.quantiles().is_some());
+        let name = |row: &super::Row| {
+            let text = |key| row.settings.get(key)?.as_str();
+            Some(format!("{}, {}", text("what")?.trim_end_matches(" (ms)"), text("mode")?))
+        };
+        let marks = timed().enumerate().filter_map(|(at, row)| {
+            let [low, middle, high] = row.statistic.quantiles()?;
+            Some(Mark { x: middle, y: at as f64, bar: Some([low, high]) })
+        });
+        let (marks, name_of) = (marks.collect(), timed().map(name));
+        Some(Figure {
+            title: "Simulated time to an answer (median, 5 to 95% of the seeds)".into(),
+            x: Axis::new("simulated ms"),
+            y: Axis::named(name_of.collect::<Option<_>>()?),
+            series: vec![Series::new("", marks, Style::Points)],
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Share of decisions accepted, of a change in exact maths.
+    fn accepted(change: &str, to: &str) -> f64 {
+        let experiment = Ablation::new(&Options::default());
+        let cell = experiment.variants.iter().position(|v| v.name == change && v.value == to);
+        let cell = cell.expect("a variant");
+        let (mut right, mut of) = (0.0, 0.0);
+        for trial in 0..6 {
+            let seed = Seed::new(1).derive_index("trial", trial);
+            let [own, all, ..] = experiment.trial(cell, seed).expect("runs");
+            right += own;
+            of += all;
+        }
+        right / of
+    }
+
+    #[test]
+    fn the_whole_planner_is_always_right_and_without_its_gate_it_acts_too_soon() {
+        assert_eq!(accepted("without", "nothing (direct)"), 1.0);
+        assert!(accepted("without", "gate (direct)") < 0.8);
+        assert_eq!(accepted("unbinding", "products (direct)"), 1.0);
+    }
+}

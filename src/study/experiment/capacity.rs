@@ -1,0 +1,250 @@
+//! `capacity`: how often the right filler is read out of a sum of bound pairs, beside its prediction.
+//!
+//! A trial draws K roles, K fillers and a vocabulary of M items that holds the fillers, adds the bound pairs up with
+//! noise of standard deviation sigma / sqrt(D) a component, unbinds the first role, and takes the most similar
+//! item. Fillers and other items are even on the sphere, roles Gaussian or unitary, all of length 1.
+//!
+//! Given the decoded q, its score c with the right filler, and the other fillers' below c, none of the M - K items
+//! beside them beats c with probability `F((1 + c / |q|) / 2)^(M - K)`, where F is the distribution function of
+//! Beta((D - 1) / 2, (D - 1) / 2), that of `(1 + cosine) / 2` for directions even on the sphere. Its mean
+//! over q is the prediction, and so the trial gives it too. The large-D formula (Plate 1995, appendix; Frady,
+//! Kleyko and Sommer 2018) stands beside it: signal to noise `s = sqrt(D / (K + 1 + sigma^2))`, with
+//! unitary roles `sqrt(D / (K + sigma^2))`, and `integral of phi(h) Phi(s + h)^(M - 1)`.
+//!
+//! Our best decoder knows all roles and cancels interference softly, see [`PairDecoder`].
+
+use rand::Rng;
+use rand_distr::{Distribution, StandardNormal};
+use serde_json::{Value, json};
+use statrs::distribution::{Beta, Continuous, ContinuousCDF, Normal};
+
+use super::{
+    Axis, Cell, Experiment, Figure, Mark, Measure, Options, Outcome, Reading, Results, Series,
+    Style, outcome,
+};
+use crate::sim::{Real, Seed};
+use crate::spa::{Algebra, Hrr, PairDecoder, dot, dots, norm, normalize};
+use crate::task::TaskError;
+
+/// One combination of sizes and noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Size {
+    dimensions: usize,
+    bound: usize,
+    items: usize,
+    sigma: f64,
+    unitary: bool,
+}
+
+/// The experiment.
+pub(super) struct Capacity {
+    sizes: Vec<Size>,
+    trials: u64,
+}
+
+impl Capacity {
+    pub fn new(options: &Options) -> Self {
+        let mut sizes = Vec::new();
+        for dimensions in [32, 64, 128, 256] {
+            for bound in [2, 4, 8, 16] {
+                for (items, sigma) in [(16, 0.0), (64, 0.0), (64, 1.0), (256, 0.0)] {
+                    if items == bound {
+                        continue;
+                    }
+                    sizes.push(Size { dimensions, bound, items, sigma, unitary: false });
+                }
+            }
+            sizes.push(Size { dimensions, bound: 4, items: 64, sigma: 0.0, unitary: true });
+            sizes.push(Size { dimensions, bound: 4, items: 64, sigma: 1.0, unitary: true });
+        }
+        Self { sizes, trials: options.trials.unwrap_or(40_000) }
+    }
+}
+
+/// The large-D formula, by the trapezoidal rule.
+fn gaussian(size: &Size) -> f64 {
+    let Size { dimensions, bound, items, sigma, unitary } = *size;
+    let own = if unitary { 0.0 } else { 1.0 };
+    let signal = (dimensions as f64 / (bound as f64 + own + sigma * sigma)).sqrt();
+    let normal = Normal::standard();
+    let step = 0.01;
+    (-800..=800)
+        .map(|i| {
+            let h = f64::from(i) * step;
+            step * normal.pdf(h) * normal.cdf(signal + h).powi(items as i32 - 1)
+        })
+        .sum()
+}
+
+fn vector<R: Rng>(rng: &mut R, dim: usize) -> Vec<Real> {
+    let mut out: Vec<Real> = (0..dim).map(|_| -> f32 { StandardNormal.sample(rng) }).collect();
+    normalize(&mut out);
+    out
+}
+
+/// The item most similar to a query, of a row each.
+fn best(items: &[Real], query: &[Real], similarities: &mut [Real]) -> usize {
+    dots(items, query, similarities);
+    let scored = similarities.iter().enumerate();
+    scored.max_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(index, _)| index)
+}
+
+impl Size {
+    fn trial(&self, seed: Seed) -> Result<Outcome, TaskError> {
+        let Self { dimensions: dim, bound, items, sigma, unitary } = *self;
+        let mut rng = seed.rng();
+        let mut work = Hrr.scratch(dim);
+        let roles: Vec<Vec<Real>> = (0..bound)
+            .map(|_| {
+                let mut role = vector(&mut rng, dim);
+                if unitary {
+                    Hrr.make_unitary(&mut role, &mut work);
+                }
+                role
+            })
+            .collect();
+        // The fillers come first.
+        let vocabulary: Vec<Vec<Real>> = (0..items).map(|_| vector(&mut rng, dim)).collect();
+        let (rows, mut scores) = (vocabulary.concat(), vec![0.0; items]);
+        let sd = (sigma / (dim as f64).sqrt()) as Real;
+        let mut trace: Vec<Real> =
+            (0..dim).map(|_| -> f32 { StandardNormal.sample(&mut rng) }).map(|z| sd * z).collect();
+        let (mut pair, mut inverse) = (vec![0.0; dim], vec![0.0; dim]);
+        for (role, filler) in roles.iter().zip(&vocabulary) {
+            Hrr.bind_into(role, filler, &mut pair, &mut work);
+            trace.iter_mut().zip(&pair).for_each(|(t, p)| *t += p);
+        }
+        let mut unbound = vec![0.0; dim];
+        let mut unbind = |trace: &[Real], role: usize, unbound: &mut [Real]| {
+            Hrr.inverse_into(&roles[role], &mut inverse);
+            Hrr.bind_into(trace, &inverse, unbound, &mut work);
+        };
+        unbind(&trace, 0, &mut unbound);
+        let right = best(&rows, &unbound, &mut scores) == 0;
+        let score = dot(&vocabulary[0], &unbound);
+        let ahead = vocabulary[1..bound].iter().all(|other| dot(other, &unbound) < score);
+        let cosine = f64::from(score / norm(&unbound)).clamp(-1.0, 1.0);
+        let half = (dim as f64 - 1.0) / 2.0;
+        let below = Beta::new(half, half).map_or(f64::NAN, |f| f.cdf((1.0 + cosine) / 2.0));
+        let predicted = if ahead { below.powi((items - bound) as i32) } else { 0.0 };
+
+        let mut decoder = PairDecoder::new(dim, &roles.concat(), &rows)?;
+        let flag = |yes: bool| if yes { 1.0 } else { 0.0 };
+        let (right, best) = (flag(right), flag(decoder.read(&trace)[0].item == 0));
+        Ok(outcome([right, predicted, best, right - predicted, best - right]))
+    }
+}
+
+impl Experiment for Capacity {
+    fn name(&self) -> &'static str {
+        "capacity"
+    }
+
+    fn question(&self) -> &'static str {
+        "How often is the right filler read out of a sum of bound pairs, and how often should it be?"
+    }
+
+    fn revision(&self) -> u32 {
+        2
+    }
+
+    fn settings(&self) -> Value {
+        json!({"rounds_of_cancellation": PairDecoder::ROUNDS})
+    }
+
+    fn cells(&self) -> Vec<Cell> {
+        let cell = |size: &Size| {
+            let settings = json!({
+                "dimensions": size.dimensions, "bound": size.bound, "items": size.items,
+                "sigma": size.sigma, "roles": if size.unitary { "unitary" } else { "gaussian" },
+                "large_d_formula": (gaussian(size) * 1e6).round() / 1e6,
+            });
+            let readings = vec![
+                Reading::new(Measure::Rate, json!({"reading": "linear"})),
+                Reading::new(Measure::Mean, json!({"reading": "prediction"})),
+                Reading::new(Measure::Rate, json!({"reading": "best"})),
+                Reading::new(Measure::Difference, json!({"reading": "linear less prediction"})),
+                Reading::new(Measure::Difference, json!({"reading": "best less linear"})),
+            ];
+            Cell::new(settings, self.trials, readings)
+        };
+        self.sizes.iter().map(cell).collect()
+    }
+
+    fn trial(&self, cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
+        self.sizes[cell].trial(seed)
+    }
+
+    fn figure(&self, results: &Results) -> Option<Figure> {
+        let mut series = Vec::new();
+        for (colour, bound) in [8, 16].into_iter().enumerate() {
+            let of = |row: &&super::Row| {
+                row.is("bound", &json!(bound))
+                    && row.is("items", &json!(64))
+                    && row.number("sigma") == Some(0.0)
+                    && row.is("roles", &json!("gaussian"))
+            };
+            let rows = || results.rows.iter().filter(of);
+            let mut add = |name: &str, marks: Vec<Mark>, style| {
+                let name = format!("{bound} pairs, {name}");
+                series.push(Series { colour: Some(colour), ..Series::new(name, marks, style) });
+            };
+            let drawn =
+                [("best", Style::Line), ("linear", Style::Rings), ("prediction", Style::Dashed)];
+            for (reading, style) in drawn {
+                let mark = |row: &super::Row| {
+                    let bar = Some(row.statistic.interval95().map(|v| 100.0 * v));
+                    let y = 100.0 * row.statistic.value();
+                    Some(Mark { x: row.number("dimensions")?.log2(), y, bar })
+                };
+                let own = rows().filter(|row| row.is("reading", &json!(reading)));
+                add(reading, own.filter_map(mark).collect(), style);
+            }
+            let mark = |row: &super::Row| {
+                let y = 100.0 * row.number("large_d_formula")?;
+                Some(Mark { x: row.number("dimensions")?.log2(), y, bar: None })
+            };
+            let own = rows().filter(|row| row.is("reading", &json!("linear")));
+            add("large-D formula", own.filter_map(mark).collect(), Style::Dotted);
+        }
+        Some(Figure {
+            title: "Right filler out of 64 items, no noise".into(),
+            x: Axis::logarithmic("dimensions", 2.0),
+            y: Axis::from_to("right (%)", 0.0, 102.0),
+            series,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_large_d_formula_has_its_closed_form_for_two_items() {
+        // Phi(s / sqrt 2) for two items: the difference of two normals.
+        let size = Size { dimensions: 8, bound: 1, items: 2, sigma: 0.0, unitary: true };
+        let s = 8.0f64.sqrt();
+        let exact = Normal::standard().cdf(s / 2.0f64.sqrt());
+        assert!((gaussian(&size) - exact).abs() < 1e-6, "{} {exact}", gaussian(&size));
+    }
+
+    #[test]
+    fn what_is_read_is_what_is_predicted() {
+        // 3,000 trials: four standard errors of the difference are below 3.7 points; a false alarm in less
+        // than one of 10,000 seeds a cell.
+        for (dimensions, bound, items) in [(32, 4, 64), (64, 8, 16)] {
+            let size = Size { dimensions, bound, items, sigma: 0.5, unitary: false };
+            let (mut right, mut predicted, mut improved) = (0.0, 0.0, 0.0);
+            for trial in 0..3_000 {
+                let [linear, prediction, best, ..] = size.trial(Seed::new(trial)).expect("runs");
+                right += linear / 3e3;
+                predicted += prediction / 3e3;
+                improved += best / 3e3;
+            }
+            assert!(right > 0.1 && right < 0.999, "{right}");
+            assert!((right - predicted).abs() < 0.037, "{size:?}: {right} {predicted}");
+            assert!(improved > right + 0.1, "{improved} {right}");
+        }
+    }
+}

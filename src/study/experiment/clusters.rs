@@ -1,0 +1,282 @@
+//! `figure-3` and `figure-4`: states found in demonstrations of our own scene.
+//!
+//! What is true of a part is read off the scene's own measures: over the jig's pocket or hole, or elsewhere.
+//! A bolt over the pocket is assembled. Learner and classifiers know nothing of it.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, OnceLock};
+
+use serde_json::{Value, json};
+
+use super::{
+    Axis, Cell, Experiment, Figure, Mark, Measure, Options, Outcome, Reading, Results, Series,
+    Style, outcome,
+};
+use crate::sim::Seed;
+use crate::task::TaskError;
+use crate::task::domain::Domain;
+use crate::task::domain::Pose;
+use crate::task::domain::Recording;
+use crate::task::domain::{Classifier, Grounding};
+use crate::task::execute::demonstrate;
+use crate::task::learn::{PAPER_EXPONENT, Settings, learn};
+use crate::task::scene::SceneSpec;
+
+/// What can be true of a part.
+const TRUTHS: [&str; 5] =
+    ["NUT_ON_TABLE", "NUT_IN_JIG", "BOLT_ON_TABLE", "BOLT_IN_JIG", "BOLT_ASSEMBLED"];
+
+/// How far a part in its place can be from the place's middle, in metres.
+const NEAR_M: f64 = 0.01;
+
+/// Which of [`TRUTHS`] holds of a part of our own scene.
+pub(super) fn truth(spec: &SceneSpec, kind: &str, position: [f64; 3]) -> usize {
+    let over = |[x, y]: [f64; 2]| (position[0] - x).hypot(position[1] - y) < NEAR_M;
+    match (kind == spec.nut_kind, over(spec.jig.pocket), over(spec.jig.hole)) {
+        (true, true, _) => 1,
+        (true, ..) => 0,
+        (false, true, _) => 4,
+        (false, _, true) => 3,
+        (false, ..) => 2,
+    }
+}
+
+pub(super) fn scene(parts: usize) -> SceneSpec {
+    SceneSpec { nuts: parts, bolts: parts, ..SceneSpec::default() }
+}
+
+/// Demonstrations of our own scene with so many of each part.
+pub(super) fn shown(parts: usize, demos: usize, seed: Seed) -> Result<Recording, TaskError> {
+    Ok(demonstrate(&scene(parts), demos, seed, &mut |_, _| {})?.recording)
+}
+
+/// All poses of a recording with their kinds.
+pub(super) fn poses(recording: &Recording) -> impl Iterator<Item = (&str, &Pose)> {
+    let snapshots = recording.demos.iter().flat_map(|demo| &demo.snapshots);
+    snapshots.flat_map(|s| &s.objects).map(|object| (&*object.kind, &object.pose))
+}
+
+/// The poses of parts of our own scene, without pocket and hole.
+pub(super) fn part_poses<'r>(
+    recording: &'r Recording,
+    spec: &'r SceneSpec,
+) -> impl Iterator<Item = (&'r str, &'r Pose)> {
+    poses(recording).filter(|(kind, _)| *kind == spec.nut_kind || *kind == spec.bolt_kind)
+}
+
+type Made<T> = Arc<OnceLock<Result<Arc<T>, String>>>;
+
+/// Something dear that several cells need of the same trial: made once, whoever asks first.
+pub(super) struct Once<T>(Mutex<HashMap<u64, Made<T>>>);
+
+impl<T> Once<T> {
+    pub fn new() -> Self {
+        Self(Mutex::new(HashMap::new()))
+    }
+
+    pub fn get(
+        &self,
+        key: u64,
+        make: impl FnOnce() -> Result<T, TaskError>,
+    ) -> Result<Arc<T>, TaskError> {
+        let slot = {
+            let mut slots = self.0.lock().unwrap_or_else(|e| e.into_inner());
+            slots.entry(key).or_default().clone()
+        };
+        let made = slot.get_or_init(|| make().map(Arc::new).map_err(|e| e.to_string()));
+        made.clone().map_err(|reason| TaskError::NothingToLearn { reason })
+    }
+}
+
+/// Demonstrations that states are learned from, as in the paper.
+pub(super) const DEMOS: usize = 5;
+
+/// `figure-3`: how many states are found in five demonstrations.
+pub(super) struct Clusters {
+    trials: u64,
+}
+
+impl Clusters {
+    pub fn new(options: &Options) -> Self {
+        Self { trials: options.trials.unwrap_or(10) }
+    }
+
+    fn domain(seed: Seed) -> Result<(Recording, Domain), TaskError> {
+        let recording = shown(1, DEMOS, seed)?;
+        let domain = learn(&recording, &Settings::default())?.domain;
+        Ok((recording, domain))
+    }
+}
+
+impl Experiment for Clusters {
+    fn name(&self) -> &'static str {
+        "figure-3"
+    }
+
+    fn question(&self) -> &'static str {
+        "How many states of nut and bolt are found in five demonstrations with one of each?"
+    }
+
+    fn settings(&self) -> Value {
+        json!({"demonstrations": DEMOS, "p": PAPER_EXPONENT})
+    }
+
+    fn cells(&self) -> Vec<Cell> {
+        let readings = [
+            (Measure::Mean, "states of the nut"),
+            (Measure::Mean, "states of the bolt"),
+            (Measure::Rate, "two and three, each true to the scene"),
+        ];
+        let readings = readings.map(|(m, what)| Reading::new(m, json!({"what": what})));
+        vec![Cell::new(json!({}), self.trials, readings.into())]
+    }
+
+    fn trial(&self, _cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
+        let (recording, domain) = Self::domain(seed)?;
+        let spec = scene(1);
+        let of = |kind: &str| domain.states().iter().filter(|s| s.kind == kind).count();
+        let classifier = Classifier::new(&domain, Grounding::paper())?;
+        // Each pose lies nearest to a state whose own middle is true of the same.
+        let agrees = |(kind, pose): (&str, &Pose)| {
+            let state = classifier.classify(kind, pose).state.map(|s| &domain.states()[s]);
+            state.is_some_and(|s| {
+                truth(&spec, kind, s.mean.position) == truth(&spec, kind, pose.position)
+            })
+        };
+        let sound = of("nut") == 2 && of("bolt") == 3 && part_poses(&recording, &spec).all(agrees);
+        Ok(outcome([of("nut") as f64, of("bolt") as f64, if sound { 1.0 } else { 0.0 }]))
+    }
+
+    fn figure(&self, results: &Results) -> Option<Figure> {
+        let seed = Seed::new(results.settings["seed"].as_u64()?).derive_index("trial", 0);
+        let (recording, domain) = Self::domain(seed).ok()?;
+        let classifier = Classifier::new(&domain, Grounding::paper()).ok()?;
+        let mut series: Vec<Series> = domain
+            .states()
+            .iter()
+            .map(|state| Series::new(state.name.clone(), Vec::new(), Style::Points))
+            .collect();
+        for (kind, pose) in poses(&recording) {
+            if let Some(state) = classifier.classify(kind, pose).state {
+                let [x, _, z] = pose.position;
+                series[state].marks.push(Mark { x, y: 1e3 * z, bar: None });
+            }
+        }
+        Some(Figure {
+            title: "States found in five demonstrations".into(),
+            x: Axis::new("x (m)"),
+            y: Axis::new("height of the part's origin (mm)"),
+            series,
+        })
+    }
+}
+
+/// Demonstrations of a trial with three of each part, whose poses nobody has seen: 96 of them.
+const UNSEEN: usize = 2;
+
+/// Poses of a trial: by truth, and by what each rule says of them; the last stands for no state.
+type Confusion = [[[f64; TRUTHS.len() + 1]; TRUTHS.len()]; 2];
+
+/// `figure-4`: unseen poses classified by the paper's rule and by ours.
+pub(super) struct Classification {
+    trials: u64,
+    made: Once<Confusion>,
+}
+
+const RULES: [&str; 2] = ["paper", "ours"];
+
+impl Classification {
+    pub fn new(options: &Options) -> Self {
+        Self { trials: options.trials.unwrap_or(20), made: Once::new() }
+    }
+
+    fn confusion(seed: Seed) -> Result<Confusion, TaskError> {
+        let (_, domain) = Clusters::domain(seed)?;
+        let unseen = shown(3, UNSEEN, seed.derive("", "unseen"))?;
+        let spec = scene(3);
+        let mut counts = [[[0.0; TRUTHS.len() + 1]; TRUTHS.len()]; 2];
+        for (rule, counts) in
+            [Grounding::paper(), Grounding::default()].into_iter().zip(&mut counts)
+        {
+            let classifier = Classifier::new(&domain, rule)?;
+            for (kind, pose) in part_poses(&unseen, &spec) {
+                let said = classifier.classify(kind, pose).state.map_or(TRUTHS.len(), |state| {
+                    truth(&spec, kind, domain.states()[state].mean.position)
+                });
+                counts[truth(&spec, kind, pose.position)][said] += 1.0;
+            }
+        }
+        Ok(counts)
+    }
+}
+
+impl Experiment for Classification {
+    fn name(&self) -> &'static str {
+        "figure-4"
+    }
+
+    fn question(&self) -> &'static str {
+        "Which state is an unseen pose in, by the paper's rule and by ours?"
+    }
+
+    fn revision(&self) -> u32 {
+        2
+    }
+
+    fn settings(&self) -> Value {
+        json!({"demonstrations": DEMOS, "unseen_demonstrations_of_three": UNSEEN})
+    }
+
+    fn cells(&self) -> Vec<Cell> {
+        let mut cells = Vec::new();
+        for rule in RULES {
+            for truth in TRUTHS {
+                let total = TRUTHS.len() + 1;
+                let said = TRUTHS.into_iter().chain(["none"]);
+                let mut readings: Vec<Reading> = said
+                    .map(|said| Reading::new(Measure::Share(total), json!({"said": said})))
+                    .collect();
+                readings.push(Reading::new(Measure::Beside, json!({})));
+                cells.push(Cell::new(json!({"rule": rule, "truth": truth}), self.trials, readings));
+            }
+        }
+        cells
+    }
+
+    fn trial(&self, cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
+        let made = self.made.get(seed.value(), || Self::confusion(seed))?;
+        let row = made[cell / TRUTHS.len()][cell % TRUTHS.len()];
+        let mut out = [f64::NAN; super::WIDTH];
+        out[..row.len()].copy_from_slice(&row);
+        out[row.len()] = row.iter().sum();
+        Ok(out)
+    }
+
+    fn figure(&self, results: &Results) -> Option<Figure> {
+        let series = RULES.map(|rule| {
+            let name = if rule == RULES[0] { "the paper's rule" } else { "our rule" };
+            let marks = TRUTHS
+                .iter()
+                .rev()
+                .enumerate()
+                .filter_map(|(at, truth)| {
+                    let row = results.rows.iter().find(|row| {
+                        row.is("rule", &json!(rule))
+                            && row.is("truth", &json!(truth))
+                            && row.is("said", &json!(truth))
+                    })?;
+                    let shift = if rule == RULES[0] { 0.12 } else { -0.12 };
+                    let bar = Some(row.statistic.interval95().map(|v| 100.0 * v));
+                    Some(Mark { x: 100.0 * row.statistic.value(), y: at as f64 + shift, bar })
+                })
+                .collect();
+            Series::new(name, marks, Style::Points)
+        });
+        Some(Figure {
+            title: "Unseen poses put into their state, with 95% intervals".into(),
+            x: Axis::new("right (%)"),
+            y: Axis::named(TRUTHS.iter().rev().map(|truth| (*truth).to_owned()).collect()),
+            series: series.into(),
+        })
+    }
+}

@@ -1,0 +1,315 @@
+//! `figure-1a` and `figure-1c`: what a norm with a negative exponent does to distances between states.
+
+use std::f64::consts::PI;
+
+use rand::{Rng, RngExt};
+use rand_distr::{Distribution, StandardNormal};
+use serde_json::{Value, json};
+
+use super::{
+    Axis, Cell, Experiment, Figure, Mark, Measure, Options, Outcome, Reading, Results, Series,
+    Style, outcome,
+};
+use crate::sim::Seed;
+use crate::task::TaskError;
+use crate::task::learn::p_distance;
+
+/// The exponents that figure 1 compares.
+const EXPONENTS: [f64; 2] = [2.0, -3.0];
+
+fn gauss<R: Rng>(rng: &mut R, sd: f64) -> f64 {
+    let z: f64 = StandardNormal.sample(rng);
+    sd * z
+}
+
+/// Figure 1A: distances between pairs of 6-D states that are tight in some dimensions.
+pub(super) struct Distances {
+    trials: u64,
+}
+
+impl Distances {
+    pub fn new(options: &Options) -> Self {
+        Self { trials: options.trials.unwrap_or(10_000) }
+    }
+}
+
+const DIMENSIONS: usize = 6;
+const TIGHT: f64 = 0.05;
+const BROAD: f64 = 0.5;
+
+impl Experiment for Distances {
+    fn name(&self) -> &'static str {
+        "figure-1a"
+    }
+
+    fn question(&self) -> &'static str {
+        "Distances of 6-D states that are alike in k dimensions, by the Euclidean norm and by p = -3"
+    }
+
+    fn settings(&self) -> Value {
+        json!({"dimensions": DIMENSIONS, "tight_sd": TIGHT, "broad_sd": BROAD})
+    }
+
+    fn cells(&self) -> Vec<Cell> {
+        let readings = || EXPONENTS.map(|p| Reading::new(Measure::Mean, json!({"p": p}))).to_vec();
+        (0..=DIMENSIONS).map(|k| Cell::new(json!({"tight": k}), self.trials, readings())).collect()
+    }
+
+    fn trial(&self, cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
+        let mut rng = seed.rng();
+        let mut state = || -> [f64; DIMENSIONS] {
+            std::array::from_fn(|i| gauss(&mut rng, if i < cell { TIGHT } else { BROAD }))
+        };
+        let (a, b) = (state(), state());
+        let [euclidean, negative] = EXPONENTS.map(|p| p_distance(&a, &b, p));
+        Ok(outcome([euclidean, negative]))
+    }
+
+    fn figure(&self, results: &Results) -> Option<Figure> {
+        let series = EXPONENTS.map(|p| {
+            let own = results.rows.iter().filter(|row| row.number("p") == Some(p));
+            let marks = own.filter_map(|row| logarithmic(row.number("tight")?, row)).collect();
+            Series::new(format!("p = {p}"), marks, Style::Line)
+        });
+        Some(Figure {
+            title: "Distance of two 6-D states (median, 5 to 95% of the pairs)".into(),
+            x: Axis::new("dimensions with SD 0.05 (the others 0.5)"),
+            y: Axis::logarithmic("distance (units of the states)", 10.0),
+            series: series.into(),
+        })
+    }
+}
+
+/// A row's median on a logarithmic axis, with the span of all but a tenth of the trials.
+fn logarithmic(x: f64, row: &super::Row) -> Option<Mark> {
+    let [low, middle, high] = row.statistic.quantiles()?;
+    Some(Mark { x, y: middle.log10(), bar: Some([low.log10(), high.log10()]) })
+}
+
+/// Figure 1C: knives on a cart or beside plates, by 8-D states relative to cart, nearest plate and table
+/// edge.
+pub(super) struct TableSetting {
+    trials: u64,
+}
+
+impl TableSetting {
+    pub fn new(options: &Options) -> Self {
+        Self { trials: options.trials.unwrap_or(500) }
+    }
+}
+
+/// Tables of an example, as in figure 1B.
+const TABLES: usize = 3;
+/// Plates of a table, and knives beside them.
+const PLATES: usize = 4;
+/// Knives on the cart.
+const ON_CART: usize = 4;
+/// Half the sides of the table, in metres.
+const TABLE: [f64; 2] = [0.9, 0.6];
+/// How exactly a person lays a knife, in metres and radians.
+const HAND: [f64; 2] = [0.005, 0.05];
+
+/// A position in the plane with a heading.
+#[derive(Clone, Copy)]
+struct Place {
+    x: f64,
+    y: f64,
+    angle: f64,
+}
+
+impl Place {
+    /// Where this is as seen from `frame`: along and across its heading, and turned by how much, in radians.
+    fn from(&self, frame: &Self) -> [f64; 3] {
+        let (dx, dy) = (self.x - frame.x, self.y - frame.y);
+        let (sin, cos) = frame.angle.sin_cos();
+        [cos * dx + sin * dy, cos * dy - sin * dx, self.angle - frame.angle]
+    }
+}
+
+/// Which numbers of a knife's state are angles.
+const ANGLES: [bool; 8] = [false, false, true, false, false, true, false, true];
+
+/// Distance of two knives' states; of angles it takes the difference the short way round, at most half a circle.
+fn apart(a: &[f64; 8], b: &[f64; 8], p: f64) -> f64 {
+    let difference: [f64; 8] = std::array::from_fn(|i| {
+        let by = a[i] - b[i];
+        if ANGLES[i] { (by + PI).rem_euclid(2.0 * PI) - PI } else { by }
+    });
+    p_distance(&difference, &[0.0; 8], p)
+}
+
+/// A knife's state: in the frame of the cart, of the nearest plate, and distance and angle to the nearest
+/// edge of the table.
+fn state(knife: &Place, cart: &Place, plates: &[Place]) -> [f64; 8] {
+    let [a, b, c] = knife.from(cart);
+    let far = |plate: &Place| (plate.x - knife.x).hypot(plate.y - knife.y);
+    let near = plates.iter().min_by(|p, q| far(p).total_cmp(&far(q))).unwrap_or(cart);
+    // A plate looks to all sides alike; its frame is that of the table.
+    let [d, e, f] = knife.from(&Place { angle: 0.0, ..*near });
+    let edges = [
+        (TABLE[0] - knife.x, 0.0),
+        (TABLE[1] - knife.y, PI / 2.0),
+        (TABLE[0] + knife.x, PI),
+        (TABLE[1] + knife.y, -PI / 2.0),
+    ];
+    let (distance, normal) =
+        edges.into_iter().min_by(|p, q| p.0.abs().total_cmp(&q.0.abs())).unwrap_or((0.0, 0.0));
+    [a, b, c, d, e, f, distance, knife.angle - normal]
+}
+
+/// Knives on the cart and beside plates, in all tables of an example.
+fn example<R: Rng>(rng: &mut R) -> [Vec<[f64; 8]>; 2] {
+    let mut groups = [Vec::new(), Vec::new()];
+    let between = |rng: &mut R, low: f64, high: f64| low + (high - low) * rng.random::<f64>();
+    for _ in 0..TABLES {
+        let cart = Place {
+            x: between(rng, 1.4, 2.2),
+            y: between(rng, -1.0, 1.0),
+            angle: between(rng, -PI, PI),
+        };
+        // Plates at the long sides, a hand's breadth from the edge.
+        let plates: Vec<Place> = (0..PLATES)
+            .map(|i| {
+                let side = if i % 2 == 0 { 1.0 } else { -1.0 };
+                let half = if i < 2 { -1.0 } else { 1.0 };
+                Place {
+                    x: half * between(rng, 0.25, 0.6),
+                    y: side * (TABLE[1] - 0.17 + gauss(rng, 0.01)),
+                    angle: 0.0,
+                }
+            })
+            .collect();
+        // In the cart's tray, side by side.
+        for i in 0..ON_CART {
+            let (along, across) = (gauss(rng, HAND[0]), 0.03 * i as f64 + gauss(rng, HAND[0]));
+            let (sin, cos) = cart.angle.sin_cos();
+            let knife = Place {
+                x: cart.x + cos * along - sin * across,
+                y: cart.y + sin * along + cos * across,
+                angle: cart.angle + gauss(rng, HAND[1]),
+            };
+            groups[0].push(state(&knife, &cart, &plates));
+        }
+        for plate in &plates {
+            let outwards = plate.y.signum();
+            // To the right of who sits there, its tip away from the edge.
+            let knife = Place {
+                x: plate.x + outwards * (0.16 + gauss(rng, HAND[0])),
+                y: plate.y + gauss(rng, HAND[0]),
+                angle: -outwards * PI / 2.0 + gauss(rng, HAND[1]),
+            };
+            groups[1].push(state(&knife, &cart, &plates));
+        }
+    }
+    groups
+}
+
+impl Experiment for TableSetting {
+    fn name(&self) -> &'static str {
+        "figure-1c"
+    }
+
+    fn question(&self) -> &'static str {
+        "Knives on a cart or beside plates: are distances within a group smaller than between groups?"
+    }
+
+    fn revision(&self) -> u32 {
+        2
+    }
+
+    fn settings(&self) -> Value {
+        json!({
+            "tables": TABLES, "plates": PLATES, "knives_on_cart": ON_CART, "table_half_m": TABLE,
+            "placing_sd_m_rad": HAND,
+        })
+    }
+
+    fn cells(&self) -> Vec<Cell> {
+        EXPONENTS
+            .map(|p| {
+                let readings = ["on the cart", "beside plates", "between groups"]
+                    .map(|pairs| Reading::new(Measure::Mean, json!({"pairs": pairs})))
+                    .into_iter()
+                    .chain([Reading::new(
+                        Measure::Mean,
+                        json!({"pairs": "share of pairs within below those between"}),
+                    )])
+                    .collect();
+                Cell::new(json!({"p": p}), self.trials, readings)
+            })
+            .into()
+    }
+
+    fn trial(&self, cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
+        let p = EXPONENTS[cell];
+        let groups = example(&mut seed.rng());
+        let within = |group: &[[f64; 8]]| -> Vec<f64> {
+            (0..group.len())
+                .flat_map(|i| (0..i).map(move |j| (i, j)))
+                .map(|(i, j)| apart(&group[i], &group[j], p))
+                .collect()
+        };
+        let [cart, plates] = [within(&groups[0]), within(&groups[1])];
+        let between: Vec<f64> =
+            groups[0].iter().flat_map(|a| groups[1].iter().map(|b| apart(a, b, p))).collect();
+        let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
+        // The area under the curve of hits over false alarms: 1 where the groups are apart, 1/2 by chance.
+        let mut sorted = between.clone();
+        sorted.sort_by(f64::total_cmp);
+        let all: Vec<f64> = cart.iter().chain(&plates).copied().collect();
+        let above = |d: &f64| (sorted.len() - sorted.partition_point(|b| b <= d)) as f64;
+        let share = all.iter().map(above).sum::<f64>() / (all.len() * sorted.len()) as f64;
+        Ok(outcome([mean(&cart), mean(&plates), mean(&between), share]))
+    }
+
+    fn figure(&self, results: &Results) -> Option<Figure> {
+        // From the bottom up; the two exponents stand side by side.
+        let names = ["between groups", "beside plates", "on the cart"];
+        let series = EXPONENTS.map(|p| {
+            let mark = |(at, pairs): (usize, &&str)| {
+                let of = |row: &&super::Row| {
+                    row.number("p") == Some(p) && row.is("pairs", &json!(pairs))
+                };
+                let row = results.rows.iter().find(of)?;
+                let y = at as f64 + if p > 0.0 { 0.12 } else { -0.12 };
+                let Mark { y: x, bar, .. } = logarithmic(0.0, row)?;
+                Some(Mark { x, y, bar })
+            };
+            let marks = names.iter().enumerate().filter_map(mark).collect();
+            Series::new(format!("p = {p}"), marks, Style::Points)
+        });
+        Some(Figure {
+            title: "Mean distance of knives' 8-D states (median, 5 to 95% of the examples)".into(),
+            x: Axis::logarithmic("distance (m and rad)", 10.0),
+            y: Axis::named(names.map(|pairs| format!("pairs {pairs}")).into()),
+            series: series.into(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn knives_laid_alike_are_near_in_every_coordinate_that_tells_where_they_belong() {
+        let groups = example(&mut Seed::new(4).rng());
+        // On the cart: in its frame, metres and radians, whichever way it stands.
+        for pair in groups[0].chunks_exact(ON_CART) {
+            for (a, b) in pair.iter().zip(&pair[1..]) {
+                assert!((a[0] - b[0]).abs() < 0.05 && (a[1] - b[1]).abs() < 0.08);
+            }
+        }
+        // Beside plates: half a circle from the edge's normal, where a difference of angles could jump.
+        let slant = |knife: &[f64; 8]| (knife[7]).rem_euclid(2.0 * PI);
+        let only_slant = |a: &[f64; 8], b: &[f64; 8]| {
+            let (mut one, mut other) = ([0.0; 8], [0.0; 8]);
+            (one[7], other[7]) = (a[7], b[7]);
+            apart(&one, &other, 2.0)
+        };
+        for (a, b) in groups[1].iter().zip(&groups[1][1..]) {
+            assert!((slant(a) - PI).abs() < 0.3, "{}", slant(a));
+            assert!(only_slant(a, b) < 0.4, "{}", only_slant(a, b));
+        }
+    }
+}

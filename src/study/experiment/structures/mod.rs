@@ -1,0 +1,204 @@
+//! `table-4`: how often a planner succeeds with three structures of a state's pointer, over noise (section III.B).
+//!
+//! A trial is an episode of three steps from a fresh vocabulary of all atoms, states and actions. Whatever is
+//! retrieved (a deep pointer, the role or object that it is unbound by, an item that it is compared
+//! with) and whatever comes out of an unbinding has Gaussian noise of standard deviation sigma / sqrt(D) a
+//! component added. The goal is judged satisfied or not by decoding its deep pointer part by part and comparing
+//! with the world; if it is not, the action that causes it is looked up, its preconditions are unbound, and
+//! the first that is not satisfied becomes the goal (sections II.E and II.F).
+//!
+//! The paper's decoder is matching pursuit over the one vocabulary: the greatest similarity to the normalised
+//! query, from 0.3 up, names an item, which is subtracted as it was retrieved. Ours compares the query with what every
+//! structure that could have been stored would look like after the same unbinding, and takes the nearest (the most
+//! likely under white noise); it is not told how many items there are. What it compares with are pointers that it
+//! keeps, computed from the atoms when the vocabulary is made; each is retrieved once in a comparison, with the noise of
+//! any retrieval. Both see the same noise: it is a function of the trial, the step and what is retrieved how often.
+
+mod decoders;
+mod episode;
+mod noise;
+mod world;
+
+use serde_json::{Value, json};
+
+use self::episode::episodes;
+use self::world::{ATOMS, D, STRUCTURES, Structure};
+use super::{
+    Axis, Cell, Experiment, Figure, Mark, Measure, Options, Outcome, Reading, Results, Series,
+    Style,
+};
+use crate::sim::Seed;
+use crate::task::TaskError;
+
+/// The experiment: structures by noise, with one or both decoders.
+pub(super) struct Structures {
+    name: &'static str,
+    sigmas: Vec<f64>,
+    decoders: [bool; 2],
+    trials: u64,
+}
+
+impl Structures {
+    /// Table IV.
+    pub fn new(options: &Options) -> Self {
+        Self {
+            name: "table-4",
+            sigmas: vec![0.5, 0.4, 0.3, 0.2, 0.1],
+            decoders: [true, true],
+            trials: options.trials.unwrap_or(10_000),
+        }
+    }
+
+    /// Our decoder, on to where it fails.
+    pub fn beyond(options: &Options) -> Self {
+        Self {
+            name: "table-4-beyond",
+            sigmas: (1..=8).map(|i| 0.25 * f64::from(i)).collect(),
+            decoders: [false, true],
+            trials: options.trials.unwrap_or(2_000),
+        }
+    }
+
+    fn cell(&self, cell: usize) -> (Structure, f64) {
+        (STRUCTURES[cell / self.sigmas.len()], self.sigmas[cell % self.sigmas.len()])
+    }
+}
+
+const DECODERS: [&str; 2] = ["paper", "best"];
+
+impl Experiment for Structures {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn question(&self) -> &'static str {
+        match self.decoders {
+            [true, _] => {
+                "How often do three right actions follow one another, by structure of the states' pointers and noise?"
+            }
+            _ => "The same by our decoder alone: how much noise until it fails?",
+        }
+    }
+
+    fn revision(&self) -> u32 {
+        2
+    }
+
+    fn settings(&self) -> Value {
+        json!({"dimensions": D, "atoms": ATOMS, "threshold_of_paper": 0.3})
+    }
+
+    fn cells(&self) -> Vec<Cell> {
+        (0..STRUCTURES.len() * self.sigmas.len())
+            .map(|cell| {
+                let (structure, sigma) = self.cell(cell);
+                let readings = (0..2)
+                    .filter(|d| self.decoders[*d])
+                    .map(|d| Reading::new(Measure::Rate, json!({"decoder": DECODERS[d]})))
+                    .collect();
+                let settings = json!({"structure": structure as u64, "sigma": sigma});
+                Cell::new(settings, self.trials, readings)
+            })
+            .collect()
+    }
+
+    fn trial(&self, cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
+        let (structure, sigma) = self.cell(cell);
+        let mut outcome = [f64::NAN; super::WIDTH];
+        let results = episodes(structure, sigma, seed, self.decoders);
+        for (out, result) in outcome.iter_mut().zip(results.into_iter().flatten()) {
+            *out = if result { 1.0 } else { 0.0 };
+        }
+        Ok(outcome)
+    }
+
+    fn figure(&self, results: &Results) -> Option<Figure> {
+        let marks = |decoder: &str, structure: Structure| -> Vec<Mark> {
+            let of = |row: &&super::Row| {
+                row.is("decoder", &json!(decoder)) && row.is("structure", &json!(structure as u64))
+            };
+            let mark = |row: &super::Row| {
+                let bar = Some(row.statistic.interval95().map(|v| 100.0 * v));
+                Some(Mark { x: row.number("sigma")?, y: 100.0 * row.statistic.value(), bar })
+            };
+            results.rows.iter().filter(of).filter_map(mark).collect()
+        };
+        let mut series = Vec::new();
+        for (decoder, whose) in DECODERS.iter().zip(["paper's decoder", "our decoder"]) {
+            let of_structures = STRUCTURES.map(|structure| (structure, marks(decoder, structure)));
+            // Where none of the three ever fails, they would only hide one another.
+            let same = |marks: &[Mark]| marks.iter().all(|m| m.y == 100.0);
+            if of_structures.iter().all(|(_, marks)| !marks.is_empty() && same(marks)) {
+                let [(_, marks), ..] = of_structures;
+                let name = format!("all structures, {whose}");
+                series.push(Series::new(name, marks, Style::Line));
+                continue;
+            }
+            for (structure, marks) in of_structures {
+                if !marks.is_empty() {
+                    let name = format!("structure {}, {whose}", structure as u64);
+                    series.push(Series::new(name, marks, Style::Line));
+                }
+            }
+        }
+        Some(Figure {
+            title: "Episodes of three right actions".into(),
+            x: Axis::new("noise sigma (length of the noise of a pointer of length 1)"),
+            y: Axis::from_to("success (%)", 0.0, 102.0),
+            series,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::noise::{Event, Noise};
+    use super::*;
+    use crate::spa::norm;
+
+    fn rate(structure: Structure, sigma: f64, trials: u64) -> [f64; 2] {
+        let mut good = [0.0; 2];
+        for trial in 0..trials {
+            let seed = Seed::new(1).derive_index("trial", trial);
+            for (good, result) in good.iter_mut().zip(episodes(structure, sigma, seed, [true; 2])) {
+                *good += if result == Some(true) { 1.0 } else { 0.0 };
+            }
+        }
+        good.map(|g| g / trials as f64)
+    }
+
+    #[test]
+    fn without_noise_our_decoder_never_fails_and_with_much_both_do() {
+        for structure in STRUCTURES {
+            let [paper, best] = rate(structure, 0.0, 60);
+            assert!(paper > 0.9 && best == 1.0, "{structure:?}: {paper} {best}");
+            let [paper, best] = rate(structure, 4.0, 40);
+            assert!(paper < 0.2 && best < 0.6, "{structure:?}: {paper} {best}");
+        }
+    }
+
+    #[test]
+    fn noise_of_zero_is_no_noise() {
+        let mut noise = Noise::new(Seed::new(3), 0.0);
+        let vector = vec![0.25; D];
+        assert_eq!(noise.onto(Event::Deep(2), &vector), vector);
+        let mut noise = Noise::new(Seed::new(3), 0.5);
+        let noisy = noise.onto(Event::Deep(2), &vector);
+        let length = norm(&noisy.iter().zip(&vector).map(|(a, b)| a - b).collect::<Vec<_>>());
+        // Its length is sigma, give or take a tenth.
+        assert!((length - 0.5).abs() < 0.1, "{length}");
+    }
+
+    #[test]
+    fn the_same_event_has_the_same_noise_and_its_repetition_another() {
+        let vector = vec![0.0; D];
+        let (mut a, mut b) = (Noise::new(Seed::new(3), 0.5), Noise::new(Seed::new(3), 0.5));
+        // Other events between do not matter.
+        b.onto(Event::Role(1, 7), &vector);
+        let first = a.onto(Event::Deep(2), &vector);
+        assert_eq!(first, b.onto(Event::Deep(2), &vector));
+        assert_ne!(first, a.onto(Event::Deep(2), &vector));
+        a.next_step();
+        assert_ne!(first, a.onto(Event::Deep(2), &vector));
+    }
+}

@@ -1,0 +1,303 @@
+//! `threshold`: which clustering thresholds find the true states, in our own scene and in recordings.
+
+use rand::RngExt;
+use rand::seq::SliceRandom;
+use serde_json::{Value, json};
+
+use super::clusters::{DEMOS, Once, part_poses, poses, scene, shown, truth};
+use super::{
+    Axis, Cell, Experiment, Figure, Mark, Measure, Options, Outcome, Reading, Results, Series,
+    Style, outcome,
+};
+use crate::sim::Seed;
+use crate::task::TaskError;
+use crate::task::domain::Domain;
+use crate::task::domain::Recording;
+use crate::task::domain::{Classifier, Grounding};
+use crate::task::learn::{Dendrogram, PAPER_EXPONENT, Settings, learn};
+use crate::task::read_file;
+
+/// Sizes of batches.
+const BATCHES: [usize; 6] = [15, 30, 60, 120, 200, 300];
+/// The threshold of the paper's scene, in metres.
+const PAPER_M: f64 = 1.169e-3;
+
+/// What batches of one kind are drawn from.
+struct Kind {
+    name: String,
+    /// Positions, with what is true of each.
+    points: Vec<([f64; 3], usize)>,
+    /// What the learner takes of other demonstrations for the kind, in metres.
+    automatic: f64,
+}
+
+/// `threshold`: which thresholds cluster batches perfectly, and whether the automatic choice does.
+pub(super) struct Thresholds {
+    seed: Seed,
+    trials: u64,
+    recording: Option<std::path::PathBuf>,
+    /// Kinds of the recording that have states.
+    recorded: Result<Vec<Kind>, String>,
+    made: Once<Vec<Kind>>,
+}
+
+/// Demonstrations with three of each that batches are drawn from, and in how many sets.
+const POOL_DEMOS: usize = 13;
+const POOLS: u64 = 12;
+
+impl Thresholds {
+    pub fn new(options: &Options) -> Self {
+        Self {
+            seed: options.seed,
+            trials: options.trials.unwrap_or(100),
+            recorded: options.recording.as_deref().map_or(Ok(Vec::new()), |path| {
+                Self::given(path).map_err(|error| error.to_string())
+            }),
+            recording: options.recording.clone(),
+            made: Once::new(),
+        }
+    }
+
+    /// Poses of our own scene; what the learner chose comes from demonstrations with one of each.
+    fn own(seed: Seed) -> Result<Vec<Kind>, TaskError> {
+        let recording = shown(3, POOL_DEMOS, seed)?;
+        let few = shown(1, DEMOS, seed.derive("", "few"))?;
+        let chosen = learn(&few, &Settings::default())?.domain;
+        let spec = scene(3);
+        let kind = |name: &String| Kind {
+            name: name.clone(),
+            points: part_poses(&recording, &spec)
+                .filter(|(kind, _)| kind == name)
+                .map(|(kind, pose)| (pose.position, truth(&spec, kind, pose.position)))
+                .collect(),
+            automatic: automatic(&chosen, name),
+        };
+        Ok([&spec.nut_kind, &spec.bolt_kind].map(kind).into())
+    }
+
+    /// Poses of a recording; what is true of them is what our rule makes of them with all of it learned. Poses in
+    /// no state, as of parts that fall, are left out.
+    fn given(path: &std::path::Path) -> Result<Vec<Kind>, TaskError> {
+        let name = path.display().to_string();
+        let (recording, _) = Recording::parse(&read_file(path)?, &name)?;
+        let domain = learn(&recording, &Settings::default())?.domain;
+        let classifier = Classifier::new(&domain, Grounding::default())?;
+        let mut names: Vec<String> = domain.states().iter().map(|s| s.kind.clone()).collect();
+        names.sort();
+        names.dedup();
+        let kind = |name: String| Kind {
+            points: poses(&recording)
+                .filter(|(kind, _)| *kind == name)
+                .filter_map(|(kind, pose)| {
+                    Some((pose.position, classifier.classify(kind, pose).state?))
+                })
+                .collect(),
+            automatic: automatic(&domain, &name),
+            name,
+        };
+        Ok(names.into_iter().map(kind).collect())
+    }
+}
+
+fn automatic(domain: &Domain, kind: &str) -> f64 {
+    let clusters = domain.provenance().clusters.iter().find(|c| c.kind == kind);
+    clusters.and_then(|c| c.threshold_m).unwrap_or(f64::NAN)
+}
+
+/// Above which threshold every true state is one cluster, and up to which no two are one: perfect in between.
+fn range(points: &[([f64; 3], usize)]) -> Result<[f64; 2], TaskError> {
+    let positions: Vec<[f64; 3]> = points.iter().map(|p| p.0).collect();
+    let tree = Dendrogram::new(&positions, PAPER_EXPONENT, "part")?;
+    let (mut low, mut high) = (0.0f64, f64::INFINITY);
+    // The true state of each cluster, as long as it has one.
+    let mut pure: Vec<Option<usize>> = points.iter().map(|p| Some(p.1)).collect();
+    let mut joins = 0;
+    for merge in tree.merges() {
+        let same = match (pure[merge.first], pure[merge.second]) {
+            (Some(a), Some(b)) if a == b => Some(a),
+            _ => None,
+        };
+        match same {
+            Some(_) => {
+                low = low.max(merge.height);
+                joins += 1;
+            }
+            None => high = high.min(merge.height),
+        }
+        pure.push(same);
+    }
+    let mut states: Vec<usize> = points.iter().map(|p| p.1).collect();
+    states.sort_unstable();
+    states.dedup();
+    // A state whose poses never come together on their own is never one cluster.
+    let whole = joins + states.len() == points.len();
+    Ok([if whole { low } else { f64::INFINITY }, high])
+}
+
+impl Thresholds {
+    /// Where batches are from, and of which kind.
+    fn sources(&self) -> Vec<(&'static str, String)> {
+        let spec = scene(3);
+        let mut sources = vec![("scene", spec.nut_kind), ("scene", spec.bolt_kind)];
+        match &self.recorded {
+            Ok(kinds) => sources.extend(kinds.iter().map(|k| ("recording", k.name.clone()))),
+            // Its trials say what is wrong.
+            Err(_) => sources.push(("recording", "unknown".into())),
+        }
+        sources
+    }
+}
+
+impl Experiment for Thresholds {
+    fn name(&self) -> &'static str {
+        "threshold"
+    }
+
+    fn question(&self) -> &'static str {
+        "Which clustering thresholds find the true states of a batch of poses, and does ours?"
+    }
+
+    fn revision(&self) -> u32 {
+        3
+    }
+
+    fn settings(&self) -> Value {
+        json!({
+            "p": PAPER_EXPONENT, "paper_mm": 1e3 * PAPER_M, "pool_demonstrations_of_three": POOL_DEMOS,
+            "recording": self.recording.as_deref().and_then(|path| Some(path.file_name()?.display().to_string())),
+            "recorded": self.recorded.as_ref().ok().map(|kinds| {
+                kinds.iter().map(|k| (k.points.len(), 1e3 * k.automatic)).collect::<Vec<_>>()
+            }),
+        })
+    }
+
+    fn cells(&self) -> Vec<Cell> {
+        let mut cells = Vec::new();
+        for (source, kind) in self.sources() {
+            for batch in BATCHES {
+                let pool = 5;
+                let readings = [
+                    (Measure::RateWithin(pool), "some threshold is perfect"),
+                    (Measure::MeanWithin(pool), "lowest perfect threshold (mm)"),
+                    (Measure::MeanWithin(pool), "highest perfect threshold (mm)"),
+                    (Measure::RateWithin(pool), "the automatic choice is perfect"),
+                    (Measure::RateWithin(pool), "the paper's 1.169 mm is perfect"),
+                    (Measure::Beside, "the set of demonstrations that it is drawn from"),
+                ];
+                let readings = readings.map(|(m, what)| Reading::new(m, json!({"what": what})));
+                let settings = json!({"source": source, "kind": kind, "batch": batch});
+                cells.push(Cell::new(settings, self.trials, readings.into()));
+            }
+        }
+        cells
+    }
+
+    fn trial(&self, cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
+        let mut rng = seed.rng();
+        let made;
+        // Batches of one set are alike. A recording is the only one of its make: batches are drawn from it afresh.
+        let mut set = seed.value() as f64;
+        let (kinds, kind) = match cell / BATCHES.len() {
+            kind @ (0 | 1) => {
+                let pool = rng.random_range(0..POOLS);
+                set = pool as f64;
+                let seed = self.seed.derive_index("pool", pool);
+                made = self.made.get(pool, || Self::own(seed))?;
+                (&*made, kind)
+            }
+            recorded => match &self.recorded {
+                Ok(kinds) => (kinds, recorded - 2),
+                Err(reason) => {
+                    return Err(TaskError::NothingToLearn { reason: reason.clone() });
+                }
+            },
+        };
+        // A batch is of one kind; it holds at least one pose of each of the kind's states.
+        let Some(kind) = kinds.get(kind) else { return Ok(outcome([])) };
+        let mut points = kind.points.clone();
+        points.shuffle(&mut rng);
+        let mut states: Vec<usize> = points.iter().map(|p| p.1).collect();
+        states.sort_unstable();
+        states.dedup();
+        for (at, state) in states.iter().enumerate() {
+            if let Some(found) = points.iter().position(|p| p.1 == *state) {
+                points.swap(at, found.max(at));
+            }
+        }
+        points.truncate(BATCHES[cell % BATCHES.len()]);
+        let [low, high] = range(&points)?;
+        let perfect = |threshold: f64| if low < threshold && threshold <= high { 1.0 } else { 0.0 };
+        let (automatic, there) = (kind.automatic, low < high);
+        let mm = |metres: f64| if there { 1e3 * metres } else { f64::NAN };
+        Ok(outcome([
+            if there { 1.0 } else { 0.0 },
+            mm(low),
+            mm(high),
+            perfect(automatic),
+            perfect(PAPER_M),
+            set,
+        ]))
+    }
+
+    fn figure(&self, results: &Results) -> Option<Figure> {
+        let mut series = Vec::new();
+        let all = self.sources();
+        for (source, kind) in all {
+            for (what, name) in [
+                ("lowest perfect threshold (mm)", "lowest"),
+                ("highest perfect threshold (mm)", "highest"),
+            ] {
+                let of = |row: &&super::Row| {
+                    row.is("what", &json!(what))
+                        && row.is("source", &json!(source))
+                        && row.is("kind", &json!(kind))
+                };
+                let mark = |row: &super::Row| {
+                    let [low, middle, high] =
+                        row.statistic.quantiles()?.map(|v| v.max(1e-6).log10());
+                    Some(Mark { x: row.number("batch")?, y: middle, bar: Some([low, high]) })
+                };
+                let marks = results.rows.iter().filter(of).filter_map(mark).collect();
+                let name = format!("{name} for a {kind}, {source}");
+                series.push(Series::new(name, marks, Style::Line));
+            }
+        }
+        Some(Figure {
+            title: "Thresholds that find the true states (median, 5 to 95% of the batches)".into(),
+            x: Axis::from_to("poses in the batch", 0.0, 315.0),
+            y: Axis::logarithmic("threshold (mm)", 10.0),
+            series,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_perfect_range_lies_between_the_last_merge_within_and_the_first_between() {
+        // Two states that differ in every coordinate, each of poses at one height.
+        let at = |x: f64, y: f64, z: f64| [x, y, z];
+        let points = vec![
+            (at(0.0, 0.3, 0.001), 0),
+            (at(0.5, 0.9, 0.0012), 0),
+            (at(0.25, 0.55, 0.0011), 0),
+            (at(0.7, 0.1, 0.05), 1),
+            (at(0.71, 0.11, 0.0501), 1),
+        ];
+        let [low, high] = range(&points).expect("clusters");
+        assert!(low > 0.0 && low < high, "{low} {high}");
+        let positions: Vec<[f64; 3]> = points.iter().map(|p| p.0).collect();
+        let tree = Dendrogram::new(&positions, PAPER_EXPONENT, "part").expect("clusters");
+        assert_eq!(tree.cut((low * high).sqrt()), [0, 0, 0, 1, 1]);
+        assert_eq!(tree.cut(high), [0, 0, 0, 1, 1], "merges at the threshold are not made");
+        assert_ne!(tree.cut(low), [0, 0, 0, 1, 1]);
+        assert_ne!(tree.cut(1.001 * high), [0, 0, 0, 1, 1]);
+        // A true state that is torn apart leaves no perfect range.
+        let mut torn = points;
+        torn[1].1 = 1;
+        let [low, high] = range(&torn).expect("clusters");
+        assert!(low >= high, "{low} {high}");
+    }
+}

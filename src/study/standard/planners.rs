@@ -1,0 +1,295 @@
+//! The standard networks that are planners over the paper's domain.
+
+use super::{Reading, Standard, Watched};
+use crate::neurons::SelectRule;
+use crate::sim::{
+    Constant, GraphBuilder, In, InputSpec, Module, Out, OutputSpec, Pointer, ProbeSpec, Real,
+    Scalar, Scope, SimDuration, Stimulus, Synapse, Vector, VocabTag,
+};
+use crate::spa::{
+    AssociativeMemory, BasalGanglia, CleanupMemory, Gate, Linear, LinearPorts, RECURRENT, State,
+    Unbind, UnbindFixed, Vocabulary,
+};
+use crate::task::TaskError;
+use crate::task::domain::Domain;
+use crate::task::domain::SymbolicDomain;
+use crate::task::planner::Unbinding;
+use crate::task::planner::encode::{
+    ActionSpace, Encoded, PRECONDITION, StateSpace, deep_preconditions,
+};
+
+type Described = (Watched, Reading);
+
+const WINNER: SelectRule = SelectRule::WinnerTakeAll { level: 0.3 };
+const EVERY: SelectRule = SelectRule::Threshold { level: 0.3 };
+/// What is wanted, and what the action that causes it needs.
+const GOAL: &str = "BOLT_ASSEMBLED";
+const NEEDED: [&str; 2] = ["NUT_IN_JIG", "BOLT_IN_JIG"];
+
+/// The paper's domain as pointers.
+struct Symbols {
+    domain: Domain,
+    encoded: Encoded,
+}
+
+impl Symbols {
+    fn new(of: &Standard) -> Result<Self, TaskError> {
+        let domain = SymbolicDomain::of_the_paper().build()?;
+        let encoded = Encoded::new(&domain, of.dimensions, 0.1, of.seed)?;
+        Ok(Self { domain, encoded })
+    }
+
+    fn names(&self) -> Vec<&str> {
+        self.domain.states().iter().map(|s| s.name.as_str()).collect()
+    }
+
+    fn needed(&self) -> [usize; 2] {
+        let names = self.names();
+        NEEDED.map(|name| names.iter().position(|n| *n == name).unwrap_or_default())
+    }
+
+    /// The goal at a gain of 2 for a time.
+    fn given(&self, ms: u64) -> Result<Stimulus<Pointer<StateSpace>>, TaskError> {
+        let states = &self.encoded.states;
+        let wanted: Vec<Real> = states.get(GOAL)?.iter().map(|v| 2.0 * v).collect();
+        Ok(Stimulus::pointer(states.space(), &wanted)
+            .from(SimDuration::from_millis(ms), &vec![0.0; states.dim()]))
+    }
+
+    /// From a state to the action that causes it.
+    fn cause(&self) -> Result<AssociativeMemory<StateSpace, ActionSpace>, TaskError> {
+        let Encoded { states, actions, .. } = &self.encoded;
+        let pairs = self.domain.operators().iter().map(|o| (o.to.as_str(), o.name.as_str()));
+        Ok(AssociativeMemory::new(states, actions, pairs, WINNER)?)
+    }
+
+    /// From an action to the pointer in which its preconditions are bound.
+    fn deep(&self) -> Result<AssociativeMemory<ActionSpace, StateSpace>, TaskError> {
+        let Encoded { states, actions, .. } = &self.encoded;
+        let operators = self.domain.operators().iter();
+        let deep: Vec<(&str, String)> = operators
+            .map(|o| {
+                let bound = deep_preconditions(o.preconditions.iter().map(String::as_str));
+                (o.name.as_str(), bound)
+            })
+            .collect();
+        let pairs = deep.iter().map(|(action, deep)| (*action, deep.as_str()));
+        Ok(AssociativeMemory::new(actions, states, pairs, EVERY)?)
+    }
+
+    /// From an action to the state that it causes.
+    fn effect(&self) -> Result<AssociativeMemory<ActionSpace, StateSpace>, TaskError> {
+        let Encoded { states, actions, .. } = &self.encoded;
+        let pairs = self.domain.operators().iter().map(|o| (o.name.as_str(), o.to.as_str()));
+        Ok(AssociativeMemory::new(actions, states, pairs, EVERY)?)
+    }
+
+    fn states(&self, rule: SelectRule) -> Result<CleanupMemory<StateSpace>, TaskError> {
+        Ok(CleanupMemory::new(&self.encoded.states, self.names(), rule)?)
+    }
+}
+
+/// Takes the preconditions out of a deep pointer.
+fn unbind(
+    graph: &mut GraphBuilder,
+    symbols: &Symbols,
+    unbinding: Unbinding,
+    deep: &Out<Pointer<StateSpace>>,
+) -> Result<Out<Pointer<StateSpace>>, TaskError> {
+    let states = &symbols.encoded.states;
+    Ok(match unbinding {
+        Unbinding::Products => {
+            let role = Constant::pointer(states.space(), &states.get(PRECONDITION)?);
+            let role = graph.add("role", role);
+            let unbind = graph.add("unbind", Unbind::new(states));
+            graph.connect(deep, &unbind.bound, Synapse::None);
+            graph.connect(&role, &unbind.role, Synapse::None);
+            unbind.output
+        }
+        Unbinding::Fixed => {
+            let unbind = graph.add("unbind", UnbindFixed::new(states, PRECONDITION)?);
+            graph.connect(deep, &unbind.input, Synapse::None);
+            unbind.output
+        }
+    })
+}
+
+/// A planner's loop: a goal buffer, the action that causes what it holds, the action's deep pointer, its
+/// preconditions, those that are not satisfied, and a gate through which one of them would become the
+/// next goal. Gives the activity of each precondition.
+pub(super) fn loop_of_memories(
+    of: &Standard,
+    graph: &mut GraphBuilder,
+    probed: ProbeSpec,
+) -> Result<Described, TaskError> {
+    let symbols = Symbols::new(of)?;
+    let Encoded { states, actions, .. } = &symbols.encoded;
+    let none = Synapse::None;
+    let given = graph.add("given", symbols.given(50)?);
+    let goal = graph.add("goal", State::new(states).recurrent(RECURRENT));
+    let cause = graph.add("cause", symbols.cause()?);
+    let action = graph.add("action", State::new(actions));
+    let deep = graph.add("deep", symbols.deep()?);
+    let effect = graph.add("effect", symbols.effect()?);
+    let unbound = unbind(graph, &symbols, of.unbinding, &deep.output)?;
+    let preconditions = graph.add("preconditions", State::new(states));
+    let cleanup = graph.add("cleanup", symbols.states(EVERY)?);
+    let unsatisfied = graph.add("unsatisfied", symbols.states(EVERY)?);
+    let change = graph.add("goal_change", Gate::new(states));
+    let closed = graph.add("closed", Constant::scalar(0.0));
+    graph.connect(&given, &goal.input, none);
+    graph.connect(&goal.output, &cause.input, none);
+    graph.connect(&cause.output, &action.input, none);
+    graph.connect(&action.output, &deep.input, none);
+    graph.connect(&action.output, &effect.input, none);
+    graph.connect(&unbound, &preconditions.input, none);
+    graph.connect(&preconditions.output, &cleanup.input, none);
+    graph.connect(&cleanup.output, &unsatisfied.input, none);
+    graph.connect(&unsatisfied.output, &change.input, none);
+    graph.connect(&closed, &change.open, none);
+    graph.connect(&change.output, &goal.input, none);
+    let probe = Watched::Vector(graph.probe(&cleanup.items, probed));
+    Ok((probe, Reading::Both(symbols.needed())))
+}
+
+/// A pointer memory that takes up what comes through its gate.
+struct Slot<'a, V: VocabTag> {
+    vocabulary: &'a Vocabulary<V>,
+}
+
+struct SlotPorts<V: VocabTag> {
+    input: In<Pointer<V>>,
+    open: In<Scalar>,
+    output: Out<Pointer<V>>,
+}
+
+impl<V: VocabTag> Module for Slot<'_, V> {
+    type Ports = SlotPorts<V>;
+
+    fn expand(self, scope: &mut Scope<'_>) -> SlotPorts<V> {
+        let gate = scope.add("gate", Gate::new(self.vocabulary));
+        let memory = scope.add("memory", State::new(self.vocabulary).recurrent(RECURRENT));
+        scope.connect(&gate.output, &memory.input, Synapse::None);
+        SlotPorts { input: gate.input, open: gate.open, output: memory.output }
+    }
+}
+
+/// What the rules of the goal stack do, and which slots each lets take something up.
+const RULES: [(&str, &[&str]); 11] = [
+    ("plan", &["goal", "action", "deep", "preconditions", "unsatisfied", "world"]),
+    ("expect", &["effect"]),
+    ("descend", &["subgoal"]),
+    ("push", &["stack_1"]),
+    ("push_again", &["stack_2"]),
+    ("push_last", &["stack_3"]),
+    ("refocus", &["goal", "subgoal"]),
+    ("look", &["world"]),
+    ("act", &["motor"]),
+    ("confirm", &["achieved", "world"]),
+    ("pop", &["goal", "stack_1"]),
+];
+
+/// For how long each rule has the highest utility, in simulated ms.
+const RULE_MS: u64 = 400;
+
+/// The parts of a goal-stack planner: every slot is a memory behind a gate, and a rule chosen by basal ganglia
+/// opens the gates of some. Rules are given their turns from outside, planning first.
+pub(super) fn goal_stack(
+    of: &Standard,
+    graph: &mut GraphBuilder,
+    probed: ProbeSpec,
+) -> Result<Described, TaskError> {
+    let symbols = Symbols::new(of)?;
+    let Encoded { states, actions, .. } = &symbols.encoded;
+    let none = Synapse::None;
+
+    let turn = |rule: usize| -> Vec<Real> {
+        (0..RULES.len()).map(|r| if r == rule { 0.8 } else { 0.3 }).collect()
+    };
+    let turns = (1..RULES.len()).fold(Stimulus::vector(&turn(0)), |turns, rule| {
+        turns.from(SimDuration::from_millis(RULE_MS * rule as u64), &turn(rule))
+    });
+    let turns = graph.add("turns", turns);
+    let selection = graph.add("selection", BasalGanglia::new(RULES.len()));
+    graph.connect(&turns, &selection.utilities, none);
+    let open = |graph: &mut GraphBuilder, slot: &str, port: &In<Scalar>| {
+        let row = RULES.iter().map(|(_, slots)| if slots.contains(&slot) { 1.0 } else { 0.0 });
+        let map: LinearPorts<Vector, Scalar> = graph.add(
+            &format!("open_{slot}"),
+            Linear::rows(InputSpec::vector(RULES.len()), OutputSpec::scalar(), row.collect()),
+        );
+        graph.connect(&selection.chosen, &map.input, none);
+        graph.connect(&map.output, port, none);
+    };
+    let state_slot = |graph: &mut GraphBuilder, name: &str| {
+        let slot = graph.add(name, Slot { vocabulary: states });
+        open(graph, name, &slot.open);
+        slot
+    };
+    let action_slot = |graph: &mut GraphBuilder, name: &str| {
+        let slot = graph.add(name, Slot { vocabulary: actions });
+        open(graph, name, &slot.open);
+        slot
+    };
+
+    let goal = state_slot(graph, "goal");
+    let action = action_slot(graph, "action");
+    let deep = state_slot(graph, "deep");
+    let preconditions = state_slot(graph, "preconditions");
+    let unsatisfied = state_slot(graph, "unsatisfied");
+    let effect = state_slot(graph, "effect");
+    let subgoal = state_slot(graph, "subgoal");
+    let stack: Vec<SlotPorts<StateSpace>> =
+        ["stack_1", "stack_2", "stack_3"].map(|name| state_slot(graph, name)).into();
+    let world = state_slot(graph, "world");
+    let achieved = state_slot(graph, "achieved");
+    let motor = action_slot(graph, "motor");
+
+    let given = graph.add("given", symbols.given(RULE_MS)?);
+    let seen = symbols.encoded.states.parse("NUT_ON_TABLE + BOLT_ON_TABLE")?;
+    let seen = graph.add("seen", Constant::pointer(states.space(), &seen));
+    let cause = graph.add("cause", symbols.cause()?);
+    let cause_deep = graph.add("cause_deep", symbols.deep()?);
+    let cause_effect = graph.add("cause_effect", symbols.effect()?);
+    let names = actions.names().iter().map(String::as_str);
+    let command = graph.add("command", CleanupMemory::new(actions, names, WINNER)?);
+    let required = graph.add("required", symbols.states(EVERY)?);
+    let present = graph.add("present", symbols.states(EVERY)?);
+    let open_ones = graph.add("open_ones", symbols.states(EVERY)?);
+    let next = graph.add("next", symbols.states(WINNER)?);
+    let pushed = graph.add("pushed", symbols.states(WINNER)?);
+    let pushed_again = graph.add("pushed_again", symbols.states(WINNER)?);
+    let popped = graph.add("popped", symbols.states(WINNER)?);
+    let caused = graph.add("caused", symbols.states(EVERY)?);
+    let unbound = unbind(graph, &symbols, Unbinding::Fixed, &deep.output)?;
+
+    graph.connect(&given, &goal.input, none);
+    graph.connect(&goal.output, &cause.input, none);
+    graph.connect(&cause.output, &action.input, none);
+    graph.connect(&action.output, &cause_deep.input, none);
+    graph.connect(&cause_deep.output, &deep.input, none);
+    graph.connect(&unbound, &preconditions.input, none);
+    graph.connect(&preconditions.output, &required.input, none);
+    graph.connect(&required.output, &unsatisfied.input, none);
+    graph.connect(&seen, &world.input, none);
+    graph.connect(&world.output, &present.input, none);
+    graph.connect(&unsatisfied.output, &open_ones.input, none);
+    graph.connect(&present.items, &open_ones.inhibit, none);
+    graph.connect(&open_ones.output, &next.input, none);
+    graph.connect(&next.output, &subgoal.input, none);
+    graph.connect(&subgoal.output, &goal.input, none);
+    graph.connect(&goal.output, &pushed.input, none);
+    graph.connect(&pushed.output, &stack[0].input, none);
+    graph.connect(&stack[0].output, &pushed_again.input, none);
+    graph.connect(&pushed_again.output, &stack[1].input, none);
+    graph.connect(&stack[1].output, &popped.input, none);
+    graph.connect(&popped.output, &stack[2].input, none);
+    graph.connect(&action.output, &cause_effect.input, none);
+    graph.connect(&cause_effect.output, &effect.input, none);
+    graph.connect(&effect.output, &caused.input, none);
+    graph.connect(&caused.output, &achieved.input, none);
+    graph.connect(&action.output, &command.input, none);
+    graph.connect(&command.output, &motor.input, none);
+    let probe = Watched::Vector(graph.probe(&required.items, probed));
+    Ok((probe, Reading::Both(symbols.needed())))
+}

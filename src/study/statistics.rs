@@ -1,0 +1,379 @@
+//! Rates and means with their 95% intervals.
+
+use serde_json::{Map, Value, json};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+/// The 97.5% point of the normal distribution.
+const Z: f64 = 1.959_963_984_540_054;
+
+/// The 97.5% point of Student's distribution, of at least half a degree of freedom.
+fn student(degrees: f64) -> f64 {
+    StudentsT::new(0.0, 1.0, degrees.max(0.5)).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975))
+}
+
+/// Successes of a number of trials.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rate {
+    /// How many succeeded.
+    pub successes: u64,
+    /// Of how many.
+    pub trials: u64,
+    /// How many independent trials would say as much: all of them, or fewer where they come in clusters whose members
+    /// are alike.
+    pub effective: f64,
+}
+
+impl Rate {
+    /// Of independent trials, of which no more can succeed than there are.
+    ///
+    /// ```
+    /// use symbolt::study::statistics::Rate;
+    /// let [low, high] = Rate::new(198, 200).interval95();
+    /// assert!((low - 0.9643).abs() < 1e-3 && (high - 0.9973).abs() < 1e-3);
+    /// ```
+    pub fn new(successes: u64, trials: u64) -> Self {
+        Self { successes: successes.min(trials), trials, effective: trials as f64 }
+    }
+
+    /// Of trials in clusters, each given by its successes and its trials: clusters are independent of one another, their
+    /// members need not be.
+    ///
+    /// The variance of the share is that of a ratio of two sums over clusters (Cochran 1977, section 9A.2); it says
+    /// how many independent trials would vary as much, less what Student's interval is wider at so few
+    /// clusters (Korn and Graubard 1998), of which there are as many as equal ones would say as much (Kish 1965).
+    /// How alike members are shows only where answers differ: each of the rarer answers counts
+    /// once for that number, and as much as one of them speaks for a cluster being all of a kind.
+    pub fn of_clusters(clusters: impl Iterator<Item = [u64; 2]> + Clone) -> Self {
+        let filled = clusters.filter(|[_, of]| *of > 0).map(|[own, of]| [own.min(of), of]);
+        let (mut count, mut successes, mut trials, mut squares) = (0u32, 0, 0, 0.0);
+        for [own, of] in filled.clone() {
+            (count, successes, trials) = (count + 1, successes + own, trials + of);
+            squares += (of as f64).powi(2);
+        }
+        let plain = Self::new(successes, trials);
+        if count < 2 {
+            return Self { effective: plain.effective.min(1.0), ..plain };
+        }
+        let (all, share, count) = (trials as f64, plain.share(), f64::from(count));
+        let from_mean = |[own, of]: [u64; 2]| (own as f64 - share * of as f64).powi(2);
+        let variance = filled.map(from_mean).sum::<f64>() * count / (count - 1.0) / all.powi(2);
+        let equal = all.powi(2) / squares;
+        let rarer = successes.min(trials - successes) as f64;
+        // No variance with answers that differ: clusters more even than chance makes them.
+        let shown = if variance > 0.0 { share * (1.0 - share) / variance } else { all };
+        let wider = student(equal - 1.0) / Z;
+        let effective = (rarer + 1.0) / (rarer / shown.min(all) + 1.0 / equal) / wider.powi(2);
+        Self { effective: effective.min(all), ..plain }
+    }
+
+    /// The share of successes; 0 of none.
+    pub fn share(&self) -> f64 {
+        if self.trials == 0 { 0.0 } else { self.successes as f64 / self.trials as f64 }
+    }
+
+    /// Wilson's interval at `z` standard deviations (Wilson 1927), of the effective number of trials: it stays within 0
+    /// and 1 and has its width even where all trials agree. Of no trials it is all from 0 to 1.
+    pub fn interval(&self, z: f64) -> [f64; 2] {
+        if self.trials == 0 {
+            return [0.0, 1.0];
+        }
+        let (n, share) = (self.effective, self.share().min(1.0));
+        let middle = n * share + z * z / 2.0;
+        let half = z * (n * share * (1.0 - share) + z * z / 4.0).sqrt();
+        // Rounding must not put the share outside.
+        let [low, high] = [middle - half, middle + half].map(|end| end / (n + z * z));
+        [low.clamp(0.0, share), high.clamp(share, 1.0)]
+    }
+
+    /// The interval at 95% confidence.
+    pub fn interval95(&self) -> [f64; 2] {
+        self.interval(Z)
+    }
+}
+
+/// Mean and spread of a number of trials.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mean {
+    /// The mean; NaN of none.
+    pub mean: f64,
+    /// The standard deviation of the trials; NaN of fewer than two.
+    pub sd: f64,
+    /// Numbers below which a twentieth, half, and all but a twentieth of the trials lie; NaN of none.
+    pub quantiles: [f64; 3],
+    /// How many trials gave a number.
+    pub n: u64,
+    /// How far the mean may be off at 95% confidence; infinite where nothing shows it.
+    pub half95: f64,
+}
+
+impl Mean {
+    /// Of independent numbers in their order, leaving out those that are not one. The interval is Student's.
+    pub fn of(values: impl Iterator<Item = f64> + Clone) -> Self {
+        Self::of_clusters(values.enumerate().map(|(index, value)| (index as f64, value)))
+    }
+
+    /// Of numbers in clusters, each given by its cluster's number and its own: clusters are independent of one
+    /// another, their members need not be. The interval is Student's of as many clusters, with the variance of a
+    /// ratio of two sums over them (Cochran 1977, section 9A.2); for clusters of one it is the usual one.
+    pub fn of_clusters(values: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
+        let numbers = values.filter(|(_, v)| !v.is_nan());
+        let n = numbers.clone().count();
+        let mean = numbers.clone().map(|(_, v)| v).sum::<f64>() / n as f64;
+        let square: f64 = numbers.clone().map(|(_, v)| (v - mean).powi(2)).sum();
+        let sd = if n > 1 { (square / (n - 1) as f64).sqrt() } else { f64::NAN };
+        let mut clustered: Vec<(f64, f64)> = numbers.clone().collect();
+        clustered.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let clusters = clustered.chunk_by(|a, b| a.0 == b.0);
+        let count = clusters.clone().count() as f64;
+        let from_mean = clusters.map(|own| own.iter().map(|(_, v)| v - mean).sum::<f64>().powi(2));
+        let half95 = if count > 1.0 {
+            let variance = from_mean.sum::<f64>() * count / (count - 1.0) / (n as f64).powi(2);
+            student(count - 1.0) * variance.sqrt()
+        } else {
+            f64::INFINITY
+        };
+        let mut sorted: Vec<f64> = numbers.map(|(_, v)| v).collect();
+        sorted.sort_by(f64::total_cmp);
+        // Between two trials in proportion (Hyndman and Fan 1996, definition 7).
+        let quantiles = [0.05, 0.5, 0.95].map(|share| {
+            let at = share * n.saturating_sub(1) as f64;
+            let (below, rest) = (at.floor() as usize, at.fract());
+            let low = sorted.get(below).copied().unwrap_or(f64::NAN);
+            let high = sorted.get(below + 1).copied().unwrap_or(low);
+            low + rest * (high - low)
+        });
+        Self { mean, sd, quantiles, n: n as u64, half95 }
+    }
+
+    /// Of differences of two things that are 0 or 1, or of probabilities: numbers from -1 to 1. A difference of
+    /// either sign is added before the interval is taken, so that it has its width even where there is none
+    /// (Bonett and Price 2012, for paired proportions).
+    pub fn of_differences(values: impl Iterator<Item = f64> + Clone) -> Self {
+        let plain = Self::of(values.clone());
+        let n = plain.n as f64 + 2.0;
+        let numbers = values.filter(|v| !v.is_nan());
+        let (sum, squares) = numbers.fold((0.0, 2.0), |(sum, all), v| (sum + v, all + v * v));
+        let half95 =
+            Z * ((squares / n - (sum / n).powi(2)) / n).sqrt() + (sum / n - plain.mean).abs();
+        Self { half95, ..plain }
+    }
+
+    /// The interval of the mean; without ends where nothing shows how wide it is.
+    pub fn interval95(&self) -> [f64; 2] {
+        [self.mean - self.half95, self.mean + self.half95]
+    }
+}
+
+/// What a row of a table says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Statistic {
+    /// A share of successes.
+    Rate(Rate),
+    /// A mean.
+    Mean(Mean),
+}
+
+impl Statistic {
+    /// The share or the mean.
+    pub fn value(&self) -> f64 {
+        match self {
+            Self::Rate(rate) => rate.share(),
+            Self::Mean(mean) => mean.mean,
+        }
+    }
+
+    /// Between which values it lies with 95% confidence.
+    pub fn interval95(&self) -> [f64; 2] {
+        match self {
+            Self::Rate(rate) => rate.interval95(),
+            Self::Mean(mean) => mean.interval95(),
+        }
+    }
+
+    /// The standard deviation of a mean's trials.
+    pub fn sd(&self) -> Option<f64> {
+        match self {
+            Self::Rate(_) => None,
+            Self::Mean(mean) => Some(mean.sd),
+        }
+    }
+
+    /// The 5, 50 and 95% points of a mean's trials.
+    pub fn quantiles(&self) -> Option<[f64; 3]> {
+        match self {
+            Self::Rate(_) => None,
+            Self::Mean(mean) => Some(mean.quantiles),
+        }
+    }
+
+    /// How many independent trials would say as much as those of a rate.
+    pub fn effective_trials(&self) -> Option<f64> {
+        match self {
+            Self::Rate(rate) => Some(rate.effective),
+            Self::Mean(_) => None,
+        }
+    }
+
+    /// How many trials there were.
+    pub fn trials(&self) -> u64 {
+        match self {
+            Self::Rate(rate) => rate.trials,
+            Self::Mean(mean) => mean.n,
+        }
+    }
+
+    /// The keys of `--json`; what is no finite number is null.
+    pub fn to_json(&self) -> Map<String, Value> {
+        let interval = self.interval95();
+        let object = match self {
+            Self::Rate(rate) => json!({
+                "successes": rate.successes, "trials": rate.trials, "rate": rate.share(),
+                "effective_trials": rate.effective, "interval95": interval,
+            }),
+            Self::Mean(mean) => json!({
+                "mean": mean.mean, "sd": mean.sd, "n": mean.n, "interval95": interval,
+                "quantiles": {"5": mean.quantiles[0], "50": mean.quantiles[1], "95": mean.quantiles[2]},
+            }),
+        };
+        match object {
+            Value::Object(map) => map,
+            _ => Map::new(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wilsons_interval_is_that_of_the_tables() {
+        // Newcombe 1998, table I: 81 of 263, 15 of 148, 0 of 20, 1 of 29.
+        for (successes, trials, low, high) in [
+            (81, 263, 0.2553, 0.3662),
+            (15, 148, 0.0624, 0.1605),
+            (0, 20, 0.0, 0.1611),
+            (1, 29, 0.0061, 0.1718),
+        ] {
+            let [a, b] = Rate::new(successes, trials).interval95();
+            assert!((a - low).abs() < 5e-5 && (b - high).abs() < 5e-5, "{a} {b}");
+        }
+        assert_eq!(Rate::new(0, 0).interval95(), [0.0, 1.0]);
+    }
+
+    #[test]
+    fn members_of_clusters_that_are_alike_count_as_fewer() {
+        // Four clusters of five, each all of a kind: p(1-p) = 1/4; variance = (4 x 2.5^2) x 4/3 / 20^2 = 1/12, which
+        // shows 3 trials; (10 + 1) / (10/3 + 1/4) = 3.0698; Student's 3.1824 instead of 1.96 leaves 0.379 of it.
+        let rate = Rate::of_clusters([[5, 5], [0, 5], [5, 5], [0, 5]].into_iter());
+        assert_eq!((rate.successes, rate.trials), (10, 20));
+        assert!((rate.effective - 3.0698 * 0.3793).abs() < 1e-3, "{}", rate.effective);
+        // Clusters of one are plain trials, but for Student's part.
+        let rate = Rate::of_clusters((0..400).map(|i| [u64::from(i % 4 == 0), 1]));
+        assert!(rate.effective > 390.0 && rate.effective <= 400.0, "{}", rate.effective);
+        // All agree: one trial a cluster, less Student's part. Of one cluster nothing is known.
+        let effective =
+            |clusters: &[[u64; 2]]| Rate::of_clusters(clusters.iter().copied()).effective;
+        assert!(
+            (effective(&[[5, 5], [5, 5], [5, 5]]) - 3.0 * (1.96f64 / 4.3027).powi(2)).abs() < 1e-3
+        );
+        assert_eq!((effective(&[[2, 5]]), effective(&[[0, 0]]), effective(&[])), (1.0, 0.0, 0.0));
+        // The more failures, the more they show, and so with the interval's lower end.
+        let failing = |of: [u64; 3]| Rate::of_clusters(of.map(|f| [250 - f, 250]).into_iter());
+        let ends = [[0, 0, 0], [0, 1, 0], [1, 1, 1], [4, 5, 4]].map(|f| failing(f).effective);
+        assert!(ends.is_sorted() && ends[0] > 0.6 && ends[3] < 750.0, "{ends:?}");
+    }
+
+    #[test]
+    fn intervals_of_clusters_hold_the_truth_as_often_as_they_say() {
+        // Clusters that differ: each one's own rate is drawn from two, with a mean as given. 2,000 intervals: three
+        // standard errors of a coverage of 95% are 1.5 points; wider intervals than needed are no fault.
+        // Counting all as independent must fail, in the third case as far as to be right in half of them.
+        use crate::sim::Seed;
+        use rand::RngExt;
+        let cases: [(usize, &[u64], [f64; 2]); 4] = [
+            (10, &[4], [0.2, 0.9]),
+            (10, &[4], [0.7, 1.0]),
+            (20, &[96], [0.98, 1.0]),
+            (12, &[1, 12, 5], [0.3, 0.9]),
+        ];
+        for (count, sizes, own) in cases {
+            let truth = (own[0] + own[1]) / 2.0;
+            let mut held = [0.0, 0.0];
+            for index in 0..2_000 {
+                let mut rng = Seed::new(1).derive_index("intervals", index).rng();
+                let clusters: Vec<[u64; 2]> = (0..count)
+                    .map(|cluster| {
+                        let (size, own) =
+                            (sizes[cluster % sizes.len()], own[usize::from(rng.random::<bool>())]);
+                        [(0..size).map(|_| u64::from(rng.random_bool(own))).sum(), size]
+                    })
+                    .collect();
+                let rate = Rate::of_clusters(clusters.into_iter());
+                let all = Rate::new(rate.successes, rate.trials);
+                for (held, rate) in held.iter_mut().zip([rate, all]) {
+                    let [low, high] = rate.interval95();
+                    *held += f64::from(u8::from(low <= truth && truth <= high)) / 2e3;
+                }
+            }
+            assert!(held[0] >= 0.935 && held[1] < 0.92, "{count} of {sizes:?}, {own:?}: {held:?}");
+        }
+    }
+
+    #[test]
+    fn a_share_is_in_its_interval_and_nothing_known_is_everything_possible() {
+        for trials in 1..400 {
+            for successes in [0, 1, trials / 2, trials] {
+                let rate = Rate::new(successes.min(trials), trials);
+                let [low, high] = rate.interval95();
+                assert!(0.0 <= low && low <= rate.share() && rate.share() <= high && high <= 1.0);
+            }
+        }
+        // More successes than trials are a mistake of the caller's and no panic.
+        let odd = [Rate::new(7, 3), Rate::of_clusters([[9, 4], [1, 4]].into_iter())];
+        assert!(
+            odd.iter().all(|rate| rate.successes <= rate.trials && rate.interval95()[1] <= 1.0)
+        );
+        let unknown = Rate { effective: 0.0, ..Rate::new(3, 4) };
+        assert_eq!(unknown.interval95(), [0.0, 1.0]);
+    }
+
+    #[test]
+    fn means_of_clusters_and_of_differences_are_as_wide_as_they_should_be() {
+        // Two clusters of two equal numbers each: as two numbers.
+        let two = Mean::of([1.0, 3.0].into_iter());
+        let four = Mean::of_clusters([(7.0, 1.0), (9.0, 3.0), (7.0, 1.0), (9.0, 3.0)].into_iter());
+        assert!((two.half95 - four.half95).abs() < 1e-9 && four.n == 4, "{two:?} {four:?}");
+        assert!(Mean::of_clusters([(1.0, 2.0), (1.0, 4.0)].into_iter()).half95.is_infinite());
+        // No difference in 1,000 pairs: one in 1,000 of either sign is still possible.
+        let none = Mean::of_differences([0.0; 1000].into_iter());
+        assert!(none.mean == 0.0 && none.half95 > 1e-3 && none.half95 < 4e-3, "{none:?}");
+        // Bonett and Price: 12 against 3 discordant pairs of 100 give (9/102) -+ 1.96 sqrt((17 - 81/102) / 102^2).
+        let pairs = (0..100).map(|i| {
+            if i < 12 {
+                1.0
+            } else if i < 15 {
+                -1.0
+            } else {
+                0.0
+            }
+        });
+        let [low, high] = Mean::of_differences(pairs).interval95();
+        let half = 1.96 * ((17.0f64 - 81.0 / 102.0) / 102.0f64.powi(2)).sqrt();
+        assert!(low <= 9.0 / 102.0 - half + 1e-4 && high >= 9.0 / 102.0 + half - 1e-4);
+        assert!(high - low < 2.0 * half + 0.005, "{low} {high}");
+    }
+
+    #[test]
+    fn a_mean_leaves_out_what_is_no_number() {
+        let mean = Mean::of([1.0, f64::NAN, 2.0, 3.0, 6.0].into_iter());
+        assert_eq!((mean.mean, mean.n), (3.0, 4));
+        assert!((mean.sd - (14.0f64 / 3.0).sqrt()).abs() < 1e-12);
+        let [low, middle, high] = mean.quantiles;
+        assert!((low - 1.15).abs() < 1e-12 && middle == 2.5 && (high - 5.55).abs() < 1e-12);
+        // Student's 97.5% point of 3 degrees of freedom is 3.1824.
+        let half = mean.interval95()[1] - 3.0;
+        assert!((half - 3.1824 * mean.sd / 2.0).abs() < 1e-3, "{half}");
+        assert!(Mean::of([1.0].into_iter()).interval95()[1].is_infinite());
+    }
+}

@@ -1,0 +1,205 @@
+//! The robot's bodies: links, hand and fingers as a multibody, and their shapes for collisions.
+
+use rapier3d::dynamics::{
+    GenericJointBuilder, JointAxesMask, JointAxis, MotorModel, MultibodyDofCoupling,
+    MultibodyJointHandle, RigidBodyBuilder, RigidBodyHandle,
+};
+use rapier3d::geometry::{ColliderBuilder, ColliderHandle, SharedShape};
+use rapier3d::math::{Pose as Frame, Rotation, Vector};
+use rapier3d::prelude::{CoefficientCombineRule, PhysicsWorld};
+use serde::{Deserialize, Serialize};
+
+use super::arm::{self, Angles, HOME, JOINTS};
+use super::spec::{ArmSpec, GripperSpec};
+
+/// The robot's bodies in the physics.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct RobotBodies {
+    pub links: Vec<RigidBodyHandle>,
+    pub joints: Vec<MultibodyJointHandle>,
+    pub fingers: [MultibodyJointHandle; 2],
+    pub pads: [ColliderHandle; 2],
+}
+
+/// Thickness of a finger, half its width, and how far its tip is beyond the tool's frame, in metres.
+const FINGER_M: f64 = 0.005;
+const PAD_HALF_WIDTH_M: f64 = 0.008;
+pub(crate) const TIP_M: f64 = 0.006;
+const FINGER_LENGTH_M: f64 = 0.045;
+/// Half the hand's depth, width and height.
+const HAND_M: [f64; 3] = [0.025, 0.062, 0.028];
+
+/// How a link is bounded for collisions: a capsule in its own frame.
+const CAPSULES: [([f64; 3], [f64; 3], f64); JOINTS] = [
+    ([0.0, 0.0, -0.17], [0.0, 0.0, 0.0], 0.06),
+    ([0.0, 0.0, 0.0], [0.0, -0.17, 0.0], 0.06),
+    ([0.0, 0.0, -0.12], [0.06, 0.0, 0.0], 0.055),
+    ([0.0, 0.0, 0.0], [-0.0825, 0.10, 0.0], 0.055),
+    ([0.0, 0.0, -0.24], [0.0, 0.03, -0.06], 0.05),
+    ([0.0, 0.0, 0.0], [0.075, 0.0, 0.0], 0.045),
+    ([0.0, 0.0, 0.0], [0.0, 0.0, 0.07], 0.042),
+];
+
+/// Kilograms of each link (of the order of the Panda's).
+const MASSES: [f64; JOINTS] = [3.0, 3.0, 3.0, 3.0, 3.0, 1.7, 0.7];
+
+/// What each joint's motor is tuned to move, in kilogram square metres: the arm stretched out.
+pub(crate) const LOADS: [f64; JOINTS] = [4.0, 4.0, 3.0, 3.0, 0.4, 0.4, 0.1];
+
+/// The robot's shapes and where they are with the arm at `angles` and its fingers at `opening`, without
+/// the first link, which stands on the table's edge and never gets near anything.
+pub(crate) fn outline(angles: &Angles, opening: f64) -> impl Iterator<Item = (Frame, SharedShape)> {
+    let links = arm::links(angles);
+    let hand = links[JOINTS - 1] * arm::hand_offset();
+    let fingers = [1.0, -1.0].map(|side| (hand * finger_frame(side, opening), finger_shape()));
+    (1..JOINTS)
+        .map(move |i| (links[i], link_shape(i)))
+        .chain([(hand * hand_middle(), hand_shape())])
+        .chain(fingers)
+}
+
+/// Shapes of the link that moves with a joint, in its frame; the last carries the hand.
+pub(crate) fn link_shapes(joint: usize) -> Vec<(Frame, SharedShape)> {
+    let mut shapes = vec![(Frame::IDENTITY, link_shape(joint))];
+    if joint == JOINTS - 1 {
+        shapes.push((arm::hand_offset() * hand_middle(), hand_shape()));
+    }
+    shapes
+}
+
+/// The closed finger on a side, 1 or -1, in the last link's frame; it opens along that frame's turned y.
+pub(crate) fn closed_finger(side: f64) -> (Frame, SharedShape) {
+    (arm::hand_offset() * finger_frame(side, 0.0), finger_shape())
+}
+
+fn link_shape(joint: usize) -> SharedShape {
+    let (a, b, radius) = CAPSULES[joint];
+    SharedShape::capsule(Vector::from(a), Vector::from(b), radius)
+}
+
+fn hand_shape() -> SharedShape {
+    SharedShape::cuboid(HAND_M[0], HAND_M[1], HAND_M[2])
+}
+
+fn finger_shape() -> SharedShape {
+    SharedShape::cuboid(PAD_HALF_WIDTH_M, FINGER_M / 2.0, FINGER_LENGTH_M / 2.0)
+}
+
+/// The middle of the hand's box, in the hand's frame.
+fn hand_middle() -> Frame {
+    Frame::from_translation(Vector::new(0.0, 0.0, HAND_M[2] + 0.002))
+}
+
+/// The middle of a finger's box, in the hand's frame.
+fn finger_frame(side: f64, opening: f64) -> Frame {
+    let z = arm::TOOL_M + TIP_M - FINGER_LENGTH_M / 2.0;
+    Frame::from_translation(Vector::new(0.0, side * (opening + FINGER_M / 2.0), z))
+}
+
+/// The joint frame that lays Rapier's free axis, x, along the frame's `axis`.
+fn along(axis: Vector) -> Rotation {
+    Rotation::from_rotation_arc(Vector::X, axis)
+}
+
+/// Puts the robot into the physics, in its waiting place.
+pub(crate) fn build_robot(
+    physics: &mut PhysicsWorld,
+    arm_spec: &ArmSpec,
+    gripper: &GripperSpec,
+) -> RobotBodies {
+    let base = physics.insert_body(RigidBodyBuilder::fixed());
+    let link_body =
+        |frame: Frame| RigidBodyBuilder::dynamic().pose(frame).gravity_scale(0.0).can_sleep(false);
+    let frames = arm::links(&[0.0; JOINTS]);
+    let mut parent = base;
+    let (mut links, mut joints) = (Vec::new(), Vec::new());
+    for joint in 0..JOINTS {
+        let body = physics.insert_body(link_body(frames[joint]));
+        physics.insert_collider(
+            ColliderBuilder::new(link_shape(joint)).mass(MASSES[joint]),
+            Some(body),
+        );
+        if joint == JOINTS - 1 {
+            let at = arm::hand_offset() * hand_middle();
+            let hand = ColliderBuilder::new(hand_shape()).position(at).mass(0.6);
+            physics.insert_collider(hand, Some(body));
+        }
+        let turn = along(Vector::Z);
+        let data = GenericJointBuilder::new(JointAxesMask::LOCKED_REVOLUTE_AXES)
+            .local_frame1(arm::offset(joint) * turn)
+            .local_frame2(Frame::from_rotation(turn))
+            .motor_max_force(JointAxis::AngX, arm_spec.torque_nm[joint])
+            .motor_model(JointAxis::AngX, MotorModel::ForceBased)
+            .build();
+        if let Some(handle) = physics.insert_multibody_joint(parent, body, data) {
+            joints.push(handle);
+        }
+        links.push(body);
+        parent = body;
+    }
+    let hand = arm::hand_offset();
+    let mut fingers = Vec::new();
+    let mut pads = Vec::new();
+    for side in [1.0, -1.0] {
+        let body = physics.insert_body(link_body(frames[JOINTS - 1] * hand));
+        let pad = physics.insert_collider(
+            ColliderBuilder::new(finger_shape())
+                .position(finger_frame(side, 0.0))
+                .mass(0.05)
+                .friction(gripper.friction)
+                .friction_combine_rule(CoefficientCombineRule::Max),
+            Some(body),
+        );
+        let turn = along(Vector::Y * side);
+        let data = GenericJointBuilder::new(JointAxesMask::LOCKED_PRISMATIC_AXES)
+            .local_frame1(hand * turn)
+            .local_frame2(Frame::from_rotation(turn))
+            .motor_max_force(JointAxis::LinX, gripper.force_n)
+            .limits(JointAxis::LinX, [0.0, gripper.stroke_m])
+            .build();
+        if let Some(handle) = physics.insert_multibody_joint(parent, body, data) {
+            fingers.push(handle);
+        }
+        pads.push(pad);
+    }
+    let robot =
+        RobotBodies { links, joints, fingers: [fingers[0], fingers[1]], pads: [pads[0], pads[1]] };
+    pose_robot(physics, arm_spec, gripper, &robot);
+    robot
+}
+
+/// Couples the fingers, sets armature, and puts the arm in its waiting place.
+fn pose_robot(
+    physics: &mut PhysicsWorld,
+    arm_spec: &ArmSpec,
+    gripper: &GripperSpec,
+    robot: &RobotBodies,
+) {
+    let links = robot.fingers.map(|f| physics.multibody_joints.get(f).map_or(0, |(_, l)| l));
+    let Some((multibody, _)) = physics.multibody_joints.get_mut(robot.joints[0]) else { return };
+    multibody.set_self_contacts_enabled(false);
+    multibody.forward_kinematics(&physics.bodies, true);
+    // On the side of the finger that is solved last: on the other, the first pushes the hand's middle
+    // aside by what one substep lets it.
+    multibody.add_dof_coupling(MultibodyDofCoupling {
+        link1: links[1],
+        dof1: 0,
+        axis1: 0,
+        link2: links[0],
+        dof2: 0,
+        axis2: 0,
+        coeff: 1.0,
+        offset: 0.0,
+    });
+    multibody.damping_mut().fill(0.0);
+    let armature = multibody.armature_mut();
+    for joint in 0..JOINTS {
+        armature[joint] = arm_spec.armature;
+    }
+    let mut start = vec![0.0; multibody.ndofs()];
+    start[..JOINTS].copy_from_slice(&HOME);
+    start[JOINTS..].fill(0.8 * gripper.stroke_m);
+    multibody.apply_displacements(&start);
+    multibody.forward_kinematics(&physics.bodies, false);
+    multibody.update_rigid_bodies(&mut physics.bodies, true);
+}

@@ -1,0 +1,12 @@
+//! The arm and its gripper: kinematics, paths of joint angles, bodies for the physics.
+//!
+//! Nothing here knows what the robot handles.
+
+pub(crate) mod arm;
+pub(crate) mod bodies;
+pub(crate) mod frame;
+pub(crate) mod path;
+mod spec;
+
+pub use arm::{forward_kinematics, inverse_kinematics};
+pub use spec::{ArmSpec, GripperSpec};

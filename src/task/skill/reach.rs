@@ -1,0 +1,238 @@
+//! Ways for the arm: to a grasp, and from a lifted part to its target, without touching anything else.
+
+use rapier3d::math::{Pose as Frame, Vector};
+use serde::{Deserialize, Serialize};
+
+use super::grasp::{self, Grasp, Target};
+use crate::task::robot::arm::{self, Angles, HOME};
+use crate::task::robot::path::Path;
+use crate::task::scene::physics::{PartKind, Scene};
+
+/// A way to take hold of a part and lift it.
+pub(crate) struct Lift {
+    pub reach: Vec<Path>,
+    pub approach: Path,
+    pub lift: Path,
+    pub opening: f64,
+}
+
+/// A way to carry a lifted part to above its target.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct Placing {
+    pub carry: Vec<Path>,
+    /// The part's frame at which it is let go.
+    pub part: Frame,
+}
+
+/// How far before a grasp the hand stops.
+const BEFORE_M: f64 = 0.06;
+/// How high a part is lifted.
+const LIFT_M: f64 = 0.10;
+/// How high above its rest a part is let go.
+const RELEASE_M: f64 = 0.0013;
+/// What a shaft clears the jig by on the way.
+const CLEAR_M: f64 = 0.012;
+/// Postures looked for in one plan, at most.
+const BUDGET: usize = 1_500;
+/// Between the points of a path that are looked at for collisions no joint turns farther than this.
+const LOOK_RAD: f64 = 0.04;
+/// How far the tool goes straight up where there is no way from where it is, in metres.
+const RISE_M: f64 = 0.12;
+
+struct Search<'s> {
+    scene: &'s Scene,
+    left: usize,
+}
+
+impl Search<'_> {
+    /// A posture with the tool at `tool` that satisfies `fits`.
+    fn posture(
+        &mut self,
+        tool: &Frame,
+        current: &Angles,
+        mut fits: impl FnMut(&Angles) -> bool,
+    ) -> Option<Angles> {
+        for start in arm::starts(current, tool) {
+            if self.left == 0 {
+                return None;
+            }
+            self.left -= 1;
+            if let Some(q) = arm::solve(tool, &start)
+                && fits(&q)
+            {
+                return Some(q);
+            }
+        }
+        None
+    }
+}
+
+/// A way to take `part`, such that it can also be put at `target`.
+pub(crate) fn plan_lift(
+    scene: &Scene,
+    current: &Angles,
+    part: usize,
+    target: &Target,
+) -> Option<Lift> {
+    let (kind, frame) = (scene.part_kind(part), scene.part_frame(part));
+    let mut search = Search { scene, left: BUDGET };
+    let arm_spec = scene.spec().arm;
+    for Grasp { tool, opening } in grasp::grasps(kind, &frame, &scene.spec().part) {
+        let approach = tool.rotation * Vector::Z;
+        let mut found = None;
+        search.posture(&tool, current, |q| {
+            if scene.collides(q, opening, &[part]) {
+                return false;
+            }
+            let Some(back) = Path::line(q, -approach * BEFORE_M, &arm_spec) else { return false };
+            let Some(lift) = Path::line(q, Vector::Z * LIFT_M, &arm_spec) else { return false };
+            if scene.collides(&back.end(), opening, &[]) {
+                return false;
+            }
+            let Some(reach) = free_way(scene, current, &back.end(), opening, None) else {
+                return false;
+            };
+            found = Some((reach, back.reversed(), lift));
+            true
+        });
+        let Some((reach, approach, lift)) = found else { continue };
+        let in_hand = frame.inv_mul(&tool);
+        let from = lift.end();
+        if placing(&mut search, &from, part, target, &in_hand, opening).is_some() {
+            return Some(Lift { reach, approach, lift, opening });
+        }
+        if search.left == 0 {
+            break;
+        }
+    }
+    None
+}
+
+/// A way to put a part that is in the hand at `target`.
+pub(crate) fn plan_placing(
+    scene: &Scene,
+    current: &Angles,
+    part: usize,
+    target: &Target,
+    in_hand: &Frame,
+) -> Option<Placing> {
+    let mut search = Search { scene, left: BUDGET };
+    let opening = scene.spec().part.across_flats_m / 2.0 + 0.004;
+    placing(&mut search, current, part, target, in_hand, opening)
+}
+
+fn placing(
+    search: &mut Search<'_>,
+    from: &Angles,
+    part: usize,
+    target: &Target,
+    in_hand: &Frame,
+    opening: f64,
+) -> Option<Placing> {
+    let scene = search.scene;
+    let kind = scene.part_kind(part);
+    let held = arm::tool(from) * in_hand.inverse();
+    let spec = scene.spec();
+    let rise = Vector::Z
+        * match kind {
+            PartKind::Nut => 0.04,
+            PartKind::Bolt => spec.part.shaft_length_m + CLEAR_M,
+        };
+    let placements = grasp::placements(kind, target, &held);
+    for tool in grasp::place_tools(&placements, in_hand) {
+        let tool = Frame::from_parts(tool.translation + Vector::Z * RELEASE_M, tool.rotation);
+        let mut carry = None;
+        let found = search.posture(&tool, from, |q| {
+            if scene.collides(q, opening, &[part]) {
+                return false;
+            }
+            let Some(up) = Path::line(q, rise, &spec.arm) else { return false };
+            let above = up.end();
+            let hangs = arm::tool(&above) * in_hand.inverse();
+            if scene.collides(&above, opening, &[part]) || scene.part_collides(part, &hangs) {
+                return false;
+            }
+            carry = free_way(scene, from, &above, opening, Some((part, *in_hand)));
+            carry.is_some()
+        });
+        if found.is_some() {
+            let part = tool * in_hand.inverse();
+            return carry.map(|carry| Placing { carry, part });
+        }
+        if search.left == 0 {
+            return None;
+        }
+    }
+    None
+}
+
+/// Paths from one posture to another, over higher ground if need be, on which neither the arm nor a part in
+/// the hand touches anything; if there are none from where the arm is, then from some way above.
+fn free_way(
+    scene: &Scene,
+    from: &Angles,
+    to: &Angles,
+    opening: f64,
+    held: Option<(usize, Frame)>,
+) -> Option<Vec<Path>> {
+    let arm_spec = &scene.spec().arm;
+    let over = |bearing: f64, hand: &Angles| {
+        let mut q = HOME;
+        q[0] = bearing;
+        q[4..].copy_from_slice(&hand[4..]);
+        q
+    };
+    let joints = |a: &Angles, b: &Angles| Path::joints(a, b, arm_spec, held.is_some());
+    let rise = || Path::line(from, Vector::Z * RISE_M, arm_spec);
+    for above in [false, true] {
+        let first = if above { Some(rise()?) } else { None };
+        if first.as_ref().is_some_and(|rise| !free(scene, rise, opening, held, true)) {
+            return None;
+        }
+        let begin = first.as_ref().map_or(*from, Path::end);
+        let waypoints: [&[Angles]; 4] =
+            [&[], &[over(to[0], to)], &[over(begin[0], &begin), over(to[0], to)], &[HOME]];
+        let mut ways: Vec<Vec<Path>> = waypoints
+            .iter()
+            .map(|via| {
+                let points: Vec<Angles> =
+                    std::iter::once(begin).chain(via.iter().copied()).collect();
+                let ends = points.iter().skip(1).chain([to]);
+                points.iter().zip(ends).map(|(a, b)| joints(a, b)).collect()
+            })
+            .collect();
+        // The quickest first.
+        let lasts = |way: &[Path]| way.iter().map(Path::duration_s).sum::<f64>();
+        ways.sort_by(|a, b| lasts(a).total_cmp(&lasts(b)));
+        for legs in ways {
+            let begins_here = |leg: usize| leg == 0 && first.is_none();
+            if legs.iter().enumerate().all(|(i, p)| free(scene, p, opening, held, begins_here(i))) {
+                return Some(first.into_iter().chain(legs).collect());
+            }
+        }
+    }
+    None
+}
+
+/// Whether nothing is touched on a path; at its beginning, where the arm is now, it may be.
+fn free(
+    scene: &Scene,
+    path: &Path,
+    opening: f64,
+    held: Option<(usize, Frame)>,
+    begins_here: bool,
+) -> bool {
+    let ignored = held.map(|(part, _)| part);
+    let clear = |q: &Angles| {
+        !scene.collides(q, opening, ignored.as_slice())
+            && !held.is_some_and(|(part, in_hand)| {
+                scene.part_collides(part, &(arm::tool(q) * in_hand.inverse()))
+            })
+    };
+    // Coarsely first: most ways that are not free are not free for long.
+    let count = path.looks(LOOK_RAD);
+    let (points, most) = (path.samples(count).collect::<Vec<_>>(), if begins_here { 2 } else { 0 });
+    let far = |i: &usize| *i >= most.min(count);
+    let coarse = (0..=count).step_by(8);
+    coarse.chain((0..=count).filter(|i| i % 8 != 0)).filter(far).all(|i| clear(&points[i]))
+}
