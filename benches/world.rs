@@ -54,7 +54,7 @@ fn world(c: &mut Criterion) {
             black_box(robot.begin(&scene, 0, target(&spec), None)).expect("it is within reach");
         });
     });
-    let shown = demonstrate(&spec, 2, Seed::new(1), &mut |_, _| {}).expect("sound");
+    let shown = demonstrate(&spec, 2, Seed::new(1)).expect("sound");
     let domain = learn(&shown.recording, &Settings::default()).expect("teaches").domain;
     let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1)).expect("builds");
     let (planner, goal) = (Arc::new(planner), domain.goal().expect("there").to_owned());

@@ -6,7 +6,8 @@ use std::error::Error;
 use std::sync::Arc;
 
 use symbolt::sim::Seed;
-use symbolt::task::execute::{EpisodeReport, EpisodeSpec, episode};
+use symbolt::task::event::EpisodeReport;
+use symbolt::task::execute::{EpisodeSpec, episode};
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::{Planner, PlannerSpec};
 use symbolt::task::scene::SceneSpec;
@@ -15,7 +16,7 @@ use symbolt::task::{Grounding, demonstrate};
 /// What happened in the robot's own episode.
 pub fn run() -> Result<EpisodeReport, Box<dyn Error>> {
     let scene = SceneSpec::default();
-    let shown = demonstrate(&scene, 1, Seed::new(1), &mut |_, _| {})?;
+    let shown = demonstrate(&scene, 1, Seed::new(1))?;
     let domain = learn(&shown.recording, &Settings::default())?.domain;
 
     // The goal is what the last action of the demonstration brought about.

@@ -90,12 +90,10 @@ class RunPage {
   // Every decision of the filmed episode, with the action that came of it and until when it was done.
   decisionsAndActs() {
     const decisions = this.events.flatMap((line) => line.decision ?? []);
-    const skills = this.events.flatMap((line) => line.skill ?? []);
     const end = this.events.flatMap((line) => line.end ?? [])[0];
     const last = end?.simulated_s ?? this.frames.t.at(-1) ?? 0;
-    let begun = 0;
     return decisions.map((decision, i) => {
-      const outcome = decision.begun ? skills[begun++]?.outcome ?? "cut short" : "not begun";
+      const outcome = decision.begun ? decision.skill?.outcome ?? "cut short" : "not begun";
       const decided = decision.asked_s + decision.took_ms / 1000;
       return {
         asked: decision.asked_s, decided, holds: decision.holds, action: decision.action,
@@ -184,15 +182,10 @@ class RunPage {
     const operators = new Map((this.data.domain?.operators ?? []).map((o) => [o.name, o]));
     const needs = (action) => listed(operators.get(action)?.preconditions);
     const ends = new Map((this.data.events ?? []).filter((line) => line.end).map((line) => [line.episode, line.end]));
-    const skills = new Map();
-    for (const line of this.data.events ?? []) {
-      if (line.skill) skills.set(line.episode, [...(skills.get(line.episode) ?? []), line.skill]);
-    }
     const rows = all.map(({ episode, decision }, i) => {
       const last = all[i + 1]?.episode !== episode;
       const how = endInWords(ends.get(episode), this.data.domain);
-      const skill = decision.begun ? skills.get(episode)?.shift() : null;
-      const outcome = decision.begun ? skill?.outcome ?? "cut short" : last ? how : "not begun";
+      const outcome = decision.begun ? decision.skill?.outcome ?? "cut short" : last ? how : "not begun";
       return [
         ...(many ? [String(episode + 1)] : []), decision.asked_s.toFixed(2), decision.took_ms.toFixed(0),
         listed(decision.holds), decision.action ?? "nothing", decision.action ? needs(decision.action) : "–", outcome,

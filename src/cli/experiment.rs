@@ -2,7 +2,6 @@
 
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
-use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use anyhow::Error;
@@ -11,6 +10,7 @@ use symbolt::sim::Seed;
 use symbolt::study::experiment::{Results, Run, Shard, all, find, merge};
 use symbolt::study::statistics::Statistic;
 use symbolt::task::Overwrite;
+use symbolt::task::event::{Event, Observer};
 
 use super::Outcome;
 use super::args::{BadArgument, Common, ExperimentArgs, MergeArgs};
@@ -39,8 +39,8 @@ pub(crate) fn experiment(args: &ExperimentArgs) -> Result<Outcome, Error> {
     let run = Run::new(&*experiment, Seed::new(args.common.seed), shard, &folder)
         .salvaging(args.salvage)
         .anew(args.force);
-    let bar = Bar::new(&args.common, run.trials());
-    let results = run.go(&|done| bar.at(done))?;
+    let mut bar = Bar::new(&args.common, run.trials());
+    let results = run.go(&mut bar)?;
     drop(bar);
     match results {
         Some(results) => show(&args.common, &results)?,
@@ -117,7 +117,7 @@ fn show(common: &Common, results: &Results) -> Result<(), Error> {
 /// How far the trials are: a bar with the time left on a terminal, a line now and then elsewhere.
 struct Bar {
     bar: Option<ProgressBar>,
-    lines: Option<Mutex<Lines>>,
+    lines: Option<Lines>,
     total: u64,
 }
 
@@ -141,12 +141,22 @@ impl Bar {
             }
             bar
         });
-        let lines = (!terminal && !common.quiet)
-            .then(|| Mutex::new(Lines { begun: None, last: Instant::now() }));
+        let lines =
+            (!terminal && !common.quiet).then(|| Lines { begun: None, last: Instant::now() });
         Self { bar, lines, total }
     }
 
-    fn at(&self, done: u64) {
+    fn warn(&self, warning: &str) {
+        match &self.bar {
+            Some(bar) => bar.println(format!("warning: {warning}")),
+            None if self.lines.is_some() => {
+                let _ = writeln!(std::io::stderr(), "warning: {warning}");
+            }
+            None => {}
+        }
+    }
+
+    fn at(&mut self, done: u64) {
         if let Some(bar) = &self.bar {
             if bar.position() == 0 {
                 // What an earlier run has done says nothing of this one's speed.
@@ -155,8 +165,7 @@ impl Bar {
             }
             bar.set_position(done);
         }
-        // Whoever comes while another writes its line has nothing to add.
-        let Some(Ok(mut lines)) = self.lines.as_ref().map(Mutex::try_lock) else { return };
+        let Some(lines) = &mut self.lines else { return };
         let (begun, before) = *lines.begun.get_or_insert_with(|| (Instant::now(), done));
         if lines.last.elapsed() >= EVERY {
             let spent = begun.elapsed().as_secs_f64();
@@ -168,6 +177,16 @@ impl Bar {
                 self.total
             );
             lines.last = Instant::now();
+        }
+    }
+}
+
+impl Observer for Bar {
+    fn observe(&mut self, event: &Event<'_>) {
+        match event {
+            Event::Trials { done, .. } => self.at(*done),
+            Event::Warned(warning) => self.warn(warning),
+            _ => {}
         }
     }
 }

@@ -7,7 +7,8 @@ use serde_json::{Value, json};
 use symbolt::report::RunFacts;
 use symbolt::study::Tally;
 use symbolt::task::Demonstrated;
-use symbolt::task::execute::{Ended, EpisodeReport, Thoughts};
+use symbolt::task::event::{Ended, EpisodeReport};
+use symbolt::task::execute::ActivityRecorder;
 use symbolt::task::learn::Learned;
 use symbolt::task::scene::SceneSpec;
 
@@ -37,10 +38,10 @@ impl Figures<'_> {
         args: &RunArgs,
         goal: &str,
         scene: &SceneSpec,
-        thoughts: &Thoughts,
+        activity: &ActivityRecorder,
     ) -> RunFacts {
         let (format, version) = RunFacts::FORMAT;
-        let (modules, populations) = RunFacts::of_thoughts(thoughts);
+        let (modules, populations) = RunFacts::of_activity(activity);
         let spec = args.planner.spec();
         RunFacts {
             format: format.into(),
@@ -205,13 +206,10 @@ impl Figures<'_> {
 /// The decisions of one episode, and what came of them.
 fn steps(report: &EpisodeReport) -> Grid {
     let mut grid = Grid::new(&["step", ">at s", "holds", "decided", ">in ms", "outcome"]);
-    let mut skills = report.skills.iter();
     for (index, decision) in report.decisions.iter().enumerate() {
         let outcome = match (&decision.action, &report.ended) {
             (Some(_), _) if !decision.begun => "not begun".to_owned(),
-            (Some(_), _) => {
-                skills.next().map_or_else(|| "cut short".to_owned(), |s| s.outcome.to_string())
-            }
+            (Some(_), _) => decision.outcome().map_or("cut short".into(), |o| o.to_string()),
             (None, Ended::GoalMet) => "goal met".to_owned(),
             (None, _) => "stuck".to_owned(),
         };

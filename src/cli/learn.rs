@@ -5,13 +5,14 @@ use std::fmt::Write as _;
 use anyhow::Error;
 use serde_json::{Value, json};
 use symbolt::task::learn::{
-    Failure, LearnReport, Learned, Outcome as TryOutcome, Progress as Step, Settings, learn_watched,
+    Failure, LearnReport, Learned, Outcome as TryOutcome, Settings, learn_observed,
 };
 use symbolt::task::{Domain, Origin, Recording, write_whole};
 
 use super::Outcome;
 use super::args::LearnArgs;
 use super::output::{Grid, Progress, emit, emit_json, mm, refuse_existing, use_threads};
+use super::watch::ProgressLine;
 
 pub(crate) fn learn(args: &LearnArgs) -> Result<Outcome, Error> {
     refuse_existing(args.out.out.as_deref(), args.out.force)?;
@@ -20,7 +21,7 @@ pub(crate) fn learn(args: &LearnArgs) -> Result<Outcome, Error> {
     progress.say(format!("reading {}", args.recording.display()));
     let recording = Recording::read(&args.recording)?;
     let settings = Settings { p: args.p, threshold_m: args.threshold, seed: args.common.seed };
-    let learned = learn_with_progress(&recording, &settings, &progress)?;
+    let learned = learn_observed(&recording, &settings, &mut ProgressLine::new(&progress))?;
     let empty = learned.domain.operators().is_empty();
     if let Some(path) = args.out.out.as_ref().filter(|_| !empty) {
         write_whole(path, learned.domain.to_json(), args.out.overwrite())?;
@@ -36,23 +37,6 @@ pub(crate) fn learn(args: &LearnArgs) -> Result<Outcome, Error> {
         return Ok(Outcome::Failed(sentence.into()));
     }
     Ok(Outcome::Done)
-}
-
-/// Learns, saying what is going on.
-pub(crate) fn learn_with_progress(
-    recording: &Recording,
-    settings: &Settings,
-    progress: &Progress,
-) -> Result<Learned, Error> {
-    Ok(learn_watched(recording, settings, &mut |step| {
-        progress.say(match step {
-            Step::Following { snapshots } => {
-                format!("following objects through {snapshots} snapshots")
-            }
-            Step::Clustering { kind, poses } => format!("clustering {poses} poses of `{kind}`"),
-            Step::Deciding => "deciding what are states and what actions do".into(),
-        });
-    })?)
 }
 
 /// The learned domain as one JSON object.

@@ -3,13 +3,14 @@
 use anyhow::Error;
 use serde_json::{Value, json};
 use symbolt::sim::Seed;
+use symbolt::task::execute::demonstrate_observed;
 use symbolt::task::scene::Scene;
-use symbolt::task::{Recorder, Snapshot, demonstrate, write_whole};
+use symbolt::task::{Recorder, Snapshot, write_whole};
 
 use super::Outcome;
 use super::args::{BadArgument, RecordArgs};
 use super::output::{Progress, emit, emit_json, refuse_existing, use_threads};
-use super::watch::demonstrations;
+use super::watch::ProgressLine;
 
 pub(crate) fn record(args: &RecordArgs) -> Result<Outcome, Error> {
     refuse_existing(args.out.out.as_deref(), args.out.force)?;
@@ -50,7 +51,7 @@ fn demonstrated(args: &RecordArgs) -> Result<(String, Value), Error> {
     }
     let progress = Progress::new(&args.common);
     let count = args.demos.demos;
-    let made = demonstrate(&spec, count, seed, &mut demonstrations(&progress, count))?;
+    let made = demonstrate_observed(&spec, count, seed, &mut ProgressLine::new(&progress))?;
     let summary = json!({
         "demonstrations": made.recording.demos.len(),
         "snapshots": made.recording.snapshot_count(),

@@ -10,25 +10,27 @@ use anyhow::Error;
 use rand::RngExt;
 use rayon::prelude::*;
 use serde_json::json;
-use symbolt::report::{Arrays, trace};
-use symbolt::sim::{Seed, SimView};
+use symbolt::report::Arrays;
+use symbolt::report::trace::Tracer;
+use symbolt::sim::Seed;
 use symbolt::study::Tally;
+use symbolt::task::event::{EpisodeReport, Ignore, Observer, Observers};
 use symbolt::task::execute::{
-    AssemblyWorld, Episode, EpisodeReport, EpisodeSpec, Meddling, Thoughts, episode_watched,
+    ActivityRecorder, Episode, EpisodeSpec, Meddling, demonstrate_observed, episode_observed,
 };
-use symbolt::task::learn::Settings;
+use symbolt::task::learn::{Settings, learn_observed};
 use symbolt::task::planner::Planner;
 use symbolt::task::scene::{Scene, SceneSpec};
 use symbolt::task::{
-    Classifier, Grounding, Overwrite, Pose, Recorder, Snapshot, TaskError, demonstrate, write_whole,
+    Classifier, Grounding, Overwrite, Pose, Recorder, Snapshot, TaskError, write_whole,
 };
 
 use super::Outcome;
 use super::args::{BadArgument, RunArgs};
 use super::figures::Figures;
 use super::output::{Progress, counted, emit, emit_json, use_threads};
-use super::watch::{Watch, demonstrations};
-use super::{learn, plan, report};
+use super::watch::ProgressLine;
+use super::{plan, report};
 
 /// The files that a run leaves in its folder.
 pub(crate) const FILES: [&str; 7] = [
@@ -54,14 +56,15 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let progress = Progress::new(&args.common);
     let seed = Seed::new(args.common.seed);
     let count = args.demos.demos;
-    let shown = demonstrate(&shown_in, count, seed, &mut demonstrations(&progress, count))?;
+    let mut line = ProgressLine::new(&progress);
+    let shown = demonstrate_observed(&shown_in, count, seed, &mut line)?;
     if shown.assembled == 0 {
         let sentence =
             format!("none of {count} demonstrations was assembled: nothing to learn from");
         return Ok(Outcome::Failed(sentence));
     }
     let settings = Settings { seed: args.common.seed, ..Settings::default() };
-    let learned = learn::learn_with_progress(&shown.recording, &settings, &progress)?;
+    let learned = learn_observed(&shown.recording, &settings, &mut line)?;
     let domain = &learned.domain;
     let Some(goal) = domain.goal().map(str::to_owned) else {
         return Ok(Outcome::Failed("the demonstrations achieved nothing to plan for".into()));
@@ -69,9 +72,9 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     progress.say("building the planner graph");
     let planner = Arc::new(plan::build(domain, &args.planner, args.common.seed)?);
     let looping = Instant::now();
-    let (episodes, thoughts) = episodes(args, &planner, &goal, &spec, seed, &progress)?;
+    let (episodes, activity) = episodes(args, &planner, &goal, &spec, seed, &progress)?;
     let loop_s = looping.elapsed().as_secs_f64();
-    let reports: Vec<EpisodeReport> = episodes.iter().map(|e| e.report.clone()).collect();
+    let reports: Vec<EpisodeReport> = episodes.iter().map(|(e, _)| e.report.clone()).collect();
     let filmed = args.film - 1;
     let scene = first_scene(&spec, episode_seed(seed, filmed))?;
     let least = least_skills(&planner, &scene, &goal)?;
@@ -89,17 +92,18 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
         reports: &reports,
         tally: &tally,
         loop_s,
-        physics_s: episodes.iter().map(|e| e.physics_wall.as_secs_f64()).sum(),
+        physics_s: episodes.iter().map(|(e, _)| e.physics_wall.as_secs_f64()).sum(),
         least,
     };
-    let facts = result.facts(args, &goal, &spec.scene, &thoughts);
-    let frames = episodes.get(filmed).map_or(&[][..], |e| &e.frames);
+    let facts = result.facts(args, &goal, &spec.scene, &activity);
+    let frames = episodes.get(filmed).map_or(&[][..], |(e, _)| &e.frames);
+    let trace: String = episodes.iter().map(|(_, tracer)| tracer.text()).collect();
     let contents = [
         shown.recording.to_jsonl(None).into_bytes(),
         domain.to_json().into_bytes(),
         (scene.to_json() + "\n").into_bytes(),
-        trace::write(reports.iter()).into_bytes(),
-        Arrays::of(frames, &thoughts).to_npz()?,
+        trace.into_bytes(),
+        Arrays::of(frames, &activity).to_npz()?,
         format!("{:#}\n", json!(facts)).into_bytes(),
     ];
     // Whoever is killed here leaves files missing, not those of two runs side by side.
@@ -179,7 +183,7 @@ fn episode_seed(seed: Seed, index: usize) -> Seed {
     seed.derive_index("episode", index as u64)
 }
 
-/// All episodes, and what the planner thought in the filmed one.
+/// All episodes with their traces, and the activity of the planner in the one that is recorded.
 fn episodes(
     args: &RunArgs,
     planner: &Arc<Planner>,
@@ -187,47 +191,47 @@ fn episodes(
     spec: &EpisodeSpec,
     seed: Seed,
     progress: &Progress,
-) -> Result<(Vec<Episode>, Thoughts), TaskError> {
+) -> Result<(Vec<(Episode, Tracer)>, ActivityRecorder), TaskError> {
     let filmed = args.film - 1;
-    let run = |index: usize, watch: &mut dyn FnMut(&SimView<'_>, &AssemblyWorld)| {
+    let run = |index: usize, other: &mut dyn Observer| {
         let frame_ms = (index == filmed).then_some(FRAME_MS);
         let own = episode_seed(seed, index);
         let meddling = args.meddle.then(|| meddling(&spec.scene, own));
         let spec = EpisodeSpec { frame_ms, meddling, ..spec.clone() };
-        episode_watched(planner, Grounding::default(), goal, &spec, own, watch)
+        let mut tracer = Tracer::new(index);
+        let mut observers = Observers(vec![other, &mut tracer]);
+        let over =
+            episode_observed(planner, Grounding::default(), goal, &spec, own, &mut observers)?;
+        Ok::<_, TaskError>((over, tracer))
     };
     let (done, all) = (AtomicUsize::new(0), args.episodes);
-    let watched = || {
-        let mut thoughts = Thoughts::of(planner);
-        let what = format!("episode {} of {all}", args.film);
-        progress.say(&what);
-        let mut watch = Watch::new(progress, what);
-        let over = run(filmed, &mut |view, world| {
-            thoughts.watch(planner, view, world);
-            watch.tick(view, world);
-        })?;
+    let recorded = || {
+        let mut activity = ActivityRecorder::new(planner.clone());
+        let name = format!("episode {} of {all}", args.film);
+        let mut line = ProgressLine::of_episode(progress, name);
+        let over = run(filmed, &mut Observers(vec![&mut activity, &mut line]))?;
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
         if all > 1 {
             progress.say(format!("{done} of {all} episodes done"));
         }
-        Ok::<_, TaskError>((over, thoughts))
+        Ok::<_, TaskError>((over, activity))
     };
     let others = || {
         (0..all)
             .into_par_iter()
             .filter(|index| *index != filmed)
             .map(|index| {
-                let over = run(index, &mut |_, _| {})?;
+                let over = run(index, &mut Ignore)?;
                 let done = done.fetch_add(1, Ordering::Relaxed) + 1;
                 progress.say(format!("{done} of {all} episodes done"));
                 Ok(over)
             })
             .collect::<Result<Vec<_>, TaskError>>()
     };
-    let (watched, others) = rayon::join(watched, others);
-    let ((watched, thoughts), mut episodes) = (watched?, others?);
-    episodes.insert(filmed, watched);
-    Ok((episodes, thoughts))
+    let (recorded, others) = rayon::join(recorded, others);
+    let ((recorded, activity), mut episodes) = (recorded?, others?);
+    episodes.insert(filmed, recorded);
+    Ok((episodes, activity))
 }
 
 /// What is to be seen at the beginning of the episode of this seed.

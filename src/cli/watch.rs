@@ -1,66 +1,82 @@
-//! What is going on while a run goes on: one line that changes on a terminal, plain lines elsewhere.
+//! The observer behind the progress line: one line that changes on a terminal, plain lines elsewhere.
 
 use std::time::{Duration, Instant};
 
-use symbolt::sim::SimView;
-use symbolt::task::execute::{AssemblyWorld, Doing};
+use symbolt::task::event::{Doing, Event, LearningStep, Observer};
 
 use super::output::Progress;
 
 /// Between two changes of the line.
-const EVERY: Duration = Duration::from_millis(100);
+const PERIOD: Duration = Duration::from_millis(100);
 
-/// Follows demonstrations, for [`demonstrate`](symbolt::task::demonstrate).
-pub(crate) fn demonstrations(progress: &Progress, count: usize) -> impl FnMut(usize, f64) {
-    let (mut said, mut shown) = (None, Instant::now());
-    move |demo, time_s| {
-        let name = format!("demonstration {} of {count}", demo + 1);
-        if said != Some(demo) {
-            progress.say(name);
-            said = Some(demo);
-        } else if progress.lively() && shown.elapsed() >= EVERY {
-            progress.show(format!("{name}, {time_s:.1} simulated s"));
-            shown = Instant::now();
-        }
-    }
-}
-
-/// Follows one episode.
-pub(crate) struct Watch<'p> {
+/// Tells on standard error what goes on.
+pub(crate) struct ProgressLine<'p> {
     progress: &'p Progress,
+    /// The demonstration or episode that runs.
     name: String,
-    /// What was said last: deciding, or an action.
-    said: Option<String>,
+    /// The action that was told last.
+    action: Option<String>,
     shown: Instant,
 }
 
-impl<'p> Watch<'p> {
-    pub fn new(progress: &'p Progress, name: String) -> Self {
-        Self { progress, name, said: None, shown: Instant::now() }
+impl<'p> ProgressLine<'p> {
+    pub fn new(progress: &'p Progress) -> Self {
+        Self { progress, name: String::new(), action: None, shown: Instant::now() }
     }
 
-    /// A tick of an episode.
-    pub fn tick(&mut self, view: &SimView<'_>, world: &AssemblyWorld) {
-        let time_s = view.time().as_millis_f64() / 1e3;
-        let doing = world.doing();
-        if let Doing::Acting(action) = doing
-            && self.said.as_deref() != Some(action)
-        {
-            self.progress.say(format!("{}: {time_s:.2} s: {action}", self.name));
-            self.said = Some(action.into());
-        }
-        if doing == Doing::Looking {
-            self.said = None;
-        }
-        if self.progress.lively() && self.shown.elapsed() >= EVERY {
-            let what = match doing {
-                Doing::Looking => "looking",
-                Doing::Deciding => "deciding",
-                Doing::Acting(action) => action,
-                Doing::Over => "over",
-            };
-            self.progress.show(format!("{}, {time_s:.1} simulated s: {what}", self.name));
+    /// A line on the episode of this name.
+    pub fn of_episode(progress: &'p Progress, name: String) -> Self {
+        Self { name, ..Self::new(progress) }
+    }
+
+    /// Changes the line on a terminal, if it has stood long enough.
+    fn show(&mut self, what: impl FnOnce(&str) -> String) {
+        if self.progress.lively() && self.shown.elapsed() >= PERIOD {
+            self.progress.show(what(&self.name));
             self.shown = Instant::now();
+        }
+    }
+}
+
+impl Observer for ProgressLine<'_> {
+    fn observe(&mut self, event: &Event<'_>) {
+        match event {
+            Event::Learning(step) => self.progress.say(match step {
+                LearningStep::Following { snapshots } => {
+                    format!("following objects through {snapshots} snapshots")
+                }
+                LearningStep::Clustering { kind, poses } => {
+                    format!("clustering {poses} poses of `{kind}`")
+                }
+                LearningStep::Deciding => "deciding what are states and what actions do".into(),
+            }),
+            Event::DemonstrationBegan { number, of } => {
+                self.name = format!("demonstration {} of {of}", number + 1);
+                self.progress.say(&self.name);
+            }
+            Event::EpisodeBegan { .. } => self.progress.say(&self.name),
+            Event::Decided(_) => self.action = None,
+            Event::Ticked { view, doing } => {
+                let time_s = view.time().as_millis_f64() / 1e3;
+                if let Doing::Acting(action) = doing
+                    && self.action.as_deref() != Some(action)
+                {
+                    self.progress.say(format!("{}: {time_s:.2} s: {action}", self.name));
+                    self.action = Some((*action).into());
+                }
+                let what = match doing {
+                    Doing::Looking => "looking",
+                    Doing::Deciding => "deciding",
+                    Doing::Acting(action) => action,
+                    Doing::Over => "over",
+                };
+                self.show(|name| format!("{name}, {time_s:.1} simulated s: {what}"));
+            }
+            Event::Stepped { time_s } => {
+                self.show(|name| format!("{name}, {time_s:.1} simulated s"));
+            }
+            Event::Warned(warning) => self.progress.say(format!("warning: {warning}")),
+            _ => {}
         }
     }
 }

@@ -19,10 +19,10 @@ use serde_json::{Value, json};
 
 use super::facts::{ModuleFacts, RunFacts};
 use super::page::base64;
-use super::trace::LONGEST_S;
+use super::trace::MAX_EPISODE_S;
 use crate::task::TaskError;
-use crate::task::execute::Thoughts;
-use crate::task::scene::SceneFrame;
+use crate::task::event::SceneFrame;
+use crate::task::execute::ActivityRecorder;
 
 /// The arrays of a run's filmed episode.
 #[derive(Debug, Clone, PartialEq)]
@@ -68,7 +68,7 @@ const MOST_ROWS: usize = 2_000;
 
 /// Whether these are moments of an episode.
 fn rising(times: &Array1<f64>) -> bool {
-    times.iter().all(|t| (0.0..=LONGEST_S).contains(t))
+    times.iter().all(|t| (0.0..=MAX_EPISODE_S).contains(t))
         && times.iter().zip(times.iter().skip(1)).all(|(a, b)| a <= b)
 }
 
@@ -77,15 +77,15 @@ fn fits(values: &Array2<f32>, names: &[String]) -> bool {
 }
 
 impl Arrays {
-    /// Frames and thoughts of an episode. Costs a copy.
-    pub fn of(frames: &[SceneFrame], thoughts: &Thoughts) -> Self {
+    /// Frames and activity of an episode. Costs a copy.
+    pub fn of(frames: &[SceneFrame], activity: &ActivityRecorder) -> Self {
         let parts = frames.first().map_or(0, |frame| frame.parts.len());
         let count = frames.len();
         let at = |frame: usize, part: usize, number: usize| {
             let Some(pose) = frames[frame].parts.get(part) else { return f32::NAN };
             pose.position.iter().chain(&pose.orientation).nth(number).map_or(0.0, |v| *v as f32)
         };
-        let modules = thoughts.modules().iter().map(|module| {
+        let modules = activity.modules().iter().map(|module| {
             let columns = module.names.len();
             let rows = module.values.len() / columns.max(1);
             let value = |(row, column)| module.values[row * columns + column];
@@ -96,10 +96,10 @@ impl Arrays {
             angles: Array2::from_shape_fn((count, 7), |(f, i)| frames[f].angles[i] as f32),
             fingers: Array2::from_shape_fn((count, 2), |(f, i)| frames[f].fingers[i] as f32),
             parts: Array3::from_shape_fn((count, parts, 7), |(f, p, i)| at(f, p, i)),
-            modules_t: thoughts.times_s().iter().copied().collect(),
+            modules_t: activity.times_s().iter().copied().collect(),
             modules: modules.collect(),
-            spikes_t: thoughts.spikes().iter().map(|s| s.0).collect(),
-            spikes_row: thoughts.spikes().iter().map(|s| s.1).collect(),
+            spikes_t: activity.spikes().iter().map(|s| s.0).collect(),
+            spikes_row: activity.spikes().iter().map(|s| s.1).collect(),
             unread: Vec::new(),
         }
     }
@@ -215,7 +215,7 @@ impl Arrays {
         (self.frames_t, self.angles, self.fingers, self.parts) = (frames_t, angles, fingers, parts);
     }
 
-    fn forget_thoughts(&mut self) {
+    fn forget_activity(&mut self) {
         let Self { modules_t, modules, spikes_t, spikes_row, .. } = Self::empty();
         (self.modules_t, self.modules) = (modules_t, modules);
         (self.spikes_t, self.spikes_row) = (spikes_t, spikes_row);
@@ -233,13 +233,13 @@ impl Arrays {
             }
             differs
         };
-        let [frames, thoughts] =
+        let [frames, activity] =
             [other("frames", &self.frames_t), other("modules", &self.modules_t)];
         if frames {
             self.forget_frames();
         }
-        if thoughts {
-            self.forget_thoughts();
+        if activity {
+            self.forget_activity();
         }
         (self, odd)
     }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use crate::task::execute::Thoughts;
+use crate::task::execute::ActivityRecorder;
 use crate::task::planner::Shows;
 use crate::task::scene::SceneSpec;
 
@@ -68,9 +68,9 @@ impl RunFacts {
     /// The format's name and version.
     pub const FORMAT: (&'static str, u64) = ("symbolt-run", 1);
 
-    /// What the arrays of a record of thoughts are.
-    pub fn of_thoughts(thoughts: &Thoughts) -> (Vec<ModuleFacts>, Vec<PopulationFacts>) {
-        let modules = thoughts.modules().iter().map(|module| ModuleFacts {
+    /// What the arrays of recorded activity are.
+    pub fn of_activity(activity: &ActivityRecorder) -> (Vec<ModuleFacts>, Vec<PopulationFacts>) {
+        let modules = activity.modules().iter().map(|module| ModuleFacts {
             name: module.name.clone(),
             names: module.names.clone(),
             shows: match module.shows {
@@ -78,7 +78,7 @@ impl RunFacts {
                 Shows::Activities => "activities".into(),
             },
         });
-        let populations = thoughts.populations().map(|(path, rows, neurons)| PopulationFacts {
+        let populations = activity.populations().map(|(path, rows, neurons)| PopulationFacts {
             path: path.into(),
             rows,
             neurons,

@@ -1,12 +1,11 @@
-//! `trace.jsonl`: every decision, skill, touch and end of every episode, one JSON object a line.
+//! `trace.jsonl`: every decision with its skill, every touch and the end of every episode, one JSON object a line.
 
 use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use crate::task::execute::{Decided, Ended, EpisodeReport, Touched};
-use crate::task::skill::SkillReport;
+use crate::task::event::{Decided, Ended, EpisodeReport, Event, Observer, SkillReport, Touched};
 
 /// How an episode ended.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -26,10 +25,10 @@ pub struct End {
 pub struct Line {
     /// Which episode.
     pub episode: usize,
-    /// A decision.
+    /// A decision, with the skill that carried it out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub decision: Option<Decided>,
-    /// A skill that is over.
+    /// A skill that is over, as traces had it before decisions owned their skills. [`read`] gives it to its decision.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skill: Option<SkillReport>,
     /// The fingers touch or leave a part.
@@ -40,34 +39,66 @@ pub struct Line {
     pub end: Option<End>,
 }
 
-/// The text of the file for these episodes.
-pub fn write<'e>(episodes: impl Iterator<Item = &'e EpisodeReport>) -> String {
-    let mut text = String::new();
-    let mut line = |line: Line| {
-        let _ = writeln!(text, "{}", json!(line));
-    };
-    for (episode, report) in episodes.enumerate() {
-        let own = Line { episode, ..Line::default() };
-        for decision in &report.decisions {
-            line(Line { decision: Some(decision.clone()), ..own.clone() });
-        }
-        for skill in &report.skills {
-            line(Line { skill: Some(*skill), ..own.clone() });
-        }
-        for touch in &report.touches {
-            line(Line { touch: Some(*touch), ..own.clone() });
-        }
-        let EpisodeReport { ended, assembled, simulated_s, .. } = report;
-        let end = End { ended: ended.clone(), assembled: *assembled, simulated_s: *simulated_s };
-        line(Line { end: Some(end), ..own });
+/// An observer that writes one episode's lines.
+///
+/// Decisions come first, then touches, then the end.
+#[derive(Debug, Clone, Default)]
+pub struct Tracer {
+    episode: usize,
+    decisions: String,
+    touches: String,
+    end: String,
+}
+
+impl Tracer {
+    /// A trace of the episode of this number, counted from 0.
+    pub fn new(episode: usize) -> Self {
+        Self { episode, ..Self::default() }
     }
-    text
+
+    /// The lines so far.
+    pub fn text(&self) -> String {
+        [self.decisions.as_str(), &self.touches, &self.end].concat()
+    }
+}
+
+impl Observer for Tracer {
+    fn observe(&mut self, event: &Event<'_>) {
+        let own = Line { episode: self.episode, ..Line::default() };
+        match event {
+            // One that is carried out is written when its skill is over.
+            Event::Decided(decision) if !decision.begun => {
+                put(&mut self.decisions, &Line { decision: Some((*decision).clone()), ..own });
+            }
+            Event::SkillEnded { decision: Some(decision), .. } => {
+                put(&mut self.decisions, &Line { decision: Some((*decision).clone()), ..own });
+            }
+            Event::Touched(touch) => put(&mut self.touches, &Line { touch: Some(*touch), ..own }),
+            Event::EpisodeEnded(report) => {
+                // The episode was given up while its last decision was carried out.
+                let cut = report.decisions.last().filter(|d| d.begun && d.skill.is_none());
+                if let Some(decision) = cut {
+                    let line = Line { decision: Some(decision.clone()), ..own.clone() };
+                    put(&mut self.decisions, &line);
+                }
+                let EpisodeReport { ended, assembled, simulated_s, .. } = report;
+                let ended = ended.clone();
+                let end = End { ended, assembled: *assembled, simulated_s: *simulated_s };
+                put(&mut self.end, &Line { end: Some(end), ..own });
+            }
+            _ => {}
+        }
+    }
+}
+
+fn put(text: &mut String, line: &Line) {
+    let _ = writeln!(text, "{}", json!(line));
 }
 
 /// Simulated seconds that an episode can last.
-pub(super) const LONGEST_S: f64 = 200_000.0;
+pub(super) const MAX_EPISODE_S: f64 = 200_000.0;
 /// Episodes that a run can have.
-const MOST_EPISODES: usize = 100_000;
+const MAX_EPISODES: usize = 100_000;
 
 impl Line {
     /// Whether it is of an episode that can be and its moments are some of one.
@@ -78,8 +109,8 @@ impl Line {
             self.touch.as_ref().map(|t| t.t),
             self.end.as_ref().map(|e| e.simulated_s),
         ];
-        self.episode < MOST_EPISODES
-            && moments.iter().flatten().all(|s| (0.0..=LONGEST_S).contains(s))
+        self.episode < MAX_EPISODES
+            && moments.iter().flatten().all(|s| (0.0..=MAX_EPISODE_S).contains(s))
     }
 }
 
@@ -99,6 +130,7 @@ pub fn read(bytes: &[u8]) -> (Vec<Line>, Option<String>) {
             }
         };
         match parsed.and_then(timely) {
+            Ok(Line { episode, skill: Some(skill), .. }) => own_skill(&mut lines, episode, skill),
             Ok(line) => lines.push(line),
             Err(error) => {
                 let problem =
@@ -110,6 +142,15 @@ pub fn read(bytes: &[u8]) -> (Vec<Line>, Option<String>) {
     (lines, None)
 }
 
+/// Gives a skill of an older trace to its decision: the first of its episode that was begun and has none.
+fn own_skill(lines: &mut [Line], episode: usize, skill: SkillReport) {
+    let own = lines.iter_mut().filter(|line| line.episode == episode);
+    let open = |decision: &&mut Decided| decision.begun && decision.skill.is_none();
+    if let Some(decision) = own.filter_map(|line| line.decision.as_mut()).find(open) {
+        decision.skill = Some(skill);
+    }
+}
+
 /// A sentence on episodes that have no end.
 pub(super) fn unfinished(lines: &[Line], episodes: Option<usize>) -> Option<String> {
     let begun = lines.iter().map(|line| line.episode + 1).max().unwrap_or(0);
@@ -118,4 +159,75 @@ pub(super) fn unfinished(lines: &[Line], episodes: Option<usize>) -> Option<Stri
         lines.iter().filter(|line| line.end.is_some()).map(|line| line.episode).collect();
     let ended = ended.iter().filter(|episode| **episode < all).count();
     (ended < all).then(|| format!("{} of {all} episodes have no end in it", all - ended))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::task::event::SkillOutcome;
+
+    /// Two episodes as they were written before decisions owned their skills.
+    const OLD: &str = r#"{"episode":0,"decision":{"asked_s":0.0,"took_ms":3.0,"holds":["A"],"action":"PUT","begun":false}}
+{"episode":0,"decision":{"asked_s":1.0,"took_ms":3.0,"holds":["A"],"action":"PUT","begun":true}}
+{"episode":0,"decision":{"asked_s":2.0,"took_ms":3.0,"holds":["A"],"action":"PUT","begun":true}}
+{"episode":0,"skill":{"part":1,"outcome":"dropped","picked":true,"slip_m":0.001}}
+{"episode":0,"skill":{"part":0,"outcome":"placed","picked":true,"slip_m":0.0}}
+{"episode":1,"decision":{"asked_s":1.0,"took_ms":3.0,"holds":["A"],"action":"PUT","begun":true}}
+{"episode":1,"skill":{"part":7,"outcome":"timed out","picked":false,"slip_m":0.0}}
+"#;
+
+    #[test]
+    fn decisions_of_an_old_trace_are_given_their_skills() {
+        let (lines, problem) = read(OLD.as_bytes());
+        assert_eq!(problem, None);
+        let outcomes: Vec<Option<SkillOutcome>> =
+            lines.iter().map(|l| l.decision.as_ref().and_then(Decided::outcome)).collect();
+        let [dropped, placed, late] =
+            [SkillOutcome::Dropped, SkillOutcome::Placed, SkillOutcome::TimedOut].map(Some);
+        assert_eq!(outcomes, [None, dropped, placed, late]);
+    }
+
+    #[test]
+    fn an_episode_s_trace_reads_as_it_was_told() {
+        let skill =
+            SkillReport { part: 1, outcome: SkillOutcome::Placed, picked: true, slip_m: 0.5e-3 };
+        let decided = |begun, skill| Decided {
+            asked_s: 1.0,
+            took_ms: 12.0,
+            holds: vec!["A".into()],
+            action: Some("PUT".into()),
+            begun,
+            skill,
+        };
+        let touch = Touched { t: 1.5, part: 1, contact: true };
+        let decisions = [decided(false, None), decided(true, Some(skill)), decided(true, None)];
+        let report = EpisodeReport {
+            ended: Ended::GaveUp,
+            assembled: false,
+            decisions: decisions.to_vec(),
+            touches: vec![touch],
+            in_no_state: 0,
+            strays: 0,
+            meddled: false,
+            steps: 10,
+            simulated_s: 2.0,
+        };
+        let mut tracer = Tracer::new(3);
+        tracer.observe(&Event::Decided(&decisions[0]));
+        // What is told at first has no skill yet: the line is written when the skill is over.
+        tracer.observe(&Event::Decided(&decided(true, None)));
+        tracer.observe(&Event::Touched(touch));
+        let decision = Some(&decisions[1]);
+        tracer.observe(&Event::SkillEnded { time_s: 2.0, report: &skill, decision });
+        // The episode ends while this one is carried out.
+        tracer.observe(&Event::Decided(&decisions[2]));
+        tracer.observe(&Event::EpisodeEnded(&report));
+        let (lines, problem) = read(tracer.text().as_bytes());
+        assert_eq!((lines.len(), problem), (5, None));
+        assert!(lines.iter().all(|l| l.episode == 3 && l.skill.is_none()));
+        let read: Vec<Decided> = lines.iter().filter_map(|l| l.decision.clone()).collect();
+        assert_eq!(read, decisions);
+        assert_eq!(lines[3].touch, Some(touch));
+        assert_eq!(lines[4].end.as_ref().map(|e| e.simulated_s), Some(2.0));
+    }
 }

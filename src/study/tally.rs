@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::statistics::Rate;
-use crate::task::execute::{Ended, EpisodeReport};
-use crate::task::skill::Outcome;
+use crate::task::event::{Ended, EpisodeReport, SkillOutcome};
 
 /// What happened in several episodes.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -49,13 +48,14 @@ impl Tally {
         let mut tally = Self { episodes: episodes.len(), ..Self::default() };
         for (index, episode) in episodes.iter().enumerate() {
             tally.assembled += usize::from(episode.assembled);
-            let short = episode.skills.len() <= least;
+            let short = episode.skills().count() <= least;
             tally.minimum_steps += usize::from(episode.assembled && short);
             tally.false_goals += usize::from(episode.false_goal());
             tally.picks += episode.picks();
             tally.drops += episode.drops();
             tally.replans += episode.replans();
-            for (action, outcome) in episode.attempts().filter(|(_, o)| *o != Outcome::Placed) {
+            for (action, outcome) in episode.attempts().filter(|(_, o)| *o != SkillOutcome::Placed)
+            {
                 let key = (action.to_owned(), outcome.to_string());
                 *tally.failed_skills.entry(key).or_default() += 1;
             }
@@ -65,7 +65,7 @@ impl Tally {
             tally.decision_ms.extend(episode.decisions.iter().map(|d| d.took_ms));
             tally.steps += episode.steps;
             tally.simulated_s += episode.simulated_s;
-            let slips = episode.skills.iter().map(|s| s.slip_m);
+            let slips = episode.skills().map(|s| s.slip_m);
             tally.slip_m = slips.fold(tally.slip_m, f64::max);
             if !episode.assembled {
                 tally.failures.push((index, episode.ended.clone()));

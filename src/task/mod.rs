@@ -5,6 +5,7 @@
 //! | room | what is in it |
 //! |---|---|
 //! | [`domain`] | states, operators, recordings, grounding, and the symbolic reference planner |
+//! | [`event`] | what happens while something runs, and who listens |
 //! | [`learn`] | from recordings to a domain |
 //! | [`planner`] | the planner graph over a domain |
 //! | [`robot`] | the arm: kinematics, paths, bodies |
@@ -16,6 +17,7 @@
 
 pub mod domain;
 mod error;
+pub mod event;
 #[cfg(feature = "physics")]
 pub mod execute;
 mod files;

@@ -47,7 +47,7 @@ pub(super) fn scene(parts: usize) -> SceneSpec {
 
 /// Demonstrations of our own scene with so many of each part.
 pub(super) fn shown(parts: usize, demos: usize, seed: Seed) -> Result<Recording, TaskError> {
-    Ok(demonstrate(&scene(parts), demos, seed, &mut |_, _| {})?.recording)
+    Ok(demonstrate(&scene(parts), demos, seed)?.recording)
 }
 
 /// All poses of a recording with their kinds.

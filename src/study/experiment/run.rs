@@ -14,6 +14,7 @@ use super::{Cell, Experiment, Measure, Outcome, Results, Row, WIDTH};
 use crate::sim::Seed;
 use crate::study::statistics::{Mean, Rate, Statistic};
 use crate::task::TaskError;
+use crate::task::event::{Event, Observer};
 use crate::task::{Overwrite, write_whole};
 
 /// One part of the trials: those whose number leaves `index` when divided by `of`.
@@ -133,13 +134,13 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Does all trials that the journal does not have, on the threads of the pool. `watch` is told how many
-    /// are done. Gives the table, and writes it, if this is the only shard.
+    /// Does all trials that the journal does not have, on the threads of the pool. `observer` is told how many
+    /// are done ([`Event::Trials`]). Gives the table, and writes it, if this is the only shard.
     ///
     /// # Errors
     /// [`TaskError::Input`] if the journal is damaged or another experiment's, [`TaskError::Io`] if it cannot be
     /// written, and whatever a trial fails with. Finished trials are kept.
-    pub fn go(&self, watch: &(dyn Fn(u64) + Sync)) -> Result<Option<Results>, TaskError> {
+    pub fn go(&self, observer: &mut (dyn Observer + Send)) -> Result<Option<Results>, TaskError> {
         let lock = Lock::take(&self.folder)?;
         if self.anew {
             self.forget()?;
@@ -159,7 +160,9 @@ impl<'a> Run<'a> {
         // What the cells of a trial share is made once, and threads begin at trials far apart.
         missing.sort_unstable_by_key(|(cell, trial)| (*trial, *cell));
         let done = AtomicU64::new(self.trials() - missing.len() as u64);
-        watch(done.load(Ordering::Relaxed));
+        let of = self.trials();
+        observer.observe(&Event::Trials { done: done.load(Ordering::Relaxed), of });
+        let observer = Mutex::new((observer, 0));
         let kept = Mutex::new((journal, outcomes));
         // What the first failure brings about elsewhere is not what is told.
         let failure = Mutex::new(None);
@@ -176,7 +179,15 @@ impl<'a> Run<'a> {
                 journal.append(record).map_err(failed)?;
                 outcomes[*cell as usize][*trial as usize] = Some(outcome);
             }
-            watch(done.fetch_add(1, Ordering::Relaxed) + 1);
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            // Whoever comes while another tells of its trial has nothing to add, but for the last.
+            let mut told = if done == of { observer.lock().ok() } else { observer.try_lock().ok() };
+            if let Some((observer, last)) = told.as_deref_mut()
+                && done > *last
+            {
+                *last = done;
+                observer.observe(&Event::Trials { done, of });
+            }
             Ok::<_, ()>(())
         });
         if let Some(error) = failure.into_inner().unwrap_or_else(|e| e.into_inner()) {

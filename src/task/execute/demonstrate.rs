@@ -9,10 +9,11 @@ use rand::RngExt;
 
 use super::witness::{Assembly, Recorder};
 use crate::sim::Seed;
-use crate::task::domain::{Demonstration, Event, Recording};
+use crate::task::domain::{Demonstration, Event as Noted, Recording};
 use crate::task::error::TaskError;
+use crate::task::event::{Event, Ignore, Observer, SkillOutcome, SkillReport, Touch, Touched};
 use crate::task::scene::{PartKind, Scene, SceneSpec};
-use crate::task::skill::{Outcome, Robot, SkillReport, Target, Touch};
+use crate::task::skill::{Robot, Target};
 
 /// A recording of demonstrations, and what only the demonstrator knows.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,16 +35,22 @@ const MOST_SKILLS: usize = 12;
 
 /// Shows the task `demos` times, in a scene drawn anew each time.
 ///
-/// `watch` is called after every step of the physics with the number of the demonstration, from 0, and its simulated
-/// seconds.
-///
 /// # Errors
 /// As [`Scene::new`].
-pub fn demonstrate(
+pub fn demonstrate(spec: &SceneSpec, demos: usize, seed: Seed) -> Result<Demonstrated, TaskError> {
+    demonstrate_observed(spec, demos, seed, &mut Ignore)
+}
+
+/// [`demonstrate`], telling `observer` when a demonstration begins and ends, of every step of the physics, of skills
+/// and of touches.
+///
+/// # Errors
+/// As [`demonstrate`].
+pub fn demonstrate_observed(
     spec: &SceneSpec,
     demos: usize,
     seed: Seed,
-    watch: &mut dyn FnMut(usize, f64),
+    observer: &mut dyn Observer,
 ) -> Result<Demonstrated, TaskError> {
     spec.check()?;
     let mut out = Demonstrated {
@@ -60,10 +67,11 @@ pub fn demonstrate(
         let mut recorder = Recorder::new(spec);
         // Alternating from a drawn start, so that few demonstrations show both orders.
         let nut_first = (demo % 2 == 0) == flip;
-        out.skills.push(show(&mut scene, &mut recorder, nut_first, &mut |time_s| {
-            watch(demo, time_s);
-        }));
-        out.assembled += usize::from(Assembly::judge(&scene).is_assembled());
+        observer.observe(&Event::DemonstrationBegan { number: demo, of: demos });
+        out.skills.push(show(&mut scene, &mut recorder, nut_first, observer));
+        let solved = Assembly::judge(&scene).is_assembled();
+        observer.observe(&Event::DemonstrationEnded { number: demo, of: demos, solved });
+        out.assembled += usize::from(solved);
         out.steps += scene.steps();
         out.simulated_s += scene.time_s();
         let snapshots = recorder.into_snapshots();
@@ -77,32 +85,50 @@ fn show(
     scene: &mut Scene,
     recorder: &mut Recorder,
     nut_first: bool,
-    watch: &mut dyn FnMut(f64),
+    observer: &mut dyn Observer,
 ) -> Vec<SkillReport> {
     let mut robot = Robot::default();
     let mut reports = Vec::new();
-    recorder.note(scene, Event::Start, None);
+    recorder.note(scene, Noted::Start, None);
     while reports.len() < MOST_SKILLS {
         let Some((part, target)) = next(scene, nut_first, &reports) else { break };
         match robot.begin(scene, part, target, None) {
             Err(report) => reports.push(report),
-            Ok(()) => loop {
-                let step = robot.step(scene);
-                watch(scene.time_s());
-                match step.touch {
-                    Some(Touch::Contact(part)) => recorder.note(scene, Event::Contact, Some(part)),
-                    Some(Touch::Release(part)) => recorder.note(scene, Event::Release, Some(part)),
-                    None => {}
-                }
-                if let Some(report) = step.ended {
-                    reports.push(report);
-                    break;
-                }
-            },
+            Ok(()) => {
+                let time_s = scene.time_s();
+                observer.observe(&Event::SkillBegan { time_s, decision: None });
+                reports.push(carry_out(&mut robot, scene, recorder, observer));
+            }
         }
     }
-    recorder.note(scene, Event::End, None);
+    recorder.note(scene, Noted::End, None);
     reports
+}
+
+/// Steps the scene until the robot's skill is over.
+fn carry_out(
+    robot: &mut Robot,
+    scene: &mut Scene,
+    recorder: &mut Recorder,
+    observer: &mut dyn Observer,
+) -> SkillReport {
+    loop {
+        let step = robot.step(scene);
+        let time_s = scene.time_s();
+        if let Some(touch) = step.touch {
+            match touch {
+                Touch::Contact(part) => recorder.note(scene, Noted::Contact, Some(part)),
+                Touch::Release(part) => recorder.note(scene, Noted::Release, Some(part)),
+            }
+            observer.observe(&Event::Touched(Touched::at(time_s, touch)));
+        }
+        if let Some(report) = step.ended {
+            observer.observe(&Event::SkillEnded { time_s, report: &report, decision: None });
+            observer.observe(&Event::Stepped { time_s });
+            return report;
+        }
+        observer.observe(&Event::Stepped { time_s });
+    }
 }
 
 /// The rule that applies: which part, and where to; `None` when the task is done or nothing can be.
@@ -119,8 +145,9 @@ fn next(scene: &Scene, nut_first: bool, so_far: &[SkillReport]) -> Option<(usize
         return Some((bolt, at([x, y], jig.pocket_floor_m + spec.part.nut_height_m)));
     }
     // A part that could not be taken is left for another.
-    let stuck =
-        |part: usize| so_far.iter().any(|r| r.part == part && r.outcome == Outcome::Unreachable);
+    let stuck = |part: usize| {
+        so_far.iter().any(|r| r.part == part && r.outcome == SkillOutcome::Unreachable)
+    };
     let free = |kind: PartKind| {
         scene.kinds().enumerate().position(|(i, k)| k == kind && !stuck(i) && !assembly.holds(i))
     };

@@ -7,9 +7,9 @@
 //! The executor knows what was learned and how to take hold of nuts and bolts, and nothing of the task: which
 //! part goes where is a state's mean pose.
 
+mod activity;
 mod choose;
 mod demonstrate;
-mod thoughts;
 mod witness;
 mod world;
 
@@ -19,18 +19,16 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use crate::sim::{RunConfig, Seed, SimDuration, SimView, Simulator, StopReason};
-use crate::task::domain::Grounding;
-use crate::task::domain::Obstacle;
-use crate::task::domain::Pose;
+use crate::sim::{RunConfig, Seed, SimDuration, Simulator, StopReason};
+use crate::task::domain::{Grounding, Pose};
 use crate::task::error::TaskError;
+use crate::task::event::{Ended, EpisodeReport, Event, Ignore, Observer, SceneFrame};
 use crate::task::planner::Planner;
-use crate::task::scene::{SceneFrame, SceneSpec};
-use crate::task::skill::{Outcome, SkillReport, Touch};
-pub use demonstrate::{Demonstrated, demonstrate};
-pub use thoughts::{ModuleSamples, Thoughts};
+use crate::task::scene::SceneSpec;
+pub use activity::{ActivityRecorder, ModuleSamples};
+pub use demonstrate::{Demonstrated, demonstrate, demonstrate_observed};
 pub use witness::{Assembly, Recorder};
-pub use world::{AssemblyWorld, Doing};
+pub use world::AssemblyWorld;
 
 /// How episodes are run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -114,116 +112,6 @@ pub struct Meddling {
     pub pose: Pose,
 }
 
-/// One answer of the planner graph.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Decided {
-    /// Simulated seconds when the question was put.
-    pub asked_s: f64,
-    /// Simulated milliseconds until the answer, to the period of the physics.
-    pub took_ms: f64,
-    /// The states that held.
-    pub holds: Vec<String>,
-    /// The action to be done; `None` if the goal was met or nothing can be done.
-    pub action: Option<String>,
-    /// Whether the robot began to do it: not if something had changed meanwhile, or if there was no way.
-    pub begun: bool,
-}
-
-/// Fingers and a part come together, or part.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Touched {
-    /// Simulated seconds.
-    pub t: f64,
-    /// The part's place in the scene.
-    pub part: usize,
-    /// Whether they came together.
-    pub contact: bool,
-}
-
-impl Touched {
-    fn at(t: f64, touch: Touch) -> Self {
-        match touch {
-            Touch::Contact(part) => Self { t, part, contact: true },
-            Touch::Release(part) => Self { t, part, contact: false },
-        }
-    }
-}
-
-/// How an episode ended.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub enum Ended {
-    /// The goal state held.
-    GoalMet,
-    /// The planner found no way.
-    Stuck(Obstacle),
-    /// No part could be taken and put as the action wants.
-    NoWay {
-        /// The action.
-        action: String,
-    },
-    /// Something lies where the action would put a part.
-    Occupied {
-        /// The action.
-        action: String,
-    },
-    /// Simulated time or skills were used up.
-    GaveUp,
-}
-
-/// What happened in an episode.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct EpisodeReport {
-    /// How it ended.
-    pub ended: Ended,
-    /// Whether, by the scene's geometry, a bolt is through a nut in the pocket.
-    pub assembled: bool,
-    /// Every decision.
-    pub decisions: Vec<Decided>,
-    /// Every skill.
-    pub skills: Vec<SkillReport>,
-    /// Every touch of the fingers.
-    pub touches: Vec<Touched>,
-    /// Parts that were in no state when last looked at, or are gone from the table.
-    pub in_no_state: usize,
-    /// Times that a part was found in no state that had not been so when looked at before.
-    pub strays: usize,
-    /// Whether another hand did what [`EpisodeSpec::meddling`] says.
-    pub meddled: bool,
-    /// Steps of the physics.
-    pub steps: u64,
-    /// Simulated seconds.
-    pub simulated_s: f64,
-}
-
-impl EpisodeReport {
-    /// Times a part left the hand on the way.
-    pub fn drops(&self) -> usize {
-        self.skills.iter().filter(|s| s.outcome == Outcome::Dropped).count()
-    }
-
-    /// Times a part was in the hand.
-    pub fn picks(&self) -> usize {
-        self.skills.iter().filter(|s| s.picked).count()
-    }
-
-    /// What was decided and how the skill that came of it ended, in order.
-    pub fn attempts(&self) -> impl Iterator<Item = (&str, Outcome)> {
-        let begun = self.decisions.iter().filter(|d| d.begun);
-        let acted = begun.filter_map(|d| d.action.as_deref());
-        acted.zip(self.skills.iter().map(|s| s.outcome))
-    }
-
-    /// Skills that did not put their part where they should: each is followed by a new decision.
-    pub fn replans(&self) -> usize {
-        self.skills.iter().filter(|s| s.outcome != Outcome::Placed).count()
-    }
-
-    /// Whether the goal was taken to be met and is not.
-    pub fn false_goal(&self) -> bool {
-        self.ended == Ended::GoalMet && !self.assembled
-    }
-}
-
 /// An episode that is over.
 #[derive(Debug, Clone)]
 pub struct Episode {
@@ -247,39 +135,93 @@ pub fn episode(
     spec: &EpisodeSpec,
     seed: Seed,
 ) -> Result<Episode, TaskError> {
-    episode_watched(planner, grounding, goal, spec, seed, &mut |_, _| {})
+    episode_observed(planner, grounding, goal, spec, seed, &mut Ignore)
 }
 
-/// As [`episode`]; after every tick `watch` can look at the graph and the world.
+/// [`episode`], telling `observer` of what happens.
+///
+/// Within one step of the physics, events come in the order in which they happened: a decision, a touch, a skill's end, a
+/// frame, then the tick.
 ///
 /// # Errors
 /// As [`episode`].
-pub fn episode_watched(
+pub fn episode_observed(
     planner: &Arc<Planner>,
     grounding: Grounding,
     goal: &str,
     spec: &EpisodeSpec,
     seed: Seed,
-    watch: &mut dyn FnMut(&SimView<'_>, &AssemblyWorld),
+    observer: &mut dyn Observer,
 ) -> Result<Episode, TaskError> {
     let world = AssemblyWorld::new(planner.clone(), grounding, goal, spec)?;
     let run = RunConfig::seeded(seed).in_world(world);
     let mut sim = Simulator::new(planner.graph().clone(), run)?;
+    observer.observe(&Event::EpisodeBegan { goal });
+    let mut teller = Teller::default();
     // The world gives up by itself; this is only to be sure.
     let limit = SimDuration::from_millis((spec.limit_s * 1e3) as u64 + 120_000);
     sim.run_until(limit, |view| {
         let Some(world) = AssemblyWorld::of(view.world()) else {
             return ControlFlow::Break(StopReason::Condition("another world"));
         };
-        watch(&view, world);
+        teller.tell(world, observer);
+        observer.observe(&Event::Ticked { view: &view, doing: world.doing() });
         match world.ended() {
             Some(_) => ControlFlow::Break(StopReason::Condition("over")),
             None => ControlFlow::Continue(()),
         }
     })?;
-    match AssemblyWorld::of(sim.world()) {
-        Some(world) => Ok(world.report()),
-        None => Err(TaskError::BadDomain { reason: "the world was exchanged".into() }),
+    let Some(world) = AssemblyWorld::of(sim.world()) else {
+        return Err(TaskError::BadDomain { reason: "the world was exchanged".into() });
+    };
+    let episode = world.report();
+    observer.observe(&Event::EpisodeEnded(&episode.report));
+    Ok(episode)
+}
+
+/// Turns what is new in a world's log into events.
+#[derive(Default)]
+struct Teller {
+    steps: u64,
+    decisions: usize,
+    touches: usize,
+    frames: usize,
+    /// Whether the last decision's skill is still to be told of.
+    acting: bool,
+}
+
+impl Teller {
+    fn tell(&mut self, world: &AssemblyWorld, observer: &mut dyn Observer) {
+        let Some(scene) = world.scene() else { return };
+        if scene.steps() == self.steps {
+            return;
+        }
+        self.steps = scene.steps();
+        let (log, time_s) = (world.log(), scene.time_s());
+        for decision in &log.decisions[self.decisions..] {
+            observer.observe(&Event::Decided(decision));
+            if decision.begun {
+                self.acting = true;
+                observer.observe(&Event::SkillBegan { time_s, decision: Some(decision) });
+            }
+        }
+        self.decisions = log.decisions.len();
+        for touch in &log.touches[self.touches..] {
+            observer.observe(&Event::Touched(*touch));
+        }
+        self.touches = log.touches.len();
+        if self.acting
+            && let Some(decision) = log.decisions.last()
+            && let Some(report) = &decision.skill
+        {
+            self.acting = false;
+            observer.observe(&Event::SkillEnded { time_s, report, decision: Some(decision) });
+        }
+        for frame in &log.frames[self.frames..] {
+            observer.observe(&Event::Framed(frame));
+        }
+        self.frames = log.frames.len();
+        observer.observe(&Event::Stepped { time_s });
     }
 }
 
@@ -291,7 +233,6 @@ impl AssemblyWorld {
             ended: self.ended().cloned().unwrap_or(Ended::GaveUp),
             assembled: scene.is_some_and(|s| Assembly::judge(s).is_assembled()),
             decisions: log.decisions.clone(),
-            skills: log.skills.clone(),
             touches: log.touches.clone(),
             in_no_state: log.in_no_state,
             strays: log.strays,

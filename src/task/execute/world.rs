@@ -6,15 +6,16 @@ use std::sync::Arc;
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
+use super::EpisodeSpec;
 use super::choose;
-use super::{Decided, Ended, EpisodeSpec, Touched};
 use crate::sim::{Real, Seed, SimDuration, World, WorldError, WorldSave};
 use crate::task::domain::{Classifier, Grounding};
 use crate::task::error::TaskError;
+use crate::task::event::{Decided, Doing, Ended, SceneFrame, SkillOutcome, SkillReport, Touched};
 use crate::task::execute::witness::Recorder;
 use crate::task::planner::{Planner, Verdict};
-use crate::task::scene::{Scene, SceneFrame};
-use crate::task::skill::{Outcome, Robot, SkillReport};
+use crate::task::scene::Scene;
+use crate::task::skill::Robot;
 
 /// What the executor is doing.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -33,24 +34,22 @@ enum Phase {
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Log {
     pub decisions: Vec<Decided>,
-    pub skills: Vec<SkillReport>,
     pub in_no_state: usize,
     pub strays: usize,
     pub touches: Vec<Touched>,
     pub frames: Vec<SceneFrame>,
 }
 
-/// What an [`AssemblyWorld`] is doing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Doing<'w> {
-    /// Waiting for a look at the scene.
-    Looking,
-    /// The planner graph is asked what to do.
-    Deciding,
-    /// The robot does this action.
-    Acting(&'w str),
-    /// It is over.
-    Over,
+impl Log {
+    /// Every skill that is over, in order.
+    fn skills(&self) -> impl Iterator<Item = &SkillReport> {
+        self.decisions.iter().filter_map(|d| d.skill.as_ref())
+    }
+
+    /// How many skills there were.
+    fn skill_count(&self) -> usize {
+        self.skills().count()
+    }
 }
 
 /// Everything that changes.
@@ -126,7 +125,7 @@ impl AssemblyWorld {
             Phase::Ask { .. } => Doing::Deciding,
             Phase::Act => {
                 let decided = live.log.decisions.last();
-                Doing::Acting(decided.and_then(|d| d.action.as_deref()).unwrap_or_default())
+                decided.and_then(|d| d.action.as_deref()).map_or(Doing::Looking, Doing::Acting)
             }
             Phase::Over(_) => Doing::Over,
         }
@@ -139,7 +138,6 @@ impl AssemblyWorld {
     pub(super) fn log(&self) -> &Log {
         static EMPTY: Log = Log {
             decisions: Vec::new(),
-            skills: Vec::new(),
             in_no_state: 0,
             strays: 0,
             touches: Vec::new(),
@@ -171,7 +169,10 @@ impl Live {
             self.log.touches.push(Touched::at(self.scene.time_s(), touch));
         }
         if let Some(report) = stepped.ended {
-            self.log.skills.push(report);
+            // A skill runs only for the last decision.
+            if let Some(decided) = self.log.decisions.last_mut() {
+                decided.skill = Some(report);
+            }
             self.phase = Phase::Rest { left: REST };
         }
         if let Some(every) = mind.spec.frame_ms
@@ -234,11 +235,12 @@ impl Live {
             holds: named(&self.present),
             action: if let Verdict::Act(action) = verdict { Some(name(action)) } else { None },
             begun: false,
+            skill: None,
         });
         self.phase = match verdict {
             Verdict::Met => Phase::Over(Ended::GoalMet),
             Verdict::Stuck(obstacle) => Phase::Over(Ended::Stuck(obstacle)),
-            Verdict::Act(_) if self.log.skills.len() >= mind.spec.most_skills => {
+            Verdict::Act(_) if self.log.skill_count() >= mind.spec.most_skills => {
                 Phase::Over(Ended::GaveUp)
             }
             Verdict::Act(action) => self.act(mind, action),
@@ -268,8 +270,9 @@ impl Live {
         // After a failure another part may do better.
         let failures = |object: &usize| {
             let part = parts[*object];
-            let failed = |s: &&SkillReport| s.outcome != Outcome::Placed && Some(s.part) == part;
-            self.log.skills.iter().filter(failed).count()
+            let failed =
+                |s: &&SkillReport| s.outcome != SkillOutcome::Placed && Some(s.part) == part;
+            self.log.skills().filter(failed).count()
         };
         candidates.sort_by_key(failures);
         for object in candidates {
@@ -289,7 +292,7 @@ impl Live {
 
     /// A function of the seed and of how many skills there were.
     fn draw_drop(&self, rate: f64) -> Option<f64> {
-        let mut rng = self.seed.derive_index("drop", self.log.skills.len() as u64).rng();
+        let mut rng = self.seed.derive_index("drop", self.log.skill_count() as u64).rng();
         let (chance, share): (f64, f64) = (rng.random(), rng.random());
         (chance < rate).then_some(share)
     }

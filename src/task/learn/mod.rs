@@ -35,6 +35,7 @@ pub use tries::MOVED_M;
 use crate::task::domain::Domain;
 use crate::task::domain::Recording;
 use crate::task::error::TaskError;
+use crate::task::event::{Event, Ignore, LearningStep, Observer};
 use scene::Scene;
 
 /// How to learn.
@@ -85,36 +86,17 @@ pub struct Learned {
 /// [`TaskError::NothingToLearn`] if no demonstration has two snapshots or nothing moved;
 /// [`TaskError::TooManyPoses`] above [`MOST_POINTS`] poses of one kind.
 pub fn learn(recording: &Recording, settings: &Settings) -> Result<Learned, TaskError> {
-    learn_watched(recording, settings, &mut |_| {})
+    learn_observed(recording, settings, &mut Ignore)
 }
 
-/// What the learner is about to do.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Progress {
-    /// Following objects through the snapshots.
-    Following {
-        /// How many snapshots.
-        snapshots: usize,
-    },
-    /// Clustering the poses of a kind; the part that grows with the square of their number.
-    Clustering {
-        /// The kind.
-        kind: String,
-        /// How many poses.
-        poses: usize,
-    },
-    /// Deciding what is a state and counting what actions do.
-    Deciding,
-}
-
-/// [`learn`], telling `watch` of each step before it is taken.
+/// [`learn`], telling `observer` of each step before it is taken ([`Event::Learning`]).
 ///
 /// # Errors
 /// As [`learn`].
-pub fn learn_watched(
+pub fn learn_observed(
     recording: &Recording,
     settings: &Settings,
-    watch: &mut dyn FnMut(Progress),
+    observer: &mut dyn Observer,
 ) -> Result<Learned, TaskError> {
     check_exponent(settings.p)?;
     if let Some(threshold) = settings.threshold_m
@@ -128,7 +110,7 @@ pub fn learn_watched(
     if recording.demos.iter().all(|d| d.snapshots.len() < 2) {
         return Err(nothing("no demonstration has two snapshots or more"));
     }
-    let mut scene = Scene::observe(recording, settings, watch)?;
+    let mut scene = Scene::observe(recording, settings, observer)?;
     if scene.kinds.is_empty() {
         return Err(nothing("no object moved by more than a millimetre"));
     }
@@ -143,6 +125,6 @@ pub fn learn_watched(
             break;
         }
     }
-    watch(Progress::Deciding);
+    observer.observe(&Event::Learning(LearningStep::Deciding));
     scene.conclude(settings)
 }

@@ -3,15 +3,16 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::sync::Arc;
 
+use super::Settings;
 use super::linkage::Dendrogram;
 use super::operators::GlobalState;
 use super::threshold::{Manipulation, choose};
 use super::tracks::{Track, follow};
 use super::tries::{MOVED_M, Try, cut, guess};
-use super::{Progress, Settings};
 use crate::task::domain::Pose;
 use crate::task::domain::Recording;
 use crate::task::error::TaskError;
+use crate::task::event::{Event, LearningStep, Observer};
 
 /// The recording with identities.
 pub(super) struct Scene<'r> {
@@ -48,9 +49,10 @@ impl<'r> Scene<'r> {
     pub fn observe(
         recording: &'r Recording,
         settings: &Settings,
-        watch: &mut dyn FnMut(Progress),
+        observer: &mut dyn Observer,
     ) -> Result<Self, TaskError> {
-        watch(Progress::Following { snapshots: recording.snapshot_count() });
+        let snapshots = recording.snapshot_count();
+        observer.observe(&Event::Learning(LearningStep::Following { snapshots }));
         let tracks: Vec<Vec<Track>> = recording.demos.iter().map(follow).collect();
         let mut tries = Vec::new();
         for (d, demo) in recording.demos.iter().enumerate() {
@@ -87,7 +89,8 @@ impl<'r> Scene<'r> {
                     }
                 }
             }
-            watch(Progress::Clustering { kind: name.to_string(), poses: poses.len() });
+            let step = LearningStep::Clustering { kind: &name, poses: poses.len() };
+            observer.observe(&Event::Learning(step));
             let tree = Dendrogram::new(&positions, settings.p, &name)?;
             let places = poses.iter().copied().zip(0..).collect();
             let labels = Vec::new();

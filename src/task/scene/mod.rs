@@ -10,4 +10,4 @@ pub(crate) mod shapes;
 
 pub use config::{JigSpec, MOST_PARTS, PartSpec, SceneSpec, TableSpec};
 pub use outline::{Body, Mesh, Outline};
-pub use physics::{PartKind, Scene, SceneFrame};
+pub use physics::{PartKind, Scene};

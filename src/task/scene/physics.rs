@@ -27,6 +27,7 @@ use super::shapes;
 use crate::sim::{Seed, SimDuration};
 use crate::task::domain::Pose;
 use crate::task::error::TaskError;
+use crate::task::event::SceneFrame;
 use crate::task::robot::ArmSpec;
 use crate::task::robot::arm::{self, Angles, JOINTS};
 use crate::task::robot::bodies::{self, RobotBodies};
@@ -46,19 +47,6 @@ struct Part {
     kind: PartKind,
     body: RigidBodyHandle,
     collider: ColliderHandle,
-}
-
-/// One moment of a scene, for pictures.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SceneFrame {
-    /// Simulated seconds.
-    pub t: f64,
-    /// The joints' angles, in radians.
-    pub angles: [f64; 7],
-    /// Each finger's distance from the middle, in metres.
-    pub fingers: [f64; 2],
-    /// The parts' poses, nuts first.
-    pub parts: Vec<Pose>,
 }
 
 /// A scene in the midst of its life.

@@ -2,7 +2,7 @@
 //!
 //! Reach above the part, approach, close, lift, measure the part in the hand, carry, lower, let go, retreat,
 //! wait until the parts are at rest. Every wait has a limit in simulated time, and a failure
-//! at any stage opens the hand, raises it and ends with an [`Outcome`] that says what happened.
+//! at any stage opens the hand, raises it and ends with an [`SkillOutcome`] that says what happened.
 
 mod grasp;
 mod reach;
@@ -12,67 +12,11 @@ use rapier3d::math::{Pose as Frame, Vector};
 use reach::{Lift, Placing};
 use serde::{Deserialize, Serialize};
 
+use crate::task::event::{SkillOutcome, SkillReport, Touch};
 use crate::task::robot::arm::{self, Angles, HOME};
 
 use crate::task::robot::path::Path;
 use crate::task::scene::physics::Scene;
-
-/// How a skill ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Outcome {
-    /// The part was let go at its target.
-    Placed,
-    /// The part left the hand on the way.
-    Dropped,
-    /// The hand closed and lifted, and the part was not in it.
-    Missed,
-    /// The arm ran into something and gave way.
-    Blocked,
-    /// Another part had come to where it was to be put; it was put back.
-    Occupied,
-    /// There is no way to take the part and put it there.
-    Unreachable,
-    /// A wait took longer than it may.
-    #[serde(rename = "timed out")]
-    TimedOut,
-}
-
-impl std::fmt::Display for Outcome {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Placed => "placed",
-            Self::Dropped => "dropped",
-            Self::Missed => "missed",
-            Self::Blocked => "blocked",
-            Self::Occupied => "occupied",
-            Self::Unreachable => "unreachable",
-            Self::TimedOut => "timed out",
-        })
-    }
-}
-
-/// What a recorder wants to know.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Touch {
-    /// Both pads press on the part.
-    Contact(usize),
-    /// The part has been free of the pads for a tenth of a second.
-    Release(usize),
-}
-
-/// What a skill did.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct SkillReport {
-    /// The part's place in the scene.
-    pub part: usize,
-    /// How it ended.
-    pub outcome: Outcome,
-    /// Whether the part was in the hand at some time.
-    pub picked: bool,
-    /// How far the part had moved in the hand between lifting and letting go, in metres.
-    pub slip_m: f64,
-}
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 enum Stage {
@@ -110,7 +54,7 @@ struct Skill {
     carry_s: f64,
     touching: bool,
     freed_s: f64,
-    failure: Option<Outcome>,
+    failure: Option<SkillOutcome>,
     slip_m: f64,
     total_s: f64,
 }
@@ -170,7 +114,7 @@ impl Robot {
     /// fraction of a millisecond to some hundred.
     ///
     /// # Errors
-    /// A report with [`Outcome::Unreachable`], at once, where there is no way, no such part, or no direction
+    /// A report with [`SkillOutcome::Unreachable`], at once, where there is no way, no such part, or no direction
     /// in the target's axis; nothing has moved then.
     pub fn begin(
         &mut self,
@@ -180,7 +124,7 @@ impl Robot {
         drop_at: Option<f64>,
     ) -> Result<(), SkillReport> {
         let unreachable =
-            SkillReport { part, outcome: Outcome::Unreachable, picked: false, slip_m: 0.0 };
+            SkillReport { part, outcome: SkillOutcome::Unreachable, picked: false, slip_m: 0.0 };
         let upright = Vector::from(target.axis).try_normalize().is_some();
         if part >= scene.kinds().count() || !upright {
             return Err(unreachable);
@@ -249,7 +193,7 @@ impl Skill {
     fn report(&self) -> SkillReport {
         SkillReport {
             part: self.part,
-            outcome: self.failure.unwrap_or(Outcome::Placed),
+            outcome: self.failure.unwrap_or(SkillOutcome::Placed),
             picked: self.lifted.is_some(),
             slip_m: self.slip_m,
         }
@@ -291,7 +235,7 @@ impl Skill {
     }
 
     /// Opens the hand, whatever it holds, and gives up for `why`.
-    fn fail(&mut self, why: Outcome) {
+    fn fail(&mut self, why: SkillOutcome) {
         if self.failure.is_none() {
             self.failure = Some(why);
         }
@@ -311,7 +255,7 @@ impl Skill {
         if self.total_s > SKILL_S && self.failure.is_none() && !matches!(self.stage, Stage::Settle)
         {
             robot.hold(scene);
-            self.fail(Outcome::TimedOut);
+            self.fail(SkillOutcome::TimedOut);
         }
         let moving = matches!(
             self.stage,
@@ -323,12 +267,12 @@ impl Skill {
         );
         if moving && strained {
             robot.hold(scene);
-            self.fail(Outcome::Blocked);
+            self.fail(SkillOutcome::Blocked);
         }
         let carried = matches!(self.stage, Stage::Carry(_) | Stage::Lower(_));
         if carried && self.lost(scene) {
             robot.hold(scene);
-            self.fail(Outcome::Dropped);
+            self.fail(SkillOutcome::Dropped);
         }
         match &self.stage {
             Stage::Reach(paths) => {
@@ -352,7 +296,7 @@ impl Skill {
                 if self.touching && self.time_s > CLOSING_S.0 {
                     self.go(Stage::Lift(self.lift.clone()));
                 } else if self.time_s > CLOSING_S.1 {
-                    self.fail(Outcome::Missed);
+                    self.fail(SkillOutcome::Missed);
                 }
             }
             Stage::Lift(path) => {
@@ -366,7 +310,7 @@ impl Skill {
                     self.drop_at.is_some_and(|share| self.carried_s >= share * self.carry_s);
                 if slips {
                     robot.hold(scene);
-                    self.fail(Outcome::Dropped);
+                    self.fail(SkillOutcome::Dropped);
                 } else if let Some(left) = robot.follow(paths, &mut self.time_s, speeds) {
                     if left.is_empty() && self.failure.is_some() {
                         self.go(Stage::Open);
@@ -417,7 +361,7 @@ impl Skill {
         let near =
             (scene.part_frame(self.part).translation - scene.tool_frame().translation).length();
         if forces.iter().any(|f| *f < TOUCH_N) || near > 0.05 {
-            return self.fail(Outcome::Missed);
+            return self.fail(SkillOutcome::Missed);
         }
         let in_hand = self.measure(scene);
         self.in_hand = Some(in_hand);
@@ -431,7 +375,7 @@ impl Skill {
             }
             None => {
                 // Put it back where it was.
-                self.failure = Some(Outcome::Unreachable);
+                self.failure = Some(SkillOutcome::Unreachable);
                 self.go(Stage::Lower(self.lift.clone().reversed()));
             }
         }
@@ -444,7 +388,7 @@ impl Skill {
         if let Some(placing) = &self.placing
             && scene.part_meets_part(self.part, &placing.part)
         {
-            self.failure = Some(Outcome::Occupied);
+            self.failure = Some(SkillOutcome::Occupied);
             let back = placing.carry.iter().rev().map(|p| p.clone().reversed());
             let down = self.lift.clone().reversed();
             self.stage = Stage::Carry(back.chain([down]).collect());
@@ -454,7 +398,7 @@ impl Skill {
         let tool = self.placing.as_ref().map(|p| p.part * in_hand);
         match tool.and_then(|t| Path::line_to(&robot.angles, &t, &scene.spec().arm)) {
             Some(path) => self.go(Stage::Lower(path)),
-            None => self.fail(Outcome::Unreachable),
+            None => self.fail(SkillOutcome::Unreachable),
         }
     }
 

@@ -1,18 +1,20 @@
-//! What the planner graph's modules held over an episode, and when some of its neurons spiked.
+//! An observer that records the planner graph's activity over an episode: what its modules hold, and a raster of spikes.
 //!
-//! While the graph decides, modules are looked at every 2 ms and spikes in every tick; while the robot moves, modules
-//! every 40 ms and spikes not at all: nothing is decided then, and neurons go on firing.
+//! While the graph decides, it samples modules every 2 ms and spikes in every tick. While the robot moves, it samples
+//! modules every 40 ms and no spikes: nothing is decided then.
 
-use super::{AssemblyWorld, Doing};
+use std::sync::Arc;
+
 use crate::sim::{PopulationRef, Real, SimView};
+use crate::task::event::{Doing, Event, Observer};
 use crate::task::planner::{Planner, Shows};
 
-/// Ticks between two looks while the graph decides, and while the robot moves.
-const EVERY: [u64; 2] = [2, 40];
-/// Neurons of a population whose spikes are kept.
-const NEURONS: usize = 12;
-/// Spikes after which no more are kept, of the whole episode: 16 bytes each.
-const MOST_SPIKES: usize = 1_000_000;
+/// Ticks between two samples while the graph decides, and while the robot moves.
+const PERIODS: [u64; 2] = [2, 40];
+/// Neurons of a population in the raster.
+const ROWS: usize = 12;
+/// Spikes kept of the whole episode, 16 bytes each.
+const MAX_SPIKES: usize = 1_000_000;
 
 /// The samples of one module, and what they are.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,66 +25,66 @@ pub struct ModuleSamples {
     pub names: Vec<String>,
     /// What the numbers are.
     pub shows: Shows,
-    /// A row of as many numbers as names for each of [`Thoughts::times_s`].
+    /// A row of as many numbers as names for each of [`ActivityRecorder::times_s`].
     pub values: Vec<Real>,
 }
 
 /// One population of the raster.
-struct Heard {
+struct RasterRows {
     path: String,
     of: PopulationRef,
     /// Which of its neurons, evenly spread over it.
     neurons: Vec<usize>,
 }
 
-/// A record of one episode's thinking.
-#[derive(Default)]
-pub struct Thoughts {
+/// Records one episode of a planner's graph.
+pub struct ActivityRecorder {
+    planner: Arc<Planner>,
     times_s: Vec<f64>,
     modules: Vec<ModuleSamples>,
-    heard: Vec<Heard>,
+    raster: Vec<RasterRows>,
     /// Simulated seconds, and the neuron's row.
     spikes: Vec<(f64, u32)>,
 }
 
-impl Thoughts {
+impl ActivityRecorder {
     /// An empty record of a planner's modules and, where it has such, its spiking populations.
-    pub fn of(planner: &Planner) -> Self {
+    pub fn new(planner: Arc<Planner>) -> Self {
         let modules = planner.modules().iter().map(|module| ModuleSamples {
             name: module.name.into(),
             names: module.names.clone(),
             shows: module.shows,
             values: Vec::new(),
         });
-        let heard = planner.graph().populations().map(|(path, of)| {
-            let few = NEURONS.min(of.neurons);
-            let neurons = (0..few).map(|i| i * of.neurons / few).collect();
-            Heard { path: path.into(), of, neurons }
+        let raster = planner.graph().populations().map(|(path, of)| {
+            let rows = ROWS.min(of.neurons);
+            let neurons = (0..rows).map(|i| i * of.neurons / rows).collect();
+            RasterRows { path: path.into(), of, neurons }
         });
-        Self { modules: modules.collect(), heard: heard.collect(), ..Self::default() }
+        let (modules, raster) = (modules.collect(), raster.collect());
+        Self { planner, times_s: Vec::new(), modules, raster, spikes: Vec::new() }
     }
 
-    /// Looks at the graph after a tick.
-    pub fn watch(&mut self, planner: &Planner, view: &SimView<'_>, world: &AssemblyWorld) {
-        let deciding = world.doing() == Doing::Deciding;
+    fn sample(&mut self, view: &SimView<'_>, doing: Doing<'_>) {
+        let deciding = doing == Doing::Deciding;
         let now = view.time().as_millis_f64() / 1e3;
         if deciding {
             let mut row = 0;
-            for heard in &self.heard {
-                for neuron in &heard.neurons {
-                    if self.spikes.len() < MOST_SPIKES && view.spiked(heard.of, *neuron) {
+            for rows in &self.raster {
+                for neuron in &rows.neurons {
+                    if self.spikes.len() < MAX_SPIKES && view.spiked(rows.of, *neuron) {
                         self.spikes.push((now, row));
                     }
                     row += 1;
                 }
             }
         }
-        let [often, seldom] = EVERY;
+        let [often, seldom] = PERIODS;
         if !view.tick().is_multiple_of(if deciding { often } else { seldom }) {
             return;
         }
         self.times_s.push(now);
-        for (rows, module) in self.modules.iter_mut().zip(planner.modules()) {
+        for (rows, module) in self.modules.iter_mut().zip(self.planner.modules()) {
             let from = rows.values.len();
             rows.values.resize(from + rows.names.len(), 0.0);
             module.read(view, &mut rows.values[from..]);
@@ -101,11 +103,19 @@ impl Thoughts {
 
     /// The populations of the raster by path, with how many of their neurons it has, and of how many.
     pub fn populations(&self) -> impl Iterator<Item = (&str, usize, usize)> {
-        self.heard.iter().map(|h| (h.path.as_str(), h.neurons.len(), h.of.neurons))
+        self.raster.iter().map(|h| (h.path.as_str(), h.neurons.len(), h.of.neurons))
     }
 
     /// Every spike: simulated seconds, and the neuron's row, counted over all populations.
     pub fn spikes(&self) -> &[(f64, u32)] {
         &self.spikes
+    }
+}
+
+impl Observer for ActivityRecorder {
+    fn observe(&mut self, event: &Event<'_>) {
+        if let Event::Ticked { view, doing } = event {
+            self.sample(view, *doing);
+        }
     }
 }

@@ -1,0 +1,128 @@
+//! The one event stream: what observers are told of demonstrations, learning, episodes and experiments.
+#![cfg(feature = "physics")]
+
+use std::sync::Arc;
+
+use symbolt::sim::Seed;
+use symbolt::study::experiment::{Run, Shard, find};
+use symbolt::task::Grounding;
+use symbolt::task::event::{Event, SkillReport};
+use symbolt::task::execute::{
+    EpisodeSpec, demonstrate, demonstrate_observed, episode, episode_observed,
+};
+use symbolt::task::learn::{Settings, learn, learn_observed};
+use symbolt::task::planner::{Planner, PlannerSpec};
+use symbolt::task::scene::SceneSpec;
+
+/// The kind of an event, without what it carries.
+fn name(event: &Event<'_>) -> &'static str {
+    match event {
+        Event::Learning(_) => "learning",
+        Event::DemonstrationBegan { .. } => "demonstration began",
+        Event::DemonstrationEnded { .. } => "demonstration ended",
+        Event::Stepped { .. } => "stepped",
+        Event::Touched(_) => "touched",
+        Event::SkillBegan { .. } => "skill began",
+        Event::SkillEnded { .. } => "skill ended",
+        Event::EpisodeBegan { .. } => "episode began",
+        Event::Ticked { .. } => "ticked",
+        Event::Decided(_) => "decided",
+        Event::Framed(_) => "framed",
+        Event::EpisodeEnded(_) => "episode ended",
+        Event::Trials { .. } => "trials",
+        _ => "another",
+    }
+}
+
+#[test]
+fn demonstrations_learning_and_an_episode_are_told_in_order_and_come_out_as_if_nobody_listened() {
+    let (scene, seed) = (SceneSpec::default(), Seed::new(1));
+    let mut told = Vec::new();
+    let mut skills: Vec<SkillReport> = Vec::new();
+    let shown = demonstrate_observed(&scene, 2, seed, &mut |event: &Event<'_>| {
+        if let Event::SkillEnded { report, decision, .. } = event {
+            assert!(decision.is_none(), "a demonstrator does not decide");
+            skills.push(**report);
+        }
+        if !matches!(event, Event::Stepped { .. }) {
+            told.push(name(event));
+        }
+    })
+    .expect("it can be shown");
+    assert_eq!(shown, demonstrate(&scene, 2, seed).expect("it can be shown"));
+    assert_eq!(skills, shown.skills.concat());
+    let one = ["skill began", "touched", "touched", "skill ended"];
+    let whole = [&["demonstration began"], &one[..], &one, &one, &["demonstration ended"]].concat();
+    assert_eq!(told, [whole.clone(), whole].concat());
+
+    let mut told = Vec::new();
+    let mut listen = |event: &Event<'_>| told.push(name(event));
+    let learned =
+        learn_observed(&shown.recording, &Settings::default(), &mut listen).expect("learns");
+    assert_eq!(learned, learn(&shown.recording, &Settings::default()).expect("learns"));
+    // Following, two kinds, deciding.
+    assert_eq!(told, ["learning"; 4]);
+
+    let domain = learned.domain;
+    let planner = Planner::new(&domain, PlannerSpec::default(), seed).expect("builds");
+    let (planner, goal) = (Arc::new(planner), domain.goal().expect("there is one"));
+    let spec = EpisodeSpec { drop_rate: 0.5, frame_ms: Some(400), ..EpisodeSpec::default() };
+    let (mut told, mut owned, mut frames) = (Vec::new(), 0, 0);
+    let mut last_s = 0.0;
+    let listen = &mut |event: &Event<'_>| {
+        match event {
+            Event::SkillEnded { report, decision, .. } => {
+                let decision = decision.expect("the planner decided it");
+                assert_eq!(decision.skill.as_ref(), Some(*report));
+                owned += 1;
+            }
+            Event::Stepped { time_s } => {
+                assert!(*time_s > last_s, "time goes on");
+                last_s = *time_s;
+            }
+            Event::Framed(_) => frames += 1,
+            _ => {}
+        }
+        if !matches!(event, Event::Stepped { .. } | Event::Ticked { .. } | Event::Framed(_)) {
+            told.push(name(event));
+        }
+    };
+    let seed = Seed::new(4);
+    let over = episode_observed(&planner, Grounding::default(), goal, &spec, seed, listen);
+    let over = over.expect("it runs");
+    let alone = episode(&planner, Grounding::default(), goal, &spec, seed).expect("it runs");
+    assert_eq!(over.report, alone.report);
+    assert!(over.report.drops() > 0, "{:?}", over.report);
+    assert_eq!((owned, frames), (over.report.skills().count(), over.frames.len()));
+    assert!(frames > 10);
+    assert_eq!((told.first(), told.last()), (Some(&"episode began"), Some(&"episode ended")));
+    // What begins was decided just before, and ends before the next decision.
+    let acts: Vec<&str> = told.iter().copied().filter(|n| *n != "touched").collect();
+    let mut begun = 0;
+    for (index, name) in acts.iter().enumerate().filter(|(_, n)| **n == "skill began") {
+        assert_eq!(
+            (acts[index - 1], *name, acts[index + 1]),
+            ("decided", "skill began", "skill ended")
+        );
+        begun += 1;
+    }
+    assert!(begun >= 4 && begun == owned, "{told:?}");
+    assert_eq!(over.report.touches.len(), told.iter().filter(|n| **n == "touched").count());
+}
+
+#[test]
+fn an_experiment_tells_of_every_trial_that_is_done_and_last_of_all_of_them() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let options = symbolt::study::experiment::Options { trials: Some(5), ..Default::default() };
+    let experiment = find("figure-1a", &options).expect("there is one");
+    let run = Run::new(&*experiment, Seed::new(1), Shard::default(), folder.path());
+    let mut told = Vec::new();
+    let results = run.go(&mut |event: &Event<'_>| {
+        if let Event::Trials { done, of } = event {
+            told.push((*done, *of));
+        }
+    });
+    assert!(results.expect("it runs").is_some());
+    let all = run.trials();
+    assert!(all > 0 && told.first() == Some(&(0, all)) && told.last() == Some(&(all, all)));
+}
