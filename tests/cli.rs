@@ -134,8 +134,11 @@ fn without_a_command_the_main_job_runs_and_can_be_repeated() {
     for line in String::from_utf8(bytes("trace.jsonl")).expect("text").lines() {
         let line: Value = serde_json::from_str(line).expect("JSON");
         kinds.extend(line.as_object().expect("an object").keys().cloned());
+        if let Some(decision) = line.get("decision").filter(|d| d["begun"] == true) {
+            assert_eq!(decision["skill"]["outcome"], "placed", "a decision owns its skill");
+        }
     }
-    let expected = ["decision", "end", "episode", "skill", "touch"].map(String::from);
+    let expected = ["decision", "end", "episode", "touch"].map(String::from);
     assert_eq!(kinds, BTreeSet::from(expected));
 }
 
@@ -223,6 +226,16 @@ fn plan_says_what_to_do_and_when_it_knew() {
 }
 
 #[test]
+fn a_plan_made_by_spiking_neurons_says_that_its_mode_is_lif() {
+    let folder = prepared();
+    let args = ["plan", "domain.json", "--scene", "scene.json", "--json", "--mode"];
+    for mode in ["direct", "rate", "lif"] {
+        let plan = json(folder.path(), &[&args[..], &[mode]].concat());
+        assert_eq!((plan["mode"].as_str(), plan["status"].as_str()), (Some(mode), Some("act")));
+    }
+}
+
+#[test]
 fn rename_and_check_serve_a_person() {
     let folder = prepared();
     let text = ok(
@@ -282,7 +295,10 @@ fn bad_usage_and_bad_input_return_2_and_leave_nothing_behind() {
             "the modes are: direct",
         ),
         (&["run", "--demos", "0", "--out", "new"], "--demos is 0"),
-        (&["run", "--film", "2", "--out", "new"], "--film is 2; 1 to 1 (--episodes) exist"),
+        (
+            &["run", "--film", "2", "--out", "new"],
+            "--record-episode is 2; 1 to 1 (--episodes) exist",
+        ),
         (&["run", "--nuts", "100", "--out", "new"], "`nuts` is 100"),
         (&["run", "--drop-rate", "2", "--out", "new"], "`drop_rate` is 2"),
         (&["classify", "domain.json", "demos.jsonl", "--limit", "0"], "`limit` is 0"),

@@ -435,7 +435,7 @@ fn numbers_beyond_all_bounds_are_damage_and_no_panic() {
 }
 
 #[test]
-fn another_episode_than_the_first_can_be_filmed() {
+fn another_episode_than_the_first_can_be_recorded() {
     let place = tempfile::tempdir().expect("a folder");
     let out = place.path().join("out");
     let to = out.to_str().expect("UTF-8");
@@ -443,7 +443,9 @@ fn another_episode_than_the_first_can_be_filmed() {
     let read = |name: &str| std::fs::read_to_string(out.join(name)).expect("a file");
     let facts: Value = serde_json::from_str(&read("run.json")).expect("JSON");
     assert_eq!((&facts["filmed"], facts["summary"]["episodes"].as_u64()), (&json!(1), Some(2)));
-    assert!(facts["command"].as_str().is_some_and(|c| c.contains("--episodes 2 --film 2")));
+    assert!(
+        facts["command"].as_str().is_some_and(|c| c.contains("--episodes 2 --record-episode 2"))
+    );
     // Files of two episodes side by side are told apart by their length.
     let swapped = tempfile::tempdir().expect("a folder");
     for name in ["run.json", "domain.json", "recording.jsonl", "trace.jsonl", "scene.json"] {
@@ -458,7 +460,7 @@ fn another_episode_than_the_first_can_be_filmed() {
     other["filmed"] = json!(2);
     std::fs::write(&path, other.to_string()).expect("written");
     let said = missing(&report(swapped.path()).0).join("; ");
-    assert!(said.contains("run.json: it has no episode 2 that could be filmed"), "{said}");
+    assert!(said.contains("run.json: it has no episode 2 that could be recorded"), "{said}");
     // The frames begin with what `scene.json` has and end when the second episode does.
     let scene: Value = serde_json::from_str(&read("scene.json")).expect("JSON");
     let file = File::open(out.join("arrays.npz")).expect("there");

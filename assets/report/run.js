@@ -45,8 +45,8 @@ class RunPage {
   constructor(data, main) {
     this.data = data;
     main.append(byId("run-page").content.cloneNode(true));
-    this.filmed = data.filmed;
-    this.events = (data.events ?? []).filter((line) => line.episode === this.filmed);
+    this.recorded = data.filmed;
+    this.events = (data.events ?? []).filter((line) => line.episode === this.recorded);
     this.frames = this.unpackFrames();
     this.acts = this.decisionsAndActs();
     const ends = [this.frames.t.at(-1), ...this.acts.map((act) => act.until), this.times().at(-1), 0.1];
@@ -55,8 +55,8 @@ class RunPage {
     this.playing = false;
     this.decisionRows = [];
     const { episodes = 1 } = data.run?.summary ?? {};
-    if (this.filmed === null) byId("episode").textContent = "An episode; which is not known";
-    else if (episodes > 1) byId("episode").textContent = `Episode ${this.filmed + 1} of ${episodes}`;
+    if (this.recorded === null) byId("episode").textContent = "An episode; which is not known";
+    else if (episodes > 1) byId("episode").textContent = `Episode ${this.recorded + 1} of ${episodes}`;
     shielded("replay", () => this.buildReplay());
     shielded("timeline", () => this.buildTimeline());
     shielded("decisions", () => this.buildDecisions());
@@ -87,7 +87,7 @@ class RunPage {
     return this.data.arrays ? singles(this.data.arrays.modules.t) : new Float32Array();
   }
 
-  // Every decision of the filmed episode, with the action that came of it and until when it was done.
+  // Every decision of the recorded episode, with the action that came of it and until when it was done.
   decisionsAndActs() {
     const decisions = this.events.flatMap((line) => line.decision ?? []);
     const end = this.events.flatMap((line) => line.end ?? [])[0];
@@ -193,13 +193,13 @@ class RunPage {
     });
     const columns = [">asked at, s", ">took, ms", "holds", "decided", "which needs", "outcome"];
     const grid = table([...(many ? [">episode"] : []), ...columns], rows);
-    const of = many ? ` of episode ${this.filmed + 1}, marked at the left,` : "";
-    const others = many ? "; the others were not filmed (the option --film chooses)" : "";
-    byId("clicking").textContent = this.filmed === null
-      ? "Which episode was filmed is not known."
+    const of = many ? ` of episode ${this.recorded + 1}, marked at the left,` : "";
+    const others = many ? "; the others were not recorded (the option --record-episode chooses)" : "";
+    byId("clicking").textContent = this.recorded === null
+      ? "Which episode was recorded is not known."
       : `Click one${of} to go to its moment${others}.`;
     grid.querySelectorAll("tbody tr").forEach((row, i) => {
-      if (all[i].episode !== this.filmed) return;
+      if (all[i].episode !== this.recorded) return;
       const act = this.acts[this.decisionRows.length];
       this.decisionRows.push(row);
       pressable(row, () => {

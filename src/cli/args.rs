@@ -251,9 +251,9 @@ pub(crate) struct RunArgs {
     /// Episodes after learning
     #[arg(long, default_value_t = 1)]
     pub episodes: usize,
-    /// The episode whose frames, modules and spikes are kept and shown in the report
-    #[arg(long, default_value_t = 1, value_name = "NUMBER")]
-    pub film: usize,
+    /// The episode whose frames, activity and spikes are recorded and shown in the report
+    #[arg(long, alias = "film", default_value_t = 1, value_name = "NUMBER")]
+    pub record_episode: usize,
     /// Nuts in each episode's scene, 1 to 4 (the configuration's: 1)
     #[arg(long)]
     pub nuts: Option<usize>,

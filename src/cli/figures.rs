@@ -59,7 +59,7 @@ impl Figures<'_> {
                 "products": args.planner.products,
             }),
             scene: scene.clone(),
-            filmed: args.film - 1,
+            recorded: args.record_episode - 1,
             summary: self.figures_json(args).as_object().cloned().unwrap_or_default(),
             modules,
             populations,
@@ -145,10 +145,10 @@ impl Figures<'_> {
         for (index, ended) in &tally.failures {
             let number = index + 1;
             let _ = write!(text, "Episode {number} failed: {}", self.reason(ended));
-            let _ = if number == args.film {
+            let _ = if number == args.record_episode {
                 writeln!(text, ".")
             } else {
-                writeln!(text, " (`--film {number}` shows it).")
+                writeln!(text, " (`--record-episode {number}` shows it).")
             };
         }
         let files: Vec<String> =

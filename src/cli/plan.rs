@@ -40,7 +40,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
     let plan = planner.plan(&counts, &goal)?;
     drop(progress);
     let text = if args.common.json {
-        summary(&planner, &plan, &goal).to_string()
+        summary(&planner, &plan, &goal, &args.planner.mode).to_string()
     } else {
         let mut text = table(&planner, &plan, &counts, &goal);
         if !loose.is_empty() {
@@ -112,7 +112,7 @@ fn first(plan: &RolledOut) -> &Decision {
 }
 
 /// The plan as one JSON object.
-pub(crate) fn summary(planner: &Planner, plan: &RolledOut, goal: &str) -> Value {
+pub(crate) fn summary(planner: &Planner, plan: &RolledOut, goal: &str, mode: &str) -> Value {
     let domain = planner.domain();
     let name = |action: usize| domain.operators().get(action).map(|o| o.name.clone());
     let decision = first(plan);
@@ -138,7 +138,7 @@ pub(crate) fn summary(planner: &Planner, plan: &RolledOut, goal: &str) -> Value 
         "plan_end": end,
         "reason": reason,
         "goal": goal,
-        "mode": "direct",
+        "mode": mode,
         "decision_ms": decision.time_ms,
         "questions": decision.questions,
         "milestones_ms": milestones,

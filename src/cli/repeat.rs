@@ -25,7 +25,8 @@ impl RunArgs {
         option("demo-bolts", count(demos.demo_bolts));
         option("config", demos.config.as_ref().map(|path| quoted(&path.display().to_string())));
         option("episodes", (self.episodes != 1).then(|| self.episodes.to_string()));
-        option("film", (self.film != 1).then(|| self.film.to_string()));
+        let recorded = self.record_episode;
+        option("record-episode", (recorded != 1).then(|| recorded.to_string()));
         option("nuts", count(self.nuts));
         option("bolts", count(self.bolts));
         option("drop-rate", (self.drop_rate != 0.0).then(|| self.drop_rate.to_string()));
@@ -65,8 +66,8 @@ mod tests {
         let all = ["--seed", "7", "--drop-rate", "0.3", "--mode", "lif", "--products", "--meddle"];
         let said = command(&all);
         assert_eq!(said, "symbolt run --seed 7 --drop-rate 0.3 --mode lif --meddle --products");
-        let filmed = command(&["--episodes", "9", "--film", "3"]);
-        assert_eq!(filmed, "symbolt run --seed 1 --episodes 9 --film 3");
+        let recorded = command(&["--episodes", "9", "--film", "3"]);
+        assert_eq!(recorded, "symbolt run --seed 1 --episodes 9 --record-episode 3");
         let odd = command(&["--config", "a b;it's.json"]);
         assert_eq!(odd, "symbolt run --seed 1 --config 'a b;it'\\''s.json'");
     }

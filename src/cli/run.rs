@@ -43,7 +43,7 @@ pub(crate) const FILES: [&str; 7] = [
     report::NAME,
 ];
 
-/// Milliseconds between the frames that are kept of the filmed episode.
+/// Milliseconds between the frames that are kept of the recorded episode.
 const FRAME_MS: u64 = 40;
 
 pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
@@ -75,8 +75,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let (episodes, activity) = episodes(args, &planner, &goal, &spec, seed, &progress)?;
     let loop_s = looping.elapsed().as_secs_f64();
     let reports: Vec<EpisodeReport> = episodes.iter().map(|(e, _)| e.report.clone()).collect();
-    let filmed = args.film - 1;
-    let scene = first_scene(&spec, episode_seed(seed, filmed))?;
+    let recorded = args.record_episode - 1;
+    let scene = first_scene(&spec, episode_seed(seed, recorded))?;
     let least = least_skills(&planner, &scene, &goal)?;
     let tally = Tally::of(&reports, least);
 
@@ -96,7 +96,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
         least,
     };
     let facts = result.facts(args, &goal, &spec.scene, &activity);
-    let frames = episodes.get(filmed).map_or(&[][..], |(e, _)| &e.frames);
+    let frames = episodes.get(recorded).map_or(&[][..], |(e, _)| &e.frames);
     let trace: String = episodes.iter().map(|(_, tracer)| tracer.text()).collect();
     let contents = [
         shown.recording.to_jsonl(None).into_bytes(),
@@ -153,9 +153,12 @@ fn check(args: &RunArgs, folder: &Path) -> Result<(), Error> {
             return Err(BadArgument(format!("{name} is {count}; 1 to 100000 are possible")).into());
         }
     }
-    if !(1..=args.episodes).contains(&args.film) {
-        let (film, all) = (args.film, args.episodes);
-        return Err(BadArgument(format!("--film is {film}; 1 to {all} (--episodes) exist")).into());
+    if !(1..=args.episodes).contains(&args.record_episode) {
+        let (number, all) = (args.record_episode, args.episodes);
+        return Err(BadArgument(format!(
+            "--record-episode is {number}; 1 to {all} (--episodes) exist"
+        ))
+        .into());
     }
     Ok(())
 }
@@ -192,9 +195,9 @@ fn episodes(
     seed: Seed,
     progress: &Progress,
 ) -> Result<(Vec<(Episode, Tracer)>, ActivityRecorder), TaskError> {
-    let filmed = args.film - 1;
+    let chosen = args.record_episode - 1;
     let run = |index: usize, other: &mut dyn Observer| {
-        let frame_ms = (index == filmed).then_some(FRAME_MS);
+        let frame_ms = (index == chosen).then_some(FRAME_MS);
         let own = episode_seed(seed, index);
         let meddling = args.meddle.then(|| meddling(&spec.scene, own));
         let spec = EpisodeSpec { frame_ms, meddling, ..spec.clone() };
@@ -207,9 +210,9 @@ fn episodes(
     let (done, all) = (AtomicUsize::new(0), args.episodes);
     let recorded = || {
         let mut activity = ActivityRecorder::new(planner.clone());
-        let name = format!("episode {} of {all}", args.film);
+        let name = format!("episode {} of {all}", args.record_episode);
         let mut line = ProgressLine::of_episode(progress, name);
-        let over = run(filmed, &mut Observers(vec![&mut activity, &mut line]))?;
+        let over = run(chosen, &mut Observers(vec![&mut activity, &mut line]))?;
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
         if all > 1 {
             progress.say(format!("{done} of {all} episodes done"));
@@ -219,7 +222,7 @@ fn episodes(
     let others = || {
         (0..all)
             .into_par_iter()
-            .filter(|index| *index != filmed)
+            .filter(|index| *index != chosen)
             .map(|index| {
                 let over = run(index, &mut Ignore)?;
                 let done = done.fetch_add(1, Ordering::Relaxed) + 1;
@@ -230,7 +233,7 @@ fn episodes(
     };
     let (recorded, others) = rayon::join(recorded, others);
     let ((recorded, activity), mut episodes) = (recorded?, others?);
-    episodes.insert(filmed, recorded);
+    episodes.insert(chosen, recorded);
     Ok((episodes, activity))
 }
 

@@ -1,4 +1,4 @@
-//! `arrays.npz`: frames of the filmed episode, what the modules held, spikes; numpy opens it.
+//! `arrays.npz`: frames of the recorded episode, what the modules held, spikes; numpy opens it.
 //!
 //! | array | shape | what |
 //! |---|---|---|
@@ -24,7 +24,7 @@ use crate::task::TaskError;
 use crate::task::event::SceneFrame;
 use crate::task::execute::ActivityRecorder;
 
-/// The arrays of a run's filmed episode.
+/// The arrays of a run's recorded episode.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Arrays {
     frames_t: Array1<f64>,
@@ -228,7 +228,7 @@ impl Arrays {
             let last = times.last().copied().unwrap_or(simulated_s);
             let differs = (last - simulated_s).abs() > ROUGHLY_S;
             if differs {
-                let than = format!("the filmed episode in trace.jsonl after {simulated_s:.2} s");
+                let than = format!("the recorded episode in trace.jsonl after {simulated_s:.2} s");
                 odd.push(format!("its {what} end after {last:.2} s, {than}"));
             }
             differs

@@ -30,8 +30,8 @@ pub struct RunFacts {
     /// The scene of the episodes.
     pub scene: SceneSpec,
     /// The episode that `arrays.npz` and `scene.json` are of, counted from 0.
-    #[serde(default)]
-    pub filmed: usize,
+    #[serde(default, rename = "filmed")]
+    pub recorded: usize,
     /// The run's figures, as `--json` gives them.
     pub summary: Map<String, Value>,
     /// What stands in the arrays of modules.

@@ -142,10 +142,10 @@ fn of_run(folder: &Path) -> Report {
         reader.missing.extend(problem.map(|problem| format!("trace.jsonl: {problem}")));
         events
     });
-    let filmed = filmed(facts.as_ref(), events.as_deref());
-    if let (Some(facts), None) = (&facts, filmed) {
-        let number = facts.filmed;
-        reader.missing.push(format!("run.json: it has no episode {number} that could be filmed"));
+    let recorded = recorded_episode(facts.as_ref(), events.as_deref());
+    if let (Some(facts), None) = (&facts, recorded) {
+        let number = facts.recorded;
+        reader.missing.push(format!("run.json: it has no episode {number} that could be recorded"));
     }
     let mut odd = Vec::new();
     let arrays = reader.take("arrays.npz", |bytes, _| Arrays::from_npz(bytes)).map(|read| {
@@ -156,7 +156,7 @@ fn of_run(folder: &Path) -> Report {
             arrays = fitting;
             odd.extend(others);
         }
-        let own = |line: &&trace::Line| Some(line.episode) == filmed;
+        let own = |line: &&trace::Line| Some(line.episode) == recorded;
         let end = events.iter().flatten().filter(own).find_map(|line| line.end.as_ref());
         if let Some(end) = end {
             let (lasting, others) = arrays.lasting(end.simulated_s);
@@ -179,7 +179,7 @@ fn of_run(folder: &Path) -> Report {
         "kind": "run",
         "missing": missing,
         "run": facts,
-        "filmed": filmed,
+        "filmed": recorded,
         "domain": domain,
         "recording": shown,
         "events": events,
@@ -190,13 +190,13 @@ fn of_run(folder: &Path) -> Report {
 }
 
 /// Which episode the arrays are of: as `run.json` says, or the only one of the trace.
-fn filmed(facts: Option<&RunFacts>, events: Option<&[trace::Line]>) -> Option<usize> {
+fn recorded_episode(facts: Option<&RunFacts>, events: Option<&[trace::Line]>) -> Option<usize> {
     let Some(facts) = facts else {
         return events.is_some_and(|lines| lines.iter().all(|line| line.episode == 0)).then_some(0);
     };
     let episodes = facts.summary.get("episodes").and_then(Value::as_u64);
-    let there = episodes.is_none_or(|all| (facts.filmed as u64) < all);
-    there.then_some(facts.filmed)
+    let there = episodes.is_none_or(|all| (facts.recorded as u64) < all);
+    there.then_some(facts.recorded)
 }
 
 fn of_experiments(folders: &[std::path::PathBuf]) -> Report {
