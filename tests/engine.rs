@@ -5,13 +5,14 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use symbolt::neurons::PopulationPlan;
+use symbolt::neurons::{LayerPorts, Layers, LifSpec, Map, Population, PopulationPlan};
 use symbolt::sim::{
-    Add, AdvanceIo, Constant, EmitIo, Graph, GraphBuilder, In, InputSpec, Node, NodeFault, Noise,
-    Out, OutputSpec, Outputs, PortDecl, ProbeSpec, RunConfig, Scalar, ScriptedWorld, Seed,
-    SimDuration, SimError, Simulator, StateMut, StateSpec, StepCx, Stimulus, StopReason, Synapse,
-    Timebase, Vector, WorldLink,
+    Add, AdvanceIo, Constant, EmitIo, Fingerprint, Graph, GraphBuilder, In, InputSpec, Module,
+    Node, NodeFault, Noise, Out, OutputSpec, Outputs, PortDecl, ProbeSpec, RunConfig, Scalar,
+    Scope, ScriptedWorld, Seed, SimDuration, SimError, Simulator, StateMut, StateSpec, StepCx,
+    Stimulus, StopReason, Synapse, Timebase, Vector, WorldLink,
 };
+use symbolt::spa::Linear;
 
 fn build(graph: GraphBuilder) -> Arc<Graph> {
     match graph.build(Timebase::default(), &PopulationPlan::direct(), Seed::new(1)) {
@@ -35,6 +36,8 @@ impl Node for Counter {
             .output("later", OutputSpec::scalar().registered())
             .state(StateSpec { words: 1, ..StateSpec::default() });
     }
+
+    fn fingerprint(&self, _hash: &mut Fingerprint) {}
     fn init(&self, state: &mut StateMut<'_>, registered: &mut Outputs<'_>) {
         state.words[0] = 10;
         registered.set(1, 10.0);
@@ -145,6 +148,10 @@ struct Breaks {
 impl Node for Breaks {
     fn declare(&self, ports: &mut PortDecl) {
         ports.output("out", OutputSpec::scalar()).advances();
+    }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.number(self.at).text(self.how);
     }
     fn emit(&self, cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
         let bad = cx.tick() == self.at && self.how == "nan";
@@ -363,6 +370,72 @@ fn snapshots_of_other_graphs_are_refused() {
     let mut small = start(&build(graph));
     let sim = Simulator::new(everything(), in_script(1)).expect("starts");
     assert_eq!(small.restore(&sim.snapshot()), Err(SimError::ForeignSnapshot));
+}
+
+/// A matrix, a layer, a constant and a filter, each with one number that can be another.
+struct Parameters {
+    given: f32,
+    matrix: f32,
+    slope: f32,
+    plan: PopulationPlan,
+    seed: u64,
+}
+
+fn described(of: &Parameters) -> Arc<Graph> {
+    struct Layer(f32);
+    impl Module for Layer {
+        type Ports = LayerPorts<Vector>;
+        fn expand(self, scope: &mut Scope<'_>) -> LayerPorts<Vector> {
+            let slope = self.0;
+            scope.map("map", Map::each(2, move |x| slope * x))
+        }
+    }
+    let mut graph = GraphBuilder::new();
+    let given = graph.add("given", Constant::vector(&[of.given, 0.5]));
+    let (from, to) = (InputSpec::vector(2), OutputSpec::vector(2));
+    let mixed = graph.add("mixed", Linear::rows(from, to, vec![1.0, 0.0, of.matrix, 1.0]));
+    let layer = graph.add("layer", Layer(of.slope));
+    let sum = graph.add("sum", Add::vector(2));
+    graph.connect(&given, &mixed.input, Synapse::None);
+    graph.connect(&mixed.output, &layer.input, Synapse::None);
+    graph.connect(&layer.output, &sum.input, Synapse::lowpass_ms(5));
+    Arc::new(graph.build(Timebase::default(), &of.plan, Seed::new(of.seed)).expect("it is sound"))
+}
+
+#[test]
+fn snapshots_are_refused_by_a_graph_with_any_other_parameter() {
+    let lif = |spec| PopulationPlan::all(Population::Lif(spec));
+    let usual = LifSpec { per_function: 20, ..LifSpec::default() };
+    let rate = PopulationPlan::all(Population::Rate(usual));
+    let same = |plan: &PopulationPlan| Parameters {
+        given: 0.3,
+        matrix: 0.1,
+        slope: 1.0,
+        plan: plan.clone(),
+        seed: 1,
+    };
+    for plan in [PopulationPlan::direct(), rate.clone(), lif(usual)] {
+        let mut taken = start(&described(&same(&plan)));
+        taken.run_for(MS(20)).expect("runs");
+        let snapshot = taken.snapshot();
+        let mut again = start(&described(&same(&plan)));
+        again.restore(&snapshot).expect("it was built in the same way");
+        assert_eq!(again.snapshot(), snapshot);
+        let mut others = vec![
+            Parameters { given: 0.31, ..same(&plan) },
+            Parameters { matrix: 0.11, ..same(&plan) },
+            Parameters { slope: 0.9, ..same(&plan) },
+            Parameters { seed: 2, ..same(&plan) },
+        ];
+        let faster = LifSpec { max_rates: [201.0, 400.0], ..usual };
+        let plans = [PopulationPlan::direct(), rate.clone(), lif(usual), lif(faster)];
+        others.extend(plans.iter().filter(|other| **other != plan).map(same));
+        assert!(others.len() >= 7);
+        for (at, other) in others.iter().enumerate() {
+            let refused = start(&described(other)).restore(&snapshot);
+            assert_eq!(refused, Err(SimError::ForeignSnapshot), "{plan:?}, number {at}");
+        }
+    }
 }
 
 #[test]

@@ -4,9 +4,9 @@
 
 use symbolt::neurons::{PathPattern, Population, PopulationPlan};
 use symbolt::sim::{
-    Add, BuildError, BuildErrors, Constant, EmitIo, Graph, GraphBuilder, In, InputSpec,
-    LayerRequest, Node, NodePorts, Out, OutputSpec, Pointer, PortDecl, ProbeSpec, Scalar, Scope,
-    Seed, SimDuration, StepCx, Synapse, Timebase, Vector, VocabTag, WorldLink,
+    Add, BuildError, BuildErrors, Constant, EmitIo, Fingerprint, Graph, GraphBuilder, In,
+    InputSpec, LayerRequest, Node, NodePorts, Out, OutputSpec, Pointer, PortDecl, ProbeSpec,
+    Scalar, Scope, Seed, SimDuration, StepCx, Synapse, Timebase, Vector, VocabTag, WorldLink,
 };
 use symbolt::spa::{Bind, Vocabulary, VocabularyBuilder};
 
@@ -46,6 +46,8 @@ impl Node for Pass {
     fn declare(&self, ports: &mut PortDecl) {
         ports.input("in", InputSpec::vector(self.0)).output("out", OutputSpec::vector(self.0));
     }
+
+    fn fingerprint(&self, _hash: &mut Fingerprint) {}
     fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
         io.outputs.get_mut(0).copy_from_slice(io.inputs.get(0));
     }

@@ -6,8 +6,8 @@
 use std::sync::Arc;
 
 use crate::sim::{
-    AnyInput, AnyOutput, In, InputSpec, Kind, LayerRequest, NodePorts, Out, OutputSpec, PortDecl,
-    Real, Scalar, Scope, SimDuration, Vector,
+    AnyInput, AnyOutput, Fingerprint, In, InputSpec, Kind, LayerRequest, NodePorts, Out,
+    OutputSpec, PortDecl, Real, Scalar, Scope, SimDuration, Vector,
 };
 
 /// Asks for a population that holds a value of any kind.
@@ -167,6 +167,17 @@ pub enum SelectRule {
 pub(crate) const ENOUGH: Real = 0.8;
 
 impl SelectRule {
+    pub(crate) fn fingerprint(self, hash: &mut Fingerprint) {
+        hash.reals(&[self.level()]);
+        match self {
+            Self::Threshold { .. } => hash.text("threshold"),
+            Self::WinnerTakeAll { .. } => hash.text("winner"),
+            Self::IndependentAccumulators { tau, .. } => {
+                hash.text("accumulators").number(tau.as_micros())
+            }
+        };
+    }
+
     pub(crate) fn level(self) -> Real {
         match self {
             Self::Threshold { level }

@@ -16,8 +16,8 @@ use super::plan::LifSpec;
 use super::solved::{Kept, SolvedModel, Unfit};
 use super::tuning::{Neurons, cosine, on_sphere, part_of_pointer};
 use crate::sim::{
-    AdvanceIo, LayerRequest, Node, NodeFault, Outputs, PortDecl, Real, ScratchSpec, Seed, State,
-    StateMut, StateSpec, StepCx, fnv1a,
+    AdvanceIo, Fingerprint, LayerRequest, Node, NodeFault, Outputs, PortDecl, Real, ScratchSpec,
+    Seed, State, StateMut, StateSpec, StepCx, fnv1a,
 };
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -64,6 +64,10 @@ impl Node for Neural {
         ports.state(StateSpec { reals: self.kept.bank.state_len(), ..StateSpec::default() });
     }
 
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.number(self.kept.fingerprint).number(u64::from(self.gated));
+    }
+
     fn init(&self, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
         self.kept.init(state.reals);
     }
@@ -101,6 +105,10 @@ impl Node for NeuralProduct {
         ports
             .state(StateSpec { reals: self.kept.bank.state_len(), ..StateSpec::default() })
             .scratch(ScratchSpec { reals: 4 * self.layer.pairs, ..ScratchSpec::default() });
+    }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.number(self.kept.fingerprint);
     }
 
     fn init(&self, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {

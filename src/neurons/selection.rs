@@ -8,8 +8,8 @@ use super::layer::{ENOUGH, INHIBITION, Select, SelectRule};
 use super::population::{Maker, Refusal, Spread};
 use super::solved::Kept;
 use crate::sim::{
-    AdvanceIo, LayerRequest, Node, NodeFault, Outputs, PortDecl, Real, ScratchSpec, State,
-    StateMut, StateSpec, StepCx,
+    AdvanceIo, Fingerprint, LayerRequest, Node, NodeFault, Outputs, PortDecl, Real, ScratchSpec,
+    State, StateMut, StateSpec, StepCx,
 };
 
 /// A choice among utilities.
@@ -84,6 +84,14 @@ impl Node for NeuralSelect {
         ports
             .state(StateSpec { reals, ..StateSpec::default() })
             .scratch(ScratchSpec { reals: 2 * items, ..ScratchSpec::default() });
+    }
+
+    /// What stands between the populations follows from the rule, the tick and constants.
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        self.layer.rule.fingerprint(hash);
+        for kept in std::iter::once(&self.chosen).chain(self.rivalry.bank()) {
+            hash.number(kept.fingerprint);
+        }
     }
 
     fn init(&self, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {

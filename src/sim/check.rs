@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BinaryHeap};
 
 use super::builder::{Body, EdgeDraft, GraphBuilder, NodeDraft};
 use super::error::{BuildError, BuildErrors};
+use super::fingerprint::Fingerprint;
 use super::graph::Graph;
 use super::layout::{self, Sound, SoundNode};
 use super::lowering::{Lowering, PendingLayer};
@@ -82,6 +83,8 @@ struct Absent;
 
 impl Node for Absent {
     fn declare(&self, _ports: &mut PortDecl) {}
+
+    fn fingerprint(&self, _hash: &mut Fingerprint) {}
 }
 
 /// Puts nodes, edges and their numbers into an order that does not depend on the order of adding.

@@ -4,13 +4,14 @@ use std::collections::HashMap;
 
 use super::builder::{EdgeDraft, ProbeDraft};
 use super::error::BuildError;
+use super::fingerprint::Fingerprint;
 use super::graph::{
     EdgeInfo, FilterPlan, GatherPlan, Graph, NodeInfo, PhasePlan, ProbePlan, Sizes, Source,
     WorldPlan,
 };
 use super::node::{Node, OutSlot, Slot};
 use super::port::{PortDecl, ScratchSpec, Span, StateSpec};
-use super::seed::{Seed, fnv1a};
+use super::seed::Seed;
 use super::synapse::Synapse;
 use super::time::{SimDuration, Timebase};
 
@@ -275,40 +276,42 @@ pub(crate) fn lay_out(sound: Sound) -> Result<Graph, BuildError> {
     })
 }
 
-/// A hash of everything that a snapshot depends on.
+/// A hash of everything that decides what the numbers of a checkpoint mean: the clock, the nodes with their
+/// ports and parameters, edges, and probes' filters.
 fn fingerprint(sound: &Sound) -> u64 {
-    let mut hash = fnv1a(0xCBF2_9CE4_8422_2325, b"symbolt graph 1");
-    let mut put = |bytes: &[u8]| hash = fnv1a(fnv1a(hash, bytes), &[0xFE]);
-    put(&sound.seed.value().to_le_bytes());
-    put(&sound.time.tick().as_micros().to_le_bytes());
+    let mut hash = Fingerprint::default();
+    hash.text("symbolt graph 2").number(sound.seed.value()).number(sound.time.tick().as_micros());
     for node in &sound.nodes {
-        put(node.path.as_bytes());
-        let s = node.ports.state;
-        for number in [s.reals, s.words, s.longs] {
-            put(&(number as u64).to_le_bytes());
+        let state = node.ports.state;
+        hash.text(&node.path).text(node.body.type_name());
+        for count in [state.reals, state.words, state.longs] {
+            hash.number(count as u64);
         }
-        for (name, width) in node
-            .ports
-            .inputs
-            .iter()
-            .map(|p| (&p.name, p.shape.width))
-            .chain(node.ports.outputs.iter().map(|p| (&p.name, p.shape.width)))
-        {
-            put(name.as_bytes());
-            put(&(width as u64).to_le_bytes());
+        for port in &node.ports.inputs {
+            hash.text(&port.name).text(&port.kind_label);
+            port.shape.fingerprint(&mut hash);
+            hash.number(u64::from(port.at_advance));
         }
+        for port in &node.ports.outputs {
+            hash.text(&port.name).text(&port.kind_label);
+            port.shape.fingerprint(&mut hash);
+            hash.number(u64::from(port.registered));
+        }
+        node.body.fingerprint(&mut hash);
     }
+    let synapse = |hash: &mut Fingerprint, via: Synapse| match via {
+        Synapse::None => hash.number(0).value(),
+        Synapse::Lowpass { tau } => hash.number(1).number(tau.as_micros()).value(),
+    };
     for edge in &sound.edges {
         for number in [edge.from.0, edge.from.1, edge.to.0, edge.to.1] {
-            put(&(number as u64).to_le_bytes());
+            hash.number(number as u64);
         }
-        if let Synapse::Lowpass { tau } = edge.via {
-            put(&tau.as_micros().to_le_bytes());
-        }
+        synapse(&mut hash, edge.via);
     }
     for probe in &sound.probes {
-        put(&(probe.of.0 as u64).to_le_bytes());
-        put(&(probe.of.1 as u64).to_le_bytes());
+        hash.number(probe.of.0 as u64).number(probe.of.1 as u64);
+        synapse(&mut hash, probe.spec.filter);
     }
-    hash
+    hash.value()
 }

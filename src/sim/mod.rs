@@ -12,6 +12,7 @@ mod arena;
 mod builder;
 mod check;
 mod error;
+mod fingerprint;
 mod graph;
 mod layout;
 mod lowering;
@@ -28,6 +29,7 @@ mod world;
 
 pub use builder::{EdgeId, GraphBuilder, Module, Scope};
 pub use error::{BuildError, BuildErrors, ConfigError, NodeFault, SimError, WorldError};
+pub use fingerprint::Fingerprint;
 pub use graph::{Graph, OutputRef, PopulationRef};
 pub use lowering::{LayerRequest, Lowering, LoweringFault, PendingLayer};
 pub use node::{

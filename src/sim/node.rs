@@ -6,6 +6,7 @@ use std::marker::PhantomData;
 use rand_chacha::ChaCha8Rng;
 
 use super::error::NodeFault;
+use super::fingerprint::Fingerprint;
 use super::port::{PortDecl, Span};
 use super::seed::Seed;
 use super::time::{SimDuration, Timebase};
@@ -23,13 +24,14 @@ pub type Complex = rustfft::num_complex::Complex<f32>;
 /// advance. Neither may allocate, lock or log.
 ///
 /// ```
-/// use symbolt::sim::{EmitIo, InputSpec, Node, OutputSpec, PortDecl, StepCx};
+/// use symbolt::sim::{EmitIo, Fingerprint, InputSpec, Node, OutputSpec, PortDecl, StepCx};
 ///
 /// struct Square;
 /// impl Node for Square {
 ///     fn declare(&self, ports: &mut PortDecl) {
 ///         ports.input("x", InputSpec::vector(3)).output("y", OutputSpec::vector(3));
 ///     }
+///     fn fingerprint(&self, _hash: &mut Fingerprint) {} // no parameters
 ///     fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
 ///         let x = io.inputs.get(0);
 ///         for (y, x) in io.outputs.get_mut(0).iter_mut().zip(x) {
@@ -42,6 +44,16 @@ pub trait Node: Any + Send + Sync {
     /// Says which ports, state and scratch the node has. Called while the graph is described and
     /// once more when it is built; both must agree.
     fn declare(&self, ports: &mut PortDecl);
+
+    /// Adds the node's own parameters to `hash`: every number that decides what the node does with its
+    /// state, and nothing that its ports show already. A checkpoint is refused by a graph of another
+    /// fingerprint, so a parameter that is left out lets a checkpoint into a graph in which it means something else.
+    fn fingerprint(&self, hash: &mut Fingerprint);
+
+    /// The name of the node's type, a part of the fingerprint. Leave it as it is.
+    fn type_name(&self) -> &'static str {
+        std::any::type_name::<Self>()
+    }
 
     /// Writes the state and the registered outputs that a fresh run starts from. All are zero
     /// before. Called by `Simulator::new` and `reset`.

@@ -4,6 +4,7 @@ use rand::RngExt;
 use rand_distr::StandardNormal;
 
 use super::builder::{Module, Scope};
+use super::fingerprint::Fingerprint;
 use super::node::{EmitIo, Node, Real, StepCx};
 use super::port::{
     AnyOutput, In, InputSpec, Kind, Out, OutputSpec, Pointer, PortDecl, Scalar, Space, Vector,
@@ -112,6 +113,13 @@ impl<K: Kind> Node for Stimulus<K> {
         ports.output("out", self.spec.clone());
     }
 
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.reals(&self.rest);
+        for (start, values) in self.starts.iter().zip(&self.entries) {
+            hash.number(start.as_micros()).reals(values);
+        }
+    }
+
     fn emit(&self, cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
         let now = cx.time();
         let begun = self.starts.partition_point(|start| *start <= now);
@@ -167,6 +175,8 @@ impl<K: Kind> Node for Add<K> {
     fn declare(&self, ports: &mut PortDecl) {
         ports.input("in", self.input.clone()).output("out", self.output.clone());
     }
+
+    fn fingerprint(&self, _hash: &mut Fingerprint) {}
 
     fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
         io.outputs.get_mut(0).copy_from_slice(io.inputs.get(0));
@@ -228,6 +238,10 @@ impl<K: Kind> Node for Noise<K> {
             ports.fault(format!("a noise of {} is not a finite number of at least 0", self.sd));
         }
         ports.input("in", self.input.clone()).output("out", self.output.clone());
+    }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.reals(&[self.sd]);
     }
 
     fn emit(&self, cx: &StepCx<'_>, io: &mut EmitIo<'_>) {

@@ -6,6 +6,8 @@ use std::marker::PhantomData;
 use std::ops::Range;
 use std::sync::Arc;
 
+use super::fingerprint::Fingerprint;
+
 /// What flows through a port. A handle of one kind does not fit a port of another: the compiler
 /// refuses the connection.
 pub trait Kind: 'static {
@@ -112,6 +114,16 @@ impl fmt::Display for SpaceId {
 pub(crate) struct Shape {
     pub width: usize,
     pub space: Option<SpaceId>,
+}
+
+impl Shape {
+    /// Adds width and space to `hash`.
+    pub fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.number(self.width as u64);
+        if let Some(space) = &self.space {
+            hash.number(space.id);
+        }
+    }
 }
 
 /// How an input is read and fed, when its kind is known at run time only.

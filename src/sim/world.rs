@@ -5,6 +5,7 @@ use std::any::Any;
 use serde::{Deserialize, Serialize};
 
 use super::error::WorldError;
+use super::fingerprint::Fingerprint;
 use super::node::{Node, Real};
 use super::port::{AnyInput, AnyOutput, InputSpec, Kind, OutputSpec, PortDecl};
 use super::seed::Seed;
@@ -105,6 +106,8 @@ impl Node for WorldLink {
             ports.input(name, spec.clone());
         }
     }
+
+    fn fingerprint(&self, _hash: &mut Fingerprint) {}
 }
 
 /// A world for tests and examples: it shows a fixed script, one entry a period (the last one

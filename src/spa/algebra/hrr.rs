@@ -16,7 +16,7 @@ use std::sync::Arc;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
 use super::{Algebra, LinearMap, ProductForm, Workspace};
-use crate::sim::{Complex, Real, Scratch, ScratchSpec};
+use crate::sim::{Complex, Fingerprint, Real, Scratch, ScratchSpec};
 use crate::spa::error::VocabError;
 
 /// The algebra of holographic reduced representations.
@@ -233,6 +233,13 @@ impl LinearMap for Factors {
         transform_scratch(&self.plans)
     }
 
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.text("HRR factors");
+        self.order.iter().for_each(|imaginary| {
+            hash.number(u64::from(*imaginary));
+        });
+    }
+
     fn apply_into(&self, input: &[Real], out: &mut [Real], scratch: &mut Scratch<'_>) {
         let (bins, work) = scratch.complexes.split_at_mut(self.plans.bins());
         scratch.reals.copy_from_slice(input);
@@ -263,6 +270,10 @@ impl LinearMap for FromProducts {
         transform_scratch(&self.plans)
     }
 
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.text("HRR products");
+    }
+
     fn apply_into(&self, input: &[Real], out: &mut [Real], scratch: &mut Scratch<'_>) {
         let (bins, work) = scratch.complexes.split_at_mut(self.plans.bins());
         for (bin, p) in bins.iter_mut().zip(input.chunks_exact(4)) {
@@ -289,6 +300,13 @@ impl LinearMap for Circulant {
 
     fn scratch(&self) -> ScratchSpec {
         transform_scratch(&self.plans)
+    }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.text("HRR circulant");
+        self.spectrum.iter().for_each(|bin| {
+            hash.reals(&[bin.re, bin.im]);
+        });
     }
 
     fn apply_into(&self, input: &[Real], out: &mut [Real], scratch: &mut Scratch<'_>) {

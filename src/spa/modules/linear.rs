@@ -3,8 +3,8 @@
 //! None of them costs a tick.
 
 use crate::sim::{
-    AnyInput, AnyOutput, EmitIo, In, InputSpec, Kind, Module, Node, Out, OutputSpec, Pointer,
-    PortDecl, Real, Scope, Scratch, ScratchSpec, Space, StepCx, VocabTag,
+    AnyInput, AnyOutput, EmitIo, Fingerprint, In, InputSpec, Kind, Module, Node, Out, OutputSpec,
+    Pointer, PortDecl, Real, Scope, Scratch, ScratchSpec, Space, StepCx, VocabTag,
 };
 use crate::spa::algebra::LinearMap;
 use crate::spa::item_memory::dots;
@@ -64,6 +64,10 @@ impl<A: Kind, B: Kind> Node for Linear<A, B> {
             .scratch(self.map.scratch());
     }
 
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        self.map.fingerprint(hash);
+    }
+
     fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
         self.map.apply_into(io.inputs.get(0), io.outputs.get_mut(0), &mut io.scratch);
     }
@@ -97,6 +101,10 @@ impl LinearMap for Rows {
         ScratchSpec::default()
     }
 
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.text("rows").reals(&self.matrix);
+    }
+
     fn apply_into(&self, input: &[Real], out: &mut [Real], _scratch: &mut Scratch<'_>) {
         dots(&self.matrix, input, out);
     }
@@ -119,6 +127,10 @@ impl LinearMap for WeightedRows {
 
     fn scratch(&self) -> ScratchSpec {
         ScratchSpec::default()
+    }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.text("weighted rows").reals(&self.matrix);
     }
 
     fn apply_into(&self, input: &[Real], out: &mut [Real], _scratch: &mut Scratch<'_>) {
@@ -170,6 +182,10 @@ impl<V: VocabTag> Node for Superpose<V> {
             ports.input(&format!("in{index}"), spec);
         }
         ports.output("out", OutputSpec::<Pointer<V>>::pointer(&self.space));
+    }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.reals(&self.weights);
     }
 
     fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
@@ -224,6 +240,8 @@ impl<A: Kind, B: Kind> Node for Reinterpret<A, B> {
         }
         ports.input("in", self.input.clone()).output("out", self.output.clone());
     }
+
+    fn fingerprint(&self, _hash: &mut Fingerprint) {}
 
     fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
         io.outputs.get_mut(0).copy_from_slice(io.inputs.get(0));

@@ -19,8 +19,8 @@
 
 use super::graph::PlannerSpec;
 use crate::sim::{
-    AdvanceIo, In, InputSpec, Module, Node, NodeFault, Out, OutputSpec, PortDecl, Real, Scalar,
-    Scope, SimDuration, StateSpec, StepCx, Vector,
+    AdvanceIo, Fingerprint, In, InputSpec, Module, Node, NodeFault, Out, OutputSpec, PortDecl,
+    Real, Scalar, Scope, SimDuration, StateSpec, StepCx, Vector,
 };
 use crate::task::oracle::Commitment;
 
@@ -213,6 +213,14 @@ impl Node for Executive {
             ports.fault(
                 "the executive's waits must be above zero, and its patience longer than settling",
             );
+        }
+    }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        let Timing { load, settle, hold, patience } = self.timing;
+        hash.text(&format!("{:?}", self.commitment));
+        for wait in [load, settle, hold, patience] {
+            hash.number(wait.as_micros());
         }
     }
 

@@ -18,8 +18,8 @@
 use super::executive::{Executive, Timing};
 use crate::neurons::SelectRule;
 use crate::sim::{
-    Add, Constant, In, InputSpec, Module, Out, OutputSpec, Pointer, Real, Scalar, Scope, Scratch,
-    ScratchSpec, SimDuration, Synapse, Vector,
+    Add, Constant, Fingerprint, In, InputSpec, Module, Out, OutputSpec, Pointer, Real, Scalar,
+    Scope, Scratch, ScratchSpec, SimDuration, Synapse, Vector,
 };
 use crate::spa::{
     AssociativeMemory, CleanupMemory, Gate, GoalBuffer, Linear, LinearMap, LinearPorts, Selection,
@@ -313,6 +313,10 @@ impl LinearMap for Head {
 
     fn scratch(&self) -> ScratchSpec {
         ScratchSpec::default()
+    }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.text("head");
     }
 
     fn apply_into(&self, input: &[Real], out: &mut [Real], _scratch: &mut Scratch<'_>) {
