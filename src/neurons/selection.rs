@@ -9,7 +9,7 @@ use super::population::{Maker, Refusal, Spread};
 use super::solved::Kept;
 use crate::sim::{
     AdvanceIo, Fingerprint, LayerRequest, Node, NodeFault, Outputs, PortDecl, Real, ScratchSpec,
-    State, StateMut, StateSpec, StepCx,
+    State, StateMut, StateSpec, StepCx, decayed,
 };
 
 /// A choice among utilities.
@@ -121,7 +121,7 @@ impl Node for NeuralSelect {
                 }
                 contest.bank.step(net, 1.0, neurons, said);
                 for (strength, said) in strengths.iter_mut().zip(&*said) {
-                    *strength = decay * *strength + (1.0 - decay) * said;
+                    *strength = decayed(*decay, *strength, *said);
                 }
                 self.chosen.bank.step(net, 1.0, chosen, output);
             }
@@ -138,14 +138,14 @@ impl Node for NeuralSelect {
                 accumulators.bank.step(said, 1.0, neurons, output);
                 for ((evidence, kept), net) in evidence.iter_mut().zip(&*output).zip(&*net) {
                     let drive = kept + gain * (net - level);
-                    *evidence = (hold * *evidence + (1.0 - hold) * drive).max(0.0);
+                    *evidence = decayed(*hold, *evidence, drive).max(0.0);
                 }
                 for (heard, output) in heard.iter_mut().zip(&*output) {
-                    *heard = decay * *heard + (1.0 - decay) * output;
+                    *heard = decayed(*decay, *heard, *output);
                 }
                 self.chosen.bank.step(heard, 1.0, chosen, output);
                 for (winning, output) in winning.iter_mut().zip(&*output) {
-                    *winning = decay * *winning + (1.0 - decay) * output;
+                    *winning = decayed(*decay, *winning, *output);
                 }
             }
         }

@@ -46,5 +46,6 @@ pub(crate) use seed::fnv1a;
 pub use simulator::{RunConfig, RunReport, SimView, Simulator, Stop, StopReason};
 pub use snapshot::Snapshot;
 pub use synapse::Synapse;
+pub(crate) use synapse::decayed;
 pub use time::{SimDuration, Timebase};
 pub use world::{ScriptedWorld, World, WorldLink, WorldSave};
