@@ -10,7 +10,7 @@ use symbolt::sim::{
     Add, AdvanceIo, Constant, EmitIo, Fingerprint, Graph, GraphBuilder, In, InputSpec, Module,
     Node, NodeFault, Noise, Out, OutputSpec, Outputs, PortDecl, ProbeSpec, RunConfig, Scalar,
     Scope, ScriptedWorld, Seed, SimDuration, SimError, Simulator, StateMut, StateSpec, StepCx,
-    Stimulus, StopReason, Synapse, Timebase, Vector, WorldLink,
+    Stimulus, StopReason, Synapse, Threads, Timebase, Vector, WorldLink,
 };
 use symbolt::spa::Linear;
 
@@ -233,6 +233,40 @@ fn probes_sample_by_period_keep_the_last_and_have_filters_of_their_own() {
     let expected = (0..10).fold(0.0, |y: f64, k| a * y + (1.0 - a) * (10.0 + f64::from(k)));
     assert_eq!(smooth.len(), 10);
     assert!((f64::from(smooth[9]) - expected).abs() < 1e-5);
+}
+
+/// Shows by which thread of a pool it is run, 0 for none, and whether it may share its work.
+struct Whose;
+impl Node for Whose {
+    fn declare(&self, ports: &mut PortDecl) {
+        ports.output("by", OutputSpec::vector(2)).parallel();
+    }
+    fn fingerprint(&self, _hash: &mut Fingerprint) {}
+    fn emit(&self, cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
+        let by = rayon::current_thread_index().map_or(0.0, |index| index as f32 + 1.0);
+        let shares = f32::from(cx.threads() == Threads::Pool);
+        io.outputs.get_mut(0).copy_from_slice(&[by, shares]);
+    }
+}
+
+#[test]
+fn the_setting_of_the_run_and_not_the_calling_thread_says_who_computes_a_tick() {
+    let by = |threads: Threads| {
+        let mut graph = GraphBuilder::new();
+        let by: Out<Vector> = graph.node("whose", Whose).output("by");
+        let run = RunConfig::default().with_threads(threads);
+        let mut sim = Simulator::new(build(graph), run).expect("starts");
+        sim.run_for(MS(2)).expect("runs");
+        let by = sim.value(&by);
+        (by[0] > 0.0, by[1] > 0.0)
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("a pool");
+    assert_eq!(by(Threads::Serial), (false, false));
+    // Within a pool a serial run stays on the thread that it was started on, and shares nothing.
+    assert_eq!(pool.install(|| by(Threads::Serial)), (true, false));
+    assert_eq!(pool.install(|| by(Threads::Pool)), (true, true));
+    // From outside, a run with the pool goes there, unless the pool has but one thread.
+    assert_eq!(by(Threads::Pool), (rayon::current_num_threads() > 1, true));
 }
 
 fn with_world() -> (Arc<Graph>, Out<Vector>, In<Scalar>) {

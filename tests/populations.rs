@@ -9,7 +9,7 @@ use symbolt::neurons::{
 };
 use symbolt::sim::{
     BuildErrors, Constant, Graph, GraphBuilder, Pointer, ProbeId, ProbeSpec, Real, RunConfig, Seed,
-    SimDuration, Simulator, Stimulus, Synapse, Timebase, VocabTag,
+    SimDuration, Simulator, Stimulus, Synapse, Threads, Timebase, VocabTag,
 };
 use symbolt::spa::{
     BasalGanglia, Bind, CleanupMemory, GoalBuffer, State, Vocabulary, VocabularyBuilder, cosine,
@@ -117,19 +117,22 @@ fn a_snapshot_between_spikes_goes_on_with_the_same_bits() {
 
 #[test]
 fn two_threads_give_the_bits_of_one() {
-    let with = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        pool.install(|| {
-            // Enough neurons for a tick to be shared: 2 x 4 x 33 ensembles of 100.
-            let (mut sim, probes) = two_modules(&lif());
-            run(&mut sim, 60);
-            [all(&sim, &probes[0]), all(&sim, &probes[1])]
-        })
+    let run = |setting: Threads| {
+        // Enough neurons for a tick to be shared: 2 x 4 x 33 ensembles of 100.
+        let (sim, probes) = two_modules(&lif());
+        let config = RunConfig::default().with_threads(setting);
+        let mut sim = Simulator::new(sim.graph().clone(), config).expect("starts");
+        run(&mut sim, 60);
+        [all(&sim, &probes[0]), all(&sim, &probes[1])]
     };
-    let one = with(1);
-    assert!(one[0].iter().flatten().any(|v| *v != 0.0));
-    assert_eq!(one, with(2));
-    assert_eq!(one, with(5));
+    let serial = run(Threads::Serial);
+    assert!(serial[0].iter().flatten().any(|v| *v != 0.0));
+    assert_eq!(serial, run(Threads::Pool), "in the global pool, from outside");
+    for threads in [1, 2, 5] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        assert_eq!(serial, pool.install(|| run(Threads::Serial)), "{threads} threads");
+        assert_eq!(serial, pool.install(|| run(Threads::Pool)), "{threads} threads");
+    }
 }
 
 #[test]

@@ -188,7 +188,7 @@ fn episodes(
     progress: &Progress,
 ) -> Result<(Vec<Episode>, Thoughts), TaskError> {
     let filmed = args.film - 1;
-    let run = |index: usize, watch: &mut dyn FnMut(&SimView<'_>, &AssemblyWorld)| {
+    let run = |index: usize, watch: &mut (dyn FnMut(&SimView<'_>, &AssemblyWorld) + Send)| {
         let frame_ms = (index == filmed).then_some(FRAME_MS);
         let own = episode_seed(seed, index);
         let meddling = args.meddle.then(|| meddling(&spec.scene, own));

@@ -62,6 +62,9 @@ impl Node for Neural {
     fn declare(&self, ports: &mut PortDecl) {
         self.ports.declare(ports);
         ports.state(StateSpec { reals: self.kept.bank.state_len(), ..StateSpec::default() });
+        if self.kept.bank.parallel() {
+            ports.parallel();
+        }
     }
 
     fn fingerprint(&self, hash: &mut Fingerprint) {
@@ -72,9 +75,14 @@ impl Node for Neural {
         self.kept.init(state.reals);
     }
 
-    fn advance(&self, _cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
+    fn advance(&self, cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
         let open = if self.gated { io.inputs.scalar(1) } else { 1.0 };
-        self.kept.bank.step(io.inputs.get(0), open, io.state.reals, io.outputs.get_mut(0));
+        self.kept.bank.step(
+            cx.threads(),
+            (io.inputs.get(0), open),
+            io.state.reals,
+            io.outputs.get_mut(0),
+        );
         Ok(())
     }
 
@@ -105,6 +113,9 @@ impl Node for NeuralProduct {
         ports
             .state(StateSpec { reals: self.kept.bank.state_len(), ..StateSpec::default() })
             .scratch(ScratchSpec { reals: 4 * self.layer.pairs, ..ScratchSpec::default() });
+        if self.kept.bank.parallel() {
+            ports.parallel();
+        }
     }
 
     fn fingerprint(&self, hash: &mut Fingerprint) {
@@ -115,14 +126,14 @@ impl Node for NeuralProduct {
         self.kept.init(state.reals);
     }
 
-    fn advance(&self, _cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
+    fn advance(&self, cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
         let (halves, squares) = io.scratch.reals.split_at_mut(2 * self.layer.pairs);
         let (a, b) = (io.inputs.get(0), io.inputs.get(1));
         for ((two, a), b) in halves.chunks_exact_mut(2).zip(a).zip(b) {
             two[0] = (a + b) / 2.0;
             two[1] = (a - b) / 2.0;
         }
-        self.kept.bank.step(halves, 1.0, io.state.reals, squares);
+        self.kept.bank.step(cx.threads(), (halves, 1.0), io.state.reals, squares);
         for (out, two) in io.outputs.get_mut(0).iter_mut().zip(squares.chunks_exact(2)) {
             *out = two[0] - two[1];
         }

@@ -84,6 +84,10 @@ impl Node for NeuralSelect {
         ports
             .state(StateSpec { reals, ..StateSpec::default() })
             .scratch(ScratchSpec { reals: 2 * items, ..ScratchSpec::default() });
+        let rivals = self.rivalry.bank().is_some_and(|kept| kept.bank.parallel());
+        if self.chosen.bank.parallel() || rivals {
+            ports.parallel();
+        }
     }
 
     /// What stands between the populations follows from the rule, the tick and constants.
@@ -102,7 +106,7 @@ impl Node for NeuralSelect {
         }
     }
 
-    fn advance(&self, _cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
+    fn advance(&self, cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
         let items = self.layer.items;
         let (net, said) = io.scratch.reals.split_at_mut(items);
         let (utilities, inhibit) = (io.inputs.get(0), io.inputs.get(1));
@@ -112,18 +116,18 @@ impl Node for NeuralSelect {
         let (chosen, rest) = io.state.reals.split_at_mut(self.chosen.bank.state_len());
         let output = io.outputs.get_mut(0);
         match &self.rivalry {
-            Rivalry::None => self.chosen.bank.step(net, 1.0, chosen, output),
+            Rivalry::None => self.chosen.bank.step(cx.threads(), (net, 1.0), chosen, output),
             Rivalry::Contest { contest, decay } => {
                 let (neurons, strengths) = rest.split_at_mut(contest.bank.state_len());
                 let all: Real = strengths.iter().sum();
                 for (net, own) in net.iter_mut().zip(&*strengths) {
                     *net -= RIVALRY * (all - own);
                 }
-                contest.bank.step(net, 1.0, neurons, said);
+                contest.bank.step(cx.threads(), (net, 1.0), neurons, said);
                 for (strength, said) in strengths.iter_mut().zip(&*said) {
                     *strength = decayed(*decay, *strength, *said);
                 }
-                self.chosen.bank.step(net, 1.0, chosen, output);
+                self.chosen.bank.step(cx.threads(), (net, 1.0), chosen, output);
             }
             Rivalry::Race { accumulators, decay, hold, gain } => {
                 let (neurons, held) = rest.split_at_mut(accumulators.bank.state_len());
@@ -135,7 +139,7 @@ impl Node for NeuralSelect {
                 for (said, ((evidence, own), inhibit)) in said.iter_mut().zip(own) {
                     *said = evidence - RIVALRY * (all - own) - INHIBITION * inhibit;
                 }
-                accumulators.bank.step(said, 1.0, neurons, output);
+                accumulators.bank.step(cx.threads(), (said, 1.0), neurons, output);
                 for ((evidence, kept), net) in evidence.iter_mut().zip(&*output).zip(&*net) {
                     let drive = kept + gain * (net - level);
                     *evidence = decayed(*hold, *evidence, drive).max(0.0);
@@ -143,7 +147,7 @@ impl Node for NeuralSelect {
                 for (heard, output) in heard.iter_mut().zip(&*output) {
                     *heard = decayed(*decay, *heard, *output);
                 }
-                self.chosen.bank.step(heard, 1.0, chosen, output);
+                self.chosen.bank.step(cx.threads(), (heard, 1.0), chosen, output);
                 for (winning, output) in winning.iter_mut().zip(&*output) {
                     *winning = decayed(*decay, *winning, *output);
                 }

@@ -130,6 +130,8 @@ pub struct Graph {
     pub(crate) time: Timebase,
     pub(crate) seed: Seed,
     pub(crate) fingerprint: u64,
+    /// Whether a node can use several threads.
+    pub(crate) parallel: bool,
 }
 
 impl std::fmt::Debug for Graph {

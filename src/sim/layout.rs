@@ -63,6 +63,7 @@ const LIMIT: usize = u32::MAX as usize;
 
 pub(crate) fn lay_out(sound: Sound) -> Result<Graph, BuildError> {
     let fingerprint = fingerprint(&sound);
+    let parallel = sound.nodes.iter().any(|node| node.ports.parallel);
     let Sound { builder, nodes, edges, probes, order, time, seed, moved } = sound;
     let mut signals = Tape::default();
     let mut registered = Tape::default();
@@ -273,6 +274,7 @@ pub(crate) fn lay_out(sound: Sound) -> Result<Graph, BuildError> {
         time,
         seed,
         fingerprint,
+        parallel,
     })
 }
 

@@ -24,6 +24,7 @@ mod seed;
 mod simulator;
 mod snapshot;
 mod synapse;
+mod threads;
 mod time;
 mod world;
 
@@ -47,5 +48,6 @@ pub use simulator::{RunConfig, RunReport, SimView, Simulator, Stop, StopReason};
 pub use snapshot::Snapshot;
 pub use synapse::Synapse;
 pub(crate) use synapse::decayed;
+pub use threads::Threads;
 pub use time::{SimDuration, Timebase};
 pub use world::{ScriptedWorld, World, WorldLink, WorldSave};

@@ -9,6 +9,7 @@ use super::error::NodeFault;
 use super::fingerprint::Fingerprint;
 use super::port::{PortDecl, Span};
 use super::seed::Seed;
+use super::threads::Threads;
 use super::time::{SimDuration, Timebase};
 
 /// The number type of the running arenas.
@@ -94,6 +95,7 @@ pub struct StepCx<'a> {
     pub(crate) time: Timebase,
     pub(crate) noise_scale: Real,
     pub(crate) node_seed: Seed,
+    pub(crate) threads: Threads,
     pub(crate) graph: PhantomData<&'a ()>,
 }
 
@@ -116,6 +118,12 @@ impl StepCx<'_> {
     /// The run's multiplier of every noise amplitude: 0 for none, 1 as described.
     pub fn noise_scale(&self) -> Real {
         self.noise_scale
+    }
+
+    /// Whether a node may share its work with the pool that it runs in. The result must have the same bits
+    /// either way.
+    pub fn threads(&self) -> Threads {
+        self.threads
     }
 
     /// A generator whose stream is a function of run seed, node path and tick alone. Costs no

@@ -363,6 +363,7 @@ pub struct PortDecl {
     pub(crate) state: StateSpec,
     pub(crate) scratch: ScratchSpec,
     pub(crate) always_advance: bool,
+    pub(crate) parallel: bool,
     pub(crate) faults: Vec<String>,
 }
 
@@ -399,6 +400,13 @@ impl PortDecl {
     /// advance, nor registered outputs (a node that only watches for faults).
     pub fn advances(&mut self) -> &mut Self {
         self.always_advance = true;
+        self
+    }
+
+    /// Says that the node is large enough to share its work among threads, which it does by Rayon while
+    /// [`StepCx::threads`](super::StepCx::threads) is [`Threads::Pool`](super::Threads::Pool).
+    pub fn parallel(&mut self) -> &mut Self {
+        self.parallel = true;
         self
     }
 

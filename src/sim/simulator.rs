@@ -21,6 +21,7 @@ use super::port::{Kind, Out, Span};
 use super::probe::{Capacity, ProbeId, Recording, Samples};
 use super::seed::Seed;
 use super::synapse::latch;
+use super::threads::Threads;
 use super::time::SimDuration;
 use super::world::World;
 
@@ -33,11 +34,13 @@ pub struct RunConfig {
     pub noise: Real,
     /// The world, if the graph has a link to one.
     pub world: Option<Box<dyn World>>,
+    /// Who computes a tick; it decides the speed and no bit of the result.
+    pub threads: Threads,
 }
 
 impl Default for RunConfig {
     fn default() -> Self {
-        Self { seed: Seed::new(1), noise: 1.0, world: None }
+        Self { seed: Seed::new(1), noise: 1.0, world: None, threads: Threads::Serial }
     }
 }
 
@@ -50,6 +53,12 @@ impl RunConfig {
     /// Adds a world.
     pub fn in_world(mut self, world: impl World + 'static) -> Self {
         self.world = Some(Box::new(world));
+        self
+    }
+
+    /// Sets who computes a tick.
+    pub fn with_threads(mut self, threads: Threads) -> Self {
+        self.threads = threads;
         self
     }
 
@@ -125,6 +134,7 @@ pub struct Simulator {
     pub(crate) seed: Seed,
     pub(crate) noise: Real,
     pub(crate) world: Option<Box<dyn World>>,
+    threads: Threads,
     world_ticks: u64,
     node_seeds: Vec<Seed>,
     recordings: Vec<Recording>,
@@ -161,6 +171,7 @@ impl Simulator {
             seed: run.seed,
             noise: run.noise,
             world: run.world,
+            threads: run.threads,
             world_ticks,
             node_seeds: Vec::new(),
             recordings,
@@ -259,16 +270,37 @@ impl Simulator {
         self.run_until(span, |_| ControlFlow::Continue(()))
     }
 
-    /// Runs until `stop` breaks, looked at after every tick, or for `limit` at most.
+    /// Runs until `stop` breaks, looked at after every tick, or for `limit` at most. With
+    /// [`Threads::Pool`] `stop` may be called on another thread than the caller's.
     ///
     /// # Errors
     /// As [`Simulator::run_for`].
     pub fn run_until(
         &mut self,
         limit: SimDuration,
-        mut stop: impl FnMut(SimView<'_>) -> Stop,
+        stop: impl FnMut(SimView<'_>) -> Stop + Send,
     ) -> Result<RunReport, SimError> {
         let limit = self.graph.time.ticks(limit)?;
+        let outside = rayon::current_thread_index().is_none();
+        // Entering the pool once a run costs some microseconds; a node that shared its work from
+        // outside would pay them in every tick.
+        if outside && self.threads() == Threads::Pool && rayon::current_num_threads() > 1 {
+            rayon::scope(|_| self.run_ticks(limit, stop))
+        } else {
+            self.run_ticks(limit, stop)
+        }
+    }
+
+    /// Who computes a tick of this graph.
+    fn threads(&self) -> Threads {
+        if self.graph.parallel { self.threads } else { Threads::Serial }
+    }
+
+    fn run_ticks(
+        &mut self,
+        limit: u64,
+        mut stop: impl FnMut(SimView<'_>) -> Stop,
+    ) -> Result<RunReport, SimError> {
         let mut done = 0;
         let mut reason = StopReason::TimeUp;
         'run: while done < limit {
@@ -353,12 +385,14 @@ impl Simulator {
 
     /// One tick.
     fn step(&mut self) -> Result<(), SimError> {
+        let threads = self.threads();
         let Self { graph, arenas, tick, noise, node_seeds, .. } = self;
         let tick = *tick;
         let mut cx = StepCx {
             tick,
             time: graph.time,
             noise_scale: *noise,
+            threads,
             node_seed: Seed::new(0),
             graph: PhantomData,
         };

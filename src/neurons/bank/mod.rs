@@ -32,7 +32,7 @@ use self::loops::{Work, rates, spikes};
 use super::decode::{self, Points};
 use super::model::{Lif, TuningError, refuse};
 use super::tuning::Neurons;
-use crate::sim::{Real, Seed};
+use crate::sim::{Real, Seed, Threads};
 
 /// How a bank's neurons talk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -221,11 +221,22 @@ impl Bank {
         }
     }
 
+    /// Whether there are enough neurons for several threads.
+    pub fn parallel(&self) -> bool {
+        self.shape.ensembles > 1 && self.shape.ensembles * self.shape.padded() > WORTH_SHARING
+    }
+
     /// One tick: `values` holds a row an ensemble, and so does `out`; `open` between 0, silenced, and 1.
-    pub fn step(&self, values: &[Real], open: Real, state: &mut [Real], out: &mut [Real]) {
+    pub fn step(
+        &self,
+        threads: Threads,
+        (values, open): (&[Real], Real),
+        state: &mut [Real],
+        out: &mut [Real],
+    ) {
         let shift = -self.silencing * (1.0 - open.clamp(0.0, 1.0));
         let (voltages, refractory) = state.split_at_mut(state.len() / 2);
-        let share = rayon::current_thread_index().is_some() && rayon::current_num_threads() > 1;
+        let share = threads == Threads::Pool && rayon::current_num_threads() > 1;
         let slice = Slice {
             bank: self,
             first: 0,

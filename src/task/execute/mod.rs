@@ -25,7 +25,7 @@ use super::planner::Planner;
 use super::pose::Pose;
 use super::scene::{Outcome, SceneFrame, SceneSpec, SkillReport, Touch};
 use super::witness::Assembly;
-use crate::sim::{RunConfig, Seed, SimDuration, SimView, Simulator, StopReason};
+use crate::sim::{RunConfig, Seed, SimDuration, SimView, Simulator, StopReason, Threads};
 pub use tally::Tally;
 pub use thoughts::{ModuleSamples, Thoughts};
 pub use world::{AssemblyWorld, Doing};
@@ -258,10 +258,10 @@ pub fn episode_watched(
     goal: &str,
     spec: &EpisodeSpec,
     seed: Seed,
-    watch: &mut dyn FnMut(&SimView<'_>, &AssemblyWorld),
+    watch: &mut (dyn FnMut(&SimView<'_>, &AssemblyWorld) + Send),
 ) -> Result<Episode, TaskError> {
     let world = AssemblyWorld::new(planner.clone(), grounding, goal, spec)?;
-    let run = RunConfig::seeded(seed).in_world(world);
+    let run = RunConfig::seeded(seed).in_world(world).with_threads(Threads::Pool);
     let mut sim = Simulator::new(planner.graph().clone(), run)?;
     // The world gives up by itself; this is only to be sure.
     let limit = SimDuration::from_millis((spec.limit_s * 1e3) as u64 + 120_000);

@@ -18,7 +18,7 @@ use super::planner::Unbinding;
 use crate::neurons::{LifSpec, Population, PopulationPlan, SelectRule, SolvedModel};
 use crate::sim::{
     Graph, GraphBuilder, Pointer, ProbeId, ProbeSpec, Real, RunConfig, Seed, SimDuration,
-    Simulator, Synapse, Timebase, Vector, VocabTag,
+    Simulator, Synapse, Threads, Timebase, Vector, VocabTag,
 };
 use crate::spa::cosine;
 
@@ -215,12 +215,13 @@ impl Built {
         self.build_s
     }
 
-    /// Runs the network and reads its quality.
+    /// Runs the network, on the threads of the pool, and reads its quality.
     ///
     /// # Errors
     /// [`TaskError::Sim`] if a value is not finite.
     pub fn run(&self) -> Result<Measured, TaskError> {
-        let mut sim = Simulator::new(self.graph.clone(), RunConfig::seeded(self.spec.seed))?;
+        let run = RunConfig::seeded(self.spec.seed).with_threads(Threads::Pool);
+        let mut sim = Simulator::new(self.graph.clone(), run)?;
         // What is read of the probes comes from the first 300 ms; the rest is for the clock.
         let begun = Instant::now();
         sim.run_for(SimDuration::from_millis(READ_MS))?;
