@@ -426,8 +426,7 @@ fn described(of: &Parameters) -> Arc<Graph> {
     }
     let mut graph = GraphBuilder::new();
     let given = graph.add("given", Constant::vector(&[of.given, 0.5]));
-    let (from, to) = (InputSpec::vector(2), OutputSpec::vector(2));
-    let mixed = graph.add("mixed", Linear::rows(from, to, vec![1.0, 0.0, of.matrix, 1.0]));
+    let mixed = graph.add("mixed", Linear::rows(2, vec![1.0, 0.0, of.matrix, 1.0]));
     let layer = graph.add("layer", Layer(of.slope));
     let sum = graph.add("sum", Add::vector(2));
     graph.connect(&given, &mixed.input, Synapse::None);

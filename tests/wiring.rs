@@ -5,8 +5,9 @@
 use symbolt::neurons::{PathPattern, Population, PopulationPlan};
 use symbolt::sim::{
     Add, BuildError, BuildErrors, Constant, EmitIo, Fingerprint, Graph, GraphBuilder, In,
-    InputSpec, LayerRequest, Node, NodePorts, Out, OutputSpec, Pointer, PortDecl, ProbeSpec,
-    Scalar, Scope, Seed, SimDuration, StepCx, Synapse, Timebase, Vector, VocabTag, WorldLink,
+    InputSpec, LayerRequest, Node, NodePorts, Out, OutputSpec, Pointer, PointerRef, PortDecl,
+    ProbeSpec, Scalar, Scope, Seed, SimDuration, StepCx, Synapse, Timebase, Vector, VocabTag,
+    WorldLink,
 };
 use symbolt::spa::{Bind, Vocabulary, VocabularyBuilder};
 
@@ -246,7 +247,7 @@ fn a_node_that_refuses_its_own_parameters() {
     graph.add("none", Constant::vector(&[]));
     graph.add("nan", Constant::vector(&[f32::NAN]));
     let space = parts(1).space().clone();
-    graph.add("short", Constant::<Pointer<Parts>>::pointer(&space, &[1.0]));
+    graph.add("short", Constant::<Pointer<Parts>>::pointer(&space, &PointerRef::from_raw(&[1.0])));
     let all = faults(graph);
     assert_eq!(all.len(), 3, "{all:?}");
     assert!(all.iter().all(|f| matches!(f, BuildError::Refused { .. })));

@@ -7,10 +7,11 @@ use super::builder::{Body, EdgeDraft, GraphBuilder, NodeDraft};
 use super::error::{BuildError, BuildErrors};
 use super::fingerprint::Fingerprint;
 use super::graph::Graph;
+use super::kind::Shape;
 use super::layout::{self, Sound, SoundNode};
 use super::lowering::{Lowering, PendingLayer};
 use super::node::Node;
-use super::port::{PortDecl, Shape};
+use super::port::PortDecl;
 use super::probe::Capacity;
 use super::seed::Seed;
 use super::synapse::Synapse;
@@ -176,14 +177,6 @@ fn port_path(node: &NodeDraft, port: &str) -> String {
     format!("{}.{port}", node.path)
 }
 
-fn same_space(a: &Shape, b: &Shape) -> bool {
-    match (&a.space, &b.space) {
-        (Some(x), Some(y)) => x.same_as(y),
-        (None, None) => true,
-        _ => false,
-    }
-}
-
 fn space_name(shape: &Shape) -> String {
     shape.space.as_ref().map_or_else(|| "no space".into(), ToString::to_string)
 }
@@ -193,9 +186,7 @@ fn fitting_outputs(nodes: &[NodeDraft], input: &super::port::InputDecl) -> Vec<S
     let mut found = Vec::new();
     for node in nodes {
         for output in &node.ports.outputs {
-            let fits = output.kind == input.kind
-                && output.shape.width == input.shape.width
-                && same_space(&output.shape, &input.shape);
+            let fits = output.kind == input.kind && output.shape.fits(&input.shape);
             if fits {
                 found.push(port_path(node, &output.name));
             }
@@ -217,9 +208,7 @@ fn check_edges(nodes: &[NodeDraft], edges: &[EdgeDraft], faults: &mut Vec<BuildE
             for (n, node) in nodes.iter().enumerate() {
                 for (p, other) in node.ports.inputs.iter().enumerate() {
                     let open = other.sum || !fed.contains(&(n, p));
-                    let fits = other.kind == output.kind
-                        && other.shape.width == output.shape.width
-                        && same_space(&other.shape, &output.shape);
+                    let fits = other.kind == output.kind && other.shape.fits(&output.shape);
                     if open && fits {
                         inputs.push(port_path(node, &other.name));
                     }
@@ -233,7 +222,7 @@ fn check_edges(nodes: &[NodeDraft], edges: &[EdgeDraft], faults: &mut Vec<BuildE
                 inputs,
                 outputs: fitting_outputs(nodes, input),
             });
-        } else if !same_space(&output.shape, &input.shape) {
+        } else if !output.shape.same_space(&input.shape) {
             faults.push(BuildError::SpaceMismatch {
                 from: from.clone(),
                 from_space: space_name(&output.shape),

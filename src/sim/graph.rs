@@ -4,10 +4,13 @@ use std::any::Any;
 use std::fmt::Write as _;
 
 use super::error::SimError;
+use super::handle::{Out, PortRef};
+use super::kind::Kind;
 use super::node::{Node, OutSlot, Slot};
-use super::port::{Kind, Out, PortDecl, PortRef, ScratchSpec, Span};
+use super::port::{PortDecl, ScratchSpec};
 use super::probe::Capacity;
 use super::seed::Seed;
+use super::span::Span;
 use super::synapse::Synapse;
 use super::time::Timebase;
 

@@ -10,8 +10,9 @@ use super::graph::{
     WorldPlan,
 };
 use super::node::{Node, OutSlot, Slot};
-use super::port::{PortDecl, ScratchSpec, Span, StateSpec};
+use super::port::{PortDecl, ScratchSpec, StateSpec};
 use super::seed::Seed;
+use super::span::Span;
 use super::synapse::Synapse;
 use super::time::{SimDuration, Timebase};
 

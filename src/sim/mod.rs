@@ -14,6 +14,8 @@ mod check;
 mod error;
 mod fingerprint;
 mod graph;
+mod handle;
+mod kind;
 mod layout;
 mod lowering;
 mod node;
@@ -23,6 +25,7 @@ mod probe;
 mod seed;
 mod simulator;
 mod snapshot;
+mod span;
 mod synapse;
 mod threads;
 mod time;
@@ -32,15 +35,14 @@ pub use builder::{EdgeId, GraphBuilder, Module, Scope};
 pub use error::{BuildError, BuildErrors, ConfigError, NodeFault, SimError, WorldError};
 pub use fingerprint::Fingerprint;
 pub use graph::{Graph, OutputRef, PopulationRef};
+pub use handle::{In, NodePorts, Out};
+pub use kind::{AsPointer, Kind, Pointer, PointerRef, Scalar, Space, Vector, VocabTag};
 pub use lowering::{LayerRequest, Lowering, LoweringFault, PendingLayer};
 pub use node::{
     AdvanceIo, Complex, EmitIo, Inputs, Node, Outputs, Real, Scratch, State, StateMut, StepCx,
 };
 pub use nodes::{Add, AddPorts, Constant, Noise, NoisePorts, Stimulus};
-pub use port::{
-    AnyInput, AnyOutput, In, InputSpec, Kind, NodePorts, Out, OutputSpec, Pointer, PortDecl,
-    Scalar, ScratchSpec, Space, StateSpec, Vector, VocabTag,
-};
+pub use port::{AnyInput, AnyOutput, InputSpec, OutputSpec, PortDecl, ScratchSpec, StateSpec};
 pub use probe::{Capacity, ProbeId, ProbeSpec, Samples};
 pub use seed::Seed;
 pub(crate) use seed::fnv1a;

@@ -7,8 +7,9 @@ use rand_chacha::ChaCha8Rng;
 
 use super::error::NodeFault;
 use super::fingerprint::Fingerprint;
-use super::port::{PortDecl, Span};
+use super::port::PortDecl;
 use super::seed::Seed;
+use super::span::Span;
 use super::threads::Threads;
 use super::time::{SimDuration, Timebase};
 

@@ -5,11 +5,10 @@ use rand_distr::StandardNormal;
 
 use super::builder::{Module, Scope};
 use super::fingerprint::Fingerprint;
+use super::handle::{In, Out};
+use super::kind::{AsPointer, Kind, Pointer, Scalar, Space, Vector, VocabTag};
 use super::node::{EmitIo, Node, Real, StepCx};
-use super::port::{
-    AnyOutput, In, InputSpec, Kind, Out, OutputSpec, Pointer, PortDecl, Scalar, Space, Vector,
-    VocabTag,
-};
+use super::port::{AnyOutput, InputSpec, OutputSpec, PortDecl};
 use super::time::SimDuration;
 
 /// Values that never change. Costs one copy a tick; adds no tick of delay.
@@ -34,8 +33,40 @@ impl Constant<Vector> {
 
 impl<V: VocabTag> Constant<Pointer<V>> {
     /// A pointer of `space`; any other length is a fault that `build` reports.
-    pub fn pointer(space: &Space<V>, values: &[Real]) -> Self {
-        Self { spec: OutputSpec::pointer(space), values: values.to_vec() }
+    ///
+    /// A pointer of one vocabulary stands where one of that vocabulary is wanted,
+    ///
+    /// ```
+    /// # use symbolt::prelude::*;
+    /// # use symbolt::sim::{Space, VocabTag};
+    /// # use symbolt::spa::VocabularyBuilder;
+    /// # struct Parts;
+    /// # impl VocabTag for Parts { const NAME: &'static str = "parts"; }
+    /// # struct Actions;
+    /// # impl VocabTag for Actions { const NAME: &'static str = "actions"; }
+    /// let parts = VocabularyBuilder::<Parts>::new(64, Seed::new(1)).pointer("NUT").build()?;
+    /// let actions = VocabularyBuilder::<Actions>::new(64, Seed::new(1)).pointer("GRASP").build()?;
+    /// let nut = Constant::pointer(parts.space(), &parts.get("NUT")?);
+    /// # Ok::<(), symbolt::spa::VocabError>(())
+    /// ```
+    ///
+    /// and where one of another is wanted, the program does not compile:
+    ///
+    /// ```compile_fail
+    /// # use symbolt::prelude::*;
+    /// # use symbolt::sim::{Space, VocabTag};
+    /// # use symbolt::spa::VocabularyBuilder;
+    /// # struct Parts;
+    /// # impl VocabTag for Parts { const NAME: &'static str = "parts"; }
+    /// # struct Actions;
+    /// # impl VocabTag for Actions { const NAME: &'static str = "actions"; }
+    /// let parts = VocabularyBuilder::<Parts>::new(64, Seed::new(1)).pointer("NUT").build()?;
+    /// let actions = VocabularyBuilder::<Actions>::new(64, Seed::new(1)).pointer("GRASP").build()?;
+    /// let nut = Constant::pointer(actions.space(), &parts.get("NUT")?);
+    /// # Ok::<(), symbolt::spa::VocabError>(())
+    /// ```
+    pub fn pointer(space: &Space<V>, value: &impl AsPointer<V>) -> Self {
+        Self { spec: OutputSpec::pointer(space), values: value.as_pointer().to_vec() }
     }
 }
 
@@ -53,7 +84,7 @@ impl<K: Kind> Module for Constant<K> {
     }
 }
 
-/// Values on a schedule: what holds from the start, then at given moments something else. Costs
+/// Values on a schedule: what holds from the start, then at given times something else. Costs
 /// one copy a tick; adds no tick of delay.
 pub struct Stimulus<K: Kind> {
     spec: OutputSpec<K>,
@@ -67,6 +98,11 @@ impl Stimulus<Scalar> {
     pub fn scalar(value: Real) -> Self {
         Self::new(OutputSpec::scalar(), vec![value])
     }
+
+    /// From `time` on, `values`, one number. Times must be given in increasing order.
+    pub fn from(self, time: SimDuration, values: &[Real]) -> Self {
+        self.then(time, values)
+    }
 }
 
 impl Stimulus<Vector> {
@@ -74,12 +110,58 @@ impl Stimulus<Vector> {
     pub fn vector(values: &[Real]) -> Self {
         Self::new(OutputSpec::vector(values.len()), values.to_vec())
     }
+
+    /// From `time` on, `values`. Times must be given in increasing order.
+    pub fn from(self, time: SimDuration, values: &[Real]) -> Self {
+        self.then(time, values)
+    }
 }
 
 impl<V: VocabTag> Stimulus<Pointer<V>> {
-    /// A pointer of `space`, `values` from the start.
-    pub fn pointer(space: &Space<V>, values: &[Real]) -> Self {
-        Self::new(OutputSpec::pointer(space), values.to_vec())
+    /// A pointer of `space`, `value` from the start.
+    pub fn pointer(space: &Space<V>, value: &impl AsPointer<V>) -> Self {
+        Self::new(OutputSpec::pointer(space), value.as_pointer().to_vec())
+    }
+
+    /// From `time` on, `value`, as for every other kind in order of time.
+    ///
+    /// ```
+    /// # use symbolt::prelude::*;
+    /// # use symbolt::sim::{Stimulus, VocabTag};
+    /// # use symbolt::spa::VocabularyBuilder;
+    /// # struct Parts;
+    /// # impl VocabTag for Parts { const NAME: &'static str = "parts"; }
+    /// # struct Actions;
+    /// # impl VocabTag for Actions { const NAME: &'static str = "actions"; }
+    /// let parts = VocabularyBuilder::<Parts>::new(64, Seed::new(1)).pointer("NUT").build()?;
+    /// let actions = VocabularyBuilder::<Actions>::new(64, Seed::new(1)).pointer("GRASP").build()?;
+    /// Stimulus::pointer(parts.space(), &parts.get("NUT")?)
+    ///     .from(SimDuration::from_millis(5), &parts.parse("-1 * NUT")?);
+    /// # Ok::<(), symbolt::spa::VocabError>(())
+    /// ```
+    ///
+    /// ```compile_fail
+    /// # use symbolt::prelude::*;
+    /// # use symbolt::sim::{Stimulus, VocabTag};
+    /// # use symbolt::spa::VocabularyBuilder;
+    /// # struct Parts;
+    /// # impl VocabTag for Parts { const NAME: &'static str = "parts"; }
+    /// # struct Actions;
+    /// # impl VocabTag for Actions { const NAME: &'static str = "actions"; }
+    /// let parts = VocabularyBuilder::<Parts>::new(64, Seed::new(1)).pointer("NUT").build()?;
+    /// let actions = VocabularyBuilder::<Actions>::new(64, Seed::new(1)).pointer("GRASP").build()?;
+    /// Stimulus::pointer(parts.space(), &parts.get("NUT")?)
+    ///     .from(SimDuration::from_millis(5), &actions.get("GRASP")?);
+    /// # Ok::<(), symbolt::spa::VocabError>(())
+    /// ```
+    pub fn from(self, time: SimDuration, value: &impl AsPointer<V>) -> Self {
+        self.then(time, &value.as_pointer())
+    }
+
+    /// From `time` on, the zero vector.
+    pub fn silent_from(self, time: SimDuration) -> Self {
+        let width = self.rest.len();
+        self.then(time, &vec![0.0; width])
     }
 }
 
@@ -88,8 +170,7 @@ impl<K: Kind> Stimulus<K> {
         Self { spec, rest, entries: Vec::new(), starts: Vec::new() }
     }
 
-    /// From `time` on, `values`. Moments must be given in increasing order.
-    pub fn from(mut self, time: SimDuration, values: &[Real]) -> Self {
+    fn then(mut self, time: SimDuration, values: &[Real]) -> Self {
         self.starts.push(time);
         self.entries.push(values.to_vec());
         self
@@ -108,7 +189,7 @@ impl<K: Kind> Node for Stimulus<K> {
             }
         }
         if self.starts.windows(2).any(|w| w[0] >= w[1]) {
-            ports.fault("the moments of a stimulus must increase");
+            ports.fault("the times of a stimulus must increase");
         }
         ports.output("out", self.spec.clone());
     }

@@ -14,12 +14,14 @@ use std::sync::Arc;
 use super::arena::{Arenas, ScratchArena};
 use super::error::SimError;
 use super::graph::{Graph, OutputRef, PopulationRef, Source};
+use super::handle::Out;
+use super::kind::Kind;
 use super::node::{
     AdvanceIo, EmitIo, Inputs, Outputs, Real, Scratch, Slot, State, StateMut, StepCx,
 };
-use super::port::{Kind, Out, Span};
 use super::probe::{Capacity, ProbeId, Recording, Samples};
 use super::seed::Seed;
+use super::span::Span;
 use super::synapse::latch;
 use super::threads::Threads;
 use super::time::SimDuration;
@@ -111,7 +113,7 @@ impl<'a> SimView<'a> {
 
     /// The values of an output after this tick (a registered output: as just written). Empty for
     /// a handle of another graph.
-    pub fn value<K: Kind>(&self, of: &Out<K>) -> &'a [Real] {
+    pub fn value<K: Kind>(&self, of: &Out<K>) -> K::Value<'a> {
         self.sim.value(of)
     }
 
@@ -320,8 +322,8 @@ impl Simulator {
 
     /// The values of an output after the last tick (a registered output: as just written). Empty
     /// for a handle of another graph.
-    pub fn value<K: Kind>(&self, of: &Out<K>) -> &[Real] {
-        self.graph.source(of).map_or(&[], |source| self.arenas.source(source))
+    pub fn value<K: Kind>(&self, of: &Out<K>) -> K::Value<'_> {
+        K::value(self.graph.source(of).map_or(&[], |source| self.arenas.source(source)))
     }
 
     /// The values of an output found by path.

@@ -6,8 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use super::error::WorldError;
 use super::fingerprint::Fingerprint;
+use super::kind::Kind;
 use super::node::{Node, Real};
-use super::port::{AnyInput, AnyOutput, InputSpec, Kind, OutputSpec, PortDecl};
+use super::port::{AnyInput, AnyOutput, InputSpec, OutputSpec, PortDecl};
 use super::seed::Seed;
 use super::time::SimDuration;
 

@@ -10,8 +10,8 @@ use rand_distr::StandardNormal;
 use super::algebra::{Algebra, Hrr, Workspace, dot, normalize};
 use super::error::{VocabError, nearest_name};
 use super::expr::{self, Expr};
-use super::pointer::{PointerRef, PointerValue};
-use crate::sim::{Real, Seed, Space, VocabTag};
+use super::pointer::PointerValue;
+use crate::sim::{PointerRef, Real, Seed, Space, VocabTag};
 
 /// Most vectors drawn for one name before giving up on the similarity ceiling.
 const ATTEMPTS: u64 = 20_000;
@@ -253,7 +253,7 @@ impl<V: VocabTag> Vocabulary<V> {
     /// The vector of the `index`-th name.
     pub fn vector(&self, index: usize) -> Option<PointerRef<'_, V>> {
         let dim = self.dim();
-        self.vectors.get(index * dim..(index + 1) * dim).map(PointerRef::new)
+        self.vectors.get(index * dim..(index + 1) * dim).map(PointerRef::from_raw)
     }
 
     /// The vector called `name`.
@@ -263,7 +263,7 @@ impl<V: VocabTag> Vocabulary<V> {
     pub fn get(&self, name: &str) -> Result<PointerRef<'_, V>, VocabError> {
         let index = self.position(name)?;
         let dim = self.dim();
-        Ok(PointerRef::new(&self.vectors[index * dim..(index + 1) * dim]))
+        Ok(PointerRef::from_raw(&self.vectors[index * dim..(index + 1) * dim]))
     }
 
     /// The place of `name` among [`names`](Self::names).

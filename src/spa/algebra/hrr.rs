@@ -22,7 +22,7 @@ use crate::spa::error::VocabError;
 /// The algebra of holographic reduced representations.
 ///
 /// ```
-/// use symbolt::spa::{Algebra, Hrr, cosine, random_pointer};
+/// use symbolt::spa::{Algebra, Hrr, cosine_of_slices, random_pointer};
 /// use symbolt::sim::Seed;
 ///
 /// let (red, ball) = (random_pointer(256, Seed::new(1)), random_pointer(256, Seed::new(2)));
@@ -31,7 +31,8 @@ use crate::spa::error::VocabError;
 /// Hrr.bind_into(&red, &ball, &mut red_ball, &mut work);
 /// Hrr.inverse_into(&ball, &mut not_ball);
 /// Hrr.bind_into(&red_ball, &not_ball, &mut answer, &mut work);
-/// assert!(cosine(&answer, &red) > 0.5 && cosine(&red_ball, &red).abs() < 0.3);
+/// assert!(cosine_of_slices(&answer, &red) > 0.5);
+/// assert!(cosine_of_slices(&red_ball, &red).abs() < 0.3);
 /// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Hrr;

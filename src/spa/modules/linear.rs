@@ -4,13 +4,14 @@
 
 use crate::sim::{
     AnyInput, AnyOutput, EmitIo, Fingerprint, In, InputSpec, Kind, Module, Node, Out, OutputSpec,
-    Pointer, PortDecl, Real, Scope, Scratch, ScratchSpec, Space, StepCx, VocabTag,
+    Pointer, PointerRef, PortDecl, Real, Scalar, Scope, Scratch, ScratchSpec, Space, StepCx,
+    Vector, VocabTag,
 };
 use crate::spa::algebra::LinearMap;
 use crate::spa::item_memory::dots;
 use crate::spa::vocabulary::Vocabulary;
 
-/// A node that applies a linear map.
+/// A node that applies a linear map, without a tick of delay.
 pub struct Linear<A: Kind, B: Kind> {
     input: InputSpec<A>,
     output: OutputSpec<B>,
@@ -30,18 +31,89 @@ impl<A: Kind, B: Kind> Linear<A, B> {
     pub fn new(input: InputSpec<A>, output: OutputSpec<B>, map: Box<dyn LinearMap>) -> Self {
         Self { input, output, map }
     }
+}
 
-    /// The dot products with the rows of a row-major matrix.
-    pub fn rows(input: InputSpec<A>, output: OutputSpec<B>, matrix: Vec<Real>) -> Self {
-        let dim = AnyInput::from(input.clone()).width();
-        Self::new(input, output, Box::new(Rows { matrix, dim }))
+impl<A: VocabTag> Linear<Pointer<A>, Vector> {
+    /// The dot products of a pointer of `space` with each of `keys`, in their order.
+    ///
+    /// ```
+    /// # use symbolt::sim::{Seed, VocabTag};
+    /// # use symbolt::spa::{Linear, VocabularyBuilder};
+    /// # struct Parts;
+    /// # impl VocabTag for Parts { const NAME: &'static str = "parts"; }
+    /// # struct Actions;
+    /// # impl VocabTag for Actions { const NAME: &'static str = "actions"; }
+    /// let parts = VocabularyBuilder::<Parts>::new(64, Seed::new(1)).pointer("NUT").build()?;
+    /// let actions = VocabularyBuilder::<Actions>::new(64, Seed::new(1)).pointer("GRASP").build()?;
+    /// Linear::similarities(parts.space(), [parts.get("NUT")?]);
+    /// # Ok::<(), symbolt::spa::VocabError>(())
+    /// ```
+    ///
+    /// ```compile_fail
+    /// # use symbolt::sim::{Seed, VocabTag};
+    /// # use symbolt::spa::{Linear, VocabularyBuilder};
+    /// # struct Parts;
+    /// # impl VocabTag for Parts { const NAME: &'static str = "parts"; }
+    /// # struct Actions;
+    /// # impl VocabTag for Actions { const NAME: &'static str = "actions"; }
+    /// let parts = VocabularyBuilder::<Parts>::new(64, Seed::new(1)).pointer("NUT").build()?;
+    /// let actions = VocabularyBuilder::<Actions>::new(64, Seed::new(1)).pointer("GRASP").build()?;
+    /// Linear::similarities(actions.space(), [parts.get("NUT")?]);
+    /// # Ok::<(), symbolt::spa::VocabError>(())
+    /// ```
+    pub fn similarities<'p>(
+        space: &Space<A>,
+        keys: impl IntoIterator<Item = PointerRef<'p, A>>,
+    ) -> Self {
+        let matrix = stacked(keys);
+        let count = matrix.len() / space.width().max(1);
+        let map = Rows { matrix, dim: space.width() };
+        Self::new(InputSpec::pointer(space), OutputSpec::vector(count), Box::new(map))
+    }
+}
+
+impl<B: VocabTag> Linear<Vector, Pointer<B>> {
+    /// The sum of `values`, pointers of `space`, each times a number of the input; those times zero cost
+    /// nothing.
+    pub fn combination<'p>(
+        space: &Space<B>,
+        values: impl IntoIterator<Item = PointerRef<'p, B>>,
+    ) -> Self {
+        let matrix = stacked(values);
+        let count = matrix.len() / space.width().max(1);
+        let map = WeightedRows { matrix, dim: space.width() };
+        Self::new(InputSpec::vector(count), OutputSpec::pointer(space), Box::new(map))
+    }
+}
+
+/// Pointers as the rows of a matrix.
+fn stacked<'p, V: VocabTag>(pointers: impl IntoIterator<Item = PointerRef<'p, V>>) -> Vec<Real> {
+    pointers.into_iter().flat_map(|pointer| pointer.values().iter().copied()).collect()
+}
+
+impl Linear<Vector, Vector> {
+    /// The dot products of a vector of `width` numbers with the rows of a row-major matrix.
+    pub fn rows(width: usize, matrix: Vec<Real>) -> Self {
+        let count = matrix.len() / width.max(1);
+        let map = Rows { matrix, dim: width };
+        Self::new(InputSpec::vector(width), OutputSpec::vector(count), Box::new(map))
     }
 
-    /// The sum of the rows of a row-major matrix, each times a number; rows times zero cost
-    /// nothing.
-    pub fn weighted_rows(input: InputSpec<A>, output: OutputSpec<B>, matrix: Vec<Real>) -> Self {
-        let dim = AnyOutput::from(output.clone()).width();
-        Self::new(input, output, Box::new(WeightedRows { matrix, dim }))
+    /// The sum of the rows of a row-major matrix of `width` columns, each times a number of the input; rows
+    /// times zero cost nothing.
+    pub fn weighted_rows(width: usize, matrix: Vec<Real>) -> Self {
+        let count = matrix.len() / width.max(1);
+        let map = WeightedRows { matrix, dim: width };
+        Self::new(InputSpec::vector(count), OutputSpec::vector(width), Box::new(map))
+    }
+}
+
+impl Linear<Vector, Scalar> {
+    /// The dot product of a vector with `weights`.
+    pub fn weighted_sum(weights: Vec<Real>) -> Self {
+        let dim = weights.len();
+        let map = Rows { matrix: weights, dim };
+        Self::new(InputSpec::vector(dim), OutputSpec::scalar(), Box::new(map))
     }
 }
 

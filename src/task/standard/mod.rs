@@ -20,7 +20,7 @@ use crate::sim::{
     Graph, GraphBuilder, Pointer, ProbeId, ProbeSpec, Real, RunConfig, Seed, SimDuration,
     Simulator, Synapse, Threads, Timebase, Vector, VocabTag,
 };
-use crate::spa::cosine;
+use crate::spa::cosine_of_slices;
 
 /// A standard network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -265,8 +265,8 @@ impl Built {
             .collect();
         match &self.reading {
             Reading::Cosine(exact) => vec![
-                ("cosine", f64::from(cosine(at, exact))),
-                ("cosine_of_50_ms_mean", f64::from(cosine(&mean, exact))),
+                ("cosine", f64::from(cosine_of_slices(at, exact))),
+                ("cosine_of_50_ms_mean", f64::from(cosine_of_slices(&mean, exact))),
             ],
             Reading::Distance(exact) => {
                 let square: f64 = at.iter().zip(exact).map(|(a, b)| f64::from(a - b).powi(2)).sum();
