@@ -456,12 +456,11 @@ fn spikes_can_be_seen_from_outside_and_only_spiking_layers_have_them() {
         Simulator::new(Arc::new(graph), RunConfig::default()).expect("runs")
     };
     let mut sim = built(&lif());
-    let populations: Vec<_> = sim.graph().populations().map(|(_, of)| of).collect();
-    let neurons: usize = populations.iter().map(|of| of.neurons).sum();
+    let populations: Vec<_> = sim.graph().event_sources().map(|(_, of)| of).collect();
+    let neurons: usize = populations.iter().map(|of| of.units).sum();
     assert!(!populations.is_empty() && neurons >= 64 * 50, "{neurons}");
     let count = |sim: &Simulator| -> usize {
-        let of =
-            |p: &symbolt::sim::PopulationRef| (0..p.neurons).filter(|n| sim.spiked(*p, *n)).count();
+        let of = |p: &symbolt::sim::EventSource| (0..p.units).filter(|n| sim.event(*p, *n)).count();
         populations.iter().map(of).sum()
     };
     assert_eq!(count(&sim), 0, "before the first tick");
@@ -473,9 +472,9 @@ fn spikes_can_be_seen_from_outside_and_only_spiking_layers_have_them() {
     // Neurons fire at 200 to 400 Hz at the rim of what they represent, most of them less or not at all.
     let mean = all as f64 / neurons as f64 / (f64::from(ticks) / 1e3);
     assert!((10.0..150.0).contains(&mean), "{mean} Hz");
-    assert!(!sim.spiked(populations[0], usize::MAX), "no neuron that is not there");
-    assert_eq!(built(&rate()).graph().populations().count(), 0);
-    assert_eq!(built(&PopulationPlan::direct()).graph().populations().count(), 0);
+    assert!(!sim.event(populations[0], usize::MAX), "no neuron that is not there");
+    assert_eq!(built(&rate()).graph().event_sources().count(), 0);
+    assert_eq!(built(&PopulationPlan::direct()).graph().event_sources().count(), 0);
 }
 
 /// The paper's own domain (section II.E).

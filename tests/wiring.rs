@@ -141,7 +141,7 @@ fn two_vocabularies_of_one_tag_name_both_and_the_way_across() {
     graph.connect(&nut, &bind.a, Synapse::None);
     graph.connect(&own, &bind.b, Synapse::None);
     let (_, text) = only(graph);
-    for part in ["seed 1", "seed 2", "`own.out`", "Reinterpret", "bind/left.in"] {
+    for part in ["seed 1", "seed 2", "`own.out`", "a node between", "bind/left.in"] {
         assert!(text.contains(part), "{part} in {text}");
     }
 }

@@ -86,11 +86,11 @@ impl Node for Neural {
         Ok(())
     }
 
-    fn neurons(&self) -> usize {
+    fn units(&self) -> usize {
         self.kept.bank.spiking()
     }
 
-    fn spiked(&self, state: &State<'_>, neuron: usize) -> bool {
+    fn event(&self, state: &State<'_>, neuron: usize) -> bool {
         self.kept.bank.spiked(state.reals, neuron)
     }
 }
@@ -140,11 +140,11 @@ impl Node for NeuralProduct {
         Ok(())
     }
 
-    fn neurons(&self) -> usize {
+    fn units(&self) -> usize {
         self.kept.bank.spiking()
     }
 
-    fn spiked(&self, state: &State<'_>, neuron: usize) -> bool {
+    fn event(&self, state: &State<'_>, neuron: usize) -> bool {
         self.kept.bank.spiked(state.reals, neuron)
     }
 }

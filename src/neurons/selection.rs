@@ -156,11 +156,11 @@ impl Node for NeuralSelect {
         Ok(())
     }
 
-    fn neurons(&self) -> usize {
+    fn units(&self) -> usize {
         self.chosen.bank.spiking()
     }
 
-    fn spiked(&self, state: &State<'_>, neuron: usize) -> bool {
+    fn event(&self, state: &State<'_>, neuron: usize) -> bool {
         self.chosen.bank.spiked(&state.reals[..self.chosen.bank.state_len()], neuron)
     }
 }

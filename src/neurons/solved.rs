@@ -13,9 +13,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::bank::{Bank, Consts, Firing, Shape, rests};
-use super::population::{Neural, NeuralProduct};
-use super::selection::NeuralSelect;
-use crate::sim::{Graph, Real, Seed};
+use crate::sim::{Real, Seed};
 
 /// A population with what it was solved from.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,7 +68,7 @@ impl Kept {
 /// ```
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SolvedModel {
-    layers: BTreeMap<String, Vec<Kept>>,
+    pub(super) layers: BTreeMap<String, Vec<Kept>>,
 }
 
 /// What is wrong with a file of solved populations.
@@ -177,24 +175,6 @@ impl Entry {
 }
 
 impl SolvedModel {
-    /// The populations of a built graph. Layers in exact maths have none. Shares memory with the graph.
-    pub fn of(graph: &Graph) -> Self {
-        let mut layers = BTreeMap::new();
-        for (path, part) in graph.parts() {
-            let kept = if let Some(node) = part.downcast_ref::<Neural>() {
-                node.kept()
-            } else if let Some(node) = part.downcast_ref::<NeuralProduct>() {
-                node.kept()
-            } else if let Some(node) = part.downcast_ref::<NeuralSelect>() {
-                node.kept()
-            } else {
-                continue;
-            };
-            layers.insert(path.to_owned(), kept);
-        }
-        Self { layers }
-    }
-
     /// The paths of the layers.
     pub fn paths(&self) -> impl Iterator<Item = &str> {
         self.layers.keys().map(String::as_str)

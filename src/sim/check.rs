@@ -1,9 +1,9 @@
 //! Checks a description as a whole, reports all faults together, and hands a sound one to layout.
 
 use std::cmp::Reverse;
-use std::collections::{BTreeMap, BinaryHeap};
+use std::collections::{BTreeMap, BinaryHeap, HashMap};
 
-use super::builder::{Body, EdgeDraft, GraphBuilder, NodeDraft};
+use super::draft::{Body, Draft, EdgeDraft, NodeDraft};
 use super::error::{BuildError, BuildErrors};
 use super::fingerprint::Fingerprint;
 use super::graph::Graph;
@@ -19,13 +19,13 @@ use super::time::{SimDuration, Timebase};
 
 /// Turns a description into a graph, or reports everything that is wrong with it.
 pub(crate) fn freeze(
-    mut draft: GraphBuilder,
+    mut draft: Draft,
     time: Timebase,
     plan: &dyn Lowering,
     seed: Seed,
 ) -> Result<Graph, BuildErrors> {
-    draft.note_duplicates();
     let mut faults = std::mem::take(&mut draft.faults);
+    check_paths(&draft.nodes, &mut faults);
     if draft.nodes.is_empty() && faults.is_empty() {
         faults.push(BuildError::Empty);
     }
@@ -67,7 +67,7 @@ pub(crate) fn freeze(
         return Err(BuildErrors(faults));
     }
     let sound = Sound {
-        builder: draft.id,
+        builder: draft.builder,
         nodes,
         edges: draft.edges,
         probes: draft.probes,
@@ -77,6 +77,18 @@ pub(crate) fn freeze(
         moved,
     };
     layout::lay_out(sound).map_err(|fault| BuildErrors(vec![fault]))
+}
+
+/// Notes a fault for every path used more than once.
+fn check_paths(nodes: &[NodeDraft], faults: &mut Vec<BuildError>) {
+    let mut seen: HashMap<&str, usize> = HashMap::new();
+    for node in nodes {
+        let count = seen.entry(&node.path).or_default();
+        *count += 1;
+        if *count == 2 {
+            faults.push(BuildError::DuplicatePath { path: node.path.clone() });
+        }
+    }
 }
 
 /// Stands for a layer whose lowering failed, while the remaining checks run.
@@ -89,7 +101,7 @@ impl Node for Absent {
 }
 
 /// Puts nodes, edges and their numbers into an order that does not depend on the order of adding.
-fn sort_by_path(draft: &mut GraphBuilder) -> Vec<usize> {
+fn sort_by_path(draft: &mut Draft) -> Vec<usize> {
     let mut rank: Vec<usize> = (0..draft.nodes.len()).collect();
     rank.sort_by(|a, b| draft.nodes[*a].path.cmp(&draft.nodes[*b].path).then(a.cmp(b)));
     let mut place = vec![0; rank.len()];
@@ -269,7 +281,7 @@ fn check_arity(nodes: &[NodeDraft], edges: &[EdgeDraft], faults: &mut Vec<BuildE
     }
 }
 
-fn check_probes(draft: &GraphBuilder, time: Timebase, faults: &mut Vec<BuildError>) {
+fn check_probes(draft: &Draft, time: Timebase, faults: &mut Vec<BuildError>) {
     for probe in &draft.probes {
         let node = &draft.nodes[probe.of.0];
         let port = port_path(node, &node.ports.outputs[probe.of.1].name);

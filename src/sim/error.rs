@@ -98,7 +98,7 @@ pub enum BuildError {
     },
     /// Ends of an edge in different vector spaces.
     #[error(
-        "`{from}` lives in {from_space} but `{to}` takes {to_space}; outputs that fit: {}; to cross on purpose use a `Reinterpret` node",
+        "`{from}` lives in {from_space} but `{to}` takes {to_space}; outputs that fit: {}; to cross on purpose, put a node between them that takes the one space and gives the other",
         list(outputs)
     )]
     SpaceMismatch {
@@ -115,7 +115,7 @@ pub enum BuildError {
     },
     /// A second source on an input that takes one.
     #[error(
-        "`{to}` takes one source but is fed by {}; keep one of them, or add them with a `Superpose` or `Add` node",
+        "`{to}` takes one source but is fed by {}; keep one of them, or add them with an `Add` node",
         list(sources)
     )]
     TooManySources {
@@ -132,9 +132,9 @@ pub enum BuildError {
         /// Outputs of its width and space.
         outputs: Vec<String>,
     },
-    /// The output of a population on an edge without a synapse.
+    /// An output that needs a synapse on every edge, on an edge without one.
     #[error(
-        "`{from}` is the output of a population and reaches `{to}` without a synapse; give the edge a low-pass synapse"
+        "every edge from `{from}` needs a synapse, but it reaches `{to}` without one; give the edge a low-pass synapse"
     )]
     Unfiltered {
         /// The source port's path.
@@ -176,7 +176,7 @@ pub enum BuildError {
         /// The node's own words.
         reason: String,
     },
-    /// A population request that no mode can meet, or a plan that names nothing.
+    /// A requested layer that cannot become a node, or a part of the plan that fits no layer.
     #[error("`{path}`: {reason}{}", offered(choices))]
     Lowering {
         /// The request's path or the plan's pattern.

@@ -1,10 +1,7 @@
 //! A hash of what a graph is made of, by which a checkpoint knows the graph that it belongs to.
 
 use super::node::Real;
-use super::seed::fnv1a;
-
-/// Where FNV-1a starts.
-pub(crate) const FNV_START: u64 = 0xCBF2_9CE4_8422_2325;
+use super::seed::{FNV_START, fnv1a, fnv1a_word};
 
 /// A 64-bit hash that nodes add their parameters to.
 ///
@@ -53,7 +50,7 @@ impl Fingerprint {
     pub fn reals(&mut self, values: &[Real]) -> &mut Self {
         self.number(values.len() as u64);
         for value in values {
-            self.0 = (self.0 ^ u64::from(value.to_bits())).wrapping_mul(0x0000_0100_0000_01B3);
+            self.0 = fnv1a_word(self.0, u64::from(value.to_bits()));
         }
         self
     }

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::builder::{EdgeDraft, ProbeDraft};
+use super::draft::{EdgeDraft, ProbeDraft};
 use super::error::BuildError;
 use super::fingerprint::Fingerprint;
 use super::graph::{

@@ -77,14 +77,14 @@ pub trait Node: Any + Send + Sync {
         Ok(())
     }
 
-    /// How many neurons the node has that spike; none if it is no population.
-    fn neurons(&self) -> usize {
+    /// How many units of the node an observer can ask for events, one by one; most nodes have none.
+    fn units(&self) -> usize {
         0
     }
 
-    /// Whether one of its neurons spiked in the tick that left this state.
-    fn spiked(&self, state: &State<'_>, neuron: usize) -> bool {
-        let _ = (state, neuron);
+    /// Whether `unit`, less than [`units`](Node::units), had an event in the tick that left this state.
+    fn event(&self, state: &State<'_>, unit: usize) -> bool {
+        let _ = (state, unit);
         false
     }
 }
@@ -222,31 +222,6 @@ impl Outputs<'_> {
     #[inline]
     pub fn set(&mut self, index: usize, value: Real) {
         self.get_mut(index)[0] = value;
-    }
-
-    /// Two different outputs at once.
-    ///
-    /// # Panics
-    /// If they are the same, or as [`Outputs::get_mut`].
-    pub fn pair_mut(&mut self, first: usize, second: usize) -> (&mut [Real], &mut [Real]) {
-        assert!(first != second, "a pair of outputs needs two different ones");
-        let (a, b) = (self.spans[first], self.spans[second]);
-        assert!(
-            a.registered == self.registered && b.registered == self.registered,
-            "outputs {first} and {second} belong to the other phase"
-        );
-        let local = |slot: OutSlot| {
-            let range = slot.span.of();
-            (range.start - self.base, range.end - self.base)
-        };
-        let ((a0, a1), (b0, b1)) = (local(a), local(b));
-        if a0 < b0 {
-            let (low, high) = self.values.split_at_mut(b0);
-            (&mut low[a0..a1], &mut high[..b1 - b0])
-        } else {
-            let (low, high) = self.values.split_at_mut(a0);
-            (&mut high[..a1 - a0], &mut low[b0..b1])
-        }
     }
 }
 

@@ -111,7 +111,7 @@ impl<K: Kind> OutputSpec<K> {
         self
     }
 
-    /// The output of a population: every edge that leaves it needs a synapse.
+    /// Requires a synapse on every edge that leaves it.
     pub fn filtered_only(mut self) -> Self {
         self.any.filtered_only = true;
         self

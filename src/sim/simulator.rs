@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use super::arena::{Arenas, ScratchArena};
 use super::error::SimError;
-use super::graph::{Graph, OutputRef, PopulationRef, Source};
+use super::graph::{EventSource, Graph, OutputRef, Source};
 use super::handle::Out;
 use super::kind::Kind;
 use super::node::{
@@ -117,9 +117,9 @@ impl<'a> SimView<'a> {
         self.sim.value(of)
     }
 
-    /// As [`Simulator::spiked`].
-    pub fn spiked(&self, of: PopulationRef, neuron: usize) -> bool {
-        self.sim.spiked(of, neuron)
+    /// As [`Simulator::event`].
+    pub fn event(&self, of: EventSource, unit: usize) -> bool {
+        self.sim.event(of, unit)
     }
 
     /// The world of this run.
@@ -243,27 +243,6 @@ impl Simulator {
         self.world.as_deref()
     }
 
-    /// The world of this run, to be disturbed between runs.
-    pub fn world_mut(&mut self) -> Option<&mut (dyn World + 'static)> {
-        self.world.as_deref_mut()
-    }
-
-    /// Exchanges the run's world without resetting it; it is sensed at once.
-    ///
-    /// # Errors
-    /// As [`Simulator::new`] for a world that does not fit; the old one then stays.
-    pub fn replace_world(&mut self, world: Box<dyn World>) -> Result<(), SimError> {
-        let Some(link) = self.graph.world else {
-            return Err(SimError::WorldMissing { linked: false, given: true });
-        };
-        let period = fit_world(&self.graph, &*world)?;
-        world.sense(&mut self.arenas.registered[link.sense.of()]);
-        self.arenas.commit_registered();
-        self.world = Some(world);
-        self.world_ticks = period;
-        Ok(())
-    }
-
     /// Runs for `span`.
     ///
     /// # Errors
@@ -331,9 +310,9 @@ impl Simulator {
         self.arenas.source(of.source)
     }
 
-    /// Whether a neuron of a population of this graph, counted from 0, spiked in the last tick. No neuron that is not
-    /// there does.
-    pub fn spiked(&self, of: PopulationRef, neuron: usize) -> bool {
+    /// Whether a unit of a node of this graph, counted from 0, had an event in the last tick.
+    /// `false` for a unit that the node does not have.
+    pub fn event(&self, of: EventSource, unit: usize) -> bool {
         let (Some(node), Some(body)) =
             (self.graph.nodes.get(of.node), self.graph.bodies.get(of.node))
         else {
@@ -344,7 +323,7 @@ impl Simulator {
             words: &self.arenas.words[node.words.of()],
             longs: &self.arenas.longs[node.longs.of()],
         };
-        neuron < body.neurons() && self.tick > 0 && body.spiked(&state, neuron)
+        unit < body.units() && self.tick > 0 && body.event(&state, unit)
     }
 
     /// What a probe has recorded. Empty for a handle of another graph.

@@ -7,7 +7,7 @@ pub enum Threads {
     #[default]
     Serial,
     /// The threads of a Rayon pool: of the one that the caller runs in, else of the global one. Large nodes
-    /// share their work among them, and a run from outside the pool is moved into it. Worth it for
-    /// populations of more than about 10,000 neurons; a graph without such a node runs as with `Serial`.
+    /// share their work among them, and a run from outside the pool is moved into it. A graph without a node
+    /// that declares itself [`parallel`](super::PortDecl::parallel) runs as with `Serial`.
     Pool,
 }

@@ -27,4 +27,5 @@ pub use modules::{
 };
 pub use pairs::{Filler, PairDecoder};
 pub use pointer::PointerValue;
+pub(crate) use vocabulary::draw_pointer;
 pub use vocabulary::{Vocabulary, VocabularyBuilder, random_pointer};

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-use rand::RngExt;
+use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
 
 use super::algebra::{Algebra, Hrr, Workspace, dot, normalize};
@@ -20,7 +20,11 @@ const ATTEMPTS: u64 = 20_000;
 ///
 /// This is uniform on the sphere. Any `dim`; a pure function of `dim` and `seed`.
 pub fn random_pointer(dim: usize, seed: Seed) -> Vec<Real> {
-    let mut rng = seed.rng();
+    draw_pointer(dim, &mut seed.rng())
+}
+
+/// A random unit vector, drawn from a generator that goes on: `dim` normal numbers in single precision.
+pub(crate) fn draw_pointer<R: Rng>(dim: usize, rng: &mut R) -> Vec<Real> {
     let mut vector: Vec<Real> = (0..dim).map(|_| rng.sample(StandardNormal)).collect();
     normalize(&mut vector);
     vector

@@ -4,7 +4,7 @@
 //! every 40 ms and spikes not at all: nothing is decided then, and neurons go on firing.
 
 use super::{AssemblyWorld, Doing};
-use crate::sim::{PopulationRef, Real, SimView};
+use crate::sim::{EventSource, Real, SimView};
 use crate::task::planner::{Planner, Shows};
 
 /// Ticks between two looks while the graph decides, and while the robot moves.
@@ -30,7 +30,7 @@ pub struct ModuleSamples {
 /// One population of the raster.
 struct Heard {
     path: String,
-    of: PopulationRef,
+    of: EventSource,
     /// Which of its neurons, evenly spread over it.
     neurons: Vec<usize>,
 }
@@ -54,9 +54,9 @@ impl Thoughts {
             shows: module.shows,
             values: Vec::new(),
         });
-        let heard = planner.graph().populations().map(|(path, of)| {
-            let few = NEURONS.min(of.neurons);
-            let neurons = (0..few).map(|i| i * of.neurons / few).collect();
+        let heard = planner.graph().event_sources().map(|(path, of)| {
+            let few = NEURONS.min(of.units);
+            let neurons = (0..few).map(|i| i * of.units / few).collect();
             Heard { path: path.into(), of, neurons }
         });
         Self { modules: modules.collect(), heard: heard.collect(), ..Self::default() }
@@ -70,7 +70,7 @@ impl Thoughts {
             let mut row = 0;
             for heard in &self.heard {
                 for neuron in &heard.neurons {
-                    if self.spikes.len() < MOST_SPIKES && view.spiked(heard.of, *neuron) {
+                    if self.spikes.len() < MOST_SPIKES && view.event(heard.of, *neuron) {
                         self.spikes.push((now, row));
                     }
                     row += 1;
@@ -101,7 +101,7 @@ impl Thoughts {
 
     /// The populations of the raster by path, with how many of their neurons it has, and of how many.
     pub fn populations(&self) -> impl Iterator<Item = (&str, usize, usize)> {
-        self.heard.iter().map(|h| (h.path.as_str(), h.neurons.len(), h.of.neurons))
+        self.heard.iter().map(|h| (h.path.as_str(), h.neurons.len(), h.of.units))
     }
 
     /// Every spike: simulated seconds, and the neuron's row, counted over all populations.

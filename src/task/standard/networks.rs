@@ -1,7 +1,6 @@
 //! The standard networks of one module each.
 
 use rand::RngExt;
-use rand_distr::{Distribution, StandardNormal};
 
 use super::{Plain, Reading, Standard, Watched};
 use crate::neurons::{LayerPorts, Layers, Map};
@@ -11,7 +10,7 @@ use crate::sim::{
 };
 use crate::spa::{
     BasalGanglia, Bind, CleanupMemory, FEED_FORWARD, RECURRENT, State, VocabError,
-    VocabularyBuilder, normalize,
+    VocabularyBuilder, random_pointer,
 };
 
 type Described = (Watched, Reading);
@@ -22,11 +21,7 @@ const ACTIONS: usize = 10;
 const CHOSEN: usize = 3;
 
 fn pointer(seed: Seed, name: &str, dim: usize) -> Vec<Real> {
-    let mut rng = seed.derive(name, "input").rng();
-    let mut out: Vec<Real> =
-        (0..dim).map(|_| -> f64 { StandardNormal.sample(&mut rng) }).map(|v| v as Real).collect();
-    normalize(&mut out);
-    out
+    random_pointer(dim, seed.derive(name, "input"))
 }
 
 /// Circular convolution of two constant pointers.
