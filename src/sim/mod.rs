@@ -23,12 +23,14 @@ mod node;
 mod nodes;
 mod port;
 mod probe;
+mod run;
 mod seed;
 mod simulator;
 mod snapshot;
 mod span;
 mod synapse;
 mod threads;
+mod tick;
 mod time;
 mod world;
 
@@ -45,9 +47,10 @@ pub use node::{
 pub use nodes::{Add, AddPorts, Constant, Noise, NoisePorts, Stimulus};
 pub use port::{AnyInput, AnyOutput, InputSpec, OutputSpec, PortDecl, ScratchSpec, StateSpec};
 pub use probe::{Capacity, ProbeId, ProbeSpec, Samples};
+pub use run::{RunConfig, RunReport, Stop, StopReason};
 pub use seed::Seed;
 pub(crate) use seed::{FNV_START, fnv1a, fnv1a_word};
-pub use simulator::{RunConfig, RunReport, SimView, Simulator, Stop, StopReason};
+pub use simulator::{SimView, Simulator};
 pub use snapshot::Snapshot;
 pub use synapse::Synapse;
 pub(crate) use synapse::decayed;
