@@ -367,9 +367,9 @@ fn restored_and_run_on_equals_run_on() {
     let graph = everything();
     let mut whole = Simulator::new(graph.clone(), in_script(5)).expect("starts");
     whole.run_for(MS(37)).expect("runs");
-    let middle = whole.snapshot();
+    let middle = whole.checkpoint();
     whole.run_for(MS(40)).expect("runs");
-    let end = whole.snapshot();
+    let end = whole.checkpoint();
 
     // Into a run of another seed, by way of text.
     let text = serde_json::to_string(&middle).expect("it can be written");
@@ -380,7 +380,7 @@ fn restored_and_run_on_equals_run_on() {
     other.restore(&read).expect("it fits");
     assert_eq!(other.tick(), 37);
     other.run_for(MS(40)).expect("runs");
-    assert_eq!(other.snapshot(), end);
+    assert_eq!(other.checkpoint(), end);
     assert_ne!(middle, end);
 }
 
@@ -388,22 +388,22 @@ fn restored_and_run_on_equals_run_on() {
 fn a_reset_run_is_a_fresh_run() {
     let graph = everything();
     let mut sim = Simulator::new(graph.clone(), in_script(5)).expect("starts");
-    let fresh = sim.snapshot();
+    let fresh = sim.checkpoint();
     sim.run_for(MS(25)).expect("runs");
-    let after = sim.snapshot();
+    let after = sim.checkpoint();
     sim.reset().expect("resets");
-    assert_eq!(sim.snapshot(), fresh);
+    assert_eq!(sim.checkpoint(), fresh);
     sim.run_for(MS(25)).expect("runs");
-    assert_eq!(sim.snapshot(), after);
+    assert_eq!(sim.checkpoint(), after);
 }
 
 #[test]
-fn snapshots_of_other_graphs_are_refused() {
+fn checkpoints_of_other_graphs_are_refused() {
     let mut graph = GraphBuilder::new();
     graph.node("counter", Counter);
     let mut small = start(&build(graph));
     let sim = Simulator::new(everything(), in_script(1)).expect("starts");
-    assert_eq!(small.restore(&sim.snapshot()), Err(SimError::ForeignSnapshot));
+    assert_eq!(small.restore(&sim.checkpoint()), Err(SimError::ForeignCheckpoint));
 }
 
 /// A matrix, a layer, a constant and a filter, each with one number that can be another.
@@ -436,7 +436,7 @@ fn described(of: &Parameters) -> Arc<Graph> {
 }
 
 #[test]
-fn snapshots_are_refused_by_a_graph_with_any_other_parameter() {
+fn checkpoints_are_refused_by_a_graph_with_any_other_parameter() {
     let lif = |spec| PopulationPlan::all(Population::Lif(spec));
     let usual = LifSpec { per_function: 20, ..LifSpec::default() };
     let rate = PopulationPlan::all(Population::Rate(usual));
@@ -450,10 +450,10 @@ fn snapshots_are_refused_by_a_graph_with_any_other_parameter() {
     for plan in [PopulationPlan::direct(), rate.clone(), lif(usual)] {
         let mut taken = start(&described(&same(&plan)));
         taken.run_for(MS(20)).expect("runs");
-        let snapshot = taken.snapshot();
+        let checkpoint = taken.checkpoint();
         let mut again = start(&described(&same(&plan)));
-        again.restore(&snapshot).expect("it was built in the same way");
-        assert_eq!(again.snapshot(), snapshot);
+        again.restore(&checkpoint).expect("it was built in the same way");
+        assert_eq!(again.checkpoint(), checkpoint);
         let mut others = vec![
             Parameters { given: 0.31, ..same(&plan) },
             Parameters { matrix: 0.11, ..same(&plan) },
@@ -465,8 +465,8 @@ fn snapshots_are_refused_by_a_graph_with_any_other_parameter() {
         others.extend(plans.iter().filter(|other| **other != plan).map(same));
         assert!(others.len() >= 7);
         for (at, other) in others.iter().enumerate() {
-            let refused = start(&described(other)).restore(&snapshot);
-            assert_eq!(refused, Err(SimError::ForeignSnapshot), "{plan:?}, number {at}");
+            let refused = start(&described(other)).restore(&checkpoint);
+            assert_eq!(refused, Err(SimError::ForeignCheckpoint), "{plan:?}, number {at}");
         }
     }
 }

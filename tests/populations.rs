@@ -103,10 +103,10 @@ fn an_ablation_changes_the_module_that_it_names_and_no_other() {
 }
 
 #[test]
-fn a_snapshot_between_spikes_goes_on_with_the_same_bits() {
+fn a_checkpoint_between_spikes_goes_on_with_the_same_bits() {
     let (mut whole, probes) = two_modules(&lif());
     run(&mut whole, 37);
-    let middle = whole.snapshot();
+    let middle = whole.checkpoint();
     whole.clear_recordings();
     run(&mut whole, 50);
     let expected = all(&whole, &probes[0]);

@@ -4,7 +4,7 @@ use crate::sim::{
     AdvanceIo, Fingerprint, LayerRequest, Node, NodeFault, PortDecl, Real, StateSpec, StepCx,
 };
 
-use super::layer::{ENOUGH, INHIBITION, Map, Product, Represent, Select, SelectRule};
+use super::layer::{EVIDENCE_THRESHOLD, INHIBITION, Map, Product, Represent, Select, SelectRule};
 
 /// Passes its input on, scaled back to the radius where it exceeds it, times its gate if it has one.
 pub(crate) struct DirectRepresent(pub Represent);
@@ -129,7 +129,7 @@ impl Node for DirectSelect {
                 }
                 // Of several that have enough in the same tick, the one with most.
                 let first = (0..evidence.len())
-                    .filter(|i| evidence[*i] >= ENOUGH)
+                    .filter(|i| evidence[*i] >= EVIDENCE_THRESHOLD)
                     .reduce(|best, i| if evidence[i] > evidence[best] { i } else { best });
                 if let Some(first) = first {
                     let own = evidence[first];

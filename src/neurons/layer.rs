@@ -164,7 +164,7 @@ pub enum SelectRule {
 }
 
 /// The evidence that is enough.
-pub(crate) const ENOUGH: Real = 0.8;
+pub(crate) const EVIDENCE_THRESHOLD: Real = 0.8;
 
 impl SelectRule {
     pub(crate) fn fingerprint(self, hash: &mut Fingerprint) {

@@ -17,7 +17,7 @@ use super::solved::{Kept, SolvedModel, Unfit};
 use super::tuning::{Neurons, cosine, on_sphere, part_of_pointer};
 use crate::sim::{
     AdvanceIo, Fingerprint, LayerRequest, Node, NodeFault, Outputs, PortDecl, Real, ScratchSpec,
-    Seed, State, StateMut, StateSpec, StepCx, fnv1a,
+    Seed, StateMut, StateRef, StateSpec, StepCx, fnv1a,
 };
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -90,7 +90,7 @@ impl Node for Neural {
         self.kept.bank.spiking()
     }
 
-    fn event(&self, state: &State<'_>, neuron: usize) -> bool {
+    fn event(&self, state: &StateRef<'_>, neuron: usize) -> bool {
         self.kept.bank.spiked(state.reals, neuron)
     }
 }
@@ -144,20 +144,20 @@ impl Node for NeuralProduct {
         self.kept.bank.spiking()
     }
 
-    fn event(&self, state: &State<'_>, neuron: usize) -> bool {
+    fn event(&self, state: &StateRef<'_>, neuron: usize) -> bool {
         self.kept.bank.spiked(state.reals, neuron)
     }
 }
 
 /// Neurons of one ensemble: the matrix that is solved for more would take gigabytes.
-const MOST_NEURONS: f64 = 10_000.0;
+const MAX_NEURONS: f64 = 10_000.0;
 
 fn count(of: f64, scale: f64) -> Result<usize, TuningError> {
     let count = (of * scale).round();
-    if (1.0..=MOST_NEURONS).contains(&count) {
+    if (1.0..=MAX_NEURONS).contains(&count) {
         Ok(count as usize)
     } else {
-        Err(refuse("neurons", format!("{count} an ensemble"), format!("1 to {MOST_NEURONS}")))
+        Err(refuse("neurons", format!("{count} an ensemble"), format!("1 to {MAX_NEURONS}")))
     }
 }
 

@@ -4,12 +4,12 @@
 //! other items in proportion to its own utility, so that the greatest one silences the rest; in a race the
 //! other gathers evidence by a recurrent synapse.
 
-use super::layer::{ENOUGH, INHIBITION, Select, SelectRule};
+use super::layer::{EVIDENCE_THRESHOLD, INHIBITION, Select, SelectRule};
 use super::population::{Maker, Refusal, Spread};
 use super::solved::Kept;
 use crate::sim::{
     AdvanceIo, Fingerprint, LayerRequest, Node, NodeFault, Outputs, PortDecl, Real, ScratchSpec,
-    State, StateMut, StateSpec, StepCx, decayed,
+    StateMut, StateRef, StateSpec, StepCx, decayed,
 };
 
 /// A choice among utilities.
@@ -160,7 +160,7 @@ impl Node for NeuralSelect {
         self.chosen.bank.spiking()
     }
 
-    fn event(&self, state: &State<'_>, neuron: usize) -> bool {
+    fn event(&self, state: &StateRef<'_>, neuron: usize) -> bool {
         self.chosen.bank.spiked(&state.reals[..self.chosen.bank.state_len()], neuron)
     }
 }
@@ -192,7 +192,7 @@ impl Maker<'_> {
                     hold: decay(EVIDENCE_TAU_S),
                     gain: (EVIDENCE_TAU_S / tau.as_secs_f64()) as Real,
                 };
-                (chosen(1.0 - RACE_SHARE, f64::from(ENOUGH), 1.2)?, rivalry)
+                (chosen(1.0 - RACE_SHARE, f64::from(EVIDENCE_THRESHOLD), 1.2)?, rivalry)
             }
         };
         Ok(NeuralSelect { layer: layer.clone(), chosen, rivalry })

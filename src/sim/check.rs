@@ -8,7 +8,7 @@ use super::error::{BuildError, BuildErrors};
 use super::fingerprint::Fingerprint;
 use super::graph::Graph;
 use super::kind::Shape;
-use super::layout::{self, Sound, SoundNode};
+use super::layout::{self, Checked, CheckedNode};
 use super::lowering::{Lowering, PendingLayer};
 use super::node::Node;
 use super::port::PortDecl;
@@ -60,13 +60,13 @@ pub(crate) fn freeze(
                 None => (Box::new(Absent), node.ports, false),
             },
         };
-        nodes.push(SoundNode { path: node.path, body, ports, world });
+        nodes.push(CheckedNode { path: node.path, body, ports, world });
     }
     let order = emit_order(&nodes, &draft.edges, &mut faults);
     if !faults.is_empty() {
         return Err(BuildErrors(faults));
     }
-    let sound = Sound {
+    let sound = Checked {
         builder: draft.builder,
         nodes,
         edges: draft.edges,
@@ -302,7 +302,7 @@ fn check_probes(draft: &Draft, time: Timebase, faults: &mut Vec<BuildError>) {
 /// The order of emits, every node after those whose outputs it reads in the same tick; ties by
 /// path. Notes a fault for every set of nodes that wait for each other.
 fn emit_order(
-    nodes: &[SoundNode],
+    nodes: &[CheckedNode],
     edges: &[EdgeDraft],
     faults: &mut Vec<BuildError>,
 ) -> Vec<usize> {

@@ -216,12 +216,17 @@ fn offered(choices: &[String]) -> String {
 }
 
 fn list(items: &[String]) -> String {
-    const MOST: usize = 12;
+    const MAX_SHOWN: usize = 12;
     if items.is_empty() {
         return "none".into();
     }
-    let shown = items.iter().take(MOST).map(|s| format!("`{s}`")).collect::<Vec<_>>().join(", ");
-    if items.len() > MOST { format!("{shown} and {} more", items.len() - MOST) } else { shown }
+    let shown =
+        items.iter().take(MAX_SHOWN).map(|s| format!("`{s}`")).collect::<Vec<_>>().join(", ");
+    if items.len() > MAX_SHOWN {
+        format!("{shown} and {} more", items.len() - MAX_SHOWN)
+    } else {
+        shown
+    }
 }
 
 /// All faults of a description, reported together.
@@ -327,9 +332,9 @@ pub enum SimError {
         /// The scale given.
         scale: f32,
     },
-    /// A snapshot of another graph.
-    #[error("the snapshot belongs to another graph, clock, build seed or version of the engine")]
-    ForeignSnapshot,
+    /// A checkpoint of another graph.
+    #[error("the checkpoint belongs to another graph, clock, build seed or version of the engine")]
+    ForeignCheckpoint,
     /// A path or port that the graph does not have.
     #[error("the graph has no output `{asked}`; it has: {}", list(choices))]
     UnknownOutput {

@@ -17,7 +17,7 @@ use super::synapse::Synapse;
 use super::time::{SimDuration, Timebase};
 
 /// A node that passed the checks.
-pub(crate) struct SoundNode {
+pub(crate) struct CheckedNode {
     pub path: String,
     pub body: Box<dyn Node>,
     pub ports: PortDecl,
@@ -25,10 +25,10 @@ pub(crate) struct SoundNode {
 }
 
 /// A description that passed the checks.
-pub(crate) struct Sound {
+pub(crate) struct Checked {
     pub builder: u64,
     /// By path.
-    pub nodes: Vec<SoundNode>,
+    pub nodes: Vec<CheckedNode>,
     /// By target, then source path.
     pub edges: Vec<EdgeDraft>,
     pub probes: Vec<ProbeDraft>,
@@ -41,9 +41,9 @@ pub(crate) struct Sound {
 
 /// Hands out consecutive ranges.
 #[derive(Default)]
-struct Tape(usize);
+struct Cursor(usize);
 
-impl Tape {
+impl Cursor {
     fn take(&mut self, len: usize) -> Span {
         let start = self.0;
         self.0 += len;
@@ -63,18 +63,18 @@ fn append<T: Clone>(all: &mut Vec<T>, items: &[T]) -> Span {
 const LIMIT: usize = u32::MAX as usize;
 
 /// Gives every number of a sound description its place.
-pub(crate) fn lay_out(sound: Sound) -> Result<Graph, BuildError> {
+pub(crate) fn lay_out(sound: Checked) -> Result<Graph, BuildError> {
     let fingerprint = fingerprint(&sound);
     let parallel = sound.nodes.iter().any(|node| node.ports.parallel);
     let places = Places::of(&sound);
     let wires = Wires::of(&sound, &places);
-    let Sound { builder, nodes, edges, probes, order, time, seed, moved } = sound;
+    let Checked { builder, nodes, edges, probes, order, time, seed, moved } = sound;
     let mut rank = vec![0; nodes.len()];
     for (at, node) in order.iter().enumerate() {
         rank[*node] = at;
     }
     let (plans, infos, bodies) = Plans::of(nodes, &order, &places, &wires);
-    let mut probe_filters = Tape::default();
+    let mut probe_filters = Cursor::default();
     let probes = probe_plans(&probes, time, (&places, &rank), &mut probe_filters);
     let sizes = Sizes {
         signals: places.signals.0,
@@ -128,20 +128,20 @@ struct Places {
     outs: Vec<Vec<OutSlot>>,
     /// A node's own range of signals, and of registered outputs.
     own: Vec<(Span, Span)>,
-    signals: Tape,
-    registered: Tape,
+    signals: Cursor,
+    registered: Cursor,
     /// The most that any node needs.
     scratch: ScratchSpec,
 }
 
 impl Places {
-    fn of(sound: &Sound) -> Self {
+    fn of(sound: &Checked) -> Self {
         let count = sound.nodes.len();
         let mut places = Self {
             outs: vec![Vec::new(); count],
             own: vec![(Span::default(), Span::default()); count],
-            signals: Tape::default(),
-            registered: Tape::default(),
+            signals: Cursor::default(),
+            registered: Cursor::default(),
             scratch: ScratchSpec::default(),
         };
         for at in &sound.order {
@@ -173,13 +173,13 @@ struct Wires {
     /// By node and input.
     sources: Vec<Vec<Vec<Slot>>>,
     /// Registered outputs, then filters.
-    held: Tape,
+    held: Cursor,
 }
 
 impl Wires {
     /// Edges from one output with one time constant share a filter.
-    fn of(sound: &Sound, places: &Places) -> Self {
-        let mut held = Tape(places.registered.0);
+    fn of(sound: &Checked, places: &Places) -> Self {
+        let mut held = Cursor(places.registered.0);
         let mut filters: Vec<FilterPlan> = Vec::new();
         let mut shared: HashMap<((usize, usize), SimDuration), usize> = HashMap::new();
         let mut sources: Vec<Vec<Vec<Slot>>> =
@@ -217,22 +217,22 @@ struct Plans {
     slots: Vec<Slot>,
     gathers: Vec<GatherPlan>,
     gather_sources: Vec<Slot>,
-    gathered: Tape,
-    reals: Tape,
-    words: Tape,
-    longs: Tape,
+    gathered: Cursor,
+    reals: Cursor,
+    words: Cursor,
+    longs: Cursor,
 }
 
 impl Plans {
     fn of(
-        nodes: Vec<SoundNode>,
+        nodes: Vec<CheckedNode>,
         order: &[usize],
         places: &Places,
         wires: &Wires,
     ) -> (Self, Vec<NodeInfo>, Vec<Box<dyn Node>>) {
         let mut plans = Self::default();
         let (mut infos, mut bodies) = (Vec::new(), Vec::new());
-        let mut waiting: Vec<Option<SoundNode>> = nodes.into_iter().map(Some).collect();
+        let mut waiting: Vec<Option<CheckedNode>> = nodes.into_iter().map(Some).collect();
         for at in order {
             let Some(node) = waiting[*at].take() else { continue };
             let (outs, own) = (&places.outs[*at], places.own[*at]);
@@ -254,7 +254,7 @@ impl Plans {
     /// Adds the plans of the next node, and returns that of its emit.
     fn add(
         &mut self,
-        node: &SoundNode,
+        node: &CheckedNode,
         index: usize,
         (outs, (signals, registered)): (&[OutSlot], (Span, Span)),
         sources: &[Vec<Slot>],
@@ -338,7 +338,7 @@ fn probe_plans(
     probes: &[ProbeDraft],
     time: Timebase,
     (places, rank): (&Places, &[usize]),
-    filters: &mut Tape,
+    filters: &mut Cursor,
 ) -> Vec<ProbePlan> {
     let plan = |probe: &ProbeDraft| {
         let out = places.outs[probe.of.0][probe.of.1];
@@ -360,7 +360,7 @@ fn probe_plans(
 
 /// A hash of everything that decides what the numbers of a checkpoint mean: the clock, the nodes with their
 /// ports and parameters, edges, and probes' filters.
-fn fingerprint(sound: &Sound) -> u64 {
+fn fingerprint(sound: &Checked) -> u64 {
     let mut hash = Fingerprint::default();
     hash.text("symbolt graph 2").number(sound.seed.value()).number(sound.time.tick().as_micros());
     for node in &sound.nodes {

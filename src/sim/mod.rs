@@ -11,6 +11,7 @@
 mod arena;
 mod builder;
 mod check;
+mod checkpoint;
 mod draft;
 mod error;
 mod fingerprint;
@@ -26,7 +27,6 @@ mod probe;
 mod run;
 mod seed;
 mod simulator;
-mod snapshot;
 mod span;
 mod synapse;
 mod threads;
@@ -35,6 +35,7 @@ mod time;
 mod world;
 
 pub use builder::{EdgeId, GraphBuilder, Module, Scope};
+pub use checkpoint::Checkpoint;
 pub use error::{BuildError, BuildErrors, ConfigError, NodeFault, SimError, WorldError};
 pub use fingerprint::Fingerprint;
 pub use graph::{EventSource, Graph, OutputRef};
@@ -42,7 +43,7 @@ pub use handle::{In, NodePorts, Out};
 pub use kind::{AsPointer, Kind, Pointer, PointerRef, Scalar, Space, Vector, VocabTag};
 pub use lowering::{LayerRequest, Lowering, LoweringFault, PendingLayer};
 pub use node::{
-    AdvanceIo, Complex, EmitIo, Inputs, Node, Outputs, Real, Scratch, State, StateMut, StepCx,
+    AdvanceIo, Complex, EmitIo, Inputs, Node, Outputs, Real, Scratch, StateMut, StateRef, StepCx,
 };
 pub use nodes::{Add, AddPorts, Constant, Noise, NoisePorts, Stimulus};
 pub use port::{AnyInput, AnyOutput, InputSpec, OutputSpec, PortDecl, ScratchSpec, StateSpec};
@@ -51,7 +52,6 @@ pub use run::{RunConfig, RunReport, Stop, StopReason};
 pub use seed::Seed;
 pub(crate) use seed::{FNV_START, fnv1a, fnv1a_word};
 pub use simulator::{SimView, Simulator};
-pub use snapshot::Snapshot;
 pub use synapse::Synapse;
 pub(crate) use synapse::decayed;
 pub use threads::Threads;

@@ -83,7 +83,7 @@ pub trait Node: Any + Send + Sync {
     }
 
     /// Whether `unit`, less than [`units`](Node::units), had an event in the tick that left this state.
-    fn event(&self, state: &State<'_>, unit: usize) -> bool {
+    fn event(&self, state: &StateRef<'_>, unit: usize) -> bool {
         let _ = (state, unit);
         false
     }
@@ -227,7 +227,7 @@ impl Outputs<'_> {
 
 /// A node's state, read in emit.
 #[derive(Debug, Clone, Copy)]
-pub struct State<'a> {
+pub struct StateRef<'a> {
     /// Single-precision numbers.
     pub reals: &'a [Real],
     /// 32-bit counters.
@@ -247,7 +247,7 @@ pub struct StateMut<'a> {
     pub longs: &'a mut [u64],
 }
 
-/// Working memory without a past: its contents are undefined at every call, and no snapshot
+/// Working memory without a past: its contents are undefined at every call, and no checkpoint
 /// holds it.
 #[derive(Debug)]
 pub struct Scratch<'a> {
@@ -269,7 +269,7 @@ pub struct EmitIo<'a> {
     /// Outputs written in emit.
     pub outputs: Outputs<'a>,
     /// The state as of the last advance.
-    pub state: State<'a>,
+    pub state: StateRef<'a>,
     /// Working memory.
     pub scratch: Scratch<'a>,
 }

@@ -11,7 +11,7 @@ use super::error::SimError;
 use super::graph::{EventSource, Graph, OutputRef};
 use super::handle::Out;
 use super::kind::Kind;
-use super::node::{Outputs, Real, State, StateMut};
+use super::node::{Outputs, Real, StateMut, StateRef};
 use super::probe::{Capacity, ProbeId, Recording, Samples};
 use super::run::{RunConfig, RunReport, Stop, StopReason};
 use super::seed::Seed;
@@ -242,7 +242,7 @@ impl Simulator {
         else {
             return false;
         };
-        let state = State {
+        let state = StateRef {
             reals: &self.arenas.reals[node.reals.of()],
             words: &self.arenas.words[node.words.of()],
             longs: &self.arenas.longs[node.longs.of()],

@@ -12,7 +12,7 @@ use super::arena::ScratchArena;
 use super::error::SimError;
 use super::graph::{Graph, Source};
 use super::node::{
-    AdvanceIo, EmitIo, Inputs, Outputs, Real, Scratch, Slot, State, StateMut, StepCx,
+    AdvanceIo, EmitIo, Inputs, Outputs, Real, Scratch, Slot, StateMut, StateRef, StepCx,
 };
 use super::seed::Seed;
 use super::simulator::Simulator;
@@ -56,12 +56,12 @@ impl Simulator {
                     values: &mut own[..plan.own.len()],
                 },
                 state: match plan.stateful {
-                    true => State {
+                    true => StateRef {
                         reals: &reals[plan.reals.of()],
                         words: &words[plan.words.of()],
                         longs: &longs[plan.longs.of()],
                     },
-                    false => State { reals: &[], words: &[], longs: &[] },
+                    false => StateRef { reals: &[], words: &[], longs: &[] },
                 },
                 scratch: scratch.lend(plan.scratch),
             };

@@ -7,14 +7,14 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum VocabError {
     /// A dimension that the algebra cannot use.
-    #[error("{dim} dimensions cannot be used; choose from {least} to {most}")]
+    #[error("{dim} dimensions cannot be used; choose from {min} to {max}")]
     Dimension {
         /// The dimension asked for.
         dim: usize,
         /// The least that works.
-        least: usize,
+        min: usize,
         /// The most that works.
-        most: usize,
+        max: usize,
     },
     /// A ceiling on similarity that makes no sense.
     #[error("a similarity ceiling of {ceiling} cannot be used; choose more than 0 and at most 1")]

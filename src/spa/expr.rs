@@ -22,7 +22,7 @@ pub(crate) enum Expr {
 }
 
 /// Deepest nesting of parentheses and prefix operators that is read.
-const DEEPEST: usize = 64;
+const MAX_DEPTH: usize = 64;
 
 /// Parses `text`. Costs O(length).
 pub(crate) fn parse(text: &str) -> Result<Expr, VocabError> {
@@ -96,11 +96,11 @@ impl Parser<'_> {
         let Some(next) = self.peek() else { return Err(self.wrong(EXPECTED)) };
         let at = self.at;
         if matches!(next, '~' | '-' | '(') {
-            if self.depth == DEEPEST {
+            if self.depth == MAX_DEPTH {
                 return Err(VocabError::Syntax {
                     text: self.text.into(),
                     at,
-                    problem: format!("nesting deeper than {DEEPEST}"),
+                    problem: format!("nesting deeper than {MAX_DEPTH}"),
                     expected: "a flatter expression",
                 });
             }

@@ -14,7 +14,7 @@ use super::pointer::PointerValue;
 use crate::sim::{PointerRef, Real, Seed, Space, VocabTag};
 
 /// Most vectors drawn for one name before giving up on the similarity ceiling.
-const ATTEMPTS: u64 = 20_000;
+const MAX_ATTEMPTS: u64 = 20_000;
 
 /// A random unit vector: independent normal components, then scaled to length 1.
 ///
@@ -315,7 +315,7 @@ impl<V: VocabTag> Vocabulary<V> {
         work: &mut Workspace,
     ) -> Result<Vec<Real>, VocabError> {
         let own = seed.derive(V::NAME, name);
-        let attempts = if ceiling.is_some() && !self.is_empty() { ATTEMPTS } else { 1 };
+        let attempts = if ceiling.is_some() && !self.is_empty() { MAX_ATTEMPTS } else { 1 };
         let (mut best, mut nearest) = (Real::INFINITY, 0);
         for attempt in 0..attempts {
             let mut vector = random_pointer(self.dim(), own.derive_index("pointer", attempt));

@@ -130,10 +130,10 @@ const WIDE: usize = 32;
 const BLOCK: usize = 128;
 
 /// Fewer neurons than this are not worth a second thread.
-const WORTH_SHARING: usize = 6_000;
+const MIN_SHARED_NEURONS: usize = 6_000;
 
 /// How long a tick can be, in membrane time constants: the series for the decay holds to 1e-6.
-const LONGEST: f64 = 0.25;
+const MAX_TICK: f64 = 0.25;
 
 impl Bank {
     /// Draws and solves a bank; `draft` makes each ensemble from its number and seed. In parallel over the
@@ -154,8 +154,8 @@ impl Bank {
             let expected = format!("at most the refractory period of {} s", lif.tau_ref_s);
             return Err(refuse("tick", format!("{dt_s} s"), expected));
         }
-        if dt_s > LONGEST * lif.tau_rc_s {
-            let expected = format!("at most {LONGEST} of tau_rc, {} s", LONGEST * lif.tau_rc_s);
+        if dt_s > MAX_TICK * lif.tau_rc_s {
+            let expected = format!("at most {MAX_TICK} of tau_rc, {} s", MAX_TICK * lif.tau_rc_s);
             return Err(refuse("tick", format!("{dt_s} s"), expected));
         }
         if !(regularisation.is_finite() && regularisation > 0.0) {
@@ -223,7 +223,7 @@ impl Bank {
 
     /// Whether there are enough neurons for several threads.
     pub fn parallel(&self) -> bool {
-        self.shape.ensembles > 1 && self.shape.ensembles * self.shape.padded() > WORTH_SHARING
+        self.shape.ensembles > 1 && self.shape.ensembles * self.shape.padded() > MIN_SHARED_NEURONS
     }
 
     /// One tick: `values` holds a row an ensemble, and so does `out`; `open` between 0, silenced, and 1.
@@ -303,7 +303,7 @@ impl Slice<'_> {
     /// Ensembles do not look at one another, so halves give the same bits as the whole.
     fn run(self, shift: Real, share: bool) {
         let (shape, padded) = (self.bank.shape, self.bank.shape.padded());
-        if share && self.count > 1 && self.count * padded > WORTH_SHARING {
+        if share && self.count > 1 && self.count * padded > MIN_SHARED_NEURONS {
             let half = self.count / 2;
             let (values, more_values) = self.values.split_at(half * shape.dims);
             let (out, more_out) = self.out.split_at_mut(half * shape.outputs);

@@ -38,10 +38,10 @@ use crate::spa::error::VocabError;
 pub struct Hrr;
 
 /// The least dimension that can be used: below it random vectors are never nearly orthogonal.
-const LEAST_DIM: usize = 2;
+const MIN_DIM: usize = 2;
 
 /// The greatest dimension, above which a typing error is more likely than a wish.
-const MOST_DIM: usize = 1 << 20;
+const MAX_DIM: usize = 1 << 20;
 
 /// FFT plans for one dimension; immutable, shared by nodes.
 #[derive(Clone)]
@@ -158,10 +158,10 @@ impl Algebra for Hrr {
     }
 
     fn check_dim(&self, dim: usize) -> Result<(), VocabError> {
-        if (LEAST_DIM..=MOST_DIM).contains(&dim) {
+        if (MIN_DIM..=MAX_DIM).contains(&dim) {
             Ok(())
         } else {
-            Err(VocabError::Dimension { dim, least: LEAST_DIM, most: MOST_DIM })
+            Err(VocabError::Dimension { dim, min: MIN_DIM, max: MAX_DIM })
         }
     }
 

@@ -15,7 +15,7 @@
 mod kernel;
 
 pub(crate) use kernel::dots;
-use kernel::{GROUP, Hit, LINE, Line, OFFSET, QUERY_MOST, ROW_MOST, RowFacts, Screening};
+use kernel::{GROUP, Hit, LINE, Line, OFFSET, QUERY_MAX, ROW_MAX, RowFacts, Screening};
 
 use super::error::VocabError;
 use crate::sim::Real;
@@ -67,7 +67,7 @@ struct Screen {
 }
 
 /// Greatest dimension whose integer dot products fit 32 bits: 89 x 46 x 500,000 < 2^31.
-const MOST_DIM: usize = 500_000;
+const MAX_DIM: usize = 500_000;
 
 impl ItemMemory {
     /// Stores `rows`, row-major with `dim` numbers each. Costs two passes over them and a quarter
@@ -78,8 +78,8 @@ impl ItemMemory {
     /// value is not finite.
     pub fn new(rows: Vec<Real>, dim: usize) -> Result<Self, VocabError> {
         let bad = |reason: String| VocabError::BadVector { name: "item memory".into(), reason };
-        if dim > MOST_DIM {
-            return Err(bad(format!("{dim} dimensions; at most {MOST_DIM} can be screened")));
+        if dim > MAX_DIM {
+            return Err(bad(format!("{dim} dimensions; at most {MAX_DIM} can be screened")));
         }
         if dim == 0 || !rows.len().is_multiple_of(dim) {
             return Err(bad(format!(
@@ -99,7 +99,7 @@ impl ItemMemory {
         let mut codes = vec![Line::filled(OFFSET as i8); rows.len() / dim * lines];
         let mut facts = Vec::with_capacity(rows.len() / dim);
         for (row, code) in rows.chunks_exact(dim).zip(codes.chunks_exact_mut(lines)) {
-            let quantised = quantise(row, Real::from(ROW_MOST), |at, value| {
+            let quantised = quantise(row, Real::from(ROW_MAX), |at, value| {
                 code[at / LINE].0[at % LINE] = (value + OFFSET) as i8;
             });
             facts.push(RowFacts { step: quantised.step, norm: length(row), rest: quantised.rest });
@@ -240,7 +240,7 @@ impl ItemMemory {
         }
         let mut code = vec![Line::filled(0); self.lines];
         let mut sum = 0i32;
-        let quantised = quantise(query, Real::from(QUERY_MOST), |at, value| {
+        let quantised = quantise(query, Real::from(QUERY_MAX), |at, value| {
             code[at / LINE].0[at % LINE] = value as i8;
             sum += i32::from(value);
         });

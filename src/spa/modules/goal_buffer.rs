@@ -35,7 +35,7 @@ pub struct GoalBufferPorts<V: VocabTag> {
 }
 
 /// How strongly the difference between input and memory drives the memory, at most.
-const MOST_GAIN: f64 = 10.0;
+const MAX_GAIN: f64 = 10.0;
 
 impl<V: VocabTag> GoalBuffer<V> {
     /// A memory for pointers of `vocabulary` of norm about 1.
@@ -83,9 +83,9 @@ impl<V: VocabTag> GoalBuffer<V> {
             (Synapse::Lowpass { tau: slow }, Synapse::Lowpass { tau: fast }) => {
                 slow.as_secs_f64() / (2.0 * fast.as_secs_f64())
             }
-            _ => MOST_GAIN,
+            _ => MAX_GAIN,
         };
-        gain.min(MOST_GAIN) as Real
+        gain.min(MAX_GAIN) as Real
     }
 }
 
