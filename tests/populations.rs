@@ -423,7 +423,7 @@ fn a_model_file_cut_short_damaged_or_of_another_version_is_refused() {
     };
     let newer = with("\"version\":1", "\"version\":2");
     assert!(matches!(newer, Err(SolvedError::Version { found: 2 })), "{newer:?}");
-    assert!(matches!(with("symbolt-solved", "nengo"), Err(SolvedError::NotOne { .. })));
+    assert!(matches!(with("symbolt-solved", "nengo"), Err(SolvedError::Format { .. })));
     // A header that fits the length but not the network, or is not what was written.
     for (from, to) in [
         ("\"firing\":\"spikes\"", "\"firing\":\"rates\""),

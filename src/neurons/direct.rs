@@ -127,7 +127,7 @@ impl Node for DirectSelect {
                     let gathered = *evidence + rate * (utility - level) - INHIBITION * inhibit;
                     *evidence = gathered.clamp(0.0, 1.0);
                 }
-                // Of several that have enough in the same tick, the one with most.
+                // Of several that reach the threshold in the same tick, the one with the most evidence.
                 let first = (0..evidence.len())
                     .filter(|i| evidence[*i] >= EVIDENCE_THRESHOLD)
                     .reduce(|best, i| if evidence[i] > evidence[best] { i } else { best });

@@ -51,7 +51,7 @@ impl Lowering for PopulationPlan {
                     let paths = solved.iter().flat_map(|s| s.paths()).map(String::from).collect();
                     ("the solved model has no such layer".into(), paths)
                 }
-                Err(Refused::Population(Refusal::Unfit(Unfit::Other))) => {
+                Err(Refused::Population(Refusal::Unfit(Unfit::Mismatch))) => {
                     let reason = "the solved model's population for it was made from another seed, tick, \
                                   tuning, size or function";
                     (reason.into(), Vec::new())

@@ -1,4 +1,4 @@
-//! The layers as populations of neurons: who the neurons of each are, and the nodes that run them.
+//! The layers as populations of neurons: how the neurons of each are tuned, and the nodes that run them.
 //!
 //! - A pointer is represented by sub-ensembles of at most [`LifSpec::sub_dimensions`] dimensions, a plain
 //!   vector by one ensemble a component.
@@ -22,7 +22,7 @@ use crate::sim::{
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// What every population is built from.
+/// What all populations of one layer are built from.
 pub(crate) struct Maker<'a> {
     pub spec: &'a LifSpec,
     pub firing: Firing,
@@ -149,7 +149,7 @@ impl Node for NeuralProduct {
     }
 }
 
-/// Neurons of one ensemble: the matrix that is solved for more would take gigabytes.
+/// The most neurons of one ensemble: the matrix to be solved for more would take gigabytes.
 const MAX_NEURONS: f64 = 10_000.0;
 
 fn count(of: f64, scale: f64) -> Result<usize, TuningError> {
@@ -202,7 +202,7 @@ impl Maker<'_> {
         Ok(())
     }
 
-    /// A hash of everything that decides who the neurons are and what is decoded from them.
+    /// A hash of everything that the tuning and the decoders follow from.
     fn fingerprint(&self, shape: Shape, role: &str, marks: &[f64]) -> u64 {
         let LifSpec { model, max_rates, intercepts, regularisation, .. } = self.spec;
         let rates = if self.firing == Firing::Rates { 1.0 } else { 0.0 };

@@ -27,7 +27,7 @@ enum Rivalry {
         contest: Kept,
         decay: Real,
     },
-    /// Ensembles that gather evidence; who has enough silences all others.
+    /// Ensembles that gather evidence; the first to reach the threshold silences all others.
     Race {
         accumulators: Kept,
         decay: Real,
@@ -46,7 +46,7 @@ impl Rivalry {
         }
     }
 
-    /// Numbers of state an item beside those of the neurons.
+    /// How many numbers of state each item has, besides those of its neurons.
     fn held(&self) -> usize {
         match self {
             Self::None => 0,
@@ -134,7 +134,7 @@ impl Node for NeuralSelect {
                 let (evidence, held) = held.split_at_mut(items);
                 let (heard, winning) = held.split_at_mut(items);
                 let (level, all) = (self.layer.rule.level(), winning.iter().sum::<Real>());
-                // What each item has gathered, while no other has enough and nothing inhibits it.
+                // What each item has gathered, unless another has reached the threshold or it is inhibited.
                 let own = evidence.iter().zip(&*winning).zip(inhibit);
                 for (said, ((evidence, own), inhibit)) in said.iter_mut().zip(own) {
                     *said = evidence - RIVALRY * (all - own) - INHIBITION * inhibit;

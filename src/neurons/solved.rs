@@ -75,36 +75,36 @@ pub struct SolvedModel {
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum SolvedError {
-    /// Not such a file at all.
+    /// A file of another format.
     #[error(
         "it does not begin as a file of solved populations does: {reason}; expected a line of JSON with `\"format\":\"{FORMAT}\"`"
     )]
-    NotOne {
-        /// What the first line could not be read for.
+    Format {
+        /// Why its first line could not be read.
         reason: String,
     },
-    /// A file of another version.
+    /// A file of another version of the format.
     #[error("it has version {found}; expected version {VERSION}, the one that this program writes")]
     Version {
         /// The file's.
         found: u64,
     },
-    /// A file that ends early, or late.
+    /// A file that is too short or too long.
     #[error(
         "{found} bytes follow its first line; expected {expected}: it was cut short or added to"
     )]
     Length {
         /// What is there.
         found: usize,
-        /// What the first line announces.
+        /// What the first line states.
         expected: usize,
     },
-    /// A file whose numbers are not those that were written.
+    /// A file whose numbers do not match their checksum.
     #[error("its numbers do not match their checksum; expected an undamaged file")]
     Damaged,
-    /// A population that cannot be.
+    /// A population of an impossible shape.
     #[error(
-        "layer `{path}` has a population that cannot be; expected ensembles of 1 to 10000 neurons"
+        "layer `{path}` has a population of an impossible shape; expected ensembles of 1 to 10000 neurons"
     )]
     Shape {
         /// The layer.
@@ -115,8 +115,10 @@ pub enum SolvedError {
 /// Why a layer cannot take its population from a model.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Unfit {
+    /// The model has no such layer.
     Missing,
-    Other,
+    /// It was solved from something else.
+    Mismatch,
 }
 
 const FORMAT: &str = "symbolt-solved";
@@ -226,7 +228,7 @@ impl SolvedModel {
     /// # Errors
     /// [`SolvedError`], for anything else.
     pub fn decode(bytes: &[u8]) -> Result<Self, SolvedError> {
-        let not_one = |reason: String| SolvedError::NotOne { reason };
+        let not_one = |reason: String| SolvedError::Format { reason };
         let end = bytes.iter().position(|b| *b == b'\n');
         let end = end.ok_or_else(|| not_one("it has no line".into()))?;
         let (line, payload) = (&bytes[..end], &bytes[end + 1..]);
@@ -302,6 +304,6 @@ impl SolvedModel {
             kept.fingerprint == fingerprint
                 && (kept.bank.shape, kept.bank.firing, kept.bank.consts) == form
         };
-        kept.iter().find(fits).cloned().ok_or(Unfit::Other)
+        kept.iter().find(fits).cloned().ok_or(Unfit::Mismatch)
     }
 }

@@ -1,4 +1,4 @@
-//! Snapshots: everything that a run needs to go on from a moment.
+//! Checkpoints: everything that a run needs to continue from a tick.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,8 +8,8 @@ use super::seed::Seed;
 use super::simulator::Simulator;
 use super::world::WorldSave;
 
-/// A moment of a run: the arenas, the tick and the world's own save. Recordings are not part of
-/// it.
+/// The state of a run after a tick: the arenas, the tick and the world's own save. Recordings are not part
+/// of it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Checkpoint {
@@ -53,11 +53,11 @@ impl Simulator {
         }
     }
 
-    /// Goes to the moment of `checkpoint`, with its run seed and noise; recordings are emptied. To
-    /// run on from there gives the same bits as the run that it was taken from.
+    /// Returns to the tick of `checkpoint`, with its run seed and noise; recordings are emptied. Running on
+    /// gives the same bits as in the run that it was taken from.
     ///
     /// # Errors
-    /// [`SimError::ForeignCheckpoint`] if it was taken from another graph, and
+    /// [`SimError::ForeignCheckpoint`] if it was taken from a graph with other nodes, ports, parameters or edges, and
     /// [`SimError::World`] if the world does not know its own save; the arenas then stay as they
     /// were.
     pub fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), SimError> {

@@ -173,7 +173,7 @@ pub enum BuildError {
     Refused {
         /// The node's path.
         node: String,
-        /// The node's own words.
+        /// The reason, as the node states it.
         reason: String,
     },
     /// A requested layer that cannot become a node, or a part of the plan that fits no layer.
@@ -209,12 +209,12 @@ pub enum BuildError {
     },
 }
 
-/// Names joined for a message; long lists are cut, with the number left out.
-/// Choices, where there are any to offer.
+/// The end of a message that offers choices; empty without any.
 fn offered(choices: &[String]) -> String {
     if choices.is_empty() { String::new() } else { format!("; valid choices: {}", list(choices)) }
 }
 
+/// Names joined for a message. A long list is cut, and the number left out is named.
 fn list(items: &[String]) -> String {
     const MAX_SHOWN: usize = 12;
     if items.is_empty() {
@@ -246,30 +246,30 @@ impl fmt::Display for BuildErrors {
 
 impl std::error::Error for BuildErrors {}
 
-/// What a node reports when it cannot commit a tick.
+/// Why a node cannot complete a tick.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("{reason}")]
 pub struct NodeFault {
-    /// The node's own words.
+    /// The reason, as the node states it.
     pub reason: String,
 }
 
-/// What a world reports when it cannot go on.
+/// Why a world cannot continue.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("{reason}")]
 pub struct WorldError {
-    /// The world's own words.
+    /// The reason, as the world states it.
     pub reason: String,
 }
 
 impl WorldError {
-    /// A world's fault in its own words.
+    /// A fault with the given reason.
     pub fn new(reason: impl Into<String>) -> Self {
         Self { reason: reason.into() }
     }
 }
 
-/// Why a simulation could not start or go on.
+/// Why a simulation could not start or continue.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SimError {
@@ -288,7 +288,7 @@ pub enum SimError {
         /// The tick in which it appeared.
         tick: u64,
     },
-    /// A node that gave up.
+    /// A node that could not complete a tick.
     #[error("`{path}` failed in tick {tick}: {source}")]
     Node {
         /// The node's path.
@@ -298,7 +298,7 @@ pub enum SimError {
         /// The node's own report.
         source: NodeFault,
     },
-    /// A world that gave up.
+    /// A world that could not continue.
     #[error("the world failed in tick {tick}: {source}")]
     World {
         /// The tick.
@@ -332,8 +332,10 @@ pub enum SimError {
         /// The scale given.
         scale: f32,
     },
-    /// A checkpoint of another graph.
-    #[error("the checkpoint belongs to another graph, clock, build seed or version of the engine")]
+    /// A checkpoint of a graph with another fingerprint, or of a run with a world where this one has none.
+    #[error(
+        "the checkpoint was taken from a graph with other nodes, parameters, clock or build seed"
+    )]
     ForeignCheckpoint,
     /// A path or port that the graph does not have.
     #[error("the graph has no output `{asked}`; it has: {}", list(choices))]

@@ -89,7 +89,7 @@ pub trait Node: Any + Send + Sync {
     }
 }
 
-/// What a node knows of the moment.
+/// The tick in which a node is called.
 #[derive(Debug, Clone, Copy)]
 pub struct StepCx<'a> {
     pub(crate) tick: u64,
@@ -247,8 +247,7 @@ pub struct StateMut<'a> {
     pub longs: &'a mut [u64],
 }
 
-/// Working memory without a past: its contents are undefined at every call, and no checkpoint
-/// holds it.
+/// Working memory. Its contents are undefined at every call, and no checkpoint holds it.
 #[derive(Debug)]
 pub struct Scratch<'a> {
     /// Single-precision numbers.

@@ -37,33 +37,29 @@ impl<V: VocabTag> Constant<Pointer<V>> {
     /// A pointer of one vocabulary stands where one of that vocabulary is wanted,
     ///
     /// ```
-    /// # use symbolt::prelude::*;
-    /// # use symbolt::sim::{Space, VocabTag};
-    /// # use symbolt::spa::VocabularyBuilder;
+    /// # use symbolt::sim::{Constant, PointerRef, Space, VocabTag};
     /// # struct Parts;
     /// # impl VocabTag for Parts { const NAME: &'static str = "parts"; }
     /// # struct Actions;
     /// # impl VocabTag for Actions { const NAME: &'static str = "actions"; }
-    /// let parts = VocabularyBuilder::<Parts>::new(64, Seed::new(1)).pointer("NUT").build()?;
-    /// let actions = VocabularyBuilder::<Actions>::new(64, Seed::new(1)).pointer("GRASP").build()?;
-    /// let nut = Constant::pointer(parts.space(), &parts.get("NUT")?);
-    /// # Ok::<(), symbolt::spa::VocabError>(())
+    /// let (parts, actions) = (Space::<Parts>::new(1, 2, "parts"), Space::<Actions>::new(2, 2, "actions"));
+    /// let nut = PointerRef::<Parts>::from_raw(&[1.0, 0.0]);
+    /// let grasp = PointerRef::<Actions>::from_raw(&[0.0, 1.0]);
+    /// Constant::pointer(&parts, &nut);
     /// ```
     ///
     /// and where one of another is wanted, the program does not compile:
     ///
     /// ```compile_fail
-    /// # use symbolt::prelude::*;
-    /// # use symbolt::sim::{Space, VocabTag};
-    /// # use symbolt::spa::VocabularyBuilder;
+    /// # use symbolt::sim::{Constant, PointerRef, Space, VocabTag};
     /// # struct Parts;
     /// # impl VocabTag for Parts { const NAME: &'static str = "parts"; }
     /// # struct Actions;
     /// # impl VocabTag for Actions { const NAME: &'static str = "actions"; }
-    /// let parts = VocabularyBuilder::<Parts>::new(64, Seed::new(1)).pointer("NUT").build()?;
-    /// let actions = VocabularyBuilder::<Actions>::new(64, Seed::new(1)).pointer("GRASP").build()?;
-    /// let nut = Constant::pointer(actions.space(), &parts.get("NUT")?);
-    /// # Ok::<(), symbolt::spa::VocabError>(())
+    /// let (parts, actions) = (Space::<Parts>::new(1, 2, "parts"), Space::<Actions>::new(2, 2, "actions"));
+    /// let nut = PointerRef::<Parts>::from_raw(&[1.0, 0.0]);
+    /// let grasp = PointerRef::<Actions>::from_raw(&[0.0, 1.0]);
+    /// Constant::pointer(&actions, &nut);
     /// ```
     pub fn pointer(space: &Space<V>, value: &impl AsPointer<V>) -> Self {
         Self { spec: OutputSpec::pointer(space), values: value.as_pointer().to_vec() }
@@ -126,33 +122,27 @@ impl<V: VocabTag> Stimulus<Pointer<V>> {
     /// From `time` on, `value`, as for every other kind in order of time.
     ///
     /// ```
-    /// # use symbolt::prelude::*;
-    /// # use symbolt::sim::{Stimulus, VocabTag};
-    /// # use symbolt::spa::VocabularyBuilder;
+    /// # use symbolt::sim::{PointerRef, SimDuration, Space, Stimulus, VocabTag};
     /// # struct Parts;
     /// # impl VocabTag for Parts { const NAME: &'static str = "parts"; }
     /// # struct Actions;
     /// # impl VocabTag for Actions { const NAME: &'static str = "actions"; }
-    /// let parts = VocabularyBuilder::<Parts>::new(64, Seed::new(1)).pointer("NUT").build()?;
-    /// let actions = VocabularyBuilder::<Actions>::new(64, Seed::new(1)).pointer("GRASP").build()?;
-    /// Stimulus::pointer(parts.space(), &parts.get("NUT")?)
-    ///     .from(SimDuration::from_millis(5), &parts.parse("-1 * NUT")?);
-    /// # Ok::<(), symbolt::spa::VocabError>(())
+    /// let (parts, actions) = (Space::<Parts>::new(1, 2, "parts"), Space::<Actions>::new(2, 2, "actions"));
+    /// let nut = PointerRef::<Parts>::from_raw(&[1.0, 0.0]);
+    /// let grasp = PointerRef::<Actions>::from_raw(&[0.0, 1.0]);
+    /// Stimulus::pointer(&parts, &nut).from(SimDuration::from_millis(5), &nut);
     /// ```
     ///
     /// ```compile_fail
-    /// # use symbolt::prelude::*;
-    /// # use symbolt::sim::{Stimulus, VocabTag};
-    /// # use symbolt::spa::VocabularyBuilder;
+    /// # use symbolt::sim::{PointerRef, SimDuration, Space, Stimulus, VocabTag};
     /// # struct Parts;
     /// # impl VocabTag for Parts { const NAME: &'static str = "parts"; }
     /// # struct Actions;
     /// # impl VocabTag for Actions { const NAME: &'static str = "actions"; }
-    /// let parts = VocabularyBuilder::<Parts>::new(64, Seed::new(1)).pointer("NUT").build()?;
-    /// let actions = VocabularyBuilder::<Actions>::new(64, Seed::new(1)).pointer("GRASP").build()?;
-    /// Stimulus::pointer(parts.space(), &parts.get("NUT")?)
-    ///     .from(SimDuration::from_millis(5), &actions.get("GRASP")?);
-    /// # Ok::<(), symbolt::spa::VocabError>(())
+    /// let (parts, actions) = (Space::<Parts>::new(1, 2, "parts"), Space::<Actions>::new(2, 2, "actions"));
+    /// let nut = PointerRef::<Parts>::from_raw(&[1.0, 0.0]);
+    /// let grasp = PointerRef::<Actions>::from_raw(&[0.0, 1.0]);
+    /// Stimulus::pointer(&parts, &nut).from(SimDuration::from_millis(5), &grasp);
     /// ```
     pub fn from(self, time: SimDuration, value: &impl AsPointer<V>) -> Self {
         self.then(time, &value.as_pointer())

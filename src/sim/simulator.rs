@@ -108,7 +108,7 @@ impl Simulator {
         Ok(sim)
     }
 
-    /// Goes back to the first tick: exactly a fresh run, recordings emptied.
+    /// Returns to the first tick and empties the recordings. What follows has the bits of a fresh run.
     ///
     /// # Errors
     /// If the world cannot be reset.

@@ -21,7 +21,7 @@ pub(crate) enum Expr {
     Times(Box<Expr>, Box<Expr>),
 }
 
-/// Deepest nesting of parentheses and prefix operators that is read.
+/// The deepest nesting of parentheses and prefix operators.
 const MAX_DEPTH: usize = 64;
 
 /// Parses `text`. Costs O(length).

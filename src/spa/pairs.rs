@@ -18,7 +18,7 @@ use crate::sim::Real;
 
 /// How far the weights go towards what follows from the other pairs' in one turn.
 const DAMPING: Real = 0.5;
-/// Weights that change less than this in a round are settled.
+/// Weights that change by less than this in a round have converged.
 const TOLERANCE: Real = 1e-3;
 /// The least variance, of all components together: what rounding leaves.
 const MIN_VARIANCE: Real = 1e-3;
@@ -142,8 +142,8 @@ impl PairDecoder {
     }
 
     /// The filler of every role, in the roles' order. Costs at most [`ROUNDS`](Self::ROUNDS) x roles x (6 transforms +
-    /// items x dimensions products, twice that while all items have weight); allocates nothing. Of a sum with a component
-    /// that is no finite number nothing is read: all weights are 0.
+    /// items x dimensions products, twice that while all items have weight); allocates nothing. If a component of the sum is
+    /// not a finite number, all weights are 0.
     ///
     /// # Panics
     /// If `sum` has another number of components.

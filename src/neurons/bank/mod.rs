@@ -34,17 +34,17 @@ use super::model::{Lif, TuningError, refuse};
 use super::tuning::Neurons;
 use crate::sim::{Real, Seed, Threads};
 
-/// How a bank's neurons talk.
+/// What a bank's neurons send.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Firing {
-    /// In spikes.
+    /// Spikes.
     Spikes,
-    /// In rates: as many spikes, spread evenly.
+    /// Their firing rates.
     Rates,
 }
 
-/// Ensembles of a bank and what each is like.
+/// The number of ensembles in a bank, and the size of each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Shape {
@@ -57,7 +57,7 @@ pub(crate) struct Shape {
     pub outputs: usize,
 }
 
-/// One ensemble before it is solved for.
+/// One ensemble before its decoders are solved.
 pub(crate) struct Draft {
     pub neurons: Neurons,
     /// Length of the values that the unit ball stands for.
@@ -129,10 +129,10 @@ const WIDE: usize = 32;
 /// Neurons whose currents are kept at hand.
 const BLOCK: usize = 128;
 
-/// Fewer neurons than this are not worth a second thread.
+/// The least number of neurons for which a second thread is worth its cost.
 const MIN_SHARED_NEURONS: usize = 6_000;
 
-/// How long a tick can be, in membrane time constants: the series for the decay holds to 1e-6.
+/// The longest tick, in membrane time constants, for which the series of the decay is right to 1e-6.
 const MAX_TICK: f64 = 0.25;
 
 impl Bank {
@@ -250,7 +250,7 @@ impl Bank {
     }
 }
 
-/// One ensemble as the hot loop wants it.
+/// One ensemble in the layout of the hot loop.
 pub(super) struct Ensemble {
     encoders: Vec<Real>,
     biases: Vec<Real>,
@@ -288,7 +288,7 @@ impl Ensemble {
     }
 }
 
-/// A run of ensembles with everything of theirs.
+/// A range of ensembles with their inputs, state and outputs.
 struct Slice<'a> {
     bank: &'a Bank,
     first: usize,

@@ -49,7 +49,7 @@ pub trait Algebra: Send + Sync + fmt::Debug {
     /// The inverse of `a` under binding; each algebra says whether it is exact. Linear in `a`.
     fn inverse_into(&self, a: &[Real], out: &mut [Real]);
 
-    /// The vector that binding leaves others unchanged with.
+    /// The identity of binding: `a (*) identity = a`.
     fn identity_into(&self, out: &mut [Real]);
 
     /// Replaces `a` by the nearest vector whose binding preserves lengths and whose

@@ -1,4 +1,4 @@
-//! The item memory behind large cleanups: which of many stored vectors is most like a query?
+//! The item memory behind large cleanups: finds the stored vector most similar to a query.
 //!
 //! Every stored vector is kept twice: in single precision, and quantised to 89 steps. A query is
 //! quantised to 93 steps, and integer dot products with the small copies (a quarter of the memory
@@ -29,7 +29,7 @@ pub struct Match {
     pub similarity: Real,
 }
 
-/// Stored vectors that can be asked for the one most like a query.
+/// Stored vectors, searched for the one most similar to a query.
 ///
 /// ```
 /// use symbolt::sim::Seed;
@@ -130,7 +130,7 @@ impl ItemMemory {
     /// The dot products of `query` with all stored vectors, into `out`.
     ///
     /// # Panics
-    /// If `query` has not `dim` components or `out` not one number a stored vector.
+    /// If `query` does not have `dim` components, or `out` not one number for each stored vector.
     pub fn similarities_into(&self, query: &[Real], out: &mut [Real]) {
         assert!(query.len() == self.dim && out.len() == self.len(), "lengths fit the memory");
         dots(&self.rows, query, out);
@@ -140,7 +140,7 @@ impl ItemMemory {
     /// `None` if nothing is stored or a component is not finite.
     ///
     /// # Panics
-    /// If `query` has not `dim` components.
+    /// If `query` does not have `dim` components.
     pub fn best(&self, query: &[Real]) -> Option<Match> {
         self.search::<1>(&[query]).pop().flatten()
     }
@@ -206,7 +206,7 @@ impl ItemMemory {
     /// Every stored vector whose dot product with `query` is at least `level`, in order of rows.
     ///
     /// # Panics
-    /// If `query` has not `dim` components.
+    /// If `query` does not have `dim` components.
     pub fn above(&self, query: &[Real], level: Real) -> Vec<Match> {
         let mut found = Vec::new();
         let screens = [self.screen(query)];

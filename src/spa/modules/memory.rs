@@ -22,7 +22,7 @@ pub struct MemoryPorts<A: VocabTag, B: VocabTag> {
     pub items: Out<Vector>,
 }
 
-/// Maps pointers like a stored key to the value stored with it.
+/// Maps a pointer that is similar to a stored key to the value stored with that key.
 ///
 /// The similarity (dot product) of the input to every key feeds a selection, and each chosen item's value
 /// is added to the output, one synapse (5 ms) later. With the threshold rule several items can be chosen
@@ -95,7 +95,7 @@ impl<A: VocabTag, B: VocabTag> Module for AssociativeMemory<A, B> {
     }
 }
 
-/// Replaces a noisy or superposed pointer by the clean pointers that it is like.
+/// Replaces a noisy or superposed pointer by the stored pointers that it is similar to.
 ///
 /// An associative memory whose values are its keys.
 pub struct CleanupMemory<V: VocabTag> {
