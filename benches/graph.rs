@@ -12,9 +12,9 @@ use bank::Bank;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use symbolt::neurons::PopulationPlan;
 use symbolt::sim::{
-    AdvanceIo, Constant, EmitIo, Graph, GraphBuilder, InputSpec, Node, NodeFault, OutputSpec,
-    PortDecl, RunConfig, Scalar, Seed, SimDuration, Simulator, StateSpec, StepCx, Synapse,
-    Timebase,
+    AdvanceIo, Constant, EmitIo, Fingerprint, Graph, GraphBuilder, InputSpec, Node, NodeFault,
+    OutputSpec, PortDecl, RunConfig, Scalar, Seed, SimDuration, Simulator, StateSpec, StepCx,
+    Synapse, Timebase,
 };
 
 fn build(graph: GraphBuilder) -> Arc<Graph> {
@@ -30,6 +30,8 @@ impl Node for Pass {
     fn declare(&self, ports: &mut PortDecl) {
         ports.input("in", InputSpec::scalar()).output("out", OutputSpec::scalar());
     }
+
+    fn fingerprint(&self, _hash: &mut Fingerprint) {}
     fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
         let value = io.inputs.scalar(0);
         io.outputs.set(0, value + 1.0);
@@ -45,6 +47,8 @@ impl Node for Hold {
             .output("out", OutputSpec::scalar())
             .state(StateSpec { reals: 1, ..StateSpec::default() });
     }
+
+    fn fingerprint(&self, _hash: &mut Fingerprint) {}
     fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
         let value = io.state.reals[0];
         io.outputs.set(0, value);

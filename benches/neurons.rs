@@ -136,7 +136,7 @@ fn give(
     name: &str,
     to: &In<Pointer<Things>>,
 ) {
-    let value = things.get(name).expect("there").to_vec();
+    let value = things.get(name).expect("there");
     let given = graph.add(&format!("given_{name}"), Constant::pointer(things.space(), &value));
     graph.connect(&given, to, Synapse::None);
 }

@@ -42,7 +42,7 @@ pub fn run(sigma: f32) -> Result<[Rate; 2], Box<dyn Error>> {
         let mut sim = Simulator::new(graph.clone(), RunConfig::seeded(Seed::new(trial)))?;
         sim.run_for(SimDuration::from_millis(60))?;
         for (right, shelf) in right.iter_mut().zip([&with.output, &without.output]) {
-            let best = known.best(sim.value(shelf)).ok_or("nothing is known")?;
+            let best = known.best(&sim.value(shelf)).ok_or("nothing is known")?;
             *right += u64::from(things.names()[best.index] == "LEFT");
         }
     }

@@ -7,7 +7,8 @@ use std::sync::Arc;
 
 use symbolt::prelude::*;
 use symbolt::sim::{
-    AdvanceIo, InputSpec, Node, NodeFault, OutputSpec, PortDecl, Real, Scalar, StateSpec, StepCx,
+    AdvanceIo, Fingerprint, InputSpec, Node, NodeFault, OutputSpec, PortDecl, Real, Scalar,
+    StateSpec, StepCx,
 };
 
 /// A proportional-integral controller.
@@ -23,6 +24,10 @@ impl Node for Controller {
             .input("celsius", InputSpec::scalar().at_advance())
             .output("power", OutputSpec::scalar().registered())
             .state(StateSpec { reals: 1, ..StateSpec::default() });
+    }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.reals(&[self.setpoint]);
     }
 
     fn advance(&self, cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {

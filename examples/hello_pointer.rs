@@ -39,7 +39,7 @@ pub fn run() -> Result<(f64, f32), Box<dyn Error>> {
     sim.run_for(SimDuration::from_millis(100))?;
 
     let nut = parts.get("NUT")?;
-    let shown = || sim.samples(&answer).iter().map(|(t, p)| (t, dot(p, &nut)));
+    let shown = || sim.samples(&answer).iter().map(|(t, p)| (t, dot(&p, &nut)));
     let at = shown().find(|(_, c)| *c > 0.8).ok_or("no answer in 100 ms")?.0;
     Ok((1e3 * at, shown().last().ok_or("nothing recorded")?.1))
 }

@@ -42,7 +42,7 @@ pub fn run(items: usize) -> Result<Vec<f64>, Box<dyn Error>> {
             let config = RunConfig::seeded(Seed::new(trial)).with_noise(sigma);
             let mut sim = Simulator::new(graph.clone(), config)?;
             sim.run_for(SimDuration::from_millis(50))?;
-            recalled += f64::from(cosine(sim.value(&cleanup.output), &right) > 0.5);
+            recalled += f64::from(cosine(&sim.value(&cleanup.output), &right) > 0.5);
         }
         Ok(recalled / 50.0)
     };

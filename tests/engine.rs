@@ -5,13 +5,14 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use symbolt::neurons::PopulationPlan;
+use symbolt::neurons::{LayerPorts, Layers, LifSpec, Map, Population, PopulationPlan};
 use symbolt::sim::{
-    Add, AdvanceIo, Constant, EmitIo, Graph, GraphBuilder, In, InputSpec, Node, NodeFault, Noise,
-    Out, OutputSpec, Outputs, PortDecl, ProbeSpec, RunConfig, Scalar, ScriptedWorld, Seed,
-    SimDuration, SimError, Simulator, StateMut, StateSpec, StepCx, Stimulus, StopReason, Synapse,
-    Timebase, Vector, WorldLink,
+    Add, AdvanceIo, Constant, EmitIo, Fingerprint, Graph, GraphBuilder, In, InputSpec, Module,
+    Node, NodeFault, Noise, Out, OutputSpec, Outputs, PortDecl, ProbeSpec, RunConfig, Scalar,
+    Scope, ScriptedWorld, Seed, SimDuration, SimError, Simulator, StateMut, StateSpec, StepCx,
+    Stimulus, StopReason, Synapse, Threads, Timebase, Vector, WorldLink,
 };
+use symbolt::spa::Linear;
 
 fn build(graph: GraphBuilder) -> Arc<Graph> {
     match graph.build(Timebase::default(), &PopulationPlan::direct(), Seed::new(1)) {
@@ -35,6 +36,8 @@ impl Node for Counter {
             .output("later", OutputSpec::scalar().registered())
             .state(StateSpec { words: 1, ..StateSpec::default() });
     }
+
+    fn fingerprint(&self, _hash: &mut Fingerprint) {}
     fn init(&self, state: &mut StateMut<'_>, registered: &mut Outputs<'_>) {
         state.words[0] = 10;
         registered.set(1, 10.0);
@@ -146,6 +149,10 @@ impl Node for Breaks {
     fn declare(&self, ports: &mut PortDecl) {
         ports.output("out", OutputSpec::scalar()).advances();
     }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.number(self.at).text(self.how);
+    }
     fn emit(&self, cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
         let bad = cx.tick() == self.at && self.how == "nan";
         io.outputs.set(0, if bad { f32::NAN } else { 1.0 });
@@ -226,6 +233,40 @@ fn probes_sample_by_period_keep_the_last_and_have_filters_of_their_own() {
     let expected = (0..10).fold(0.0, |y: f64, k| a * y + (1.0 - a) * (10.0 + f64::from(k)));
     assert_eq!(smooth.len(), 10);
     assert!((f64::from(smooth[9]) - expected).abs() < 1e-5);
+}
+
+/// Shows by which thread of a pool it is run, 0 for none, and whether it may share its work.
+struct Whose;
+impl Node for Whose {
+    fn declare(&self, ports: &mut PortDecl) {
+        ports.output("by", OutputSpec::vector(2)).parallel();
+    }
+    fn fingerprint(&self, _hash: &mut Fingerprint) {}
+    fn emit(&self, cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
+        let by = rayon::current_thread_index().map_or(0.0, |index| index as f32 + 1.0);
+        let shares = f32::from(cx.threads() == Threads::Pool);
+        io.outputs.get_mut(0).copy_from_slice(&[by, shares]);
+    }
+}
+
+#[test]
+fn the_setting_of_the_run_and_not_the_calling_thread_says_who_computes_a_tick() {
+    let by = |threads: Threads| {
+        let mut graph = GraphBuilder::new();
+        let by: Out<Vector> = graph.node("whose", Whose).output("by");
+        let run = RunConfig::default().with_threads(threads);
+        let mut sim = Simulator::new(build(graph), run).expect("starts");
+        sim.run_for(MS(2)).expect("runs");
+        let by = sim.value(&by);
+        (by[0] > 0.0, by[1] > 0.0)
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("a pool");
+    assert_eq!(by(Threads::Serial), (false, false));
+    // Within a pool a serial run stays on the thread that it was started on, and shares nothing.
+    assert_eq!(pool.install(|| by(Threads::Serial)), (true, false));
+    assert_eq!(pool.install(|| by(Threads::Pool)), (true, true));
+    // From outside, a run with the pool goes there, unless the pool has but one thread.
+    assert_eq!(by(Threads::Pool), (rayon::current_num_threads() > 1, true));
 }
 
 fn with_world() -> (Arc<Graph>, Out<Vector>, In<Scalar>) {
@@ -326,9 +367,9 @@ fn restored_and_run_on_equals_run_on() {
     let graph = everything();
     let mut whole = Simulator::new(graph.clone(), in_script(5)).expect("starts");
     whole.run_for(MS(37)).expect("runs");
-    let middle = whole.snapshot();
+    let middle = whole.checkpoint();
     whole.run_for(MS(40)).expect("runs");
-    let end = whole.snapshot();
+    let end = whole.checkpoint();
 
     // Into a run of another seed, by way of text.
     let text = serde_json::to_string(&middle).expect("it can be written");
@@ -339,7 +380,7 @@ fn restored_and_run_on_equals_run_on() {
     other.restore(&read).expect("it fits");
     assert_eq!(other.tick(), 37);
     other.run_for(MS(40)).expect("runs");
-    assert_eq!(other.snapshot(), end);
+    assert_eq!(other.checkpoint(), end);
     assert_ne!(middle, end);
 }
 
@@ -347,22 +388,87 @@ fn restored_and_run_on_equals_run_on() {
 fn a_reset_run_is_a_fresh_run() {
     let graph = everything();
     let mut sim = Simulator::new(graph.clone(), in_script(5)).expect("starts");
-    let fresh = sim.snapshot();
+    let fresh = sim.checkpoint();
     sim.run_for(MS(25)).expect("runs");
-    let after = sim.snapshot();
+    let after = sim.checkpoint();
     sim.reset().expect("resets");
-    assert_eq!(sim.snapshot(), fresh);
+    assert_eq!(sim.checkpoint(), fresh);
     sim.run_for(MS(25)).expect("runs");
-    assert_eq!(sim.snapshot(), after);
+    assert_eq!(sim.checkpoint(), after);
 }
 
 #[test]
-fn snapshots_of_other_graphs_are_refused() {
+fn checkpoints_of_other_graphs_are_refused() {
     let mut graph = GraphBuilder::new();
     graph.node("counter", Counter);
     let mut small = start(&build(graph));
     let sim = Simulator::new(everything(), in_script(1)).expect("starts");
-    assert_eq!(small.restore(&sim.snapshot()), Err(SimError::ForeignSnapshot));
+    assert_eq!(small.restore(&sim.checkpoint()), Err(SimError::ForeignCheckpoint));
+}
+
+/// A matrix, a layer, a constant and a filter, each with one number that can be another.
+struct Parameters {
+    given: f32,
+    matrix: f32,
+    slope: f32,
+    plan: PopulationPlan,
+    seed: u64,
+}
+
+fn described(of: &Parameters) -> Arc<Graph> {
+    struct Layer(f32);
+    impl Module for Layer {
+        type Ports = LayerPorts<Vector>;
+        fn expand(self, scope: &mut Scope<'_>) -> LayerPorts<Vector> {
+            let slope = self.0;
+            scope.map("map", Map::each(2, move |x| slope * x))
+        }
+    }
+    let mut graph = GraphBuilder::new();
+    let given = graph.add("given", Constant::vector(&[of.given, 0.5]));
+    let mixed = graph.add("mixed", Linear::rows(2, vec![1.0, 0.0, of.matrix, 1.0]));
+    let layer = graph.add("layer", Layer(of.slope));
+    let sum = graph.add("sum", Add::vector(2));
+    graph.connect(&given, &mixed.input, Synapse::None);
+    graph.connect(&mixed.output, &layer.input, Synapse::None);
+    graph.connect(&layer.output, &sum.input, Synapse::lowpass_ms(5));
+    Arc::new(graph.build(Timebase::default(), &of.plan, Seed::new(of.seed)).expect("it is sound"))
+}
+
+#[test]
+fn checkpoints_are_refused_by_a_graph_with_any_other_parameter() {
+    let lif = |spec| PopulationPlan::all(Population::Lif(spec));
+    let usual = LifSpec { per_function: 20, ..LifSpec::default() };
+    let rate = PopulationPlan::all(Population::Rate(usual));
+    let same = |plan: &PopulationPlan| Parameters {
+        given: 0.3,
+        matrix: 0.1,
+        slope: 1.0,
+        plan: plan.clone(),
+        seed: 1,
+    };
+    for plan in [PopulationPlan::direct(), rate.clone(), lif(usual)] {
+        let mut taken = start(&described(&same(&plan)));
+        taken.run_for(MS(20)).expect("runs");
+        let checkpoint = taken.checkpoint();
+        let mut again = start(&described(&same(&plan)));
+        again.restore(&checkpoint).expect("it was built in the same way");
+        assert_eq!(again.checkpoint(), checkpoint);
+        let mut others = vec![
+            Parameters { given: 0.31, ..same(&plan) },
+            Parameters { matrix: 0.11, ..same(&plan) },
+            Parameters { slope: 0.9, ..same(&plan) },
+            Parameters { seed: 2, ..same(&plan) },
+        ];
+        let faster = LifSpec { max_rates: [201.0, 400.0], ..usual };
+        let plans = [PopulationPlan::direct(), rate.clone(), lif(usual), lif(faster)];
+        others.extend(plans.iter().filter(|other| **other != plan).map(same));
+        assert!(others.len() >= 7);
+        for (at, other) in others.iter().enumerate() {
+            let refused = start(&described(other)).restore(&checkpoint);
+            assert_eq!(refused, Err(SimError::ForeignCheckpoint), "{plan:?}, number {at}");
+        }
+    }
 }
 
 #[test]

@@ -154,11 +154,11 @@ fn a_snapshot_in_mid_grasp_goes_on_as_if_nothing_had_happened() {
     original.run_for(SimDuration::from_millis(6_000)).expect("runs");
     let doing = AssemblyWorld::of(original.world()).expect("there").doing();
     assert!(matches!(doing, Doing::Acting(_)), "{doing:?}");
-    let snapshot = original.snapshot();
+    let checkpoint = original.checkpoint();
     let held = poses(&original);
     original.run_for(SimDuration::from_millis(4_000)).expect("runs");
     let mut copy = start();
-    copy.restore(&snapshot).expect("it is of the same graph and world");
+    copy.restore(&checkpoint).expect("it is of the same graph and world");
     assert_eq!(poses(&copy), held);
     copy.run_for(SimDuration::from_millis(4_000)).expect("runs");
     assert_eq!(poses(&copy), poses(&original));

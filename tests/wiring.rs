@@ -4,9 +4,10 @@
 
 use symbolt::neurons::{PathPattern, Population, PopulationPlan};
 use symbolt::sim::{
-    Add, BuildError, BuildErrors, Constant, EmitIo, Graph, GraphBuilder, In, InputSpec,
-    LayerRequest, Node, NodePorts, Out, OutputSpec, Pointer, PortDecl, ProbeSpec, Scalar, Scope,
-    Seed, SimDuration, StepCx, Synapse, Timebase, Vector, VocabTag, WorldLink,
+    Add, BuildError, BuildErrors, Constant, EmitIo, Fingerprint, Graph, GraphBuilder, In,
+    InputSpec, LayerRequest, Node, NodePorts, Out, OutputSpec, Pointer, PointerRef, PortDecl,
+    ProbeSpec, Scalar, Scope, Seed, SimDuration, StepCx, Synapse, Timebase, Vector, VocabTag,
+    WorldLink,
 };
 use symbolt::spa::{Bind, Vocabulary, VocabularyBuilder};
 
@@ -46,6 +47,8 @@ impl Node for Pass {
     fn declare(&self, ports: &mut PortDecl) {
         ports.input("in", InputSpec::vector(self.0)).output("out", OutputSpec::vector(self.0));
     }
+
+    fn fingerprint(&self, _hash: &mut Fingerprint) {}
     fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
         io.outputs.get_mut(0).copy_from_slice(io.inputs.get(0));
     }
@@ -138,7 +141,7 @@ fn two_vocabularies_of_one_tag_name_both_and_the_way_across() {
     graph.connect(&nut, &bind.a, Synapse::None);
     graph.connect(&own, &bind.b, Synapse::None);
     let (_, text) = only(graph);
-    for part in ["seed 1", "seed 2", "`own.out`", "Reinterpret", "bind/left.in"] {
+    for part in ["seed 1", "seed 2", "`own.out`", "a node between", "bind/left.in"] {
         assert!(text.contains(part), "{part} in {text}");
     }
 }
@@ -244,7 +247,7 @@ fn a_node_that_refuses_its_own_parameters() {
     graph.add("none", Constant::vector(&[]));
     graph.add("nan", Constant::vector(&[f32::NAN]));
     let space = parts(1).space().clone();
-    graph.add("short", Constant::<Pointer<Parts>>::pointer(&space, &[1.0]));
+    graph.add("short", Constant::<Pointer<Parts>>::pointer(&space, &PointerRef::from_raw(&[1.0])));
     let all = faults(graph);
     assert_eq!(all.len(), 3, "{all:?}");
     assert!(all.iter().all(|f| matches!(f, BuildError::Refused { .. })));

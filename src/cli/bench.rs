@@ -53,10 +53,7 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
     let mut runs = Vec::new();
     for run in 0..args.runs {
         progress.say(format!("run {} of {}", run + 1, args.runs));
-        // Within the pool, so that a tick can share its work.
-        let threads = rayon::current_num_threads();
-        let one = || built.run();
-        runs.push(if threads > 1 { rayon::scope(|_| one()) } else { one() }?);
+        runs.push(built.run()?);
     }
     runs.sort_by(|a, b| a.run_s.total_cmp(&b.run_s));
     let middle = runs.swap_remove(runs.len() / 2);

@@ -1,8 +1,10 @@
 //! The layers as exact functions, with the delays of a population and none of its noise.
 
-use crate::sim::{AdvanceIo, LayerRequest, Node, NodeFault, PortDecl, Real, StateSpec, StepCx};
+use crate::sim::{
+    AdvanceIo, Fingerprint, LayerRequest, Node, NodeFault, PortDecl, Real, StateSpec, StepCx,
+};
 
-use super::layer::{ENOUGH, INHIBITION, Map, Product, Represent, Select, SelectRule};
+use super::layer::{EVIDENCE_THRESHOLD, INHIBITION, Map, Product, Represent, Select, SelectRule};
 
 /// Passes its input on, scaled back to the radius where it exceeds it, times its gate if it has one.
 pub(crate) struct DirectRepresent(pub Represent);
@@ -10,6 +12,10 @@ pub(crate) struct DirectRepresent(pub Represent);
 impl Node for DirectRepresent {
     fn declare(&self, ports: &mut PortDecl) {
         self.0.declare(ports);
+    }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.reals(&[self.0.radius]).number(u64::from(self.0.gated));
     }
 
     fn advance(&self, _cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
@@ -38,6 +44,14 @@ impl Node for DirectMap {
         self.0.declare(ports);
     }
 
+    /// A function is known by its values at evenly spaced points.
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        let (half, radius) = (128i16, self.0.radius);
+        let at = |i: i16| radius * Real::from(i) / Real::from(half);
+        let values: Vec<Real> = (-half..=half).map(|i| (self.0.function)(at(i))).collect();
+        hash.reals(&values);
+    }
+
     fn advance(&self, _cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
         let input = io.inputs.get(0);
         for (out, value) in io.outputs.get_mut(0).iter_mut().zip(input) {
@@ -53,6 +67,8 @@ impl Node for DirectProduct {
     fn declare(&self, ports: &mut PortDecl) {
         self.0.declare(ports);
     }
+
+    fn fingerprint(&self, _hash: &mut Fingerprint) {}
 
     fn advance(&self, _cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
         let (a, b) = (io.inputs.get(0), io.inputs.get(1));
@@ -71,6 +87,10 @@ impl Node for DirectSelect {
         if let SelectRule::IndependentAccumulators { .. } = self.0.rule {
             ports.state(StateSpec { reals: self.0.items, ..StateSpec::default() });
         }
+    }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        self.0.rule.fingerprint(hash);
     }
 
     fn advance(&self, cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
@@ -107,9 +127,9 @@ impl Node for DirectSelect {
                     let gathered = *evidence + rate * (utility - level) - INHIBITION * inhibit;
                     *evidence = gathered.clamp(0.0, 1.0);
                 }
-                // Of several that have enough in the same tick, the one with most.
+                // Of several that reach the threshold in the same tick, the one with the most evidence.
                 let first = (0..evidence.len())
-                    .filter(|i| evidence[*i] >= ENOUGH)
+                    .filter(|i| evidence[*i] >= EVIDENCE_THRESHOLD)
                     .reduce(|best, i| if evidence[i] > evidence[best] { i } else { best });
                 if let Some(first) = first {
                     let own = evidence[first];

@@ -6,13 +6,13 @@
 use std::sync::Arc;
 
 use crate::sim::{
-    AnyInput, AnyOutput, In, InputSpec, Kind, LayerRequest, NodePorts, Out, OutputSpec, PortDecl,
-    Real, Scalar, Scope, SimDuration, Vector,
+    AnyInput, AnyOutput, Fingerprint, In, InputSpec, Kind, LayerRequest, NodePorts, Out,
+    OutputSpec, PortDecl, Real, Scalar, Scope, SimDuration, Vector,
 };
 
 /// Asks for a population that holds a value of any kind.
 ///
-/// Takes any number of sources. As a population saturates, the exact form clamps: a value whose
+/// Takes any number of sources. As a population saturates, the direct form clamps: a value whose
 /// Euclidean norm exceeds `radius` is scaled back to it.
 #[derive(Debug, Clone)]
 pub struct Represent {
@@ -75,7 +75,7 @@ impl Map {
         Self { width, radius: 1.0, above: None, size: 1.0, function: Arc::new(function) }
     }
 
-    /// The magnitude up to which components are represented (above 0; 1 unless told). The exact form
+    /// The magnitude up to which components are represented (above 0; 1 unless told). The direct form
     /// has no such bound.
     pub fn radius(mut self, radius: Real) -> Self {
         self.radius = radius;
@@ -84,7 +84,7 @@ impl Map {
 }
 
 impl Map {
-    /// Below `least` the function is zero, and so is every neuron's firing. The exact form does not
+    /// Below `least` the function is zero, and so is every neuron's firing. The direct form does not
     /// need to be told.
     pub fn above(mut self, least: Real) -> Self {
         self.above = Some(least);
@@ -121,7 +121,7 @@ impl Product {
     }
 
     /// The magnitude up to which half of the factors' sum and difference are represented (above 0; 1
-    /// unless told). The exact form has no such bound.
+    /// unless told). The direct form has no such bound.
     pub fn radius(mut self, radius: Real) -> Self {
         self.radius = radius;
         self
@@ -154,7 +154,7 @@ pub enum SelectRule {
     /// Each item gathers how much its utility exceeds `level`, over `tau`; the first that has gathered 0.8 is
     /// chosen, and empties all others until its own evidence has drained (Gosmann, Voelker and
     /// Eliasmith, "A spiking independent accumulator model for winner-take-all computation", 2017). Slower than
-    /// [`WinnerTakeAll`](Self::WinnerTakeAll), and never of two minds.
+    /// [`WinnerTakeAll`](Self::WinnerTakeAll), and never chooses two items at once.
     IndependentAccumulators {
         /// The utility above which evidence is gathered, and below which it drains.
         level: Real,
@@ -163,10 +163,21 @@ pub enum SelectRule {
     },
 }
 
-/// The evidence that is enough.
-pub(crate) const ENOUGH: Real = 0.8;
+/// The evidence at which an item is chosen.
+pub(crate) const EVIDENCE_THRESHOLD: Real = 0.8;
 
 impl SelectRule {
+    pub(crate) fn fingerprint(self, hash: &mut Fingerprint) {
+        hash.reals(&[self.level()]);
+        match self {
+            Self::Threshold { .. } => hash.text("threshold"),
+            Self::WinnerTakeAll { .. } => hash.text("winner"),
+            Self::IndependentAccumulators { tau, .. } => {
+                hash.text("accumulators").number(tau.as_micros())
+            }
+        };
+    }
+
     pub(crate) fn level(self) -> Real {
         match self {
             Self::Threshold { level }

@@ -1,14 +1,16 @@
 //! The one table that says what each requested layer becomes in each mode.
 
 use std::any::Any;
+use std::collections::BTreeMap;
 
-use crate::sim::{Lowering, LoweringFault, Node, PendingLayer, Timebase};
+use crate::sim::{Graph, Lowering, LoweringFault, Node, PendingLayer, Timebase};
 
 use super::bank::Firing;
 use super::direct::{DirectMap, DirectProduct, DirectRepresent, DirectSelect};
 use super::layer::{Map, Product, Represent, Select};
 use super::plan::{Population, PopulationPlan};
-use super::population::{Maker, Refusal};
+use super::population::{Maker, Neural, NeuralProduct, Refusal};
+use super::selection::NeuralSelect;
 use super::solved::{SolvedModel, Unfit};
 
 impl Lowering for PopulationPlan {
@@ -49,7 +51,7 @@ impl Lowering for PopulationPlan {
                     let paths = solved.iter().flat_map(|s| s.paths()).map(String::from).collect();
                     ("the solved model has no such layer".into(), paths)
                 }
-                Err(Refused::Population(Refusal::Unfit(Unfit::Other))) => {
+                Err(Refused::Population(Refusal::Unfit(Unfit::Mismatch))) => {
                     let reason = "the solved model's population for it was made from another seed, tick, \
                                   tuning, size or function";
                     (reason.into(), Vec::new())
@@ -109,5 +111,25 @@ fn lower_one(
         })
     } else {
         Err(Refused::Unknown)
+    }
+}
+
+impl SolvedModel {
+    /// The populations of a built graph. Direct layers have none. Shares memory with the graph.
+    pub fn of(graph: &Graph) -> Self {
+        let mut layers = BTreeMap::new();
+        for (path, part) in graph.parts() {
+            let kept = if let Some(node) = part.downcast_ref::<Neural>() {
+                node.kept()
+            } else if let Some(node) = part.downcast_ref::<NeuralProduct>() {
+                node.kept()
+            } else if let Some(node) = part.downcast_ref::<NeuralSelect>() {
+                node.kept()
+            } else {
+                continue;
+            };
+            layers.insert(path.to_owned(), kept);
+        }
+        Self { layers }
     }
 }

@@ -2,8 +2,8 @@
 //!
 //! A module asks its scope to [`represent`](Layers::represent) a value, to [`map`](Layers::map) it
 //! through a function, for [`product`](Layers::product)s, or to [`select`](Layers::select) among
-//! utilities. A [`PopulationPlan`] says by path how each is computed. This is the only room that asks for
-//! the mode. Nothing here knows symbols.
+//! utilities. A [`PopulationPlan`] says by path how each is computed. Only this module asks for the mode.
+//! Nothing here knows symbols.
 
 mod bank;
 #[cfg(test)]

@@ -36,7 +36,7 @@ pub struct LifSpec {
     pub per_item: usize,
     /// Regularisation of the decoders, in units of the greatest rate (above 0, finite).
     pub regularisation: f64,
-    /// What all these numbers of neurons are multiplied by.
+    /// A factor on all these numbers of neurons (above 0).
     pub scale: f64,
 }
 
@@ -64,7 +64,7 @@ pub enum Population {
     /// The exact function, with the delays of a population.
     #[default]
     Direct,
-    /// Neurons that give their rates: a population's tuning and distortion without its spikes.
+    /// Neurons whose output is their firing rate: a population's tuning and distortion without its spikes.
     Rate(LifSpec),
     /// Leaky integrate-and-fire neurons that spike.
     Lif(LifSpec),
@@ -205,7 +205,7 @@ pub struct PopulationPlan {
 }
 
 impl PopulationPlan {
-    /// Exact maths everywhere.
+    /// The direct mode everywhere.
     pub fn direct() -> Self {
         Self::all(Population::Direct)
     }

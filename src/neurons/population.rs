@@ -1,4 +1,4 @@
-//! The layers as populations of neurons: who the neurons of each are, and the nodes that run them.
+//! The layers as populations of neurons: how the neurons of each are tuned, and the nodes that run them.
 //!
 //! - A pointer is represented by sub-ensembles of at most [`LifSpec::sub_dimensions`] dimensions, a plain
 //!   vector by one ensemble a component.
@@ -16,13 +16,13 @@ use super::plan::LifSpec;
 use super::solved::{Kept, SolvedModel, Unfit};
 use super::tuning::{Neurons, cosine, on_sphere, part_of_pointer};
 use crate::sim::{
-    AdvanceIo, LayerRequest, Node, NodeFault, Outputs, PortDecl, Real, ScratchSpec, Seed, State,
-    StateMut, StateSpec, StepCx, fnv1a,
+    AdvanceIo, Fingerprint, LayerRequest, Node, NodeFault, Outputs, PortDecl, Real, ScratchSpec,
+    Seed, StateMut, StateRef, StateSpec, StepCx, fnv1a,
 };
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// What every population is built from.
+/// What all populations of one layer are built from.
 pub(crate) struct Maker<'a> {
     pub spec: &'a LifSpec,
     pub firing: Firing,
@@ -62,23 +62,35 @@ impl Node for Neural {
     fn declare(&self, ports: &mut PortDecl) {
         self.ports.declare(ports);
         ports.state(StateSpec { reals: self.kept.bank.state_len(), ..StateSpec::default() });
+        if self.kept.bank.parallel() {
+            ports.parallel();
+        }
+    }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.number(self.kept.fingerprint).number(u64::from(self.gated));
     }
 
     fn init(&self, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
         self.kept.init(state.reals);
     }
 
-    fn advance(&self, _cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
+    fn advance(&self, cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
         let open = if self.gated { io.inputs.scalar(1) } else { 1.0 };
-        self.kept.bank.step(io.inputs.get(0), open, io.state.reals, io.outputs.get_mut(0));
+        self.kept.bank.step(
+            cx.threads(),
+            (io.inputs.get(0), open),
+            io.state.reals,
+            io.outputs.get_mut(0),
+        );
         Ok(())
     }
 
-    fn neurons(&self) -> usize {
+    fn units(&self) -> usize {
         self.kept.bank.spiking()
     }
 
-    fn spiked(&self, state: &State<'_>, neuron: usize) -> bool {
+    fn event(&self, state: &StateRef<'_>, neuron: usize) -> bool {
         self.kept.bank.spiked(state.reals, neuron)
     }
 }
@@ -101,44 +113,51 @@ impl Node for NeuralProduct {
         ports
             .state(StateSpec { reals: self.kept.bank.state_len(), ..StateSpec::default() })
             .scratch(ScratchSpec { reals: 4 * self.layer.pairs, ..ScratchSpec::default() });
+        if self.kept.bank.parallel() {
+            ports.parallel();
+        }
+    }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.number(self.kept.fingerprint);
     }
 
     fn init(&self, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
         self.kept.init(state.reals);
     }
 
-    fn advance(&self, _cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
+    fn advance(&self, cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
         let (halves, squares) = io.scratch.reals.split_at_mut(2 * self.layer.pairs);
         let (a, b) = (io.inputs.get(0), io.inputs.get(1));
         for ((two, a), b) in halves.chunks_exact_mut(2).zip(a).zip(b) {
             two[0] = (a + b) / 2.0;
             two[1] = (a - b) / 2.0;
         }
-        self.kept.bank.step(halves, 1.0, io.state.reals, squares);
+        self.kept.bank.step(cx.threads(), (halves, 1.0), io.state.reals, squares);
         for (out, two) in io.outputs.get_mut(0).iter_mut().zip(squares.chunks_exact(2)) {
             *out = two[0] - two[1];
         }
         Ok(())
     }
 
-    fn neurons(&self) -> usize {
+    fn units(&self) -> usize {
         self.kept.bank.spiking()
     }
 
-    fn spiked(&self, state: &State<'_>, neuron: usize) -> bool {
+    fn event(&self, state: &StateRef<'_>, neuron: usize) -> bool {
         self.kept.bank.spiked(state.reals, neuron)
     }
 }
 
-/// Neurons of one ensemble: the matrix that is solved for more would take gigabytes.
-const MOST_NEURONS: f64 = 10_000.0;
+/// The most neurons of one ensemble: the matrix to be solved for more would take gigabytes.
+const MAX_NEURONS: f64 = 10_000.0;
 
 fn count(of: f64, scale: f64) -> Result<usize, TuningError> {
     let count = (of * scale).round();
-    if (1.0..=MOST_NEURONS).contains(&count) {
+    if (1.0..=MAX_NEURONS).contains(&count) {
         Ok(count as usize)
     } else {
-        Err(refuse("neurons", format!("{count} an ensemble"), format!("1 to {MOST_NEURONS}")))
+        Err(refuse("neurons", format!("{count} an ensemble"), format!("1 to {MAX_NEURONS}")))
     }
 }
 
@@ -183,7 +202,7 @@ impl Maker<'_> {
         Ok(())
     }
 
-    /// A hash of everything that decides who the neurons are and what is decoded from them.
+    /// A hash of everything that the tuning and the decoders follow from.
     fn fingerprint(&self, shape: Shape, role: &str, marks: &[f64]) -> u64 {
         let LifSpec { model, max_rates, intercepts, regularisation, .. } = self.spec;
         let rates = if self.firing == Firing::Rates { 1.0 } else { 0.0 };

@@ -4,12 +4,12 @@
 //! other items in proportion to its own utility, so that the greatest one silences the rest; in a race the
 //! other gathers evidence by a recurrent synapse.
 
-use super::layer::{ENOUGH, INHIBITION, Select, SelectRule};
+use super::layer::{EVIDENCE_THRESHOLD, INHIBITION, Select, SelectRule};
 use super::population::{Maker, Refusal, Spread};
 use super::solved::Kept;
 use crate::sim::{
-    AdvanceIo, LayerRequest, Node, NodeFault, Outputs, PortDecl, Real, ScratchSpec, State,
-    StateMut, StateSpec, StepCx,
+    AdvanceIo, Fingerprint, LayerRequest, Node, NodeFault, Outputs, PortDecl, Real, ScratchSpec,
+    StateMut, StateRef, StateSpec, StepCx, decayed,
 };
 
 /// A choice among utilities.
@@ -27,7 +27,7 @@ enum Rivalry {
         contest: Kept,
         decay: Real,
     },
-    /// Ensembles that gather evidence; who has enough silences all others.
+    /// Ensembles that gather evidence; the first to reach the threshold silences all others.
     Race {
         accumulators: Kept,
         decay: Real,
@@ -46,7 +46,7 @@ impl Rivalry {
         }
     }
 
-    /// Numbers of state an item beside those of the neurons.
+    /// How many numbers of state each item has, besides those of its neurons.
     fn held(&self) -> usize {
         match self {
             Self::None => 0,
@@ -84,6 +84,18 @@ impl Node for NeuralSelect {
         ports
             .state(StateSpec { reals, ..StateSpec::default() })
             .scratch(ScratchSpec { reals: 2 * items, ..ScratchSpec::default() });
+        let rivals = self.rivalry.bank().is_some_and(|kept| kept.bank.parallel());
+        if self.chosen.bank.parallel() || rivals {
+            ports.parallel();
+        }
+    }
+
+    /// What stands between the populations follows from the rule, the tick and constants.
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        self.layer.rule.fingerprint(hash);
+        for kept in std::iter::once(&self.chosen).chain(self.rivalry.bank()) {
+            hash.number(kept.fingerprint);
+        }
     }
 
     fn init(&self, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
@@ -94,7 +106,7 @@ impl Node for NeuralSelect {
         }
     }
 
-    fn advance(&self, _cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
+    fn advance(&self, cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
         let items = self.layer.items;
         let (net, said) = io.scratch.reals.split_at_mut(items);
         let (utilities, inhibit) = (io.inputs.get(0), io.inputs.get(1));
@@ -104,51 +116,51 @@ impl Node for NeuralSelect {
         let (chosen, rest) = io.state.reals.split_at_mut(self.chosen.bank.state_len());
         let output = io.outputs.get_mut(0);
         match &self.rivalry {
-            Rivalry::None => self.chosen.bank.step(net, 1.0, chosen, output),
+            Rivalry::None => self.chosen.bank.step(cx.threads(), (net, 1.0), chosen, output),
             Rivalry::Contest { contest, decay } => {
                 let (neurons, strengths) = rest.split_at_mut(contest.bank.state_len());
                 let all: Real = strengths.iter().sum();
                 for (net, own) in net.iter_mut().zip(&*strengths) {
                     *net -= RIVALRY * (all - own);
                 }
-                contest.bank.step(net, 1.0, neurons, said);
+                contest.bank.step(cx.threads(), (net, 1.0), neurons, said);
                 for (strength, said) in strengths.iter_mut().zip(&*said) {
-                    *strength = decay * *strength + (1.0 - decay) * said;
+                    *strength = decayed(*decay, *strength, *said);
                 }
-                self.chosen.bank.step(net, 1.0, chosen, output);
+                self.chosen.bank.step(cx.threads(), (net, 1.0), chosen, output);
             }
             Rivalry::Race { accumulators, decay, hold, gain } => {
                 let (neurons, held) = rest.split_at_mut(accumulators.bank.state_len());
                 let (evidence, held) = held.split_at_mut(items);
                 let (heard, winning) = held.split_at_mut(items);
                 let (level, all) = (self.layer.rule.level(), winning.iter().sum::<Real>());
-                // What each item has gathered, while no other has enough and nothing inhibits it.
+                // What each item has gathered, unless another has reached the threshold or it is inhibited.
                 let own = evidence.iter().zip(&*winning).zip(inhibit);
                 for (said, ((evidence, own), inhibit)) in said.iter_mut().zip(own) {
                     *said = evidence - RIVALRY * (all - own) - INHIBITION * inhibit;
                 }
-                accumulators.bank.step(said, 1.0, neurons, output);
+                accumulators.bank.step(cx.threads(), (said, 1.0), neurons, output);
                 for ((evidence, kept), net) in evidence.iter_mut().zip(&*output).zip(&*net) {
                     let drive = kept + gain * (net - level);
-                    *evidence = (hold * *evidence + (1.0 - hold) * drive).max(0.0);
+                    *evidence = decayed(*hold, *evidence, drive).max(0.0);
                 }
                 for (heard, output) in heard.iter_mut().zip(&*output) {
-                    *heard = decay * *heard + (1.0 - decay) * output;
+                    *heard = decayed(*decay, *heard, *output);
                 }
-                self.chosen.bank.step(heard, 1.0, chosen, output);
+                self.chosen.bank.step(cx.threads(), (heard, 1.0), chosen, output);
                 for (winning, output) in winning.iter_mut().zip(&*output) {
-                    *winning = decay * *winning + (1.0 - decay) * output;
+                    *winning = decayed(*decay, *winning, *output);
                 }
             }
         }
         Ok(())
     }
 
-    fn neurons(&self) -> usize {
+    fn units(&self) -> usize {
         self.chosen.bank.spiking()
     }
 
-    fn spiked(&self, state: &State<'_>, neuron: usize) -> bool {
+    fn event(&self, state: &StateRef<'_>, neuron: usize) -> bool {
         self.chosen.bank.spiked(&state.reals[..self.chosen.bank.state_len()], neuron)
     }
 }
@@ -180,7 +192,7 @@ impl Maker<'_> {
                     hold: decay(EVIDENCE_TAU_S),
                     gain: (EVIDENCE_TAU_S / tau.as_secs_f64()) as Real,
                 };
-                (chosen(1.0 - RACE_SHARE, f64::from(ENOUGH), 1.2)?, rivalry)
+                (chosen(1.0 - RACE_SHARE, f64::from(EVIDENCE_THRESHOLD), 1.2)?, rivalry)
             }
         };
         Ok(NeuralSelect { layer: layer.clone(), chosen, rivalry })

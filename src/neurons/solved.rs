@@ -13,9 +13,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::bank::{Bank, Consts, Firing, Shape, rests};
-use super::population::{Neural, NeuralProduct};
-use super::selection::NeuralSelect;
-use crate::sim::{Graph, Real, Seed};
+use crate::sim::{Real, Seed};
 
 /// A population with what it was solved from.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,43 +68,43 @@ impl Kept {
 /// ```
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SolvedModel {
-    layers: BTreeMap<String, Vec<Kept>>,
+    pub(super) layers: BTreeMap<String, Vec<Kept>>,
 }
 
 /// What is wrong with a file of solved populations.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum SolvedError {
-    /// Not such a file at all.
+    /// A file of another format.
     #[error(
         "it does not begin as a file of solved populations does: {reason}; expected a line of JSON with `\"format\":\"{FORMAT}\"`"
     )]
-    NotOne {
-        /// What the first line could not be read for.
+    Format {
+        /// Why its first line could not be read.
         reason: String,
     },
-    /// A file of another version.
+    /// A file of another version of the format.
     #[error("it has version {found}; expected version {VERSION}, the one that this program writes")]
     Version {
         /// The file's.
         found: u64,
     },
-    /// A file that ends early, or late.
+    /// A file that is too short or too long.
     #[error(
         "{found} bytes follow its first line; expected {expected}: it was cut short or added to"
     )]
     Length {
         /// What is there.
         found: usize,
-        /// What the first line announces.
+        /// What the first line states.
         expected: usize,
     },
-    /// A file whose numbers are not those that were written.
+    /// A file whose numbers do not match their checksum.
     #[error("its numbers do not match their checksum; expected an undamaged file")]
     Damaged,
-    /// A population that cannot be.
+    /// A population of an impossible shape.
     #[error(
-        "layer `{path}` has a population that cannot be; expected ensembles of 1 to 10000 neurons"
+        "layer `{path}` has a population of an impossible shape; expected ensembles of 1 to 10000 neurons"
     )]
     Shape {
         /// The layer.
@@ -117,8 +115,10 @@ pub enum SolvedError {
 /// Why a layer cannot take its population from a model.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Unfit {
+    /// The model has no such layer.
     Missing,
-    Other,
+    /// It was solved from something else.
+    Mismatch,
 }
 
 const FORMAT: &str = "symbolt-solved";
@@ -177,24 +177,6 @@ impl Entry {
 }
 
 impl SolvedModel {
-    /// The populations of a built graph. Layers in exact maths have none. Shares memory with the graph.
-    pub fn of(graph: &Graph) -> Self {
-        let mut layers = BTreeMap::new();
-        for (path, part) in graph.parts() {
-            let kept = if let Some(node) = part.downcast_ref::<Neural>() {
-                node.kept()
-            } else if let Some(node) = part.downcast_ref::<NeuralProduct>() {
-                node.kept()
-            } else if let Some(node) = part.downcast_ref::<NeuralSelect>() {
-                node.kept()
-            } else {
-                continue;
-            };
-            layers.insert(path.to_owned(), kept);
-        }
-        Self { layers }
-    }
-
     /// The paths of the layers.
     pub fn paths(&self) -> impl Iterator<Item = &str> {
         self.layers.keys().map(String::as_str)
@@ -246,7 +228,7 @@ impl SolvedModel {
     /// # Errors
     /// [`SolvedError`], for anything else.
     pub fn decode(bytes: &[u8]) -> Result<Self, SolvedError> {
-        let not_one = |reason: String| SolvedError::NotOne { reason };
+        let not_one = |reason: String| SolvedError::Format { reason };
         let end = bytes.iter().position(|b| *b == b'\n');
         let end = end.ok_or_else(|| not_one("it has no line".into()))?;
         let (line, payload) = (&bytes[..end], &bytes[end + 1..]);
@@ -322,6 +304,6 @@ impl SolvedModel {
             kept.fingerprint == fingerprint
                 && (kept.bank.shape, kept.bank.firing, kept.bank.consts) == form
         };
-        kept.iter().find(fits).cloned().ok_or(Unfit::Other)
+        kept.iter().find(fits).cloned().ok_or(Unfit::Mismatch)
     }
 }

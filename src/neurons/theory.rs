@@ -4,7 +4,7 @@ use super::bank::{Bank, Draft, Firing, Shape};
 use super::decode::{self, Points};
 use super::model::Lif;
 use super::tuning::{Neurons, either_way};
-use crate::sim::{Real, Seed};
+use crate::sim::{Real, Seed, Threads};
 use rand::RngExt;
 
 const DT_S: f64 = 0.001;
@@ -52,7 +52,7 @@ fn held(bank: &Bank, start: f64) -> f64 {
         (vec![0.0; bank.state_len()], start as Real, [0.0 as Real]);
     // The neurons get going before the value is let go.
     for tick in 0..1_100 {
-        bank.step(&[value], 1.0, &mut state, &mut out);
+        bank.step(Threads::Serial, (&[value], 1.0), &mut state, &mut out);
         if tick >= 100 {
             value = decay * value + (1.0 - decay) * out[0];
         }
@@ -96,7 +96,7 @@ fn spiking_error(count: usize, seed: Seed) -> f64 {
     for value in [-0.8, -0.35, 0.2, 0.55] {
         let (mut state, mut out, mut filtered) = (vec![0.0; bank.state_len()], [0.0], 0.0 as Real);
         for tick in 0..400 {
-            bank.step(&[value], 1.0, &mut state, &mut out);
+            bank.step(Threads::Serial, (&[value], 1.0), &mut state, &mut out);
             filtered = decay * filtered + (1.0 - decay) * out[0];
             if tick >= 100 {
                 square += f64::from(filtered - value).powi(2);

@@ -1,4 +1,4 @@
-//! Who the neurons are: encoders, gains and biases, and the points at which they are asked.
+//! Tuning of neurons: encoders, gains and biases, and the points at which decoders are solved.
 //!
 //! Intercepts of pointers are drawn as cosines are distributed between random directions, so that each
 //! neuron fires for about as many of the values that occur (Gosmann and Eliasmith, "Optimizing semantic
@@ -71,8 +71,8 @@ pub(crate) fn either_way<R: Rng>(rng: &mut R, out: &mut [f64]) {
     out.fill(if rng.random::<bool>() { 1.0 } else { -1.0 });
 }
 
-/// The cosine between two directions drawn evenly in `dims` dimensions; below 0.95, so that a neuron
-/// that is asked has something to say.
+/// The cosine between two directions drawn evenly in `dims` dimensions; below 0.95, so that every neuron
+/// fires for some values.
 pub(crate) fn cosine<R: Rng>(rng: &mut R, dims: usize) -> f64 {
     let first: f64 = StandardNormal.sample(rng);
     let rest: f64 = (1..dims)

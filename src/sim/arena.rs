@@ -50,7 +50,7 @@ impl Arenas {
         }
     }
 
-    /// All zeros, as before init. Scratch has no past and is left alone.
+    /// All zeros, as before init. Scratch is left alone: nothing may rely on its contents.
     pub fn clear(&mut self) {
         for arena in [
             &mut self.signals,

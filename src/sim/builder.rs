@@ -1,16 +1,18 @@
 //! Describing a graph: adding modules and nodes, connecting ports, placing probes.
 
-use std::collections::HashMap;
 use std::marker::PhantomData;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::check;
+use super::draft::{Body, Draft, EdgeDraft, NodeDraft, ProbeDraft};
 use super::error::{BuildError, BuildErrors};
 use super::graph::Graph;
+use super::handle::{In, NodePorts, Out, PortRef};
+use super::kind::Kind;
 use super::lowering::{LayerRequest, Lowering};
 use super::node::Node;
-use super::port::{In, Kind, NodePorts, Out, PortDecl, PortRef};
+use super::port::PortDecl;
 use super::probe::{ProbeId, ProbeSpec};
 use super::seed::Seed;
 use super::synapse::Synapse;
@@ -37,30 +39,6 @@ pub trait Module {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct EdgeId(pub usize);
 
-pub(crate) enum Body {
-    Node(Box<dyn Node>),
-    Layer(Box<dyn LayerRequest>),
-    World(WorldLink),
-}
-
-pub(crate) struct NodeDraft {
-    pub path: String,
-    pub body: Body,
-    pub ports: PortDecl,
-}
-
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct EdgeDraft {
-    pub from: (usize, usize),
-    pub to: (usize, usize),
-    pub via: Synapse,
-}
-
-pub(crate) struct ProbeDraft {
-    pub of: (usize, usize),
-    pub spec: ProbeSpec,
-}
-
 /// The description of a graph. [`build`](GraphBuilder::build) consumes it.
 ///
 /// Adding, connecting and probing never fail: faults are noted, and `build` returns them all.
@@ -81,11 +59,7 @@ pub(crate) struct ProbeDraft {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct GraphBuilder {
-    pub(crate) id: u64,
-    pub(crate) nodes: Vec<NodeDraft>,
-    pub(crate) edges: Vec<EdgeDraft>,
-    pub(crate) probes: Vec<ProbeDraft>,
-    pub(crate) faults: Vec<BuildError>,
+    draft: Draft,
 }
 
 impl Default for GraphBuilder {
@@ -97,13 +71,8 @@ impl Default for GraphBuilder {
 impl GraphBuilder {
     /// An empty description.
     pub fn new() -> Self {
-        Self {
-            id: NEXT_BUILDER.fetch_add(1, Ordering::Relaxed),
-            nodes: Vec::new(),
-            edges: Vec::new(),
-            probes: Vec::new(),
-            faults: Vec::new(),
-        }
+        let builder = NEXT_BUILDER.fetch_add(1, Ordering::Relaxed);
+        Self { draft: Draft { builder, ..Draft::default() } }
     }
 
     /// Adds a module under `name` and returns its ports.
@@ -146,18 +115,18 @@ impl GraphBuilder {
         let from = self.resolve(&from.port, "output");
         let to = self.resolve(&to.port, "input");
         if let (Some(from), Some(to)) = (from, to) {
-            self.edges.push(EdgeDraft { from, to, via });
+            self.draft.edges.push(EdgeDraft { from, to, via });
         }
-        EdgeId(self.edges.len().saturating_sub(1))
+        EdgeId(self.draft.edges.len().saturating_sub(1))
     }
 
     /// Records an output while the graph runs.
     pub fn probe<K: Kind>(&mut self, of: &Out<K>, spec: ProbeSpec) -> ProbeId<K> {
-        let index = self.probes.len();
+        let index = self.draft.probes.len();
         if let Some(of) = self.resolve(&of.port, "output") {
-            self.probes.push(ProbeDraft { of, spec });
+            self.draft.probes.push(ProbeDraft { of, spec });
         }
-        ProbeId { index, builder: self.id, kind: PhantomData }
+        ProbeId { index, builder: self.draft.builder, kind: PhantomData }
     }
 
     /// Checks the description, turns requested layers into nodes by `plan`, and freezes the graph.
@@ -173,7 +142,7 @@ impl GraphBuilder {
         plan: &dyn Lowering,
         seed: Seed,
     ) -> Result<Graph, BuildErrors> {
-        check::freeze(self, time, plan, seed)
+        check::freeze(self.draft, time, plan, seed)
     }
 
     fn root(&mut self) -> Scope<'_> {
@@ -182,14 +151,16 @@ impl GraphBuilder {
 
     fn resolve(&mut self, port: &PortRef, direction: &'static str) -> Option<(usize, usize)> {
         match port {
-            PortRef::Known { builder, node, port } if *builder == self.id => Some((*node, *port)),
+            PortRef::Known { builder, node, port } if *builder == self.draft.builder => {
+                Some((*node, *port))
+            }
             PortRef::Known { node, port, .. } => {
                 let port = format!("node {node}, port {port}");
-                self.faults.push(BuildError::ForeignHandle { direction, port });
+                self.draft.faults.push(BuildError::ForeignHandle { direction, port });
                 None
             }
             PortRef::Unknown { node, port, kind, choices } => {
-                self.faults.push(BuildError::UnknownPort {
+                self.draft.faults.push(BuildError::UnknownPort {
                     node: node.clone(),
                     direction,
                     port: port.clone(),
@@ -199,20 +170,6 @@ impl GraphBuilder {
                 None
             }
         }
-    }
-
-    /// The indices of nodes by path, and a fault for every path used twice.
-    pub(crate) fn note_duplicates(&mut self) {
-        let mut seen: HashMap<&str, usize> = HashMap::new();
-        let mut twice = Vec::new();
-        for node in &self.nodes {
-            let count = seen.entry(&node.path).or_default();
-            *count += 1;
-            if *count == 2 {
-                twice.push(BuildError::DuplicatePath { path: node.path.clone() });
-            }
-        }
-        self.faults.extend(twice);
     }
 }
 
@@ -270,6 +227,7 @@ impl Scope<'_> {
     /// Notes that the module cannot be built as described; `build` reports it under this path.
     pub fn refuse(&mut self, reason: impl Into<String>) {
         self.builder
+            .draft
             .faults
             .push(BuildError::Refused { node: self.path.clone(), reason: reason.into() });
     }
@@ -283,6 +241,7 @@ impl Scope<'_> {
         let good = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
         if name.is_empty() || !name.chars().all(good) {
             self.builder
+                .draft
                 .faults
                 .push(BuildError::BadName { parent: self.path.clone(), name: name.into() });
         }
@@ -295,9 +254,9 @@ impl Scope<'_> {
     }
 
     fn push_at(&mut self, path: String, body: Body, ports: PortDecl) -> NodePorts {
-        let node = self.builder.nodes.len();
+        let node = self.builder.draft.nodes.len();
         let handle = NodePorts {
-            builder: self.builder.id,
+            builder: self.builder.draft.builder,
             node,
             path: path.clone(),
             inputs: ports
@@ -311,7 +270,7 @@ impl Scope<'_> {
                 .map(|p| (p.name.clone(), p.kind, p.kind_label.clone()))
                 .collect::<Arc<[_]>>(),
         };
-        self.builder.nodes.push(NodeDraft { path, body, ports });
+        self.builder.draft.nodes.push(NodeDraft { path, body, ports });
         handle
     }
 }

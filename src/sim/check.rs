@@ -1,15 +1,17 @@
 //! Checks a description as a whole, reports all faults together, and hands a sound one to layout.
 
 use std::cmp::Reverse;
-use std::collections::{BTreeMap, BinaryHeap};
+use std::collections::{BTreeMap, BinaryHeap, HashMap};
 
-use super::builder::{Body, EdgeDraft, GraphBuilder, NodeDraft};
+use super::draft::{Body, Draft, EdgeDraft, NodeDraft};
 use super::error::{BuildError, BuildErrors};
+use super::fingerprint::Fingerprint;
 use super::graph::Graph;
-use super::layout::{self, Sound, SoundNode};
+use super::kind::Shape;
+use super::layout::{self, Checked, CheckedNode};
 use super::lowering::{Lowering, PendingLayer};
 use super::node::Node;
-use super::port::{PortDecl, Shape};
+use super::port::PortDecl;
 use super::probe::Capacity;
 use super::seed::Seed;
 use super::synapse::Synapse;
@@ -17,13 +19,13 @@ use super::time::{SimDuration, Timebase};
 
 /// Turns a description into a graph, or reports everything that is wrong with it.
 pub(crate) fn freeze(
-    mut draft: GraphBuilder,
+    mut draft: Draft,
     time: Timebase,
     plan: &dyn Lowering,
     seed: Seed,
 ) -> Result<Graph, BuildErrors> {
-    draft.note_duplicates();
     let mut faults = std::mem::take(&mut draft.faults);
+    check_paths(&draft.nodes, &mut faults);
     if draft.nodes.is_empty() && faults.is_empty() {
         faults.push(BuildError::Empty);
     }
@@ -58,14 +60,14 @@ pub(crate) fn freeze(
                 None => (Box::new(Absent), node.ports, false),
             },
         };
-        nodes.push(SoundNode { path: node.path, body, ports, world });
+        nodes.push(CheckedNode { path: node.path, body, ports, world });
     }
     let order = emit_order(&nodes, &draft.edges, &mut faults);
     if !faults.is_empty() {
         return Err(BuildErrors(faults));
     }
-    let sound = Sound {
-        builder: draft.id,
+    let sound = Checked {
+        builder: draft.builder,
         nodes,
         edges: draft.edges,
         probes: draft.probes,
@@ -77,15 +79,29 @@ pub(crate) fn freeze(
     layout::lay_out(sound).map_err(|fault| BuildErrors(vec![fault]))
 }
 
+/// Notes a fault for every path used more than once.
+fn check_paths(nodes: &[NodeDraft], faults: &mut Vec<BuildError>) {
+    let mut seen: HashMap<&str, usize> = HashMap::new();
+    for node in nodes {
+        let count = seen.entry(&node.path).or_default();
+        *count += 1;
+        if *count == 2 {
+            faults.push(BuildError::DuplicatePath { path: node.path.clone() });
+        }
+    }
+}
+
 /// Stands for a layer whose lowering failed, while the remaining checks run.
 struct Absent;
 
 impl Node for Absent {
     fn declare(&self, _ports: &mut PortDecl) {}
+
+    fn fingerprint(&self, _hash: &mut Fingerprint) {}
 }
 
 /// Puts nodes, edges and their numbers into an order that does not depend on the order of adding.
-fn sort_by_path(draft: &mut GraphBuilder) -> Vec<usize> {
+fn sort_by_path(draft: &mut Draft) -> Vec<usize> {
     let mut rank: Vec<usize> = (0..draft.nodes.len()).collect();
     rank.sort_by(|a, b| draft.nodes[*a].path.cmp(&draft.nodes[*b].path).then(a.cmp(b)));
     let mut place = vec![0; rank.len()];
@@ -173,14 +189,6 @@ fn port_path(node: &NodeDraft, port: &str) -> String {
     format!("{}.{port}", node.path)
 }
 
-fn same_space(a: &Shape, b: &Shape) -> bool {
-    match (&a.space, &b.space) {
-        (Some(x), Some(y)) => x.same_as(y),
-        (None, None) => true,
-        _ => false,
-    }
-}
-
 fn space_name(shape: &Shape) -> String {
     shape.space.as_ref().map_or_else(|| "no space".into(), ToString::to_string)
 }
@@ -190,9 +198,7 @@ fn fitting_outputs(nodes: &[NodeDraft], input: &super::port::InputDecl) -> Vec<S
     let mut found = Vec::new();
     for node in nodes {
         for output in &node.ports.outputs {
-            let fits = output.kind == input.kind
-                && output.shape.width == input.shape.width
-                && same_space(&output.shape, &input.shape);
+            let fits = output.kind == input.kind && output.shape.fits(&input.shape);
             if fits {
                 found.push(port_path(node, &output.name));
             }
@@ -214,9 +220,7 @@ fn check_edges(nodes: &[NodeDraft], edges: &[EdgeDraft], faults: &mut Vec<BuildE
             for (n, node) in nodes.iter().enumerate() {
                 for (p, other) in node.ports.inputs.iter().enumerate() {
                     let open = other.sum || !fed.contains(&(n, p));
-                    let fits = other.kind == output.kind
-                        && other.shape.width == output.shape.width
-                        && same_space(&other.shape, &output.shape);
+                    let fits = other.kind == output.kind && other.shape.fits(&output.shape);
                     if open && fits {
                         inputs.push(port_path(node, &other.name));
                     }
@@ -230,7 +234,7 @@ fn check_edges(nodes: &[NodeDraft], edges: &[EdgeDraft], faults: &mut Vec<BuildE
                 inputs,
                 outputs: fitting_outputs(nodes, input),
             });
-        } else if !same_space(&output.shape, &input.shape) {
+        } else if !output.shape.same_space(&input.shape) {
             faults.push(BuildError::SpaceMismatch {
                 from: from.clone(),
                 from_space: space_name(&output.shape),
@@ -277,7 +281,7 @@ fn check_arity(nodes: &[NodeDraft], edges: &[EdgeDraft], faults: &mut Vec<BuildE
     }
 }
 
-fn check_probes(draft: &GraphBuilder, time: Timebase, faults: &mut Vec<BuildError>) {
+fn check_probes(draft: &Draft, time: Timebase, faults: &mut Vec<BuildError>) {
     for probe in &draft.probes {
         let node = &draft.nodes[probe.of.0];
         let port = port_path(node, &node.ports.outputs[probe.of.1].name);
@@ -298,7 +302,7 @@ fn check_probes(draft: &GraphBuilder, time: Timebase, faults: &mut Vec<BuildErro
 /// The order of emits, every node after those whose outputs it reads in the same tick; ties by
 /// path. Notes a fault for every set of nodes that wait for each other.
 fn emit_order(
-    nodes: &[SoundNode],
+    nodes: &[CheckedNode],
     edges: &[EdgeDraft],
     faults: &mut Vec<BuildError>,
 ) -> Vec<usize> {

@@ -98,7 +98,7 @@ pub enum BuildError {
     },
     /// Ends of an edge in different vector spaces.
     #[error(
-        "`{from}` lives in {from_space} but `{to}` takes {to_space}; outputs that fit: {}; to cross on purpose use a `Reinterpret` node",
+        "`{from}` lives in {from_space} but `{to}` takes {to_space}; outputs that fit: {}; to cross on purpose, put a node between them that takes the one space and gives the other",
         list(outputs)
     )]
     SpaceMismatch {
@@ -115,7 +115,7 @@ pub enum BuildError {
     },
     /// A second source on an input that takes one.
     #[error(
-        "`{to}` takes one source but is fed by {}; keep one of them, or add them with a `Superpose` or `Add` node",
+        "`{to}` takes one source but is fed by {}; keep one of them, or add them with an `Add` node",
         list(sources)
     )]
     TooManySources {
@@ -132,9 +132,9 @@ pub enum BuildError {
         /// Outputs of its width and space.
         outputs: Vec<String>,
     },
-    /// The output of a population on an edge without a synapse.
+    /// An output that needs a synapse on every edge, on an edge without one.
     #[error(
-        "`{from}` is the output of a population and reaches `{to}` without a synapse; give the edge a low-pass synapse"
+        "every edge from `{from}` needs a synapse, but it reaches `{to}` without one; give the edge a low-pass synapse"
     )]
     Unfiltered {
         /// The source port's path.
@@ -173,10 +173,10 @@ pub enum BuildError {
     Refused {
         /// The node's path.
         node: String,
-        /// The node's own words.
+        /// The reason, as the node states it.
         reason: String,
     },
-    /// A population request that no mode can meet, or a plan that names nothing.
+    /// A requested layer that cannot become a node, or a part of the plan that fits no layer.
     #[error("`{path}`: {reason}{}", offered(choices))]
     Lowering {
         /// The request's path or the plan's pattern.
@@ -209,19 +209,24 @@ pub enum BuildError {
     },
 }
 
-/// Names joined for a message; long lists are cut, with the number left out.
-/// Choices, where there are any to offer.
+/// The end of a message that offers choices; empty without any.
 fn offered(choices: &[String]) -> String {
     if choices.is_empty() { String::new() } else { format!("; valid choices: {}", list(choices)) }
 }
 
+/// Names joined for a message. A long list is cut, and the number left out is named.
 fn list(items: &[String]) -> String {
-    const MOST: usize = 12;
+    const MAX_SHOWN: usize = 12;
     if items.is_empty() {
         return "none".into();
     }
-    let shown = items.iter().take(MOST).map(|s| format!("`{s}`")).collect::<Vec<_>>().join(", ");
-    if items.len() > MOST { format!("{shown} and {} more", items.len() - MOST) } else { shown }
+    let shown =
+        items.iter().take(MAX_SHOWN).map(|s| format!("`{s}`")).collect::<Vec<_>>().join(", ");
+    if items.len() > MAX_SHOWN {
+        format!("{shown} and {} more", items.len() - MAX_SHOWN)
+    } else {
+        shown
+    }
 }
 
 /// All faults of a description, reported together.
@@ -241,30 +246,30 @@ impl fmt::Display for BuildErrors {
 
 impl std::error::Error for BuildErrors {}
 
-/// What a node reports when it cannot commit a tick.
+/// Why a node cannot complete a tick.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("{reason}")]
 pub struct NodeFault {
-    /// The node's own words.
+    /// The reason, as the node states it.
     pub reason: String,
 }
 
-/// What a world reports when it cannot go on.
+/// Why a world cannot continue.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("{reason}")]
 pub struct WorldError {
-    /// The world's own words.
+    /// The reason, as the world states it.
     pub reason: String,
 }
 
 impl WorldError {
-    /// A world's fault in its own words.
+    /// A fault with the given reason.
     pub fn new(reason: impl Into<String>) -> Self {
         Self { reason: reason.into() }
     }
 }
 
-/// Why a simulation could not start or go on.
+/// Why a simulation could not start or continue.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SimError {
@@ -283,7 +288,7 @@ pub enum SimError {
         /// The tick in which it appeared.
         tick: u64,
     },
-    /// A node that gave up.
+    /// A node that could not complete a tick.
     #[error("`{path}` failed in tick {tick}: {source}")]
     Node {
         /// The node's path.
@@ -293,7 +298,7 @@ pub enum SimError {
         /// The node's own report.
         source: NodeFault,
     },
-    /// A world that gave up.
+    /// A world that could not continue.
     #[error("the world failed in tick {tick}: {source}")]
     World {
         /// The tick.
@@ -327,9 +332,11 @@ pub enum SimError {
         /// The scale given.
         scale: f32,
     },
-    /// A snapshot of another graph.
-    #[error("the snapshot belongs to another graph, clock, build seed or version of the engine")]
-    ForeignSnapshot,
+    /// A checkpoint of a graph with another fingerprint, or of a run with a world where this one has none.
+    #[error(
+        "the checkpoint was taken from a graph with other nodes, parameters, clock or build seed"
+    )]
+    ForeignCheckpoint,
     /// A path or port that the graph does not have.
     #[error("the graph has no output `{asked}`; it has: {}", list(choices))]
     UnknownOutput {

@@ -4,10 +4,13 @@ use std::any::Any;
 use std::fmt::Write as _;
 
 use super::error::SimError;
+use super::handle::{Out, PortRef};
+use super::kind::Kind;
 use super::node::{Node, OutSlot, Slot};
-use super::port::{Kind, Out, PortDecl, PortRef, ScratchSpec, Span};
+use super::port::{PortDecl, ScratchSpec};
 use super::probe::Capacity;
 use super::seed::Seed;
+use super::span::Span;
 use super::synapse::Synapse;
 use super::time::Timebase;
 
@@ -130,6 +133,8 @@ pub struct Graph {
     pub(crate) time: Timebase,
     pub(crate) seed: Seed,
     pub(crate) fingerprint: u64,
+    /// Whether a node can use several threads.
+    pub(crate) parallel: bool,
 }
 
 impl std::fmt::Debug for Graph {
@@ -144,12 +149,12 @@ pub struct OutputRef {
     pub(crate) source: Source,
 }
 
-/// A node whose neurons spike, found by its path, for observers.
+/// A node whose units have events, for observers.
 #[derive(Debug, Clone, Copy)]
-pub struct PopulationRef {
+pub struct EventSource {
     pub(crate) node: usize,
-    /// How many neurons it has.
-    pub neurons: usize,
+    /// How many units it has.
+    pub units: usize,
 }
 
 impl Graph {
@@ -184,11 +189,11 @@ impl Graph {
         self.paths().zip(bodies)
     }
 
-    /// The paths of all nodes with neurons that spike, in the order in which they emit.
-    pub fn populations(&self) -> impl Iterator<Item = (&str, PopulationRef)> {
+    /// All nodes whose units have events, with their paths, in the order in which they emit.
+    pub fn event_sources(&self) -> impl Iterator<Item = (&str, EventSource)> {
         self.paths().zip(&self.bodies).enumerate().filter_map(|(node, (path, body))| {
-            let neurons = body.neurons();
-            (neurons > 0).then_some((path, PopulationRef { node, neurons }))
+            let units = body.units();
+            (units > 0).then_some((path, EventSource { node, units }))
         })
     }
 

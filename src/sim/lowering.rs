@@ -1,5 +1,6 @@
-//! The seam where a requested layer becomes a node: the engine knows requests and results, and
-//! `neurons` knows the table between them.
+//! Layers that are described now and become nodes when the graph is built.
+//!
+//! The engine knows what is requested and what comes out; a [`Lowering`] decides what each becomes.
 
 use std::any::Any;
 
@@ -38,7 +39,7 @@ pub struct LoweringFault {
     pub choices: Vec<String>,
 }
 
-/// Turns every request of a graph into a node. Implemented by `neurons::PopulationPlan`.
+/// Turns every requested layer of a graph into a node.
 pub trait Lowering {
     /// One node for each request, in their order, with the ports that the request declares.
     ///

@@ -11,38 +11,49 @@
 mod arena;
 mod builder;
 mod check;
+mod checkpoint;
+mod draft;
 mod error;
+mod fingerprint;
 mod graph;
+mod handle;
+mod kind;
 mod layout;
 mod lowering;
 mod node;
 mod nodes;
 mod port;
 mod probe;
+mod run;
 mod seed;
 mod simulator;
-mod snapshot;
+mod span;
 mod synapse;
+mod threads;
+mod tick;
 mod time;
 mod world;
 
 pub use builder::{EdgeId, GraphBuilder, Module, Scope};
+pub use checkpoint::Checkpoint;
 pub use error::{BuildError, BuildErrors, ConfigError, NodeFault, SimError, WorldError};
-pub use graph::{Graph, OutputRef, PopulationRef};
+pub use fingerprint::Fingerprint;
+pub use graph::{EventSource, Graph, OutputRef};
+pub use handle::{In, NodePorts, Out};
+pub use kind::{AsPointer, Kind, Pointer, PointerRef, Scalar, Space, Vector, VocabTag};
 pub use lowering::{LayerRequest, Lowering, LoweringFault, PendingLayer};
 pub use node::{
-    AdvanceIo, Complex, EmitIo, Inputs, Node, Outputs, Real, Scratch, State, StateMut, StepCx,
+    AdvanceIo, Complex, EmitIo, Inputs, Node, Outputs, Real, Scratch, StateMut, StateRef, StepCx,
 };
 pub use nodes::{Add, AddPorts, Constant, Noise, NoisePorts, Stimulus};
-pub use port::{
-    AnyInput, AnyOutput, In, InputSpec, Kind, NodePorts, Out, OutputSpec, Pointer, PortDecl,
-    Scalar, ScratchSpec, Space, StateSpec, Vector, VocabTag,
-};
+pub use port::{AnyInput, AnyOutput, InputSpec, OutputSpec, PortDecl, ScratchSpec, StateSpec};
 pub use probe::{Capacity, ProbeId, ProbeSpec, Samples};
+pub use run::{RunConfig, RunReport, Stop, StopReason};
 pub use seed::Seed;
-pub(crate) use seed::fnv1a;
-pub use simulator::{RunConfig, RunReport, SimView, Simulator, Stop, StopReason};
-pub use snapshot::Snapshot;
+pub(crate) use seed::{FNV_START, fnv1a, fnv1a_word};
+pub use simulator::{SimView, Simulator};
 pub use synapse::Synapse;
+pub(crate) use synapse::decayed;
+pub use threads::Threads;
 pub use time::{SimDuration, Timebase};
 pub use world::{ScriptedWorld, World, WorldLink, WorldSave};

@@ -6,8 +6,11 @@ use std::marker::PhantomData;
 use rand_chacha::ChaCha8Rng;
 
 use super::error::NodeFault;
-use super::port::{PortDecl, Span};
+use super::fingerprint::Fingerprint;
+use super::port::PortDecl;
 use super::seed::Seed;
+use super::span::Span;
+use super::threads::Threads;
 use super::time::{SimDuration, Timebase};
 
 /// The number type of the running arenas.
@@ -23,13 +26,14 @@ pub type Complex = rustfft::num_complex::Complex<f32>;
 /// advance. Neither may allocate, lock or log.
 ///
 /// ```
-/// use symbolt::sim::{EmitIo, InputSpec, Node, OutputSpec, PortDecl, StepCx};
+/// use symbolt::sim::{EmitIo, Fingerprint, InputSpec, Node, OutputSpec, PortDecl, StepCx};
 ///
 /// struct Square;
 /// impl Node for Square {
 ///     fn declare(&self, ports: &mut PortDecl) {
 ///         ports.input("x", InputSpec::vector(3)).output("y", OutputSpec::vector(3));
 ///     }
+///     fn fingerprint(&self, _hash: &mut Fingerprint) {} // no parameters
 ///     fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
 ///         let x = io.inputs.get(0);
 ///         for (y, x) in io.outputs.get_mut(0).iter_mut().zip(x) {
@@ -42,6 +46,16 @@ pub trait Node: Any + Send + Sync {
     /// Says which ports, state and scratch the node has. Called while the graph is described and
     /// once more when it is built; both must agree.
     fn declare(&self, ports: &mut PortDecl);
+
+    /// Adds the node's own parameters to `hash`: every number that decides what the node does with its
+    /// state, and nothing that its ports show already. A checkpoint is refused by a graph of another
+    /// fingerprint, so a parameter that is left out lets a checkpoint into a graph in which it means something else.
+    fn fingerprint(&self, hash: &mut Fingerprint);
+
+    /// The name of the node's type, a part of the fingerprint. Leave it as it is.
+    fn type_name(&self) -> &'static str {
+        std::any::type_name::<Self>()
+    }
 
     /// Writes the state and the registered outputs that a fresh run starts from. All are zero
     /// before. Called by `Simulator::new` and `reset`.
@@ -63,25 +77,26 @@ pub trait Node: Any + Send + Sync {
         Ok(())
     }
 
-    /// How many neurons the node has that spike; none if it is no population.
-    fn neurons(&self) -> usize {
+    /// How many units of the node an observer can ask for events, one by one; most nodes have none.
+    fn units(&self) -> usize {
         0
     }
 
-    /// Whether one of its neurons spiked in the tick that left this state.
-    fn spiked(&self, state: &State<'_>, neuron: usize) -> bool {
-        let _ = (state, neuron);
+    /// Whether `unit`, less than [`units`](Node::units), had an event in the tick that left this state.
+    fn event(&self, state: &StateRef<'_>, unit: usize) -> bool {
+        let _ = (state, unit);
         false
     }
 }
 
-/// What a node knows of the moment.
+/// The tick in which a node is called.
 #[derive(Debug, Clone, Copy)]
 pub struct StepCx<'a> {
     pub(crate) tick: u64,
     pub(crate) time: Timebase,
     pub(crate) noise_scale: Real,
     pub(crate) node_seed: Seed,
+    pub(crate) threads: Threads,
     pub(crate) graph: PhantomData<&'a ()>,
 }
 
@@ -104,6 +119,12 @@ impl StepCx<'_> {
     /// The run's multiplier of every noise amplitude: 0 for none, 1 as described.
     pub fn noise_scale(&self) -> Real {
         self.noise_scale
+    }
+
+    /// Whether a node may share its work with the pool that it runs in. The result must have the same bits
+    /// either way.
+    pub fn threads(&self) -> Threads {
+        self.threads
     }
 
     /// A generator whose stream is a function of run seed, node path and tick alone. Costs no
@@ -202,36 +223,11 @@ impl Outputs<'_> {
     pub fn set(&mut self, index: usize, value: Real) {
         self.get_mut(index)[0] = value;
     }
-
-    /// Two different outputs at once.
-    ///
-    /// # Panics
-    /// If they are the same, or as [`Outputs::get_mut`].
-    pub fn pair_mut(&mut self, first: usize, second: usize) -> (&mut [Real], &mut [Real]) {
-        assert!(first != second, "a pair of outputs needs two different ones");
-        let (a, b) = (self.spans[first], self.spans[second]);
-        assert!(
-            a.registered == self.registered && b.registered == self.registered,
-            "outputs {first} and {second} belong to the other phase"
-        );
-        let local = |slot: OutSlot| {
-            let range = slot.span.of();
-            (range.start - self.base, range.end - self.base)
-        };
-        let ((a0, a1), (b0, b1)) = (local(a), local(b));
-        if a0 < b0 {
-            let (low, high) = self.values.split_at_mut(b0);
-            (&mut low[a0..a1], &mut high[..b1 - b0])
-        } else {
-            let (low, high) = self.values.split_at_mut(a0);
-            (&mut high[..a1 - a0], &mut low[b0..b1])
-        }
-    }
 }
 
 /// A node's state, read in emit.
 #[derive(Debug, Clone, Copy)]
-pub struct State<'a> {
+pub struct StateRef<'a> {
     /// Single-precision numbers.
     pub reals: &'a [Real],
     /// 32-bit counters.
@@ -251,8 +247,7 @@ pub struct StateMut<'a> {
     pub longs: &'a mut [u64],
 }
 
-/// Working memory without a past: its contents are undefined at every call, and no snapshot
-/// holds it.
+/// Working memory. Its contents are undefined at every call, and no checkpoint holds it.
 #[derive(Debug)]
 pub struct Scratch<'a> {
     /// Single-precision numbers.
@@ -273,7 +268,7 @@ pub struct EmitIo<'a> {
     /// Outputs written in emit.
     pub outputs: Outputs<'a>,
     /// The state as of the last advance.
-    pub state: State<'a>,
+    pub state: StateRef<'a>,
     /// Working memory.
     pub scratch: Scratch<'a>,
 }

@@ -4,11 +4,11 @@ use rand::RngExt;
 use rand_distr::StandardNormal;
 
 use super::builder::{Module, Scope};
+use super::fingerprint::Fingerprint;
+use super::handle::{In, Out};
+use super::kind::{AsPointer, Kind, Pointer, Scalar, Space, Vector, VocabTag};
 use super::node::{EmitIo, Node, Real, StepCx};
-use super::port::{
-    AnyOutput, In, InputSpec, Kind, Out, OutputSpec, Pointer, PortDecl, Scalar, Space, Vector,
-    VocabTag,
-};
+use super::port::{AnyOutput, InputSpec, OutputSpec, PortDecl};
 use super::time::SimDuration;
 
 /// Values that never change. Costs one copy a tick; adds no tick of delay.
@@ -33,8 +33,36 @@ impl Constant<Vector> {
 
 impl<V: VocabTag> Constant<Pointer<V>> {
     /// A pointer of `space`; any other length is a fault that `build` reports.
-    pub fn pointer(space: &Space<V>, values: &[Real]) -> Self {
-        Self { spec: OutputSpec::pointer(space), values: values.to_vec() }
+    ///
+    /// A pointer of one vocabulary stands where one of that vocabulary is wanted,
+    ///
+    /// ```
+    /// # use symbolt::sim::{Constant, PointerRef, Space, VocabTag};
+    /// # struct Parts;
+    /// # impl VocabTag for Parts { const NAME: &'static str = "parts"; }
+    /// # struct Actions;
+    /// # impl VocabTag for Actions { const NAME: &'static str = "actions"; }
+    /// let (parts, actions) = (Space::<Parts>::new(1, 2, "parts"), Space::<Actions>::new(2, 2, "actions"));
+    /// let nut = PointerRef::<Parts>::from_raw(&[1.0, 0.0]);
+    /// let grasp = PointerRef::<Actions>::from_raw(&[0.0, 1.0]);
+    /// Constant::pointer(&parts, &nut);
+    /// ```
+    ///
+    /// and where one of another is wanted, the program does not compile:
+    ///
+    /// ```compile_fail
+    /// # use symbolt::sim::{Constant, PointerRef, Space, VocabTag};
+    /// # struct Parts;
+    /// # impl VocabTag for Parts { const NAME: &'static str = "parts"; }
+    /// # struct Actions;
+    /// # impl VocabTag for Actions { const NAME: &'static str = "actions"; }
+    /// let (parts, actions) = (Space::<Parts>::new(1, 2, "parts"), Space::<Actions>::new(2, 2, "actions"));
+    /// let nut = PointerRef::<Parts>::from_raw(&[1.0, 0.0]);
+    /// let grasp = PointerRef::<Actions>::from_raw(&[0.0, 1.0]);
+    /// Constant::pointer(&actions, &nut);
+    /// ```
+    pub fn pointer(space: &Space<V>, value: &impl AsPointer<V>) -> Self {
+        Self { spec: OutputSpec::pointer(space), values: value.as_pointer().to_vec() }
     }
 }
 
@@ -52,7 +80,7 @@ impl<K: Kind> Module for Constant<K> {
     }
 }
 
-/// Values on a schedule: what holds from the start, then at given moments something else. Costs
+/// Values on a schedule: what holds from the start, then at given times something else. Costs
 /// one copy a tick; adds no tick of delay.
 pub struct Stimulus<K: Kind> {
     spec: OutputSpec<K>,
@@ -66,6 +94,11 @@ impl Stimulus<Scalar> {
     pub fn scalar(value: Real) -> Self {
         Self::new(OutputSpec::scalar(), vec![value])
     }
+
+    /// From `time` on, `values`, one number. Times must be given in increasing order.
+    pub fn from(self, time: SimDuration, values: &[Real]) -> Self {
+        self.then(time, values)
+    }
 }
 
 impl Stimulus<Vector> {
@@ -73,12 +106,52 @@ impl Stimulus<Vector> {
     pub fn vector(values: &[Real]) -> Self {
         Self::new(OutputSpec::vector(values.len()), values.to_vec())
     }
+
+    /// From `time` on, `values`. Times must be given in increasing order.
+    pub fn from(self, time: SimDuration, values: &[Real]) -> Self {
+        self.then(time, values)
+    }
 }
 
 impl<V: VocabTag> Stimulus<Pointer<V>> {
-    /// A pointer of `space`, `values` from the start.
-    pub fn pointer(space: &Space<V>, values: &[Real]) -> Self {
-        Self::new(OutputSpec::pointer(space), values.to_vec())
+    /// A pointer of `space`, `value` from the start.
+    pub fn pointer(space: &Space<V>, value: &impl AsPointer<V>) -> Self {
+        Self::new(OutputSpec::pointer(space), value.as_pointer().to_vec())
+    }
+
+    /// From `time` on, `value`, as for every other kind in order of time.
+    ///
+    /// ```
+    /// # use symbolt::sim::{PointerRef, SimDuration, Space, Stimulus, VocabTag};
+    /// # struct Parts;
+    /// # impl VocabTag for Parts { const NAME: &'static str = "parts"; }
+    /// # struct Actions;
+    /// # impl VocabTag for Actions { const NAME: &'static str = "actions"; }
+    /// let (parts, actions) = (Space::<Parts>::new(1, 2, "parts"), Space::<Actions>::new(2, 2, "actions"));
+    /// let nut = PointerRef::<Parts>::from_raw(&[1.0, 0.0]);
+    /// let grasp = PointerRef::<Actions>::from_raw(&[0.0, 1.0]);
+    /// Stimulus::pointer(&parts, &nut).from(SimDuration::from_millis(5), &nut);
+    /// ```
+    ///
+    /// ```compile_fail
+    /// # use symbolt::sim::{PointerRef, SimDuration, Space, Stimulus, VocabTag};
+    /// # struct Parts;
+    /// # impl VocabTag for Parts { const NAME: &'static str = "parts"; }
+    /// # struct Actions;
+    /// # impl VocabTag for Actions { const NAME: &'static str = "actions"; }
+    /// let (parts, actions) = (Space::<Parts>::new(1, 2, "parts"), Space::<Actions>::new(2, 2, "actions"));
+    /// let nut = PointerRef::<Parts>::from_raw(&[1.0, 0.0]);
+    /// let grasp = PointerRef::<Actions>::from_raw(&[0.0, 1.0]);
+    /// Stimulus::pointer(&parts, &nut).from(SimDuration::from_millis(5), &grasp);
+    /// ```
+    pub fn from(self, time: SimDuration, value: &impl AsPointer<V>) -> Self {
+        self.then(time, &value.as_pointer())
+    }
+
+    /// From `time` on, the zero vector.
+    pub fn silent_from(self, time: SimDuration) -> Self {
+        let width = self.rest.len();
+        self.then(time, &vec![0.0; width])
     }
 }
 
@@ -87,8 +160,7 @@ impl<K: Kind> Stimulus<K> {
         Self { spec, rest, entries: Vec::new(), starts: Vec::new() }
     }
 
-    /// From `time` on, `values`. Moments must be given in increasing order.
-    pub fn from(mut self, time: SimDuration, values: &[Real]) -> Self {
+    fn then(mut self, time: SimDuration, values: &[Real]) -> Self {
         self.starts.push(time);
         self.entries.push(values.to_vec());
         self
@@ -107,9 +179,16 @@ impl<K: Kind> Node for Stimulus<K> {
             }
         }
         if self.starts.windows(2).any(|w| w[0] >= w[1]) {
-            ports.fault("the moments of a stimulus must increase");
+            ports.fault("the times of a stimulus must increase");
         }
         ports.output("out", self.spec.clone());
+    }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.reals(&self.rest);
+        for (start, values) in self.starts.iter().zip(&self.entries) {
+            hash.number(start.as_micros()).reals(values);
+        }
     }
 
     fn emit(&self, cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
@@ -167,6 +246,8 @@ impl<K: Kind> Node for Add<K> {
     fn declare(&self, ports: &mut PortDecl) {
         ports.input("in", self.input.clone()).output("out", self.output.clone());
     }
+
+    fn fingerprint(&self, _hash: &mut Fingerprint) {}
 
     fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
         io.outputs.get_mut(0).copy_from_slice(io.inputs.get(0));
@@ -228,6 +309,10 @@ impl<K: Kind> Node for Noise<K> {
             ports.fault(format!("a noise of {} is not a finite number of at least 0", self.sd));
         }
         ports.input("in", self.input.clone()).output("out", self.output.clone());
+    }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.reals(&[self.sd]);
     }
 
     fn emit(&self, cx: &StepCx<'_>, io: &mut EmitIo<'_>) {

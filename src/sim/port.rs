@@ -1,118 +1,9 @@
-//! Port kinds, typed handles, and what a node declares about its ports.
+//! What a node declares about its ports, its state and its working memory.
 
 use std::any::TypeId;
-use std::fmt;
 use std::marker::PhantomData;
-use std::ops::Range;
-use std::sync::Arc;
 
-/// What flows through a port. A handle of one kind does not fit a port of another: the compiler
-/// refuses the connection.
-pub trait Kind: 'static {
-    /// A readable name for messages and pictures.
-    fn label() -> String;
-}
-
-/// One number.
-#[derive(Debug, Clone, Copy)]
-pub enum Scalar {}
-
-/// A plain vector of numbers without a vocabulary.
-#[derive(Debug, Clone, Copy)]
-pub enum Vector {}
-
-/// A semantic pointer of the vocabularies tagged `V`.
-#[derive(Debug, Clone, Copy)]
-pub struct Pointer<V: VocabTag>(PhantomData<fn() -> V>);
-
-/// Marks a family of vector spaces at compile time. Two instances of one tag are told apart at
-/// build time, by their [`Space`].
-pub trait VocabTag: 'static {
-    /// The name used in messages.
-    const NAME: &'static str;
-}
-
-impl Kind for Scalar {
-    fn label() -> String {
-        "scalar".into()
-    }
-}
-
-impl Kind for Vector {
-    fn label() -> String {
-        "vector".into()
-    }
-}
-
-impl<V: VocabTag> Kind for Pointer<V> {
-    fn label() -> String {
-        format!("pointer of {}", V::NAME)
-    }
-}
-
-/// The identity of a vector space: the engine compares it and knows nothing else about it.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct SpaceId {
-    id: u64,
-    width: usize,
-    label: Arc<str>,
-}
-
-impl SpaceId {
-    /// Whether `other` is this very space (labels are not compared).
-    pub fn same_as(&self, other: &Self) -> bool {
-        self.id == other.id && self.width == other.width
-    }
-}
-
-/// A vector space of the family `V`: what makes a port one of that family.
-#[derive(Debug)]
-pub struct Space<V: VocabTag> {
-    id: SpaceId,
-    tag: PhantomData<fn() -> V>,
-}
-
-impl<V: VocabTag> Clone for Space<V> {
-    fn clone(&self) -> Self {
-        Self { id: self.id.clone(), tag: PhantomData }
-    }
-}
-
-impl<V: VocabTag> Space<V> {
-    /// A space of `width` dimensions. Spaces are the same when their `id` and width are.
-    pub fn new(id: u64, width: usize, label: impl Into<Arc<str>>) -> Self {
-        Self { id: SpaceId { id, width, label: label.into() }, tag: PhantomData }
-    }
-
-    /// The number of dimensions.
-    pub fn width(&self) -> usize {
-        self.id.width
-    }
-
-    /// Whether `other` is this very space (labels are not compared).
-    pub fn same_as<W: VocabTag>(&self, other: &Space<W>) -> bool {
-        self.id.same_as(&other.id)
-    }
-}
-
-impl<V: VocabTag> fmt::Display for Space<V> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.id.fmt(f)
-    }
-}
-
-impl fmt::Display for SpaceId {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.label)
-    }
-}
-
-/// Width and space of a port, without its name.
-#[derive(Debug, Clone)]
-pub(crate) struct Shape {
-    pub width: usize,
-    pub space: Option<SpaceId>,
-}
+use super::kind::{Kind, Pointer, Scalar, Shape, Space, SpaceId, Vector, VocabTag};
 
 /// How an input is read and fed, when its kind is known at run time only.
 #[derive(Debug, Clone)]
@@ -198,7 +89,7 @@ impl InputSpec<Vector> {
 impl<V: VocabTag> InputSpec<Pointer<V>> {
     /// A pointer of `space`, read in emit, from exactly one source.
     pub fn pointer(space: &Space<V>) -> Self {
-        Self::with(space.width(), Some(space.id.clone()))
+        Self::with(space.width(), Some(space.id().clone()))
     }
 }
 
@@ -220,7 +111,7 @@ impl<K: Kind> OutputSpec<K> {
         self
     }
 
-    /// The output of a population: every edge that leaves it needs a synapse.
+    /// Requires a synapse on every edge that leaves it.
     pub fn filtered_only(mut self) -> Self {
         self.any.filtered_only = true;
         self
@@ -244,7 +135,7 @@ impl OutputSpec<Vector> {
 impl<V: VocabTag> OutputSpec<Pointer<V>> {
     /// A pointer of `space`, written in emit.
     pub fn pointer(space: &Space<V>) -> Self {
-        Self::with(space.width(), Some(space.id.clone()))
+        Self::with(space.width(), Some(space.id().clone()))
     }
 }
 
@@ -351,6 +242,7 @@ pub struct PortDecl {
     pub(crate) state: StateSpec,
     pub(crate) scratch: ScratchSpec,
     pub(crate) always_advance: bool,
+    pub(crate) parallel: bool,
     pub(crate) faults: Vec<String>,
 }
 
@@ -390,6 +282,13 @@ impl PortDecl {
         self
     }
 
+    /// Says that the node is large enough to share its work among threads, which it does by Rayon while
+    /// [`StepCx::threads`](super::StepCx::threads) is [`Threads::Pool`](super::Threads::Pool).
+    pub fn parallel(&mut self) -> &mut Self {
+        self.parallel = true;
+        self
+    }
+
     /// Reports a parameter that cannot work; `build` returns it with all other faults.
     pub fn fault(&mut self, reason: impl Into<String>) -> &mut Self {
         self.faults.push(reason.into());
@@ -407,138 +306,15 @@ impl PortDecl {
 
     /// Whether the two declarations offer the same ports (state and scratch may differ).
     pub(crate) fn same_ports(&self, other: &Self) -> bool {
-        let space = |a: &Shape, b: &Shape| {
-            a.width == b.width
-                && match (&a.space, &b.space) {
-                    (None, None) => true,
-                    (Some(x), Some(y)) => x.same_as(y),
-                    _ => false,
-                }
+        let input = |(a, b): (&InputDecl, &InputDecl)| {
+            a.name == b.name && a.kind == b.kind && a.sum == b.sum && a.shape.fits(&b.shape)
+        };
+        let output = |(a, b): (&OutputDecl, &OutputDecl)| {
+            a.name == b.name && a.kind == b.kind && a.shape.fits(&b.shape)
         };
         self.inputs.len() == other.inputs.len()
             && self.outputs.len() == other.outputs.len()
-            && self.inputs.iter().zip(&other.inputs).all(|(a, b)| {
-                a.name == b.name && a.kind == b.kind && a.sum == b.sum && space(&a.shape, &b.shape)
-            })
-            && self
-                .outputs
-                .iter()
-                .zip(&other.outputs)
-                .all(|(a, b)| a.name == b.name && a.kind == b.kind && space(&a.shape, &b.shape))
-    }
-}
-
-/// Where a handle points: a port of a node of one builder, or a name that was not found.
-#[derive(Debug, Clone)]
-pub(crate) enum PortRef {
-    Known { builder: u64, node: usize, port: usize },
-    Unknown { node: String, port: String, kind: String, choices: Vec<String> },
-}
-
-/// A handle to an output of kind `K`.
-pub struct Out<K: Kind> {
-    pub(crate) port: PortRef,
-    kind: PhantomData<fn() -> K>,
-}
-
-/// A handle to an input of kind `K`.
-pub struct In<K: Kind> {
-    pub(crate) port: PortRef,
-    kind: PhantomData<fn(K)>,
-}
-
-impl<K: Kind> Out<K> {
-    pub(crate) fn new(port: PortRef) -> Self {
-        Self { port, kind: PhantomData }
-    }
-}
-
-impl<K: Kind> In<K> {
-    pub(crate) fn new(port: PortRef) -> Self {
-        Self { port, kind: PhantomData }
-    }
-}
-
-impl<K: Kind> Clone for Out<K> {
-    fn clone(&self) -> Self {
-        Self::new(self.port.clone())
-    }
-}
-
-impl<K: Kind> Clone for In<K> {
-    fn clone(&self) -> Self {
-        Self::new(self.port.clone())
-    }
-}
-
-impl<K: Kind> fmt::Debug for Out<K> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Out<{}>({:?})", K::label(), self.port)
-    }
-}
-
-impl<K: Kind> fmt::Debug for In<K> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "In<{}>({:?})", K::label(), self.port)
-    }
-}
-
-/// The ports of an added node, looked up by name.
-///
-/// A name or kind that the node does not have gives a handle that makes `build` report the fault
-/// together with the ports that exist.
-#[derive(Debug, Clone)]
-pub struct NodePorts {
-    pub(crate) builder: u64,
-    pub(crate) node: usize,
-    pub(crate) path: String,
-    pub(crate) inputs: Arc<[(String, TypeId, String)]>,
-    pub(crate) outputs: Arc<[(String, TypeId, String)]>,
-}
-
-impl NodePorts {
-    /// The input called `name`.
-    pub fn input<K: Kind>(&self, name: &str) -> In<K> {
-        In::new(self.find::<K>(&self.inputs, name))
-    }
-
-    /// The output called `name`.
-    pub fn output<K: Kind>(&self, name: &str) -> Out<K> {
-        Out::new(self.find::<K>(&self.outputs, name))
-    }
-
-    /// The node's full path.
-    pub fn path(&self) -> &str {
-        &self.path
-    }
-
-    fn find<K: Kind>(&self, ports: &[(String, TypeId, String)], name: &str) -> PortRef {
-        let kind = TypeId::of::<K>();
-        match ports.iter().position(|(n, k, _)| n == name && *k == kind) {
-            Some(port) => PortRef::Known { builder: self.builder, node: self.node, port },
-            None => PortRef::Unknown {
-                node: self.path.clone(),
-                port: name.into(),
-                kind: K::label(),
-                choices: ports.iter().map(|(n, _, label)| format!("{n}: {label}")).collect(),
-            },
-        }
-    }
-}
-
-/// A range of `u32` bounds, half the size of a `Range<usize>`.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(crate) struct Span {
-    pub start: u32,
-    pub end: u32,
-}
-
-impl Span {
-    pub fn of(self) -> Range<usize> {
-        self.start as usize..self.end as usize
-    }
-
-    pub fn len(self) -> usize {
-        (self.end - self.start) as usize
+            && self.inputs.iter().zip(&other.inputs).all(input)
+            && self.outputs.iter().zip(&other.outputs).all(output)
     }
 }

@@ -2,8 +2,8 @@
 
 use std::marker::PhantomData;
 
+use super::kind::Kind;
 use super::node::Real;
-use super::port::Kind;
 use super::synapse::Synapse;
 use super::time::SimDuration;
 
@@ -140,23 +140,24 @@ impl<'a, K: Kind> Samples<'a, K> {
     }
 
     /// The `index`-th sample, oldest first: simulated seconds at the end of its tick, and values.
-    pub fn get(&self, index: usize) -> Option<(f64, &'a [Real])> {
+    pub fn get(&self, index: usize) -> Option<(f64, K::Value<'a>)> {
         let len = self.len();
         if index >= len {
             return None;
         }
         let at = (self.recording.head + index) % len;
         let time = self.recording.ticks[at] as f64 * self.dt_s;
-        Some((time, &self.recording.values[at * self.width..(at + 1) * self.width]))
+        let numbers = &self.recording.values[at * self.width..(at + 1) * self.width];
+        Some((time, K::value(numbers)))
     }
 
     /// The newest sample.
-    pub fn last(&self) -> Option<(f64, &'a [Real])> {
+    pub fn last(&self) -> Option<(f64, K::Value<'a>)> {
         self.len().checked_sub(1).and_then(|i| self.get(i))
     }
 
     /// All samples, oldest first.
-    pub fn iter(&self) -> impl Iterator<Item = (f64, &'a [Real])> + use<'a, K> {
+    pub fn iter(&self) -> impl Iterator<Item = (f64, K::Value<'a>)> + use<'a, K> {
         let this = *self;
         (0..self.len()).filter_map(move |i| this.get(i))
     }

@@ -30,12 +30,17 @@ pub(crate) const fn mix64(word: u64) -> u64 {
     z ^ (z >> 31)
 }
 
+/// Where 64-bit FNV-1a starts.
+pub(crate) const FNV_START: u64 = 0xCBF2_9CE4_8422_2325;
+
 /// 64-bit FNV-1a, continued from `hash`.
-pub(crate) fn fnv1a(mut hash: u64, bytes: &[u8]) -> u64 {
-    for byte in bytes {
-        hash = (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01B3);
-    }
-    hash
+pub(crate) fn fnv1a(hash: u64, bytes: &[u8]) -> u64 {
+    bytes.iter().fold(hash, |hash, byte| fnv1a_word(hash, u64::from(*byte)))
+}
+
+/// One step of it, over a byte or a wider word.
+pub(crate) fn fnv1a_word(hash: u64, word: u64) -> u64 {
+    (hash ^ word).wrapping_mul(0x0000_0100_0000_01B3)
 }
 
 impl Seed {
@@ -51,7 +56,7 @@ impl Seed {
 
     /// The seed of `role` at `path`, a pure function of the three.
     pub fn derive(self, path: &str, role: &str) -> Self {
-        let mut hash = mix64(self.0) ^ 0xCBF2_9CE4_8422_2325;
+        let mut hash = mix64(self.0) ^ FNV_START;
         hash = fnv1a(hash, path.as_bytes());
         hash = fnv1a(hash, &[0xFF]);
         hash = fnv1a(hash, role.as_bytes());

@@ -1,88 +1,23 @@
-//! Running a graph: the tick, runs and their reports, reset.
+//! Running a graph: runs and their reports, values and samples, reset.
 //!
-//! One tick: emit in topological order, advance, latch registered outputs and edge filters, check
-//! that all numbers are finite, step the world if it is due, sample the probes. Nothing in a tick
-//! allocates; storage for probes that keep everything is reserved between blocks of ticks.
-//!
-//! Cost: a node that copies one number takes about 20 ns a tick, a filter about 0.1 ns a
-//! component (`graph/tick` in the benches).
+//! Storage for probes that keep everything is reserved between blocks of ticks, so that no tick allocates.
 
 use std::marker::PhantomData;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use super::arena::{Arenas, ScratchArena};
+use super::arena::Arenas;
 use super::error::SimError;
-use super::graph::{Graph, OutputRef, PopulationRef, Source};
-use super::node::{
-    AdvanceIo, EmitIo, Inputs, Outputs, Real, Scratch, Slot, State, StateMut, StepCx,
-};
-use super::port::{Kind, Out, Span};
+use super::graph::{EventSource, Graph, OutputRef};
+use super::handle::Out;
+use super::kind::Kind;
+use super::node::{Outputs, Real, StateMut, StateRef};
 use super::probe::{Capacity, ProbeId, Recording, Samples};
+use super::run::{RunConfig, RunReport, Stop, StopReason};
 use super::seed::Seed;
-use super::synapse::latch;
+use super::threads::Threads;
 use super::time::SimDuration;
 use super::world::World;
-
-/// What a run brings beside the graph.
-pub struct RunConfig {
-    /// The run seed: noise and the world.
-    pub seed: Seed,
-    /// A multiplier of every noise amplitude in the graph; 1 leaves them as described, 0 must
-    /// give exactly the noise-free graph.
-    pub noise: Real,
-    /// The world, if the graph has a link to one.
-    pub world: Option<Box<dyn World>>,
-}
-
-impl Default for RunConfig {
-    fn default() -> Self {
-        Self { seed: Seed::new(1), noise: 1.0, world: None }
-    }
-}
-
-impl RunConfig {
-    /// A run with `seed` and noise as described, without a world.
-    pub fn seeded(seed: Seed) -> Self {
-        Self { seed, ..Self::default() }
-    }
-
-    /// Adds a world.
-    pub fn in_world(mut self, world: impl World + 'static) -> Self {
-        self.world = Some(Box::new(world));
-        self
-    }
-
-    /// Sets the multiplier of every noise amplitude.
-    pub fn with_noise(mut self, scale: Real) -> Self {
-        self.noise = scale;
-        self
-    }
-}
-
-/// Why a run came to its end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum StopReason {
-    /// The time given was used up.
-    TimeUp,
-    /// The caller's condition held; the caller's own word for it.
-    Condition(&'static str),
-}
-
-/// What a stop condition returns: go on, or stop and why.
-pub type Stop = ControlFlow<StopReason>;
-
-/// How a run went.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RunReport {
-    /// Why it ended.
-    pub reason: StopReason,
-    /// How many ticks it took.
-    pub ticks: u64,
-    /// How much simulated time that is.
-    pub span: SimDuration,
-}
 
 /// What a stop condition can look at after a tick.
 pub struct SimView<'a> {
@@ -102,13 +37,13 @@ impl<'a> SimView<'a> {
 
     /// The values of an output after this tick (a registered output: as just written). Empty for
     /// a handle of another graph.
-    pub fn value<K: Kind>(&self, of: &Out<K>) -> &'a [Real] {
+    pub fn value<K: Kind>(&self, of: &Out<K>) -> K::Value<'a> {
         self.sim.value(of)
     }
 
-    /// As [`Simulator::spiked`].
-    pub fn spiked(&self, of: PopulationRef, neuron: usize) -> bool {
-        self.sim.spiked(of, neuron)
+    /// As [`Simulator::event`].
+    pub fn event(&self, of: EventSource, unit: usize) -> bool {
+        self.sim.event(of, unit)
     }
 
     /// The world of this run.
@@ -125,10 +60,11 @@ pub struct Simulator {
     pub(crate) seed: Seed,
     pub(crate) noise: Real,
     pub(crate) world: Option<Box<dyn World>>,
-    world_ticks: u64,
-    node_seeds: Vec<Seed>,
-    recordings: Vec<Recording>,
-    command: Vec<Real>,
+    pub(super) threads: Threads,
+    pub(super) world_ticks: u64,
+    pub(super) node_seeds: Vec<Seed>,
+    pub(super) recordings: Vec<Recording>,
+    pub(super) command: Vec<Real>,
 }
 
 /// Ticks between two reservations of probe storage.
@@ -161,6 +97,7 @@ impl Simulator {
             seed: run.seed,
             noise: run.noise,
             world: run.world,
+            threads: run.threads,
             world_ticks,
             node_seeds: Vec::new(),
             recordings,
@@ -171,7 +108,7 @@ impl Simulator {
         Ok(sim)
     }
 
-    /// Goes back to the first tick: exactly a fresh run, recordings emptied.
+    /// Returns to the first tick and empties the recordings. What follows has the bits of a fresh run.
     ///
     /// # Errors
     /// If the world cannot be reset.
@@ -230,27 +167,6 @@ impl Simulator {
         self.world.as_deref()
     }
 
-    /// The world of this run, to be disturbed between runs.
-    pub fn world_mut(&mut self) -> Option<&mut (dyn World + 'static)> {
-        self.world.as_deref_mut()
-    }
-
-    /// Exchanges the run's world without resetting it; it is sensed at once.
-    ///
-    /// # Errors
-    /// As [`Simulator::new`] for a world that does not fit; the old one then stays.
-    pub fn replace_world(&mut self, world: Box<dyn World>) -> Result<(), SimError> {
-        let Some(link) = self.graph.world else {
-            return Err(SimError::WorldMissing { linked: false, given: true });
-        };
-        let period = fit_world(&self.graph, &*world)?;
-        world.sense(&mut self.arenas.registered[link.sense.of()]);
-        self.arenas.commit_registered();
-        self.world = Some(world);
-        self.world_ticks = period;
-        Ok(())
-    }
-
     /// Runs for `span`.
     ///
     /// # Errors
@@ -259,16 +175,37 @@ impl Simulator {
         self.run_until(span, |_| ControlFlow::Continue(()))
     }
 
-    /// Runs until `stop` breaks, looked at after every tick, or for `limit` at most.
+    /// Runs until `stop` breaks, looked at after every tick, or for `limit` at most. With
+    /// [`Threads::Pool`] `stop` may be called on another thread than the caller's.
     ///
     /// # Errors
     /// As [`Simulator::run_for`].
     pub fn run_until(
         &mut self,
         limit: SimDuration,
-        mut stop: impl FnMut(SimView<'_>) -> Stop,
+        stop: impl FnMut(SimView<'_>) -> Stop + Send,
     ) -> Result<RunReport, SimError> {
         let limit = self.graph.time.ticks(limit)?;
+        let outside = rayon::current_thread_index().is_none();
+        // Entering the pool once a run costs some microseconds; a node that shared its work from
+        // outside would pay them in every tick.
+        if outside && self.threads() == Threads::Pool && rayon::current_num_threads() > 1 {
+            rayon::scope(|_| self.run_ticks(limit, stop))
+        } else {
+            self.run_ticks(limit, stop)
+        }
+    }
+
+    /// Who computes a tick of this graph.
+    pub(super) fn threads(&self) -> Threads {
+        if self.graph.parallel { self.threads } else { Threads::Serial }
+    }
+
+    fn run_ticks(
+        &mut self,
+        limit: u64,
+        mut stop: impl FnMut(SimView<'_>) -> Stop,
+    ) -> Result<RunReport, SimError> {
         let mut done = 0;
         let mut reason = StopReason::TimeUp;
         'run: while done < limit {
@@ -288,8 +225,8 @@ impl Simulator {
 
     /// The values of an output after the last tick (a registered output: as just written). Empty
     /// for a handle of another graph.
-    pub fn value<K: Kind>(&self, of: &Out<K>) -> &[Real] {
-        self.graph.source(of).map_or(&[], |source| self.arenas.source(source))
+    pub fn value<K: Kind>(&self, of: &Out<K>) -> K::Value<'_> {
+        K::value(self.graph.source(of).map_or(&[], |source| self.arenas.source(source)))
     }
 
     /// The values of an output found by path.
@@ -297,20 +234,20 @@ impl Simulator {
         self.arenas.source(of.source)
     }
 
-    /// Whether a neuron of a population of this graph, counted from 0, spiked in the last tick. No neuron that is not
-    /// there does.
-    pub fn spiked(&self, of: PopulationRef, neuron: usize) -> bool {
+    /// Whether a unit of a node of this graph, counted from 0, had an event in the last tick.
+    /// `false` for a unit that the node does not have.
+    pub fn event(&self, of: EventSource, unit: usize) -> bool {
         let (Some(node), Some(body)) =
             (self.graph.nodes.get(of.node), self.graph.bodies.get(of.node))
         else {
             return false;
         };
-        let state = State {
+        let state = StateRef {
             reals: &self.arenas.reals[node.reals.of()],
             words: &self.arenas.words[node.words.of()],
             longs: &self.arenas.longs[node.longs.of()],
         };
-        neuron < body.neurons() && self.tick > 0 && body.spiked(&state, neuron)
+        unit < body.units() && self.tick > 0 && body.event(&state, unit)
     }
 
     /// What a probe has recorded. Empty for a handle of another graph.
@@ -350,172 +287,6 @@ impl Simulator {
         }
         Ok(())
     }
-
-    /// One tick.
-    fn step(&mut self) -> Result<(), SimError> {
-        let Self { graph, arenas, tick, noise, node_seeds, .. } = self;
-        let tick = *tick;
-        let mut cx = StepCx {
-            tick,
-            time: graph.time,
-            noise_scale: *noise,
-            node_seed: Seed::new(0),
-            graph: PhantomData,
-        };
-        // Locals that nothing else can alias: without them every access goes through two pointers.
-        let (bodies, slots, outs) = (&graph.bodies[..], &graph.slots[..], &graph.outs[..]);
-        let seeds = &node_seeds[..];
-        let (signals, registered) = (&mut arenas.signals[..], &mut arenas.registered[..]);
-        let (held, gathered) = (&arenas.held[..], &mut arenas.gathered[..]);
-        let (reals, words) = (&mut arenas.reals[..], &mut arenas.words[..]);
-        let (longs, scratch) = (&mut arenas.longs[..], &mut arenas.scratch);
-        for plan in &graph.emits {
-            let node = plan.node as usize;
-            cx.node_seed = seeds[node];
-            let (earlier, own) = signals.split_at_mut(plan.own.start as usize);
-            if plan.gathers.len() > 0 {
-                graph.gather(plan.gathers, earlier, held, gathered);
-            }
-            let mut io = EmitIo {
-                inputs: Inputs { slots: &slots[plan.slots.of()], signals: earlier, held, gathered },
-                outputs: Outputs {
-                    spans: &outs[plan.outs.of()],
-                    base: plan.own.start as usize,
-                    registered: false,
-                    values: &mut own[..plan.own.len()],
-                },
-                state: match plan.stateful {
-                    true => State {
-                        reals: &reals[plan.reals.of()],
-                        words: &words[plan.words.of()],
-                        longs: &longs[plan.longs.of()],
-                    },
-                    false => State { reals: &[], words: &[], longs: &[] },
-                },
-                scratch: scratch.lend(plan.scratch),
-            };
-            bodies[node].emit(&cx, &mut io);
-        }
-        for plan in &graph.advances {
-            let node = plan.node as usize;
-            cx.node_seed = seeds[node];
-            if plan.gathers.len() > 0 {
-                graph.gather(plan.gathers, signals, held, gathered);
-            }
-            let mut io = AdvanceIo {
-                inputs: Inputs { slots: &slots[plan.slots.of()], signals, held, gathered },
-                outputs: Outputs {
-                    spans: &outs[plan.outs.of()],
-                    base: plan.own.start as usize,
-                    registered: true,
-                    values: &mut registered[plan.own.of()],
-                },
-                state: match plan.stateful {
-                    true => StateMut {
-                        reals: &mut reals[plan.reals.of()],
-                        words: &mut words[plan.words.of()],
-                        longs: &mut longs[plan.longs.of()],
-                    },
-                    false => StateMut { reals: &mut [], words: &mut [], longs: &mut [] },
-                },
-                scratch: scratch.lend(plan.scratch),
-            };
-            if let Err(source) = bodies[node].advance(&cx, &mut io) {
-                let path = graph.nodes[node].path.clone();
-                return Err(SimError::Node { path, tick, source });
-            }
-        }
-        for filter in &graph.filters {
-            let input = match filter.source {
-                Source::Signal(span) => &arenas.signals[span.of()],
-                Source::Registered(span) => &arenas.registered[span.of()],
-            };
-            latch(filter.decay, input, &mut arenas.held[filter.held.of()]);
-        }
-        if !arenas.all_finite() {
-            return Err(self.blame_non_finite());
-        }
-        self.step_world()?;
-        self.arenas.commit_registered();
-        self.sample_probes();
-        self.tick += 1;
-        Ok(())
-    }
-
-    /// Steps the world at the end of its period and shows what it senses.
-    fn step_world(&mut self) -> Result<(), SimError> {
-        let tick = self.tick;
-        let (Some(link), Some(world)) = (&self.graph.world, &mut self.world) else {
-            return Ok(());
-        };
-        if !(tick + 1).is_multiple_of(self.world_ticks) {
-            return Ok(());
-        }
-        self.graph.gather(
-            link.gathers,
-            &self.arenas.signals,
-            &self.arenas.held,
-            &mut self.arenas.gathered,
-        );
-        let inputs = Inputs {
-            slots: &self.graph.slots[link.slots.of()],
-            signals: &self.arenas.signals,
-            held: &self.arenas.held,
-            gathered: &self.arenas.gathered,
-        };
-        let mut at = 0;
-        for index in 0..link.slots.len() {
-            let value = inputs.get(index);
-            self.command[at..at + value.len()].copy_from_slice(value);
-            at += value.len();
-        }
-        world.advance(&self.command).map_err(|source| SimError::World { tick, source })?;
-        world.sense(&mut self.arenas.registered[link.sense.of()]);
-        let sensed = &self.arenas.registered[link.sense.of()];
-        if sensed.iter().all(|v| v.is_finite()) { Ok(()) } else { Err(self.blame_non_finite()) }
-    }
-
-    fn sample_probes(&mut self) {
-        let end = self.tick + 1;
-        for (plan, recording) in self.graph.probes.iter().zip(&mut self.recordings) {
-            let raw = match plan.source {
-                Source::Signal(span) => &self.arenas.signals[span.of()],
-                Source::Registered(span) => &self.arenas.registered[span.of()],
-            };
-            let value = match plan.decay {
-                Some(decay) => {
-                    let filtered = &mut self.arenas.probe_filters[plan.filter.of()];
-                    latch(decay, raw, filtered);
-                    &*filtered
-                }
-                None => raw,
-            };
-            if end.is_multiple_of(plan.period_ticks) {
-                recording.push(end, value, plan.capacity);
-            }
-        }
-    }
-
-    /// Finds the first port that holds a value that is not finite.
-    fn blame_non_finite(&self) -> SimError {
-        let tick = self.tick;
-        for node in &self.graph.nodes {
-            for (out, decl) in node.outs.iter().zip(&node.ports.outputs) {
-                let arena =
-                    if out.registered { &self.arenas.registered } else { &self.arenas.signals };
-                if let Some(value) = arena[out.span.of()].iter().find(|v| !v.is_finite()) {
-                    return SimError::NonFinite {
-                        path: node.path.clone(),
-                        port: decl.name.clone(),
-                        value: *value,
-                        tick,
-                    };
-                }
-            }
-        }
-        // Finite outputs of both signs near the largest float can still overflow in a filter.
-        SimError::NonFinite { path: "an edge".into(), port: "filter".into(), value: f32::NAN, tick }
-    }
 }
 
 /// How many ticks a period of `world` lasts, if it fits the link of `graph`.
@@ -534,46 +305,4 @@ fn fit_world(graph: &Graph, world: &dyn World) -> Result<u64, SimError> {
         }
     }
     Ok(graph.time.ticks(world.period())?.max(1))
-}
-
-impl Graph {
-    /// Adds sources up for a node about to run, in the order of their paths.
-    #[inline]
-    fn gather(&self, which: Span, signals: &[Real], held: &[Real], gathered: &mut [Real]) {
-        for plan in &self.gathers[which.of()] {
-            let into = &mut gathered[plan.into.of()];
-            into.fill(0.0);
-            for source in &self.gather_sources[plan.sources.of()] {
-                let values = match source {
-                    Slot::Signal(span) => &signals[span.of()],
-                    Slot::Held(span) => &held[span.of()],
-                    Slot::Gathered(_) | Slot::OtherPhase => continue,
-                };
-                for (sum, value) in into.iter_mut().zip(values) {
-                    *sum += value;
-                }
-            }
-        }
-    }
-}
-
-impl ScratchArena {
-    #[inline]
-    fn lend(&mut self, lengths: [u32; 4]) -> Scratch<'_> {
-        if lengths == [0; 4] {
-            return Scratch {
-                reals: &mut [],
-                doubles: &mut [],
-                complexes: &mut [],
-                words: &mut [],
-            };
-        }
-        let [reals, doubles, complexes, words] = lengths.map(|n| n as usize);
-        Scratch {
-            reals: &mut self.reals[..reals],
-            doubles: &mut self.doubles[..doubles],
-            complexes: &mut self.complexes[..complexes],
-            words: &mut self.words[..words],
-        }
-    }
 }

@@ -5,8 +5,10 @@ use std::any::Any;
 use serde::{Deserialize, Serialize};
 
 use super::error::WorldError;
+use super::fingerprint::Fingerprint;
+use super::kind::Kind;
 use super::node::{Node, Real};
-use super::port::{AnyInput, AnyOutput, InputSpec, Kind, OutputSpec, PortDecl};
+use super::port::{AnyInput, AnyOutput, InputSpec, OutputSpec, PortDecl};
 use super::seed::Seed;
 use super::time::SimDuration;
 
@@ -18,7 +20,7 @@ pub struct WorldSave(pub Vec<u8>);
 ///
 /// Every [`period`](World::period) the engine calls [`advance`](World::advance) with the values on
 /// the link's inputs and then [`sense`](World::sense), whose values stand on the link's outputs
-/// until the next period. A world can be asked what it is through [`Any`], by whoever put it there.
+/// until the next period. Code that knows the type of its world can downcast it through [`Any`].
 pub trait World: Send + Any {
     /// How often the world steps; a whole number of ticks.
     fn period(&self) -> SimDuration;
@@ -32,7 +34,7 @@ pub trait World: Send + Any {
     /// Writes what can be seen now.
     fn sense(&self, out: &mut [Real]);
 
-    /// Lives through one period under `command`.
+    /// Advances by one period with `command` applied.
     ///
     /// # Errors
     /// A [`WorldError`] ends the run.
@@ -44,7 +46,7 @@ pub trait World: Send + Any {
     /// A [`WorldError`] if the world cannot be set up.
     fn reset(&mut self, seed: Seed) -> Result<(), WorldError>;
 
-    /// Everything needed to go on from here.
+    /// Everything needed to continue from here.
     fn save(&self) -> WorldSave;
 
     /// Goes back to a saved moment.
@@ -105,6 +107,8 @@ impl Node for WorldLink {
             ports.input(name, spec.clone());
         }
     }
+
+    fn fingerprint(&self, _hash: &mut Fingerprint) {}
 }
 
 /// A world for tests and examples: it shows a fixed script, one entry a period (the last one

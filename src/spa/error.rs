@@ -7,16 +7,16 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum VocabError {
     /// A dimension that the algebra cannot use.
-    #[error("{dim} dimensions cannot be used; choose from {least} to {most}")]
+    #[error("{dim} dimensions cannot be used; choose from {min} to {max}")]
     Dimension {
         /// The dimension asked for.
         dim: usize,
-        /// The least that works.
-        least: usize,
-        /// The most that works.
-        most: usize,
+        /// The smallest that can be used.
+        min: usize,
+        /// The largest that can be used.
+        max: usize,
     },
-    /// A ceiling on similarity that makes no sense.
+    /// A ceiling on similarity outside its range.
     #[error("a similarity ceiling of {ceiling} cannot be used; choose more than 0 and at most 1")]
     Ceiling {
         /// The ceiling asked for.
@@ -36,7 +36,7 @@ pub enum VocabError {
         /// The name given.
         name: String,
     },
-    /// Vectors that would be too alike.
+    /// Vectors that cannot be drawn far enough apart.
     #[error(
         "no vector of {dim} dimensions for `{name}` stays within a similarity of {ceiling} to all {others} others: the best of {attempts} tries has {best:.3} to `{nearest}`; use more dimensions or a higher ceiling"
     )]

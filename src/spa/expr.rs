@@ -21,8 +21,8 @@ pub(crate) enum Expr {
     Times(Box<Expr>, Box<Expr>),
 }
 
-/// Deepest nesting of parentheses and prefix operators that is read.
-const DEEPEST: usize = 64;
+/// The deepest nesting of parentheses and prefix operators.
+const MAX_DEPTH: usize = 64;
 
 /// Parses `text`. Costs O(length).
 pub(crate) fn parse(text: &str) -> Result<Expr, VocabError> {
@@ -96,11 +96,11 @@ impl Parser<'_> {
         let Some(next) = self.peek() else { return Err(self.wrong(EXPECTED)) };
         let at = self.at;
         if matches!(next, '~' | '-' | '(') {
-            if self.depth == DEEPEST {
+            if self.depth == MAX_DEPTH {
                 return Err(VocabError::Syntax {
                     text: self.text.into(),
                     at,
-                    problem: format!("nesting deeper than {DEEPEST}"),
+                    problem: format!("nesting deeper than {MAX_DEPTH}"),
                     expected: "a flatter expression",
                 });
             }

@@ -11,7 +11,10 @@ mod pairs;
 mod pointer;
 mod vocabulary;
 
-pub use algebra::{Algebra, Hrr, LinearMap, ProductForm, Workspace, cosine, dot, norm, normalize};
+pub use crate::sim::PointerRef;
+pub use algebra::{
+    Algebra, Hrr, LinearMap, ProductForm, Workspace, cosine, cosine_of_slices, dot, norm, normalize,
+};
 pub use error::VocabError;
 pub(crate) use error::nearest_name;
 pub(crate) use item_memory::dots;
@@ -23,5 +26,6 @@ pub use modules::{
     Superpose, SuperposePorts, Unbind, UnbindFixed, UnbindFixedPorts, UnbindPorts,
 };
 pub use pairs::{Filler, PairDecoder};
-pub use pointer::{PointerRef, PointerValue};
+pub use pointer::PointerValue;
+pub(crate) use vocabulary::draw_pointer;
 pub use vocabulary::{Vocabulary, VocabularyBuilder, random_pointer};

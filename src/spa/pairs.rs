@@ -18,10 +18,10 @@ use crate::sim::Real;
 
 /// How far the weights go towards what follows from the other pairs' in one turn.
 const DAMPING: Real = 0.5;
-/// Weights that change less than this in a round are settled.
-const SETTLED: Real = 1e-3;
+/// Weights that change by less than this in a round have converged.
+const TOLERANCE: Real = 1e-3;
 /// The least variance, of all components together: what rounding leaves.
-const LEAST: Real = 1e-3;
+const MIN_VARIANCE: Real = 1e-3;
 
 /// What is bound to a role.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -142,8 +142,8 @@ impl PairDecoder {
     }
 
     /// The filler of every role, in the roles' order. Costs at most [`ROUNDS`](Self::ROUNDS) x roles x (6 transforms +
-    /// items x dimensions products, twice that while all items have weight); allocates nothing. Of a sum with a component
-    /// that is no finite number nothing is read: all weights are 0.
+    /// items x dimensions products, twice that while all items have weight); allocates nothing. If a component of the sum is
+    /// not a finite number, all weights are 0.
     ///
     /// # Panics
     /// If `sum` has another number of components.
@@ -159,7 +159,7 @@ impl PairDecoder {
         }
         for _ in 0..Self::ROUNDS {
             let turns = (0..self.unknown.len()).map(|pair| self.turn(pair));
-            if turns.fold(0.0, Real::max) < SETTLED {
+            if turns.fold(0.0, Real::max) < TOLERANCE {
                 break;
             }
         }
@@ -184,7 +184,7 @@ impl PairDecoder {
         dots(&self.items, &self.unbound, &mut self.scores);
         let others = self.unknown.iter().sum::<Real>() - self.unknown[pair];
         let left = dot(&self.unexplained, &self.unexplained);
-        let variance = others.max(left).max(LEAST) / dim as Real;
+        let variance = others.max(left).max(MIN_VARIANCE) / dim as Real;
         for (score, length) in self.scores.iter_mut().zip(&self.lengths[pair * count..]) {
             *score = (*score - length / 2.0) / variance;
         }

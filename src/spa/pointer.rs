@@ -1,49 +1,10 @@
-//! Pointers outside a graph: borrowed views and owned values, typed by vocabulary.
+//! Pointers outside a graph: owned values, typed by vocabulary.
 
 use std::fmt;
 use std::marker::PhantomData;
 use std::ops::Deref;
 
-use crate::sim::{Real, VocabTag};
-
-/// A borrowed pointer of the vocabularies tagged `V`.
-pub struct PointerRef<'a, V: VocabTag> {
-    values: &'a [Real],
-    tag: PhantomData<fn() -> V>,
-}
-
-impl<'a, V: VocabTag> PointerRef<'a, V> {
-    pub(crate) fn new(values: &'a [Real]) -> Self {
-        Self { values, tag: PhantomData }
-    }
-
-    /// The components, for as long as the vocabulary lives.
-    pub fn values(self) -> &'a [Real] {
-        self.values
-    }
-}
-
-impl<V: VocabTag> Clone for PointerRef<'_, V> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<V: VocabTag> Copy for PointerRef<'_, V> {}
-
-impl<V: VocabTag> Deref for PointerRef<'_, V> {
-    type Target = [Real];
-
-    fn deref(&self) -> &[Real] {
-        self.values
-    }
-}
-
-impl<V: VocabTag> fmt::Debug for PointerRef<'_, V> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "pointer of {} ({} dimensions)", V::NAME, self.values.len())
-    }
-}
+use crate::sim::{AsPointer, PointerRef, Real, VocabTag};
 
 /// An owned pointer, with the expression that it is the value of.
 pub struct PointerValue<V: VocabTag> {
@@ -55,6 +16,12 @@ pub struct PointerValue<V: VocabTag> {
 impl<V: VocabTag> PointerValue<V> {
     pub(crate) fn new(values: Vec<Real>, expression: String) -> Self {
         Self { values, expression, tag: PhantomData }
+    }
+
+    /// Takes the caller's word that these are components of a pointer of `V`. For vectors that come from
+    /// outside; what a vocabulary gives out is typed already.
+    pub fn from_raw(values: Vec<Real>) -> Self {
+        Self { values, expression: "given values".into(), tag: PhantomData }
     }
 
     /// The components.
@@ -73,6 +40,12 @@ impl<V: VocabTag> Deref for PointerValue<V> {
 
     fn deref(&self) -> &[Real] {
         &self.values
+    }
+}
+
+impl<V: VocabTag> AsPointer<V> for PointerValue<V> {
+    fn as_pointer(&self) -> PointerRef<'_, V> {
+        PointerRef::from_raw(&self.values)
     }
 }
 

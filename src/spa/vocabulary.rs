@@ -4,23 +4,27 @@ use std::collections::HashMap;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-use rand::RngExt;
+use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
 
 use super::algebra::{Algebra, Hrr, Workspace, dot, normalize};
 use super::error::{VocabError, nearest_name};
 use super::expr::{self, Expr};
-use super::pointer::{PointerRef, PointerValue};
-use crate::sim::{Real, Seed, Space, VocabTag};
+use super::pointer::PointerValue;
+use crate::sim::{PointerRef, Real, Seed, Space, VocabTag};
 
 /// Most vectors drawn for one name before giving up on the similarity ceiling.
-const ATTEMPTS: u64 = 20_000;
+const MAX_ATTEMPTS: u64 = 20_000;
 
 /// A random unit vector: independent normal components, then scaled to length 1.
 ///
 /// This is uniform on the sphere. Any `dim`; a pure function of `dim` and `seed`.
 pub fn random_pointer(dim: usize, seed: Seed) -> Vec<Real> {
-    let mut rng = seed.rng();
+    draw_pointer(dim, &mut seed.rng())
+}
+
+/// A random unit vector, drawn from a generator that goes on: `dim` normal numbers in single precision.
+pub(crate) fn draw_pointer<R: Rng>(dim: usize, rng: &mut R) -> Vec<Real> {
     let mut vector: Vec<Real> = (0..dim).map(|_| rng.sample(StandardNormal)).collect();
     normalize(&mut vector);
     vector
@@ -253,7 +257,7 @@ impl<V: VocabTag> Vocabulary<V> {
     /// The vector of the `index`-th name.
     pub fn vector(&self, index: usize) -> Option<PointerRef<'_, V>> {
         let dim = self.dim();
-        self.vectors.get(index * dim..(index + 1) * dim).map(PointerRef::new)
+        self.vectors.get(index * dim..(index + 1) * dim).map(PointerRef::from_raw)
     }
 
     /// The vector called `name`.
@@ -263,7 +267,7 @@ impl<V: VocabTag> Vocabulary<V> {
     pub fn get(&self, name: &str) -> Result<PointerRef<'_, V>, VocabError> {
         let index = self.position(name)?;
         let dim = self.dim();
-        Ok(PointerRef::new(&self.vectors[index * dim..(index + 1) * dim]))
+        Ok(PointerRef::from_raw(&self.vectors[index * dim..(index + 1) * dim]))
     }
 
     /// The place of `name` among [`names`](Self::names).
@@ -311,7 +315,7 @@ impl<V: VocabTag> Vocabulary<V> {
         work: &mut Workspace,
     ) -> Result<Vec<Real>, VocabError> {
         let own = seed.derive(V::NAME, name);
-        let attempts = if ceiling.is_some() && !self.is_empty() { ATTEMPTS } else { 1 };
+        let attempts = if ceiling.is_some() && !self.is_empty() { MAX_ATTEMPTS } else { 1 };
         let (mut best, mut nearest) = (Real::INFINITY, 0);
         for attempt in 0..attempts {
             let mut vector = random_pointer(self.dim(), own.derive_index("pointer", attempt));

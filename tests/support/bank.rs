@@ -6,7 +6,7 @@
 
 use multiversion::multiversion;
 use symbolt::sim::{
-    AdvanceIo, InputSpec, Node, NodeFault, OutputSpec, PortDecl, StateSpec, StepCx,
+    AdvanceIo, Fingerprint, InputSpec, Node, NodeFault, OutputSpec, PortDecl, StateSpec, StepCx,
 };
 
 pub struct Bank {
@@ -48,6 +48,8 @@ impl Node for Bank {
             // Voltages, then the rest of each refractory period.
             .state(StateSpec { reals: 2 * self.neurons, ..StateSpec::default() });
     }
+
+    fn fingerprint(&self, _hash: &mut Fingerprint) {}
 
     fn advance(&self, cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
         let drive = io.inputs.scalar(0);

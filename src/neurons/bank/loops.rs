@@ -57,7 +57,7 @@ pub(super) fn spikes(work: &Work<'_>, v: &mut [Real], r: &mut [Real], out: &mut 
                 let free = dt - left;
                 let free = if free < dt { free } else { dt };
                 let z = if free > 0.0 { free } else { 0.0 } * per_tau;
-                // 1 - exp(-z), z at most LONGEST.
+                // 1 - exp(-z), z at most MAX_TICK.
                 let decay = z
                     * (1.0
                         - z * 0.5 * (1.0 - z * (1.0 / 3.0) * (1.0 - z * 0.25 * (1.0 - z * 0.2))));

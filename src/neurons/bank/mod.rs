@@ -32,19 +32,19 @@ use self::loops::{Work, rates, spikes};
 use super::decode::{self, Points};
 use super::model::{Lif, TuningError, refuse};
 use super::tuning::Neurons;
-use crate::sim::{Real, Seed};
+use crate::sim::{Real, Seed, Threads};
 
-/// How a bank's neurons talk.
+/// What a bank's neurons send.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Firing {
-    /// In spikes.
+    /// Spikes.
     Spikes,
-    /// In rates: as many spikes, spread evenly.
+    /// Their firing rates.
     Rates,
 }
 
-/// Ensembles of a bank and what each is like.
+/// The number of ensembles in a bank, and the size of each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Shape {
@@ -57,7 +57,7 @@ pub(crate) struct Shape {
     pub outputs: usize,
 }
 
-/// One ensemble before it is solved for.
+/// One ensemble before its decoders are solved.
 pub(crate) struct Draft {
     pub neurons: Neurons,
     /// Length of the values that the unit ball stands for.
@@ -129,11 +129,11 @@ const WIDE: usize = 32;
 /// Neurons whose currents are kept at hand.
 const BLOCK: usize = 128;
 
-/// Fewer neurons than this are not worth a second thread.
-const WORTH_SHARING: usize = 6_000;
+/// The least number of neurons for which a second thread is worth its cost.
+const MIN_SHARED_NEURONS: usize = 6_000;
 
-/// How long a tick can be, in membrane time constants: the series for the decay holds to 1e-6.
-const LONGEST: f64 = 0.25;
+/// The longest tick, in membrane time constants, for which the series of the decay is right to 1e-6.
+const MAX_TICK: f64 = 0.25;
 
 impl Bank {
     /// Draws and solves a bank; `draft` makes each ensemble from its number and seed. In parallel over the
@@ -154,8 +154,8 @@ impl Bank {
             let expected = format!("at most the refractory period of {} s", lif.tau_ref_s);
             return Err(refuse("tick", format!("{dt_s} s"), expected));
         }
-        if dt_s > LONGEST * lif.tau_rc_s {
-            let expected = format!("at most {LONGEST} of tau_rc, {} s", LONGEST * lif.tau_rc_s);
+        if dt_s > MAX_TICK * lif.tau_rc_s {
+            let expected = format!("at most {MAX_TICK} of tau_rc, {} s", MAX_TICK * lif.tau_rc_s);
             return Err(refuse("tick", format!("{dt_s} s"), expected));
         }
         if !(regularisation.is_finite() && regularisation > 0.0) {
@@ -221,11 +221,22 @@ impl Bank {
         }
     }
 
+    /// Whether there are enough neurons for several threads.
+    pub fn parallel(&self) -> bool {
+        self.shape.ensembles > 1 && self.shape.ensembles * self.shape.padded() > MIN_SHARED_NEURONS
+    }
+
     /// One tick: `values` holds a row an ensemble, and so does `out`; `open` between 0, silenced, and 1.
-    pub fn step(&self, values: &[Real], open: Real, state: &mut [Real], out: &mut [Real]) {
+    pub fn step(
+        &self,
+        threads: Threads,
+        (values, open): (&[Real], Real),
+        state: &mut [Real],
+        out: &mut [Real],
+    ) {
         let shift = -self.silencing * (1.0 - open.clamp(0.0, 1.0));
         let (voltages, refractory) = state.split_at_mut(state.len() / 2);
-        let share = rayon::current_thread_index().is_some() && rayon::current_num_threads() > 1;
+        let share = threads == Threads::Pool && rayon::current_num_threads() > 1;
         let slice = Slice {
             bank: self,
             first: 0,
@@ -239,7 +250,7 @@ impl Bank {
     }
 }
 
-/// One ensemble as the hot loop wants it.
+/// One ensemble in the layout of the hot loop.
 pub(super) struct Ensemble {
     encoders: Vec<Real>,
     biases: Vec<Real>,
@@ -277,7 +288,7 @@ impl Ensemble {
     }
 }
 
-/// A run of ensembles with everything of theirs.
+/// A range of ensembles with their inputs, state and outputs.
 struct Slice<'a> {
     bank: &'a Bank,
     first: usize,
@@ -292,7 +303,7 @@ impl Slice<'_> {
     /// Ensembles do not look at one another, so halves give the same bits as the whole.
     fn run(self, shift: Real, share: bool) {
         let (shape, padded) = (self.bank.shape, self.bank.shape.padded());
-        if share && self.count > 1 && self.count * padded > WORTH_SHARING {
+        if share && self.count > 1 && self.count * padded > MIN_SHARED_NEURONS {
             let half = self.count / 2;
             let (values, more_values) = self.values.split_at(half * shape.dims);
             let (out, more_out) = self.out.split_at_mut(half * shape.outputs);

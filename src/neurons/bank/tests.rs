@@ -40,7 +40,7 @@ fn trace(bank: &Bank) -> Vec<u32> {
         let open = if (100..200).contains(&tick) { 0.0 } else { 1.0 };
         let at = |i: usize| (0.05 * tick as Real + i as Real).sin() * 0.7;
         let values: Vec<Real> = (0..3 * dims).map(at).collect();
-        bank.step(&values, open, &mut state, &mut out);
+        bank.step(Threads::Serial, (&values, open), &mut state, &mut out);
         all.extend(out.iter().chain(&state).map(|v| v.to_bits()));
     }
     all
@@ -75,7 +75,7 @@ fn spikes_come_at_the_rate_of_the_closed_form() {
     let mut spikes = vec![0u32; 150];
     let (ticks, value) = (4_000, 0.6);
     for _ in 0..ticks {
-        bank.step(&[value; 3], 1.0, &mut state, &mut out);
+        bank.step(Threads::Serial, (&[value; 3], 1.0), &mut state, &mut out);
         for (neuron, count) in spikes.iter_mut().enumerate() {
             *count += u32::from(bank.spiked(&state, neuron));
         }

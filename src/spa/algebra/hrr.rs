@@ -16,13 +16,13 @@ use std::sync::Arc;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
 use super::{Algebra, LinearMap, ProductForm, Workspace};
-use crate::sim::{Complex, Real, Scratch, ScratchSpec};
+use crate::sim::{Complex, Fingerprint, Real, Scratch, ScratchSpec};
 use crate::spa::error::VocabError;
 
 /// The algebra of holographic reduced representations.
 ///
 /// ```
-/// use symbolt::spa::{Algebra, Hrr, cosine, random_pointer};
+/// use symbolt::spa::{Algebra, Hrr, cosine_of_slices, random_pointer};
 /// use symbolt::sim::Seed;
 ///
 /// let (red, ball) = (random_pointer(256, Seed::new(1)), random_pointer(256, Seed::new(2)));
@@ -31,16 +31,17 @@ use crate::spa::error::VocabError;
 /// Hrr.bind_into(&red, &ball, &mut red_ball, &mut work);
 /// Hrr.inverse_into(&ball, &mut not_ball);
 /// Hrr.bind_into(&red_ball, &not_ball, &mut answer, &mut work);
-/// assert!(cosine(&answer, &red) > 0.5 && cosine(&red_ball, &red).abs() < 0.3);
+/// assert!(cosine_of_slices(&answer, &red) > 0.5);
+/// assert!(cosine_of_slices(&red_ball, &red).abs() < 0.3);
 /// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Hrr;
 
 /// The least dimension that can be used: below it random vectors are never nearly orthogonal.
-const LEAST_DIM: usize = 2;
+const MIN_DIM: usize = 2;
 
 /// The greatest dimension, above which a typing error is more likely than a wish.
-const MOST_DIM: usize = 1 << 20;
+const MAX_DIM: usize = 1 << 20;
 
 /// FFT plans for one dimension; immutable, shared by nodes.
 #[derive(Clone)]
@@ -157,10 +158,10 @@ impl Algebra for Hrr {
     }
 
     fn check_dim(&self, dim: usize) -> Result<(), VocabError> {
-        if (LEAST_DIM..=MOST_DIM).contains(&dim) {
+        if (MIN_DIM..=MAX_DIM).contains(&dim) {
             Ok(())
         } else {
-            Err(VocabError::Dimension { dim, least: LEAST_DIM, most: MOST_DIM })
+            Err(VocabError::Dimension { dim, min: MIN_DIM, max: MAX_DIM })
         }
     }
 
@@ -233,6 +234,13 @@ impl LinearMap for Factors {
         transform_scratch(&self.plans)
     }
 
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.text("HRR factors");
+        self.order.iter().for_each(|imaginary| {
+            hash.number(u64::from(*imaginary));
+        });
+    }
+
     fn apply_into(&self, input: &[Real], out: &mut [Real], scratch: &mut Scratch<'_>) {
         let (bins, work) = scratch.complexes.split_at_mut(self.plans.bins());
         scratch.reals.copy_from_slice(input);
@@ -263,6 +271,10 @@ impl LinearMap for FromProducts {
         transform_scratch(&self.plans)
     }
 
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.text("HRR products");
+    }
+
     fn apply_into(&self, input: &[Real], out: &mut [Real], scratch: &mut Scratch<'_>) {
         let (bins, work) = scratch.complexes.split_at_mut(self.plans.bins());
         for (bin, p) in bins.iter_mut().zip(input.chunks_exact(4)) {
@@ -289,6 +301,13 @@ impl LinearMap for Circulant {
 
     fn scratch(&self) -> ScratchSpec {
         transform_scratch(&self.plans)
+    }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.text("HRR circulant");
+        self.spectrum.iter().for_each(|bin| {
+            hash.reals(&[bin.re, bin.im]);
+        });
     }
 
     fn apply_into(&self, input: &[Real], out: &mut [Real], scratch: &mut Scratch<'_>) {

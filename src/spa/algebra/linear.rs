@@ -1,6 +1,6 @@
 //! Linear maps between vectors, applied by nodes without a tick of delay.
 
-use crate::sim::{Real, Scratch, ScratchSpec};
+use crate::sim::{Fingerprint, Real, Scratch, ScratchSpec};
 
 /// A linear map: the parts of a binding that need no neurons.
 pub trait LinearMap: Send + Sync {
@@ -12,6 +12,9 @@ pub trait LinearMap: Send + Sync {
 
     /// The working memory that [`apply_into`](LinearMap::apply_into) is lent.
     fn scratch(&self) -> ScratchSpec;
+
+    /// Adds what the map is to `hash`: a name of its own, and its numbers.
+    fn fingerprint(&self, hash: &mut Fingerprint);
 
     /// `out = M input`. Does not allocate.
     fn apply_into(&self, input: &[Real], out: &mut [Real], scratch: &mut Scratch<'_>);

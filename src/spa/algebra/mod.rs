@@ -10,7 +10,7 @@ pub use hrr::Hrr;
 pub use linear::{LinearMap, ProductForm};
 
 use super::error::VocabError;
-use crate::sim::Real;
+use crate::sim::{AsPointer, Real, VocabTag};
 
 /// Working memory of an algebra at one dimension: its plans and buffers, made once by
 /// [`Algebra::scratch`] and reused, so that no operation allocates.
@@ -49,7 +49,7 @@ pub trait Algebra: Send + Sync + fmt::Debug {
     /// The inverse of `a` under binding; each algebra says whether it is exact. Linear in `a`.
     fn inverse_into(&self, a: &[Real], out: &mut [Real]);
 
-    /// The vector that binding leaves others unchanged with.
+    /// The identity of binding: `a (*) identity = a`.
     fn identity_into(&self, out: &mut [Real]);
 
     /// Replaces `a` by the nearest vector whose binding preserves lengths and whose
@@ -76,8 +76,41 @@ pub fn dot(a: &[Real], b: &[Real]) -> Real {
     a.iter().zip(b).map(|(x, y)| f64::from(*x) * f64::from(*y)).sum::<f64>() as Real
 }
 
-/// Cosine of the angle between `a` and `b`; 0 if either is zero.
-pub fn cosine(a: &[Real], b: &[Real]) -> Real {
+/// Cosine of the angle between two pointers of one vocabulary, -1 to 1; 0 if either is zero.
+///
+/// ```
+/// # use symbolt::sim::{Seed, VocabTag};
+/// # use symbolt::spa::{VocabularyBuilder, cosine};
+/// # struct Parts;
+/// # impl VocabTag for Parts { const NAME: &'static str = "parts"; }
+/// # struct Actions;
+/// # impl VocabTag for Actions { const NAME: &'static str = "actions"; }
+/// let parts = VocabularyBuilder::<Parts>::new(64, Seed::new(1)).pointers(["NUT", "JIG"]).build()?;
+/// let actions = VocabularyBuilder::<Actions>::new(64, Seed::new(1)).pointer("GRASP").build()?;
+/// assert!(cosine(&parts.get("NUT")?, &parts.parse("2 * NUT")?) > 0.999);
+/// # Ok::<(), symbolt::spa::VocabError>(())
+/// ```
+///
+/// Pointers of two vocabularies are not comparable, and the program does not compile:
+///
+/// ```compile_fail
+/// # use symbolt::sim::{Seed, VocabTag};
+/// # use symbolt::spa::{VocabularyBuilder, cosine};
+/// # struct Parts;
+/// # impl VocabTag for Parts { const NAME: &'static str = "parts"; }
+/// # struct Actions;
+/// # impl VocabTag for Actions { const NAME: &'static str = "actions"; }
+/// let parts = VocabularyBuilder::<Parts>::new(64, Seed::new(1)).pointers(["NUT", "JIG"]).build()?;
+/// let actions = VocabularyBuilder::<Actions>::new(64, Seed::new(1)).pointer("GRASP").build()?;
+/// assert!(cosine(&parts.get("NUT")?, &actions.parse("2 * GRASP")?) > 0.999);
+/// # Ok::<(), symbolt::spa::VocabError>(())
+/// ```
+pub fn cosine<V: VocabTag>(a: &impl AsPointer<V>, b: &impl AsPointer<V>) -> Real {
+    cosine_of_slices(&a.as_pointer(), &b.as_pointer())
+}
+
+/// Cosine of the angle between two vectors of any origin, -1 to 1; 0 if either is zero.
+pub fn cosine_of_slices(a: &[Real], b: &[Real]) -> Real {
     let lengths = norm(a) * norm(b);
     if lengths > 0.0 { dot(a, b) / lengths } else { 0.0 }
 }

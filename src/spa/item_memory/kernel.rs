@@ -18,11 +18,11 @@ pub(super) const GROUP: usize = 8;
 
 /// Greatest magnitude in a row's code.
 ///
-/// Together with [`QUERY_MOST`] it makes the sum of both quantisation errors least, under the bound that
+/// Together with [`QUERY_MAX`] it makes the sum of both quantisation errors least, under the bound that
 /// four sums of two products fit 16 bits.
-pub(super) const ROW_MOST: i16 = 44;
+pub(super) const ROW_MAX: i16 = 44;
 /// Greatest magnitude in a query's code.
-pub(super) const QUERY_MOST: i16 = 46;
+pub(super) const QUERY_MAX: i16 = 46;
 /// What is added to a row's code, so that it is never negative.
 pub(super) const OFFSET: i16 = 45;
 
@@ -93,8 +93,8 @@ const BOUND_SLACK: Real = 1.001;
 
 /// Screens every row of a block for `Q` queries, 1 or [`GROUP`].
 ///
-/// `codes` holds `lines` lines a row, values 1 to [`ROW_MOST`]` + `[`OFFSET`]; `queries` holds for each
-/// line of a row those of all queries, values within [`QUERY_MOST`]. `visit` gets every row whose screened similarity and bound together reach `screening.best`.
+/// `codes` holds `lines` lines a row, values 1 to [`ROW_MAX`]` + `[`OFFSET`]; `queries` holds for each
+/// line of a row those of all queries, values within [`QUERY_MAX`]. `visit` gets every row whose screened similarity and bound together reach `screening.best`.
 pub(super) fn screen_block<const Q: usize>(
     codes: &[Line],
     facts: &[RowFacts],
@@ -140,7 +140,7 @@ mod avx2 {
     use std::arch::x86_64::*;
 
     use super::{
-        BOUND_SLACK, GROUP, Hit, LINE, Line, OFFSET, QUERY_MOST, ROW_MOST, RowFacts, Screening,
+        BOUND_SLACK, GROUP, Hit, LINE, Line, OFFSET, QUERY_MAX, ROW_MAX, RowFacts, Screening,
     };
     use crate::sim::Real;
 
@@ -181,7 +181,7 @@ mod avx2 {
     ) {
         // Four sums of two products are added in 16 bits.
         const {
-            let most = 8 * (ROW_MOST + OFFSET) as i32 * QUERY_MOST as i32;
+            let most = 8 * (ROW_MAX + OFFSET) as i32 * QUERY_MAX as i32;
             assert!(LINE == 128 && most <= i16::MAX as i32);
         }
         let ones = _mm256_set1_epi16(1);
@@ -251,7 +251,7 @@ mod tests {
     use super::*;
 
     fn compare<const Q: usize>(limit: Real) -> u32 {
-        let (lines, most) = (3, (ROW_MOST + OFFSET) as i8);
+        let (lines, most) = (3, (ROW_MAX + OFFSET) as i8);
         let mut codes = vec![Line::filled(most); 4 * lines];
         codes[1].0[5] = 1;
         for (i, code) in codes[2 * lines..].iter_mut().flat_map(|l| &mut l.0).enumerate() {
@@ -261,8 +261,8 @@ mod tests {
             .map(|i| RowFacts { step: 0.5 + i as Real, norm: 2.0, rest: 0.25 * i as Real })
             .collect();
         let code = |query: usize, at: usize| match query {
-            0 => QUERY_MOST as i8,
-            1 => -QUERY_MOST as i8,
+            0 => QUERY_MAX as i8,
+            1 => -QUERY_MAX as i8,
             _ => ((at * query) % 93) as i8 - 46,
         };
         let queries: Vec<[Line; Q]> = (0..lines)

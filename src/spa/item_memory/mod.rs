@@ -1,4 +1,4 @@
-//! The item memory behind large cleanups: which of many stored vectors is most like a query?
+//! The item memory behind large cleanups: finds the stored vector most similar to a query.
 //!
 //! Every stored vector is kept twice: in single precision, and quantised to 89 steps. A query is
 //! quantised to 93 steps, and integer dot products with the small copies (a quarter of the memory
@@ -15,7 +15,7 @@
 mod kernel;
 
 pub(crate) use kernel::dots;
-use kernel::{GROUP, Hit, LINE, Line, OFFSET, QUERY_MOST, ROW_MOST, RowFacts, Screening};
+use kernel::{GROUP, Hit, LINE, Line, OFFSET, QUERY_MAX, ROW_MAX, RowFacts, Screening};
 
 use super::error::VocabError;
 use crate::sim::Real;
@@ -29,7 +29,7 @@ pub struct Match {
     pub similarity: Real,
 }
 
-/// Stored vectors that can be asked for the one most like a query.
+/// Stored vectors, searched for the one most similar to a query.
 ///
 /// ```
 /// use symbolt::sim::Seed;
@@ -67,7 +67,7 @@ struct Screen {
 }
 
 /// Greatest dimension whose integer dot products fit 32 bits: 89 x 46 x 500,000 < 2^31.
-const MOST_DIM: usize = 500_000;
+const MAX_DIM: usize = 500_000;
 
 impl ItemMemory {
     /// Stores `rows`, row-major with `dim` numbers each. Costs two passes over them and a quarter
@@ -78,8 +78,8 @@ impl ItemMemory {
     /// value is not finite.
     pub fn new(rows: Vec<Real>, dim: usize) -> Result<Self, VocabError> {
         let bad = |reason: String| VocabError::BadVector { name: "item memory".into(), reason };
-        if dim > MOST_DIM {
-            return Err(bad(format!("{dim} dimensions; at most {MOST_DIM} can be screened")));
+        if dim > MAX_DIM {
+            return Err(bad(format!("{dim} dimensions; at most {MAX_DIM} can be screened")));
         }
         if dim == 0 || !rows.len().is_multiple_of(dim) {
             return Err(bad(format!(
@@ -99,7 +99,7 @@ impl ItemMemory {
         let mut codes = vec![Line::filled(OFFSET as i8); rows.len() / dim * lines];
         let mut facts = Vec::with_capacity(rows.len() / dim);
         for (row, code) in rows.chunks_exact(dim).zip(codes.chunks_exact_mut(lines)) {
-            let quantised = quantise(row, Real::from(ROW_MOST), |at, value| {
+            let quantised = quantise(row, Real::from(ROW_MAX), |at, value| {
                 code[at / LINE].0[at % LINE] = (value + OFFSET) as i8;
             });
             facts.push(RowFacts { step: quantised.step, norm: length(row), rest: quantised.rest });
@@ -130,7 +130,7 @@ impl ItemMemory {
     /// The dot products of `query` with all stored vectors, into `out`.
     ///
     /// # Panics
-    /// If `query` has not `dim` components or `out` not one number a stored vector.
+    /// If `query` does not have `dim` components, or `out` not one number for each stored vector.
     pub fn similarities_into(&self, query: &[Real], out: &mut [Real]) {
         assert!(query.len() == self.dim && out.len() == self.len(), "lengths fit the memory");
         dots(&self.rows, query, out);
@@ -140,7 +140,7 @@ impl ItemMemory {
     /// `None` if nothing is stored or a component is not finite.
     ///
     /// # Panics
-    /// If `query` has not `dim` components.
+    /// If `query` does not have `dim` components.
     pub fn best(&self, query: &[Real]) -> Option<Match> {
         self.search::<1>(&[query]).pop().flatten()
     }
@@ -206,7 +206,7 @@ impl ItemMemory {
     /// Every stored vector whose dot product with `query` is at least `level`, in order of rows.
     ///
     /// # Panics
-    /// If `query` has not `dim` components.
+    /// If `query` does not have `dim` components.
     pub fn above(&self, query: &[Real], level: Real) -> Vec<Match> {
         let mut found = Vec::new();
         let screens = [self.screen(query)];
@@ -240,7 +240,7 @@ impl ItemMemory {
         }
         let mut code = vec![Line::filled(0); self.lines];
         let mut sum = 0i32;
-        let quantised = quantise(query, Real::from(QUERY_MOST), |at, value| {
+        let quantised = quantise(query, Real::from(QUERY_MAX), |at, value| {
             code[at / LINE].0[at % LINE] = value as i8;
             sum += i32::from(value);
         });

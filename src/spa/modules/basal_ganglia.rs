@@ -10,9 +10,7 @@
 use super::FEED_FORWARD;
 use super::linear::Linear;
 use crate::neurons::{LayerPorts, Layers, Map};
-use crate::sim::{
-    Add, Constant, In, InputSpec, Module, Out, OutputSpec, Real, Scope, Synapse, Vector,
-};
+use crate::sim::{Add, Constant, In, Module, Out, Real, Scope, Synapse, Vector};
 
 const AMPA: Synapse = Synapse::lowpass_ms(2);
 const GABA: Synapse = Synapse::lowpass_ms(8);
@@ -66,10 +64,7 @@ impl Module for BasalGanglia {
         let bias = scope.add("bias", Constant::vector(&vec![1.0; n]));
         scope.connect(&bias, &thalamus.input, FEED_FORWARD);
         let mut weigh = |name: &str, from: &Out<Vector>, to: &In<Vector>, own, all, via| {
-            let map: super::LinearPorts<Vector, Vector> = scope.add(
-                name,
-                Linear::rows(InputSpec::vector(n), OutputSpec::vector(n), mixing(n, own, all)),
-            );
+            let map = scope.add(name, Linear::rows(n, mixing(n, own, all)));
             scope.connect(from, &map.input, via);
             scope.connect(&map.output, to, Synapse::None);
         };

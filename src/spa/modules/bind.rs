@@ -10,8 +10,8 @@ use super::FEED_FORWARD;
 use super::linear::{Linear, LinearPorts};
 use crate::neurons::{Layers, Product};
 use crate::sim::{
-    In, InputSpec, Module, Out, OutputSpec, Pointer, Real, Scope, Scratch, ScratchSpec, Space,
-    Synapse, Vector, VocabTag,
+    Fingerprint, In, InputSpec, Module, Out, OutputSpec, Pointer, Real, Scope, Scratch,
+    ScratchSpec, Space, Synapse, Vector, VocabTag,
 };
 use crate::spa::algebra::{Algebra, LinearMap};
 use crate::spa::error::VocabError;
@@ -120,6 +120,10 @@ impl LinearMap for Inverse {
 
     fn scratch(&self) -> ScratchSpec {
         ScratchSpec::default()
+    }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.text("inverse").text(self.algebra.name());
     }
 
     fn apply_into(&self, input: &[Real], out: &mut [Real], _scratch: &mut Scratch<'_>) {

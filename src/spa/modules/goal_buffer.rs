@@ -13,7 +13,7 @@ use crate::spa::vocabulary::Vocabulary;
 /// input within two feed-forward synapses (5 ms each) and the held value within 10% after 40 ms. Slower feed-forward
 /// synapses have a weaker drive, in proportion, and take as much longer: at ten times the difference the loop of
 /// gate and memory would ring, and take up what it held before with the opposite sign.
-/// Closed, the exact form holds its value unchanged. Its clamp, where a spiking form saturates, is
+/// Closed, the direct form holds its value unchanged. Its clamp, where a spiking form saturates, is
 /// a norm of 3: the drive that charges the slow synapse passes through the same population, and a lower
 /// clamp charges it more slowly.
 pub struct GoalBuffer<V: VocabTag> {
@@ -34,8 +34,8 @@ pub struct GoalBufferPorts<V: VocabTag> {
     pub output: Out<Pointer<V>>,
 }
 
-/// How strongly the difference between input and memory drives the memory, at most.
-const MOST_GAIN: f64 = 10.0;
+/// The greatest factor by which the difference between input and memory drives the memory.
+const MAX_GAIN: f64 = 10.0;
 
 impl<V: VocabTag> GoalBuffer<V> {
     /// A memory for pointers of `vocabulary` of norm about 1.
@@ -83,9 +83,9 @@ impl<V: VocabTag> GoalBuffer<V> {
             (Synapse::Lowpass { tau: slow }, Synapse::Lowpass { tau: fast }) => {
                 slow.as_secs_f64() / (2.0 * fast.as_secs_f64())
             }
-            _ => MOST_GAIN,
+            _ => MAX_GAIN,
         };
-        gain.min(MOST_GAIN) as Real
+        gain.min(MAX_GAIN) as Real
     }
 }
 

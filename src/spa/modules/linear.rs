@@ -3,14 +3,15 @@
 //! None of them costs a tick.
 
 use crate::sim::{
-    AnyInput, AnyOutput, EmitIo, In, InputSpec, Kind, Module, Node, Out, OutputSpec, Pointer,
-    PortDecl, Real, Scope, Scratch, ScratchSpec, Space, StepCx, VocabTag,
+    AnyInput, AnyOutput, EmitIo, Fingerprint, In, InputSpec, Kind, Module, Node, Out, OutputSpec,
+    Pointer, PointerRef, PortDecl, Real, Scalar, Scope, Scratch, ScratchSpec, Space, StepCx,
+    Vector, VocabTag,
 };
 use crate::spa::algebra::LinearMap;
 use crate::spa::item_memory::dots;
 use crate::spa::vocabulary::Vocabulary;
 
-/// A node that applies a linear map.
+/// A node that applies a linear map, without a tick of delay.
 pub struct Linear<A: Kind, B: Kind> {
     input: InputSpec<A>,
     output: OutputSpec<B>,
@@ -30,18 +31,89 @@ impl<A: Kind, B: Kind> Linear<A, B> {
     pub fn new(input: InputSpec<A>, output: OutputSpec<B>, map: Box<dyn LinearMap>) -> Self {
         Self { input, output, map }
     }
+}
 
-    /// The dot products with the rows of a row-major matrix.
-    pub fn rows(input: InputSpec<A>, output: OutputSpec<B>, matrix: Vec<Real>) -> Self {
-        let dim = AnyInput::from(input.clone()).width();
-        Self::new(input, output, Box::new(Rows { matrix, dim }))
+impl<A: VocabTag> Linear<Pointer<A>, Vector> {
+    /// The dot products of a pointer of `space` with each of `keys`, in their order.
+    ///
+    /// ```
+    /// # use symbolt::sim::{Seed, VocabTag};
+    /// # use symbolt::spa::{Linear, VocabularyBuilder};
+    /// # struct Parts;
+    /// # impl VocabTag for Parts { const NAME: &'static str = "parts"; }
+    /// # struct Actions;
+    /// # impl VocabTag for Actions { const NAME: &'static str = "actions"; }
+    /// let parts = VocabularyBuilder::<Parts>::new(64, Seed::new(1)).pointer("NUT").build()?;
+    /// let actions = VocabularyBuilder::<Actions>::new(64, Seed::new(1)).pointer("GRASP").build()?;
+    /// Linear::similarities(parts.space(), [parts.get("NUT")?]);
+    /// # Ok::<(), symbolt::spa::VocabError>(())
+    /// ```
+    ///
+    /// ```compile_fail
+    /// # use symbolt::sim::{Seed, VocabTag};
+    /// # use symbolt::spa::{Linear, VocabularyBuilder};
+    /// # struct Parts;
+    /// # impl VocabTag for Parts { const NAME: &'static str = "parts"; }
+    /// # struct Actions;
+    /// # impl VocabTag for Actions { const NAME: &'static str = "actions"; }
+    /// let parts = VocabularyBuilder::<Parts>::new(64, Seed::new(1)).pointer("NUT").build()?;
+    /// let actions = VocabularyBuilder::<Actions>::new(64, Seed::new(1)).pointer("GRASP").build()?;
+    /// Linear::similarities(actions.space(), [parts.get("NUT")?]);
+    /// # Ok::<(), symbolt::spa::VocabError>(())
+    /// ```
+    pub fn similarities<'p>(
+        space: &Space<A>,
+        keys: impl IntoIterator<Item = PointerRef<'p, A>>,
+    ) -> Self {
+        let matrix = stacked(keys);
+        let count = matrix.len() / space.width().max(1);
+        let map = Rows { matrix, dim: space.width() };
+        Self::new(InputSpec::pointer(space), OutputSpec::vector(count), Box::new(map))
+    }
+}
+
+impl<B: VocabTag> Linear<Vector, Pointer<B>> {
+    /// The sum of `values`, pointers of `space`, each times a number of the input; those times zero cost
+    /// nothing.
+    pub fn combination<'p>(
+        space: &Space<B>,
+        values: impl IntoIterator<Item = PointerRef<'p, B>>,
+    ) -> Self {
+        let matrix = stacked(values);
+        let count = matrix.len() / space.width().max(1);
+        let map = WeightedRows { matrix, dim: space.width() };
+        Self::new(InputSpec::vector(count), OutputSpec::pointer(space), Box::new(map))
+    }
+}
+
+/// Pointers as the rows of a matrix.
+fn stacked<'p, V: VocabTag>(pointers: impl IntoIterator<Item = PointerRef<'p, V>>) -> Vec<Real> {
+    pointers.into_iter().flat_map(|pointer| pointer.values().iter().copied()).collect()
+}
+
+impl Linear<Vector, Vector> {
+    /// The dot products of a vector of `width` numbers with the rows of a row-major matrix.
+    pub fn rows(width: usize, matrix: Vec<Real>) -> Self {
+        let count = matrix.len() / width.max(1);
+        let map = Rows { matrix, dim: width };
+        Self::new(InputSpec::vector(width), OutputSpec::vector(count), Box::new(map))
     }
 
-    /// The sum of the rows of a row-major matrix, each times a number; rows times zero cost
-    /// nothing.
-    pub fn weighted_rows(input: InputSpec<A>, output: OutputSpec<B>, matrix: Vec<Real>) -> Self {
-        let dim = AnyOutput::from(output.clone()).width();
-        Self::new(input, output, Box::new(WeightedRows { matrix, dim }))
+    /// The sum of the rows of a row-major matrix of `width` columns, each times a number of the input; rows
+    /// times zero cost nothing.
+    pub fn weighted_rows(width: usize, matrix: Vec<Real>) -> Self {
+        let count = matrix.len() / width.max(1);
+        let map = WeightedRows { matrix, dim: width };
+        Self::new(InputSpec::vector(count), OutputSpec::vector(width), Box::new(map))
+    }
+}
+
+impl Linear<Vector, Scalar> {
+    /// The dot product of a vector with `weights`.
+    pub fn weighted_sum(weights: Vec<Real>) -> Self {
+        let dim = weights.len();
+        let map = Rows { matrix: weights, dim };
+        Self::new(InputSpec::vector(dim), OutputSpec::scalar(), Box::new(map))
     }
 }
 
@@ -62,6 +134,10 @@ impl<A: Kind, B: Kind> Node for Linear<A, B> {
             .input("in", self.input.clone())
             .output("out", self.output.clone())
             .scratch(self.map.scratch());
+    }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        self.map.fingerprint(hash);
     }
 
     fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
@@ -97,6 +173,10 @@ impl LinearMap for Rows {
         ScratchSpec::default()
     }
 
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.text("rows").reals(&self.matrix);
+    }
+
     fn apply_into(&self, input: &[Real], out: &mut [Real], _scratch: &mut Scratch<'_>) {
         dots(&self.matrix, input, out);
     }
@@ -119,6 +199,10 @@ impl LinearMap for WeightedRows {
 
     fn scratch(&self) -> ScratchSpec {
         ScratchSpec::default()
+    }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.text("weighted rows").reals(&self.matrix);
     }
 
     fn apply_into(&self, input: &[Real], out: &mut [Real], _scratch: &mut Scratch<'_>) {
@@ -170,6 +254,10 @@ impl<V: VocabTag> Node for Superpose<V> {
             ports.input(&format!("in{index}"), spec);
         }
         ports.output("out", OutputSpec::<Pointer<V>>::pointer(&self.space));
+    }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.reals(&self.weights);
     }
 
     fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
@@ -224,6 +312,8 @@ impl<A: Kind, B: Kind> Node for Reinterpret<A, B> {
         }
         ports.input("in", self.input.clone()).output("out", self.output.clone());
     }
+
+    fn fingerprint(&self, _hash: &mut Fingerprint) {}
 
     fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
         io.outputs.get_mut(0).copy_from_slice(io.inputs.get(0));

@@ -1,13 +1,13 @@
 //! Cleanup and associative memory: similarity to keys, a choice among them, the values of the chosen.
 
 use super::FEED_FORWARD;
-use super::linear::{Linear, LinearPorts};
+use super::linear::Linear;
 use crate::neurons::{Layers, Select, SelectPorts, SelectRule};
 use crate::sim::{
-    Add, In, InputSpec, Module, Out, OutputSpec, Pointer, Real, Scope, Space, Synapse, Vector,
-    VocabTag,
+    Add, AsPointer, In, Module, Out, Pointer, Scope, Space, Synapse, Vector, VocabTag,
 };
 use crate::spa::error::VocabError;
+use crate::spa::pointer::PointerValue;
 use crate::spa::vocabulary::Vocabulary;
 
 /// Ports of a memory with keys of `A` and values of `B`.
@@ -22,7 +22,7 @@ pub struct MemoryPorts<A: VocabTag, B: VocabTag> {
     pub items: Out<Vector>,
 }
 
-/// Maps pointers like a stored key to the value stored with it.
+/// Maps a pointer that is similar to a stored key to the value stored with that key.
 ///
 /// The similarity (dot product) of the input to every key feeds a selection, and each chosen item's value
 /// is added to the output, one synapse (5 ms) later. With the threshold rule several items can be chosen
@@ -31,9 +31,7 @@ pub struct MemoryPorts<A: VocabTag, B: VocabTag> {
 pub struct AssociativeMemory<A: VocabTag, B: VocabTag> {
     keys: Space<A>,
     values: Space<B>,
-    key_rows: Vec<Real>,
-    value_rows: Vec<Real>,
-    items: usize,
+    pairs: Vec<(PointerValue<A>, PointerValue<B>)>,
     rule: SelectRule,
     synapse: Synapse,
 }
@@ -50,22 +48,18 @@ impl<A: VocabTag, B: VocabTag> AssociativeMemory<A, B> {
         pairs: impl IntoIterator<Item = (&'p str, &'p str)>,
         rule: SelectRule,
     ) -> Result<Self, VocabError> {
-        let (mut key_rows, mut value_rows, mut items) = (Vec::new(), Vec::new(), 0);
-        for (key, value) in pairs {
-            key_rows.extend_from_slice(&keys.parse(key)?);
-            value_rows.extend_from_slice(&values.parse(value)?);
-            items += 1;
-        }
-        if items == 0 {
+        let pairs: Vec<_> = pairs
+            .into_iter()
+            .map(|(key, value)| Ok((keys.parse(key)?, values.parse(value)?)))
+            .collect::<Result<_, VocabError>>()?;
+        if pairs.is_empty() {
             let reason = "a memory needs at least one item".into();
             return Err(VocabError::BadVector { name: "memory".into(), reason });
         }
         Ok(Self {
             keys: keys.space().clone(),
             values: values.space().clone(),
-            key_rows,
-            value_rows,
-            items,
+            pairs,
             rule,
             synapse: FEED_FORWARD,
         })
@@ -82,21 +76,13 @@ impl<A: VocabTag, B: VocabTag> Module for AssociativeMemory<A, B> {
     type Ports = MemoryPorts<A, B>;
 
     fn expand(self, scope: &mut Scope<'_>) -> MemoryPorts<A, B> {
-        let items = self.items;
-        let similarity: LinearPorts<Pointer<A>, Vector> = scope.add(
-            "similarity",
-            Linear::rows(InputSpec::pointer(&self.keys), OutputSpec::vector(items), self.key_rows),
-        );
+        let items = self.pairs.len();
+        let keys = self.pairs.iter().map(|(key, _)| key.as_pointer());
+        let similarity = scope.add("similarity", Linear::similarities(&self.keys, keys));
         let select: SelectPorts = scope.select("select", Select::new(items, self.rule));
         let active = scope.add("items", Add::vector(items));
-        let recall: LinearPorts<Vector, Pointer<B>> = scope.add(
-            "recall",
-            Linear::weighted_rows(
-                InputSpec::vector(items),
-                OutputSpec::pointer(&self.values),
-                self.value_rows,
-            ),
-        );
+        let values = self.pairs.iter().map(|(_, value)| value.as_pointer());
+        let recall = scope.add("recall", Linear::combination(&self.values, values));
         scope.connect(&similarity.output, &select.input, Synapse::None);
         scope.connect(&select.output, &active.input, self.synapse);
         scope.connect(&active.output, &recall.input, Synapse::None);
@@ -109,7 +95,7 @@ impl<A: VocabTag, B: VocabTag> Module for AssociativeMemory<A, B> {
     }
 }
 
-/// Replaces a noisy or superposed pointer by the clean pointers that it is like.
+/// Replaces a noisy or superposed pointer by the stored pointers that it is similar to.
 ///
 /// An associative memory whose values are its keys.
 pub struct CleanupMemory<V: VocabTag> {

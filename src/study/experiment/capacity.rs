@@ -13,7 +13,6 @@
 //!
 //! Our best decoder knows all roles and cancels interference softly, see [`PairDecoder`].
 
-use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde_json::{Value, json};
 use statrs::distribution::{Beta, Continuous, ContinuousCDF, Normal};
@@ -23,7 +22,7 @@ use super::{
     Style, outcome,
 };
 use crate::sim::{Real, Seed};
-use crate::spa::{Algebra, Hrr, PairDecoder, dot, dots, norm, normalize};
+use crate::spa::{Algebra, Hrr, PairDecoder, dot, dots, draw_pointer, norm};
 use crate::task::TaskError;
 
 /// One combination of sizes and noise.
@@ -76,12 +75,6 @@ fn gaussian(size: &Size) -> f64 {
         .sum()
 }
 
-fn vector<R: Rng>(rng: &mut R, dim: usize) -> Vec<Real> {
-    let mut out: Vec<Real> = (0..dim).map(|_| -> f32 { StandardNormal.sample(rng) }).collect();
-    normalize(&mut out);
-    out
-}
-
 /// The item most similar to a query, of a row each.
 fn best(items: &[Real], query: &[Real], similarities: &mut [Real]) -> usize {
     dots(items, query, similarities);
@@ -96,7 +89,7 @@ impl Size {
         let mut work = Hrr.scratch(dim);
         let roles: Vec<Vec<Real>> = (0..bound)
             .map(|_| {
-                let mut role = vector(&mut rng, dim);
+                let mut role = draw_pointer(dim, &mut rng);
                 if unitary {
                     Hrr.make_unitary(&mut role, &mut work);
                 }
@@ -104,7 +97,7 @@ impl Size {
             })
             .collect();
         // The fillers come first.
-        let vocabulary: Vec<Vec<Real>> = (0..items).map(|_| vector(&mut rng, dim)).collect();
+        let vocabulary: Vec<Vec<Real>> = (0..items).map(|_| draw_pointer(dim, &mut rng)).collect();
         let (rows, mut scores) = (vocabulary.concat(), vec![0.0; items]);
         let sd = (sigma / (dim as f64).sqrt()) as Real;
         let mut trace: Vec<Real> =

@@ -140,7 +140,7 @@ impl<'a> Run<'a> {
     /// # Errors
     /// [`TaskError::Input`] if the journal is damaged or another experiment's, [`TaskError::Io`] if it cannot be
     /// written, and whatever a trial fails with. Finished trials are kept.
-    pub fn go(&self, observer: &mut (dyn Observer + Send)) -> Result<Option<Results>, TaskError> {
+    pub fn go(&self, observer: &mut dyn Observer) -> Result<Option<Results>, TaskError> {
         let lock = Lock::take(&self.folder)?;
         if self.anew {
             self.forget()?;

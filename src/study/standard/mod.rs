@@ -16,9 +16,9 @@ use thiserror::Error;
 use crate::neurons::{LifSpec, Population, PopulationPlan, SelectRule, SolvedModel};
 use crate::sim::{
     Graph, GraphBuilder, Pointer, ProbeId, ProbeSpec, Real, RunConfig, Seed, SimDuration,
-    Simulator, Synapse, Timebase, Vector, VocabTag,
+    Simulator, Synapse, Threads, Timebase, Vector, VocabTag,
 };
-use crate::spa::cosine;
+use crate::spa::cosine_of_slices;
 use crate::task::TaskError;
 use crate::task::planner::Unbinding;
 
@@ -215,12 +215,13 @@ impl Built {
         self.build_s
     }
 
-    /// Runs the network and reads its quality.
+    /// Runs the network, on the threads of the pool, and reads its quality.
     ///
     /// # Errors
     /// [`TaskError::Sim`] if a value is not finite.
     pub fn run(&self) -> Result<Measured, TaskError> {
-        let mut sim = Simulator::new(self.graph.clone(), RunConfig::seeded(self.spec.seed))?;
+        let run = RunConfig::seeded(self.spec.seed).with_threads(Threads::Pool);
+        let mut sim = Simulator::new(self.graph.clone(), run)?;
         // What is read of the probes comes from the first 300 ms; the rest is for the clock.
         let begun = Instant::now();
         sim.run_for(SimDuration::from_millis(READ_MS))?;
@@ -264,8 +265,8 @@ impl Built {
             .collect();
         match &self.reading {
             Reading::Cosine(exact) => vec![
-                ("cosine", f64::from(cosine(at, exact))),
-                ("cosine_of_50_ms_mean", f64::from(cosine(&mean, exact))),
+                ("cosine", f64::from(cosine_of_slices(at, exact))),
+                ("cosine_of_50_ms_mean", f64::from(cosine_of_slices(&mean, exact))),
             ],
             Reading::Distance(exact) => {
                 let square: f64 = at.iter().zip(exact).map(|(a, b)| f64::from(a - b).powi(2)).sum();

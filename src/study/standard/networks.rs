@@ -1,17 +1,16 @@
 //! The standard networks of one module each.
 
 use rand::RngExt;
-use rand_distr::{Distribution, StandardNormal};
 
 use super::{Plain, Reading, Standard, Watched};
 use crate::neurons::{LayerPorts, Layers, Map};
 use crate::sim::{
-    Constant, GraphBuilder, Module, ProbeSpec, Real, Scope, Seed, SimDuration, Stimulus, Synapse,
-    Vector,
+    Constant, GraphBuilder, Module, PointerRef, ProbeSpec, Real, Scope, Seed, SimDuration,
+    Stimulus, Synapse, Vector,
 };
 use crate::spa::{
     BasalGanglia, Bind, CleanupMemory, FEED_FORWARD, RECURRENT, State, VocabError,
-    VocabularyBuilder, normalize,
+    VocabularyBuilder, random_pointer,
 };
 
 type Described = (Watched, Reading);
@@ -22,11 +21,7 @@ const ACTIONS: usize = 10;
 const CHOSEN: usize = 3;
 
 fn pointer(seed: Seed, name: &str, dim: usize) -> Vec<Real> {
-    let mut rng = seed.derive(name, "input").rng();
-    let mut out: Vec<Real> =
-        (0..dim).map(|_| -> f64 { StandardNormal.sample(&mut rng) }).map(|v| v as Real).collect();
-    normalize(&mut out);
-    out
+    random_pointer(dim, seed.derive(name, "input"))
 }
 
 /// Circular convolution of two constant pointers.
@@ -40,7 +35,8 @@ pub(super) fn bind(
     let (a, b) = (pointer(seed, "a", dim), pointer(seed, "b", dim));
     let bind = graph.add("bind", Bind::new(&vocabulary).synapse(FEED_FORWARD));
     for (name, value, port) in [("a", &a, &bind.a), ("b", &b, &bind.b)] {
-        let given = graph.add(name, Constant::pointer(vocabulary.space(), value));
+        let given =
+            graph.add(name, Constant::pointer(vocabulary.space(), &PointerRef::from_raw(value)));
         graph.connect(&given, port, Synapse::None);
     }
     let mut exact = vec![0.0; dim];
@@ -58,8 +54,8 @@ pub(super) fn state(
     let (dim, seed) = (of.dimensions, of.seed);
     let vocabulary = VocabularyBuilder::<Plain>::new(dim, seed).build()?;
     let given = pointer(seed, "a", dim);
-    let input = Stimulus::pointer(vocabulary.space(), &given)
-        .from(SimDuration::from_millis(100), &vec![0.0; dim]);
+    let input = Stimulus::pointer(vocabulary.space(), &PointerRef::from_raw(&given))
+        .silent_from(SimDuration::from_millis(100));
     let input = graph.add("input", input);
     let state = graph.add("state", State::new(&vocabulary).recurrent(RECURRENT));
     graph.connect(&input, &state.input, Synapse::None);

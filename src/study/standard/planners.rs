@@ -3,12 +3,12 @@
 use super::{Reading, Standard, Watched};
 use crate::neurons::SelectRule;
 use crate::sim::{
-    Constant, GraphBuilder, In, InputSpec, Module, Out, OutputSpec, Pointer, ProbeSpec, Real,
-    Scalar, Scope, SimDuration, Stimulus, Synapse, Vector, VocabTag,
+    Constant, GraphBuilder, In, Module, Out, Pointer, ProbeSpec, Real, Scalar, Scope, SimDuration,
+    Stimulus, Synapse, VocabTag,
 };
 use crate::spa::{
-    AssociativeMemory, BasalGanglia, CleanupMemory, Gate, Linear, LinearPorts, RECURRENT, State,
-    Unbind, UnbindFixed, Vocabulary,
+    AssociativeMemory, BasalGanglia, CleanupMemory, Gate, Linear, RECURRENT, State, Unbind,
+    UnbindFixed, Vocabulary,
 };
 use crate::task::TaskError;
 use crate::task::domain::Domain;
@@ -51,9 +51,8 @@ impl Symbols {
     /// The goal at a gain of 2 for a time.
     fn given(&self, ms: u64) -> Result<Stimulus<Pointer<StateSpace>>, TaskError> {
         let states = &self.encoded.states;
-        let wanted: Vec<Real> = states.get(GOAL)?.iter().map(|v| 2.0 * v).collect();
-        Ok(Stimulus::pointer(states.space(), &wanted)
-            .from(SimDuration::from_millis(ms), &vec![0.0; states.dim()]))
+        let wanted = states.parse(&format!("2 * {GOAL}"))?;
+        Ok(Stimulus::pointer(states.space(), &wanted).silent_from(SimDuration::from_millis(ms)))
     }
 
     /// From a state to the action that causes it.
@@ -214,10 +213,7 @@ pub(super) fn goal_stack(
     graph.connect(&turns, &selection.utilities, none);
     let open = |graph: &mut GraphBuilder, slot: &str, port: &In<Scalar>| {
         let row = RULES.iter().map(|(_, slots)| if slots.contains(&slot) { 1.0 } else { 0.0 });
-        let map: LinearPorts<Vector, Scalar> = graph.add(
-            &format!("open_{slot}"),
-            Linear::rows(InputSpec::vector(RULES.len()), OutputSpec::scalar(), row.collect()),
-        );
+        let map = graph.add(&format!("open_{slot}"), Linear::weighted_sum(row.collect()));
         graph.connect(&selection.chosen, &map.input, none);
         graph.connect(&map.output, port, none);
     };

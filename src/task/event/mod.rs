@@ -136,12 +136,12 @@ pub enum Doing<'a> {
 ///
 /// A closure that takes `&Event` is one. [`Ignore`] ignores all. Several observers are told one after
 /// the other by [`Observers`].
-pub trait Observer {
+pub trait Observer: Send {
     /// Takes note of an event.
     fn observe(&mut self, event: &Event<'_>);
 }
 
-impl<F: FnMut(&Event<'_>)> Observer for F {
+impl<F: FnMut(&Event<'_>) + Send> Observer for F {
     fn observe(&mut self, event: &Event<'_>) {
         self(event);
     }

@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use crate::sim::{PopulationRef, Real, SimView};
+use crate::sim::{EventSource, Real, SimView};
 use crate::task::event::{Doing, Event, Observer};
 use crate::task::planner::{Planner, Shows};
 
@@ -32,7 +32,7 @@ pub struct ModuleSamples {
 /// One population of the raster.
 struct RasterRows {
     path: String,
-    of: PopulationRef,
+    of: EventSource,
     /// Which of its neurons, evenly spread over it.
     neurons: Vec<usize>,
 }
@@ -56,9 +56,9 @@ impl ActivityRecorder {
             shows: module.shows,
             values: Vec::new(),
         });
-        let raster = planner.graph().populations().map(|(path, of)| {
-            let rows = ROWS.min(of.neurons);
-            let neurons = (0..rows).map(|i| i * of.neurons / rows).collect();
+        let raster = planner.graph().event_sources().map(|(path, of)| {
+            let rows = ROWS.min(of.units);
+            let neurons = (0..rows).map(|i| i * of.units / rows).collect();
             RasterRows { path: path.into(), of, neurons }
         });
         let (modules, raster) = (modules.collect(), raster.collect());
@@ -72,7 +72,7 @@ impl ActivityRecorder {
             let mut row = 0;
             for rows in &self.raster {
                 for neuron in &rows.neurons {
-                    if self.spikes.len() < MAX_SPIKES && view.spiked(rows.of, *neuron) {
+                    if self.spikes.len() < MAX_SPIKES && view.event(rows.of, *neuron) {
                         self.spikes.push((now, row));
                     }
                     row += 1;
@@ -103,7 +103,7 @@ impl ActivityRecorder {
 
     /// The populations of the raster by path, with how many of their neurons it has, and of how many.
     pub fn populations(&self) -> impl Iterator<Item = (&str, usize, usize)> {
-        self.raster.iter().map(|h| (h.path.as_str(), h.neurons.len(), h.of.neurons))
+        self.raster.iter().map(|h| (h.path.as_str(), h.neurons.len(), h.of.units))
     }
 
     /// Every spike: simulated seconds, and the neuron's row, counted over all populations.

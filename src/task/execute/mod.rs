@@ -19,7 +19,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use crate::sim::{RunConfig, Seed, SimDuration, Simulator, StopReason};
+use crate::sim::{RunConfig, Seed, SimDuration, Simulator, StopReason, Threads};
 use crate::task::domain::{Grounding, Pose};
 use crate::task::error::TaskError;
 use crate::task::event::{Ended, EpisodeReport, Event, Ignore, Observer, SceneFrame};
@@ -154,7 +154,7 @@ pub fn episode_observed(
     observer: &mut dyn Observer,
 ) -> Result<Episode, TaskError> {
     let world = AssemblyWorld::new(planner.clone(), grounding, goal, spec)?;
-    let run = RunConfig::seeded(seed).in_world(world);
+    let run = RunConfig::seeded(seed).in_world(world).with_threads(Threads::Pool);
     let mut sim = Simulator::new(planner.graph().clone(), run)?;
     observer.observe(&Event::EpisodeBegan { goal });
     let mut teller = Teller::default();

@@ -10,8 +10,8 @@ use super::views::{ModuleView, views};
 use crate::neurons::PopulationPlan;
 use crate::sim::{
     Graph, GraphBuilder, InputSpec, Out, OutputSpec, Pointer, Real, RunConfig, Seed, SimDuration,
-    SimView, Simulator, StopReason, Synapse, Timebase, Vector, World, WorldError, WorldLink,
-    WorldSave,
+    SimView, Simulator, StopReason, Synapse, Threads, Timebase, Vector, World, WorldError,
+    WorldLink, WorldSave,
 };
 use crate::task::domain::Domain;
 use crate::task::domain::{Obstacle, Outlook};
@@ -219,7 +219,10 @@ impl Planner {
             senses,
             commands: self.domain.operators().len() + TRACE,
         };
-        Ok(Simulator::new(self.graph.clone(), RunConfig::default().in_world(board))?)
+        Ok(Simulator::new(
+            self.graph.clone(),
+            RunConfig::default().in_world(board).with_threads(Threads::Pool),
+        )?)
     }
 
     /// Asks what to do next towards `goal` when the states flagged in `world` hold.

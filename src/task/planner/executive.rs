@@ -19,8 +19,8 @@
 
 use super::graph::PlannerSpec;
 use crate::sim::{
-    AdvanceIo, In, InputSpec, Module, Node, NodeFault, Out, OutputSpec, PortDecl, Real, Scalar,
-    Scope, SimDuration, StateSpec, StepCx, Vector,
+    AdvanceIo, FNV_START, Fingerprint, In, InputSpec, Module, Node, NodeFault, Out, OutputSpec,
+    PortDecl, Real, Scalar, Scope, SimDuration, StateSpec, StepCx, Vector, fnv1a_word,
 };
 use crate::task::domain::Commitment;
 
@@ -216,6 +216,14 @@ impl Node for Executive {
         }
     }
 
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        let Timing { load, settle, hold, patience } = self.timing;
+        hash.text(&format!("{:?}", self.commitment));
+        for wait in [load, settle, hold, patience] {
+            hash.number(wait.as_micros());
+        }
+    }
+
     fn advance(&self, cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
         let inputs = io.inputs;
         let read = |port: usize| inputs.get(port);
@@ -226,14 +234,14 @@ impl Node for Executive {
         words[TIMER] = words[TIMER].saturating_add(1);
 
         // How long the active items have been the same.
-        let mut hash = 0xCBF2_9CE4_8422_2325u64;
+        let mut hash = FNV_START;
         let compared: &[usize] = match phase {
             Phase::Idle => &[GOAL],
             _ => &[FOCUS, ACTION, REQUIRED, OPEN, CHOSEN, BARRED],
         };
         for port in compared {
             for value in read(*port) {
-                hash = (hash ^ u64::from(active(*value))).wrapping_mul(0x0000_0100_0000_01B3);
+                hash = fnv1a_word(hash, u64::from(active(*value)));
             }
         }
         words[STABLE] = if io.state.longs[0] == hash { words[STABLE].saturating_add(1) } else { 0 };

@@ -18,12 +18,12 @@
 use super::executive::{Executive, Timing};
 use crate::neurons::SelectRule;
 use crate::sim::{
-    Add, Constant, In, InputSpec, Module, Out, OutputSpec, Pointer, Real, Scalar, Scope, Scratch,
-    ScratchSpec, SimDuration, Synapse, Vector,
+    Add, AsPointer, Constant, Fingerprint, In, InputSpec, Module, Out, OutputSpec, Pointer,
+    PointerRef, Real, Scalar, Scope, Scratch, ScratchSpec, SimDuration, Synapse, Vector,
 };
 use crate::spa::{
-    AssociativeMemory, CleanupMemory, Gate, GoalBuffer, Linear, LinearMap, LinearPorts, Selection,
-    Unbind, UnbindFixed, VocabError, dot,
+    AssociativeMemory, CleanupMemory, Gate, GoalBuffer, Linear, LinearMap, LinearPorts,
+    PointerValue, Selection, Unbind, UnbindFixed, VocabError, dot,
 };
 use crate::task::domain::Domain;
 use crate::task::domain::{Commitment, Rules};
@@ -108,7 +108,7 @@ const MARGIN: Real = 0.05;
 pub struct PlanningGraph {
     states: usize,
     actions: usize,
-    state_rows: Vec<Real>,
+    state_pointers: Vec<PointerValue<StateSpace>>,
     cause_rows: Vec<Real>,
     spec: PlannerSpec,
     encoded: std::sync::Arc<Encoded>,
@@ -196,14 +196,12 @@ impl PlanningGraph {
         Self::check_unbinding(domain, &encoded, spec.absent)?;
         let barred =
             if spec.absent { Self::barred(domain, &encoded, winner, every)? } else { None };
-        let mut state_rows = Vec::with_capacity(names.len() * states.dim());
-        for name in &names {
-            state_rows.extend_from_slice(&states.get(name)?);
-        }
+        let state_pointers =
+            names.iter().map(|name| states.parse(name)).collect::<Result<_, _>>()?;
         Ok(Self {
             states: names.len(),
             actions: action_names.len(),
-            state_rows,
+            state_pointers,
             cause_rows,
             spec,
             goal: CleanupMemory::new(states, names.iter().copied(), winner)?,
@@ -315,6 +313,10 @@ impl LinearMap for Head {
         ScratchSpec::default()
     }
 
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.text("head");
+    }
+
     fn apply_into(&self, input: &[Real], out: &mut [Real], _scratch: &mut Scratch<'_>) {
         out.copy_from_slice(&input[..self.to]);
     }
@@ -329,14 +331,8 @@ impl Module for PlanningGraph {
         let executive = scope.add("executive", Executive::new(m, a, &self.spec));
         let state_space = self.encoded.states.space().clone();
         let goal = scope.add("goal", self.goal);
-        let next: LinearPorts<Vector, Pointer<StateSpace>> = scope.add(
-            "next",
-            Linear::weighted_rows(
-                InputSpec::vector(m),
-                OutputSpec::pointer(&state_space),
-                self.state_rows.clone(),
-            ),
-        );
+        let pointers = || self.state_pointers.iter().map(PointerValue::as_pointer);
+        let next = scope.add("next", Linear::combination(&state_space, pointers()));
         let synapse = Synapse::lowpass(self.spec.synapse);
         let without = |part| self.spec.without == Some(part);
         let buffer =
@@ -346,12 +342,9 @@ impl Module for PlanningGraph {
         let cause = scope.add("cause", self.cause);
         let deep = scope.add("deep", self.deep);
         let required = if without(Part::Cleanup) {
-            let mut rows = self.state_rows;
-            rows.extend(self.encoded.states.get(NOTHING).as_deref().unwrap_or_default());
-            let raw: LinearPorts<Pointer<StateSpace>, Vector> = scope.add(
-                "required",
-                Linear::rows(InputSpec::pointer(&state_space), OutputSpec::vector(m + 1), rows),
-            );
+            let nothing = self.encoded.states.get(NOTHING).ok();
+            let keys = pointers().chain(nothing);
+            let raw = scope.add("required", Linear::similarities(&state_space, keys));
             let pointer = scope.add("required_pointer", Add::pointer(&state_space));
             Required {
                 input: vec![raw.input, pointer.input],
@@ -385,14 +378,7 @@ impl Module for PlanningGraph {
         scope.connect(&buffer.output, &focus.input, none);
         scope.connect(&focus.items, &executive.focus, none);
         scope.connect(&buffer.output, &cause.input, none);
-        let caused: LinearPorts<Vector, Vector> = scope.add(
-            "caused",
-            Linear::weighted_rows(
-                InputSpec::vector(self.cause_rows.len() / a),
-                OutputSpec::vector(a),
-                self.cause_rows,
-            ),
-        );
+        let caused = scope.add("caused", Linear::weighted_rows(a, self.cause_rows));
         scope.connect(&cause.items, &caused.input, none);
         scope.connect(&caused.output, &executive.action, none);
         scope.connect(&cause.output, &deep.input, none);
@@ -405,8 +391,8 @@ impl Module for PlanningGraph {
             }
             Unbinding::Products => {
                 let role = self.encoded.states.get(PRECONDITION);
-                let role = role.as_deref().unwrap_or_default();
-                let role = scope.add("precondition", Constant::pointer(&state_space, role));
+                let role = role.unwrap_or(PointerRef::from_raw(&[]));
+                let role = scope.add("precondition", Constant::pointer(&state_space, &role));
                 let unbind = scope.add("unbind", Unbind::new(&self.encoded.states));
                 scope.connect(&deep.output, &unbind.bound, none);
                 scope.connect(&role, &unbind.role, none);

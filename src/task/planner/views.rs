@@ -53,8 +53,8 @@ impl ModuleView {
         let of = of.clone();
         let reads = move |view: &SimView<'_>, out: &mut [Real]| {
             let pointer = view.value(&of);
-            dots(&rows, pointer, out);
-            let length = norm(pointer).max(1.0);
+            dots(&rows, &pointer, out);
+            let length = norm(&pointer).max(1.0);
             out.iter_mut().for_each(|product| *product /= length);
         };
         let (names, shows) = (names.to_vec(), Shows::Similarities);

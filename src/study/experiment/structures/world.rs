@@ -3,10 +3,9 @@
 use std::cell::RefCell;
 
 use rand::Rng;
-use rand_distr::{Distribution, StandardNormal};
 
 use crate::sim::Real;
-use crate::spa::{Algebra, Hrr, Workspace, normalize};
+use crate::spa::{Algebra, Hrr, Workspace, draw_pointer, normalize};
 
 pub(super) const D: usize = 256;
 
@@ -117,14 +116,7 @@ pub(super) struct World {
 
 impl World {
     pub(super) fn draw<R: Rng>(tools: &mut Tools, structure: Structure, rng: &mut R) -> Self {
-        let atoms: Vec<Vector> = (0..ATOMS)
-            .map(|_| {
-                let mut atom: Vector =
-                    (0..D).map(|_| -> f32 { StandardNormal.sample(rng) }).collect();
-                normalize(&mut atom);
-                atom
-            })
-            .collect();
+        let atoms: Vec<Vector> = (0..ATOMS).map(|_| draw_pointer(D, rng)).collect();
         let rows = atoms.concat();
         let mut world = Self { structure, atoms, rows, states: Vec::new(), actions: Vec::new() };
         let deep = |fact| world.compose(tools, &world.pairs(fact));

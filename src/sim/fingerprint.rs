@@ -1,0 +1,89 @@
+//! A hash of what a graph is made of, by which a checkpoint knows the graph that it belongs to.
+
+use super::node::Real;
+use super::seed::{FNV_START, fnv1a, fnv1a_word};
+
+/// A 64-bit hash that nodes add their parameters to.
+///
+/// Every value is hashed with its length, so that two lists never run into one another. The hash is for
+/// telling graphs apart, not for defence against forgery.
+///
+/// ```
+/// use symbolt::sim::Fingerprint;
+/// let of = |values: &[f32]| {
+///     let mut hash = Fingerprint::default();
+///     hash.reals(values);
+///     hash.value()
+/// };
+/// assert_eq!(of(&[1.0, 2.0]), of(&[1.0, 2.0]));
+/// assert_ne!(of(&[1.0, 2.0]), of(&[2.0, 1.0]));
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Fingerprint(u64);
+
+impl Default for Fingerprint {
+    fn default() -> Self {
+        Self(FNV_START)
+    }
+}
+
+impl Fingerprint {
+    /// Adds a text.
+    pub fn text(&mut self, text: &str) -> &mut Self {
+        self.number(text.len() as u64);
+        self.0 = fnv1a(self.0, text.as_bytes());
+        self
+    }
+
+    /// Adds an integer.
+    pub fn number(&mut self, number: u64) -> &mut Self {
+        self.0 = fnv1a(self.0, &number.to_le_bytes());
+        self
+    }
+
+    /// Adds a number by its bits.
+    pub fn real(&mut self, value: f64) -> &mut Self {
+        self.number(value.to_bits())
+    }
+
+    /// Adds numbers by their bits. Costs one multiplication a number.
+    pub fn reals(&mut self, values: &[Real]) -> &mut Self {
+        self.number(values.len() as u64);
+        for value in values {
+            self.0 = fnv1a_word(self.0, u64::from(value.to_bits()));
+        }
+        self
+    }
+
+    /// The hash of all that was added.
+    pub fn value(self) -> u64 {
+        self.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn order_length_and_sign_matter() {
+        let of = |parts: &[&[Real]]| {
+            let mut hash = Fingerprint::default();
+            parts.iter().for_each(|part| {
+                hash.reals(part);
+            });
+            hash.value()
+        };
+        let all = [
+            of(&[&[1.0, 2.0]]),
+            of(&[&[2.0, 1.0]]),
+            of(&[&[1.0], &[2.0]]),
+            of(&[&[1.0, -2.0]]),
+            of(&[&[-1.0, -2.0]]),
+            of(&[&[]]),
+        ];
+        for (i, a) in all.iter().enumerate() {
+            assert!(all[i + 1..].iter().all(|b| a != b), "{i}");
+        }
+    }
+}

@@ -1,0 +1,232 @@
+//! One tick of a running graph.
+//!
+//! Emit in topological order, advance, latch registered outputs and edge filters, check that all numbers are
+//! finite, step the world if it is due, sample the probes. Nothing here allocates.
+//!
+//! Cost: a node that copies one number takes about 20 ns a tick, a filter about 0.1 ns a component
+//! (`graph/tick` in the benches).
+
+use std::marker::PhantomData;
+
+use super::arena::ScratchArena;
+use super::error::SimError;
+use super::graph::{Graph, Source};
+use super::node::{
+    AdvanceIo, EmitIo, Inputs, Outputs, Real, Scratch, Slot, StateMut, StateRef, StepCx,
+};
+use super::seed::Seed;
+use super::simulator::Simulator;
+use super::span::Span;
+use super::synapse::latch;
+
+impl Simulator {
+    /// One tick.
+    pub(super) fn step(&mut self) -> Result<(), SimError> {
+        let threads = self.threads();
+        let Self { graph, arenas, tick, noise, node_seeds, .. } = self;
+        let tick = *tick;
+        let mut cx = StepCx {
+            tick,
+            time: graph.time,
+            noise_scale: *noise,
+            threads,
+            node_seed: Seed::new(0),
+            graph: PhantomData,
+        };
+        // Locals that nothing else can alias: without them every access goes through two pointers.
+        let (bodies, slots, outs) = (&graph.bodies[..], &graph.slots[..], &graph.outs[..]);
+        let seeds = &node_seeds[..];
+        let (signals, registered) = (&mut arenas.signals[..], &mut arenas.registered[..]);
+        let (held, gathered) = (&arenas.held[..], &mut arenas.gathered[..]);
+        let (reals, words) = (&mut arenas.reals[..], &mut arenas.words[..]);
+        let (longs, scratch) = (&mut arenas.longs[..], &mut arenas.scratch);
+        for plan in &graph.emits {
+            let node = plan.node as usize;
+            cx.node_seed = seeds[node];
+            let (earlier, own) = signals.split_at_mut(plan.own.start as usize);
+            if plan.gathers.len() > 0 {
+                graph.gather(plan.gathers, earlier, held, gathered);
+            }
+            let mut io = EmitIo {
+                inputs: Inputs { slots: &slots[plan.slots.of()], signals: earlier, held, gathered },
+                outputs: Outputs {
+                    spans: &outs[plan.outs.of()],
+                    base: plan.own.start as usize,
+                    registered: false,
+                    values: &mut own[..plan.own.len()],
+                },
+                state: match plan.stateful {
+                    true => StateRef {
+                        reals: &reals[plan.reals.of()],
+                        words: &words[plan.words.of()],
+                        longs: &longs[plan.longs.of()],
+                    },
+                    false => StateRef { reals: &[], words: &[], longs: &[] },
+                },
+                scratch: scratch.lend(plan.scratch),
+            };
+            bodies[node].emit(&cx, &mut io);
+        }
+        for plan in &graph.advances {
+            let node = plan.node as usize;
+            cx.node_seed = seeds[node];
+            if plan.gathers.len() > 0 {
+                graph.gather(plan.gathers, signals, held, gathered);
+            }
+            let mut io = AdvanceIo {
+                inputs: Inputs { slots: &slots[plan.slots.of()], signals, held, gathered },
+                outputs: Outputs {
+                    spans: &outs[plan.outs.of()],
+                    base: plan.own.start as usize,
+                    registered: true,
+                    values: &mut registered[plan.own.of()],
+                },
+                state: match plan.stateful {
+                    true => StateMut {
+                        reals: &mut reals[plan.reals.of()],
+                        words: &mut words[plan.words.of()],
+                        longs: &mut longs[plan.longs.of()],
+                    },
+                    false => StateMut { reals: &mut [], words: &mut [], longs: &mut [] },
+                },
+                scratch: scratch.lend(plan.scratch),
+            };
+            if let Err(source) = bodies[node].advance(&cx, &mut io) {
+                let path = graph.nodes[node].path.clone();
+                return Err(SimError::Node { path, tick, source });
+            }
+        }
+        for filter in &graph.filters {
+            let input = match filter.source {
+                Source::Signal(span) => &arenas.signals[span.of()],
+                Source::Registered(span) => &arenas.registered[span.of()],
+            };
+            latch(filter.decay, input, &mut arenas.held[filter.held.of()]);
+        }
+        if !arenas.all_finite() {
+            return Err(self.blame_non_finite());
+        }
+        self.step_world()?;
+        self.arenas.commit_registered();
+        self.sample_probes();
+        self.tick += 1;
+        Ok(())
+    }
+
+    /// Steps the world at the end of its period and shows what it senses.
+    fn step_world(&mut self) -> Result<(), SimError> {
+        let tick = self.tick;
+        let (Some(link), Some(world)) = (&self.graph.world, &mut self.world) else {
+            return Ok(());
+        };
+        if !(tick + 1).is_multiple_of(self.world_ticks) {
+            return Ok(());
+        }
+        self.graph.gather(
+            link.gathers,
+            &self.arenas.signals,
+            &self.arenas.held,
+            &mut self.arenas.gathered,
+        );
+        let inputs = Inputs {
+            slots: &self.graph.slots[link.slots.of()],
+            signals: &self.arenas.signals,
+            held: &self.arenas.held,
+            gathered: &self.arenas.gathered,
+        };
+        let mut at = 0;
+        for index in 0..link.slots.len() {
+            let value = inputs.get(index);
+            self.command[at..at + value.len()].copy_from_slice(value);
+            at += value.len();
+        }
+        world.advance(&self.command).map_err(|source| SimError::World { tick, source })?;
+        world.sense(&mut self.arenas.registered[link.sense.of()]);
+        let sensed = &self.arenas.registered[link.sense.of()];
+        if sensed.iter().all(|v| v.is_finite()) { Ok(()) } else { Err(self.blame_non_finite()) }
+    }
+
+    fn sample_probes(&mut self) {
+        let end = self.tick + 1;
+        for (plan, recording) in self.graph.probes.iter().zip(&mut self.recordings) {
+            let raw = match plan.source {
+                Source::Signal(span) => &self.arenas.signals[span.of()],
+                Source::Registered(span) => &self.arenas.registered[span.of()],
+            };
+            let value = match plan.decay {
+                Some(decay) => {
+                    let filtered = &mut self.arenas.probe_filters[plan.filter.of()];
+                    latch(decay, raw, filtered);
+                    &*filtered
+                }
+                None => raw,
+            };
+            if end.is_multiple_of(plan.period_ticks) {
+                recording.push(end, value, plan.capacity);
+            }
+        }
+    }
+
+    /// Finds the first port that holds a value that is not finite.
+    fn blame_non_finite(&self) -> SimError {
+        let tick = self.tick;
+        for node in &self.graph.nodes {
+            for (out, decl) in node.outs.iter().zip(&node.ports.outputs) {
+                let arena =
+                    if out.registered { &self.arenas.registered } else { &self.arenas.signals };
+                if let Some(value) = arena[out.span.of()].iter().find(|v| !v.is_finite()) {
+                    return SimError::NonFinite {
+                        path: node.path.clone(),
+                        port: decl.name.clone(),
+                        value: *value,
+                        tick,
+                    };
+                }
+            }
+        }
+        // Finite outputs of both signs near the largest float can still overflow in a filter.
+        SimError::NonFinite { path: "an edge".into(), port: "filter".into(), value: f32::NAN, tick }
+    }
+}
+
+impl Graph {
+    /// Adds sources up for a node about to run, in the order of their paths.
+    #[inline]
+    fn gather(&self, which: Span, signals: &[Real], held: &[Real], gathered: &mut [Real]) {
+        for plan in &self.gathers[which.of()] {
+            let into = &mut gathered[plan.into.of()];
+            into.fill(0.0);
+            for source in &self.gather_sources[plan.sources.of()] {
+                let values = match source {
+                    Slot::Signal(span) => &signals[span.of()],
+                    Slot::Held(span) => &held[span.of()],
+                    Slot::Gathered(_) | Slot::OtherPhase => continue,
+                };
+                for (sum, value) in into.iter_mut().zip(values) {
+                    *sum += value;
+                }
+            }
+        }
+    }
+}
+
+impl ScratchArena {
+    #[inline]
+    fn lend(&mut self, lengths: [u32; 4]) -> Scratch<'_> {
+        if lengths == [0; 4] {
+            return Scratch {
+                reals: &mut [],
+                doubles: &mut [],
+                complexes: &mut [],
+                words: &mut [],
+            };
+        }
+        let [reals, doubles, complexes, words] = lengths.map(|n| n as usize);
+        Scratch {
+            reals: &mut self.reals[..reals],
+            doubles: &mut self.doubles[..doubles],
+            complexes: &mut self.complexes[..complexes],
+            words: &mut self.words[..words],
+        }
+    }
+}
