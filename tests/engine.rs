@@ -8,9 +8,10 @@ use std::sync::Arc;
 use symbolt::neurons::{LayerPorts, Layers, LifSpec, Map, Population, PopulationPlan};
 use symbolt::sim::{
     Add, AdvanceIo, Constant, EmitIo, Fingerprint, Graph, GraphBuilder, In, InputSpec, Module,
-    Node, NodeFault, Noise, Out, OutputSpec, Outputs, PortDecl, ProbeSpec, RunConfig, Scalar,
+    Node, NodeFault, Noise, Out, OutputSpec, Outputs, PortDecl, ProbeSpec, Real, RunConfig, Scalar,
     Scope, ScriptedWorld, Seed, SimDuration, SimError, Simulator, StateMut, StateSpec, StepCx,
-    Stimulus, StopReason, Synapse, Threads, Timebase, Vector, WorldLink,
+    Stimulus, StopReason, Synapse, Threads, Timebase, Vector, World, WorldError, WorldLink,
+    WorldSave,
 };
 use symbolt::spa::Linear;
 
@@ -309,7 +310,7 @@ fn a_world_gets_the_command_of_the_tick_in_which_it_is_due() {
     let (graph, ..) = with_world();
     let mut sim = Simulator::new(graph, RunConfig::default().in_world(script())).expect("starts");
     sim.run_for(MS(9)).expect("runs");
-    let saved = sim.world().map(|w| w.save()).expect("there is a world");
+    let saved = sim.world().map(|w| w.save().expect("it can be saved")).expect("there is a world");
     let mut copy = script();
     symbolt::sim::World::restore(&mut copy, &saved).expect("its own save");
     // Ticks 3 and 7 are the last of a period; the counter then shows 13 and 17; unfed inputs are zero.
@@ -367,9 +368,9 @@ fn restored_and_run_on_equals_run_on() {
     let graph = everything();
     let mut whole = Simulator::new(graph.clone(), in_script(5)).expect("starts");
     whole.run_for(MS(37)).expect("runs");
-    let middle = whole.checkpoint();
+    let middle = whole.checkpoint().expect("it can be saved");
     whole.run_for(MS(40)).expect("runs");
-    let end = whole.checkpoint();
+    let end = whole.checkpoint().expect("it can be saved");
 
     // Into a run of another seed, by way of text.
     let text = serde_json::to_string(&middle).expect("it can be written");
@@ -380,7 +381,7 @@ fn restored_and_run_on_equals_run_on() {
     other.restore(&read).expect("it fits");
     assert_eq!(other.tick(), 37);
     other.run_for(MS(40)).expect("runs");
-    assert_eq!(other.checkpoint(), end);
+    assert_eq!(other.checkpoint().expect("it can be saved"), end);
     assert_ne!(middle, end);
 }
 
@@ -388,13 +389,13 @@ fn restored_and_run_on_equals_run_on() {
 fn a_reset_run_is_a_fresh_run() {
     let graph = everything();
     let mut sim = Simulator::new(graph.clone(), in_script(5)).expect("starts");
-    let fresh = sim.checkpoint();
+    let fresh = sim.checkpoint().expect("it can be saved");
     sim.run_for(MS(25)).expect("runs");
-    let after = sim.checkpoint();
+    let after = sim.checkpoint().expect("it can be saved");
     sim.reset().expect("resets");
-    assert_eq!(sim.checkpoint(), fresh);
+    assert_eq!(sim.checkpoint().expect("it can be saved"), fresh);
     sim.run_for(MS(25)).expect("runs");
-    assert_eq!(sim.checkpoint(), after);
+    assert_eq!(sim.checkpoint().expect("it can be saved"), after);
 }
 
 #[test]
@@ -403,7 +404,10 @@ fn checkpoints_of_other_graphs_are_refused() {
     graph.node("counter", Counter);
     let mut small = start(&build(graph));
     let sim = Simulator::new(everything(), in_script(1)).expect("starts");
-    assert_eq!(small.restore(&sim.checkpoint()), Err(SimError::ForeignCheckpoint));
+    assert_eq!(
+        small.restore(&sim.checkpoint().expect("it can be saved")),
+        Err(SimError::ForeignCheckpoint)
+    );
 }
 
 /// A matrix, a layer, a constant and a filter, each with one number that can be another.
@@ -450,10 +454,10 @@ fn checkpoints_are_refused_by_a_graph_with_any_other_parameter() {
     for plan in [PopulationPlan::direct(), rate.clone(), lif(usual)] {
         let mut taken = start(&described(&same(&plan)));
         taken.run_for(MS(20)).expect("runs");
-        let checkpoint = taken.checkpoint();
+        let checkpoint = taken.checkpoint().expect("it can be saved");
         let mut again = start(&described(&same(&plan)));
         again.restore(&checkpoint).expect("it was built in the same way");
-        assert_eq!(again.checkpoint(), checkpoint);
+        assert_eq!(again.checkpoint().expect("it can be saved"), checkpoint);
         let mut others = vec![
             Parameters { given: 0.31, ..same(&plan) },
             Parameters { matrix: 0.11, ..same(&plan) },
@@ -518,4 +522,49 @@ fn the_graph_can_be_drawn_and_searched() {
     sim.run_for(MS(4)).expect("runs");
     let sum = graph.output("sum.out").expect("there");
     assert_eq!(sim.value_of(sum).len(), 2);
+}
+
+/// A world that is never in a state that can be saved.
+struct Unsaved(ScriptedWorld);
+
+impl World for Unsaved {
+    fn period(&self) -> SimDuration {
+        self.0.period()
+    }
+    fn sense_width(&self) -> usize {
+        self.0.sense_width()
+    }
+    fn command_width(&self) -> usize {
+        self.0.command_width()
+    }
+    fn sense(&self, out: &mut [Real]) {
+        self.0.sense(out);
+    }
+    fn advance(&mut self, command: &[Real]) -> Result<(), WorldError> {
+        self.0.advance(command)
+    }
+    fn reset(&mut self, seed: Seed) -> Result<(), WorldError> {
+        self.0.reset(seed)
+    }
+    fn save(&self) -> Result<WorldSave, WorldError> {
+        Err(WorldError::new("its disk is full"))
+    }
+    fn restore(&mut self, saved: &WorldSave) -> Result<(), WorldError> {
+        self.0.restore(saved)
+    }
+}
+
+#[test]
+fn a_world_that_cannot_be_saved_is_an_error_and_no_empty_save() {
+    let mut graph = GraphBuilder::new();
+    let link = WorldLink::new().sense("place", OutputSpec::scalar());
+    graph.world("world", link);
+    let graph = graph.build(Timebase::default(), &PopulationPlan::direct(), Seed::new(1));
+    let graph = Arc::new(graph.expect("it is well wired"));
+    let script = ScriptedWorld::new(SimDuration::from_millis(2), vec![vec![0.5]; 4], 0);
+    let run = RunConfig::default().in_world(Unsaved(script));
+    let mut sim = Simulator::new(graph, run).expect("it fits");
+    sim.run_for(SimDuration::from_millis(3)).expect("it runs");
+    let failed = sim.checkpoint().expect_err("the world cannot be saved").to_string();
+    assert_eq!(failed, "the world failed in tick 3: its disk is full");
 }

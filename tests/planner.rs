@@ -297,7 +297,7 @@ fn the_same_seed_gives_the_same_bits_and_another_seed_others() {
         let world = [true, false, true, false, false];
         let mut sim = planner.simulator(&world, "BOLT_ASSEMBLED").expect("starts");
         sim.run_for(symbolt::sim::SimDuration::from_millis(150)).expect("runs");
-        sim.checkpoint()
+        sim.checkpoint().expect("it can be saved")
     };
     assert_eq!(run(1), run(1));
     assert_ne!(run(1), run(2));

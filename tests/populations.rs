@@ -106,7 +106,7 @@ fn an_ablation_changes_the_module_that_it_names_and_no_other() {
 fn a_checkpoint_between_spikes_goes_on_with_the_same_bits() {
     let (mut whole, probes) = two_modules(&lif());
     run(&mut whole, 37);
-    let middle = whole.checkpoint();
+    let middle = whole.checkpoint().expect("it can be saved");
     whole.clear_recordings();
     run(&mut whole, 50);
     let expected = all(&whole, &probes[0]);

@@ -154,7 +154,7 @@ fn a_snapshot_in_mid_grasp_goes_on_as_if_nothing_had_happened() {
     original.run_for(SimDuration::from_millis(6_000)).expect("runs");
     let doing = AssemblyWorld::of(original.world()).expect("there").doing();
     assert!(matches!(doing, Doing::Acting(_)), "{doing:?}");
-    let checkpoint = original.checkpoint();
+    let checkpoint = original.checkpoint().expect("it can be saved");
     let held = poses(&original);
     original.run_for(SimDuration::from_millis(4_000)).expect("runs");
     let mut copy = start();

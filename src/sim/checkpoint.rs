@@ -36,8 +36,13 @@ impl Checkpoint {
 
 impl Simulator {
     /// Takes a checkpoint. Allocates.
-    pub fn checkpoint(&self) -> Checkpoint {
-        Checkpoint {
+    ///
+    /// # Errors
+    /// [`SimError::World`] if the world cannot be saved.
+    pub fn checkpoint(&self) -> Result<Checkpoint, SimError> {
+        let saved = self.world.as_ref().map(|world| world.save()).transpose();
+        let world = saved.map_err(|source| SimError::World { tick: self.tick, source })?;
+        Ok(Checkpoint {
             graph: self.graph.fingerprint,
             tick: self.tick,
             seed: self.seed,
@@ -49,8 +54,8 @@ impl Simulator {
             words: self.arenas.words.clone(),
             longs: self.arenas.longs.clone(),
             probe_filters: self.arenas.probe_filters.clone(),
-            world: self.world.as_ref().map(|w| w.save()),
-        }
+            world,
+        })
     }
 
     /// Returns to the tick of `checkpoint`, with its run seed and noise; recordings are emptied. Running on

@@ -47,7 +47,10 @@ pub trait World: Send + Any {
     fn reset(&mut self, seed: Seed) -> Result<(), WorldError>;
 
     /// Everything needed to continue from here.
-    fn save(&self) -> WorldSave;
+    ///
+    /// # Errors
+    /// A [`WorldError`] if the world cannot be saved as it is.
+    fn save(&self) -> Result<WorldSave, WorldError>;
 
     /// Goes back to a saved moment.
     ///
@@ -180,12 +183,12 @@ impl World for ScriptedWorld {
         Ok(())
     }
 
-    fn save(&self) -> WorldSave {
+    fn save(&self) -> Result<WorldSave, WorldError> {
         let mut bytes = (self.step as u64).to_le_bytes().to_vec();
         for value in self.commands.iter().flatten() {
             bytes.extend_from_slice(&value.to_le_bytes());
         }
-        WorldSave(bytes)
+        Ok(WorldSave(bytes))
     }
 
     fn restore(&mut self, saved: &WorldSave) -> Result<(), WorldError> {

@@ -354,8 +354,8 @@ impl World for AssemblyWorld {
         Ok(())
     }
 
-    fn save(&self) -> WorldSave {
-        WorldSave(postcard::to_stdvec(&self.live).unwrap_or_default())
+    fn save(&self) -> Result<WorldSave, WorldError> {
+        postcard::to_stdvec(&self.live).map(WorldSave).map_err(fault)
     }
 
     fn restore(&mut self, saved: &WorldSave) -> Result<(), WorldError> {

@@ -445,8 +445,8 @@ impl World for Board {
         Ok(())
     }
 
-    fn save(&self) -> WorldSave {
-        WorldSave(Vec::new())
+    fn save(&self) -> Result<WorldSave, WorldError> {
+        Ok(WorldSave(Vec::new()))
     }
 
     fn restore(&mut self, _saved: &WorldSave) -> Result<(), WorldError> {
