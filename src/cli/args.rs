@@ -3,12 +3,13 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use symbolt::files::Overwrite;
 use symbolt::sim::{Real, Seed};
 use symbolt::study::experiment::Options;
 use symbolt::task::kinematic::{Order, Rehearsal};
 use symbolt::task::planner::{PlannerSpec, Unbinding};
 use symbolt::task::scene::SceneSpec;
-use symbolt::task::{Commitment, Gate, Grounding, Overwrite, TaskError};
+use symbolt::task::{Commitment, Gate, Grounding, TaskError};
 use thiserror::Error;
 
 /// An argument that does not fit, found after parsing.

@@ -5,11 +5,11 @@ use std::time::Instant;
 
 use anyhow::{Context, Error};
 use serde_json::{Map, Value, json};
-use symbolt::neurons::{Population, SelectRule};
+use symbolt::files::{Overwrite, write_atomic};
+use symbolt::neurons::{Population, SelectRule, SolvedModel};
 use symbolt::sim::{Seed, SimDuration};
 use symbolt::study::standard::{Built, Measured, Model, Standard};
 use symbolt::task::planner::Unbinding;
-use symbolt::task::{Overwrite, read_solved, write_whole};
 
 use super::Outcome;
 use super::args::{BadArgument, BenchArgs};
@@ -109,11 +109,11 @@ fn ready(args: &BenchArgs, spec: &Standard, model: Model) -> Result<Ready, Error
     let bytes = built.solved().encode();
     if let Some(path) = &args.save {
         let overwrite = if args.force { Overwrite::Allowed } else { Overwrite::Never };
-        write_whole(path, &bytes, overwrite)?;
+        write_atomic(path, &bytes, overwrite)?;
     }
     let folder = tempfile::tempdir().context("the build's file needs a temporary folder")?;
     let path = folder.path().join("solved");
-    write_whole(&path, &bytes, Overwrite::Never)?;
+    write_atomic(&path, &bytes, Overwrite::Never)?;
     let (again, load_s) = load(spec, model, &path)?;
     if again.solved() != built.solved() {
         anyhow::bail!("the network that was saved and loaded is not the one that was built");
@@ -123,7 +123,7 @@ fn ready(args: &BenchArgs, spec: &Standard, model: Model) -> Result<Ready, Error
 
 fn load(spec: &Standard, model: Model, path: &Path) -> Result<(Built, f64), Error> {
     let begun = Instant::now();
-    let built = spec.build_from(model, read_solved(path)?)?;
+    let built = spec.build_from(model, SolvedModel::read(path)?)?;
     Ok((built, begun.elapsed().as_secs_f64()))
 }
 

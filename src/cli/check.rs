@@ -3,9 +3,10 @@
 
 use anyhow::Error;
 use serde_json::{Value, json};
-use symbolt::neurons::SolvedModel;
+use symbolt::files::read_file;
+use symbolt::neurons::{SolvedFileError, SolvedModel};
 use symbolt::task::scene::SceneSpec;
-use symbolt::task::{Domain, Recording, Snapshot, TaskError, read_file};
+use symbolt::task::{Domain, Recording, Snapshot, TaskError};
 
 use super::Outcome;
 use super::args::CheckArgs;
@@ -34,7 +35,7 @@ pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Error> {
 fn inspect(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
     if SolvedModel::recognises(bytes) {
         let solved = SolvedModel::decode(bytes)
-            .map_err(|source| TaskError::Solved { file: name.into(), source })?;
+            .map_err(|source| SolvedFileError::Content { file: name.into(), source })?;
         return Ok(json!({
             "kind": "model", "layers": solved.paths().count(), "neurons": solved.neurons(),
         }));

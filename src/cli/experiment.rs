@@ -7,10 +7,10 @@ use std::time::{Duration, Instant};
 
 use anyhow::Error;
 use indicatif::{ProgressBar, ProgressStyle};
+use symbolt::files::Overwrite;
 use symbolt::sim::Seed;
 use symbolt::study::experiment::{Results, Run, Shard, all, find, merge};
 use symbolt::study::statistics::Statistic;
-use symbolt::task::Overwrite;
 
 use super::Outcome;
 use super::args::{BadArgument, Common, ExperimentArgs, MergeArgs};

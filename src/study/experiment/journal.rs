@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::{Outcome, WIDTH};
+use crate::files::{FileError, Overwrite, write_atomic};
 use crate::task::{InputFault, TaskError};
-use crate::task::{Overwrite, write_whole};
 
 const FORMAT: &str = "symbolt-trials";
 const VERSION: u64 = 1;
@@ -136,7 +136,7 @@ fn fault(path: &Path, problem: impl Into<String>, expected: impl Into<String>) -
 }
 
 fn failed(what: &'static str, path: &Path) -> impl Fn(std::io::Error) -> TaskError {
-    move |source| TaskError::Io { what, path: path.into(), source }
+    move |source| FileError::Io { what, path: path.into(), source }.into()
 }
 
 /// Reads a journal.
@@ -182,7 +182,7 @@ impl Lock {
             Ok(()) => Ok(Self { _file: file }),
             Err(TryLockError::WouldBlock) => {
                 let source = std::io::Error::other("another run works in it");
-                Err(TaskError::Io { what: "write", path: folder.into(), source })
+                Err(failed("write", folder)(source))
             }
             Err(TryLockError::Error(source)) => Err(failed("write", &path)(source)),
         }
@@ -215,7 +215,7 @@ impl Journal {
         if !path.exists() {
             let mut line = serde_json::to_vec(header).unwrap_or_default();
             line.push(b'\n');
-            write_whole(path, &line, Overwrite::Never)?;
+            write_atomic(path, &line, Overwrite::Never)?;
         }
         let mut file =
             OpenOptions::new().read(true).write(true).open(path).map_err(failed("write", path))?;
@@ -274,5 +274,5 @@ pub(super) fn write(
     let mut bytes = serde_json::to_vec(header).unwrap_or_default();
     bytes.push(b'\n');
     bytes.extend(records.iter().flat_map(|r| r.to_bytes(header.width)));
-    write_whole(path, &bytes, overwrite)
+    Ok(write_atomic(path, &bytes, overwrite)?)
 }

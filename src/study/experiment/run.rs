@@ -11,10 +11,10 @@ use serde_json::{Value, json};
 
 use super::journal::{self, Header, Journal, Lock, Record};
 use super::{Cell, Experiment, Measure, Outcome, Results, Row, WIDTH};
+use crate::files::{FileError, Overwrite, write_atomic};
 use crate::sim::Seed;
 use crate::study::statistics::{Mean, Rate, Statistic};
 use crate::task::TaskError;
-use crate::task::{Overwrite, write_whole};
 
 /// One part of the trials: those whose number leaves `index` when divided by `of`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -125,7 +125,7 @@ impl<'a> Run<'a> {
             let path = self.folder.join(name);
             match std::fs::remove_file(&path) {
                 Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
-                    return Err(TaskError::Io { what: "remove", path, source });
+                    return Err(FileError::Io { what: "remove", path, source }.into());
                 }
                 _ => {}
             }
@@ -137,7 +137,7 @@ impl<'a> Run<'a> {
     /// are done. Gives the table, and writes it, if this is the only shard.
     ///
     /// # Errors
-    /// [`TaskError::Input`] if the journal is damaged or another experiment's, [`TaskError::Io`] if it cannot be
+    /// [`TaskError::Input`] if the journal is damaged or another experiment's, [`TaskError::File`] if it cannot be
     /// written, and whatever a trial fails with. Finished trials are kept.
     pub fn go(&self, watch: &(dyn Fn(u64) + Sync)) -> Result<Option<Results>, TaskError> {
         let lock = Lock::take(&self.folder)?;
@@ -253,10 +253,10 @@ impl<'a> Run<'a> {
 
     fn write(&self, results: &Results) -> Result<(), TaskError> {
         let text = format!("{:#}\n", results.to_json());
-        write_whole(&self.folder.join("results.json"), &text, Overwrite::Allowed)?;
-        write_whole(&self.folder.join("results.csv"), results.to_csv(), Overwrite::Allowed)?;
+        write_atomic(&self.folder.join("results.json"), &text, Overwrite::Allowed)?;
+        write_atomic(&self.folder.join("results.csv"), results.to_csv(), Overwrite::Allowed)?;
         if let Some(figure) = self.experiment.figure(results) {
-            write_whole(&self.folder.join("figure.svg"), figure.to_svg()?, Overwrite::Allowed)?;
+            write_atomic(&self.folder.join("figure.svg"), figure.to_svg()?, Overwrite::Allowed)?;
         }
         Ok(())
     }
@@ -267,7 +267,7 @@ impl<'a> Run<'a> {
 ///
 /// # Errors
 /// [`TaskError::Input`] if a folder's trials are not of this experiment with these settings and seed, or are
-/// damaged, contradict one another, or some are missing; [`TaskError::Io`].
+/// damaged, contradict one another, or some are missing; [`TaskError::File`].
 pub fn merge(
     experiment: &dyn Experiment,
     seed: Seed,

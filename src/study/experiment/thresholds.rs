@@ -9,13 +9,13 @@ use super::{
     Axis, Cell, Experiment, Figure, Mark, Measure, Options, Outcome, Reading, Results, Series,
     Style, outcome,
 };
+use crate::files::read_file;
 use crate::sim::Seed;
 use crate::task::TaskError;
 use crate::task::domain::Domain;
 use crate::task::domain::Recording;
 use crate::task::domain::{Classifier, Grounding};
 use crate::task::learn::{Dendrogram, PAPER_EXPONENT, Settings, learn};
-use crate::task::read_file;
 
 /// Sizes of batches.
 const BATCHES: [usize; 6] = [15, 30, 60, 120, 200, 300];
