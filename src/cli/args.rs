@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use symbolt::files::Overwrite;
 use symbolt::sim::{Real, Seed};
-use symbolt::study::experiment::Options;
+use symbolt::study::catalogue::Options;
 use symbolt::task::kinematic::{Order, Rehearsal};
 use symbolt::task::planner::{PlannerSpec, Unbinding};
 use symbolt::task::scene::SceneSpec;

@@ -9,7 +9,8 @@ use anyhow::Error;
 use indicatif::{ProgressBar, ProgressStyle};
 use symbolt::files::Overwrite;
 use symbolt::sim::Seed;
-use symbolt::study::experiment::{Results, Run, Shard, all, find, merge};
+use symbolt::study::catalogue::{all, find};
+use symbolt::study::experiment::{Results, Run, Shard, Warning};
 use symbolt::study::statistics::Statistic;
 
 use super::Outcome;
@@ -38,7 +39,8 @@ pub(crate) fn experiment(args: &ExperimentArgs) -> Result<Outcome, Error> {
     });
     let run = Run::new(&*experiment, Seed::new(args.common.seed), shard, &folder)
         .salvaging(args.salvage)
-        .anew(args.force);
+        .restarting(args.force)
+        .on_warning(&warn);
     let bar = Bar::new(&args.common, run.trials());
     let results = run.go(&|done| bar.at(done))?;
     drop(bar);
@@ -65,10 +67,17 @@ pub(crate) fn merged(args: &MergeArgs) -> Result<Outcome, Error> {
         return Err(BadArgument("merge needs the folders of the shards".into()).into());
     }
     let overwrite = if args.force { Overwrite::Allowed } else { Overwrite::Never };
-    let results =
-        merge(&*experiment, Seed::new(args.common.seed), &args.folders, &args.out, overwrite)?;
+    let seed = Seed::new(args.common.seed);
+    let run = Run::new(&*experiment, seed, Shard::default(), &args.out).on_warning(&warn);
+    let results = run.merge(&args.folders, overwrite)?;
     show(&args.common, &results)?;
     Ok(Outcome::Done)
+}
+
+/// Warnings come before the first trial, so they do not break into the progress bar.
+fn warn(warning: &Warning) {
+    // If standard error is gone there is nobody to tell.
+    let _ = writeln!(std::io::stderr(), "symbolt: warning: {warning}");
 }
 
 fn show(common: &Common, results: &Results) -> Result<(), Error> {

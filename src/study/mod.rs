@@ -2,6 +2,7 @@
 //!
 //! Nothing here knows pages or the command line.
 
+pub mod catalogue;
 pub mod experiment;
 pub mod standard;
 pub mod statistics;

@@ -43,9 +43,9 @@ impl Symbols {
         self.domain.states().iter().map(|s| s.name.as_str()).collect()
     }
 
-    fn needed(&self) -> [usize; 2] {
-        let names = self.names();
-        NEEDED.map(|name| names.iter().position(|n| *n == name).unwrap_or_default())
+    fn needed(&self) -> Result<[usize; 2], TaskError> {
+        let [nut, bolt] = NEEDED;
+        Ok([self.domain.state_index(nut)?, self.domain.state_index(bolt)?])
     }
 
     /// The goal at a gain of 2 for a time.
@@ -149,7 +149,7 @@ pub(super) fn loop_of_memories(
     graph.connect(&closed, &change.open, none);
     graph.connect(&change.output, &goal.input, none);
     let probe = Watched::Vector(graph.probe(&cleanup.items, probed));
-    Ok((probe, Reading::Both(symbols.needed())))
+    Ok((probe, Reading::Both(symbols.needed()?)))
 }
 
 /// A pointer memory that takes up what comes through its gate.
@@ -291,5 +291,5 @@ pub(super) fn goal_stack(
     graph.connect(&action.output, &command.input, none);
     graph.connect(&command.output, &motor.input, none);
     let probe = Watched::Vector(graph.probe(&required.items, probed));
-    Ok((probe, Reading::Both(symbols.needed())))
+    Ok((probe, Reading::Both(symbols.needed()?)))
 }

@@ -6,11 +6,12 @@ use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
 use serde_json::{Value, json};
 
-use super::{
-    Axis, Cell, Experiment, Figure, Mark, Measure, Options, Outcome, Reading, Results, Series,
-    Style, outcome,
-};
+use super::Options;
 use crate::sim::Seed;
+use crate::study::experiment::{
+    Axis, Cell, Experiment, Figure, Mark, Measure, Reading, Results, Row, Series, Style,
+    TrialOutcome, outcome,
+};
 use crate::task::TaskError;
 use crate::task::learn::p_distance;
 
@@ -55,7 +56,7 @@ impl Experiment for Distances {
         (0..=DIMENSIONS).map(|k| Cell::new(json!({"tight": k}), self.trials, readings())).collect()
     }
 
-    fn trial(&self, cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
+    fn trial(&self, cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
         let mut rng = seed.rng();
         let mut state = || -> [f64; DIMENSIONS] {
             std::array::from_fn(|i| gauss(&mut rng, if i < cell { TIGHT } else { BROAD }))
@@ -81,7 +82,7 @@ impl Experiment for Distances {
 }
 
 /// A row's median on a logarithmic axis, with the span of all but a tenth of the trials.
-fn logarithmic(x: f64, row: &super::Row) -> Option<Mark> {
+fn logarithmic(x: f64, row: &Row) -> Option<Mark> {
     let [low, middle, high] = row.statistic.quantiles()?;
     Some(Mark { x, y: middle.log10(), bar: Some([low.log10(), high.log10()]) })
 }
@@ -240,7 +241,7 @@ impl Experiment for TableSetting {
             .into()
     }
 
-    fn trial(&self, cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
+    fn trial(&self, cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
         let p = EXPONENTS[cell];
         let groups = example(&mut seed.rng());
         let within = |group: &[[f64; 8]]| -> Vec<f64> {
@@ -267,9 +268,7 @@ impl Experiment for TableSetting {
         let names = ["between groups", "beside plates", "on the cart"];
         let series = EXPONENTS.map(|p| {
             let mark = |(at, pairs): (usize, &&str)| {
-                let of = |row: &&super::Row| {
-                    row.number("p") == Some(p) && row.is("pairs", &json!(pairs))
-                };
+                let of = |row: &&Row| row.number("p") == Some(p) && row.is("pairs", &json!(pairs));
                 let row = results.rows.iter().find(of)?;
                 let y = at as f64 + if p > 0.0 { 0.12 } else { -0.12 };
                 let Mark { y: x, bar, .. } = logarithmic(0.0, row)?;

@@ -23,11 +23,12 @@ use serde_json::{Value, json};
 
 use self::episode::episodes;
 use self::world::{ATOMS, D, STRUCTURES, Structure};
-use super::{
-    Axis, Cell, Experiment, Figure, Mark, Measure, Options, Outcome, Reading, Results, Series,
-    Style,
-};
+use super::Options;
 use crate::sim::Seed;
+use crate::study::experiment::{
+    Axis, Cell, Experiment, Figure, MAX_READINGS, Mark, Measure, Reading, Results, Row, Series,
+    Style, TrialOutcome,
+};
 use crate::task::TaskError;
 
 /// The experiment: structures by noise, with one or both decoders.
@@ -102,9 +103,9 @@ impl Experiment for Structures {
             .collect()
     }
 
-    fn trial(&self, cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
+    fn trial(&self, cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
         let (structure, sigma) = self.cell(cell);
-        let mut outcome = [f64::NAN; super::WIDTH];
+        let mut outcome = [f64::NAN; MAX_READINGS];
         let results = episodes(structure, sigma, seed, self.decoders);
         for (out, result) in outcome.iter_mut().zip(results.into_iter().flatten()) {
             *out = if result { 1.0 } else { 0.0 };
@@ -114,10 +115,10 @@ impl Experiment for Structures {
 
     fn figure(&self, results: &Results) -> Option<Figure> {
         let marks = |decoder: &str, structure: Structure| -> Vec<Mark> {
-            let of = |row: &&super::Row| {
+            let of = |row: &&Row| {
                 row.is("decoder", &json!(decoder)) && row.is("structure", &json!(structure as u64))
             };
-            let mark = |row: &super::Row| {
+            let mark = |row: &Row| {
                 let bar = Some(row.statistic.interval95().map(|v| 100.0 * v));
                 Some(Mark { x: row.number("sigma")?, y: 100.0 * row.statistic.value(), bar })
             };

@@ -4,13 +4,14 @@ use rand::RngExt;
 use rand::seq::SliceRandom;
 use serde_json::{Value, json};
 
+use super::Options;
 use super::clusters::{DEMOS, Once, part_poses, poses, scene, shown, truth};
-use super::{
-    Axis, Cell, Experiment, Figure, Mark, Measure, Options, Outcome, Reading, Results, Series,
-    Style, outcome,
-};
 use crate::files::read_file;
 use crate::sim::Seed;
+use crate::study::experiment::{
+    Axis, Cell, Experiment, Figure, Mark, Measure, Reading, Results, Row, Series, Style,
+    TrialOutcome, outcome,
+};
 use crate::task::TaskError;
 use crate::task::domain::Domain;
 use crate::task::domain::Recording;
@@ -177,12 +178,12 @@ impl Experiment for Thresholds {
             for batch in BATCHES {
                 let pool = 5;
                 let readings = [
-                    (Measure::RateWithin(pool), "some threshold is perfect"),
-                    (Measure::MeanWithin(pool), "lowest perfect threshold (mm)"),
-                    (Measure::MeanWithin(pool), "highest perfect threshold (mm)"),
-                    (Measure::RateWithin(pool), "the automatic choice is perfect"),
-                    (Measure::RateWithin(pool), "the paper's 1.169 mm is perfect"),
-                    (Measure::Beside, "the set of demonstrations that it is drawn from"),
+                    (Measure::ClusteredRate(pool), "some threshold is perfect"),
+                    (Measure::ClusteredMean(pool), "lowest perfect threshold (mm)"),
+                    (Measure::ClusteredMean(pool), "highest perfect threshold (mm)"),
+                    (Measure::ClusteredRate(pool), "the automatic choice is perfect"),
+                    (Measure::ClusteredRate(pool), "the paper's 1.169 mm is perfect"),
+                    (Measure::Auxiliary, "the set of demonstrations that it is drawn from"),
                 ];
                 let readings = readings.map(|(m, what)| Reading::new(m, json!({"what": what})));
                 let settings = json!({"source": source, "kind": kind, "batch": batch});
@@ -192,7 +193,7 @@ impl Experiment for Thresholds {
         cells
     }
 
-    fn trial(&self, cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
+    fn trial(&self, cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
         let mut rng = seed.rng();
         let made;
         // Batches of one set are alike. A recording is the only one of its make: batches are drawn from it afresh.
@@ -247,12 +248,12 @@ impl Experiment for Thresholds {
                 ("lowest perfect threshold (mm)", "lowest"),
                 ("highest perfect threshold (mm)", "highest"),
             ] {
-                let of = |row: &&super::Row| {
+                let of = |row: &&Row| {
                     row.is("what", &json!(what))
                         && row.is("source", &json!(source))
                         && row.is("kind", &json!(kind))
                 };
-                let mark = |row: &super::Row| {
+                let mark = |row: &Row| {
                     let [low, middle, high] =
                         row.statistic.quantiles()?.map(|v| v.max(1e-6).log10());
                     Some(Mark { x: row.number("batch")?, y: middle, bar: Some([low, high]) })

@@ -18,12 +18,13 @@ use rand_distr::{Distribution, StandardNormal};
 use serde_json::{Value, json};
 use statrs::distribution::{Beta, Continuous, ContinuousCDF, Normal};
 
-use super::{
-    Axis, Cell, Experiment, Figure, Mark, Measure, Options, Outcome, Reading, Results, Series,
-    Style, outcome,
-};
+use super::Options;
 use crate::sim::{Real, Seed};
 use crate::spa::{Algebra, Hrr, PairDecoder, dot, dots, norm, normalize};
+use crate::study::experiment::{
+    Axis, Cell, Experiment, Figure, Mark, Measure, Reading, Results, Row, Series, Style,
+    TrialOutcome, outcome,
+};
 use crate::task::TaskError;
 
 /// One combination of sizes and noise.
@@ -90,7 +91,7 @@ fn best(items: &[Real], query: &[Real], similarities: &mut [Real]) -> usize {
 }
 
 impl Size {
-    fn trial(&self, seed: Seed) -> Result<Outcome, TaskError> {
+    fn trial(&self, seed: Seed) -> Result<TrialOutcome, TaskError> {
         let Self { dimensions: dim, bound, items, sigma, unitary } = *self;
         let mut rng = seed.rng();
         let mut work = Hrr.scratch(dim);
@@ -171,14 +172,14 @@ impl Experiment for Capacity {
         self.sizes.iter().map(cell).collect()
     }
 
-    fn trial(&self, cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
+    fn trial(&self, cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
         self.sizes[cell].trial(seed)
     }
 
     fn figure(&self, results: &Results) -> Option<Figure> {
         let mut series = Vec::new();
         for (colour, bound) in [8, 16].into_iter().enumerate() {
-            let of = |row: &&super::Row| {
+            let of = |row: &&Row| {
                 row.is("bound", &json!(bound))
                     && row.is("items", &json!(64))
                     && row.number("sigma") == Some(0.0)
@@ -192,7 +193,7 @@ impl Experiment for Capacity {
             let drawn =
                 [("best", Style::Line), ("linear", Style::Rings), ("prediction", Style::Dashed)];
             for (reading, style) in drawn {
-                let mark = |row: &super::Row| {
+                let mark = |row: &Row| {
                     let bar = Some(row.statistic.interval95().map(|v| 100.0 * v));
                     let y = 100.0 * row.statistic.value();
                     Some(Mark { x: row.number("dimensions")?.log2(), y, bar })
@@ -200,7 +201,7 @@ impl Experiment for Capacity {
                 let own = rows().filter(|row| row.is("reading", &json!(reading)));
                 add(reading, own.filter_map(mark).collect(), style);
             }
-            let mark = |row: &super::Row| {
+            let mark = |row: &Row| {
                 let y = 100.0 * row.number("large_d_formula")?;
                 Some(Mark { x: row.number("dimensions")?.log2(), y, bar: None })
             };

@@ -8,11 +8,12 @@ use std::sync::{Arc, Mutex, OnceLock};
 
 use serde_json::{Value, json};
 
-use super::{
-    Axis, Cell, Experiment, Figure, Mark, Measure, Options, Outcome, Reading, Results, Series,
-    Style, outcome,
-};
+use super::Options;
 use crate::sim::Seed;
+use crate::study::experiment::{
+    Axis, Cell, Experiment, Figure, MAX_READINGS, Mark, Measure, Reading, Results, Series, Style,
+    TrialOutcome, outcome,
+};
 use crate::task::TaskError;
 use crate::task::domain::Domain;
 use crate::task::domain::Pose;
@@ -131,7 +132,7 @@ impl Experiment for Clusters {
         vec![Cell::new(json!({}), self.trials, readings.into())]
     }
 
-    fn trial(&self, _cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
+    fn trial(&self, _cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
         let (recording, domain) = Self::domain(seed)?;
         let spec = scene(1);
         let of = |kind: &str| domain.states().iter().filter(|s| s.kind == kind).count();
@@ -236,17 +237,17 @@ impl Experiment for Classification {
                 let mut readings: Vec<Reading> = said
                     .map(|said| Reading::new(Measure::Share(total), json!({"said": said})))
                     .collect();
-                readings.push(Reading::new(Measure::Beside, json!({})));
+                readings.push(Reading::new(Measure::Auxiliary, json!({})));
                 cells.push(Cell::new(json!({"rule": rule, "truth": truth}), self.trials, readings));
             }
         }
         cells
     }
 
-    fn trial(&self, cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
+    fn trial(&self, cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
         let made = self.made.get(seed.value(), || Self::confusion(seed))?;
         let row = made[cell / TRUTHS.len()][cell % TRUTHS.len()];
-        let mut out = [f64::NAN; super::WIDTH];
+        let mut out = [f64::NAN; MAX_READINGS];
         out[..row.len()].copy_from_slice(&row);
         out[row.len()] = row.iter().sum();
         Ok(out)

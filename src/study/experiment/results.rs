@@ -1,0 +1,117 @@
+//! The table of a finished experiment, as JSON and CSV.
+
+use serde_json::{Map, Value, json};
+
+use crate::study::statistics::Statistic;
+
+/// The table of a finished experiment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Results {
+    /// The experiment.
+    pub name: &'static str,
+    /// What was asked.
+    pub question: &'static str,
+    /// Seed, and the experiment's own settings.
+    pub settings: Value,
+    /// One row a reading of a cell.
+    pub rows: Vec<Row>,
+}
+
+/// A row of the table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// Settings of the cell and of the reading.
+    pub settings: Map<String, Value>,
+    /// What came out.
+    pub statistic: Statistic,
+}
+
+impl Row {
+    /// A setting as a number.
+    pub fn number(&self, setting: &str) -> Option<f64> {
+        self.settings.get(setting)?.as_f64()
+    }
+
+    /// Whether a setting has this value.
+    pub fn is(&self, setting: &str, value: &Value) -> bool {
+        self.settings.get(setting) == Some(value)
+    }
+}
+
+impl Results {
+    /// The keys of `--json`.
+    pub fn to_json(&self) -> Value {
+        let cells: Vec<Value> = self
+            .rows
+            .iter()
+            .map(|row| {
+                let mut cell = row.settings.clone();
+                cell.extend(row.statistic.to_json());
+                Value::Object(cell)
+            })
+            .collect();
+        json!({"name": self.name, "question": self.question, "settings": self.settings, "cells": cells})
+    }
+
+    /// The names of all columns of settings, in the order of their first row.
+    pub fn columns(&self) -> Vec<&str> {
+        let mut columns: Vec<&str> = Vec::new();
+        for key in self.rows.iter().flat_map(|row| row.settings.keys()) {
+            if !columns.contains(&key.as_str()) {
+                columns.push(key);
+            }
+        }
+        columns
+    }
+
+    /// One line a row, with a header; text is quoted where it has to be.
+    pub fn to_csv(&self) -> String {
+        let columns = self.columns();
+        let quoted = |text: String| {
+            if text.contains([',', '"', '\n']) {
+                format!("\"{}\"", text.replace('"', "\"\""))
+            } else {
+                text
+            }
+        };
+        let mut lines = vec![
+            columns
+                .iter()
+                .copied()
+                .chain([
+                    "value",
+                    "low95",
+                    "high95",
+                    "sd",
+                    "q5",
+                    "q50",
+                    "q95",
+                    "trials",
+                    "effective_trials",
+                ])
+                .collect::<Vec<_>>()
+                .join(","),
+        ];
+        for row in &self.rows {
+            let mut fields: Vec<String> = columns
+                .iter()
+                .map(|key| match row.settings.get(*key) {
+                    Some(Value::String(text)) => quoted(text.clone()),
+                    Some(value) => quoted(value.to_string()),
+                    None => String::new(),
+                })
+                .collect();
+            let [low, high] = row.statistic.interval95();
+            let number = |v: f64| if v.is_finite() { v.to_string() } else { String::new() };
+            fields.extend([row.statistic.value(), low, high].map(number));
+            fields.push(row.statistic.sd().map_or_else(String::new, number));
+            let quantiles = row.statistic.quantiles();
+            fields.extend((0..3).map(|i| quantiles.map_or_else(String::new, |q| number(q[i]))));
+            fields.push(row.statistic.trials().to_string());
+            fields.push(row.statistic.effective_trials().map_or_else(String::new, number));
+            lines.push(fields.join(","));
+        }
+        lines.push(String::new());
+        lines.join("\n")
+    }
+}
