@@ -7,7 +7,7 @@
 //!
 //! The seed of a trial depends on its number and not on its cell, so cells are compared on common random numbers.
 //!
-//! Nothing here knows which experiments there are: those stand in the catalogue, `symbolt::study::catalogue`.
+//! Nothing here knows which experiments there are: the catalogue beside this room lists them.
 
 mod figure;
 mod journal;
