@@ -1,4 +1,4 @@
-//! `ablation` and `timing`: the planner graph with a part taken out or changed, and its simulated time.
+//! `ablation`: the planner graph with a part removed or changed.
 
 use rand::RngExt;
 use serde_json::{Value, json};
@@ -16,14 +16,14 @@ use crate::task::domain::outlook;
 use crate::task::planner::{Part, Planner, PlannerSpec, Unbinding, Verdict};
 
 pub(super) const GOAL: &str = "BOLT_ASSEMBLED";
-/// Where the task begins.
+/// The states at the start of the task.
 pub(super) const TABLE: [&str; 2] = ["NUT_ON_TABLE", "BOLT_ON_TABLE"];
 
 pub(super) fn lif() -> Population {
     Population::Lif(LifSpec::default())
 }
 
-/// One change of the planner.
+/// A variant of the planner.
 struct Variant {
     name: &'static str,
     value: String,
@@ -31,10 +31,10 @@ struct Variant {
     plan: PopulationPlan,
 }
 
-/// How many worlds are decided about in a trial.
+/// Worlds of a trial, about each of which the planner decides once.
 const WORLDS: usize = 4;
 
-/// The planner with parts taken out, weakened, or computed otherwise.
+/// The planner with parts removed, weakened, or computed in another mode.
 pub(super) struct Ablation {
     variants: Vec<Variant>,
     trials: u64,
@@ -82,7 +82,7 @@ impl Ablation {
             add("dimensions", dimensions.to_string(), spec, &spiking);
         }
         for module in ["goal_buffer", "focus", "cause", "deep", "required", "motor_gate", "motor"] {
-            // A pattern of these letters always parses.
+            // Always parses.
             if let Ok(pattern) = format!("planner/{module}/**").parse() {
                 let plan = spiking.clone().with(pattern, Population::Direct);
                 add("exact module", module.into(), spec, &plan);
@@ -94,7 +94,8 @@ impl Ablation {
     }
 }
 
-/// What a planner does first about some worlds: how often what the oracle accepts, and its simulated ms.
+/// The planner's first decisions about some worlds: how many of them the reference planner accepts, and their mean simulated
+/// ms.
 fn decide(planner: &Planner, worlds: &[Vec<bool>]) -> Result<(f64, f64), TaskError> {
     let domain = planner.domain();
     let goal = domain.state_index(GOAL)?;
@@ -107,7 +108,7 @@ fn decide(planner: &Planner, worlds: &[Vec<bool>]) -> Result<(f64, f64), TaskErr
             Err(error) => return Err(error),
         };
         let said = verdict.is_some_and(|verdict| verdict.accepted_by(&wanted));
-        // Whatever comes out at the motor meanwhile would be done.
+        // Whatever the motor shows before the decision would already be executed.
         let span = SimDuration::from_millis(time_ms.ceil() as u64);
         let done = planner.first_shown(world, GOAL, span)?.map(|(action, _)| action);
         let acted = match (verdict, done) {
@@ -161,12 +162,12 @@ impl Experiment for Ablation {
         let domain = SymbolicDomain::of_the_paper().build()?;
         let mut rng = seed.derive("", "worlds").rng();
         let states = domain.states().len();
-        // The first is the task's own beginning.
+        // The first is the start of the task.
         let mut worlds: Vec<Vec<bool>> = vec![domain.world(TABLE)?];
         worlds.resize_with(WORLDS, || (0..states).map(|_| rng.random()).collect());
         let (right, ms) = match Planner::with_plan(&domain, variant.spec, &variant.plan, seed) {
             Ok(planner) => decide(&planner, &worlds)?,
-            // Pointers that cannot be told apart make no planner: no world is decided about rightly.
+            // Pointers too similar for a planner: no decision is right.
             Err(TaskError::TooFewDimensions { .. } | TaskError::Vocabulary(_)) => (0.0, f64::NAN),
             Err(error) => return Err(error),
         };
@@ -174,7 +175,7 @@ impl Experiment for Ablation {
     }
 
     fn figure(&self, results: &Results) -> Option<Figure> {
-        // The table's first row stands at the top.
+        // The first row of the table is at the top.
         let accepted = results.rows.iter().rev().filter(|row| row.is("what", &json!("accepted")));
         let text = |row: &Row, key| row.settings.get(key)?.as_str().map(str::to_owned);
         let names = accepted
@@ -198,7 +199,7 @@ impl Experiment for Ablation {
 mod tests {
     use super::*;
 
-    /// Share of decisions accepted, of a change in exact maths.
+    /// The rate of accepted decisions of a variant.
     fn accepted(change: &str, to: &str) -> f64 {
         let experiment = Ablation::new(&Options::default());
         let cell = experiment.variants.iter().position(|v| v.name == change && v.value == to);

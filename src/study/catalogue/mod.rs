@@ -16,14 +16,14 @@ use crate::sim::Seed;
 use crate::study::experiment::{Experiment, MAX_TRIALS};
 use crate::task::TaskError;
 
-/// What an experiment is asked to be.
+/// How an experiment is set up.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
-    /// Where what trials share is drawn from, such as a pool of poses; the trials' own seed beside it.
+    /// The seed of everything that trials share, such as a pool of poses. It should be the run's seed.
     pub seed: Seed,
-    /// Trials a cell, 1 to [`MAX_TRIALS`]; the experiment's own number if none is given.
+    /// Trials of each cell, 1 to [`MAX_TRIALS`]; by default the experiment's own number.
     pub trials: Option<u64>,
-    /// A recording to be used beside our own scene, by those that use recordings.
+    /// A recording to use in addition to our own scene, for experiments on recordings.
     pub recording: Option<PathBuf>,
 }
 
@@ -33,7 +33,7 @@ impl Default for Options {
     }
 }
 
-/// The experiments by name, each with its question.
+/// The name and the question of every experiment.
 pub fn all() -> Vec<(&'static str, &'static str)> {
     let options = Options::default();
     makers().iter().map(|make| make(&options)).map(|e| (e.name(), e.question())).collect()
@@ -59,17 +59,17 @@ fn makers() -> Vec<Make> {
     ]
 }
 
-/// The experiment of this name.
+/// The experiment with this name. Costs the reading and learning of the recording, if one is given and used.
 ///
 /// # Errors
-/// [`TaskError::UnknownExperiment`], with the list of those that exist; [`TaskError::Setting`] for a number of
-/// trials outside its range.
+/// [`TaskError::UnknownExperiment`], which lists the experiments; [`TaskError::Setting`] for a number of trials outside
+/// its range.
 pub fn find(name: &str, options: &Options) -> Result<Box<dyn Experiment>, TaskError> {
     if let Some(trials) = options.trials.filter(|n| !(1..=MAX_TRIALS).contains(n)) {
         let value = trials.to_string();
         return Err(TaskError::Setting { name: "trials", value, expected: "1 to 100000" });
     }
-    // With default options making one costs nothing; with a recording it may be read and learned from.
+    // Cheap with default options; with a recording an experiment may read it and learn from it.
     let plain = Options::default();
     match makers().into_iter().find(|make| make(&plain).name() == name) {
         Some(make) => Ok(make(options)),

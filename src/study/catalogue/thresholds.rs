@@ -1,4 +1,4 @@
-//! `threshold`: which clustering thresholds find the true states, in our own scene and in recordings.
+//! `threshold`: which clustering thresholds find the true states, in our own scene and in a recording.
 
 use rand::RngExt;
 use rand::seq::SliceRandom;
@@ -18,17 +18,17 @@ use crate::task::domain::Recording;
 use crate::task::domain::{Classifier, Grounding};
 use crate::task::learn::{Dendrogram, PAPER_EXPONENT, Settings, learn};
 
-/// Sizes of batches.
+/// Poses in a batch.
 const BATCHES: [usize; 6] = [15, 30, 60, 120, 200, 300];
 /// The threshold of the paper's scene, in metres.
 const PAPER_M: f64 = 1.169e-3;
 
-/// What batches of one kind are drawn from.
+/// The poses of one kind, from which batches are drawn.
 struct Kind {
     name: String,
-    /// Positions, with what is true of each.
+    /// Positions with their true states.
     points: Vec<([f64; 3], usize)>,
-    /// What the learner takes of other demonstrations for the kind, in metres.
+    /// The threshold that the learner finds in other demonstrations, in metres.
     automatic: f64,
 }
 
@@ -37,12 +37,12 @@ pub(super) struct Thresholds {
     seed: Seed,
     trials: u64,
     recording: Option<std::path::PathBuf>,
-    /// Kinds of the recording that have states.
+    /// The kinds of the recording that have states, or why it cannot be used.
     recorded: Result<Vec<Kind>, String>,
     made: Once<Vec<Kind>>,
 }
 
-/// Demonstrations with three of each that batches are drawn from, and in how many sets.
+/// Demonstrations with three of each part in a pool from which batches are drawn, and the number of pools.
 const POOL_DEMOS: usize = 13;
 const POOLS: u64 = 12;
 
@@ -59,7 +59,7 @@ impl Thresholds {
         }
     }
 
-    /// Poses of our own scene; what the learner chose comes from demonstrations with one of each.
+    /// Poses of our own scene. The automatic threshold comes from demonstrations with one of each part.
     fn own(seed: Seed) -> Result<Vec<Kind>, TaskError> {
         let recording = shown(3, POOL_DEMOS, seed)?;
         let few = shown(1, DEMOS, seed.derive("", "few"))?;
@@ -76,8 +76,8 @@ impl Thresholds {
         Ok([&spec.nut_kind, &spec.bolt_kind].map(kind).into())
     }
 
-    /// Poses of a recording; what is true of them is what our rule makes of them with all of it learned. Poses in
-    /// no state, as of parts that fall, are left out.
+    /// Poses of a recording. Their true states are those of our classifier after learning from the whole recording. Poses
+    /// in no state, such as those of falling parts, are left out.
     fn given(path: &std::path::Path) -> Result<Vec<Kind>, TaskError> {
         let name = path.display().to_string();
         let (recording, _) = Recording::parse(&read_file(path)?, &name)?;
@@ -105,12 +105,12 @@ fn automatic(domain: &Domain, kind: &str) -> f64 {
     clusters.and_then(|c| c.threshold_m).unwrap_or(f64::NAN)
 }
 
-/// Above which threshold every true state is one cluster, and up to which no two are one: perfect in between.
+/// The perfect thresholds: above the first every true state is one cluster, and up to the second no two states share one.
 fn range(points: &[([f64; 3], usize)]) -> Result<[f64; 2], TaskError> {
     let positions: Vec<[f64; 3]> = points.iter().map(|p| p.0).collect();
     let tree = Dendrogram::new(&positions, PAPER_EXPONENT, "part")?;
     let (mut low, mut high) = (0.0f64, f64::INFINITY);
-    // The true state of each cluster, as long as it has one.
+    // The true state of each cluster; `None` once it has several.
     let mut pure: Vec<Option<usize>> = points.iter().map(|p| Some(p.1)).collect();
     let mut joins = 0;
     for merge in tree.merges() {
@@ -130,19 +130,19 @@ fn range(points: &[([f64; 3], usize)]) -> Result<[f64; 2], TaskError> {
     let mut states: Vec<usize> = points.iter().map(|p| p.1).collect();
     states.sort_unstable();
     states.dedup();
-    // A state whose poses never come together on their own is never one cluster.
+    // Without enough merges within states some state is never one cluster of its own.
     let whole = joins + states.len() == points.len();
     Ok([if whole { low } else { f64::INFINITY }, high])
 }
 
 impl Thresholds {
-    /// Where batches are from, and of which kind.
+    /// The source and the kind of batches.
     fn sources(&self) -> Vec<(&'static str, String)> {
         let spec = scene(3);
         let mut sources = vec![("scene", spec.nut_kind), ("scene", spec.bolt_kind)];
         match &self.recorded {
             Ok(kinds) => sources.extend(kinds.iter().map(|k| ("recording", k.name.clone()))),
-            // Its trials say what is wrong.
+            // Its trials report the error.
             Err(_) => sources.push(("recording", "unknown".into())),
         }
         sources
@@ -196,7 +196,7 @@ impl Experiment for Thresholds {
     fn trial(&self, cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
         let mut rng = seed.rng();
         let made;
-        // Batches of one set are alike. A recording is the only one of its make: batches are drawn from it afresh.
+        // Batches from one pool are correlated. There is only one recording, so its batches count as independent.
         let mut set = seed.value() as f64;
         let (kinds, kind) = match cell / BATCHES.len() {
             kind @ (0 | 1) => {
@@ -213,7 +213,7 @@ impl Experiment for Thresholds {
                 }
             },
         };
-        // A batch is of one kind; it holds at least one pose of each of the kind's states.
+        // A batch has at least one pose of each state of its kind.
         let Some(kind) = kinds.get(kind) else { return Ok(outcome([])) };
         let mut points = kind.points.clone();
         points.shuffle(&mut rng);
@@ -295,7 +295,7 @@ mod tests {
         assert_eq!(tree.cut(high), [0, 0, 0, 1, 1], "merges at the threshold are not made");
         assert_ne!(tree.cut(low), [0, 0, 0, 1, 1]);
         assert_ne!(tree.cut(1.001 * high), [0, 0, 0, 1, 1]);
-        // A true state that is torn apart leaves no perfect range.
+        // A true state that is scattered leaves no perfect range.
         let mut torn = points;
         torn[1].1 = 1;
         let [low, high] = range(&torn).expect("clusters");

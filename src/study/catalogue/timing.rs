@@ -1,4 +1,4 @@
-//! `timing`: the simulated time that decisions and whole plans take.
+//! `timing`: the simulated time of decisions and whole plans.
 
 use serde_json::{Value, json};
 
@@ -14,7 +14,7 @@ use crate::task::TaskError;
 use crate::task::domain::SymbolicDomain;
 use crate::task::planner::{PlanEnd, Planner, PlannerSpec};
 
-/// Simulated time of decisions and whole plans, in exact maths and in spiking neurons.
+/// Simulated time of decisions and whole plans, in direct mode and in spiking neurons.
 pub(super) struct Timing {
     trials: u64,
 }
@@ -62,8 +62,8 @@ impl Experiment for Timing {
             rolled.steps.get(step).map_or(f64::NAN, |step| step.decision.time_ms)
         });
         let all: f64 = rolled.steps.iter().map(|step| step.decision.time_ms).sum();
-        let sound = rolled.steps.len() == 3 && rolled.end == PlanEnd::Met;
-        Ok(outcome([first, second, third, all, if sound { 1.0 } else { 0.0 }]))
+        let complete = rolled.steps.len() == 3 && rolled.end == PlanEnd::Met;
+        Ok(outcome([first, second, third, all, if complete { 1.0 } else { 0.0 }]))
     }
 
     fn revision(&self) -> u32 {
@@ -71,7 +71,7 @@ impl Experiment for Timing {
     }
 
     fn figure(&self, results: &Results) -> Option<Figure> {
-        // The table's first row stands at the top.
+        // The first row of the table is at the top.
         let timed = || results.rows.iter().rev().filter(|row| row.statistic.quantiles().is_some());
         let name = |row: &Row| {
             let text = |key| row.settings.get(key)?.as_str();

@@ -7,13 +7,13 @@ use crate::study::statistics::Statistic;
 /// The table of a finished experiment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Results {
-    /// The experiment.
+    /// The experiment's name.
     pub name: &'static str,
-    /// What was asked.
+    /// The experiment's question.
     pub question: &'static str,
-    /// Seed, and the experiment's own settings.
+    /// The experiment's settings, the seed, and the number of trials.
     pub settings: Value,
-    /// One row a reading of a cell.
+    /// One row for each reading of each cell.
     pub rows: Vec<Row>,
 }
 
@@ -22,12 +22,12 @@ pub struct Results {
 pub struct Row {
     /// Settings of the cell and of the reading.
     pub settings: Map<String, Value>,
-    /// What came out.
+    /// The statistic over trials.
     pub statistic: Statistic,
 }
 
 impl Row {
-    /// A setting as a number.
+    /// The value of a setting, if it is a number.
     pub fn number(&self, setting: &str) -> Option<f64> {
         self.settings.get(setting)?.as_f64()
     }
@@ -53,7 +53,7 @@ impl Results {
         json!({"name": self.name, "question": self.question, "settings": self.settings, "cells": cells})
     }
 
-    /// The names of all columns of settings, in the order of their first row.
+    /// The names of all settings, in the order in which rows first have them.
     pub fn columns(&self) -> Vec<&str> {
         let mut columns: Vec<&str> = Vec::new();
         for key in self.rows.iter().flat_map(|row| row.settings.keys()) {
@@ -64,7 +64,7 @@ impl Results {
         columns
     }
 
-    /// One line a row, with a header; text is quoted where it has to be.
+    /// The table as CSV: a header, and one line for each row.
     pub fn to_csv(&self) -> String {
         let columns = self.columns();
         let quoted = |text: String| {

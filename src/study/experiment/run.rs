@@ -18,12 +18,12 @@ use crate::sim::Seed;
 use crate::study::statistics::{Mean, Rate, Statistic};
 use crate::task::TaskError;
 
-/// One part of the trials: those whose number leaves `index` when divided by `of`.
+/// One part of the trials: those whose number has the remainder `index` when divided by `of`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shard {
-    /// Which part, counted from 0.
+    /// The part, counted from 0.
     pub index: u64,
-    /// Of how many.
+    /// The number of parts.
     pub of: u64,
 }
 
@@ -115,6 +115,7 @@ impl<'a> Run<'a> {
         self.cells.iter().map(|cell| self.own(cell).count() as u64).sum()
     }
 
+    /// The trials of a cell that belong to this shard.
     fn own(&self, cell: &Cell) -> impl Iterator<Item = u64> + use<> {
         (self.shard.index..cell.trials).step_by(self.shard.of.max(1) as usize)
     }
