@@ -1,4 +1,4 @@
-//! `symbolt bench`: a standard network, how fast it was built and run, and how well it did.
+//! `symbolt bench`: the speed and the quality of a standard network.
 
 use std::path::Path;
 use std::time::Instant;
@@ -34,7 +34,7 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
         return Err(BadArgument(problem).into());
     }
     if population == Population::Direct && (args.save.is_some() || args.load.is_some()) {
-        let problem = "in exact maths there are no populations to --save or --load";
+        let problem = "in direct mode there are no populations to --save or --load";
         return Err(BadArgument(problem.into()).into());
     }
     refuse_existing(args.save.as_deref(), args.force)?;
@@ -53,7 +53,7 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
     let mut runs = Vec::new();
     for run in 0..args.runs {
         progress.say(format!("run {} of {}", run + 1, args.runs));
-        // Within the pool, so that a tick can share its work.
+        // Within the pool, so that a tick can use its threads.
         let threads = rayon::current_num_threads();
         let one = || built.run();
         runs.push(if threads > 1 { rayon::scope(|_| one()) } else { one() }?);
@@ -89,16 +89,16 @@ fn choice<T: Copy>(option: &str, asked: &str, choices: &[(&str, T)]) -> Result<T
     })
 }
 
-/// A network to be run.
+/// A network that is ready to run.
 struct Ready {
     built: Built,
-    /// In how many seconds a file of it is read and a graph made of it.
+    /// Wall-clock seconds of building it from a file.
     load_s: f64,
-    /// The most memory held until it was there, in MB.
+    /// Peak memory of the build in MB, where the system reports it.
     peak_mb: Option<f64>,
 }
 
-/// Builds the network, or takes it from a file.
+/// Builds the network, or loads it from a file.
 fn ready(args: &BenchArgs, spec: &Standard, model: Model) -> Result<Ready, Error> {
     if let Some(path) = &args.load {
         let (built, load_s) = load(spec, model, path)?;
@@ -127,7 +127,7 @@ fn load(spec: &Standard, model: Model, path: &Path) -> Result<(Built, f64), Erro
     Ok((built, begun.elapsed().as_secs_f64()))
 }
 
-/// The most memory that the process has held, in MB; none where the system does not say.
+/// The peak memory of the process in MB, where the system reports it.
 fn peak_rss_mb() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

@@ -1,4 +1,4 @@
-//! `symbolt check`: whether a file is a sound recording, scene, scene configuration, domain or model of solved
+//! `symbolt check`: whether a file is a valid recording, scene, scene configuration, domain or model of solved
 //! populations.
 
 use anyhow::Error;
@@ -27,7 +27,7 @@ pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Error> {
             .map(|(key, value)| format!("{value} {key}"))
             .collect();
         let kind = found["kind"].as_str().unwrap_or("file");
-        emit(&format!("{name}: a sound {kind}: {}", facts.join(", ")))?;
+        emit(&format!("{name}: a valid {kind}: {}", facts.join(", ")))?;
     }
     Ok(Outcome::Done)
 }
@@ -41,7 +41,7 @@ fn inspect(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
         }));
     }
     let header: Option<Value> = serde_json::from_slice(bytes).ok();
-    // A domain cut short is still meant as one: only domains say their format.
+    // Only domains name their format, so a truncated domain is recognised too.
     let head = String::from_utf8_lossy(&bytes[..bytes.len().min(200)]);
     if header.as_ref().map_or(head.contains("\"format\""), |v| v.get("format").is_some()) {
         let domain = Domain::parse(bytes, name)?;
@@ -73,7 +73,7 @@ fn inspect(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
     }))
 }
 
-/// Whether all that is in a file stands on one line, as in a recording of one snapshot.
+/// Whether a file has one line, like a recording of one snapshot.
 fn one_line(bytes: &[u8]) -> bool {
     bytes.trim_ascii().iter().all(|b| *b != b'\n')
 }

@@ -1,4 +1,4 @@
-//! `symbolt experiment` and `symbolt merge`: trials in a folder, and their table.
+//! `symbolt experiment` and `symbolt merge`: run experiments and print their tables.
 
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
@@ -51,7 +51,7 @@ pub(crate) fn experiment(args: &ExperimentArgs) -> Result<Outcome, Error> {
             "folder": folder,
         })])?,
         None => emit(&format!(
-            "{} trials of shard {}/{} are in {}; `symbolt merge` puts shards together",
+            "{} trials of shard {}/{} are in {}; `symbolt merge` merges the shards",
             run.trials(),
             shard.index + 1,
             shard.of,
@@ -109,7 +109,7 @@ fn show(common: &Common, results: &Results) -> Result<(), Error> {
         let sd = row.statistic.sd().filter(|sd| sd.is_finite());
         let sd = sd.map_or_else(String::new, |sd| format!("{sd:.4}"));
         let all = row.statistic.trials();
-        // Members of a cluster are not independent of one another.
+        // Correlated trials count as fewer.
         let trials = match row.statistic.effective_trials() {
             Some(effective) if effective < 0.95 => format!("{all} (as less than 1)"),
             Some(effective) if effective.round() < all as f64 => {
@@ -123,20 +123,20 @@ fn show(common: &Common, results: &Results) -> Result<(), Error> {
     emit(&format!("{}\n\n{grid}", results.question))
 }
 
-/// How far the trials are: a bar with the time left on a terminal, a line now and then elsewhere.
+/// Progress with the time left: a bar on a terminal, a line every 10 seconds elsewhere.
 struct Bar {
     bar: Option<ProgressBar>,
     lines: Option<Mutex<Lines>>,
     total: u64,
 }
 
-/// When the first trial that is timed began, how many were done before it, and when the last line was written.
+/// The start of timing with the number of trials done by then, and the time of the last line.
 struct Lines {
     begun: Option<(Instant, u64)>,
     last: Instant,
 }
 
-/// Between two lines where there is no terminal.
+/// The time between two lines.
 const EVERY: Duration = Duration::from_secs(10);
 
 impl Bar {
@@ -158,13 +158,13 @@ impl Bar {
     fn at(&self, done: u64) {
         if let Some(bar) = &self.bar {
             if bar.position() == 0 {
-                // What an earlier run has done says nothing of this one's speed.
+                // Trials of an earlier run must not count towards the speed of this one.
                 bar.set_position(done);
                 bar.reset_eta();
             }
             bar.set_position(done);
         }
-        // Whoever comes while another writes its line has nothing to add.
+        // If another thread is writing a line, this one has nothing to add.
         let Some(Ok(mut lines)) = self.lines.as_ref().map(Mutex::try_lock) else { return };
         let (begun, before) = *lines.begun.get_or_insert_with(|| (Instant::now(), done));
         if lines.last.elapsed() >= EVERY {

@@ -67,7 +67,7 @@ pub fn write<'e>(episodes: impl Iterator<Item = &'e EpisodeReport>) -> String {
 /// Simulated seconds that an episode can last.
 pub(super) const LONGEST_S: f64 = 200_000.0;
 /// Episodes that a run can have.
-const MOST_EPISODES: usize = 100_000;
+const MAX_EPISODES: usize = 100_000;
 
 impl Line {
     /// Whether it is of an episode that can be and its moments are some of one.
@@ -78,7 +78,7 @@ impl Line {
             self.touch.as_ref().map(|t| t.t),
             self.end.as_ref().map(|e| e.simulated_s),
         ];
-        self.episode < MOST_EPISODES
+        self.episode < MAX_EPISODES
             && moments.iter().flatten().all(|s| (0.0..=LONGEST_S).contains(s))
     }
 }

@@ -18,8 +18,8 @@ pub struct Rate {
     pub successes: u64,
     /// The number of trials.
     pub trials: u64,
-    /// The effective number of independent trials: fewer than [`trials`](Self::trials) where trials come in correlated
-    /// clusters.
+    /// The effective number of independent trials: fewer than [`trials`](Self::trials) where trials come in
+    /// correlated clusters.
     pub effective: f64,
 }
 
@@ -35,14 +35,15 @@ impl Rate {
         Self { successes: successes.min(trials), trials, effective: trials as f64 }
     }
 
-    /// The rate of trials in clusters, each given as successes and trials. Clusters are independent of one another; the
-    /// trials of a cluster may be correlated.
+    /// The rate of trials in clusters, each given as successes and trials. Clusters are independent of one another;
+    /// the trials of a cluster may be correlated.
     ///
-    /// The variance of the rate is that of a ratio of two sums over clusters (Cochran 1977, section 9A.2). The effective
-    /// number of trials is the number of independent ones with the same variance, reduced by how much wider Student's
-    /// interval is with so few clusters (Korn and Graubard 1998), where unequal clusters count as fewer equal ones (Kish
-    /// 1965). Only trials whose answers differ show a correlation. So that number is averaged, harmonically, with the one for
-    /// clusters of identical trials: the former weighs as many times as the rarer answer occurs, the latter once.
+    /// The variance of the rate is that of a ratio of two sums over clusters (Cochran 1977, section 9A.2). The
+    /// effective number of trials is the number of independent ones with the same variance, reduced by how much wider
+    /// Student's interval is with so few clusters (Korn and Graubard 1998), where unequal clusters count as fewer
+    /// equal ones (Kish 1965). Only trials whose answers differ show a correlation. So that number is averaged,
+    /// harmonically, with the one for clusters of identical trials: the former weighs as many times as the rarer
+    /// answer occurs, the latter once.
     pub fn of_clusters(clusters: impl Iterator<Item = [u64; 2]> + Clone) -> Self {
         let filled = clusters.filter(|[_, of]| *of > 0).map(|[own, of]| [own.min(of), of]);
         let (mut count, mut successes, mut trials, mut squares) = (0u32, 0, 0, 0.0);
@@ -71,8 +72,8 @@ impl Rate {
         if self.trials == 0 { 0.0 } else { self.successes as f64 / self.trials as f64 }
     }
 
-    /// Wilson's score interval at `z` standard deviations (Wilson 1927), for the effective number of trials. It stays within
-    /// 0 and 1, and has a width even if all trials agree. Without trials it is 0 to 1.
+    /// Wilson's score interval at `z` standard deviations (Wilson 1927), for the effective number of trials. It stays
+    /// within 0 and 1, and has a width even if all trials agree. Without trials it is 0 to 1.
     pub fn interval(&self, z: f64) -> [f64; 2] {
         if self.trials == 0 {
             return [0.0, 1.0];
@@ -112,10 +113,10 @@ impl Mean {
         Self::of_clusters(values.enumerate().map(|(index, value)| (index as f64, value)))
     }
 
-    /// The mean of numbers in clusters, each given as its cluster and the number itself. Clusters are independent of one
-    /// another; the numbers of a cluster may be correlated. The interval is Student's for the number of clusters, with the
-    /// variance of a ratio of two sums over clusters (Cochran 1977, section 9A.2). For clusters of one number it is the
-    /// usual interval.
+    /// The mean of numbers in clusters, each given as its cluster and the number itself. Clusters are independent of
+    /// one another; the numbers of a cluster may be correlated. The interval is Student's for the number of clusters,
+    /// with the variance of a ratio of two sums over clusters (Cochran 1977, section 9A.2). For clusters of one
+    /// number it is the usual interval.
     pub fn of_clusters(values: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
         let numbers = values.filter(|(_, v)| !v.is_nan());
         let n = numbers.clone().count();
@@ -146,9 +147,9 @@ impl Mean {
         Self { mean, sd, quantiles, n: n as u64, half95 }
     }
 
-    /// The mean of differences, -1 to 1, of two binary outcomes or probabilities. For the interval one difference of either
-    /// sign is added, so that it has a width even if all differences are zero (Bonett and Price 2012, for paired
-    /// proportions).
+    /// The mean of differences, -1 to 1, of two binary outcomes or probabilities. For the interval one difference of
+    /// either sign is added, so that it has a width even if all differences are zero (Bonett and Price 2012, for
+    /// paired proportions).
     pub fn of_differences(values: impl Iterator<Item = f64> + Clone) -> Self {
         let plain = Self::of(values.clone());
         let n = plain.n as f64 + 2.0;

@@ -94,8 +94,8 @@ impl Ablation {
     }
 }
 
-/// The planner's first decisions about some worlds: how many of them the reference planner accepts, and their mean simulated
-/// ms.
+/// The planner's first decisions about some worlds: how many of them the reference planner accepts, and their mean
+/// simulated ms.
 fn decide(planner: &Planner, worlds: &[Vec<bool>]) -> Result<(f64, f64), TaskError> {
     let domain = planner.domain();
     let goal = domain.state_index(GOAL)?;

@@ -1,8 +1,8 @@
 //! `capacity`: how often the right filler is decoded from a sum of bound pairs, compared with a prediction.
 //!
-//! A trial draws K roles and a vocabulary of M items, of which K are the fillers. It sums the bound pairs, adds noise of
-//! standard deviation sigma / sqrt(D) to each component, unbinds the first role, and takes the most similar item. Items are
-//! uniform on the sphere, roles Gaussian or unitary, all of length 1.
+//! A trial draws K roles and a vocabulary of M items, of which K are the fillers. It sums the bound pairs, adds noise
+//! of standard deviation sigma / sqrt(D) to each component, unbinds the first role, and takes the most similar item.
+//! Items are uniform on the sphere, roles Gaussian or unitary, all of length 1.
 //!
 //! Let q be the unbound pointer and c its dot product with the right filler, and let the other fillers score below c. Then
 //! none of the M - K items that are no fillers beats c with probability `F((1 + c / |q|) / 2)^(M - K)`, where F is the

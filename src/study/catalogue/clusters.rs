@@ -1,7 +1,7 @@
 //! `figure-3` and `figure-4`: states found in demonstrations of our own scene.
 //!
-//! The true state of a part follows from the geometry of the scene: it is over the jig's pocket, over its hole, or elsewhere.
-//! A bolt over the pocket is assembled. Learner and classifiers do not know it.
+//! The true state of a part follows from the geometry of the scene: it is over the jig's pocket, over its hole, or
+//! elsewhere. A bolt over the pocket is assembled. Learner and classifiers do not know it.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock};
@@ -67,8 +67,8 @@ pub(super) fn part_poses<'r>(
 
 type Made<T> = Arc<OnceLock<Result<Arc<T>, String>>>;
 
-/// A cache of what several cells of a trial share and what costs much to compute. Threads that ask at the same time wait for
-/// the first.
+/// A cache of what several cells of a trial share and what costs much to compute. Threads that ask at the same time
+/// wait for the first.
 pub(super) struct Once<T>(Mutex<HashMap<u64, Made<T>>>);
 
 impl<T> Once<T> {

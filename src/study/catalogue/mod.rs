@@ -1,4 +1,5 @@
-//! The experiments that `symbolt experiment` lists: the paper's tables and figures, and sweeps of noise, size and parts.
+//! The experiments that `symbolt experiment` lists: the paper's tables and figures, and sweeps of noise, size and
+//! parts.
 
 mod ablation;
 mod capacity;

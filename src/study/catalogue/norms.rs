@@ -138,8 +138,8 @@ fn apart(a: &[f64; 8], b: &[f64; 8], p: f64) -> f64 {
     p_distance(&difference, &[0.0; 8], p)
 }
 
-/// The state of a knife: its place in the frames of the cart and of the nearest plate, and its distance and angle to the
-/// nearest edge of the table.
+/// The state of a knife: its place in the frames of the cart and of the nearest plate, and its distance and angle to
+/// the nearest edge of the table.
 fn state(knife: &Place, cart: &Place, plates: &[Place]) -> [f64; 8] {
     let [a, b, c] = knife.from(cart);
     let far = |plate: &Place| (plate.x - knife.x).hypot(plate.y - knife.y);

@@ -76,8 +76,8 @@ impl Thresholds {
         Ok([&spec.nut_kind, &spec.bolt_kind].map(kind).into())
     }
 
-    /// Poses of a recording. Their true states are those of our classifier after learning from the whole recording. Poses
-    /// in no state, such as those of falling parts, are left out.
+    /// Poses of a recording. Their true states are those of our classifier after learning from the whole recording.
+    /// Poses in no state, such as those of falling parts, are left out.
     fn given(path: &std::path::Path) -> Result<Vec<Kind>, TaskError> {
         let name = path.display().to_string();
         let (recording, _) = Recording::parse(&read_file(path)?, &name)?;
@@ -105,7 +105,8 @@ fn automatic(domain: &Domain, kind: &str) -> f64 {
     clusters.and_then(|c| c.threshold_m).unwrap_or(f64::NAN)
 }
 
-/// The perfect thresholds: above the first every true state is one cluster, and up to the second no two states share one.
+/// The perfect thresholds: above the first every true state is one cluster, and up to the second no two states share
+/// one.
 fn range(points: &[([f64; 3], usize)]) -> Result<[f64; 2], TaskError> {
     let positions: Vec<[f64; 3]> = points.iter().map(|p| p.0).collect();
     let tree = Dendrogram::new(&positions, PAPER_EXPONENT, "part")?;

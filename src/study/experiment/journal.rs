@@ -1,8 +1,9 @@
 //! The journal of finished trials: an append-only file that stays usable when the program is killed at any moment.
 //!
-//! Its first line is JSON and says which experiment and settings it belongs to. Then comes one record for each trial, all
-//! of equal length, little-endian: cell, trial, the outcome's bits, and a checksum. A kill can leave an incomplete record
-//! at the end; its trial counts as not done. A complete record with a wrong checksum is damage and is reported.
+//! Its first line is JSON and says which experiment and settings it belongs to. Then comes one record for each trial,
+//! all of equal length, little-endian: cell, trial, the outcome's bits, and a checksum. A kill can leave an
+//! incomplete record at the end; its trial counts as not done. A complete record with a wrong checksum is damage and
+//! is reported.
 
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Seek, SeekFrom, Write};
@@ -92,8 +93,8 @@ impl Header {
         Ok(line)
     }
 
-    /// Why trials of this header cannot be used for `wanted`, in words; `None` if they can, which includes that only more
-    /// trials are wanted.
+    /// Why trials of this header cannot be used for `wanted`, in words; `None` if they can, which includes that only
+    /// more trials are wanted.
     fn mismatch(&self, wanted: &Self) -> Option<String> {
         if self.experiment != wanted.experiment {
             let (held, wanted) = (&self.experiment, &wanted.experiment);
@@ -216,9 +217,9 @@ pub(super) struct Journal {
 }
 
 impl Journal {
-    /// Opens the journal at `path` for trials of `header`, or creates it; with the trials that it holds. It may have been
-    /// created for fewer trials. With `salvage` damaged records are dropped, otherwise they are an error. `lock` is that of
-    /// the folder.
+    /// Opens the journal at `path` for trials of `header`, or creates it; with the trials that it holds. It may have
+    /// been created for fewer trials. With `salvage` damaged records are dropped, otherwise they are an error. `lock`
+    /// is that of the folder.
     pub fn open(
         path: &Path,
         header: &Header,
@@ -255,8 +256,8 @@ impl Journal {
         Ok((Self { file, path, width, complete, torn: false, _lock: lock }, contents.records))
     }
 
-    /// Appends a finished trial. After a failure nothing more is appended, because a record behind an incomplete one could
-    /// not be found again.
+    /// Appends a finished trial. After a failure nothing more is appended, because a record behind an incomplete one
+    /// could not be found again.
     pub fn append(&mut self, record: Record) -> Result<(), FileError> {
         let failed = FileError::io("write", &self.path);
         if self.torn {

@@ -83,8 +83,8 @@ const ENOLCK: Option<i32> = if cfg!(any(target_os = "linux", target_os = "androi
 /// ENOTSUP, where the standard library does not count it as [`ErrorKind::Unsupported`].
 const ENOTSUP: Option<i32> = if cfg!(target_os = "macos") { Some(45) } else { None };
 
-/// Whether an attempt failed because the file system has no locks: file systems answer with ENOSYS, EOPNOTSUPP, EINVAL
-/// or ENOLCK.
+/// Whether an attempt failed because the file system has no locks: file systems answer with ENOSYS, EOPNOTSUPP,
+/// EINVAL or ENOLCK.
 fn unsupported(error: &Error) -> bool {
     matches!(error.kind(), ErrorKind::Unsupported | ErrorKind::InvalidInput)
         || error.raw_os_error().is_some_and(|code| [ENOLCK, ENOTSUP].contains(&Some(code)))

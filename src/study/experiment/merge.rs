@@ -9,8 +9,8 @@ use crate::files::Overwrite;
 use crate::task::TaskError;
 
 impl Run<'_> {
-    /// Puts the shards in `folders` together in this run's folder, and returns the table. Trials that the folder already
-    /// holds are replaced only if `overwrite` allows it. The run's own shard does not matter.
+    /// Puts the shards in `folders` together in this run's folder, and returns the table. Trials that the folder
+    /// already holds are replaced only if `overwrite` allows it. The run's own shard does not matter.
     ///
     /// # Errors
     /// [`TaskError::Input`] if the journal of a shard cannot be read; [`TaskError::Merge`] if its trials are damaged or

@@ -1,9 +1,9 @@
 //! Experiments: independent trials in a journal, and the table of their statistics.
 //!
-//! An [`Experiment`] is a list of cells and a trial, which is a function of cell and seed that returns a few numbers. Trials
-//! are independent, so they run on all cores and on several machines. A [`Run`] appends every finished trial to a journal;
-//! a run that was killed is resumed from it. The table depends only on the trials in the journal, sorted by cell and trial,
-//! so it has the same bits however they were computed.
+//! An [`Experiment`] is a list of cells and a trial, which is a function of cell and seed that returns a few numbers.
+//! Trials are independent, so they run on all cores and on several machines. A [`Run`] appends every finished trial
+//! to a journal; a run that was killed is resumed from it. The table depends only on the trials in the journal,
+//! sorted by cell and trial, so it has the same bits however they were computed.
 //!
 //! The seed of a trial depends on its number and not on its cell, so cells are compared on common random numbers.
 //!
@@ -37,22 +37,23 @@ pub fn outcome<const N: usize>(numbers: [f64; N]) -> TrialOutcome {
     std::array::from_fn(|i| numbers.get(i).copied().unwrap_or(f64::NAN))
 }
 
-/// Which statistic a number of the trials goes into. Other numbers are referred to by their place among the cell's readings.
+/// Which statistic a number of the trials goes into. Other numbers are referred to by their place among the cell's
+/// readings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Measure {
     /// 1 for success, 0 for failure: a rate with a Wilson interval.
     Rate,
-    /// As [`Rate`](Self::Rate), where trials are correlated if the [`Auxiliary`](Self::Auxiliary) number at that place is
-    /// the same, as for trials drawn from one pool.
+    /// As [`Rate`](Self::Rate), where trials are correlated if the [`Auxiliary`](Self::Auxiliary) number at that
+    /// place is the same, as for trials drawn from one pool.
     ClusteredRate(usize),
-    /// A count of successes, where the [`Auxiliary`](Self::Auxiliary) number at that place is the count of attempts: a rate
-    /// over all trials. Attempts of one trial may be correlated; the interval treats trials as clusters
+    /// A count of successes, where the [`Auxiliary`](Self::Auxiliary) number at that place is the count of attempts:
+    /// a rate over all trials. Attempts of one trial may be correlated; the interval treats trials as clusters
     /// ([`Rate::of_clusters`](crate::study::statistics::Rate::of_clusters)).
     Share(usize),
     /// Any number: mean, standard deviation, count, and an interval of the mean.
     Mean,
-    /// As [`Mean`](Self::Mean), where trials are correlated if the [`Auxiliary`](Self::Auxiliary) number at that place is
-    /// the same.
+    /// As [`Mean`](Self::Mean), where trials are correlated if the [`Auxiliary`](Self::Auxiliary) number at that
+    /// place is the same.
     ClusteredMean(usize),
     /// The difference of two rates or probabilities, -1 to 1.
     Difference,
@@ -108,8 +109,8 @@ pub trait Experiment: Send + Sync {
     fn question(&self) -> &'static str;
     /// All settings that outcomes depend on, except seed, cells and number of trials.
     fn settings(&self) -> Value;
-    /// Raised with every change after which a trial of the same settings and seed has another outcome. Journals of other
-    /// revisions are not resumed.
+    /// Raised with every change after which a trial of the same settings and seed has another outcome. Journals of
+    /// other revisions are not resumed.
     fn revision(&self) -> u32 {
         1
     }

@@ -162,8 +162,8 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Runs the trials that the journal does not have yet, on the threads of the pool, and calls `watch` with the number
-    /// of finished ones after each. If this is the only shard, writes the table and returns it.
+    /// Runs the trials that the journal does not have yet, on the threads of the pool, and calls `watch` with the
+    /// number of finished ones after each. If this is the only shard, writes the table and returns it.
     ///
     /// # Errors
     /// [`TaskError::Input`] if the journal is damaged or belongs to another experiment; [`TaskError::File`] if it cannot be

@@ -1,7 +1,7 @@
 //! The standard networks of `symbolt bench`, on which speed and quality are measured.
 //!
-//! Networks, inputs and measures of quality are fixed, so that figures can be compared with those of other simulators. The
-//! tick is 1 ms; synapses have 5 ms feed-forward, 100 ms recurrent, and 10 ms at probes.
+//! Networks, inputs and measures of quality are fixed, so that figures can be compared with those of other
+//! simulators. The tick is 1 ms; synapses have 5 ms feed-forward, 100 ms recurrent, and 10 ms at probes.
 
 mod networks;
 mod planners;
@@ -37,8 +37,8 @@ pub enum Model {
     Channel,
     /// From a goal to the preconditions of the action that causes it, with neural unbinding.
     Planner,
-    /// The parts of a goal-stack planner: 13 pointer memories behind 13 gates, associative memories, and an action selection
-    /// with 11 rules.
+    /// The parts of a goal-stack planner: 13 pointer memories behind 13 gates, associative memories, and an action
+    /// selection with 11 rules.
     Large,
 }
 

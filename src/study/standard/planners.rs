@@ -114,9 +114,9 @@ fn unbind(
     })
 }
 
-/// The loop of a planner: from a goal buffer to the action that causes the goal, its deep pointer, its preconditions, the
-/// unsatisfied ones, and a gate through which one of these would become the next goal. Probes the activity of each
-/// precondition.
+/// The loop of a planner: from a goal buffer to the action that causes the goal, its deep pointer, its preconditions,
+/// the unsatisfied ones, and a gate through which one of these would become the next goal. Probes the activity of
+/// each precondition.
 pub(super) fn loop_of_memories(
     of: &Standard,
     graph: &mut GraphBuilder,
@@ -192,8 +192,8 @@ const RULES: [(&str, &[&str]); 11] = [
 /// How long each rule has the highest utility, in simulated ms.
 const RULE_MS: u64 = 400;
 
-/// The parts of a goal-stack planner. Every slot is a memory behind a gate, and a rule chosen by basal ganglia opens the
-/// gates of some slots. The input gives each rule its turn, beginning with planning.
+/// The parts of a goal-stack planner. Every slot is a memory behind a gate, and a rule chosen by basal ganglia opens
+/// the gates of some slots. The input gives each rule its turn, beginning with planning.
 pub(super) fn goal_stack(
     of: &Standard,
     graph: &mut GraphBuilder,

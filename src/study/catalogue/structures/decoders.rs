@@ -166,8 +166,8 @@ impl Templates {
         Self { rows: unbound.concat(), pairs: known.len(), sums }
     }
 
-    /// Adds to `out`, for each sum, twice its log-likelihood up to scale and a common constant. Every pair is retrieved once,
-    /// with the noise of any item.
+    /// Adds to `out`, for each sum, twice its log-likelihood up to scale and a common constant. Every pair is
+    /// retrieved once, with the noise of any item.
     pub(super) fn add_likelihoods(
         &self,
         query: &[Real],

@@ -1,17 +1,18 @@
 //! `table-4`: how often a planner succeeds with three structures of a state's pointer, over noise (section III.B).
 //!
-//! A trial is an episode of three steps with a new vocabulary of atoms, states and actions. Gaussian noise of standard
-//! deviation sigma / sqrt(D) is added to each component of everything that is retrieved (a deep pointer, the role or object
-//! that unbinds it, an item that it is compared with) and of every unbound pointer. To decide whether the goal is satisfied,
-//! its deep pointer is decoded part by part and compared with the world. If it is not, the action that causes it is looked
-//! up, the action's preconditions are unbound, and the first unsatisfied one becomes the goal (sections II.E and II.F).
+//! A trial is an episode of three steps with a new vocabulary of atoms, states and actions. Gaussian noise of
+//! standard deviation sigma / sqrt(D) is added to each component of everything that is retrieved (a deep pointer, the
+//! role or object that unbinds it, an item that it is compared with) and of every unbound pointer. To decide whether
+//! the goal is satisfied, its deep pointer is decoded part by part and compared with the world. If it is not, the
+//! action that causes it is looked up, the action's preconditions are unbound, and the first unsatisfied one becomes
+//! the goal (sections II.E and II.F).
 //!
-//! The paper's decoder is matching pursuit over the vocabulary: it takes the item most similar to the normalised query, if
-//! the similarity is at least 0.3, subtracts it as it was retrieved, and repeats. Our decoder compares the query with
-//! everything that could have been stored, after the same unbinding, and takes the nearest, which is the most likely one
-//! under white noise. It is not told how many items there are. It compares with pointers that are computed once from the
-//! atoms of the vocabulary, and each is retrieved with noise like any other. Both decoders get the same noise: it depends on
-//! the trial, the step, what is retrieved, and how often it was.
+//! The paper's decoder is matching pursuit over the vocabulary: it takes the item most similar to the normalised
+//! query, if the similarity is at least 0.3, subtracts it as it was retrieved, and repeats. Our decoder compares the
+//! query with everything that could have been stored, after the same unbinding, and takes the nearest, which is the
+//! most likely one under white noise. It is not told how many items there are. It compares with pointers that are
+//! computed once from the atoms of the vocabulary, and each is retrieved with noise like any other. Both decoders get
+//! the same noise: it depends on the trial, the step, what is retrieved, and how often it was.
 
 mod decoders;
 mod episode;
