@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 #![deny(unsafe_code)]
 
+pub mod files;
 pub mod guide;
 pub mod neurons;
 #[cfg(feature = "physics")]

@@ -243,9 +243,9 @@ fn rename_and_check_serve_a_person() {
         &["rename", "domain.json", "NUT_AT_START=NUT_ON_TABLE", "--out", "named.json"],
     );
     assert!(text.contains("NUT_ON_TABLE"));
-    assert!(ok(folder.path(), &["check", "named.json"]).contains("a sound domain"));
-    assert!(ok(folder.path(), &["check", "demos.jsonl"]).contains("a sound recording"));
-    assert!(ok(folder.path(), &["check", "scene.json"]).contains("a sound scene"));
+    assert!(ok(folder.path(), &["check", "named.json"]).contains("a valid domain"));
+    assert!(ok(folder.path(), &["check", "demos.jsonl"]).contains("a valid recording"));
+    assert!(ok(folder.path(), &["check", "scene.json"]).contains("a valid scene"));
     // In place.
     ok(folder.path(), &["rename", "named.json", "NUT_ON_TABLE=NUT_FREE", "--quiet"]);
     let named = std::fs::read_to_string(folder.path().join("named.json")).expect("there");

@@ -4,7 +4,8 @@
 use std::sync::Arc;
 
 use symbolt::sim::Seed;
-use symbolt::study::experiment::{Run, Shard, find};
+use symbolt::study::catalogue::{Options, find};
+use symbolt::study::experiment::{Run, Shard};
 use symbolt::task::Grounding;
 use symbolt::task::event::{Event, SkillReport};
 use symbolt::task::execute::{
@@ -113,7 +114,7 @@ fn demonstrations_learning_and_an_episode_are_told_in_order_and_come_out_as_if_n
 #[test]
 fn an_experiment_tells_of_every_trial_that_is_done_and_last_of_all_of_them() {
     let folder = tempfile::tempdir().expect("a folder");
-    let options = symbolt::study::experiment::Options { trials: Some(5), ..Default::default() };
+    let options = Options { trials: Some(5), ..Default::default() };
     let experiment = find("figure-1a", &options).expect("there is one");
     let run = Run::new(&*experiment, Seed::new(1), Shard::default(), folder.path());
     let mut told = Vec::new();

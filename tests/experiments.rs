@@ -1,4 +1,4 @@
-//! Experiments from the command line: killed and gone on with, in shards, on full disks, with damaged files.
+//! Experiments from the command line: killed and resumed, in shards, on full disks, with damaged files.
 
 #![cfg(feature = "cli")]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
@@ -72,7 +72,7 @@ fn killed(times: u64) {
         kept.push((out, size.map_or(0, |m| m.len())));
         assert!(round < 20 * times, "it is always done before it is killed");
     }
-    // What was kept never shrinks while a folder is gone on with, but for a piece of a record.
+    // A resumed journal never shrinks, except by an incomplete record.
     for pair in kept.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
         assert!(pair[1].1 + 32 >= pair[0].1, "{pair:?}");
     }
@@ -206,7 +206,7 @@ fn a_disk_that_fills_up_ends_with_a_clear_error_and_keeps_what_is_done() {
 }
 
 #[test]
-fn a_folder_can_be_gone_on_with_for_more_trials_and_not_for_fewer() {
+fn a_folder_can_be_resumed_for_more_trials_and_not_for_fewer() {
     let place = folder();
     let expected = good(place.path(), &whole("left"));
     let with = |trials: &'static str| {

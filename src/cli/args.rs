@@ -3,15 +3,16 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use symbolt::files::Overwrite;
 use symbolt::sim::{Real, Seed};
-use symbolt::study::experiment::Options;
+use symbolt::study::catalogue::Options;
 use symbolt::task::kinematic::{Order, Rehearsal};
 use symbolt::task::planner::{PlannerSpec, Unbinding};
 use symbolt::task::scene::SceneSpec;
-use symbolt::task::{Commitment, Gate, Grounding, Overwrite, TaskError};
+use symbolt::task::{Commitment, Gate, Grounding, TaskError};
 use thiserror::Error;
 
-/// An argument that does not fit, found after parsing.
+/// An argument that clap accepts and the command does not.
 #[derive(Debug, Error)]
 #[error("{0}")]
 pub(crate) struct BadArgument(pub String);
@@ -26,58 +27,58 @@ pub(crate) struct Cli {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// The main job (also without a command): demonstrations, learning, a plan; writes out/
+    /// Record demonstrations, learn from them and run episodes; the default command, writes out/
     Run(RunArgs),
-    /// Writes demonstrations, or a single scene, from physics or from the kinematic generator
+    /// Write demonstrations, or a single scene, from physics or from the kinematic generator
     Record(RecordArgs),
-    /// Learns states and operators from a recording
+    /// Learn states and operators from a recording
     Learn(LearnArgs),
-    /// Says in which state every object of a recording or scene is
+    /// Print the state of every object in a recording or scene
     Classify(ClassifyArgs),
-    /// Says what to do next in a scene, the whole plan, and when the planner graph knew
+    /// Print the next action in a scene, the whole plan, and when the planner graph decided
     Plan(PlanArgs),
-    /// Gives learned states and actions other names
+    /// Rename learned states and actions
     Rename(RenameArgs),
-    /// Says whether a recording, scene, domain or model file is sound
+    /// Check whether a recording, scene, domain or model file is valid
     Check(CheckArgs),
-    /// Runs a standard network in neurons and says how fast and how well
+    /// Run a standard network in neurons and measure its speed and quality
     Bench(BenchArgs),
-    /// Writes one page that shows a run, or experiments
+    /// Write a page that shows a run or experiments
     Report(ReportArgs),
-    /// Runs an experiment's trials, or goes on with them, and prints its table
+    /// Run or resume an experiment and print its table
     Experiment(ExperimentArgs),
-    /// Puts the shards of an experiment together
+    /// Merge the shards of an experiment
     Merge(MergeArgs),
-    /// Prints the scene's settings, to be changed and given to --config
+    /// Print the default scene settings, for use with --config
     Config(ConfigArgs),
-    /// Prints completions for a shell
+    /// Print completions for a shell
     Completions {
-        /// The shell
+        /// Shell
         shell: clap_complete::Shell,
     },
 }
 
-/// What every command takes.
+/// Options of every command.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct Common {
-    /// Where all randomness comes from
+    /// Seed of all random numbers
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Worker threads; 0 for one a core. Results do not depend on it
+    /// Worker threads; 0 for one per core. Results do not depend on it
     #[arg(long, default_value_t = 0)]
     pub threads: usize,
-    /// No progress on standard error
+    /// Print no progress to standard error
     #[arg(long)]
     pub quiet: bool,
-    /// JSON on standard output instead of tables
+    /// Print JSON instead of tables
     #[arg(long)]
     pub json: bool,
 }
 
-/// Where a file goes.
+/// An output file.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct OutFile {
-    /// The file to write; refused if it exists
+    /// File to write; must not exist
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
     /// Replace the file if it exists
@@ -91,26 +92,25 @@ impl OutFile {
     }
 }
 
-/// How a planner graph is made.
+/// Options of the planner graph.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct PlannerArgs {
-    /// How the graph's layers are computed: direct, rate or lif
+    /// Mode of the graph's layers: direct, rate or lif
     #[arg(long, default_value = "direct")]
     pub mode: String,
     /// Dimensions of the pointers
     #[arg(long, default_value_t = 256)]
     pub dimensions: usize,
-    /// Greatest cosine between any two pointers
+    /// Maximum cosine similarity of two pointers
     #[arg(long, default_value_t = 0.1)]
     pub max_similarity: Real,
-    /// States that never held before an action must be absent
+    /// Also require that states never seen before an action are absent
     #[arg(long)]
     pub absent: bool,
-    /// Act as soon as any action can be done (the paper's rule), instead of when the goal is shown to
-    /// be within reach
+    /// Act as soon as any action is possible (the paper's rule), instead of when the goal is known to be reachable
     #[arg(long)]
     pub first: bool,
-    /// Unbind preconditions by a layer of products instead of a fixed linear map
+    /// Unbind preconditions with a layer of products instead of a fixed linear map
     #[arg(long)]
     pub products: bool,
 }
@@ -128,21 +128,21 @@ impl PlannerArgs {
     }
 }
 
-/// Which rule says in which state an object is.
+/// How objects are classified.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Rule {
-    /// The state of greatest density within the limit, or none
+    /// The state with the greatest density, if it is within the limit
     Gated,
-    /// The paper's: the nearest state by p-norm, however far
+    /// The nearest state by p-norm, at any distance (the paper's rule)
     Nearest,
 }
 
 #[derive(Debug, Clone, Args)]
 pub(crate) struct GroundingArgs {
-    /// How an object's state is found
+    /// How objects are assigned to states
     #[arg(long, value_enum, default_value = "gated")]
     pub grounding: Rule,
-    /// Greatest distance to a state, in standard deviations
+    /// Maximum distance to a state, in standard deviations
     #[arg(long, default_value_t = Gate::default().limit)]
     pub limit: f64,
 }
@@ -162,7 +162,7 @@ pub(crate) enum OrderArg {
     NutFirst,
     /// The bolt goes into the jig first
     BoltFirst,
-    /// Both orders occur
+    /// Either order, at random
     Either,
 }
 
@@ -176,10 +176,10 @@ impl From<OrderArg> for Order {
     }
 }
 
-/// What demonstrations show.
+/// Options of demonstrations.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct DemoArgs {
-    /// How many demonstrations
+    /// Number of demonstrations
     #[arg(long, default_value_t = 5)]
     pub demos: usize,
     /// Nuts in each demonstration, 1 to 4
@@ -188,13 +188,13 @@ pub(crate) struct DemoArgs {
     /// Bolts in each demonstration, 1 to 4
     #[arg(long)]
     pub demo_bolts: Option<usize>,
-    /// The scene's sizes, friction, motors and speeds, as JSON (see `symbolt config`)
+    /// JSON file with the scene's sizes, friction, motors and speeds (see `symbolt config`)
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
 }
 
 impl DemoArgs {
-    /// The scene that they are shown in.
+    /// The scene of the demonstrations.
     pub fn scene(&self) -> Result<SceneSpec, TaskError> {
         let mut spec = self.setting()?;
         spec.nuts = self.demo_nuts.unwrap_or(spec.nuts);
@@ -202,7 +202,7 @@ impl DemoArgs {
         spec.check().map(|()| spec)
     }
 
-    /// The scene as it is configured.
+    /// The configured scene.
     pub fn setting(&self) -> Result<SceneSpec, TaskError> {
         self.config.as_deref().map_or_else(|| Ok(SceneSpec::default()), SceneSpec::read)
     }
@@ -213,16 +213,16 @@ pub(crate) struct RehearsalArgs {
     /// Which part goes into the jig first
     #[arg(long, value_enum, default_value = "either", requires = "kinematic")]
     pub order: OrderArg,
-    /// Probability that a try fails
+    /// Probability that an attempt fails
     #[arg(long, default_value_t = 0.0, requires = "kinematic")]
     pub fail_rate: f64,
-    /// Probability that a failed try loses its part off the table
+    /// Probability that a failed attempt drops its part off the table
     #[arg(long, default_value_t = 0.0, requires = "kinematic")]
     pub loss_rate: f64,
-    /// Probability that a try knocks another part aside
+    /// Probability that an attempt knocks another part aside
     #[arg(long, default_value_t = 0.0, requires = "kinematic")]
     pub knock_rate: f64,
-    /// Leave out times, events and touched objects
+    /// Omit times, events and touched objects
     #[arg(long, requires = "kinematic")]
     pub no_events: bool,
 }
@@ -248,27 +248,27 @@ pub(crate) struct RunArgs {
     pub common: Common,
     #[command(flatten)]
     pub demos: DemoArgs,
-    /// Episodes after learning
+    /// Number of episodes after learning
     #[arg(long, default_value_t = 1)]
     pub episodes: usize,
-    /// The episode whose frames, activity and spikes are recorded and shown in the report
+    /// Episode to record and show in the report, with frames, activity and spikes; counted from 1
     #[arg(long, alias = "film", default_value_t = 1, value_name = "NUMBER")]
     pub record_episode: usize,
-    /// Nuts in each episode's scene, 1 to 4 (the configuration's: 1)
+    /// Nuts in each episode, 1 to 4 [default: as configured, 1]
     #[arg(long)]
     pub nuts: Option<usize>,
-    /// Bolts in each episode's scene, 1 to 4 (the configuration's: 1)
+    /// Bolts in each episode, 1 to 4 [default: as configured, 1]
     #[arg(long)]
     pub bolts: Option<usize>,
-    /// Probability, for each grasp, that the fingers open at a uniformly drawn moment of the carrying
+    /// Probability that a carried part is dropped, at a uniformly random moment
     #[arg(long, default_value_t = 0.0, value_name = "RATE")]
     pub drop_rate: f64,
-    /// Another hand puts the last bolt into the jig at some moment of each episode's first 20 s
+    /// Perturb each episode: the last bolt is moved into the jig at a random moment of the first 20 s
     #[arg(long)]
     pub meddle: bool,
     #[command(flatten)]
     pub planner: PlannerArgs,
-    /// The folder to write; refused if it holds an earlier run. Without this, `out` is replaced
+    /// Folder to write; must not hold an earlier run. Without this, `out` is replaced
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
     /// Replace an earlier run in the folder
@@ -278,45 +278,45 @@ pub(crate) struct RunArgs {
 
 #[derive(Debug, Clone, Args)]
 pub(crate) struct BenchArgs {
-    /// bind, state, memory, select, channel, planner or large
+    /// Network: bind, state, memory, select, channel, planner or large
     pub model: String,
     #[command(flatten)]
     pub common: Common,
-    /// How the layers are computed: lif, rate or direct
+    /// Mode of the layers: lif, rate or direct
     #[arg(long, default_value = "lif")]
     pub mode: String,
-    /// Multiplies every number of neurons
+    /// Factor on the number of neurons of every ensemble
     #[arg(long, default_value_t = 1.0, value_name = "FACTOR")]
     pub neurons_scale: f64,
     /// Dimensions of pointers
     #[arg(long, default_value_t = 256)]
     pub dimensions: usize,
-    /// Simulated seconds (at least 0.3)
+    /// Simulated seconds, at least 0.3
     #[arg(long, default_value_t = 1.0, value_name = "SECONDS")]
     pub sim_seconds: f64,
-    /// Runs, of which the median time counts
+    /// Number of runs, whose median time is reported
     #[arg(long, default_value_t = 3)]
     pub runs: usize,
-    /// How the planner unbinds: products, in neurons, or fixed, by a linear map
+    /// Unbinding in the planner network: products (neurons) or fixed (a linear map)
     #[arg(long, default_value = "products")]
     pub unbinding: String,
-    /// How the memory chooses: winner, accumulators or threshold
+    /// Selection in the memory network: winner, accumulators or threshold
     #[arg(long, default_value = "winner")]
     pub choice: String,
-    /// Write the solved populations to a file
+    /// Save the solved populations to a file
     #[arg(long, value_name = "FILE", conflicts_with = "load")]
     pub save: Option<PathBuf>,
     /// Replace that file if it exists
     #[arg(long, requires = "save")]
     pub force: bool,
-    /// Take the populations from a file instead of solving for them
+    /// Load the populations from a file instead of solving them
     #[arg(long, value_name = "FILE")]
     pub load: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Args)]
 pub(crate) struct ReportArgs {
-    /// The folder of a run, of an experiment, or of experiments' folders
+    /// Folder of a run or an experiment, or a folder of experiment folders
     pub folder: PathBuf,
     #[command(flatten)]
     pub common: Common,
@@ -324,14 +324,14 @@ pub(crate) struct ReportArgs {
     pub out: OutFile,
 }
 
-/// What an experiment's trials are; shards and their merging take the same.
+/// Options that shards of an experiment and their merge must agree on.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct TrialArgs {
-    /// Trials a cell, instead of the experiment's own number
+    /// Trials of each cell [default: the experiment's own number]
     #[arg(long, value_name = "N")]
     pub trials: Option<u64>,
-    /// A recording to use beside our own scene (threshold); without it, `nut_bolt_pybullet.jsonl` in the folder that
-    /// SYMBOLT_RECORDINGS names, if it is there
+    /// Recording to use in addition to our own scene, for `threshold` [default: `nut_bolt_pybullet.jsonl` in the
+    /// folder SYMBOLT_RECORDINGS, if it exists]
     #[arg(long, value_name = "FILE")]
     pub recording: Option<PathBuf>,
 }
@@ -349,40 +349,40 @@ impl TrialArgs {
 
 #[derive(Debug, Clone, Args)]
 pub(crate) struct ExperimentArgs {
-    /// The experiment; without one, a list of them
+    /// Experiment to run; without it, experiments are listed
     pub name: Option<String>,
     #[command(flatten)]
     pub common: Common,
     #[command(flatten)]
     pub trials: TrialArgs,
-    /// The folder of trials and results [default: experiments/NAME]; what is there is gone on with
+    /// Folder of trials and results; an earlier run in it is resumed [default: experiments/NAME]
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
-    /// Forget the folder's trials and begin anew
+    /// Delete the folder's trials and start again
     #[arg(long)]
     pub force: bool,
-    /// Keep the sound trials of a damaged folder and do the others again
+    /// Keep the intact trials of a damaged journal and run the others again
     #[arg(long, conflicts_with = "force")]
     pub salvage: bool,
-    /// Do only one part of the trials, such as 2/4
+    /// Run one part of the trials only, such as 2/4
     #[arg(long, value_name = "I/N")]
     pub shard: Option<String>,
 }
 
 #[derive(Debug, Clone, Args)]
 pub(crate) struct MergeArgs {
-    /// The experiment
+    /// Experiment
     pub name: String,
-    /// The folders of its shards
+    /// Folders of the shards
     pub folders: Vec<PathBuf>,
     #[command(flatten)]
     pub common: Common,
     #[command(flatten)]
     pub trials: TrialArgs,
-    /// The folder for the whole
+    /// Folder for the merged experiment
     #[arg(long, value_name = "FOLDER")]
     pub out: PathBuf,
-    /// Replace the trials of that folder
+    /// Replace the trials in that folder
     #[arg(long)]
     pub force: bool,
 }
@@ -399,7 +399,7 @@ pub(crate) struct RecordArgs {
     pub common: Common,
     #[command(flatten)]
     pub demos: DemoArgs,
-    /// Write where parts would be instead of simulating them: many demonstrations in no time
+    /// Generate demonstrations without physics, which is much faster
     #[arg(long)]
     pub kinematic: bool,
     #[command(flatten)]
@@ -407,7 +407,7 @@ pub(crate) struct RecordArgs {
     /// Write a single scene with all parts on the table instead of demonstrations
     #[arg(long)]
     pub scene: bool,
-    /// Write the demonstrator's names for its actions into `next_action`
+    /// Write the demonstrator's action names to `next_action`
     #[arg(long)]
     pub labels: bool,
     #[command(flatten)]
@@ -416,15 +416,14 @@ pub(crate) struct RecordArgs {
 
 #[derive(Debug, Clone, Args)]
 pub(crate) struct LearnArgs {
-    /// The recording, one JSON object a line; - for standard input
+    /// Recording, one JSON object per line; - for standard input
     pub recording: PathBuf,
     #[command(flatten)]
     pub common: Common,
-    /// The clustering threshold in metres for every kind (the paper's is 0.001169); by default it is
-    /// found from the data
+    /// Clustering threshold in metres, for every kind; the paper's is 0.001169 [default: found from the data]
     #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     pub threshold: Option<f64>,
-    /// The exponent of the distance between positions
+    /// Exponent of the distance between positions
     #[arg(long, default_value_t = -2.0, allow_negative_numbers = true)]
     pub p: f64,
     #[command(flatten)]
@@ -433,9 +432,9 @@ pub(crate) struct LearnArgs {
 
 #[derive(Debug, Clone, Args)]
 pub(crate) struct ClassifyArgs {
-    /// The learned domain
+    /// Learned domain
     pub domain: PathBuf,
-    /// The recording or scene; - for standard input
+    /// Recording or scene; - for standard input
     pub recording: PathBuf,
     #[command(flatten)]
     pub common: Common,
@@ -447,12 +446,12 @@ pub(crate) struct ClassifyArgs {
 
 #[derive(Debug, Clone, Args)]
 pub(crate) struct PlanArgs {
-    /// The learned domain; - for standard input
+    /// Learned domain; - for standard input
     pub domain: PathBuf,
-    /// The scene, one JSON object; - for standard input
+    /// Scene, one JSON object; - for standard input
     #[arg(long, value_name = "FILE")]
     pub scene: PathBuf,
-    /// The state that is wanted; by default what the last action of the demonstrations brought about
+    /// Goal state [default: the effect of the last action of the demonstrations]
     #[arg(long, value_name = "STATE")]
     pub goal: Option<String>,
     #[command(flatten)]
@@ -467,14 +466,14 @@ pub(crate) struct PlanArgs {
 
 #[derive(Debug, Clone, Args)]
 pub(crate) struct RenameArgs {
-    /// The learned domain; - for standard input
+    /// Learned domain; - for standard input
     pub domain: PathBuf,
     /// Old and new names, as OLD=NEW
     #[arg(required = true, value_name = "OLD=NEW")]
     pub names: Vec<String>,
     #[command(flatten)]
     pub common: Common,
-    /// The file to write; refused if it exists. Without this the domain file itself is replaced
+    /// File to write; must not exist. Without this the domain file is replaced
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
     /// Replace the file given with --out if it exists
@@ -484,7 +483,7 @@ pub(crate) struct RenameArgs {
 
 #[derive(Debug, Clone, Args)]
 pub(crate) struct CheckArgs {
-    /// The file; - for standard input
+    /// File to check; - for standard input
     pub file: PathBuf,
     #[command(flatten)]
     pub common: Common,

@@ -1,15 +1,15 @@
-//! `symbolt bench`: a standard network, how fast it was built and run, and how well it did.
+//! `symbolt bench`: the speed and the quality of a standard network.
 
 use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Error};
 use serde_json::{Map, Value, json};
-use symbolt::neurons::{Population, SelectRule};
+use symbolt::files::{Overwrite, write_atomic};
+use symbolt::neurons::{Population, SelectRule, SolvedModel};
 use symbolt::sim::{Seed, SimDuration};
 use symbolt::study::standard::{Built, Measured, Model, Standard};
 use symbolt::task::planner::Unbinding;
-use symbolt::task::{Overwrite, read_solved, write_whole};
 
 use super::Outcome;
 use super::args::{BadArgument, BenchArgs};
@@ -34,7 +34,7 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
         return Err(BadArgument(problem).into());
     }
     if population == Population::Direct && (args.save.is_some() || args.load.is_some()) {
-        let problem = "in exact maths there are no populations to --save or --load";
+        let problem = "in direct mode there are no populations to --save or --load";
         return Err(BadArgument(problem.into()).into());
     }
     refuse_existing(args.save.as_deref(), args.force)?;
@@ -86,16 +86,16 @@ fn choice<T: Copy>(option: &str, asked: &str, choices: &[(&str, T)]) -> Result<T
     })
 }
 
-/// A network to be run.
+/// A network that is ready to run.
 struct Ready {
     built: Built,
-    /// In how many seconds a file of it is read and a graph made of it.
+    /// Wall-clock seconds of building it from a file.
     load_s: f64,
-    /// The most memory held until it was there, in MB.
+    /// Peak memory of the build in MB, where the system reports it.
     peak_mb: Option<f64>,
 }
 
-/// Builds the network, or takes it from a file.
+/// Builds the network, or loads it from a file.
 fn ready(args: &BenchArgs, spec: &Standard, model: Model) -> Result<Ready, Error> {
     if let Some(path) = &args.load {
         let (built, load_s) = load(spec, model, path)?;
@@ -106,11 +106,11 @@ fn ready(args: &BenchArgs, spec: &Standard, model: Model) -> Result<Ready, Error
     let bytes = built.solved().encode();
     if let Some(path) = &args.save {
         let overwrite = if args.force { Overwrite::Allowed } else { Overwrite::Never };
-        write_whole(path, &bytes, overwrite)?;
+        write_atomic(path, &bytes, overwrite)?;
     }
     let folder = tempfile::tempdir().context("the build's file needs a temporary folder")?;
     let path = folder.path().join("solved");
-    write_whole(&path, &bytes, Overwrite::Never)?;
+    write_atomic(&path, &bytes, Overwrite::Never)?;
     let (again, load_s) = load(spec, model, &path)?;
     if again.solved() != built.solved() {
         anyhow::bail!("the network that was saved and loaded is not the one that was built");
@@ -120,11 +120,11 @@ fn ready(args: &BenchArgs, spec: &Standard, model: Model) -> Result<Ready, Error
 
 fn load(spec: &Standard, model: Model, path: &Path) -> Result<(Built, f64), Error> {
     let begun = Instant::now();
-    let built = spec.build_from(model, read_solved(path)?)?;
+    let built = spec.build_from(model, SolvedModel::read(path)?)?;
     Ok((built, begun.elapsed().as_secs_f64()))
 }
 
-/// The most memory that the process has held, in MB; none where the system does not say.
+/// The peak memory of the process in MB, where the system reports it.
 fn peak_rss_mb() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

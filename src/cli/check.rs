@@ -1,11 +1,12 @@
-//! `symbolt check`: whether a file is a sound recording, scene, scene configuration, domain or model of solved
+//! `symbolt check`: whether a file is a valid recording, scene, scene configuration, domain or model of solved
 //! populations.
 
 use anyhow::Error;
 use serde_json::{Value, json};
-use symbolt::neurons::SolvedModel;
+use symbolt::files::read_file;
+use symbolt::neurons::{SolvedFileError, SolvedModel};
 use symbolt::task::scene::SceneSpec;
-use symbolt::task::{Domain, Recording, Snapshot, TaskError, read_file};
+use symbolt::task::{Domain, Recording, Snapshot, TaskError};
 
 use super::Outcome;
 use super::args::CheckArgs;
@@ -26,7 +27,7 @@ pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Error> {
             .map(|(key, value)| format!("{value} {key}"))
             .collect();
         let kind = found["kind"].as_str().unwrap_or("file");
-        emit(&format!("{name}: a sound {kind}: {}", facts.join(", ")))?;
+        emit(&format!("{name}: a valid {kind}: {}", facts.join(", ")))?;
     }
     Ok(Outcome::Done)
 }
@@ -34,13 +35,13 @@ pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Error> {
 fn inspect(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
     if SolvedModel::recognises(bytes) {
         let solved = SolvedModel::decode(bytes)
-            .map_err(|source| TaskError::Solved { file: name.into(), source })?;
+            .map_err(|source| SolvedFileError::Content { file: name.into(), source })?;
         return Ok(json!({
             "kind": "model", "layers": solved.paths().count(), "neurons": solved.neurons(),
         }));
     }
     let header: Option<Value> = serde_json::from_slice(bytes).ok();
-    // A domain cut short is still meant as one: only domains say their format.
+    // Only domains name their format, so a truncated domain is recognised too.
     let head = String::from_utf8_lossy(&bytes[..bytes.len().min(200)]);
     if header.as_ref().map_or(head.contains("\"format\""), |v| v.get("format").is_some()) {
         let domain = Domain::parse(bytes, name)?;
@@ -72,7 +73,7 @@ fn inspect(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
     }))
 }
 
-/// Whether all that is in a file stands on one line, as in a recording of one snapshot.
+/// Whether a file has one line, like a recording of one snapshot.
 fn one_line(bytes: &[u8]) -> bool {
     bytes.trim_ascii().iter().all(|b| *b != b'\n')
 }

@@ -58,7 +58,7 @@ type Scene = (Option<(u64, u64)>, Snapshot);
 
 /// All snapshots of a recording, or the one of a scene file.
 fn read_scenes(path: &std::path::Path) -> Result<Vec<Scene>, Error> {
-    let bytes = symbolt::task::read_file(path)?;
+    let bytes = symbolt::files::read_file(path)?;
     let name = path.display().to_string();
     match Recording::parse(&bytes, &name) {
         Ok((recording, _)) => {

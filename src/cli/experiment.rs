@@ -1,4 +1,4 @@
-//! `symbolt experiment` and `symbolt merge`: trials in a folder, and their table.
+//! `symbolt experiment` and `symbolt merge`: run experiments and print their tables.
 
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
@@ -6,10 +6,11 @@ use std::time::{Duration, Instant};
 
 use anyhow::Error;
 use indicatif::{ProgressBar, ProgressStyle};
+use symbolt::files::Overwrite;
 use symbolt::sim::Seed;
-use symbolt::study::experiment::{Results, Run, Shard, all, find, merge};
+use symbolt::study::catalogue::{all, find};
+use symbolt::study::experiment::{Results, Run, Shard};
 use symbolt::study::statistics::Statistic;
-use symbolt::task::Overwrite;
 use symbolt::task::event::{Event, Observer};
 
 use super::Outcome;
@@ -38,7 +39,7 @@ pub(crate) fn experiment(args: &ExperimentArgs) -> Result<Outcome, Error> {
     });
     let run = Run::new(&*experiment, Seed::new(args.common.seed), shard, &folder)
         .salvaging(args.salvage)
-        .anew(args.force);
+        .restarting(args.force);
     let mut bar = Bar::new(&args.common, run.trials());
     let results = run.go(&mut bar)?;
     drop(bar);
@@ -49,7 +50,7 @@ pub(crate) fn experiment(args: &ExperimentArgs) -> Result<Outcome, Error> {
             "folder": folder,
         })])?,
         None => emit(&format!(
-            "{} trials of shard {}/{} are in {}; `symbolt merge` puts shards together",
+            "{} trials of shard {}/{} are in {}; `symbolt merge` merges the shards",
             run.trials(),
             shard.index + 1,
             shard.of,
@@ -65,8 +66,9 @@ pub(crate) fn merged(args: &MergeArgs) -> Result<Outcome, Error> {
         return Err(BadArgument("merge needs the folders of the shards".into()).into());
     }
     let overwrite = if args.force { Overwrite::Allowed } else { Overwrite::Never };
-    let results =
-        merge(&*experiment, Seed::new(args.common.seed), &args.folders, &args.out, overwrite)?;
+    let seed = Seed::new(args.common.seed);
+    let run = Run::new(&*experiment, seed, Shard::default(), &args.out);
+    let results = run.merge(&args.folders, overwrite, &mut Bar::new(&args.common, 0))?;
     show(&args.common, &results)?;
     Ok(Outcome::Done)
 }
@@ -100,7 +102,7 @@ fn show(common: &Common, results: &Results) -> Result<(), Error> {
         let sd = row.statistic.sd().filter(|sd| sd.is_finite());
         let sd = sd.map_or_else(String::new, |sd| format!("{sd:.4}"));
         let all = row.statistic.trials();
-        // Members of a cluster are not independent of one another.
+        // Correlated trials count as fewer.
         let trials = match row.statistic.effective_trials() {
             Some(effective) if effective < 0.95 => format!("{all} (as less than 1)"),
             Some(effective) if effective.round() < all as f64 => {
@@ -114,20 +116,20 @@ fn show(common: &Common, results: &Results) -> Result<(), Error> {
     emit(&format!("{}\n\n{grid}", results.question))
 }
 
-/// How far the trials are: a bar with the time left on a terminal, a line now and then elsewhere.
+/// Progress with the time left: a bar on a terminal, a line every 10 seconds elsewhere.
 struct Bar {
     bar: Option<ProgressBar>,
     lines: Option<Lines>,
     total: u64,
 }
 
-/// When the first trial that is timed began, how many were done before it, and when the last line was written.
+/// The start of timing with the number of trials done by then, and the time of the last line.
 struct Lines {
     begun: Option<(Instant, u64)>,
     last: Instant,
 }
 
-/// Between two lines where there is no terminal.
+/// The time between two lines.
 const EVERY: Duration = Duration::from_secs(10);
 
 impl Bar {
@@ -146,20 +148,20 @@ impl Bar {
         Self { bar, lines, total }
     }
 
+    /// Tells of a warning, whether or not progress is wanted.
     fn warn(&self, warning: &str) {
+        let text = format!("symbolt: warning: {warning}");
         match &self.bar {
-            Some(bar) => bar.println(format!("warning: {warning}")),
-            None if self.lines.is_some() => {
-                let _ = writeln!(std::io::stderr(), "warning: {warning}");
-            }
-            None => {}
+            Some(bar) => bar.println(text),
+            // If standard error is gone there is nobody to tell.
+            None => drop(writeln!(std::io::stderr(), "{text}")),
         }
     }
 
     fn at(&mut self, done: u64) {
         if let Some(bar) = &self.bar {
             if bar.position() == 0 {
-                // What an earlier run has done says nothing of this one's speed.
+                // Trials of an earlier run must not count towards the speed of this one.
                 bar.set_position(done);
                 bar.reset_eta();
             }

@@ -4,10 +4,11 @@ use std::fmt::Write as _;
 
 use anyhow::Error;
 use serde_json::{Value, json};
+use symbolt::files::write_atomic;
 use symbolt::task::learn::{
     Failure, LearnReport, Learned, Outcome as TryOutcome, Settings, learn_observed,
 };
-use symbolt::task::{Domain, Origin, Recording, write_whole};
+use symbolt::task::{Domain, Origin, Recording};
 
 use super::Outcome;
 use super::args::LearnArgs;
@@ -24,7 +25,7 @@ pub(crate) fn learn(args: &LearnArgs) -> Result<Outcome, Error> {
     let learned = learn_observed(&recording, &settings, &mut ProgressLine::new(&progress))?;
     let empty = learned.domain.operators().is_empty();
     if let Some(path) = args.out.out.as_ref().filter(|_| !empty) {
-        write_whole(path, learned.domain.to_json(), args.out.overwrite())?;
+        write_atomic(path, learned.domain.to_json(), args.out.overwrite())?;
     }
     drop(progress);
     if args.common.json {

@@ -22,10 +22,11 @@ use std::process::ExitCode;
 
 use anyhow::Error;
 use clap::{CommandFactory, Parser};
-use symbolt::neurons::UnknownMode;
+use symbolt::files::{FileError, write_atomic};
+use symbolt::neurons::{SolvedFileError, UnknownMode};
 use symbolt::study::standard::UnknownModel;
+use symbolt::task::TaskError;
 use symbolt::task::scene::SceneSpec;
-use symbolt::task::{TaskError, write_whole};
 
 use args::{Cli, Command};
 
@@ -93,10 +94,23 @@ fn code(error: &Error) -> u8 {
     if error.is::<UnknownMode>() || error.is::<UnknownModel>() || error.is::<args::BadArgument>() {
         return 2;
     }
+    if error.is::<SolvedFileError>() {
+        return 2;
+    }
+    if let Some(file) = error.downcast_ref::<FileError>() {
+        return file_code(file);
+    }
     match error.downcast_ref::<TaskError>() {
-        Some(TaskError::Io { what: "read", .. }) => 2,
-        Some(TaskError::Io { .. } | TaskError::Sim(_) | TaskError::Undecided { .. }) | None => 1,
+        Some(TaskError::File(file)) => file_code(file),
+        Some(TaskError::Sim(_) | TaskError::Undecided { .. }) | None => 1,
         Some(_) => 2,
+    }
+}
+
+fn file_code(error: &FileError) -> u8 {
+    match error {
+        FileError::Io { what: "read", .. } | FileError::Exists { .. } => 2,
+        _ => 1,
     }
 }
 
@@ -116,7 +130,7 @@ fn dispatch(cli: Cli) -> Result<Outcome, Error> {
         Command::Config(args) => {
             let text = format!("{:#}\n", serde_json::json!(SceneSpec::default()));
             match &args.out.out {
-                Some(path) => write_whole(path, text, args.out.overwrite())?,
+                Some(path) => write_atomic(path, text, args.out.overwrite())?,
                 None => output::emit(&text)?,
             }
             Ok(Outcome::Done)

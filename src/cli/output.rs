@@ -8,7 +8,7 @@ use anyhow::Error;
 use comfy_table::{CellAlignment, Table, presets};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::Value;
-use symbolt::task::write_whole;
+use symbolt::files::{FileError, write_atomic};
 
 use super::args::{BadArgument, Common, OutFile};
 
@@ -32,7 +32,7 @@ pub(crate) fn emit_json(values: &[Value]) -> Result<(), Error> {
 /// Writes a result to the file asked for, or to standard output if none is.
 pub(crate) fn emit_or_write(text: &str, out: &OutFile) -> Result<(), Error> {
     match &out.out {
-        Some(path) => Ok(write_whole(path, text, out.overwrite())?),
+        Some(path) => Ok(write_atomic(path, text, out.overwrite())?),
         None => emit(text),
     }
 }
@@ -143,7 +143,7 @@ pub(crate) fn refuse_existing(out: Option<&Path>, force: bool) -> Result<(), Err
                 .into())
         }
         Some(path) if !force && path.exists() => {
-            Err(symbolt::task::TaskError::Exists { path: path.into() }.into())
+            Err(FileError::Exists { path: path.into() }.into())
         }
         _ => Ok(()),
     }

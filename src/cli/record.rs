@@ -2,10 +2,11 @@
 
 use anyhow::Error;
 use serde_json::{Value, json};
+use symbolt::files::write_atomic;
 use symbolt::sim::Seed;
 use symbolt::task::execute::demonstrate_observed;
 use symbolt::task::scene::Scene;
-use symbolt::task::{Recorder, Snapshot, write_whole};
+use symbolt::task::{Recorder, Snapshot};
 
 use super::Outcome;
 use super::args::{BadArgument, RecordArgs};
@@ -26,7 +27,7 @@ pub(crate) fn record(args: &RecordArgs) -> Result<Outcome, Error> {
     match &args.out.out {
         None => emit(&text)?,
         Some(path) => {
-            write_whole(path, text, args.out.overwrite())?;
+            write_atomic(path, text, args.out.overwrite())?;
             if args.common.json {
                 emit_json(&[summary])?;
             } else if !args.common.quiet {

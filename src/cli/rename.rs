@@ -2,7 +2,8 @@
 
 use anyhow::Error;
 use serde_json::json;
-use symbolt::task::{Domain, Overwrite, write_whole};
+use symbolt::files::{Overwrite, write_atomic};
+use symbolt::task::Domain;
 
 use super::Outcome;
 use super::args::{BadArgument, RenameArgs};
@@ -23,10 +24,10 @@ pub(crate) fn rename(args: &RenameArgs) -> Result<Outcome, Error> {
     let from_input = args.domain.as_os_str() == "-";
     match &args.out {
         None if from_input => return emit(&text).map(|()| Outcome::Done),
-        None => write_whole(&args.domain, text, Overwrite::Allowed)?,
+        None => write_atomic(&args.domain, text, Overwrite::Allowed)?,
         Some(path) => {
             let overwrite = if args.force { Overwrite::Allowed } else { Overwrite::Never };
-            write_whole(path, text, overwrite)?;
+            write_atomic(path, text, overwrite)?;
         }
     }
     if args.common.json {

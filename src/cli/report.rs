@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::Error;
 use serde_json::json;
+use symbolt::files::{Overwrite, write_atomic};
 use symbolt::report::report;
-use symbolt::task::{Overwrite, write_whole};
 
 use super::Outcome;
 use super::args::ReportArgs;
@@ -22,7 +22,7 @@ pub(crate) fn make(args: &ReportArgs) -> Result<Outcome, Error> {
         Some(path) => (path.clone(), args.out.overwrite()),
         None => (args.folder.join(NAME), Overwrite::Allowed),
     };
-    write_whole(&path, &report.html, overwrite)?;
+    write_atomic(&path, &report.html, overwrite)?;
     if args.common.json {
         let bytes = report.html.len();
         let file = path.display().to_string();

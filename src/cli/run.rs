@@ -10,6 +10,7 @@ use anyhow::Error;
 use rand::RngExt;
 use rayon::prelude::*;
 use serde_json::json;
+use symbolt::files::{FileError, Overwrite, write_atomic};
 use symbolt::report::Arrays;
 use symbolt::report::trace::Tracer;
 use symbolt::sim::Seed;
@@ -21,9 +22,7 @@ use symbolt::task::execute::{
 use symbolt::task::learn::{Settings, learn_observed};
 use symbolt::task::planner::Planner;
 use symbolt::task::scene::{Scene, SceneSpec};
-use symbolt::task::{
-    Classifier, Grounding, Overwrite, Pose, Recorder, Snapshot, TaskError, write_whole,
-};
+use symbolt::task::{Classifier, Grounding, Pose, Recorder, Snapshot, TaskError};
 
 use super::Outcome;
 use super::args::{BadArgument, RunArgs};
@@ -81,11 +80,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let tally = Tally::of(&reports, least);
 
     progress.say(format!("writing {}", folder.display()));
-    std::fs::create_dir_all(&folder).map_err(|source| TaskError::Io {
-        what: "write",
-        path: folder.clone(),
-        source,
-    })?;
+    std::fs::create_dir_all(&folder).map_err(FileError::io("write", &folder))?;
     let result = Figures {
         shown: &shown,
         learned: &learned,
@@ -109,17 +104,13 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     // Whoever is killed here leaves files missing, not those of two runs side by side.
     let plain = |path: &PathBuf| path.symlink_metadata().is_ok_and(|m| m.is_file());
     for path in FILES.iter().map(|file| folder.join(file)).filter(plain) {
-        std::fs::remove_file(&path).map_err(|source| TaskError::Io {
-            what: "remove",
-            path,
-            source,
-        })?;
+        std::fs::remove_file(&path).map_err(FileError::io("remove", &path))?;
     }
     for (file, content) in FILES.iter().zip(contents) {
-        write_whole(&folder.join(file), content, Overwrite::Allowed)?;
+        write_atomic(&folder.join(file), content, Overwrite::Allowed)?;
     }
     let page = symbolt::report::report(&folder)?.html;
-    write_whole(&folder.join(report::NAME), page, Overwrite::Allowed)?;
+    write_atomic(&folder.join(report::NAME), page, Overwrite::Allowed)?;
     drop(progress);
     if args.common.json {
         emit_json(&[result.summary(args, &folder)])?;
@@ -143,7 +134,7 @@ fn check(args: &RunArgs, folder: &Path) -> Result<(), Error> {
         && !args.force
         && let Some(there) = FILES.iter().map(|f| folder.join(f)).find(|f| f.exists())
     {
-        return Err(TaskError::Exists { path: there }.into());
+        return Err(FileError::Exists { path: there }.into());
     }
     if folder.exists() && !folder.is_dir() {
         return Err(BadArgument(format!("{} is no folder", folder.display())).into());

@@ -27,4 +27,4 @@ pub use layer::{
 };
 pub use model::{Lif, TuningError};
 pub use plan::{LifSpec, PathPattern, PatternError, Population, PopulationPlan, UnknownMode};
-pub use solved::{SolvedError, SolvedModel};
+pub use solved::{SolvedError, SolvedFileError, SolvedModel};

@@ -6,6 +6,7 @@
 //! another one is told so instead of running with neurons that are not its own.
 
 use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rand::RngExt;
@@ -13,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::bank::{Bank, Consts, Firing, Shape, rests};
+use crate::files::{FileError, read_ordinary_file};
 use crate::sim::{Real, Seed};
 
 /// A population with what it was solved from.
@@ -109,6 +111,23 @@ pub enum SolvedError {
     Shape {
         /// The layer.
         path: String,
+    },
+}
+
+/// Why a file of solved populations cannot be used.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum SolvedFileError {
+    /// The file cannot be read.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// Its content is not what was written.
+    #[error("{}: {source}", file.display())]
+    Content {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong.
+        source: SolvedError,
     },
 }
 
@@ -221,6 +240,16 @@ impl SolvedModel {
     /// Whether bytes begin as such a file does.
     pub fn recognises(bytes: &[u8]) -> bool {
         bytes.starts_with(format!("{{\"format\":\"{FORMAT}\"").as_bytes())
+    }
+
+    /// Reads a file that holds what [`encode`](Self::encode) wrote, or standard input for `-`.
+    ///
+    /// # Errors
+    /// [`SolvedFileError::File`] if it is no ordinary file or cannot be read; [`SolvedFileError::Content`] if it is
+    /// not such a file, of this version and undamaged.
+    pub fn read(path: &Path) -> Result<Self, SolvedFileError> {
+        let content = |source| SolvedFileError::Content { file: path.into(), source };
+        Self::decode(&read_ordinary_file(path)?).map_err(content)
     }
 
     /// Reads what [`encode`](Self::encode) wrote.

@@ -64,7 +64,7 @@ fn singles<D: Dimension>(npz: &mut Npz<'_>, name: &str) -> Result<Array<f32, D>,
 }
 
 /// The most rows of a raster.
-const MOST_ROWS: usize = 2_000;
+const MAX_ROWS: usize = 2_000;
 
 /// Whether these are moments of an episode.
 fn rising(times: &Array1<f64>) -> bool {
@@ -272,7 +272,7 @@ impl Arrays {
                 .retain(|(name, values)| known(name).is_some_and(|m| fits(values, &m.names)));
         }
         let rows = facts.populations.iter().fold(0usize, |all, p| all.saturating_add(p.rows));
-        let other = rows > MOST_ROWS || self.spikes_row.iter().any(|row| *row as usize >= rows);
+        let other = rows > MAX_ROWS || self.spikes_row.iter().any(|row| *row as usize >= rows);
         if other || !rising(&self.spikes_t) {
             odd.push(match other {
                 true => "its spikes are not of the populations of run.json".into(),

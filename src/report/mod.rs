@@ -17,10 +17,10 @@ use serde_json::{Map, Value, json};
 pub use arrays::Arrays;
 pub use facts::{ModuleFacts, PopulationFacts, RunFacts};
 
+use crate::files::{FileError, read_file};
 use crate::task::TaskError;
 use crate::task::domain::Domain;
 use crate::task::domain::Recording;
-use crate::task::read_file;
 use crate::task::scene::Outline;
 
 /// A page, and what could not be shown on it.
@@ -43,13 +43,9 @@ const TRIALS: &str = "trials.bin";
 /// the files and, for a run of a minute, about 20 ms.
 ///
 /// # Errors
-/// [`TaskError::NothingToReport`] if the folder holds none of the files; [`TaskError::Io`] if it cannot be read.
+/// [`TaskError::NothingToReport`] if the folder holds none of the files; [`TaskError::File`] if it cannot be read.
 pub fn report(folder: &Path) -> Result<Report, TaskError> {
-    let entries = std::fs::read_dir(folder).map_err(|source| TaskError::Io {
-        what: "read",
-        path: folder.into(),
-        source,
-    })?;
+    let entries = std::fs::read_dir(folder).map_err(FileError::io("read", folder))?;
     if RUN.iter().any(|name| folder.join(name).exists()) {
         return Ok(of_run(folder));
     }
@@ -102,7 +98,7 @@ impl Reader<'_> {
         let path = self.folder.join(name);
         let taken = match read_file(&path) {
             Ok(bytes) => read(&bytes, name),
-            Err(TaskError::Io { source, .. }) => Err(match source.kind() {
+            Err(FileError::Io { source, .. }) => Err(match source.kind() {
                 std::io::ErrorKind::NotFound => "it is not there".into(),
                 _ => source.to_string(),
             }),

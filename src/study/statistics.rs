@@ -1,4 +1,4 @@
-//! Rates and means with their 95% intervals.
+//! Rates and means with their 95% confidence intervals.
 
 use serde_json::{Map, Value, json};
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -6,25 +6,25 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 /// The 97.5% point of the normal distribution.
 const Z: f64 = 1.959_963_984_540_054;
 
-/// The 97.5% point of Student's distribution, of at least half a degree of freedom.
+/// The 97.5% point of Student's t distribution. Degrees of freedom below one half count as one half.
 fn student(degrees: f64) -> f64 {
     StudentsT::new(0.0, 1.0, degrees.max(0.5)).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975))
 }
 
-/// Successes of a number of trials.
+/// Successes among a number of trials.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rate {
-    /// How many succeeded.
+    /// The number of successes.
     pub successes: u64,
-    /// Of how many.
+    /// The number of trials.
     pub trials: u64,
-    /// How many independent trials would say as much: all of them, or fewer where they come in clusters whose members
-    /// are alike.
+    /// The effective number of independent trials: fewer than [`trials`](Self::trials) where trials come in
+    /// correlated clusters.
     pub effective: f64,
 }
 
 impl Rate {
-    /// Of independent trials, of which no more can succeed than there are.
+    /// The rate of independent trials. Successes beyond the number of trials are ignored.
     ///
     /// ```
     /// use symbolt::study::statistics::Rate;
@@ -35,14 +35,15 @@ impl Rate {
         Self { successes: successes.min(trials), trials, effective: trials as f64 }
     }
 
-    /// Of trials in clusters, each given by its successes and its trials: clusters are independent of one another, their
-    /// members need not be.
+    /// The rate of trials in clusters, each given as successes and trials. Clusters are independent of one another;
+    /// the trials of a cluster may be correlated.
     ///
-    /// The variance of the share is that of a ratio of two sums over clusters (Cochran 1977, section 9A.2); it says
-    /// how many independent trials would vary as much, less what Student's interval is wider at so few
-    /// clusters (Korn and Graubard 1998), of which there are as many as equal ones would say as much (Kish 1965).
-    /// How alike members are shows only where answers differ: each of the rarer answers counts
-    /// once for that number, and as much as one of them speaks for a cluster being all of a kind.
+    /// The variance of the rate is that of a ratio of two sums over clusters (Cochran 1977, section 9A.2). The
+    /// effective number of trials is the number of independent ones with the same variance, reduced by how much wider
+    /// Student's interval is with so few clusters (Korn and Graubard 1998), where unequal clusters count as fewer
+    /// equal ones (Kish 1965). Only trials whose answers differ show a correlation. So that number is averaged,
+    /// harmonically, with the one for clusters of identical trials: the former weighs as many times as the rarer
+    /// answer occurs, the latter once.
     pub fn of_clusters(clusters: impl Iterator<Item = [u64; 2]> + Clone) -> Self {
         let filled = clusters.filter(|[_, of]| *of > 0).map(|[own, of]| [own.min(of), of]);
         let (mut count, mut successes, mut trials, mut squares) = (0u32, 0, 0, 0.0);
@@ -59,20 +60,20 @@ impl Rate {
         let variance = filled.map(from_mean).sum::<f64>() * count / (count - 1.0) / all.powi(2);
         let equal = all.powi(2) / squares;
         let rarer = successes.min(trials - successes) as f64;
-        // No variance with answers that differ: clusters more even than chance makes them.
+        // No variance though answers differ: the clusters are more equal than chance would make them.
         let shown = if variance > 0.0 { share * (1.0 - share) / variance } else { all };
         let wider = student(equal - 1.0) / Z;
         let effective = (rarer + 1.0) / (rarer / shown.min(all) + 1.0 / equal) / wider.powi(2);
         Self { effective: effective.min(all), ..plain }
     }
 
-    /// The share of successes; 0 of none.
+    /// Successes over trials; 0 without trials.
     pub fn share(&self) -> f64 {
         if self.trials == 0 { 0.0 } else { self.successes as f64 / self.trials as f64 }
     }
 
-    /// Wilson's interval at `z` standard deviations (Wilson 1927), of the effective number of trials: it stays within 0
-    /// and 1 and has its width even where all trials agree. Of no trials it is all from 0 to 1.
+    /// Wilson's score interval at `z` standard deviations (Wilson 1927), for the effective number of trials. It stays
+    /// within 0 and 1, and has a width even if all trials agree. Without trials it is 0 to 1.
     pub fn interval(&self, z: f64) -> [f64; 2] {
         if self.trials == 0 {
             return [0.0, 1.0];
@@ -80,41 +81,42 @@ impl Rate {
         let (n, share) = (self.effective, self.share().min(1.0));
         let middle = n * share + z * z / 2.0;
         let half = z * (n * share * (1.0 - share) + z * z / 4.0).sqrt();
-        // Rounding must not put the share outside.
+        // The rate is inside whatever the rounding.
         let [low, high] = [middle - half, middle + half].map(|end| end / (n + z * z));
         [low.clamp(0.0, share), high.clamp(share, 1.0)]
     }
 
-    /// The interval at 95% confidence.
+    /// The 95% interval.
     pub fn interval95(&self) -> [f64; 2] {
         self.interval(Z)
     }
 }
 
-/// Mean and spread of a number of trials.
+/// Mean and spread of a number per trial.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mean {
-    /// The mean; NaN of none.
+    /// The mean; NaN without numbers.
     pub mean: f64,
-    /// The standard deviation of the trials; NaN of fewer than two.
+    /// The sample standard deviation; NaN for fewer than two numbers.
     pub sd: f64,
-    /// Numbers below which a twentieth, half, and all but a twentieth of the trials lie; NaN of none.
+    /// The 5%, 50% and 95% quantiles; NaN without numbers.
     pub quantiles: [f64; 3],
-    /// How many trials gave a number.
+    /// The number of trials that gave a number.
     pub n: u64,
-    /// How far the mean may be off at 95% confidence; infinite where nothing shows it.
+    /// Half the width of the 95% interval; infinite for a single number or cluster.
     pub half95: f64,
 }
 
 impl Mean {
-    /// Of independent numbers in their order, leaving out those that are not one. The interval is Student's.
+    /// The mean of independent numbers, without those that are NaN. The interval is Student's.
     pub fn of(values: impl Iterator<Item = f64> + Clone) -> Self {
         Self::of_clusters(values.enumerate().map(|(index, value)| (index as f64, value)))
     }
 
-    /// Of numbers in clusters, each given by its cluster's number and its own: clusters are independent of one
-    /// another, their members need not be. The interval is Student's of as many clusters, with the variance of a
-    /// ratio of two sums over them (Cochran 1977, section 9A.2); for clusters of one it is the usual one.
+    /// The mean of numbers in clusters, each given as its cluster and the number itself. Clusters are independent of
+    /// one another; the numbers of a cluster may be correlated. The interval is Student's for the number of clusters,
+    /// with the variance of a ratio of two sums over clusters (Cochran 1977, section 9A.2). For clusters of one
+    /// number it is the usual interval.
     pub fn of_clusters(values: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
         let numbers = values.filter(|(_, v)| !v.is_nan());
         let n = numbers.clone().count();
@@ -134,7 +136,7 @@ impl Mean {
         };
         let mut sorted: Vec<f64> = numbers.map(|(_, v)| v).collect();
         sorted.sort_by(f64::total_cmp);
-        // Between two trials in proportion (Hyndman and Fan 1996, definition 7).
+        // Linear interpolation (Hyndman and Fan 1996, definition 7).
         let quantiles = [0.05, 0.5, 0.95].map(|share| {
             let at = share * n.saturating_sub(1) as f64;
             let (below, rest) = (at.floor() as usize, at.fract());
@@ -145,9 +147,9 @@ impl Mean {
         Self { mean, sd, quantiles, n: n as u64, half95 }
     }
 
-    /// Of differences of two things that are 0 or 1, or of probabilities: numbers from -1 to 1. A difference of
-    /// either sign is added before the interval is taken, so that it has its width even where there is none
-    /// (Bonett and Price 2012, for paired proportions).
+    /// The mean of differences, -1 to 1, of two binary outcomes or probabilities. For the interval one difference of
+    /// either sign is added, so that it has a width even if all differences are zero (Bonett and Price 2012, for
+    /// paired proportions).
     pub fn of_differences(values: impl Iterator<Item = f64> + Clone) -> Self {
         let plain = Self::of(values.clone());
         let n = plain.n as f64 + 2.0;
@@ -158,23 +160,23 @@ impl Mean {
         Self { half95, ..plain }
     }
 
-    /// The interval of the mean; without ends where nothing shows how wide it is.
+    /// The 95% interval; infinite for a single number or cluster.
     pub fn interval95(&self) -> [f64; 2] {
         [self.mean - self.half95, self.mean + self.half95]
     }
 }
 
-/// What a row of a table says.
+/// The statistic of a table's row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Statistic {
-    /// A share of successes.
+    /// A rate of successes.
     Rate(Rate),
     /// A mean.
     Mean(Mean),
 }
 
 impl Statistic {
-    /// The share or the mean.
+    /// The rate or the mean.
     pub fn value(&self) -> f64 {
         match self {
             Self::Rate(rate) => rate.share(),
@@ -182,7 +184,7 @@ impl Statistic {
         }
     }
 
-    /// Between which values it lies with 95% confidence.
+    /// The 95% interval.
     pub fn interval95(&self) -> [f64; 2] {
         match self {
             Self::Rate(rate) => rate.interval95(),
@@ -190,7 +192,7 @@ impl Statistic {
         }
     }
 
-    /// The standard deviation of a mean's trials.
+    /// The standard deviation of a mean's numbers.
     pub fn sd(&self) -> Option<f64> {
         match self {
             Self::Rate(_) => None,
@@ -198,7 +200,7 @@ impl Statistic {
         }
     }
 
-    /// The 5, 50 and 95% points of a mean's trials.
+    /// The 5%, 50% and 95% quantiles of a mean's numbers.
     pub fn quantiles(&self) -> Option<[f64; 3]> {
         match self {
             Self::Rate(_) => None,
@@ -206,7 +208,7 @@ impl Statistic {
         }
     }
 
-    /// How many independent trials would say as much as those of a rate.
+    /// The effective number of independent trials of a rate.
     pub fn effective_trials(&self) -> Option<f64> {
         match self {
             Self::Rate(rate) => Some(rate.effective),
@@ -214,7 +216,7 @@ impl Statistic {
         }
     }
 
-    /// How many trials there were.
+    /// The number of trials.
     pub fn trials(&self) -> u64 {
         match self {
             Self::Rate(rate) => rate.trials,
@@ -222,7 +224,7 @@ impl Statistic {
         }
     }
 
-    /// The keys of `--json`; what is no finite number is null.
+    /// The keys of `--json`. Numbers that are not finite are null.
     pub fn to_json(&self) -> Map<String, Value> {
         let interval = self.interval95();
         let object = match self {

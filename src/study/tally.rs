@@ -1,55 +1,55 @@
-//! Many episodes counted.
+//! Counts over many episodes.
 
 use std::collections::BTreeMap;
 
 use super::statistics::Rate;
 use crate::task::event::{Ended, EpisodeReport, SkillOutcome};
 
-/// What happened in several episodes.
+/// Counts over several episodes.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Tally {
-    /// Episodes.
+    /// The number of episodes.
     pub episodes: usize,
-    /// Those in which, by geometry, a bolt went through a nut.
+    /// Episodes at whose end, judged by geometry, a bolt was through a nut.
     pub assembled: usize,
-    /// Those of them with no more skills than the least possible.
+    /// Of these, the episodes with the minimum number of skills.
     pub minimum_steps: usize,
-    /// Episodes that ended with the goal taken to be met that was not.
+    /// Episodes that ended because the goal seemed to be met but was not.
     pub false_goals: usize,
-    /// Parts taken into the hand.
+    /// Successful grasps.
     pub picks: usize,
-    /// Parts lost on the way.
+    /// Parts dropped while they were carried.
     pub drops: usize,
     /// Skills that failed, each followed by a new decision.
     pub replans: usize,
-    /// Which these were: an action, how its skill ended, and how often.
+    /// How often each of these occurred, by action and outcome.
     pub failed_skills: BTreeMap<(String, String), usize>,
-    /// Times that a part came to be in no state.
+    /// How often a part entered no state.
     pub strays: usize,
-    /// Episodes at whose end a part was in no state.
+    /// Episodes that ended with a part in no state.
     pub ended_with_strays: usize,
-    /// Episodes in which another hand did something.
+    /// Episodes that were perturbed.
     pub meddled: usize,
-    /// Simulated milliseconds of every decision, in rising order.
+    /// Simulated milliseconds of every decision, sorted.
     pub decision_ms: Vec<f64>,
-    /// Steps of the physics.
+    /// Physics steps.
     pub steps: u64,
     /// Simulated seconds.
     pub simulated_s: f64,
-    /// Greatest slip in the hand of a part that was placed, in metres.
+    /// The greatest slip in the gripper of a part that was placed, in metres.
     pub slip_m: f64,
-    /// Episodes that failed: which, and how they ended.
+    /// The episodes that failed, by index, and how they ended.
     pub failures: Vec<(usize, Ended)>,
 }
 
 impl Tally {
-    /// Counts episodes; `least` is the least number of skills that each needs.
-    pub fn of(episodes: &[EpisodeReport], least: usize) -> Self {
+    /// Counts over `episodes`, each of which needs at least `min_skills` skills.
+    pub fn of(episodes: &[EpisodeReport], min_skills: usize) -> Self {
         let mut tally = Self { episodes: episodes.len(), ..Self::default() };
         for (index, episode) in episodes.iter().enumerate() {
             tally.assembled += usize::from(episode.assembled);
-            let short = episode.skills().count() <= least;
-            tally.minimum_steps += usize::from(episode.assembled && short);
+            let minimal = episode.skills().count() <= min_skills;
+            tally.minimum_steps += usize::from(episode.assembled && minimal);
             tally.false_goals += usize::from(episode.false_goal());
             tally.picks += episode.picks();
             tally.drops += episode.drops();
@@ -75,14 +75,13 @@ impl Tally {
         tally
     }
 
-    /// Simulated milliseconds within which the share `share` of decisions was made; `None` without
-    /// any.
+    /// The quantile `share` (0 to 1) of the decisions' simulated milliseconds; `None` without decisions.
     pub fn decision_quantile(&self, share: f64) -> Option<f64> {
         let last = self.decision_ms.len().checked_sub(1)?;
         self.decision_ms.get((share * last as f64).round() as usize).copied()
     }
 
-    /// The 95% interval of the share assembled.
+    /// The 95% interval of the rate of assembled episodes.
     pub fn interval95(&self) -> [f64; 2] {
         Rate::new(self.assembled as u64, self.episodes as u64).interval95()
     }

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use crate::neurons::SolvedError;
+use crate::files::FileError;
+use crate::neurons::SolvedFileError;
 use crate::sim::{BuildErrors, SimError};
 use crate::spa::VocabError;
 
@@ -52,21 +53,8 @@ pub enum TaskError {
         other: String,
     },
     /// A file that cannot be read or written.
-    #[error("cannot {what} {}", path.display())]
-    Io {
-        /// `read` or `write`.
-        what: &'static str,
-        /// The file.
-        path: PathBuf,
-        /// The system's reason.
-        source: std::io::Error,
-    },
-    /// An output that exists already.
-    #[error("{} exists already; choose another name, or force it", path.display())]
-    Exists {
-        /// The file.
-        path: PathBuf,
-    },
+    #[error(transparent)]
+    File(#[from] FileError),
     /// A folder that holds neither a run nor an experiment.
     #[error(
         "{} holds nothing to report; expected a run's folder (run.json, trace.jsonl, ...), an experiment's \
@@ -164,14 +152,9 @@ pub enum TaskError {
         /// Why not.
         reason: String,
     },
-    /// A file of solved populations that is not as it must be.
-    #[error("{}: {source}", file.display())]
-    Solved {
-        /// The file.
-        file: PathBuf,
-        /// What is wrong.
-        source: SolvedError,
-    },
+    /// A file of solved populations that cannot be used.
+    #[error(transparent)]
+    Solved(#[from] SolvedFileError),
     /// A simulation that could not run.
     #[error(transparent)]
     Sim(#[from] SimError),

@@ -20,7 +20,6 @@ mod error;
 pub mod event;
 #[cfg(feature = "physics")]
 pub mod execute;
-mod files;
 pub mod kinematic;
 pub mod learn;
 pub mod planner;
@@ -40,7 +39,6 @@ pub use domain::{
 pub use error::{InputFault, TaskError};
 #[cfg(feature = "physics")]
 pub use execute::{Assembly, Demonstrated, Recorder, demonstrate};
-pub use files::{Overwrite, read_file, read_solved, write_whole};
 pub use planner::{
     ABSENT, ActionSpace, Encoded, NOTHING, PRECONDITION, StateSpace, deep_preconditions,
 };

@@ -1,19 +1,21 @@
-//! The journal of finished trials: a file to which each is appended, and which a kill at any moment leaves usable.
+//! The journal of finished trials: an append-only file that stays usable when the program is killed at any moment.
 //!
-//! A line of JSON says which experiment and settings it belongs to; then comes a record a trial, of equal
-//! length, little-endian: cell, trial, the outcome's bits, and a checksum. A kill can leave a piece of a record at the end:
-//! that trial was not finished. A record whose checksum is wrong is damage, and is said.
+//! Its first line is JSON and says which experiment and settings it belongs to. Then comes one record for each trial,
+//! all of equal length, little-endian: cell, trial, the outcome's bits, and a checksum. A kill can leave an
+//! incomplete record at the end; its trial counts as not done. A complete record with a wrong checksum is damage and
+//! is reported.
 
-use std::fs::{File, OpenOptions, TryLockError};
+use std::fs::{File, OpenOptions};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde_json::{Map, Value};
 
-use super::{Outcome, WIDTH};
+use super::lock::Lock;
+use super::{MAX_READINGS, TrialOutcome};
+use crate::files::{FileError, Overwrite, write_atomic};
 use crate::task::{InputFault, TaskError};
-use crate::task::{Overwrite, write_whole};
 
 const FORMAT: &str = "symbolt-trials";
 const VERSION: u64 = 1;
@@ -31,53 +33,94 @@ pub(super) struct Header {
     version: u64,
     pub experiment: String,
     pub seed: u64,
-    pub settings: Value,
+    pub settings: Settings,
+    /// The shard's index, counted from 0, and the number of shards.
     pub shard: [u64; 2],
     /// Numbers of an outcome.
     width: usize,
+}
+
+/// What decides the outcomes of trials beside the seed, and how many trials there are.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Settings {
+    pub experiment: Value,
+    pub revision: u32,
+    pub cells: Vec<CellSettings>,
+}
+
+/// A cell of the settings.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct CellSettings {
+    pub cell: Map<String, Value>,
+    pub trials: u64,
+}
+
+impl Settings {
+    /// Whether trials with these settings have the same outcomes as with `other`, however many there are.
+    fn same_but_for_trials(&self, other: &Self) -> bool {
+        let cells = |of: &Self| of.cells.len();
+        self.experiment == other.experiment
+            && self.revision == other.revision
+            && cells(self) == cells(other)
+            && self.cells.iter().zip(&other.cells).all(|(a, b)| a.cell == b.cell)
+    }
+
+    /// The most trials of a cell.
+    fn max_trials(&self) -> u64 {
+        self.cells.iter().map(|cell| cell.trials).max().unwrap_or(0)
+    }
 }
 
 impl Header {
     pub fn new(
         experiment: &str,
         seed: u64,
-        settings: Value,
-        (shard, width): ([u64; 2], usize),
+        settings: Settings,
+        shard: [u64; 2],
+        width: usize,
     ) -> Self {
         let experiment = experiment.into();
         Self { format: FORMAT.into(), version: VERSION, experiment, seed, settings, shard, width }
     }
 
-    /// Trials of each cell, and the settings without them.
-    fn parted(&self) -> (Vec<u64>, Value) {
-        let mut settings = self.settings.clone();
-        let cells = settings.get_mut("cells").and_then(Value::as_array_mut);
-        let trials = cells.into_iter().flatten().filter_map(|cell| cell.get_mut("trials"));
-        let trials = trials.map(|trials| trials.take().as_u64().unwrap_or_default()).collect();
-        (trials, settings)
+    /// The journal's first line.
+    fn line(&self, path: &Path) -> Result<Vec<u8>, FileError> {
+        let line = serde_json::to_vec(self);
+        let mut line = line.map_err(|error| FileError::io("write", path)(error.into()))?;
+        line.push(b'\n');
+        Ok(line)
     }
 
-    /// What of this is not as in `wanted`, in words; `None` if all is, or if only more trials are wanted.
-    fn differs(&self, wanted: &Self) -> Option<String> {
-        let of = |it: &Self| (it.experiment.clone(), it.seed, it.shard, it.width, it.parted());
-        let (name, seed, [index, shards], width, (trials, settings)) = of(self);
-        let (name_wanted, seed_wanted, shard_wanted, width_wanted, (more, settings_wanted)) =
-            of(wanted);
-        let most = |of: &[u64]| of.iter().copied().max().unwrap_or(0);
-        if name != name_wanted {
-            Some(format!("it holds trials of `{name}`, not of `{name_wanted}`"))
-        } else if seed != seed_wanted {
-            Some(format!("it holds trials of the seed {seed}, not of {seed_wanted}"))
-        } else if [index, shards] != shard_wanted {
-            Some(format!("it holds trials of shard {}/{shards}", index.saturating_add(1)))
-        } else if settings != settings_wanted || width != width_wanted {
-            Some("it holds trials of other settings, or of another version of the program".into())
-        } else if trials.iter().zip(&more).any(|(held, wanted)| held > wanted) {
-            let (held, wanted) = (most(&trials), most(&more));
-            Some(format!("it holds {held} trials a cell, and {wanted} are asked for"))
-        } else {
-            None
+    /// Why trials of this header cannot be used for `wanted`, in words; `None` if they can, which includes that only
+    /// more trials are wanted.
+    fn mismatch(&self, wanted: &Self) -> Option<String> {
+        if self.experiment != wanted.experiment {
+            let (held, wanted) = (&self.experiment, &wanted.experiment);
+            return Some(format!("it holds trials of `{held}`, not of `{wanted}`"));
         }
+        if self.seed != wanted.seed {
+            return Some(format!(
+                "it holds trials of the seed {}, not of {}",
+                self.seed, wanted.seed
+            ));
+        }
+        if self.shard != wanted.shard {
+            let [index, of] = self.shard;
+            return Some(format!("it holds trials of shard {}/{of}", index.saturating_add(1)));
+        }
+        if !self.settings.same_but_for_trials(&wanted.settings) || self.width != wanted.width {
+            return Some(
+                "it holds trials of other settings, or of another version of the program".into(),
+            );
+        }
+        let mut cells = self.settings.cells.iter().zip(&wanted.settings.cells);
+        if cells.any(|(held, wanted)| held.trials > wanted.trials) {
+            let (held, wanted) = (self.settings.max_trials(), wanted.settings.max_trials());
+            return Some(format!("it holds {held} trials a cell, and {wanted} are asked for"));
+        }
+        None
     }
 }
 
@@ -86,7 +129,7 @@ impl Header {
 pub(super) struct Record {
     pub cell: u32,
     pub trial: u64,
-    pub outcome: Outcome,
+    pub outcome: TrialOutcome,
 }
 
 impl Record {
@@ -103,7 +146,7 @@ impl Record {
         let (content, checksum) = bytes.split_last_chunk::<4>()?;
         let (cell, rest) = content.split_first_chunk::<4>()?;
         let (trial, rest) = rest.split_first_chunk::<8>()?;
-        let mut outcome = [f64::NAN; WIDTH];
+        let mut outcome = [f64::NAN; MAX_READINGS];
         for (value, bits) in outcome.iter_mut().zip(rest.as_chunks::<8>().0) {
             *value = f64::from_bits(u64::from_le_bytes(*bits));
         }
@@ -115,14 +158,14 @@ impl Record {
     }
 }
 
-/// What a journal's file holds.
+/// The content of a journal.
 pub(super) struct Contents {
     pub header: Header,
     pub records: Vec<Record>,
-    /// Bytes of records that are not what was written.
+    /// Bytes of records with a wrong checksum.
     pub damaged: usize,
-    /// Length of the header and of all whole records.
-    whole: u64,
+    /// Length in bytes of the header and of all complete records.
+    complete: u64,
 }
 
 fn fault(path: &Path, problem: impl Into<String>, expected: impl Into<String>) -> TaskError {
@@ -135,58 +178,29 @@ fn fault(path: &Path, problem: impl Into<String>, expected: impl Into<String>) -
     })
 }
 
-fn failed(what: &'static str, path: &Path) -> impl Fn(std::io::Error) -> TaskError {
-    move |source| TaskError::Io { what, path: path.into(), source }
-}
-
 /// Reads a journal.
 pub(super) fn read(path: &Path) -> Result<Contents, TaskError> {
     let mut bytes = Vec::new();
     File::open(path)
         .and_then(|mut file| file.read_to_end(&mut bytes))
-        .map_err(failed("read", path))?;
+        .map_err(FileError::io("read", path))?;
     let bad = |why: String| {
         fault(path, format!("its first line is not a journal's ({why})"), "a journal, or --force")
     };
     let end = bytes.iter().position(|b| *b == b'\n').ok_or_else(|| bad("it has no end".into()))?;
     let header: Header = serde_json::from_slice(&bytes[..end]).map_err(|e| bad(e.to_string()))?;
-    if header.format != FORMAT || header.version != VERSION || header.width > WIDTH {
+    if header.format != FORMAT || header.version != VERSION || header.width > MAX_READINGS {
         let problem = format!("it is a {} of version {}", header.format, header.version);
         return Err(fault(path, problem, format!("{FORMAT} of version {VERSION}")));
     }
     let start = end + 1;
     let each = length(header.width);
-    let whole = bytes[start..].chunks_exact(each);
-    let count = whole.len();
-    let records: Vec<Record> = whole.filter_map(Record::from_bytes).collect();
+    let chunks = bytes[start..].chunks_exact(each);
+    let count = chunks.len();
+    let records: Vec<Record> = chunks.filter_map(Record::from_bytes).collect();
     let damaged = (count - records.len()) * each;
-    let whole = (start + count * each) as u64;
-    Ok(Contents { header, records, damaged, whole })
-}
-
-/// A folder's lock: who has it is the only one that changes the folder's journal. It ends with its holder.
-#[derive(Debug)]
-pub(super) struct Lock {
-    _file: File,
-}
-
-impl Lock {
-    /// Takes the lock of a folder, making the folder if there is none.
-    pub fn take(folder: &Path) -> Result<Self, TaskError> {
-        std::fs::create_dir_all(folder).map_err(failed("make", folder))?;
-        let path = folder.join(".lock");
-        let mut options = OpenOptions::new();
-        let file = options.write(true).create(true).truncate(false).open(&path);
-        let file = file.map_err(failed("write", folder))?;
-        match file.try_lock() {
-            Ok(()) => Ok(Self { _file: file }),
-            Err(TryLockError::WouldBlock) => {
-                let source = std::io::Error::other("another run works in it");
-                Err(TaskError::Io { what: "write", path: folder.into(), source })
-            }
-            Err(TryLockError::Error(source)) => Err(failed("write", &path)(source)),
-        }
-    }
+    let complete = (start + count * each) as u64;
+    Ok(Contents { header, records, damaged, complete })
 }
 
 /// A journal open for more trials.
@@ -195,17 +209,17 @@ pub(super) struct Journal {
     file: File,
     path: PathBuf,
     width: usize,
-    /// Where the last whole record ends.
-    whole: u64,
-    /// Whether a record was written in part: nothing may follow it.
+    /// Where the last complete record ends.
+    complete: u64,
+    /// Whether a record could be written only in part. Nothing may follow it.
     torn: bool,
     _lock: Lock,
 }
 
 impl Journal {
-    /// Opens the journal at `path` for trials of `header`, or begins it; what it holds already. It may have been begun
-    /// for fewer trials. Damaged records are dropped if it is to `salvage`, else refused. The lock is that of the
-    /// folder.
+    /// Opens the journal at `path` for trials of `header`, or creates it; with the trials that it holds. It may have
+    /// been created for fewer trials. With `salvage` damaged records are dropped, otherwise they are an error. `lock`
+    /// is that of the folder.
     pub fn open(
         path: &Path,
         header: &Header,
@@ -213,15 +227,13 @@ impl Journal {
         lock: Lock,
     ) -> Result<(Self, Vec<Record>), TaskError> {
         if !path.exists() {
-            let mut line = serde_json::to_vec(header).unwrap_or_default();
-            line.push(b'\n');
-            write_whole(path, &line, Overwrite::Never)?;
+            write_atomic(path, header.line(path)?, Overwrite::Never)?;
         }
-        let mut file =
-            OpenOptions::new().read(true).write(true).open(path).map_err(failed("write", path))?;
+        let failed = FileError::io("write", path);
+        let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(&failed)?;
         let contents = read(path)?;
-        if let Some(problem) = contents.header.differs(header) {
-            return Err(fault(path, problem, "another folder, or --force to begin anew"));
+        if let Some(problem) = contents.header.mismatch(header) {
+            return Err(fault(path, problem, "another folder, or --force to start again"));
         }
         let more = contents.header != *header;
         if contents.damaged == 0 && more || contents.damaged > 0 && salvage {
@@ -230,49 +242,48 @@ impl Journal {
         }
         if contents.damaged > 0 {
             let problem = format!(
-                "{} bytes of it are damaged; {} trials beside them are sound",
+                "{} bytes of it are damaged; {} trials are intact",
                 contents.damaged,
                 contents.records.len()
             );
-            let expected = "an undamaged journal, or --salvage to keep the sound trials and do the \
+            let expected = "an undamaged journal, or --salvage to keep the intact trials and run the \
                             others again";
             return Err(fault(path, problem, expected));
         }
-        file.set_len(contents.whole).map_err(failed("write", path))?;
-        file.seek(SeekFrom::End(0)).map_err(failed("write", path))?;
-        let (width, whole) = (header.width, contents.whole);
-        let path = path.into();
-        Ok((Self { file, path, width, whole, torn: false, _lock: lock }, contents.records))
+        file.set_len(contents.complete).map_err(&failed)?;
+        file.seek(SeekFrom::End(0)).map_err(&failed)?;
+        let (path, width, complete) = (path.into(), header.width, contents.complete);
+        Ok((Self { file, path, width, complete, torn: false, _lock: lock }, contents.records))
     }
 
-    /// Appends a finished trial. Once that has failed, nothing more is appended: a record behind a torn one could
-    /// not be found again.
-    pub fn append(&mut self, record: Record) -> Result<(), TaskError> {
+    /// Appends a finished trial. After a failure nothing more is appended, because a record behind an incomplete one
+    /// could not be found again.
+    pub fn append(&mut self, record: Record) -> Result<(), FileError> {
+        let failed = FileError::io("write", &self.path);
         if self.torn {
             let source = std::io::Error::other("an earlier trial could not be written");
-            return Err(failed("write", &self.path)(source));
+            return Err(failed(source));
         }
         let bytes = record.to_bytes(self.width);
         self.file.write_all(&bytes).map_err(|source| {
             self.torn = true;
-            // What is left if this fails too is a piece of a record at the end, as after a kill.
-            let _ = self.file.set_len(self.whole);
-            failed("write", &self.path)(source)
+            // If this fails too, an incomplete record stays at the end, as after a kill.
+            let _ = self.file.set_len(self.complete);
+            failed(source)
         })?;
-        self.whole += bytes.len() as u64;
+        self.complete += bytes.len() as u64;
         Ok(())
     }
 }
 
-/// Writes a journal of these trials whole.
+/// Writes a journal of these trials at once.
 pub(super) fn write(
     path: &Path,
     header: &Header,
     records: &[Record],
     overwrite: Overwrite,
-) -> Result<(), TaskError> {
-    let mut bytes = serde_json::to_vec(header).unwrap_or_default();
-    bytes.push(b'\n');
+) -> Result<(), FileError> {
+    let mut bytes = header.line(path)?;
     bytes.extend(records.iter().flat_map(|r| r.to_bytes(header.width)));
-    write_whole(path, &bytes, overwrite)
+    write_atomic(path, &bytes, overwrite)
 }

@@ -1,6 +1,7 @@
-//! Running an experiment's trials, going on with them, and putting shards together.
+//! Running an experiment's trials, and resuming them.
 
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Mutex;
@@ -9,20 +10,21 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::journal::{self, Header, Journal, Lock, Record};
-use super::{Cell, Experiment, Measure, Outcome, Results, Row, WIDTH};
+use super::journal::{CellSettings, Header, Journal, Record, Settings};
+use super::lock::{Lock, TryLock};
+use super::{Cell, Experiment, MAX_READINGS, Measure, Results, Row, TrialOutcome};
+use crate::files::{FileError, Overwrite, write_atomic};
 use crate::sim::Seed;
 use crate::study::statistics::{Mean, Rate, Statistic};
 use crate::task::TaskError;
 use crate::task::event::{Event, Observer};
-use crate::task::{Overwrite, write_whole};
 
-/// One part of the trials: those whose number leaves `index` when divided by `of`.
+/// One part of the trials: those whose number has the remainder `index` when divided by `of`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shard {
-    /// Which part, counted from 0.
+    /// The part, counted from 0.
     pub index: u64,
-    /// Of how many.
+    /// The number of parts.
     pub of: u64,
 }
 
@@ -49,24 +51,25 @@ impl FromStr for Shard {
     }
 }
 
-/// An experiment with the folder that its trials and results stand in.
+/// An experiment, and the folder for its trials and results.
 ///
-/// A folder holds `trials.bin`, the journal, and once all trials are done `results.json`, `results.csv` and, where
-/// there is one, `figure.svg`.
+/// The folder holds the journal `trials.bin` and, once all trials are done, `results.json`, `results.csv` and, if the
+/// experiment draws one, `figure.svg`. A second run with the same folder resumes the first.
 pub struct Run<'a> {
-    experiment: &'a dyn Experiment,
-    cells: Vec<Cell>,
-    seed: Seed,
-    shard: Shard,
-    folder: PathBuf,
+    pub(super) experiment: &'a dyn Experiment,
+    pub(super) cells: Vec<Cell>,
+    pub(super) seed: Seed,
+    pub(super) shard: Shard,
+    pub(super) folder: PathBuf,
     salvage: bool,
-    anew: bool,
+    restart: bool,
+    try_lock: TryLock,
 }
 
-const JOURNAL: &str = "trials.bin";
+pub(super) const JOURNAL: &str = "trials.bin";
 
-/// The number of an outcome at a place; NaN where it has none.
-fn number(outcome: &Outcome, at: usize) -> f64 {
+/// A number of an outcome by its place; NaN where it has none.
+fn number(outcome: &TrialOutcome, at: usize) -> f64 {
     outcome.get(at).copied().unwrap_or(f64::NAN)
 }
 
@@ -74,12 +77,27 @@ impl<'a> Run<'a> {
     /// Trials of `experiment` in `folder`.
     pub fn new(experiment: &'a dyn Experiment, seed: Seed, shard: Shard, folder: &Path) -> Self {
         let (cells, folder) = (experiment.cells(), folder.into());
-        Self { experiment, cells, seed, shard, folder, salvage: false, anew: false }
+        Self {
+            experiment,
+            cells,
+            seed,
+            shard,
+            folder,
+            salvage: false,
+            restart: false,
+            try_lock: File::try_lock,
+        }
     }
 
-    /// Whether what is damaged in the journal is dropped, so that its trials are done again, instead of refused.
+    /// Whether damaged records of the journal are dropped and their trials run again. Otherwise they are an error.
     pub fn salvaging(mut self, salvage: bool) -> Self {
         self.salvage = salvage;
+        self
+    }
+
+    /// Whether the folder's earlier trials and results are deleted first.
+    pub fn restarting(mut self, restart: bool) -> Self {
+        self.restart = restart;
         self
     }
 
@@ -88,45 +106,46 @@ impl<'a> Run<'a> {
         self.cells.iter().map(|cell| self.own(cell).count() as u64).sum()
     }
 
+    /// The trials of a cell that belong to this shard.
     fn own(&self, cell: &Cell) -> impl Iterator<Item = u64> + use<> {
         (self.shard.index..cell.trials).step_by(self.shard.of.max(1) as usize)
     }
 
-    fn header(&self) -> Header {
+    pub(super) fn header(&self) -> Header {
         let shard = [self.shard.index, self.shard.of];
         let widths = self.cells.iter().map(|cell| cell.readings.len());
-        let width = widths.max().unwrap_or(0).min(WIDTH);
-        Header::new(self.experiment.name(), self.seed.value(), self.settings(), (shard, width))
+        let width = widths.max().unwrap_or(0).min(MAX_READINGS);
+        Header::new(self.experiment.name(), self.seed.value(), self.settings(), shard, width)
     }
 
-    fn settings(&self) -> Value {
-        let cells: Vec<Value> = self
-            .cells
-            .iter()
-            .map(|cell| json!({"cell": cell.settings, "trials": cell.trials}))
-            .collect();
-        json!({
-            "experiment": self.experiment.settings(), "revision": self.experiment.revision(),
-            "cells": cells,
-        })
+    fn settings(&self) -> Settings {
+        let cell = |cell: &Cell| CellSettings { cell: cell.settings.clone(), trials: cell.trials };
+        Settings {
+            experiment: self.experiment.settings(),
+            revision: self.experiment.revision(),
+            cells: self.cells.iter().map(cell).collect(),
+        }
     }
 
-    fn journal(&self) -> PathBuf {
+    pub(super) fn journal(&self) -> PathBuf {
         self.folder.join(JOURNAL)
     }
 
-    /// Whether the folder's trials are forgotten first.
-    pub fn anew(mut self, anew: bool) -> Self {
-        self.anew = anew;
-        self
+    /// Takes the folder's lock. A file system without locks is worth one warning.
+    pub(super) fn lock(&self, observer: &mut dyn Observer) -> Result<Lock, TaskError> {
+        let (lock, warning) = Lock::take(&self.folder, self.try_lock)?;
+        if let Some(warning) = warning {
+            observer.observe(&Event::Warned(&warning.to_string()));
+        }
+        Ok(lock)
     }
 
-    fn forget(&self) -> Result<(), TaskError> {
+    fn delete_earlier(&self) -> Result<(), TaskError> {
         for name in [JOURNAL, "results.json", "results.csv", "figure.svg"] {
             let path = self.folder.join(name);
             match std::fs::remove_file(&path) {
                 Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
-                    return Err(TaskError::Io { what: "remove", path, source });
+                    return Err(FileError::Io { what: "remove", path, source }.into());
                 }
                 _ => {}
             }
@@ -134,37 +153,27 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Does all trials that the journal does not have, on the threads of the pool. `observer` is told how many
-    /// are done ([`Event::Trials`]). Gives the table, and writes it, if this is the only shard.
+    /// Runs the trials that the journal does not have yet, on the threads of the pool, and tells `observer` of their
+    /// number ([`Event::Trials`]). If this is the only shard, writes the table and returns it.
     ///
     /// # Errors
-    /// [`TaskError::Input`] if the journal is damaged or another experiment's, [`TaskError::Io`] if it cannot be
-    /// written, and whatever a trial fails with. Finished trials are kept.
+    /// [`TaskError::Input`] if the journal is damaged or belongs to another experiment; [`TaskError::File`] if it cannot be
+    /// written, or another run works in the folder; and the first error of a trial. Finished trials are kept.
     pub fn go(&self, observer: &mut dyn Observer) -> Result<Option<Results>, TaskError> {
-        let lock = Lock::take(&self.folder)?;
-        if self.anew {
-            self.forget()?;
+        let lock = self.lock(observer)?;
+        if self.restart {
+            self.delete_earlier()?;
         }
         let (journal, before) = Journal::open(&self.journal(), &self.header(), self.salvage, lock)?;
         let outcomes = self.outcomes(&before);
         drop(before);
-        let mut missing: Vec<(u32, u64)> = Vec::new();
-        for (index, cell) in self.cells.iter().enumerate() {
-            let cell_outcomes = &outcomes[index];
-            missing.extend(
-                self.own(cell)
-                    .filter(|t| cell_outcomes[*t as usize].is_none())
-                    .map(|t| (index as u32, t)),
-            );
-        }
-        // What the cells of a trial share is made once, and threads begin at trials far apart.
-        missing.sort_unstable_by_key(|(cell, trial)| (*trial, *cell));
+        let missing = self.missing(&outcomes);
         let done = AtomicU64::new(self.trials() - missing.len() as u64);
         let of = self.trials();
         observer.observe(&Event::Trials { done: done.load(Ordering::Relaxed), of });
         let observer = Mutex::new((observer, 0));
         let kept = Mutex::new((journal, outcomes));
-        // What the first failure brings about elsewhere is not what is told.
+        // The first failure can cause others on other threads; only the first is reported.
         let failure = Mutex::new(None);
         let failed = |error: TaskError| {
             failure.lock().unwrap_or_else(|e| e.into_inner()).get_or_insert(error);
@@ -174,9 +183,9 @@ impl<'a> Run<'a> {
             let outcome = self.experiment.trial(*cell as usize, seed).map_err(failed)?;
             let record = Record { cell: *cell, trial: *trial, outcome };
             {
-                // A lock that a panic has broken holds a file that is still whole.
+                // A panic in another trial poisons the mutex but does not damage the journal.
                 let (journal, outcomes) = &mut *kept.lock().unwrap_or_else(|e| e.into_inner());
-                journal.append(record).map_err(failed)?;
+                journal.append(record).map_err(TaskError::from).map_err(failed)?;
                 outcomes[*cell as usize][*trial as usize] = Some(outcome);
             }
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
@@ -203,8 +212,21 @@ impl<'a> Run<'a> {
         Ok(Some(results))
     }
 
-    fn outcomes(&self, records: &[Record]) -> Vec<Vec<Option<Outcome>>> {
-        let mut outcomes: Vec<Vec<Option<Outcome>>> =
+    /// The trials without an outcome, as cell and trial.
+    fn missing(&self, outcomes: &[Vec<Option<TrialOutcome>>]) -> Vec<(u32, u64)> {
+        let mut missing: Vec<(u32, u64)> = Vec::new();
+        for (index, (cell, outcomes)) in self.cells.iter().zip(outcomes).enumerate() {
+            let own = self.own(cell).filter(|trial| outcomes[*trial as usize].is_none());
+            missing.extend(own.map(|trial| (index as u32, trial)));
+        }
+        // By trial, because the cells of one trial may share work; threads then start at trials far apart.
+        missing.sort_unstable_by_key(|(cell, trial)| (*trial, *cell));
+        missing
+    }
+
+    /// The outcomes of records, by cell and trial.
+    pub(super) fn outcomes(&self, records: &[Record]) -> Vec<Vec<Option<TrialOutcome>>> {
+        let mut outcomes: Vec<Vec<Option<TrialOutcome>>> =
             self.cells.iter().map(|cell| vec![None; cell.trials as usize]).collect();
         for record in records {
             let cell = outcomes.get_mut(record.cell as usize);
@@ -215,38 +237,11 @@ impl<'a> Run<'a> {
         outcomes
     }
 
-    fn results(&self, outcomes: &[Vec<Option<Outcome>>]) -> Results {
+    pub(super) fn results(&self, outcomes: &[Vec<Option<TrialOutcome>>]) -> Results {
         let mut rows = Vec::new();
         for (cell, outcomes) in self.cells.iter().zip(outcomes) {
-            for (at, reading) in cell.readings.iter().enumerate().take(WIDTH) {
-                let done = outcomes.iter().flatten();
-                let values = done.clone().map(|outcome| outcome[at]);
-                let statistic = match reading.measure {
-                    Measure::Rate => Statistic::Rate(Rate::new(
-                        values.clone().filter(|v| *v == 1.0).count() as u64,
-                        values.filter(|v| !v.is_nan()).count() as u64,
-                    )),
-                    Measure::RateWithin(key) => {
-                        let mut clusters: BTreeMap<u64, [u64; 2]> = BTreeMap::new();
-                        for outcome in done.filter(|outcome| !outcome[at].is_nan()) {
-                            let key = number(outcome, key).to_bits();
-                            let [own, of] = clusters.entry(key).or_default();
-                            (*own, *of) = (*own + u64::from(outcome[at] == 1.0), *of + 1);
-                        }
-                        Statistic::Rate(Rate::of_clusters(clusters.values().copied()))
-                    }
-                    Measure::Share(of) => {
-                        let cluster =
-                            |o: &Outcome| [o[at], number(o, of)].map(|count| count as u64);
-                        Statistic::Rate(Rate::of_clusters(done.map(cluster)))
-                    }
-                    Measure::Mean => Statistic::Mean(Mean::of(values)),
-                    Measure::MeanWithin(key) => {
-                        Statistic::Mean(Mean::of_clusters(done.map(|o| (number(o, key), o[at]))))
-                    }
-                    Measure::Difference => Statistic::Mean(Mean::of_differences(values)),
-                    Measure::Beside => continue,
-                };
+            for (at, reading) in cell.readings.iter().enumerate().take(MAX_READINGS) {
+                let Some(statistic) = statistic(reading.measure, at, outcomes) else { continue };
                 let mut settings = cell.settings.clone();
                 settings.extend(reading.settings.clone());
                 rows.push(Row { settings, statistic });
@@ -262,82 +257,125 @@ impl<'a> Run<'a> {
         Results { name, question, settings, rows }
     }
 
-    fn write(&self, results: &Results) -> Result<(), TaskError> {
+    pub(super) fn write(&self, results: &Results) -> Result<(), TaskError> {
         let text = format!("{:#}\n", results.to_json());
-        write_whole(&self.folder.join("results.json"), &text, Overwrite::Allowed)?;
-        write_whole(&self.folder.join("results.csv"), results.to_csv(), Overwrite::Allowed)?;
+        write_atomic(&self.folder.join("results.json"), &text, Overwrite::Allowed)?;
+        write_atomic(&self.folder.join("results.csv"), results.to_csv(), Overwrite::Allowed)?;
         if let Some(figure) = self.experiment.figure(results) {
-            write_whole(&self.folder.join("figure.svg"), figure.to_svg()?, Overwrite::Allowed)?;
+            write_atomic(&self.folder.join("figure.svg"), figure.to_svg()?, Overwrite::Allowed)?;
         }
         Ok(())
     }
 }
 
-/// Puts the shards in `folders` together in `folder` and gives the table. Trials that `folder` holds already are
-/// replaced only if `overwrite` allows it.
-///
-/// # Errors
-/// [`TaskError::Input`] if a folder's trials are not of this experiment with these settings and seed, or are
-/// damaged, contradict one another, or some are missing; [`TaskError::Io`].
-pub fn merge(
-    experiment: &dyn Experiment,
-    seed: Seed,
-    folders: &[PathBuf],
-    folder: &Path,
-    overwrite: Overwrite,
-) -> Result<Results, TaskError> {
-    let whole = Run::new(experiment, seed, Shard::default(), folder);
-    let mut records = Vec::new();
-    for part in folders {
-        let path = part.join(JOURNAL);
-        let contents = journal::read(&path)?;
-        let shard = Shard { index: contents.header.shard[0], of: contents.header.shard[1] };
-        if contents.header != Run::new(experiment, seed, shard, part).header() {
-            return Err(TaskError::Merge {
-                folder: part.clone(),
-                reason: "its trials are of another experiment, seed, settings or number".into(),
-            });
-        }
-        if contents.damaged > 0 {
-            let reason = format!("{} bytes of its trials are damaged", contents.damaged);
-            return Err(TaskError::Merge { folder: part.clone(), reason });
-        }
-        records.extend(contents.records);
-    }
-    // The same trial gives the same bits wherever it is done.
-    let key = |r: &Record| (r.cell, r.trial);
-    records.sort_by_key(key);
-    let bits = |r: &Record| r.outcome.map(f64::to_bits);
-    let differ =
-        |pair: &&[Record]| key(&pair[0]) == key(&pair[1]) && bits(&pair[0]) != bits(&pair[1]);
-    if let Some([one, ..]) = records.windows(2).find(differ) {
-        return Err(TaskError::Merge {
-            folder: folder.into(),
-            reason: format!(
-                "trial {} of cell {} came out otherwise in two of the folders",
-                one.trial, one.cell
-            ),
-        });
-    }
-    let outcomes = whole.outcomes(&records);
-    let missing = outcomes.iter().flatten().filter(|o| o.is_none()).count();
-    if missing > 0 {
-        return Err(TaskError::Merge {
-            folder: folder.into(),
-            reason: format!("{missing} of {} trials are in none of the folders", whole.trials()),
-        });
-    }
-    let _lock = Lock::take(folder)?;
-    let mut sorted = Vec::new();
-    for (cell, outcomes) in outcomes.iter().enumerate() {
-        for (trial, outcome) in outcomes.iter().enumerate() {
-            if let Some(outcome) = outcome {
-                sorted.push(Record { cell: cell as u32, trial: trial as u64, outcome: *outcome });
+/// The statistic of the numbers at place `at` of finished trials; `None` for those without a row of their own.
+fn statistic(measure: Measure, at: usize, outcomes: &[Option<TrialOutcome>]) -> Option<Statistic> {
+    let done = outcomes.iter().flatten();
+    let values = done.clone().map(|outcome| outcome[at]);
+    Some(match measure {
+        Measure::Rate => Statistic::Rate(Rate::new(
+            values.clone().filter(|v| *v == 1.0).count() as u64,
+            values.filter(|v| !v.is_nan()).count() as u64,
+        )),
+        Measure::ClusteredRate(key) => {
+            let mut clusters: BTreeMap<u64, [u64; 2]> = BTreeMap::new();
+            for outcome in done.filter(|outcome| !outcome[at].is_nan()) {
+                let key = number(outcome, key).to_bits();
+                let [own, of] = clusters.entry(key).or_default();
+                (*own, *of) = (*own + u64::from(outcome[at] == 1.0), *of + 1);
             }
+            Statistic::Rate(Rate::of_clusters(clusters.values().copied()))
+        }
+        Measure::Share(of) => {
+            let cluster = |o: &TrialOutcome| [o[at], number(o, of)].map(|count| count as u64);
+            Statistic::Rate(Rate::of_clusters(done.map(cluster)))
+        }
+        Measure::Mean => Statistic::Mean(Mean::of(values)),
+        Measure::ClusteredMean(key) => {
+            Statistic::Mean(Mean::of_clusters(done.map(|o| (number(o, key), o[at]))))
+        }
+        Measure::Difference => Statistic::Mean(Mean::of_differences(values)),
+        Measure::Auxiliary => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs::TryLockError;
+    use std::io::ErrorKind;
+
+    use super::*;
+    use crate::study::experiment::{Reading, outcome};
+    use crate::task::event::Ignore;
+
+    /// Half of its trials succeed.
+    struct Coin;
+
+    impl Experiment for Coin {
+        fn name(&self) -> &'static str {
+            "coin"
+        }
+
+        fn question(&self) -> &'static str {
+            "How often is the seed even?"
+        }
+
+        fn settings(&self) -> Value {
+            json!({})
+        }
+
+        fn cells(&self) -> Vec<Cell> {
+            vec![Cell::new(json!({}), 50, vec![Reading::new(Measure::Rate, json!({}))])]
+        }
+
+        fn trial(&self, _cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
+            Ok(outcome([f64::from(u8::from(seed.value().is_multiple_of(2)))]))
         }
     }
-    journal::write(&whole.journal(), &whole.header(), &sorted, overwrite)?;
-    let results = whole.results(&outcomes);
-    whole.write(&results)?;
-    Ok(results)
+
+    /// A run in a fresh folder whose lock answers so: its end, and the warnings.
+    fn locked_by(try_lock: TryLock) -> (Result<Option<Results>, TaskError>, Vec<String>) {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut warnings = Vec::new();
+        let run = Run::new(&Coin, Seed::new(1), Shard::default(), folder.path());
+        let end = Run { try_lock, ..run }.go(&mut |event: &Event<'_>| {
+            if let Event::Warned(warning) = event {
+                warnings.push((*warning).to_owned());
+            }
+        });
+        (end, warnings)
+    }
+
+    #[test]
+    fn without_locks_a_run_warns_once_and_continues() {
+        let (locked, warnings) = locked_by(File::try_lock);
+        let locked = locked.expect("runs");
+        assert!(locked.is_some() && warnings.is_empty(), "{warnings:?}");
+        let (unlocked, warnings) =
+            locked_by(|_| Err(TryLockError::Error(ErrorKind::Unsupported.into())));
+        assert_eq!(unlocked.expect("runs"), locked);
+        assert!(warnings.len() == 1 && warnings[0].contains("lock"), "{warnings:?}");
+    }
+
+    #[test]
+    fn a_journal_whose_number_of_trials_is_no_number_is_refused() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let run = Run::new(&Coin, Seed::new(1), Shard::default(), folder.path());
+        run.go(&mut Ignore).expect("runs");
+        let bytes = std::fs::read(run.journal()).expect("a journal");
+        let end = bytes.iter().position(|b| *b == b'\n').expect("a first line");
+        let line = String::from_utf8_lossy(&bytes[..end]).replace("50", "\"50\"");
+        std::fs::write(run.journal(), [line.as_bytes(), &bytes[end..]].concat()).expect("written");
+        let refused = run.go(&mut Ignore);
+        assert!(matches!(refused, Err(TaskError::Input(_))), "{refused:?}");
+    }
+
+    #[test]
+    fn a_folder_that_another_run_holds_and_other_faults_of_the_lock_are_refused() {
+        let (held, warnings) = locked_by(|_| Err(TryLockError::WouldBlock));
+        assert!(matches!(held, Err(TaskError::File(_))) && warnings.is_empty());
+        let (denied, warnings) =
+            locked_by(|_| Err(TryLockError::Error(ErrorKind::PermissionDenied.into())));
+        assert!(matches!(denied, Err(TaskError::File(_))) && warnings.is_empty());
+    }
 }

@@ -1,7 +1,7 @@
-//! The standard networks that speed and quality are measured on, as `symbolt bench` runs them.
+//! The standard networks of `symbolt bench`, on which speed and quality are measured.
 //!
-//! Layouts, inputs and the reading of quality are fixed, so that figures can be laid beside another
-//! simulator's: a tick of 1 ms, feed-forward synapses of 5 ms, recurrent ones of 100 ms, probes of 10 ms.
+//! Networks, inputs and measures of quality are fixed, so that figures can be compared with those of other
+//! simulators. The tick is 1 ms; synapses have 5 ms feed-forward, 100 ms recurrent, and 10 ms at probes.
 
 mod networks;
 mod planners;
@@ -27,9 +27,9 @@ use crate::task::planner::Unbinding;
 pub enum Model {
     /// Circular convolution of two pointers.
     Bind,
-    /// A pointer taken up for 100 ms and held.
+    /// A pointer given for 100 ms and held by a memory.
     State,
-    /// A cleanup of 1,000 items.
+    /// A cleanup memory of 1,000 items.
     Memory,
     /// Basal ganglia and thalamus with 10 actions.
     Select,
@@ -37,13 +37,13 @@ pub enum Model {
     Channel,
     /// From a goal to the preconditions of the action that causes it, with neural unbinding.
     Planner,
-    /// A goal-stack planner's parts: 13 pointer memories behind 13 gated channels, associative
-    /// memories, and an action selection with 11 rules.
+    /// The parts of a goal-stack planner: 13 pointer memories behind 13 gates, associative memories, and an action
+    /// selection with 11 rules.
     Large,
 }
 
 impl Model {
-    /// All of them, by the names that [`FromStr`] takes.
+    /// All models, with the names that [`FromStr`] takes.
     pub const ALL: [(&'static str, Self); 7] = [
         ("bind", Self::Bind),
         ("state", Self::State),
@@ -55,11 +55,11 @@ impl Model {
     ];
 }
 
-/// A standard network that does not exist.
+/// There is no standard network of this name.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("there is no model `{asked}`; the models are: {}", Model::ALL.map(|m| m.0).join(", "))]
 pub struct UnknownModel {
-    /// What was asked for.
+    /// The name.
     pub asked: String,
 }
 
@@ -72,20 +72,20 @@ impl FromStr for Model {
     }
 }
 
-/// How a standard network is run.
+/// Settings of a standard network and its run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Standard {
-    /// Dimensions of pointers (256 in the table of figures).
+    /// Dimensions of pointers; published figures are for 256.
     pub dimensions: usize,
-    /// How layers are computed.
+    /// The mode in which layers are computed.
     pub population: Population,
     /// How the planner unbinds its preconditions.
     pub unbinding: Unbinding,
-    /// How the memory of 1,000 items chooses.
+    /// How the cleanup memory selects items.
     pub choice: SelectRule,
-    /// Simulated milliseconds (at least 300, at which quality is read).
+    /// Simulated milliseconds, at least 300. Quality is measured at 300.
     pub sim_ms: u64,
-    /// Who the neurons and pointers are.
+    /// The seed of neurons, pointers and inputs.
     pub seed: Seed,
 }
 
@@ -102,44 +102,44 @@ impl Default for Standard {
     }
 }
 
-/// What a run of a standard network gave.
+/// Measurements of a run of a standard network.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Measured {
-    /// Neurons, where there are any.
+    /// The number of neurons; 0 in direct mode.
     pub neurons: usize,
-    /// Wall-clock seconds of describing, drawing and solving.
+    /// Wall-clock seconds of the build, with drawing neurons and solving decoders.
     pub build_s: f64,
     /// Wall-clock seconds of the run.
     pub run_s: f64,
     /// Simulated seconds.
     pub sim_s: f64,
-    /// Nanoseconds of the run a neuron and tick.
+    /// Wall-clock nanoseconds for each neuron and tick; 0 without neurons.
     pub ns_per_neuron_step: f64,
-    /// What the quality figures are.
+    /// Measures of quality, with their names.
     pub quality: Vec<(&'static str, f64)>,
 }
 
-/// The family of the pointers used here.
+/// The vocabulary tag of the pointers here.
 pub struct Plain;
 
 impl VocabTag for Plain {
     const NAME: &'static str = "plain";
 }
 
-/// The synapse behind which everything is probed.
+/// The synapse of probes.
 const PROBE: Synapse = Synapse::lowpass_ms(10);
-/// When quality is read, in simulated ms and seconds.
+/// When quality is measured, in simulated ms and seconds.
 const READ_MS: u64 = 300;
 const READ_S: f64 = 0.3;
 
 enum Reading {
-    /// Cosine with a pointer.
+    /// Cosine similarity to a pointer.
     Cosine(Vec<Real>),
-    /// Root mean square distance.
+    /// Root mean square error.
     Distance(Vec<Real>),
-    /// The chosen action's activity, and when it was there.
+    /// Activity of the chosen action, and when it settled.
     Choice(usize),
-    /// When both of two items were there to stay.
+    /// When both of two items had settled.
     Both([usize; 2]),
 }
 
@@ -159,19 +159,19 @@ pub struct Built {
 }
 
 impl Standard {
-    /// Describes and builds `model`, and takes the time.
+    /// Builds `model` and measures the time of it.
     ///
     /// # Errors
-    /// [`TaskError::Setting`] for fewer than 300 ms; [`TaskError::Vocabulary`] or [`TaskError::Build`] for
-    /// dimensions or populations that cannot be.
+    /// [`TaskError::Setting`] for fewer than 300 ms; [`TaskError::Vocabulary`] or [`TaskError::Build`] for impossible
+    /// dimensions or populations.
     pub fn build(&self, model: Model) -> Result<Built, TaskError> {
         self.build_by(model, &PopulationPlan::all(self.population))
     }
 
-    /// Describes `model` and builds it from populations that were solved before.
+    /// Builds `model` with populations that were solved before.
     ///
     /// # Errors
-    /// As [`build`](Self::build), and if `solved` is not of this network with these settings.
+    /// As [`build`](Self::build), and [`TaskError::Build`] if `solved` belongs to another network or other settings.
     pub fn build_from(
         &self,
         model: Model,
@@ -205,24 +205,24 @@ impl Standard {
 }
 
 impl Built {
-    /// The populations of the network, to be kept.
+    /// The solved populations of the network.
     pub fn solved(&self) -> SolvedModel {
         SolvedModel::of(&self.graph)
     }
 
-    /// Wall-clock seconds that the build took.
+    /// Wall-clock seconds of the build.
     pub fn build_s(&self) -> f64 {
         self.build_s
     }
 
-    /// Runs the network, on the threads of the pool, and reads its quality.
+    /// Runs the network on the threads of the pool and measures its speed and quality.
     ///
     /// # Errors
     /// [`TaskError::Sim`] if a value is not finite.
     pub fn run(&self) -> Result<Measured, TaskError> {
         let run = RunConfig::seeded(self.spec.seed).with_threads(Threads::Pool);
         let mut sim = Simulator::new(self.graph.clone(), run)?;
-        // What is read of the probes comes from the first 300 ms; the rest is for the clock.
+        // Quality is measured in the first 300 ms. The rest only measures time, and its recordings are dropped.
         let begun = Instant::now();
         sim.run_for(SimDuration::from_millis(READ_MS))?;
         let mut run_s = begun.elapsed().as_secs_f64();
@@ -276,12 +276,12 @@ impl Built {
                 let there =
                     |v: &Vec<Real>| which.iter().all(|i| mean[*i] > 0.1 && v[*i] >= 0.8 * mean[*i]);
                 let first = rows.iter().find(|(_, v)| there(v));
-                let least = which.map(|i| f64::from(mean[i])).into_iter().fold(f64::MAX, f64::min);
+                let weaker = which.map(|i| f64::from(mean[i])).into_iter().fold(f64::MAX, f64::min);
                 let others = mean.iter().enumerate().filter(|(i, _)| !which.contains(i));
                 let rival = others.map(|(_, v)| f64::from(*v)).fold(0.0, f64::max);
                 vec![
                     ("preconditions_ms", first.map_or(f64::NAN, |(t, _)| (1e3 * t).round())),
-                    ("weaker_precondition", least),
+                    ("weaker_precondition", weaker),
                     ("greatest_other", rival),
                 ]
             }

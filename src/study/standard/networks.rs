@@ -1,4 +1,4 @@
-//! The standard networks of one module each.
+//! Standard networks with one module each.
 
 use rand::RngExt;
 
@@ -45,7 +45,7 @@ pub(super) fn bind(
     Ok((Watched::Pointer(graph.probe(&bind.output, probed)), Reading::Cosine(exact)))
 }
 
-/// A pointer given for 100 ms and held by a recurrent synapse.
+/// A pointer given for 100 ms and held by a recurrent connection.
 pub(super) fn state(
     of: &Standard,
     graph: &mut GraphBuilder,
@@ -62,7 +62,7 @@ pub(super) fn state(
     Ok((Watched::Pointer(graph.probe(&state.output, probed)), Reading::Cosine(given)))
 }
 
-/// The cleanup of a mixture of two of a thousand items.
+/// A cleanup memory of a thousand items, given a mixture of two.
 pub(super) fn memory(
     of: &Standard,
     graph: &mut GraphBuilder,
@@ -82,7 +82,7 @@ pub(super) fn memory(
     Ok((Watched::Pointer(graph.probe(&memory.output, probed)), Reading::Cosine(right)))
 }
 
-/// One of ten actions chosen by basal ganglia, read at the thalamus.
+/// One of ten actions, chosen by basal ganglia and probed at the thalamus.
 pub(super) fn select(graph: &mut GraphBuilder, probed: ProbeSpec) -> Described {
     let mut utilities = vec![0.3; ACTIONS];
     utilities[CHOSEN] = 0.8;
@@ -92,7 +92,7 @@ pub(super) fn select(graph: &mut GraphBuilder, probed: ProbeSpec) -> Described {
     (Watched::Vector(graph.probe(&select.thalamus, probed)), Reading::Choice(CHOSEN))
 }
 
-/// A plain vector passed through one population a component.
+/// A vector passed through one ensemble for each component.
 struct Array {
     width: usize,
 }

@@ -1,4 +1,4 @@
-//! The standard networks that are planners over the paper's domain.
+//! Standard networks that plan in the paper's domain.
 
 use super::{Reading, Standard, Watched};
 use crate::neurons::SelectRule;
@@ -22,7 +22,7 @@ type Described = (Watched, Reading);
 
 const WINNER: SelectRule = SelectRule::WinnerTakeAll { level: 0.3 };
 const EVERY: SelectRule = SelectRule::Threshold { level: 0.3 };
-/// What is wanted, and what the action that causes it needs.
+/// The goal, and the preconditions of the action that causes it.
 const GOAL: &str = "BOLT_ASSEMBLED";
 const NEEDED: [&str; 2] = ["NUT_IN_JIG", "BOLT_IN_JIG"];
 
@@ -43,12 +43,12 @@ impl Symbols {
         self.domain.states().iter().map(|s| s.name.as_str()).collect()
     }
 
-    fn needed(&self) -> [usize; 2] {
-        let names = self.names();
-        NEEDED.map(|name| names.iter().position(|n| *n == name).unwrap_or_default())
+    fn needed(&self) -> Result<[usize; 2], TaskError> {
+        let [nut, bolt] = NEEDED;
+        Ok([self.domain.state_index(nut)?, self.domain.state_index(bolt)?])
     }
 
-    /// The goal at a gain of 2 for a time.
+    /// The goal, with a gain of 2, for `ms` simulated ms.
     fn given(&self, ms: u64) -> Result<Stimulus<Pointer<StateSpace>>, TaskError> {
         let states = &self.encoded.states;
         let wanted = states.parse(&format!("2 * {GOAL}"))?;
@@ -62,7 +62,7 @@ impl Symbols {
         Ok(AssociativeMemory::new(states, actions, pairs, WINNER)?)
     }
 
-    /// From an action to the pointer in which its preconditions are bound.
+    /// From an action to the sum of its bound preconditions.
     fn deep(&self) -> Result<AssociativeMemory<ActionSpace, StateSpace>, TaskError> {
         let Encoded { states, actions, .. } = &self.encoded;
         let operators = self.domain.operators().iter();
@@ -88,7 +88,7 @@ impl Symbols {
     }
 }
 
-/// Takes the preconditions out of a deep pointer.
+/// Unbinds the preconditions from a deep pointer.
 fn unbind(
     graph: &mut GraphBuilder,
     symbols: &Symbols,
@@ -113,9 +113,9 @@ fn unbind(
     })
 }
 
-/// A planner's loop: a goal buffer, the action that causes what it holds, the action's deep pointer, its
-/// preconditions, those that are not satisfied, and a gate through which one of them would become the
-/// next goal. Gives the activity of each precondition.
+/// The loop of a planner: from a goal buffer to the action that causes the goal, its deep pointer, its preconditions,
+/// the unsatisfied ones, and a gate through which one of these would become the next goal. Probes the activity of
+/// each precondition.
 pub(super) fn loop_of_memories(
     of: &Standard,
     graph: &mut GraphBuilder,
@@ -148,10 +148,10 @@ pub(super) fn loop_of_memories(
     graph.connect(&closed, &change.open, none);
     graph.connect(&change.output, &goal.input, none);
     let probe = Watched::Vector(graph.probe(&cleanup.items, probed));
-    Ok((probe, Reading::Both(symbols.needed())))
+    Ok((probe, Reading::Both(symbols.needed()?)))
 }
 
-/// A pointer memory that takes up what comes through its gate.
+/// A pointer memory behind a gate.
 struct Slot<'a, V: VocabTag> {
     vocabulary: &'a Vocabulary<V>,
 }
@@ -173,7 +173,7 @@ impl<V: VocabTag> Module for Slot<'_, V> {
     }
 }
 
-/// What the rules of the goal stack do, and which slots each lets take something up.
+/// The rules of the goal stack, and the slots whose gates each rule opens.
 const RULES: [(&str, &[&str]); 11] = [
     ("plan", &["goal", "action", "deep", "preconditions", "unsatisfied", "world"]),
     ("expect", &["effect"]),
@@ -188,11 +188,11 @@ const RULES: [(&str, &[&str]); 11] = [
     ("pop", &["goal", "stack_1"]),
 ];
 
-/// For how long each rule has the highest utility, in simulated ms.
+/// How long each rule has the highest utility, in simulated ms.
 const RULE_MS: u64 = 400;
 
-/// The parts of a goal-stack planner: every slot is a memory behind a gate, and a rule chosen by basal ganglia
-/// opens the gates of some. Rules are given their turns from outside, planning first.
+/// The parts of a goal-stack planner. Every slot is a memory behind a gate, and a rule chosen by basal ganglia opens
+/// the gates of some slots. The input gives each rule its turn, beginning with planning.
 pub(super) fn goal_stack(
     of: &Standard,
     graph: &mut GraphBuilder,
@@ -287,5 +287,5 @@ pub(super) fn goal_stack(
     graph.connect(&action.output, &command.input, none);
     graph.connect(&command.output, &motor.input, none);
     let probe = Watched::Vector(graph.probe(&required.items, probed));
-    Ok((probe, Reading::Both(symbols.needed())))
+    Ok((probe, Reading::Both(symbols.needed()?)))
 }

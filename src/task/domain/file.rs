@@ -4,9 +4,9 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use crate::files::read_file;
 use crate::task::domain::{Domain, Operator, Provenance, State};
 use crate::task::error::{InputFault, TaskError};
-use crate::task::files::read_file;
 
 /// What the file calls itself.
 const FORMAT: &str = "symbolt-domain";

@@ -5,9 +5,9 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::shapes::neck_radius;
+use crate::files::read_file;
 use crate::sim::Seed;
 use crate::task::error::{InputFault, TaskError};
-use crate::task::files::read_file;
 use crate::task::robot::{ArmSpec, GripperSpec};
 
 /// Hex nuts and hex-head bolts without threads. Lengths in metres.
@@ -178,7 +178,7 @@ impl SceneSpec {
     /// Reads settings from JSON; what is not there keeps its default.
     ///
     /// # Errors
-    /// [`TaskError::Io`] if the file cannot be read; as [`SceneSpec::parse`].
+    /// [`TaskError::File`] if the file cannot be read; as [`SceneSpec::parse`].
     pub fn read(path: &Path) -> Result<Self, TaskError> {
         Self::parse(&read_file(path)?, &path.display().to_string())
     }

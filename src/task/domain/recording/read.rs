@@ -7,9 +7,9 @@ use std::sync::Arc;
 use serde::Deserialize;
 
 use super::{Demonstration, Event, Labels, ObjectPose, Recording, Snapshot};
+use crate::files::read_file;
 use crate::task::domain::pose::Pose;
 use crate::task::error::{InputFault, TaskError};
-use crate::task::files::read_file;
 
 /// A line as it stands in the file.
 #[derive(Deserialize)]

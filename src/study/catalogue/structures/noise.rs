@@ -1,4 +1,4 @@
-//! Noise of what is retrieved and unbound, the same for whoever decodes it.
+//! The noise of retrieving and unbinding. It is the same for both decoders.
 
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -6,23 +6,23 @@ use rand_distr::{Distribution, StandardNormal};
 use super::world::{ATOMS, D, Vector};
 use crate::sim::{Real, Seed};
 
-/// What is fetched or computed with noise; a number for each.
+/// What gets noise when it is retrieved or computed.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Event {
+pub(super) enum Source {
     /// The deep pointer of a state or action.
     Deep(usize),
-    /// The role or object by which it is unbound.
+    /// The role or object by which a deep pointer is unbound.
     Role(usize, usize),
-    /// What comes out.
+    /// The unbound pointer.
     Unbound(usize, usize),
-    /// Items compared with that.
+    /// Items that the unbound pointer is compared with.
     Items(usize, usize),
 }
 
-/// Deep pointers by number: five states, then three actions.
+/// The number of deep pointers: five states, then three actions.
 pub(super) const DEEPS: usize = 8;
 
-impl Event {
+impl Source {
     pub(super) fn number(self) -> usize {
         match self {
             Self::Deep(deep) => deep,
@@ -33,10 +33,10 @@ impl Event {
     }
 }
 
-/// Noise as a function of trial, step, event and how often it has happened.
+/// Noise, a function of the trial, the step, the source, and how often the source was used in this step.
 pub(super) struct Noise {
     pub(super) seed: Seed,
-    /// Standard deviation of a component.
+    /// Standard deviation of each component.
     pub(super) sd: Real,
     pub(super) step: u64,
     pub(super) times: Vec<u64>,
@@ -53,18 +53,18 @@ impl Noise {
         self.times.fill(0);
     }
 
-    pub(super) fn rng(&mut self, event: Event) -> impl Rng + use<> {
-        let number = event.number();
+    pub(super) fn rng(&mut self, source: Source) -> impl Rng + use<> {
+        let number = source.number();
         self.times[number] += 1;
         let key = (self.step << 32) | (self.times[number] << 16) | number as u64;
         self.seed.derive_index("noise", key).rng()
     }
 
-    pub(super) fn onto(&mut self, event: Event, vector: &[Real]) -> Vector {
+    pub(super) fn onto(&mut self, source: Source, vector: &[Real]) -> Vector {
         if self.sd == 0.0 {
             return vector.to_vec();
         }
-        let mut rng = self.rng(event);
+        let mut rng = self.rng(source);
         vector
             .iter()
             .map(|v| {

@@ -1,18 +1,18 @@
 //! `table-4`: how often a planner succeeds with three structures of a state's pointer, over noise (section III.B).
 //!
-//! A trial is an episode of three steps from a fresh vocabulary of all atoms, states and actions. Whatever is
-//! retrieved (a deep pointer, the role or object that it is unbound by, an item that it is compared
-//! with) and whatever comes out of an unbinding has Gaussian noise of standard deviation sigma / sqrt(D) a
-//! component added. The goal is judged satisfied or not by decoding its deep pointer part by part and comparing
-//! with the world; if it is not, the action that causes it is looked up, its preconditions are unbound, and
-//! the first that is not satisfied becomes the goal (sections II.E and II.F).
+//! A trial is an episode of three steps with a new vocabulary of atoms, states and actions. Gaussian noise of
+//! standard deviation sigma / sqrt(D) is added to each component of everything that is retrieved (a deep pointer, the
+//! role or object that unbinds it, an item that it is compared with) and of every unbound pointer. To decide whether
+//! the goal is satisfied, its deep pointer is decoded part by part and compared with the world. If it is not, the
+//! action that causes it is looked up, the action's preconditions are unbound, and the first unsatisfied one becomes
+//! the goal (sections II.E and II.F).
 //!
-//! The paper's decoder is matching pursuit over the one vocabulary: the greatest similarity to the normalised
-//! query, from 0.3 up, names an item, which is subtracted as it was retrieved. Ours compares the query with what every
-//! structure that could have been stored would look like after the same unbinding, and takes the nearest (the most
-//! likely under white noise); it is not told how many items there are. What it compares with are pointers that it
-//! keeps, computed from the atoms when the vocabulary is made; each is retrieved once in a comparison, with the noise of
-//! any retrieval. Both see the same noise: it is a function of the trial, the step and what is retrieved how often.
+//! The paper's decoder is matching pursuit over the vocabulary: it takes the item most similar to the normalised
+//! query, if the similarity is at least 0.3, subtracts it as it was retrieved, and repeats. Our decoder compares the
+//! query with everything that could have been stored, after the same unbinding, and takes the nearest, which is the
+//! most likely one under white noise. It is not told how many items there are. It compares with pointers that are
+//! computed once from the atoms of the vocabulary, and each is retrieved with noise like any other. Both decoders get
+//! the same noise: it depends on the trial, the step, what is retrieved, and how often it was.
 
 mod decoders;
 mod episode;
@@ -23,11 +23,12 @@ use serde_json::{Value, json};
 
 use self::episode::episodes;
 use self::world::{ATOMS, D, STRUCTURES, Structure};
-use super::{
-    Axis, Cell, Experiment, Figure, Mark, Measure, Options, Outcome, Reading, Results, Series,
-    Style,
-};
+use super::Options;
 use crate::sim::Seed;
+use crate::study::experiment::{
+    Axis, Cell, Experiment, Figure, MAX_READINGS, Mark, Measure, Reading, Results, Row, Series,
+    Style, TrialOutcome,
+};
 use crate::task::TaskError;
 
 /// The experiment: structures by noise, with one or both decoders.
@@ -49,7 +50,7 @@ impl Structures {
         }
     }
 
-    /// Our decoder, on to where it fails.
+    /// Our decoder alone, with noise up to where it fails.
     pub fn beyond(options: &Options) -> Self {
         Self {
             name: "table-4-beyond",
@@ -102,9 +103,9 @@ impl Experiment for Structures {
             .collect()
     }
 
-    fn trial(&self, cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
+    fn trial(&self, cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
         let (structure, sigma) = self.cell(cell);
-        let mut outcome = [f64::NAN; super::WIDTH];
+        let mut outcome = [f64::NAN; MAX_READINGS];
         let results = episodes(structure, sigma, seed, self.decoders);
         for (out, result) in outcome.iter_mut().zip(results.into_iter().flatten()) {
             *out = if result { 1.0 } else { 0.0 };
@@ -114,10 +115,10 @@ impl Experiment for Structures {
 
     fn figure(&self, results: &Results) -> Option<Figure> {
         let marks = |decoder: &str, structure: Structure| -> Vec<Mark> {
-            let of = |row: &&super::Row| {
+            let of = |row: &&Row| {
                 row.is("decoder", &json!(decoder)) && row.is("structure", &json!(structure as u64))
             };
-            let mark = |row: &super::Row| {
+            let mark = |row: &Row| {
                 let bar = Some(row.statistic.interval95().map(|v| 100.0 * v));
                 Some(Mark { x: row.number("sigma")?, y: 100.0 * row.statistic.value(), bar })
             };
@@ -126,7 +127,7 @@ impl Experiment for Structures {
         let mut series = Vec::new();
         for (decoder, whose) in DECODERS.iter().zip(["paper's decoder", "our decoder"]) {
             let of_structures = STRUCTURES.map(|structure| (structure, marks(decoder, structure)));
-            // Where none of the three ever fails, they would only hide one another.
+            // If no structure ever fails, the three lines would hide one another.
             let same = |marks: &[Mark]| marks.iter().all(|m| m.y == 100.0);
             if of_structures.iter().all(|(_, marks)| !marks.is_empty() && same(marks)) {
                 let [(_, marks), ..] = of_structures;
@@ -152,7 +153,7 @@ impl Experiment for Structures {
 
 #[cfg(test)]
 mod tests {
-    use super::noise::{Event, Noise};
+    use super::noise::{Noise, Source};
     use super::*;
     use crate::spa::norm;
 
@@ -181,24 +182,24 @@ mod tests {
     fn noise_of_zero_is_no_noise() {
         let mut noise = Noise::new(Seed::new(3), 0.0);
         let vector = vec![0.25; D];
-        assert_eq!(noise.onto(Event::Deep(2), &vector), vector);
+        assert_eq!(noise.onto(Source::Deep(2), &vector), vector);
         let mut noise = Noise::new(Seed::new(3), 0.5);
-        let noisy = noise.onto(Event::Deep(2), &vector);
+        let noisy = noise.onto(Source::Deep(2), &vector);
         let length = norm(&noisy.iter().zip(&vector).map(|(a, b)| a - b).collect::<Vec<_>>());
-        // Its length is sigma, give or take a tenth.
+        // Its length is sigma, within a tenth or so.
         assert!((length - 0.5).abs() < 0.1, "{length}");
     }
 
     #[test]
-    fn the_same_event_has_the_same_noise_and_its_repetition_another() {
+    fn the_same_source_has_the_same_noise_and_its_repetition_another() {
         let vector = vec![0.0; D];
         let (mut a, mut b) = (Noise::new(Seed::new(3), 0.5), Noise::new(Seed::new(3), 0.5));
-        // Other events between do not matter.
-        b.onto(Event::Role(1, 7), &vector);
-        let first = a.onto(Event::Deep(2), &vector);
-        assert_eq!(first, b.onto(Event::Deep(2), &vector));
-        assert_ne!(first, a.onto(Event::Deep(2), &vector));
+        // Other sources in between do not matter.
+        b.onto(Source::Role(1, 7), &vector);
+        let first = a.onto(Source::Deep(2), &vector);
+        assert_eq!(first, b.onto(Source::Deep(2), &vector));
+        assert_ne!(first, a.onto(Source::Deep(2), &vector));
         a.next_step();
-        assert_ne!(first, a.onto(Event::Deep(2), &vector));
+        assert_ne!(first, a.onto(Source::Deep(2), &vector));
     }
 }

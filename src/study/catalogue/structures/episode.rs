@@ -1,26 +1,26 @@
-//! An episode: a goal, the world, and a planner that knows both through noisy pointers alone.
+//! An episode: a goal, a world, and a planner that knows states and actions only through noisy pointers.
 
 use rand_distr::{Distribution, StandardNormal};
 
 use super::decoders::{Decoder, Nearest, Paper};
-use super::noise::{Event, Noise};
+use super::noise::{Noise, Source};
 use super::world::{
     CAUSES, FACTS, Fact, GOAL, NEEDS, PRECONDITION, Structure, Tools, Vector, World, unbind,
     with_tools,
 };
 use crate::sim::{Real, Seed};
 
-/// An episode: what is there, and what is done to it.
+/// An episode of three steps.
 pub(super) struct Episode<'a> {
     pub(super) world: &'a World,
     pub(super) decoder: &'a dyn Decoder,
     pub(super) noise: Noise,
-    /// What holds of the nut and of the bolt.
+    /// The facts about the nut and the bolt.
     pub(super) things: [Fact; 2],
 }
 
 impl Episode<'_> {
-    /// A deep pointer as it is retrieved, unbound by what is retrieved of the probes.
+    /// A deep pointer, unbound by each of the probes. Everything is retrieved with noise.
     pub(super) fn unbound(
         &mut self,
         tools: &mut Tools,
@@ -29,18 +29,18 @@ impl Episode<'_> {
     ) -> Vec<Vector> {
         let pointer =
             self.world.states.get(deep).unwrap_or_else(|| &self.world.actions[deep - FACTS.len()]);
-        let retrieved = self.noise.onto(Event::Deep(deep), pointer);
+        let retrieved = self.noise.onto(Source::Deep(deep), pointer);
         probes
             .iter()
             .map(|probe| {
-                let role = self.noise.onto(Event::Role(deep, *probe), &self.world.atoms[*probe]);
+                let role = self.noise.onto(Source::Role(deep, *probe), &self.world.atoms[*probe]);
                 let out = unbind(tools, &retrieved, &role);
-                self.noise.onto(Event::Unbound(deep, *probe), &out)
+                self.noise.onto(Source::Unbound(deep, *probe), &out)
             })
             .collect()
     }
 
-    /// The noise of a comparison: an item's noise along a query of some length.
+    /// Calls `decode` with the noise of its comparisons: that of an item, along a query of some length.
     pub(super) fn comparing<T>(
         &mut self,
         deep: usize,
@@ -48,7 +48,7 @@ impl Episode<'_> {
     ) -> T {
         let sd = self.noise.sd;
         let mut streams: Vec<_> =
-            (0..3).map(|part| self.noise.rng(Event::Items(deep, part))).collect();
+            (0..3).map(|part| self.noise.rng(Source::Items(deep, part))).collect();
         decode(self.decoder, self.world, &mut |part, length| {
             let noise: f32 = StandardNormal.sample(&mut streams[part]);
             sd * length * noise
@@ -68,7 +68,7 @@ impl Episode<'_> {
         })
     }
 
-    /// The action that the planner takes, if it comes to one.
+    /// The action that the planner takes, if it finds one.
     pub(super) fn decide(&mut self, tools: &mut Tools) -> Option<usize> {
         let mut goal = GOAL;
         for _ in 0..FACTS.len() {
@@ -88,7 +88,7 @@ impl Episode<'_> {
         None
     }
 
-    /// Whether three right actions follow one another.
+    /// Whether the planner takes three right actions in a row.
     pub(super) fn succeeds(&mut self, tools: &mut Tools) -> bool {
         for _ in 0..3 {
             let Some(action) = self.decide(tools) else { return false };
@@ -103,7 +103,7 @@ impl Episode<'_> {
     }
 }
 
-/// One episode with each decoder, under the same noise.
+/// One episode with each of the wanted decoders, with the same noise.
 pub(super) fn episodes(
     structure: Structure,
     sigma: f64,

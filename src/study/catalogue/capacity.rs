@@ -1,28 +1,29 @@
-//! `capacity`: how often the right filler is read out of a sum of bound pairs, beside its prediction.
+//! `capacity`: how often the right filler is decoded from a sum of bound pairs, compared with a prediction.
 //!
-//! A trial draws K roles, K fillers and a vocabulary of M items that holds the fillers, adds the bound pairs up with
-//! noise of standard deviation sigma / sqrt(D) a component, unbinds the first role, and takes the most similar
-//! item. Fillers and other items are even on the sphere, roles Gaussian or unitary, all of length 1.
+//! A trial draws K roles and a vocabulary of M items, of which K are the fillers. It sums the bound pairs, adds noise
+//! of standard deviation sigma / sqrt(D) to each component, unbinds the first role, and takes the most similar item.
+//! Items are uniform on the sphere, roles Gaussian or unitary, all of length 1.
 //!
-//! Given the decoded q, its score c with the right filler, and the other fillers' below c, none of the M - K items
-//! beside them beats c with probability `F((1 + c / |q|) / 2)^(M - K)`, where F is the distribution function of
-//! Beta((D - 1) / 2, (D - 1) / 2), that of `(1 + cosine) / 2` for directions even on the sphere. Its mean
-//! over q is the prediction, and so the trial gives it too. The large-D formula (Plate 1995, appendix; Frady,
-//! Kleyko and Sommer 2018) stands beside it: signal to noise `s = sqrt(D / (K + 1 + sigma^2))`, with
-//! unitary roles `sqrt(D / (K + sigma^2))`, and `integral of phi(h) Phi(s + h)^(M - 1)`.
+//! Let q be the unbound pointer and c its dot product with the right filler, and let the other fillers score below c. Then
+//! none of the M - K items that are no fillers beats c with probability `F((1 + c / |q|) / 2)^(M - K)`, where F is the
+//! distribution function of Beta((D - 1) / 2, (D - 1) / 2), the distribution of `(1 + cosine) / 2` for directions uniform on
+//! the sphere. The prediction is the mean of this probability over q, so each trial returns it too. The table also has the
+//! large-D formula (Plate 1995, appendix; Frady, Kleyko and Sommer 2018): `integral of phi(h) Phi(s + h)^(M - 1)` with the
+//! signal-to-noise ratio `s = sqrt(D / (K + 1 + sigma^2))`, or `sqrt(D / (K + sigma^2))` for unitary roles.
 //!
-//! Our best decoder knows all roles and cancels interference softly, see [`PairDecoder`].
+//! Our best decoder knows all roles and cancels interference softly; see [`PairDecoder`].
 
 use rand_distr::{Distribution, StandardNormal};
 use serde_json::{Value, json};
 use statrs::distribution::{Beta, Continuous, ContinuousCDF, Normal};
 
-use super::{
-    Axis, Cell, Experiment, Figure, Mark, Measure, Options, Outcome, Reading, Results, Series,
-    Style, outcome,
-};
+use super::Options;
 use crate::sim::{Real, Seed};
 use crate::spa::{Algebra, Hrr, PairDecoder, dot, dots, draw_pointer, norm};
+use crate::study::experiment::{
+    Axis, Cell, Experiment, Figure, Mark, Measure, Reading, Results, Row, Series, Style,
+    TrialOutcome, outcome,
+};
 use crate::task::TaskError;
 
 /// One combination of sizes and noise.
@@ -75,7 +76,7 @@ fn gaussian(size: &Size) -> f64 {
         .sum()
 }
 
-/// The item most similar to a query, of a row each.
+/// The item, one in each row, with the greatest dot product with a query.
 fn best(items: &[Real], query: &[Real], similarities: &mut [Real]) -> usize {
     dots(items, query, similarities);
     let scored = similarities.iter().enumerate();
@@ -83,7 +84,7 @@ fn best(items: &[Real], query: &[Real], similarities: &mut [Real]) -> usize {
 }
 
 impl Size {
-    fn trial(&self, seed: Seed) -> Result<Outcome, TaskError> {
+    fn trial(&self, seed: Seed) -> Result<TrialOutcome, TaskError> {
         let Self { dimensions: dim, bound, items, sigma, unitary } = *self;
         let mut rng = seed.rng();
         let mut work = Hrr.scratch(dim);
@@ -96,7 +97,7 @@ impl Size {
                 role
             })
             .collect();
-        // The fillers come first.
+        // The first items are the fillers.
         let vocabulary: Vec<Vec<Real>> = (0..items).map(|_| draw_pointer(dim, &mut rng)).collect();
         let (rows, mut scores) = (vocabulary.concat(), vec![0.0; items]);
         let sd = (sigma / (dim as f64).sqrt()) as Real;
@@ -164,14 +165,14 @@ impl Experiment for Capacity {
         self.sizes.iter().map(cell).collect()
     }
 
-    fn trial(&self, cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
+    fn trial(&self, cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
         self.sizes[cell].trial(seed)
     }
 
     fn figure(&self, results: &Results) -> Option<Figure> {
         let mut series = Vec::new();
         for (colour, bound) in [8, 16].into_iter().enumerate() {
-            let of = |row: &&super::Row| {
+            let of = |row: &&Row| {
                 row.is("bound", &json!(bound))
                     && row.is("items", &json!(64))
                     && row.number("sigma") == Some(0.0)
@@ -185,7 +186,7 @@ impl Experiment for Capacity {
             let drawn =
                 [("best", Style::Line), ("linear", Style::Rings), ("prediction", Style::Dashed)];
             for (reading, style) in drawn {
-                let mark = |row: &super::Row| {
+                let mark = |row: &Row| {
                     let bar = Some(row.statistic.interval95().map(|v| 100.0 * v));
                     let y = 100.0 * row.statistic.value();
                     Some(Mark { x: row.number("dimensions")?.log2(), y, bar })
@@ -193,7 +194,7 @@ impl Experiment for Capacity {
                 let own = rows().filter(|row| row.is("reading", &json!(reading)));
                 add(reading, own.filter_map(mark).collect(), style);
             }
-            let mark = |row: &super::Row| {
+            let mark = |row: &Row| {
                 let y = 100.0 * row.number("large_d_formula")?;
                 Some(Mark { x: row.number("dimensions")?.log2(), y, bar: None })
             };

@@ -1,28 +1,29 @@
-//! `ablation` and `timing`: the planner graph with a part taken out or changed, and its simulated time.
+//! `ablation`: the planner graph with a part removed or changed.
 
 use rand::RngExt;
 use serde_json::{Value, json};
 
-use super::{
-    Axis, Cell, Experiment, Figure, Mark, Measure, Options, Outcome, Reading, Results, Series,
-    Style, outcome,
-};
+use super::Options;
 use crate::neurons::{LifSpec, Population, PopulationPlan};
 use crate::sim::{Seed, SimDuration};
+use crate::study::experiment::{
+    Axis, Cell, Experiment, Figure, Mark, Measure, Reading, Results, Row, Series, Style,
+    TrialOutcome, outcome,
+};
 use crate::task::TaskError;
 use crate::task::domain::SymbolicDomain;
 use crate::task::domain::outlook;
-use crate::task::planner::{Part, PlanEnd, Planner, PlannerSpec, Unbinding, Verdict};
+use crate::task::planner::{Part, Planner, PlannerSpec, Unbinding, Verdict};
 
-const GOAL: &str = "BOLT_ASSEMBLED";
-/// Where the task begins.
-const TABLE: [&str; 2] = ["NUT_ON_TABLE", "BOLT_ON_TABLE"];
+pub(super) const GOAL: &str = "BOLT_ASSEMBLED";
+/// The states at the start of the task.
+pub(super) const TABLE: [&str; 2] = ["NUT_ON_TABLE", "BOLT_ON_TABLE"];
 
-fn lif() -> Population {
+pub(super) fn lif() -> Population {
     Population::Lif(LifSpec::default())
 }
 
-/// One change of the planner.
+/// A variant of the planner.
 struct Variant {
     name: &'static str,
     value: String,
@@ -30,10 +31,10 @@ struct Variant {
     plan: PopulationPlan,
 }
 
-/// How many worlds are decided about in a trial.
+/// Worlds of a trial, about each of which the planner decides once.
 const WORLDS: usize = 4;
 
-/// The planner with parts taken out, weakened, or computed otherwise.
+/// The planner with parts removed, weakened, or computed in another mode.
 pub(super) struct Ablation {
     variants: Vec<Variant>,
     trials: u64,
@@ -81,7 +82,7 @@ impl Ablation {
             add("dimensions", dimensions.to_string(), spec, &spiking);
         }
         for module in ["goal_buffer", "focus", "cause", "deep", "required", "motor_gate", "motor"] {
-            // A pattern of these letters always parses.
+            // Always parses.
             if let Ok(pattern) = format!("planner/{module}/**").parse() {
                 let plan = spiking.clone().with(pattern, Population::Direct);
                 add("exact module", module.into(), spec, &plan);
@@ -93,10 +94,11 @@ impl Ablation {
     }
 }
 
-/// What a planner does first about some worlds: how often what the oracle accepts, and its simulated ms.
+/// The planner's first decisions about some worlds: how many of them the reference planner accepts, and their mean
+/// simulated ms.
 fn decide(planner: &Planner, worlds: &[Vec<bool>]) -> Result<(f64, f64), TaskError> {
     let domain = planner.domain();
-    let goal = domain.states().iter().position(|s| s.name == GOAL).unwrap_or_default();
+    let goal = domain.state_index(GOAL)?;
     let (mut right, mut ms, mut decided) = (0.0, 0.0, 0.0);
     for world in worlds {
         let wanted = outlook(domain, world, goal, planner.spec().rules());
@@ -106,7 +108,7 @@ fn decide(planner: &Planner, worlds: &[Vec<bool>]) -> Result<(f64, f64), TaskErr
             Err(error) => return Err(error),
         };
         let said = verdict.is_some_and(|verdict| verdict.accepted_by(&wanted));
-        // Whatever comes out at the motor meanwhile would be done.
+        // Whatever the motor shows before the decision would already be executed.
         let span = SimDuration::from_millis(time_ms.ceil() as u64);
         let done = planner.first_shown(world, GOAL, span)?.map(|(action, _)| action);
         let acted = match (verdict, done) {
@@ -145,7 +147,7 @@ impl Experiment for Ablation {
         let readings = || {
             vec![
                 Reading::new(Measure::Share(1), json!({"what": "accepted"})),
-                Reading::new(Measure::Beside, json!({})),
+                Reading::new(Measure::Auxiliary, json!({})),
                 Reading::new(Measure::Mean, json!({"what": "ms a decision"})),
             ]
         };
@@ -155,17 +157,17 @@ impl Experiment for Ablation {
         self.variants.iter().map(cell).collect()
     }
 
-    fn trial(&self, cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
+    fn trial(&self, cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
         let variant = &self.variants[cell];
         let domain = SymbolicDomain::of_the_paper().build()?;
         let mut rng = seed.derive("", "worlds").rng();
         let states = domain.states().len();
-        // The first is the task's own beginning.
+        // The first is the start of the task.
         let mut worlds: Vec<Vec<bool>> = vec![domain.world(TABLE)?];
         worlds.resize_with(WORLDS, || (0..states).map(|_| rng.random()).collect());
         let (right, ms) = match Planner::with_plan(&domain, variant.spec, &variant.plan, seed) {
             Ok(planner) => decide(&planner, &worlds)?,
-            // Pointers that cannot be told apart make no planner: no world is decided about rightly.
+            // Pointers too similar for a planner: no decision is right.
             Err(TaskError::TooFewDimensions { .. } | TaskError::Vocabulary(_)) => (0.0, f64::NAN),
             Err(error) => return Err(error),
         };
@@ -173,9 +175,9 @@ impl Experiment for Ablation {
     }
 
     fn figure(&self, results: &Results) -> Option<Figure> {
-        // The table's first row stands at the top.
+        // The first row of the table is at the top.
         let accepted = results.rows.iter().rev().filter(|row| row.is("what", &json!("accepted")));
-        let text = |row: &super::Row, key| row.settings.get(key)?.as_str().map(str::to_owned);
+        let text = |row: &Row, key| row.settings.get(key)?.as_str().map(str::to_owned);
         let names = accepted
             .clone()
             .map(|row| Some(format!("{}: {}", text(row, "change")?, text(row, "to")?)))
@@ -193,88 +195,11 @@ impl Experiment for Ablation {
     }
 }
 
-/// Simulated time of decisions and whole plans, in exact maths and in spiking neurons.
-pub(super) struct Timing {
-    trials: u64,
-}
-
-const MODES: [&str; 2] = ["direct", "lif"];
-
-impl Timing {
-    pub fn new(options: &Options) -> Self {
-        Self { trials: options.trials.unwrap_or(40) }
-    }
-}
-
-impl Experiment for Timing {
-    fn name(&self) -> &'static str {
-        "timing"
-    }
-
-    fn question(&self) -> &'static str {
-        "How many simulated ms do a decision and a plan of three steps take?"
-    }
-
-    fn settings(&self) -> Value {
-        json!({"goal": GOAL})
-    }
-
-    fn cells(&self) -> Vec<Cell> {
-        let readings = || {
-            vec![
-                Reading::new(Measure::Mean, json!({"what": "first decision (ms)"})),
-                Reading::new(Measure::Mean, json!({"what": "second decision (ms)"})),
-                Reading::new(Measure::Mean, json!({"what": "third decision (ms)"})),
-                Reading::new(Measure::Mean, json!({"what": "whole plan (ms)"})),
-                Reading::new(Measure::Rate, json!({"what": "three steps to the goal"})),
-            ]
-        };
-        MODES.map(|mode| Cell::new(json!({"mode": mode}), self.trials, readings())).into()
-    }
-
-    fn trial(&self, cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
-        let domain = SymbolicDomain::of_the_paper().build()?;
-        let plan = PopulationPlan::all(if cell == 0 { Population::Direct } else { lif() });
-        let planner = Planner::with_plan(&domain, PlannerSpec::default(), &plan, seed)?;
-        let rolled = planner.plan(&domain.counts(TABLE)?, GOAL)?;
-        let [first, second, third] = std::array::from_fn(|step| {
-            rolled.steps.get(step).map_or(f64::NAN, |step| step.decision.time_ms)
-        });
-        let all: f64 = rolled.steps.iter().map(|step| step.decision.time_ms).sum();
-        let sound = rolled.steps.len() == 3 && rolled.end == PlanEnd::Met;
-        Ok(outcome([first, second, third, all, if sound { 1.0 } else { 0.0 }]))
-    }
-
-    fn revision(&self) -> u32 {
-        2
-    }
-
-    fn figure(&self, results: &Results) -> Option<Figure> {
-        // The table's first row stands at the top.
-        let timed = || results.rows.iter().rev().filter(|row| row.statistic.quantiles().is_some());
-        let name = |row: &super::Row| {
-            let text = |key| row.settings.get(key)?.as_str();
-            Some(format!("{}, {}", text("what")?.trim_end_matches(" (ms)"), text("mode")?))
-        };
-        let marks = timed().enumerate().filter_map(|(at, row)| {
-            let [low, middle, high] = row.statistic.quantiles()?;
-            Some(Mark { x: middle, y: at as f64, bar: Some([low, high]) })
-        });
-        let (marks, name_of) = (marks.collect(), timed().map(name));
-        Some(Figure {
-            title: "Simulated time to an answer (median, 5 to 95% of the seeds)".into(),
-            x: Axis::new("simulated ms"),
-            y: Axis::named(name_of.collect::<Option<_>>()?),
-            series: vec![Series::new("", marks, Style::Points)],
-        })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Share of decisions accepted, of a change in exact maths.
+    /// The rate of accepted decisions of a variant.
     fn accepted(change: &str, to: &str) -> f64 {
         let experiment = Ablation::new(&Options::default());
         let cell = experiment.variants.iter().position(|v| v.name == change && v.value == to);

@@ -1,4 +1,4 @@
-//! The vocabulary of the assembly task, and what is put together from it in three structures.
+//! The vocabulary of the assembly task, and its deep pointers in three structures.
 
 use std::cell::RefCell;
 
@@ -20,8 +20,7 @@ pub(super) const STATES: usize = 12;
 pub(super) const ACTIONS: usize = 17;
 pub(super) const ATOMS: usize = 20;
 
-/// What is said of an object: which, where, and how far it is assembled, and the action that brought it
-/// there.
+/// A state of an object: which object, its place, its state of assembly, and the action that causes it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Fact {
     pub(super) object: usize,
@@ -52,28 +51,28 @@ pub(super) const GOAL: usize = 4;
 pub(super) const NEEDS: [&[usize]; 3] = [&[0], &[1], &[2, 3]];
 pub(super) const CAUSES: [usize; 3] = [2, 3, 4];
 
-/// How a state's deep pointer is put together.
+/// How a state's deep pointer is composed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Structure {
     /// `object * (location + assembly)`.
     Compact = 1,
-    /// A role for each part.
+    /// The sum of `role * value` over object, location and assembly.
     Roles = 2,
-    /// The first, and the action that causes it.
+    /// As [`Compact`](Self::Compact), with the action that causes the state.
     Effect = 3,
 }
 
 pub(super) const STRUCTURES: [Structure; 3] =
     [Structure::Compact, Structure::Roles, Structure::Effect];
 
-/// Memory of a thread for transforms.
+/// Working memory for Fourier transforms, one for each thread.
 pub(super) struct Tools {
     pub(super) work: Workspace,
     pub(super) inverse: Vec<Real>,
 }
 
 thread_local! {
-    // A plan of transforms is as large as a trial; its contents never matter.
+    // Planning the transforms costs as much as a trial. No trial depends on what is left in here.
     static TOOLS: RefCell<Option<Tools>> = const { RefCell::new(None) };
 }
 
@@ -104,11 +103,11 @@ pub(super) fn add(a: &mut [Real], b: &[Real]) {
     a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
 }
 
-/// A fresh vocabulary with the pointers put together from it.
+/// A new vocabulary, with the deep pointers composed from it.
 pub(super) struct World {
     pub(super) structure: Structure,
     pub(super) atoms: Vec<Vector>,
-    /// The same, a row an atom.
+    /// The atoms as rows of a matrix.
     pub(super) rows: Vec<Real>,
     pub(super) states: Vec<Vector>,
     pub(super) actions: Vec<Vector>,
@@ -127,7 +126,7 @@ impl World {
         world
     }
 
-    /// The pairs of atoms that a state's deep pointer is the sum of.
+    /// The pairs of atoms whose bound sum is a state's deep pointer.
     pub(super) fn pairs(&self, fact: &Fact) -> Vec<[usize; 2]> {
         let parts = [OBJECTS[fact.object], PLACES[fact.place], ASSEMBLY[fact.assembly]];
         let mut pairs: Vec<[usize; 2]> = match self.structure {
@@ -150,12 +149,12 @@ impl World {
         deep
     }
 
-    /// The pairs that an action's deep pointer is the sum of.
+    /// The pairs of atoms whose bound sum is an action's deep pointer.
     pub(super) fn bound_needs(states: &[usize]) -> Vec<[usize; 2]> {
         states.iter().map(|state| [PRECONDITION, STATES + state]).collect()
     }
 
-    /// By what a state's deep pointer is unbound, part by part.
+    /// The atoms by which a state's deep pointer is unbound, part by part.
     pub(super) fn probes(&self) -> &'static [usize] {
         match self.structure {
             Structure::Compact => &[0, 1],
@@ -164,7 +163,7 @@ impl World {
         }
     }
 
-    /// Everything that could be said of an object in this structure.
+    /// Every fact that this structure can store.
     pub(super) fn hypotheses(&self) -> Vec<Fact> {
         let causes: &[Option<usize>] = match self.structure {
             Structure::Effect => &[None, Some(0), Some(1), Some(2)],

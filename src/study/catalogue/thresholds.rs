@@ -1,33 +1,34 @@
-//! `threshold`: which clustering thresholds find the true states, in our own scene and in recordings.
+//! `threshold`: which clustering thresholds find the true states, in our own scene and in a recording.
 
 use rand::RngExt;
 use rand::seq::SliceRandom;
 use serde_json::{Value, json};
 
+use super::Options;
 use super::clusters::{DEMOS, Once, part_poses, poses, scene, shown, truth};
-use super::{
-    Axis, Cell, Experiment, Figure, Mark, Measure, Options, Outcome, Reading, Results, Series,
-    Style, outcome,
-};
+use crate::files::read_file;
 use crate::sim::Seed;
+use crate::study::experiment::{
+    Axis, Cell, Experiment, Figure, Mark, Measure, Reading, Results, Row, Series, Style,
+    TrialOutcome, outcome,
+};
 use crate::task::TaskError;
 use crate::task::domain::Domain;
 use crate::task::domain::Recording;
 use crate::task::domain::{Classifier, Grounding};
 use crate::task::learn::{Dendrogram, PAPER_EXPONENT, Settings, learn};
-use crate::task::read_file;
 
-/// Sizes of batches.
+/// Poses in a batch.
 const BATCHES: [usize; 6] = [15, 30, 60, 120, 200, 300];
 /// The threshold of the paper's scene, in metres.
 const PAPER_M: f64 = 1.169e-3;
 
-/// What batches of one kind are drawn from.
+/// The poses of one kind, from which batches are drawn.
 struct Kind {
     name: String,
-    /// Positions, with what is true of each.
+    /// Positions with their true states.
     points: Vec<([f64; 3], usize)>,
-    /// What the learner takes of other demonstrations for the kind, in metres.
+    /// The threshold that the learner finds in other demonstrations, in metres.
     automatic: f64,
 }
 
@@ -36,12 +37,12 @@ pub(super) struct Thresholds {
     seed: Seed,
     trials: u64,
     recording: Option<std::path::PathBuf>,
-    /// Kinds of the recording that have states.
+    /// The kinds of the recording that have states, or why it cannot be used.
     recorded: Result<Vec<Kind>, String>,
     made: Once<Vec<Kind>>,
 }
 
-/// Demonstrations with three of each that batches are drawn from, and in how many sets.
+/// Demonstrations with three of each part in a pool from which batches are drawn, and the number of pools.
 const POOL_DEMOS: usize = 13;
 const POOLS: u64 = 12;
 
@@ -58,7 +59,7 @@ impl Thresholds {
         }
     }
 
-    /// Poses of our own scene; what the learner chose comes from demonstrations with one of each.
+    /// Poses of our own scene. The automatic threshold comes from demonstrations with one of each part.
     fn own(seed: Seed) -> Result<Vec<Kind>, TaskError> {
         let recording = shown(3, POOL_DEMOS, seed)?;
         let few = shown(1, DEMOS, seed.derive("", "few"))?;
@@ -75,8 +76,8 @@ impl Thresholds {
         Ok([&spec.nut_kind, &spec.bolt_kind].map(kind).into())
     }
 
-    /// Poses of a recording; what is true of them is what our rule makes of them with all of it learned. Poses in
-    /// no state, as of parts that fall, are left out.
+    /// Poses of a recording. Their true states are those of our classifier after learning from the whole recording.
+    /// Poses in no state, such as those of falling parts, are left out.
     fn given(path: &std::path::Path) -> Result<Vec<Kind>, TaskError> {
         let name = path.display().to_string();
         let (recording, _) = Recording::parse(&read_file(path)?, &name)?;
@@ -104,12 +105,13 @@ fn automatic(domain: &Domain, kind: &str) -> f64 {
     clusters.and_then(|c| c.threshold_m).unwrap_or(f64::NAN)
 }
 
-/// Above which threshold every true state is one cluster, and up to which no two are one: perfect in between.
+/// The perfect thresholds: above the first every true state is one cluster, and up to the second no two states share
+/// one.
 fn range(points: &[([f64; 3], usize)]) -> Result<[f64; 2], TaskError> {
     let positions: Vec<[f64; 3]> = points.iter().map(|p| p.0).collect();
     let tree = Dendrogram::new(&positions, PAPER_EXPONENT, "part")?;
     let (mut low, mut high) = (0.0f64, f64::INFINITY);
-    // The true state of each cluster, as long as it has one.
+    // The true state of each cluster; `None` once it has several.
     let mut pure: Vec<Option<usize>> = points.iter().map(|p| Some(p.1)).collect();
     let mut joins = 0;
     for merge in tree.merges() {
@@ -129,19 +131,19 @@ fn range(points: &[([f64; 3], usize)]) -> Result<[f64; 2], TaskError> {
     let mut states: Vec<usize> = points.iter().map(|p| p.1).collect();
     states.sort_unstable();
     states.dedup();
-    // A state whose poses never come together on their own is never one cluster.
+    // Without enough merges within states some state is never one cluster of its own.
     let whole = joins + states.len() == points.len();
     Ok([if whole { low } else { f64::INFINITY }, high])
 }
 
 impl Thresholds {
-    /// Where batches are from, and of which kind.
+    /// The source and the kind of batches.
     fn sources(&self) -> Vec<(&'static str, String)> {
         let spec = scene(3);
         let mut sources = vec![("scene", spec.nut_kind), ("scene", spec.bolt_kind)];
         match &self.recorded {
             Ok(kinds) => sources.extend(kinds.iter().map(|k| ("recording", k.name.clone()))),
-            // Its trials say what is wrong.
+            // Its trials report the error.
             Err(_) => sources.push(("recording", "unknown".into())),
         }
         sources
@@ -177,12 +179,12 @@ impl Experiment for Thresholds {
             for batch in BATCHES {
                 let pool = 5;
                 let readings = [
-                    (Measure::RateWithin(pool), "some threshold is perfect"),
-                    (Measure::MeanWithin(pool), "lowest perfect threshold (mm)"),
-                    (Measure::MeanWithin(pool), "highest perfect threshold (mm)"),
-                    (Measure::RateWithin(pool), "the automatic choice is perfect"),
-                    (Measure::RateWithin(pool), "the paper's 1.169 mm is perfect"),
-                    (Measure::Beside, "the set of demonstrations that it is drawn from"),
+                    (Measure::ClusteredRate(pool), "some threshold is perfect"),
+                    (Measure::ClusteredMean(pool), "lowest perfect threshold (mm)"),
+                    (Measure::ClusteredMean(pool), "highest perfect threshold (mm)"),
+                    (Measure::ClusteredRate(pool), "the automatic choice is perfect"),
+                    (Measure::ClusteredRate(pool), "the paper's 1.169 mm is perfect"),
+                    (Measure::Auxiliary, "the set of demonstrations that it is drawn from"),
                 ];
                 let readings = readings.map(|(m, what)| Reading::new(m, json!({"what": what})));
                 let settings = json!({"source": source, "kind": kind, "batch": batch});
@@ -192,10 +194,10 @@ impl Experiment for Thresholds {
         cells
     }
 
-    fn trial(&self, cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
+    fn trial(&self, cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
         let mut rng = seed.rng();
         let made;
-        // Batches of one set are alike. A recording is the only one of its make: batches are drawn from it afresh.
+        // Batches from one pool are correlated. There is only one recording, so its batches count as independent.
         let mut set = seed.value() as f64;
         let (kinds, kind) = match cell / BATCHES.len() {
             kind @ (0 | 1) => {
@@ -212,7 +214,7 @@ impl Experiment for Thresholds {
                 }
             },
         };
-        // A batch is of one kind; it holds at least one pose of each of the kind's states.
+        // A batch has at least one pose of each state of its kind.
         let Some(kind) = kinds.get(kind) else { return Ok(outcome([])) };
         let mut points = kind.points.clone();
         points.shuffle(&mut rng);
@@ -247,12 +249,12 @@ impl Experiment for Thresholds {
                 ("lowest perfect threshold (mm)", "lowest"),
                 ("highest perfect threshold (mm)", "highest"),
             ] {
-                let of = |row: &&super::Row| {
+                let of = |row: &&Row| {
                     row.is("what", &json!(what))
                         && row.is("source", &json!(source))
                         && row.is("kind", &json!(kind))
                 };
-                let mark = |row: &super::Row| {
+                let mark = |row: &Row| {
                     let [low, middle, high] =
                         row.statistic.quantiles()?.map(|v| v.max(1e-6).log10());
                     Some(Mark { x: row.number("batch")?, y: middle, bar: Some([low, high]) })
@@ -294,7 +296,7 @@ mod tests {
         assert_eq!(tree.cut(high), [0, 0, 0, 1, 1], "merges at the threshold are not made");
         assert_ne!(tree.cut(low), [0, 0, 0, 1, 1]);
         assert_ne!(tree.cut(1.001 * high), [0, 0, 0, 1, 1]);
-        // A true state that is torn apart leaves no perfect range.
+        // A true state that is scattered leaves no perfect range.
         let mut torn = points;
         torn[1].1 = 1;
         let [low, high] = range(&torn).expect("clusters");

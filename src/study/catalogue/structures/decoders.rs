@@ -1,4 +1,4 @@
-//! The paper's decoder and ours: what is in a pointer that has been unbound.
+//! The paper's decoder and ours. Both read the contents of an unbound pointer.
 
 use super::world::{
     ACTIONS, ASSEMBLY, ATOMS, FACTS, Fact, OBJECTS, PLACES, PRECONDITION, STATES, Structure, Tools,
@@ -10,14 +10,14 @@ use crate::spa::{dot, dots, norm, normalize};
 /// The threshold of the paper's decoder.
 pub(super) const THRESHOLD: Real = 0.3;
 
-/// The noise of a similarity, by the part that is asked about and the length of what is compared.
+/// Draws the noise of a similarity, given the part of the state and the length of the compared pointer.
 pub(super) type Comparing<'n> = dyn FnMut(usize, Real) -> Real + 'n;
 
-/// Something that tells what is in a pointer.
+/// Reads the contents of unbound pointers.
 pub(super) trait Decoder {
-    /// What a state's deep pointer says, from it unbound by each of the structure's probes.
+    /// The fact in a state's deep pointer, which was unbound by each of the structure's probes.
     fn fact(&self, world: &World, unbound: &[Vector], noise: &mut Comparing<'_>) -> Option<Fact>;
-    /// The states that an unbound action names.
+    /// The states in an action's deep pointer, which was unbound by the role of preconditions.
     fn needs(&self, world: &World, unbound: &[Real], noise: &mut Comparing<'_>) -> Vec<usize>;
 }
 
@@ -25,8 +25,7 @@ pub(super) trait Decoder {
 pub(super) struct Paper;
 
 impl Paper {
-    /// Items from the most similar down. `noise` gives the noise of a similarity, by the length of what is
-    /// compared.
+    /// The items in a query, by index.
     pub(super) fn items(
         &self,
         world: &World,
@@ -52,8 +51,8 @@ impl Paper {
                 break;
             }
             found.push(best);
-            // What is subtracted is the item as it was retrieved: its noise along the query is what the comparison
-            // met, across the query it is drawn here.
+            // The item is subtracted as it was retrieved, with its noise: along the query that of the comparison,
+            // across the query drawn here.
             retrieved.iter_mut().for_each(|component| *component = noise(part, 1.0));
             let along =
                 (amiss - dot(&retrieved, &rest)) / (length * length).max(Real::MIN_POSITIVE);
@@ -67,7 +66,7 @@ impl Paper {
     }
 }
 
-/// The only item of a list that is one of `choices`, as its place there.
+/// The place among `choices` of the only item of a list; `None` for other lists.
 pub(super) fn only(items: &[usize], choices: &[usize]) -> Option<usize> {
     match items {
         [item] => choices.iter().position(|c| c == item),
@@ -95,7 +94,7 @@ impl Decoder for Paper {
             Some(items) if items.is_empty() => None,
             Some(items) => Some(only(items, &[ACTIONS, ACTIONS + 1, ACTIONS + 2])?),
         };
-        // The object by which the pointer comes apart into a place and a state of assembly.
+        // The object whose unbinding leaves a place and a state of assembly.
         (0..OBJECTS.len()).find_map(|object| match parts[object].as_slice() {
             [place, assembly] => Some(fact(
                 object,
@@ -113,22 +112,22 @@ impl Decoder for Paper {
     }
 }
 
-/// The most likely of all that could have been stored.
+/// Maximum likelihood over everything that could have been stored.
 pub(super) struct Nearest {
     pub(super) facts: Vec<Fact>,
-    /// For each probe.
+    /// One for each probe.
     pub(super) fact_templates: Vec<Templates>,
-    /// For each set of states, as bits.
+    /// One sum for each set of states, numbered by its bits.
     pub(super) need_templates: Templates,
 }
 
-/// What normalised sums of pairs look like when they have been unbound by a role.
+/// Normalised sums of bound pairs, as they are after unbinding by a role.
 pub(super) struct Templates {
-    /// Pairs of atoms, bound and unbound again, a row each.
+    /// Pairs of atoms, bound and then unbound by the role, one in each row.
     pub(super) rows: Vec<Real>,
     pub(super) pairs: usize,
-    /// For each sum its pairs, one over its length before it was normalised, and the square of what it has
-    /// once it is unbound.
+    /// For each sum its pairs, the reciprocal of its length before normalisation, and the square of its length after
+    /// unbinding.
     pub(super) sums: Vec<(Vec<usize>, Real, Real)>,
 }
 
@@ -167,8 +166,8 @@ impl Templates {
         Self { rows: unbound.concat(), pairs: known.len(), sums }
     }
 
-    /// Adds for each sum twice its likelihood, but for what all share. Every pair is retrieved once, as
-    /// noisily as any item.
+    /// Adds to `out`, for each sum, twice its log-likelihood up to scale and a common constant. Every pair is
+    /// retrieved once, with the noise of any item.
     pub(super) fn add_likelihoods(
         &self,
         query: &[Real],
@@ -186,7 +185,7 @@ impl Templates {
     }
 }
 
-/// The place of the greatest number.
+/// The index of the greatest number.
 pub(super) fn greatest(of: &[Real]) -> usize {
     (0..of.len()).reduce(|best, i| if of[i] > of[best] { i } else { best }).unwrap_or(0)
 }

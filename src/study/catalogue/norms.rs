@@ -1,4 +1,4 @@
-//! `figure-1a` and `figure-1c`: what a norm with a negative exponent does to distances between states.
+//! `figure-1a` and `figure-1c`: distances between states by a p-norm with a negative exponent.
 
 use std::f64::consts::PI;
 
@@ -6,11 +6,12 @@ use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
 use serde_json::{Value, json};
 
-use super::{
-    Axis, Cell, Experiment, Figure, Mark, Measure, Options, Outcome, Reading, Results, Series,
-    Style, outcome,
-};
+use super::Options;
 use crate::sim::Seed;
+use crate::study::experiment::{
+    Axis, Cell, Experiment, Figure, Mark, Measure, Reading, Results, Row, Series, Style,
+    TrialOutcome, outcome,
+};
 use crate::task::TaskError;
 use crate::task::learn::p_distance;
 
@@ -55,7 +56,7 @@ impl Experiment for Distances {
         (0..=DIMENSIONS).map(|k| Cell::new(json!({"tight": k}), self.trials, readings())).collect()
     }
 
-    fn trial(&self, cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
+    fn trial(&self, cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
         let mut rng = seed.rng();
         let mut state = || -> [f64; DIMENSIONS] {
             std::array::from_fn(|i| gauss(&mut rng, if i < cell { TIGHT } else { BROAD }))
@@ -80,14 +81,13 @@ impl Experiment for Distances {
     }
 }
 
-/// A row's median on a logarithmic axis, with the span of all but a tenth of the trials.
-fn logarithmic(x: f64, row: &super::Row) -> Option<Mark> {
+/// A row's median on a logarithmic axis, with the 5% and 95% quantiles as error bar.
+fn logarithmic(x: f64, row: &Row) -> Option<Mark> {
     let [low, middle, high] = row.statistic.quantiles()?;
     Some(Mark { x, y: middle.log10(), bar: Some([low.log10(), high.log10()]) })
 }
 
-/// Figure 1C: knives on a cart or beside plates, by 8-D states relative to cart, nearest plate and table
-/// edge.
+/// Figure 1C: knives on a cart or beside plates, with 8-D states relative to cart, nearest plate and table edge.
 pub(super) struct TableSetting {
     trials: u64,
 }
@@ -98,15 +98,15 @@ impl TableSetting {
     }
 }
 
-/// Tables of an example, as in figure 1B.
+/// Tables in an example, as in figure 1B.
 const TABLES: usize = 3;
-/// Plates of a table, and knives beside them.
+/// Plates on a table, each with a knife beside it.
 const PLATES: usize = 4;
 /// Knives on the cart.
 const ON_CART: usize = 4;
-/// Half the sides of the table, in metres.
+/// Half the lengths of the table's sides, in metres.
 const TABLE: [f64; 2] = [0.9, 0.6];
-/// How exactly a person lays a knife, in metres and radians.
+/// Standard deviations with which a person places a knife, in metres and radians.
 const HAND: [f64; 2] = [0.005, 0.05];
 
 /// A position in the plane with a heading.
@@ -118,7 +118,7 @@ struct Place {
 }
 
 impl Place {
-    /// Where this is as seen from `frame`: along and across its heading, and turned by how much, in radians.
+    /// This place in the frame of another: along and across its heading in metres, and the angle in radians.
     fn from(&self, frame: &Self) -> [f64; 3] {
         let (dx, dy) = (self.x - frame.x, self.y - frame.y);
         let (sin, cos) = frame.angle.sin_cos();
@@ -129,7 +129,7 @@ impl Place {
 /// Which numbers of a knife's state are angles.
 const ANGLES: [bool; 8] = [false, false, true, false, false, true, false, true];
 
-/// Distance of two knives' states; of angles it takes the difference the short way round, at most half a circle.
+/// The distance of two knives' states. Angles differ by at most half a circle.
 fn apart(a: &[f64; 8], b: &[f64; 8], p: f64) -> f64 {
     let difference: [f64; 8] = std::array::from_fn(|i| {
         let by = a[i] - b[i];
@@ -138,13 +138,13 @@ fn apart(a: &[f64; 8], b: &[f64; 8], p: f64) -> f64 {
     p_distance(&difference, &[0.0; 8], p)
 }
 
-/// A knife's state: in the frame of the cart, of the nearest plate, and distance and angle to the nearest
-/// edge of the table.
+/// The state of a knife: its place in the frames of the cart and of the nearest plate, and its distance and angle to
+/// the nearest edge of the table.
 fn state(knife: &Place, cart: &Place, plates: &[Place]) -> [f64; 8] {
     let [a, b, c] = knife.from(cart);
     let far = |plate: &Place| (plate.x - knife.x).hypot(plate.y - knife.y);
     let near = plates.iter().min_by(|p, q| far(p).total_cmp(&far(q))).unwrap_or(cart);
-    // A plate looks to all sides alike; its frame is that of the table.
+    // A plate is round: its frame has the heading of the table.
     let [d, e, f] = knife.from(&Place { angle: 0.0, ..*near });
     let edges = [
         (TABLE[0] - knife.x, 0.0),
@@ -167,7 +167,7 @@ fn example<R: Rng>(rng: &mut R) -> [Vec<[f64; 8]>; 2] {
             y: between(rng, -1.0, 1.0),
             angle: between(rng, -PI, PI),
         };
-        // Plates at the long sides, a hand's breadth from the edge.
+        // Plates at the long sides.
         let plates: Vec<Place> = (0..PLATES)
             .map(|i| {
                 let side = if i % 2 == 0 { 1.0 } else { -1.0 };
@@ -192,7 +192,7 @@ fn example<R: Rng>(rng: &mut R) -> [Vec<[f64; 8]>; 2] {
         }
         for plate in &plates {
             let outwards = plate.y.signum();
-            // To the right of who sits there, its tip away from the edge.
+            // To the right of the person who sits there, pointing away from the edge.
             let knife = Place {
                 x: plate.x + outwards * (0.16 + gauss(rng, HAND[0])),
                 y: plate.y + gauss(rng, HAND[0]),
@@ -240,7 +240,7 @@ impl Experiment for TableSetting {
             .into()
     }
 
-    fn trial(&self, cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
+    fn trial(&self, cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
         let p = EXPONENTS[cell];
         let groups = example(&mut seed.rng());
         let within = |group: &[[f64; 8]]| -> Vec<f64> {
@@ -253,7 +253,7 @@ impl Experiment for TableSetting {
         let between: Vec<f64> =
             groups[0].iter().flat_map(|a| groups[1].iter().map(|b| apart(a, b, p))).collect();
         let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
-        // The area under the curve of hits over false alarms: 1 where the groups are apart, 1/2 by chance.
+        // The area under the ROC curve: 1 if all distances within are below those between, 1/2 by chance.
         let mut sorted = between.clone();
         sorted.sort_by(f64::total_cmp);
         let all: Vec<f64> = cart.iter().chain(&plates).copied().collect();
@@ -263,13 +263,11 @@ impl Experiment for TableSetting {
     }
 
     fn figure(&self, results: &Results) -> Option<Figure> {
-        // From the bottom up; the two exponents stand side by side.
+        // From the bottom. The two exponents are side by side.
         let names = ["between groups", "beside plates", "on the cart"];
         let series = EXPONENTS.map(|p| {
             let mark = |(at, pairs): (usize, &&str)| {
-                let of = |row: &&super::Row| {
-                    row.number("p") == Some(p) && row.is("pairs", &json!(pairs))
-                };
+                let of = |row: &&Row| row.number("p") == Some(p) && row.is("pairs", &json!(pairs));
                 let row = results.rows.iter().find(of)?;
                 let y = at as f64 + if p > 0.0 { 0.12 } else { -0.12 };
                 let Mark { y: x, bar, .. } = logarithmic(0.0, row)?;
@@ -294,13 +292,13 @@ mod tests {
     #[test]
     fn knives_laid_alike_are_near_in_every_coordinate_that_tells_where_they_belong() {
         let groups = example(&mut Seed::new(4).rng());
-        // On the cart: in its frame, metres and radians, whichever way it stands.
+        // On the cart: in its frame, whatever its heading.
         for pair in groups[0].chunks_exact(ON_CART) {
             for (a, b) in pair.iter().zip(&pair[1..]) {
                 assert!((a[0] - b[0]).abs() < 0.05 && (a[1] - b[1]).abs() < 0.08);
             }
         }
-        // Beside plates: half a circle from the edge's normal, where a difference of angles could jump.
+        // Beside plates: half a circle from the edge's normal, where angles wrap around.
         let slant = |knife: &[f64; 8]| (knife[7]).rem_euclid(2.0 * PI);
         let only_slant = |a: &[f64; 8], b: &[f64; 8]| {
             let (mut one, mut other) = ([0.0; 8], [0.0; 8]);

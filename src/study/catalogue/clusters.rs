@@ -1,18 +1,19 @@
 //! `figure-3` and `figure-4`: states found in demonstrations of our own scene.
 //!
-//! What is true of a part is read off the scene's own measures: over the jig's pocket or hole, or elsewhere.
-//! A bolt over the pocket is assembled. Learner and classifiers know nothing of it.
+//! The true state of a part follows from the geometry of the scene: it is over the jig's pocket, over its hole, or
+//! elsewhere. A bolt over the pocket is assembled. Learner and classifiers do not know it.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock};
 
 use serde_json::{Value, json};
 
-use super::{
-    Axis, Cell, Experiment, Figure, Mark, Measure, Options, Outcome, Reading, Results, Series,
-    Style, outcome,
-};
+use super::Options;
 use crate::sim::Seed;
+use crate::study::experiment::{
+    Axis, Cell, Experiment, Figure, MAX_READINGS, Mark, Measure, Reading, Results, Series, Style,
+    TrialOutcome, outcome,
+};
 use crate::task::TaskError;
 use crate::task::domain::Domain;
 use crate::task::domain::Pose;
@@ -22,14 +23,14 @@ use crate::task::execute::demonstrate;
 use crate::task::learn::{PAPER_EXPONENT, Settings, learn};
 use crate::task::scene::SceneSpec;
 
-/// What can be true of a part.
+/// The true states of parts.
 const TRUTHS: [&str; 5] =
     ["NUT_ON_TABLE", "NUT_IN_JIG", "BOLT_ON_TABLE", "BOLT_IN_JIG", "BOLT_ASSEMBLED"];
 
-/// How far a part in its place can be from the place's middle, in metres.
+/// How far a part in pocket or hole can be from its middle, in metres.
 const NEAR_M: f64 = 0.01;
 
-/// Which of [`TRUTHS`] holds of a part of our own scene.
+/// The true state of a part of our own scene, as an index into [`TRUTHS`].
 pub(super) fn truth(spec: &SceneSpec, kind: &str, position: [f64; 3]) -> usize {
     let over = |[x, y]: [f64; 2]| (position[0] - x).hypot(position[1] - y) < NEAR_M;
     match (kind == spec.nut_kind, over(spec.jig.pocket), over(spec.jig.hole)) {
@@ -45,7 +46,7 @@ pub(super) fn scene(parts: usize) -> SceneSpec {
     SceneSpec { nuts: parts, bolts: parts, ..SceneSpec::default() }
 }
 
-/// Demonstrations of our own scene with so many of each part.
+/// Demonstrations in our own scene with `parts` nuts and as many bolts.
 pub(super) fn shown(parts: usize, demos: usize, seed: Seed) -> Result<Recording, TaskError> {
     Ok(demonstrate(&scene(parts), demos, seed)?.recording)
 }
@@ -66,7 +67,8 @@ pub(super) fn part_poses<'r>(
 
 type Made<T> = Arc<OnceLock<Result<Arc<T>, String>>>;
 
-/// Something dear that several cells need of the same trial: made once, whoever asks first.
+/// A cache of what several cells of a trial share and what costs much to compute. Threads that ask at the same time
+/// wait for the first.
 pub(super) struct Once<T>(Mutex<HashMap<u64, Made<T>>>);
 
 impl<T> Once<T> {
@@ -88,7 +90,7 @@ impl<T> Once<T> {
     }
 }
 
-/// Demonstrations that states are learned from, as in the paper.
+/// The number of demonstrations that states are learned from, as in the paper.
 pub(super) const DEMOS: usize = 5;
 
 /// `figure-3`: how many states are found in five demonstrations.
@@ -131,20 +133,20 @@ impl Experiment for Clusters {
         vec![Cell::new(json!({}), self.trials, readings.into())]
     }
 
-    fn trial(&self, _cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
+    fn trial(&self, _cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
         let (recording, domain) = Self::domain(seed)?;
         let spec = scene(1);
         let of = |kind: &str| domain.states().iter().filter(|s| s.kind == kind).count();
         let classifier = Classifier::new(&domain, Grounding::paper())?;
-        // Each pose lies nearest to a state whose own middle is true of the same.
+        // The true state of each pose is that of the mean of its learned state.
         let agrees = |(kind, pose): (&str, &Pose)| {
             let state = classifier.classify(kind, pose).state.map(|s| &domain.states()[s]);
             state.is_some_and(|s| {
                 truth(&spec, kind, s.mean.position) == truth(&spec, kind, pose.position)
             })
         };
-        let sound = of("nut") == 2 && of("bolt") == 3 && part_poses(&recording, &spec).all(agrees);
-        Ok(outcome([of("nut") as f64, of("bolt") as f64, if sound { 1.0 } else { 0.0 }]))
+        let right = of("nut") == 2 && of("bolt") == 3 && part_poses(&recording, &spec).all(agrees);
+        Ok(outcome([of("nut") as f64, of("bolt") as f64, if right { 1.0 } else { 0.0 }]))
     }
 
     fn figure(&self, results: &Results) -> Option<Figure> {
@@ -171,13 +173,13 @@ impl Experiment for Clusters {
     }
 }
 
-/// Demonstrations of a trial with three of each part, whose poses nobody has seen: 96 of them.
+/// Demonstrations with three of each part whose poses are classified: 96 poses a trial.
 const UNSEEN: usize = 2;
 
-/// Poses of a trial: by truth, and by what each rule says of them; the last stands for no state.
+/// Numbers of poses by rule, true state, and the state that the rule gives; the last one is no state.
 type Confusion = [[[f64; TRUTHS.len() + 1]; TRUTHS.len()]; 2];
 
-/// `figure-4`: unseen poses classified by the paper's rule and by ours.
+/// `figure-4`: unseen poses, classified by the paper's rule and by ours.
 pub(super) struct Classification {
     trials: u64,
     made: Once<Confusion>,
@@ -236,17 +238,17 @@ impl Experiment for Classification {
                 let mut readings: Vec<Reading> = said
                     .map(|said| Reading::new(Measure::Share(total), json!({"said": said})))
                     .collect();
-                readings.push(Reading::new(Measure::Beside, json!({})));
+                readings.push(Reading::new(Measure::Auxiliary, json!({})));
                 cells.push(Cell::new(json!({"rule": rule, "truth": truth}), self.trials, readings));
             }
         }
         cells
     }
 
-    fn trial(&self, cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
+    fn trial(&self, cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
         let made = self.made.get(seed.value(), || Self::confusion(seed))?;
         let row = made[cell / TRUTHS.len()][cell % TRUTHS.len()];
-        let mut out = [f64::NAN; super::WIDTH];
+        let mut out = [f64::NAN; MAX_READINGS];
         out[..row.len()].copy_from_slice(&row);
         out[row.len()] = row.iter().sum();
         Ok(out)

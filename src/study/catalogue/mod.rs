@@ -1,0 +1,82 @@
+//! The experiments that `symbolt experiment` lists: the paper's tables and figures, and sweeps of noise, size and
+//! parts.
+
+mod ablation;
+mod capacity;
+#[cfg(feature = "physics")]
+mod clusters;
+mod norms;
+mod structures;
+#[cfg(feature = "physics")]
+mod thresholds;
+mod timing;
+
+use std::path::PathBuf;
+
+use crate::sim::Seed;
+use crate::study::experiment::{Experiment, MAX_TRIALS};
+use crate::task::TaskError;
+
+/// How an experiment is set up.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// The seed of everything that trials share, such as a pool of poses. It should be the run's seed.
+    pub seed: Seed,
+    /// Trials of each cell, 1 to [`MAX_TRIALS`]; by default the experiment's own number.
+    pub trials: Option<u64>,
+    /// A recording to use in addition to our own scene, for experiments on recordings.
+    pub recording: Option<PathBuf>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { seed: Seed::new(1), trials: None, recording: None }
+    }
+}
+
+/// The name and the question of every experiment.
+pub fn all() -> Vec<(&'static str, &'static str)> {
+    let options = Options::default();
+    makers().iter().map(|make| make(&options)).map(|e| (e.name(), e.question())).collect()
+}
+
+type Make = fn(&Options) -> Box<dyn Experiment>;
+
+fn makers() -> Vec<Make> {
+    vec![
+        |o| Box::new(norms::Distances::new(o)),
+        |o| Box::new(norms::TableSetting::new(o)),
+        #[cfg(feature = "physics")]
+        |o| Box::new(clusters::Clusters::new(o)),
+        #[cfg(feature = "physics")]
+        |o| Box::new(clusters::Classification::new(o)),
+        #[cfg(feature = "physics")]
+        |o| Box::new(thresholds::Thresholds::new(o)),
+        |o| Box::new(structures::Structures::new(o)),
+        |o| Box::new(structures::Structures::beyond(o)),
+        |o| Box::new(capacity::Capacity::new(o)),
+        |o| Box::new(ablation::Ablation::new(o)),
+        |o| Box::new(timing::Timing::new(o)),
+    ]
+}
+
+/// The experiment with this name. Costs the reading and learning of the recording, if one is given and used.
+///
+/// # Errors
+/// [`TaskError::UnknownExperiment`], which lists the experiments; [`TaskError::Setting`] for a number of trials outside
+/// its range.
+pub fn find(name: &str, options: &Options) -> Result<Box<dyn Experiment>, TaskError> {
+    if let Some(trials) = options.trials.filter(|n| !(1..=MAX_TRIALS).contains(n)) {
+        let value = trials.to_string();
+        return Err(TaskError::Setting { name: "trials", value, expected: "1 to 100000" });
+    }
+    // Cheap with default options; with a recording an experiment may read it and learn from it.
+    let plain = Options::default();
+    match makers().into_iter().find(|make| make(&plain).name() == name) {
+        Some(make) => Ok(make(options)),
+        None => Err(TaskError::UnknownExperiment {
+            name: name.into(),
+            choices: all().into_iter().map(|(name, _)| name.to_owned()).collect(),
+        }),
+    }
+}

@@ -1,0 +1,117 @@
+//! The lock of a run's folder.
+
+use std::fmt::{Display, Formatter};
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{Error, ErrorKind};
+use std::path::{Path, PathBuf};
+
+use crate::files::FileError;
+
+/// What the user of a run should know, but does not stop it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Warning {
+    /// The file system has no locks, so nothing keeps a second run out of the folder.
+    Unlocked {
+        /// The folder.
+        folder: PathBuf,
+        /// The system's reason.
+        reason: String,
+    },
+}
+
+impl Display for Warning {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Unlocked { folder, reason } => write!(
+                f,
+                "cannot lock {} ({reason}); make sure that no other run writes to it",
+                folder.display()
+            ),
+        }
+    }
+}
+
+/// How a lock is attempted: [`File::try_lock`], except in tests.
+pub(super) type TryLock = fn(&File) -> Result<(), TryLockError>;
+
+/// The lock of a folder. Only its holder changes the folder's journal; dropping it releases it.
+#[derive(Debug)]
+pub(super) struct Lock {
+    _file: File,
+}
+
+impl Lock {
+    /// Takes the lock of a folder, and makes the folder if there is none. A file system without locks gives a
+    /// warning beside a lock that keeps nobody out.
+    ///
+    /// # Errors
+    /// If another run holds the lock, or the folder cannot be written.
+    pub fn take(folder: &Path, try_lock: TryLock) -> Result<(Self, Option<Warning>), FileError> {
+        std::fs::create_dir_all(folder).map_err(FileError::io("make", folder))?;
+        let path = folder.join(".lock");
+        let mut options = OpenOptions::new();
+        let file = options.write(true).create(true).truncate(false).open(&path);
+        let file = file.map_err(FileError::io("write", folder))?;
+        let warning = match try_lock(&file) {
+            Ok(()) => None,
+            Err(TryLockError::WouldBlock) => {
+                let source = Error::other("another run works in it");
+                return Err(FileError::Io { what: "write", path: folder.into(), source });
+            }
+            Err(TryLockError::Error(error)) if unsupported(&error) => {
+                Some(Warning::Unlocked { folder: folder.into(), reason: error.to_string() })
+            }
+            Err(TryLockError::Error(source)) => {
+                return Err(FileError::Io { what: "write", path, source });
+            }
+        };
+        Ok((Self { _file: file }, warning))
+    }
+}
+
+/// ENOLCK, which network file systems give where no lock server answers. The standard library has no kind for it.
+const ENOLCK: Option<i32> = if cfg!(any(target_os = "linux", target_os = "android")) {
+    Some(37)
+} else if cfg!(unix) {
+    // macOS and the BSDs.
+    Some(77)
+} else {
+    None
+};
+
+/// ENOTSUP, where the standard library does not count it as [`ErrorKind::Unsupported`].
+const ENOTSUP: Option<i32> = if cfg!(target_os = "macos") { Some(45) } else { None };
+
+/// Whether an attempt failed because the file system has no locks: file systems answer with ENOSYS, EOPNOTSUPP,
+/// EINVAL or ENOLCK.
+fn unsupported(error: &Error) -> bool {
+    matches!(error.kind(), ErrorKind::Unsupported | ErrorKind::InvalidInput)
+        || error.raw_os_error().is_some_and(|code| [ENOLCK, ENOTSUP].contains(&Some(code)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn what_file_systems_without_locks_answer_is_known_and_other_faults_are_not_taken_for_it() {
+        // ENOSYS, EOPNOTSUPP, EINVAL, ENOLCK; and EIO, EBADF, ENOSPC.
+        assert!([38, 95, 22, 37].iter().all(|code| unsupported(&Error::from_raw_os_error(*code))));
+        assert!(![5, 9, 28].iter().any(|code| unsupported(&Error::from_raw_os_error(*code))));
+    }
+
+    #[test]
+    fn a_lock_keeps_others_out_until_it_is_dropped() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (held, warning) = Lock::take(folder.path(), File::try_lock).expect("it is free");
+        assert_eq!(warning, None);
+        let refused = Lock::take(folder.path(), File::try_lock).map(|_| ());
+        let refused = refused.expect_err("it is held");
+        let FileError::Io { source, .. } = refused else { panic!("{refused}") };
+        assert_eq!(source.to_string(), "another run works in it");
+        drop(held);
+        Lock::take(folder.path(), File::try_lock).expect("it is free again");
+    }
+}

@@ -1,0 +1,117 @@
+//! The table of a finished experiment, as JSON and CSV.
+
+use serde_json::{Map, Value, json};
+
+use crate::study::statistics::Statistic;
+
+/// The table of a finished experiment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Results {
+    /// The experiment's name.
+    pub name: &'static str,
+    /// The experiment's question.
+    pub question: &'static str,
+    /// The experiment's settings, the seed, and the number of trials.
+    pub settings: Value,
+    /// One row for each reading of each cell.
+    pub rows: Vec<Row>,
+}
+
+/// A row of the table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// Settings of the cell and of the reading.
+    pub settings: Map<String, Value>,
+    /// The statistic over trials.
+    pub statistic: Statistic,
+}
+
+impl Row {
+    /// The value of a setting, if it is a number.
+    pub fn number(&self, setting: &str) -> Option<f64> {
+        self.settings.get(setting)?.as_f64()
+    }
+
+    /// Whether a setting has this value.
+    pub fn is(&self, setting: &str, value: &Value) -> bool {
+        self.settings.get(setting) == Some(value)
+    }
+}
+
+impl Results {
+    /// The keys of `--json`.
+    pub fn to_json(&self) -> Value {
+        let cells: Vec<Value> = self
+            .rows
+            .iter()
+            .map(|row| {
+                let mut cell = row.settings.clone();
+                cell.extend(row.statistic.to_json());
+                Value::Object(cell)
+            })
+            .collect();
+        json!({"name": self.name, "question": self.question, "settings": self.settings, "cells": cells})
+    }
+
+    /// The names of all settings, in the order in which rows first have them.
+    pub fn columns(&self) -> Vec<&str> {
+        let mut columns: Vec<&str> = Vec::new();
+        for key in self.rows.iter().flat_map(|row| row.settings.keys()) {
+            if !columns.contains(&key.as_str()) {
+                columns.push(key);
+            }
+        }
+        columns
+    }
+
+    /// The table as CSV: a header, and one line for each row.
+    pub fn to_csv(&self) -> String {
+        let columns = self.columns();
+        let quoted = |text: String| {
+            if text.contains([',', '"', '\n']) {
+                format!("\"{}\"", text.replace('"', "\"\""))
+            } else {
+                text
+            }
+        };
+        let mut lines = vec![
+            columns
+                .iter()
+                .copied()
+                .chain([
+                    "value",
+                    "low95",
+                    "high95",
+                    "sd",
+                    "q5",
+                    "q50",
+                    "q95",
+                    "trials",
+                    "effective_trials",
+                ])
+                .collect::<Vec<_>>()
+                .join(","),
+        ];
+        for row in &self.rows {
+            let mut fields: Vec<String> = columns
+                .iter()
+                .map(|key| match row.settings.get(*key) {
+                    Some(Value::String(text)) => quoted(text.clone()),
+                    Some(value) => quoted(value.to_string()),
+                    None => String::new(),
+                })
+                .collect();
+            let [low, high] = row.statistic.interval95();
+            let number = |v: f64| if v.is_finite() { v.to_string() } else { String::new() };
+            fields.extend([row.statistic.value(), low, high].map(number));
+            fields.push(row.statistic.sd().map_or_else(String::new, number));
+            let quantiles = row.statistic.quantiles();
+            fields.extend((0..3).map(|i| quantiles.map_or_else(String::new, |q| number(q[i]))));
+            fields.push(row.statistic.trials().to_string());
+            fields.push(row.statistic.effective_trials().map_or_else(String::new, number));
+            lines.push(fields.join(","));
+        }
+        lines.push(String::new());
+        lines.join("\n")
+    }
+}
