@@ -8,7 +8,7 @@ use symbolt::study::experiment::Options;
 use symbolt::task::kinematic::{Order, Rehearsal};
 use symbolt::task::planner::{PlannerSpec, Unbinding};
 use symbolt::task::scene::SceneSpec;
-use symbolt::task::{Commitment, Gate, Grounding, Overwrite, TaskError};
+use symbolt::task::{Commitment, GaussianGate, Grounding, Overwrite, TaskError};
 use thiserror::Error;
 
 /// An argument that does not fit, found after parsing.
@@ -143,14 +143,16 @@ pub(crate) struct GroundingArgs {
     #[arg(long, value_enum, default_value = "gated")]
     pub grounding: Rule,
     /// Greatest distance to a state, in standard deviations
-    #[arg(long, default_value_t = Gate::default().limit)]
+    #[arg(long, default_value_t = GaussianGate::default().limit)]
     pub limit: f64,
 }
 
 impl GroundingArgs {
     pub fn rule(&self) -> Grounding {
         match self.grounding {
-            Rule::Gated => Grounding::Gated(Gate { limit: self.limit, ..Gate::default() }),
+            Rule::Gated => {
+                Grounding::Gated(GaussianGate { limit: self.limit, ..GaussianGate::default() })
+            }
             Rule::Nearest => Grounding::paper(),
         }
     }

@@ -10,9 +10,8 @@ use super::{
 use crate::neurons::{LifSpec, Population, PopulationPlan};
 use crate::sim::{Seed, SimDuration};
 use crate::task::TaskError;
-use crate::task::domain::SymbolicDomain;
-use crate::task::domain::outlook;
-use crate::task::planner::{Part, PlanEnd, Planner, PlannerSpec, Unbinding, Verdict};
+use crate::task::domain::{DomainBuilder, Verdict, WorldState, acceptable_answers};
+use crate::task::planner::{Part, PlanEnd, Planner, PlannerSpec, Unbinding};
 
 const GOAL: &str = "BOLT_ASSEMBLED";
 /// Where the task begins.
@@ -94,21 +93,21 @@ impl Ablation {
 }
 
 /// What a planner does first about some worlds: how often what the oracle accepts, and its simulated ms.
-fn decide(planner: &Planner, worlds: &[Vec<bool>]) -> Result<(f64, f64), TaskError> {
+fn decide(planner: &Planner, worlds: &[WorldState]) -> Result<(f64, f64), TaskError> {
     let domain = planner.domain();
-    let goal = domain.states().iter().position(|s| s.name == GOAL).unwrap_or_default();
+    let goal = domain.state(GOAL)?;
     let (mut right, mut ms, mut decided) = (0.0, 0.0, 0.0);
     for world in worlds {
-        let wanted = outlook(domain, world, goal, planner.spec().rules());
-        let (verdict, time_ms) = match planner.decide(world, GOAL) {
+        let wanted = acceptable_answers(domain, world, goal, planner.spec().rules());
+        let (verdict, time_ms) = match planner.decide(world, goal) {
             Ok(decision) => (Some(decision.verdict), decision.time_ms),
             Err(TaskError::Undecided { limit_ms, .. }) => (None, limit_ms),
             Err(error) => return Err(error),
         };
-        let said = verdict.is_some_and(|verdict| verdict.accepted_by(&wanted));
+        let said = verdict.is_some_and(|verdict| wanted.accepts(verdict));
         // Whatever comes out at the motor meanwhile would be done.
         let span = SimDuration::from_millis(time_ms.ceil() as u64);
-        let done = planner.first_shown(world, GOAL, span)?.map(|(action, _)| action);
+        let done = planner.first_shown(world, goal, span)?.map(|(action, _)| action);
         let acted = match (verdict, done) {
             (Some(Verdict::Act(_)), done) => done.is_none_or(|a| wanted.actions.contains(&a)),
             (_, done) => done.is_none(),
@@ -157,11 +156,11 @@ impl Experiment for Ablation {
 
     fn trial(&self, cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
         let variant = &self.variants[cell];
-        let domain = SymbolicDomain::of_the_paper().build()?;
+        let domain = DomainBuilder::of_the_paper().build()?;
         let mut rng = seed.derive("", "worlds").rng();
         let states = domain.states().len();
         // The first is the task's own beginning.
-        let mut worlds: Vec<Vec<bool>> = vec![domain.world(TABLE)?];
+        let mut worlds: Vec<WorldState> = vec![domain.world(TABLE)?];
         worlds.resize_with(WORLDS, || (0..states).map(|_| rng.random()).collect());
         let (right, ms) = match Planner::with_plan(&domain, variant.spec, &variant.plan, seed) {
             Ok(planner) => decide(&planner, &worlds)?,
@@ -233,10 +232,10 @@ impl Experiment for Timing {
     }
 
     fn trial(&self, cell: usize, seed: Seed) -> Result<Outcome, TaskError> {
-        let domain = SymbolicDomain::of_the_paper().build()?;
+        let domain = DomainBuilder::of_the_paper().build()?;
         let plan = PopulationPlan::all(if cell == 0 { Population::Direct } else { lif() });
         let planner = Planner::with_plan(&domain, PlannerSpec::default(), &plan, seed)?;
-        let rolled = planner.plan(&domain.counts(TABLE)?, GOAL)?;
+        let rolled = planner.plan(&domain.counts(TABLE)?, domain.state(GOAL)?)?;
         let [first, second, third] = std::array::from_fn(|step| {
             rolled.steps.get(step).map_or(f64::NAN, |step| step.decision.time_ms)
         });

@@ -13,32 +13,9 @@ use crate::sim::{
     SimView, Simulator, StopReason, Synapse, Timebase, Vector, World, WorldError, WorldLink,
     WorldSave,
 };
-use crate::task::domain::Domain;
-use crate::task::domain::{Obstacle, Outlook};
+use crate::task::domain::{ActionId, Domain, Obstacle, StateId, Verdict, WorldState};
 use crate::task::error::TaskError;
 use crate::task::planner::encode::{Encoded, StateSpace};
-
-/// What a planner answers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
-    /// Do this action next; its place in the domain.
-    Act(usize),
-    /// The goal holds already.
-    Met,
-    /// The goal cannot be had, and why.
-    Stuck(Obstacle),
-}
-
-impl Verdict {
-    /// Whether it is among the right answers.
-    pub fn accepted_by(&self, right: &Outlook) -> bool {
-        match self {
-            Self::Met => right.met,
-            Self::Act(action) => !right.met && right.actions.contains(action),
-            Self::Stuck(why) => !right.met && right.obstacles.contains(why),
-        }
-    }
-}
 
 /// A step on the way to a decision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -101,17 +78,17 @@ pub struct Decision {
 ///
 /// ```
 /// use symbolt::sim::Seed;
-/// use symbolt::task::planner::{Planner, PlannerSpec, Verdict};
-/// use symbolt::task::{kinematic::Rehearsal, learn};
+/// use symbolt::task::planner::{Planner, PlannerSpec};
+/// use symbolt::task::{Verdict, kinematic::Rehearsal, learn};
 ///
 /// let recording = Rehearsal::default().record(Seed::new(1))?.recording;
 /// let domain = learn::learn(&recording, &Default::default())?.domain;
 /// let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1))?;
 ///
 /// let world = domain.world(["NUT_AT_START", "BOLT_AT_START"])?;
-/// let decision = planner.decide(&world, "BOLT_AT_NUT_POCKET")?;
+/// let decision = planner.decide(&world, domain.state("BOLT_AT_NUT_POCKET")?)?;
 /// let Verdict::Act(action) = decision.verdict else { panic!("there is something to do") };
-/// assert!(domain.operators()[action].name.starts_with("PUT_"));
+/// assert!(domain[action].name.starts_with("PUT_"));
 /// # Ok::<(), symbolt::task::TaskError>(())
 /// ```
 pub struct Planner {
@@ -126,7 +103,7 @@ pub struct Planner {
 }
 
 impl Planner {
-    /// Builds the graph in exact maths with a tick of 1 ms.
+    /// Builds the graph in direct mode with a tick of 1 ms.
     ///
     /// # Errors
     /// If the domain has no action, the dimension cannot be used or is too small for the
@@ -197,23 +174,25 @@ impl Planner {
         &self.spec
     }
 
-    /// A simulator of the graph in which `goal` is wanted while the states flagged in `world`
-    /// hold, from its first tick.
+    /// A simulator of the graph in which `goal` is wanted in `world`, from its first tick.
     ///
     /// # Errors
-    /// [`TaskError::Unknown`] for a goal that is no state, [`TaskError::Setting`] for a world that has
-    /// not one flag a state.
-    pub fn simulator(&self, world: &[bool], goal: &str) -> Result<Simulator, TaskError> {
+    /// [`TaskError::Setting`] for a goal or a world of another domain.
+    pub fn simulator(&self, world: &WorldState, goal: StateId) -> Result<Simulator, TaskError> {
         let states = self.domain.states().len();
-        self.domain.state_index(goal)?;
-        if world.len() != states {
-            let value = format!("{} flags", world.len());
-            let expected = "one flag for each state of the domain";
-            return Err(TaskError::Setting { name: "world", value, expected });
+        let refuse = |name, value: String| {
+            let expected = "one of the planner's own domain";
+            Err(TaskError::Setting { name, value, expected })
+        };
+        if world.states() != states {
+            return refuse("world", format!("over {} states", world.states()));
+        }
+        if goal.index() >= states {
+            return refuse("goal", format!("state {} of {states}", goal.index()));
         }
         let mut senses = vec![1.0];
-        senses.extend(world.iter().map(|p| Real::from(*p)));
-        senses.extend_from_slice(&self.encoded.states.get(goal)?);
+        senses.extend(world.flags().iter().map(|holds| Real::from(*holds)));
+        senses.extend_from_slice(&self.encoded.states.get(&self.domain[goal].name)?);
         let board = Board {
             period: self.graph.timebase().tick(),
             senses,
@@ -222,12 +201,12 @@ impl Planner {
         Ok(Simulator::new(self.graph.clone(), RunConfig::default().in_world(board))?)
     }
 
-    /// Asks what to do next towards `goal` when the states flagged in `world` hold.
+    /// Asks what to do next towards `goal` in `world`.
     ///
     /// # Errors
-    /// As [`Planner::simulator`]; [`TaskError::Undecided`] if the graph does not settle, which in exact
-    /// maths happens only where the pointers are too few-dimensional to be told apart.
-    pub fn decide(&self, world: &[bool], goal: &str) -> Result<Decision, TaskError> {
+    /// As [`Planner::simulator`]; [`TaskError::Undecided`] if the graph does not settle, which in direct
+    /// mode happens only where the pointers are too few-dimensional to be told apart.
+    pub fn decide(&self, world: &WorldState, goal: StateId) -> Result<Decision, TaskError> {
         let mut sim = self.simulator(world, goal)?;
         let mut watch = Watch::new(self);
         // Every state is looked at once for itself and once for each time that it asks for another.
@@ -264,15 +243,16 @@ impl Planner {
     ///
     /// ```
     /// use symbolt::sim::{Seed, SimDuration};
-    /// use symbolt::task::SymbolicDomain;
+    /// use symbolt::task::DomainBuilder;
     /// use symbolt::task::planner::{Planner, PlannerSpec};
     ///
-    /// let domain = SymbolicDomain::of_the_paper().build()?;
+    /// let domain = DomainBuilder::of_the_paper().build()?;
     /// let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1))?;
     /// let world = domain.world(["NUT_ON_TABLE", "BOLT_ON_TABLE"])?;
-    /// let shown = planner.first_shown(&world, "BOLT_ASSEMBLED", SimDuration::from_millis(400))?;
+    /// let goal = domain.state("BOLT_ASSEMBLED")?;
+    /// let shown = planner.first_shown(&world, goal, SimDuration::from_millis(400))?;
     /// let (action, _ms) = shown.expect("there is something to do");
-    /// assert_eq!(domain.operators()[action].name, "PUT_NUT_IN_JIG");
+    /// assert_eq!(domain[action].name, "PUT_NUT_IN_JIG");
     /// # Ok::<(), symbolt::task::TaskError>(())
     /// ```
     ///
@@ -280,15 +260,15 @@ impl Planner {
     /// As [`Planner::simulator`].
     pub fn first_shown(
         &self,
-        world: &[bool],
-        goal: &str,
+        world: &WorldState,
+        goal: StateId,
         within: SimDuration,
-    ) -> Result<Option<(usize, f64)>, TaskError> {
+    ) -> Result<Option<(ActionId, f64)>, TaskError> {
         let mut sim = self.simulator(world, goal)?;
         let mut shown = None;
         sim.run_until(within, |view| {
             let action = view.value(&self.actions).iter().position(|active| *active > 0.5);
-            shown = action.map(|action| (action, view.time().as_millis_f64()));
+            shown = action.map(|action| (ActionId::new(action), view.time().as_millis_f64()));
             match shown {
                 Some(_) => ControlFlow::Break(StopReason::Condition("an action")),
                 None => ControlFlow::Continue(()),
@@ -302,14 +282,14 @@ impl Planner {
     }
 
     /// The verdict that the graph's trace shows, if it has come to one; `action` is the active one.
-    pub(crate) fn read(&self, trace: &[Real], action: Option<usize>) -> Option<Verdict> {
-        let (subject, second) = (trace[2] as usize, trace[3] as usize);
+    pub(crate) fn read(&self, trace: &[Real], action: Option<ActionId>) -> Option<Verdict> {
+        let [state, second] = [trace[2], trace[3]].map(|v| StateId::new(v as usize));
         Some(match Phase::from_trace(trace[0]) {
             Phase::Met => Verdict::Met,
-            Phase::NothingCauses => Verdict::Stuck(Obstacle::NothingCauses { state: subject }),
-            Phase::NeedsItself => Verdict::Stuck(Obstacle::NeedsItself { state: subject }),
+            Phase::NothingCauses => Verdict::Stuck(Obstacle::NothingCauses { state }),
+            Phase::NeedsItself => Verdict::Stuck(Obstacle::NeedsItself { state }),
             Phase::MustBeAbsent => {
-                let action = self.domain.cause(subject)?;
+                let action = *self.domain.causes(state).first()?;
                 Verdict::Stuck(Obstacle::MustBeAbsent { action, state: second })
             }
             Phase::Act => Verdict::Act(action?),
@@ -337,7 +317,7 @@ struct Watch<'p> {
     asked: (u32, usize),
     last_phase: Phase,
     milestones: Vec<(u32, Stage, usize, f64)>,
-    action: Option<usize>,
+    action: Option<ActionId>,
 }
 
 impl<'p> Watch<'p> {
@@ -401,7 +381,7 @@ impl<'p> Watch<'p> {
         }
         if phase.is_final() {
             let actions = view.value(&self.planner.actions);
-            self.action = actions.iter().position(|a| *a > 0.5);
+            self.action = actions.iter().position(|a| *a > 0.5).map(ActionId::new);
             if phase != Phase::Act || self.action.is_some() {
                 return ControlFlow::Break(StopReason::Condition("decided"));
             }

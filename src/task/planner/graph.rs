@@ -9,7 +9,7 @@
 //!                   focus      motor gate   unbind PRECONDITION -> cleanup -> open -> chosen
 //!                                  |                                          ^  (less present,
 //!                                  v                                          |      reachable)
-//!                             motor -> action                    the world's global state
+//!                             motor -> action                    the states that hold
 //! ```
 //!
 //! Every module is one 5 ms synapse; from goal buffer to choice there are six. At D = 256 a tick of the
@@ -25,8 +25,7 @@ use crate::spa::{
     AssociativeMemory, CleanupMemory, Gate, GoalBuffer, Linear, LinearMap, LinearPorts, Selection,
     Unbind, UnbindFixed, VocabError, dot,
 };
-use crate::task::domain::Domain;
-use crate::task::domain::{Commitment, Rules};
+use crate::task::domain::{Commitment, Domain, Operator, Rules, StateId};
 use crate::task::error::TaskError;
 use crate::task::planner::encode::{
     ABSENT, ActionSpace, Encoded, NOTHING, PRECONDITION, StateSpace, deep_absent,
@@ -93,7 +92,7 @@ impl Default for PlannerSpec {
 }
 
 impl PlannerSpec {
-    /// What the symbolic planner has to be told to answer the same.
+    /// What the reference planner has to be told to answer the same.
     pub fn rules(&self) -> Rules {
         Rules { commitment: self.commitment, absent: self.absent }
     }
@@ -109,6 +108,9 @@ pub struct PlanningGraph {
     states: usize,
     actions: usize,
     state_rows: Vec<Real>,
+    /// The pointers of the role PRECONDITION and of NOTHING.
+    precondition: Vec<Real>,
+    nothing: Vec<Real>,
     cause_rows: Vec<Real>,
     spec: PlannerSpec,
     encoded: std::sync::Arc<Encoded>,
@@ -180,8 +182,10 @@ impl PlanningGraph {
         let action_names: Vec<&str> = domain.operators().iter().map(|o| o.name.as_str()).collect();
         let winner = SelectRule::WinnerTakeAll { level: RECOGNISED };
         let every = SelectRule::Threshold { level: RECOGNISED };
-        let causes: Vec<(usize, usize)> =
-            (0..names.len()).filter_map(|state| Some((state, domain.cause(state)?))).collect();
+        let causes: Vec<(usize, usize)> = domain
+            .state_ids()
+            .filter_map(|state| Some((state.index(), domain.causes(state).first()?.index())))
+            .collect();
         // Which action each item of the cause memory stands for: several states can have one cause.
         let mut cause_rows = vec![0.0; causes.len() * action_names.len()];
         for (item, (_, action)) in causes.iter().enumerate() {
@@ -191,7 +195,7 @@ impl PlanningGraph {
         let deep: Vec<(&str, String)> = domain
             .operators()
             .iter()
-            .map(|o| (&o.name[..], deep_preconditions(o.preconditions.iter().map(String::as_str))))
+            .map(|o| (&o.name[..], deep_preconditions(domain.names(&o.preconditions))))
             .collect();
         Self::check_unbinding(domain, &encoded, spec.absent)?;
         let barred =
@@ -204,6 +208,8 @@ impl PlanningGraph {
             states: names.len(),
             actions: action_names.len(),
             state_rows,
+            precondition: states.get(PRECONDITION)?.to_vec(),
+            nothing: states.get(NOTHING)?.to_vec(),
             cause_rows,
             spec,
             goal: CleanupMemory::new(states, names.iter().copied(), winner)?,
@@ -227,7 +233,7 @@ impl PlanningGraph {
     /// preconditions, others would be read out of it.
     fn check_unbinding(domain: &Domain, encoded: &Encoded, absent: bool) -> Result<(), TaskError> {
         let states = &encoded.states;
-        let mut sums = Vec::new();
+        let mut sums: Vec<(&Operator, &str, &[StateId])> = Vec::new();
         for operator in domain.operators() {
             sums.push((operator, PRECONDITION, &operator.preconditions));
             if absent {
@@ -235,11 +241,15 @@ impl PlanningGraph {
             }
         }
         for (operator, role, bound) in sums.into_iter().filter(|(_, _, bound)| !bound.is_empty()) {
+            let bound = domain.names(bound);
             let out = states.parse(&format!("{role} * ({}) * ~{role}", bound.join(" + ")))?;
             for name in states.names().iter().filter(|n| *n != PRECONDITION && *n != ABSENT) {
                 let read = dot(&out, &states.get(name)?);
-                let margin =
-                    if bound.contains(name) { read - RECOGNISED } else { RECOGNISED - read };
+                let margin = if bound.contains(&name.as_str()) {
+                    read - RECOGNISED
+                } else {
+                    RECOGNISED - read
+                };
                 if margin < MARGIN {
                     return Err(TaskError::TooFewDimensions {
                         dimensions: states.dim(),
@@ -262,7 +272,7 @@ impl PlanningGraph {
         let deep: Vec<(&str, String)> = domain
             .operators()
             .iter()
-            .filter_map(|o| Some((&o.name[..], deep_absent(o)?)))
+            .filter_map(|o| Some((&o.name[..], deep_absent(domain, o)?)))
             .collect();
         if deep.is_empty() {
             return Ok(None);
@@ -347,7 +357,7 @@ impl Module for PlanningGraph {
         let deep = scope.add("deep", self.deep);
         let required = if without(Part::Cleanup) {
             let mut rows = self.state_rows;
-            rows.extend(self.encoded.states.get(NOTHING).as_deref().unwrap_or_default());
+            rows.extend(self.nothing);
             let raw: LinearPorts<Pointer<StateSpace>, Vector> = scope.add(
                 "required",
                 Linear::rows(InputSpec::pointer(&state_space), OutputSpec::vector(m + 1), rows),
@@ -404,9 +414,8 @@ impl Module for PlanningGraph {
                 unbind.output
             }
             Unbinding::Products => {
-                let role = self.encoded.states.get(PRECONDITION);
-                let role = role.as_deref().unwrap_or_default();
-                let role = scope.add("precondition", Constant::pointer(&state_space, role));
+                let role = Constant::pointer(&state_space, &self.precondition);
+                let role = scope.add("precondition", role);
                 let unbind = scope.add("unbind", Unbind::new(&self.encoded.states));
                 scope.connect(&deep.output, &unbind.bound, none);
                 scope.connect(&role, &unbind.role, none);

@@ -10,7 +10,7 @@ mod graph;
 mod rollout;
 mod views;
 
-pub use ask::{Decision, Milestone, Planner, Stage, Verdict};
+pub use ask::{Decision, Milestone, Planner, Stage};
 pub use encode::{
     ABSENT, ActionSpace, Encoded, NOTHING, PRECONDITION, StateSpace, deep_preconditions,
 };
