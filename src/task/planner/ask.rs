@@ -7,10 +7,11 @@ use std::sync::Arc;
 use super::executive::{Phase, TRACE};
 use super::graph::{PlannerSpec, PlanningGraph, PlanningPorts};
 use super::views::{ModuleView, views};
+use super::watch::{Choice, Watch};
 use crate::neurons::PopulationPlan;
 use crate::sim::{
     Graph, GraphBuilder, InputSpec, Out, OutputSpec, Pointer, Real, RunConfig, Seed, SimDuration,
-    SimView, Simulator, StopReason, Synapse, Timebase, Vector, World, WorldError, WorldLink,
+    Simulator, StopReason, Synapse, Timebase, Vector, World, WorldError, WorldLink,
     WorldSave,
 };
 use crate::task::domain::{ActionId, Domain, Obstacle, StateId, Verdict, WorldState};
@@ -72,6 +73,9 @@ pub struct Decision {
     pub time_ms: f64,
     /// How many states were looked at, counting a second look.
     pub questions: u32,
+    /// Choices among several causes of a state, in the order of time; a later one about the same state replaces
+    /// an earlier one. Empty where every state has one cause at most.
+    pub choices: Vec<Choice>,
 }
 
 /// A planner graph over one domain, built and ready to be asked.
@@ -92,13 +96,15 @@ pub struct Decision {
 /// # Ok::<(), symbolt::task::TaskError>(())
 /// ```
 pub struct Planner {
-    domain: Domain,
+    pub(super) domain: Domain,
     encoded: Arc<Encoded>,
     graph: Arc<Graph>,
     spec: PlannerSpec,
-    trace: Out<Vector>,
-    actions: Out<Vector>,
-    watched: [Out<Vector>; 5],
+    pub(super) trace: Out<Vector>,
+    pub(super) actions: Out<Vector>,
+    pub(super) watched: [Out<Vector>; 5],
+    pub(super) recalled: Out<Vector>,
+    pub(super) ruled_out: Option<Out<Vector>>,
     modules: Vec<ModuleView>,
 }
 
@@ -138,7 +144,17 @@ impl Planner {
         let planning = PlanningGraph::new(domain, encoded.clone(), spec)?;
         let ports = builder.add("planner", planning);
         let modules = views(domain, &encoded, &ports)?;
-        let PlanningPorts { ready, present, goal, actions, trace, watched, .. } = ports;
+        let PlanningPorts {
+            ready,
+            present,
+            goal,
+            actions,
+            trace,
+            watched,
+            recalled,
+            ruled_out,
+            ..
+        } = ports;
         builder.connect(&world.output("ready"), &ready, Synapse::None);
         builder.connect(&world.output("present"), &present, Synapse::None);
         builder.connect(&world.output("goal"), &goal, Synapse::None);
@@ -146,7 +162,18 @@ impl Planner {
         builder.connect(&trace, &world.input("trace"), Synapse::None);
         let graph = Arc::new(builder.build(Timebase::default(), plan, seed)?);
         let domain = domain.clone();
-        Ok(Self { domain, encoded, graph, spec, trace, actions, watched, modules })
+        Ok(Self {
+            domain,
+            encoded,
+            graph,
+            spec,
+            trace,
+            actions,
+            watched,
+            recalled,
+            ruled_out,
+            modules,
+        })
     }
 
     /// The domain.
@@ -208,9 +235,8 @@ impl Planner {
     /// mode happens only where the pointers are too few-dimensional to be told apart.
     pub fn decide(&self, world: &WorldState, goal: StateId) -> Result<Decision, TaskError> {
         let mut sim = self.simulator(world, goal)?;
-        let mut watch = Watch::new(self);
-        // Every state is looked at once for itself and once for each time that it asks for another.
-        let looks = 2 * self.domain.states().len() as u64 + 2;
+        let mut watch = Watch::new(self, world);
+        let looks = self.most_looks();
         let limit = SimDuration::from_micros(3 * looks * self.spec.timing.patience.as_micros());
         let report = sim.run_until(limit, |view| watch.look(&view))?;
         let time_ms = report.span.as_millis_f64();
@@ -235,7 +261,7 @@ impl Planner {
                 time_ms,
             })
             .collect();
-        Ok(Decision { verdict, milestones, time_ms, questions })
+        Ok(Decision { verdict, milestones, time_ms, questions, choices: watch.choices })
     }
 
     /// The action that the motor output shows first, whether or not the planner is done with thinking, and the
@@ -277,6 +303,17 @@ impl Planner {
         Ok(shown)
     }
 
+    /// The most states that are looked at for one answer, counting second looks.
+    fn most_looks(&self) -> u64 {
+        let (states, actions) = (self.domain.states().len(), self.domain.operators().len());
+        // Every state is looked at once for itself and once for each time that it asks for another.
+        let once = 2 * states as u64 + 2;
+        // An action ruled out costs a look, and whatever was ruled out can be let in with every state that comes
+        // within reach.
+        let again = self.ruled_out.as_ref().map_or(1, |_| states as u64 + 1);
+        (once + self.ruled_out.as_ref().map_or(0, |_| 2 * actions as u64)) * again
+    }
+
     fn state_name(&self, state: usize) -> String {
         self.domain.states().get(state).map_or_else(String::new, |s| s.name.clone())
     }
@@ -289,7 +326,7 @@ impl Planner {
             Phase::NothingCauses => Verdict::Stuck(Obstacle::NothingCauses { state }),
             Phase::NeedsItself => Verdict::Stuck(Obstacle::NeedsItself { state }),
             Phase::MustBeAbsent => {
-                let action = *self.domain.causes(state).first()?;
+                let action = ActionId::new(trace[4] as usize);
                 Verdict::Stuck(Obstacle::MustBeAbsent { action, state: second })
             }
             Phase::Act => Verdict::Act(action?),
@@ -306,87 +343,6 @@ impl Planner {
             _ => format!("looking for what {subject} needs"),
         };
         TaskError::Undecided { limit_ms, doing }
-    }
-}
-
-/// Notes when the graph's items last changed while a state is in question.
-struct Watch<'p> {
-    planner: &'p Planner,
-    active: Vec<Vec<bool>>,
-    changed_ms: [f64; 5],
-    asked: (u32, usize),
-    last_phase: Phase,
-    milestones: Vec<(u32, Stage, usize, f64)>,
-    action: Option<ActionId>,
-}
-
-impl<'p> Watch<'p> {
-    fn new(planner: &'p Planner) -> Self {
-        Self {
-            planner,
-            active: vec![Vec::new(); 5],
-            changed_ms: [0.0; 5],
-            asked: (0, 0),
-            last_phase: Phase::Idle,
-            milestones: Vec::new(),
-            action: None,
-        }
-    }
-
-    fn note(&mut self, question: u32, stage: Stage, subject: usize, time_ms: f64) {
-        self.milestones.push((question, stage, subject, time_ms));
-    }
-
-    fn look(&mut self, view: &SimView<'_>) -> ControlFlow<StopReason> {
-        let now = view.time().as_millis_f64();
-        for (index, output) in self.planner.watched.iter().enumerate() {
-            let values = view.value(output);
-            let was = &mut self.active[index];
-            was.resize(values.len(), false);
-            for (flag, value) in was.iter_mut().zip(values) {
-                if *flag != (*value > 0.5) {
-                    *flag = !*flag;
-                    self.changed_ms[index] = now;
-                }
-            }
-        }
-        let trace = view.value(&self.planner.trace);
-        let (phase, question, subject) =
-            (Phase::from_trace(trace[0]), trace[1] as u32, trace[2] as usize);
-        if self.last_phase == Phase::Settle && phase != Phase::Settle && phase != Phase::Lost {
-            let (asked, about) = self.asked;
-            let stages = [Stage::Goal, Stage::Action, Stage::Preconditions, Stage::Comparison];
-            let mut reached: Vec<(Stage, f64)> = Vec::new();
-            for (at, stage) in stages.into_iter().enumerate() {
-                // The comparison is done when the choice is; without an open state, when that shows.
-                let time = if at == 3 {
-                    self.changed_ms[3].max(self.changed_ms[4])
-                } else {
-                    self.changed_ms[at]
-                };
-                let any = self.active[at].iter().any(|a| *a) || at == 3;
-                let after = reached.last().map_or(0.0, |(_, t)| *t);
-                if any && !(at == 3 && phase == Phase::NothingCauses) {
-                    reached.push((stage, time.max(after)));
-                }
-            }
-            for (stage, time) in reached {
-                self.note(asked, stage, about, time);
-            }
-            self.note(asked, Stage::Conclusion, about, now);
-        }
-        if phase != Phase::Lost {
-            self.last_phase = phase;
-            self.asked = (question, subject);
-        }
-        if phase.is_final() {
-            let actions = view.value(&self.planner.actions);
-            self.action = actions.iter().position(|a| *a > 0.5).map(ActionId::new);
-            if phase != Phase::Act || self.action.is_some() {
-                return ControlFlow::Break(StopReason::Condition("decided"));
-            }
-        }
-        ControlFlow::Continue(())
     }
 }
 
