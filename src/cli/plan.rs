@@ -6,7 +6,7 @@ use anyhow::Error;
 use serde_json::{Map, Value, json};
 use symbolt::neurons::{Population, PopulationPlan};
 use symbolt::sim::Seed;
-use symbolt::task::planner::{Decision, PlanEnd, Planner, RolledOut};
+use symbolt::task::planner::{Choice, Decision, PlanEnd, Planner, RolledOut, Why};
 use symbolt::task::{ActionId, Classifier, Domain, Obstacle, Snapshot, StateId, Verdict};
 
 use super::Outcome;
@@ -106,6 +106,21 @@ pub(crate) fn obstacle_text(domain: &Domain, obstacle: Obstacle) -> String {
     }
 }
 
+/// Why a cause was chosen, in words.
+fn why_text(choice: &Choice) -> String {
+    let lacking = |unmet: usize| match unmet {
+        0 => "all its preconditions hold".to_owned(),
+        _ => format!("{} unmet", counted(unmet, "precondition")),
+    };
+    match choice.why {
+        Why::OnlyOneLeft => "every other cause is impossible".into(),
+        Why::FewestUnmet { unmet: 0 } => format!("{}, as of no other cause", lacking(0)),
+        Why::FewestUnmet { unmet } => format!("{}, fewer than of any other cause", lacking(unmet)),
+        Why::Preferred { unmet } => format!("{}, and it is preferred among equals", lacking(unmet)),
+        _ => "noise decided".into(),
+    }
+}
+
 fn first(plan: &RolledOut) -> &Decision {
     plan.steps.first().map_or(&plan.last, |step| &step.decision)
 }
@@ -125,6 +140,16 @@ pub(crate) fn summary(planner: &Planner, plan: &RolledOut, goal: StateId) -> Val
         let key = format!("{:02} {} {}", m.question, m.stage, m.subject);
         milestones.insert(key, json!(m.time_ms));
     }
+    let choices: Vec<Value> = decision
+        .choices
+        .iter()
+        .map(|c| {
+            json!({
+                "question": c.question, "state": domain[c.state].name,
+                "action": domain[c.action].name, "among": c.among, "why": why_text(c),
+            })
+        })
+        .collect();
     let end = match plan.end {
         PlanEnd::Met => json!("met"),
         PlanEnd::Circle => json!("circle"),
@@ -141,6 +166,7 @@ pub(crate) fn summary(planner: &Planner, plan: &RolledOut, goal: StateId) -> Val
         "decision_ms": decision.time_ms,
         "questions": decision.questions,
         "milestones_ms": milestones,
+        "choices": choices,
     })
 }
 
@@ -186,6 +212,14 @@ pub(crate) fn table(
             PlanEnd::Stuck(obstacle) => format!("then stuck: {}", obstacle_text(domain, obstacle)),
         };
         let _ = writeln!(text, "Whole plan, {end}:\n\n{grid}");
+    }
+    if !decision.choices.is_empty() {
+        let mut grid = Grid::new(&[">question", "about", "chosen", ">among", "because"]);
+        for c in &decision.choices {
+            let (state, action) = (domain[c.state].name.clone(), domain[c.action].name.clone());
+            grid.row([c.question.to_string(), state, action, c.among.to_string(), why_text(c)]);
+        }
+        let _ = writeln!(text, "Choices among several causes:\n\n{grid}");
     }
     let mut grid = Grid::new(&[">question", "about", "reached", ">at ms"]);
     for m in &decision.milestones {

@@ -62,7 +62,8 @@ pub(super) fn check(
     }
 }
 
-fn check_names<'n>(all: impl Iterator<Item = &'n String>) -> Result<(), String> {
+/// The first bad or repeated name, in words.
+pub(super) fn check_names<'n>(all: impl Iterator<Item = &'n String>) -> Result<(), String> {
     let mut names = HashSet::new();
     for name in all {
         if !is_symbol(name) {

@@ -11,8 +11,7 @@ use super::watch::{Choice, Watch};
 use crate::neurons::PopulationPlan;
 use crate::sim::{
     Graph, GraphBuilder, InputSpec, Out, OutputSpec, Pointer, Real, RunConfig, Seed, SimDuration,
-    Simulator, StopReason, Synapse, Timebase, Vector, World, WorldError, WorldLink,
-    WorldSave,
+    Simulator, StopReason, Synapse, Timebase, Vector, World, WorldError, WorldLink, WorldSave,
 };
 use crate::task::domain::{ActionId, Domain, Obstacle, StateId, Verdict, WorldState};
 use crate::task::error::TaskError;

@@ -10,6 +10,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::spa::nearest_name;
+use crate::task::domain::check::check_names;
 use crate::task::domain::{
     Domain, Evidence, LearnedState, Operator, Parameter, Provenance, State, StateId,
 };
@@ -128,14 +129,18 @@ impl Domain {
                 return Err(fault(None, "version", problem, &expected).into());
             }
         };
+        let invalid = |reason: String| {
+            TaskError::from(fault(None, "", reason, "a domain that does not contradict itself"))
+        };
+        // Names first: where one is bad, what refers to it is not the fault to tell.
+        let states = parsed.states.iter().map(|s| &s.name);
+        check_names(states.chain(parsed.operators.iter().map(|o| &o.name))).map_err(invalid)?;
         let resolved = parsed.resolve();
         let resolved =
             resolved.map_err(|f| TaskError::from(fault(None, &f.field, f.problem, &f.expected)))?;
         let Resolved { states, operators, goal, provenance } = resolved;
         Self::new(states, operators, goal, provenance).map_err(|error| match error {
-            TaskError::BadDomain { reason } => {
-                fault(None, "", reason, "a domain that does not contradict itself").into()
-            }
+            TaskError::BadDomain { reason } => invalid(reason),
             other => other,
         })
     }
