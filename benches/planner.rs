@@ -6,17 +6,17 @@
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use symbolt::sim::{Seed, SimDuration};
 use symbolt::task::planner::{Planner, PlannerSpec, Unbinding};
-use symbolt::task::{Commitment, SymbolicDomain};
+use symbolt::task::{Commitment, DomainBuilder};
 
 fn planner(c: &mut Criterion) {
-    let domain = SymbolicDomain::new()
+    let domain = DomainBuilder::new()
         .action("PUT_NUT_IN_JIG", ["NUT_ON_TABLE"], ["NUT_IN_JIG"])
         .action("PUT_BOLT_IN_JIG", ["BOLT_ON_TABLE"], ["BOLT_IN_JIG"])
         .action("ASSEMBLE", ["NUT_IN_JIG", "BOLT_IN_JIG"], ["BOLT_ASSEMBLED"])
         .build()
         .expect("sound");
-    let world = [true, false, true, false, false];
-    let goal = "BOLT_ASSEMBLED";
+    let world = domain.world(["NUT_ON_TABLE", "BOLT_ON_TABLE"]).expect("states");
+    let goal = domain.state("BOLT_ASSEMBLED").expect("a state");
     let mut group = c.benchmark_group("planner");
     let ticks = 200;
     for (name, unbinding) in [("tick", Unbinding::Fixed), ("tick_products", Unbinding::Products)] {

@@ -57,7 +57,7 @@ fn world(c: &mut Criterion) {
     let shown = demonstrate(&spec, 2, Seed::new(1)).expect("sound");
     let domain = learn(&shown.recording, &Settings::default()).expect("teaches").domain;
     let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1)).expect("builds");
-    let (planner, goal) = (Arc::new(planner), domain.goal().expect("there").to_owned());
+    let (planner, goal) = (Arc::new(planner), domain.goal_name().expect("there").to_owned());
     group.sample_size(10).measurement_time(Duration::from_secs(40));
     group.bench_function("episode", |b| {
         b.iter(|| {

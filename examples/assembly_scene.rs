@@ -20,7 +20,7 @@ pub fn run() -> Result<EpisodeReport, Box<dyn Error>> {
     let domain = learn(&shown.recording, &Settings::default())?.domain;
 
     // The goal is what the last action of the demonstration brought about.
-    let goal = domain.goal().ok_or("nothing was brought about")?;
+    let goal = domain.goal_name().ok_or("nothing was brought about")?;
     let planner = Arc::new(Planner::new(&domain, PlannerSpec::default(), Seed::new(1))?);
     let spec = EpisodeSpec { scene, ..EpisodeSpec::default() };
     Ok(episode(&planner, Grounding::default(), goal, &spec, Seed::new(2))?.report)

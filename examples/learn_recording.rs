@@ -1,4 +1,4 @@
-//! Learns from demonstrations with failed tries and lost parts, then reads one scene through what was learned.
+//! Learns from demonstrations with failed attempts and lost parts, then reads one scene through what was learned.
 //!
 //! `cargo run --example learn_recording`
 
@@ -24,7 +24,7 @@ pub fn run() -> Result<(Learned, Seen), Box<dyn Error>> {
     let mut seen = Vec::new();
     for object in &scene.objects {
         let state = classifier.classify(&object.kind, &object.pose).state;
-        let name = state.map(|s| learned.domain.states()[s].name.clone());
+        let name = state.map(|s| learned.domain[s].name.clone());
         seen.push((object.id.to_string(), name));
     }
     Ok((learned, seen))
@@ -33,9 +33,9 @@ pub fn run() -> Result<(Learned, Seen), Box<dyn Error>> {
 #[allow(dead_code)] // The tests call `run`.
 fn main() -> Result<(), Box<dyn Error>> {
     let (Learned { domain, report }, seen) = run()?;
-    println!("{} of {} tries failed", report.failed(), report.tries.len());
+    println!("{} of {} attempts failed", report.failed(), report.attempts.len());
     for operator in domain.operators() {
-        let needs = operator.preconditions.join(" and ");
+        let needs = domain.names(&operator.preconditions).join(" and ");
         println!("{:<24} needs {needs}", operator.name);
     }
     for (id, state) in seen {

@@ -1,4 +1,4 @@
-//! The plan of `two_step_plan` once in exact maths and once in spiking neurons: same graph, same steps.
+//! The plan of `two_step_plan` once in direct mode and once in spiking neurons: same graph, same steps.
 //!
 //! `cargo run --release --example same_plan_spiking`
 
@@ -6,15 +6,15 @@ use std::error::Error;
 
 use symbolt::neurons::LifSpec;
 use symbolt::prelude::*;
-use symbolt::task::SymbolicDomain;
 use symbolt::task::planner::{PlanEnd, Planner, PlannerSpec};
+use symbolt::task::{ActionId, DomainBuilder};
 
 /// A plan: its actions, each with the simulated ms of its decision.
 pub type Steps = Vec<(String, f64)>;
 
-/// The plan in exact maths, and that in leaky integrate-and-fire neurons.
+/// The plan in direct mode, and that in leaky integrate-and-fire neurons.
 pub fn run() -> Result<[Steps; 2], Box<dyn Error>> {
-    let domain = SymbolicDomain::new()
+    let domain = DomainBuilder::new()
         .action("BOIL_WATER", ["KETTLE_FULL"], ["WATER_HOT"])
         .action("BREW_TEA", ["WATER_HOT", "LEAVES_IN_POT"], ["TEA_READY"])
         .build()?;
@@ -24,9 +24,9 @@ pub fn run() -> Result<[Steps; 2], Box<dyn Error>> {
     let plan_in = |population: Population| -> Result<Steps, Box<dyn Error>> {
         let plan = PopulationPlan::all(population);
         let planner = Planner::with_plan(&domain, PlannerSpec::default(), &plan, Seed::new(1))?;
-        let plan = planner.plan(&scene, "TEA_READY")?;
+        let plan = planner.plan(&scene, domain.state("TEA_READY")?)?;
         assert_eq!(plan.end, PlanEnd::Met);
-        let name = |action: usize| domain.operators()[action].name.clone();
+        let name = |action: ActionId| domain[action].name.clone();
         Ok(plan.steps.iter().map(|s| (name(s.action), s.decision.time_ms)).collect())
     };
     Ok([plan_in(Population::Direct)?, plan_in(Population::Lif(LifSpec::default()))?])
@@ -34,10 +34,10 @@ pub fn run() -> Result<[Steps; 2], Box<dyn Error>> {
 
 #[allow(dead_code)] // The tests call `run`.
 fn main() -> Result<(), Box<dyn Error>> {
-    let [exact, spiking] = run()?;
-    println!("{:<10}  exact maths  spiking neurons", "decided");
-    for ((action, exact), (_, spiking)) in exact.iter().zip(&spiking) {
-        println!("{action:<10}  {exact:>8.0} ms  {spiking:>12.0} ms");
+    let [direct, spiking] = run()?;
+    println!("{:<10}  direct mode  spiking neurons", "decided");
+    for ((action, direct), (_, spiking)) in direct.iter().zip(&spiking) {
+        println!("{action:<10}  {direct:>8.0} ms  {spiking:>12.0} ms");
     }
     Ok(())
 }

@@ -5,12 +5,12 @@
 use std::error::Error;
 
 use symbolt::sim::Seed;
-use symbolt::task::SymbolicDomain;
 use symbolt::task::planner::{PlanEnd, Planner, PlannerSpec};
+use symbolt::task::{ActionId, DomainBuilder};
 
 /// The plan's actions, each with the simulated ms of its decision.
 pub fn run() -> Result<Vec<(String, f64)>, Box<dyn Error>> {
-    let domain = SymbolicDomain::new()
+    let domain = DomainBuilder::new()
         .action("BOIL_WATER", ["KETTLE_FULL"], ["WATER_HOT"])
         .action("BREW_TEA", ["WATER_HOT", "LEAVES_IN_POT"], ["TEA_READY"])
         .build()?;
@@ -18,9 +18,9 @@ pub fn run() -> Result<Vec<(String, f64)>, Box<dyn Error>> {
 
     // One kettle, one pot.
     let scene = domain.counts(["KETTLE_FULL", "LEAVES_IN_POT"])?;
-    let plan = planner.plan(&scene, "TEA_READY")?;
+    let plan = planner.plan(&scene, domain.state("TEA_READY")?)?;
     assert_eq!(plan.end, PlanEnd::Met);
-    let name = |action: usize| domain.operators()[action].name.clone();
+    let name = |action: ActionId| domain[action].name.clone();
     Ok(plan.steps.iter().map(|s| (name(s.action), s.decision.time_ms)).collect())
 }
 

@@ -66,7 +66,8 @@ fn demonstrations_learning_and_an_episode_are_told_in_order_and_come_out_as_if_n
 
     let domain = learned.domain;
     let planner = Planner::new(&domain, PlannerSpec::default(), seed).expect("builds");
-    let (planner, goal) = (Arc::new(planner), domain.goal().expect("there is one"));
+    let goal = domain.goal().expect("there is one");
+    let (planner, goal) = (Arc::new(planner), &*domain[goal].name);
     let spec = EpisodeSpec { drop_rate: 0.5, frame_ms: Some(400), ..EpisodeSpec::default() };
     let (mut told, mut owned, mut frames) = (Vec::new(), 0, 0);
     let mut last_s = 0.0;

@@ -20,7 +20,7 @@ use symbolt::spa::{
     AssociativeMemory, Bind, CleanupMemory, Gate, GoalBuffer, Superpose, Unbind, UnbindFixed,
     VocabularyBuilder,
 };
-use symbolt::task::SymbolicDomain;
+use symbolt::task::DomainBuilder;
 use symbolt::task::planner::{Planner, PlannerSpec, Unbinding};
 
 struct Counting;
@@ -166,7 +166,7 @@ fn graphs(plan: &PopulationPlan, counts: &mut Vec<(&'static str, usize)>) {
     counts.push(("modules", allocations(&mut sim, 200)));
 
     // The planner graph, deciding.
-    let domain = SymbolicDomain::new()
+    let domain = DomainBuilder::new()
         .action("PUT_NUT", ["NUT_FREE"], ["NUT_IN"])
         .action("PUT_BOLT", ["BOLT_FREE"], ["BOLT_IN"])
         .action_unless("JOIN", ["NUT_IN", "BOLT_IN"], ["JOINED"], ["JOINED"])
@@ -175,8 +175,9 @@ fn graphs(plan: &PopulationPlan, counts: &mut Vec<(&'static str, usize)>) {
     for unbinding in [Unbinding::Fixed, Unbinding::Products] {
         let spec = PlannerSpec { unbinding, absent: true, ..PlannerSpec::default() };
         let planner = Planner::with_plan(&domain, spec, plan, Seed::new(1)).expect("builds");
-        let world = [true, false, true, false, false];
-        let mut sim = planner.simulator(&world, "JOINED").expect("starts");
+        let world = domain.world(["NUT_FREE", "BOLT_FREE"]).expect("states");
+        let goal = domain.state("JOINED").expect("a state");
+        let mut sim = planner.simulator(&world, goal).expect("starts");
         counts.push(("planner", allocations(&mut sim, 200)));
     }
 }

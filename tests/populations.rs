@@ -17,7 +17,7 @@ use symbolt::spa::{
 };
 use symbolt::study::standard::{Model, Standard};
 use symbolt::task::planner::{Planner, PlannerSpec, Unbinding};
-use symbolt::task::{Domain, SymbolicDomain, outlook};
+use symbolt::task::{Domain, DomainBuilder, WorldState, acceptable_answers};
 
 struct Things;
 impl VocabTag for Things {
@@ -479,22 +479,22 @@ fn spikes_can_be_seen_from_outside_and_only_spiking_layers_have_them() {
 
 /// The paper's own domain (section II.E).
 fn paper_domain() -> Domain {
-    SymbolicDomain::of_the_paper().build().expect("the paper's domain is sound")
+    DomainBuilder::of_the_paper().build().expect("the paper's domain is sound")
 }
 
-/// Decisions towards the assembly in all 32 global states: how many the oracle accepts, and those that
+/// Decisions towards the assembly in all 32 worlds: how many the reference planner accepts, and those that
 /// it does not.
 fn decisions(seed: u64, unbinding: Unbinding) -> (usize, Vec<String>) {
     let domain = paper_domain();
     let spec = PlannerSpec { unbinding, ..PlannerSpec::default() };
     let planner = Planner::with_plan(&domain, spec, &lif(), Seed::new(seed)).expect("builds");
-    let goal = domain.states().iter().position(|s| s.name == "BOLT_ASSEMBLED").expect("there");
+    let goal = domain.state("BOLT_ASSEMBLED").expect("there");
     let (mut accepted, mut others) = (0, Vec::new());
     for bits in 0..32u32 {
-        let world: Vec<bool> = (0..5).map(|s| bits >> s & 1 == 1).collect();
-        let right = outlook(&domain, &world, goal, planner.spec().rules());
-        let said = planner.decide(&world, "BOLT_ASSEMBLED").map(|d| d.verdict);
-        if said.as_ref().is_ok_and(|verdict| verdict.accepted_by(&right)) {
+        let world: WorldState = (0..5).map(|s| bits >> s & 1 == 1).collect();
+        let right = acceptable_answers(&domain, &world, goal, planner.spec().rules());
+        let said = planner.decide(&world, goal).map(|d| d.verdict);
+        if said.as_ref().is_ok_and(|verdict| right.accepts(*verdict)) {
             accepted += 1;
         } else {
             others.push(format!("seed {seed}, {world:?}: {said:?}"));
@@ -504,14 +504,14 @@ fn decisions(seed: u64, unbinding: Unbinding) -> (usize, Vec<String>) {
 }
 
 #[test]
-fn the_planner_in_neurons_decides_as_the_oracle_does() {
+fn the_planner_in_neurons_decides_as_the_reference_planner_does() {
     let (accepted, others) = decisions(1, Unbinding::Fixed);
     assert_eq!(accepted, 32, "{others:?}");
 }
 
 #[test]
 #[ignore = "long statistics"]
-fn the_planner_in_neurons_decides_as_the_oracle_does_over_20_seeds() {
+fn the_planner_in_neurons_decides_as_the_reference_planner_does_over_20_seeds() {
     for unbinding in [Unbinding::Fixed, Unbinding::Products] {
         let (mut accepted, mut others) = (0, Vec::new());
         for seed in 0..20 {

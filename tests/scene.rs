@@ -120,7 +120,7 @@ fn what_cannot_be_reached_is_said_at_once_and_nothing_hangs() {
 fn the_robot_does_what_it_was_shown_and_the_same_seed_gives_the_same_bits() {
     let (domain, planner) = taught();
     assert_eq!((domain.states().len(), domain.operators().len()), (5, 3));
-    let goal = domain.goal().expect("the demonstrations had a purpose");
+    let goal = domain.goal_name().expect("the demonstrations had a purpose");
     let run = || {
         let spec = EpisodeSpec { frame_ms: Some(200), ..EpisodeSpec::default() };
         episode(planner, Grounding::default(), goal, &spec, Seed::new(5)).expect("runs")
@@ -137,7 +137,7 @@ fn the_robot_does_what_it_was_shown_and_the_same_seed_gives_the_same_bits() {
 #[test]
 fn a_snapshot_in_mid_grasp_goes_on_as_if_nothing_had_happened() {
     let (domain, planner) = taught();
-    let goal = domain.goal().expect("there");
+    let goal = domain.goal_name().expect("there");
     let world = || {
         let spec = EpisodeSpec { frame_ms: Some(40), ..EpisodeSpec::default() };
         AssemblyWorld::new(planner.clone(), Grounding::default(), goal, &spec).expect("sound")
@@ -168,7 +168,7 @@ fn a_snapshot_in_mid_grasp_goes_on_as_if_nothing_had_happened() {
 #[test]
 fn a_bolt_that_another_hand_puts_into_the_jig_is_used() {
     let (domain, planner) = taught();
-    let goal = domain.goal().expect("there");
+    let goal = domain.goal_name().expect("there");
     let scene = SceneSpec { nuts: 1, bolts: 2, ..SceneSpec::default() };
     let [x, y] = scene.jig.hole;
     let pose = Pose::at([x, y, scene.jig.hole_top_m + 1e-3]);
@@ -225,7 +225,7 @@ fn a_part_is_not_put_where_another_has_come_to_be() {
 #[test]
 fn another_hand_waits_while_there_is_no_room() {
     let (domain, planner) = taught();
-    let goal = domain.goal().expect("there");
+    let goal = domain.goal_name().expect("there");
     // Where the table is there is never room.
     let meddling = Some(Meddling { at_s: 0.0, part: 1, pose: Pose::at([0.45, 0.1, -0.01]) });
     let spec = EpisodeSpec { meddling, ..EpisodeSpec::default() };
@@ -237,7 +237,7 @@ fn another_hand_waits_while_there_is_no_room() {
 #[test]
 fn after_a_bolt_has_been_put_there_is_a_way_to_the_next_part() {
     let (domain, planner) = taught();
-    let goal = domain.goal().expect("there");
+    let goal = domain.goal_name().expect("there");
     for index in [5, 128] {
         let seed = Seed::new(101).derive_index("episode", index);
         let over = episode(planner, Grounding::default(), goal, &EpisodeSpec::default(), seed);
@@ -249,7 +249,7 @@ fn after_a_bolt_has_been_put_there_is_a_way_to_the_next_part() {
 #[test]
 fn drops_are_followed_by_new_decisions() {
     let (domain, planner) = taught();
-    let goal = domain.goal().expect("there");
+    let goal = domain.goal_name().expect("there");
     let scene = SceneSpec { nuts: 2, bolts: 2, ..SceneSpec::default() };
     let spec = EpisodeSpec { scene, drop_rate: 0.5, ..EpisodeSpec::default() };
     let over = episode(planner, Grounding::default(), goal, &spec, Seed::new(4)).expect("runs");
@@ -274,7 +274,7 @@ fn other_names_another_jig_and_a_mirror_change_nothing() {
     let (domain, planner) = taught_in(&spec, 2);
     assert_eq!((domain.states().len(), domain.operators().len()), (5, 3));
     assert!(domain.states().iter().all(|s| s.kind == "washer" || s.kind == "peg"));
-    let goal = domain.goal().expect("there").to_owned();
+    let goal = domain.goal_name().expect("there").to_owned();
     let spec = EpisodeSpec { scene: spec, ..EpisodeSpec::default() };
     let over = episode(&planner, Grounding::default(), &goal, &spec, Seed::new(7)).expect("runs");
     assert!(over.report.assembled, "{:?}", over.report);
@@ -283,7 +283,7 @@ fn other_names_another_jig_and_a_mirror_change_nothing() {
 #[test]
 fn impossible_episodes_are_refused() {
     let (domain, planner) = taught();
-    let goal = domain.goal().expect("there");
+    let goal = domain.goal_name().expect("there");
     let mut spec = EpisodeSpec { drop_rate: 1.5, ..EpisodeSpec::default() };
     let refused = |spec: &EpisodeSpec, goal: &str| {
         episode(planner, Grounding::default(), goal, spec, Seed::new(1)).unwrap_err().to_string()
@@ -302,12 +302,13 @@ fn bolts_shown_alike_in_one_coordinate_by_chance_are_on_the_table_elsewhere_too(
     let seed = Seed::new(1).derive_index("trial", 16);
     let shown = demonstrate(&SceneSpec::default(), 5, seed).expect("runs");
     let domain = learn(&shown.recording, &Settings::default()).expect("learns").domain;
-    let state = &domain.states()[domain.state_index("BOLT_AT_START").expect("there")];
+    let state = &domain[domain.state("BOLT_AT_START").expect("there")];
+    let state = state.learned.as_ref().expect("it was learned");
     assert!(state.covariance[0][0].sqrt() < 0.01, "{}", state.covariance[0][0].sqrt());
     let classifier = Classifier::new(&domain, Grounding::default()).expect("sound");
     let [x, y, z] = state.mean.position;
     let said = |at| classifier.classify("bolt", &Pose::at(at)).state;
-    let table = domain.state_index("BOLT_AT_START").ok();
+    let table = domain.state("BOLT_AT_START").ok();
     assert_eq!((said([x - 0.09, y, z]), said([x + 0.09, y - 0.1, z])), (table, table));
     assert_eq!(said([x - 0.09, y, z + 0.02]), None, "not above it");
 }
@@ -318,7 +319,7 @@ fn bolts_shown_alike_in_one_coordinate_by_chance_are_on_the_table_elsewhere_too(
 #[ignore = "long statistics"]
 fn forty_episodes_are_assembled() {
     let (domain, planner) = taught();
-    let goal = domain.goal().expect("there");
+    let goal = domain.goal_name().expect("there");
     let (mut assembled, mut slip_m) = (0, 0.0f64);
     for seed in 0..40 {
         let spec = EpisodeSpec::default();

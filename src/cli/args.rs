@@ -9,7 +9,7 @@ use symbolt::study::catalogue::Options;
 use symbolt::task::kinematic::{Order, Rehearsal};
 use symbolt::task::planner::{PlannerSpec, Unbinding};
 use symbolt::task::scene::SceneSpec;
-use symbolt::task::{Commitment, Gate, Grounding, TaskError};
+use symbolt::task::{Commitment, GaussianGate, Grounding, TaskError};
 use thiserror::Error;
 
 /// An argument that clap accepts and the command does not.
@@ -143,14 +143,16 @@ pub(crate) struct GroundingArgs {
     #[arg(long, value_enum, default_value = "gated")]
     pub grounding: Rule,
     /// Maximum distance to a state, in standard deviations
-    #[arg(long, default_value_t = Gate::default().limit)]
+    #[arg(long, default_value_t = GaussianGate::default().limit)]
     pub limit: f64,
 }
 
 impl GroundingArgs {
     pub fn rule(&self) -> Grounding {
         match self.grounding {
-            Rule::Gated => Grounding::Gated(Gate { limit: self.limit, ..Gate::default() }),
+            Rule::Gated => {
+                Grounding::Gated(GaussianGate { limit: self.limit, ..GaussianGate::default() })
+            }
             Rule::Nearest => Grounding::paper(),
         }
     }

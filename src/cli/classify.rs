@@ -17,7 +17,7 @@ pub(crate) fn classify(args: &ClassifyArgs) -> Result<Outcome, Error> {
     let mut rows = Vec::new();
     for (place, scene) in &scenes {
         for (object, grounded) in scene.objects.iter().zip(classifier.classify_all(scene)) {
-            let state = grounded.state.map(|s| domain.states()[s].name.as_str());
+            let state = grounded.state.map(|s| domain[s].name.as_str());
             rows.push((*place, object, state, grounded.distance));
         }
     }

@@ -6,9 +6,9 @@ use anyhow::Error;
 use serde_json::{Value, json};
 use symbolt::files::write_atomic;
 use symbolt::task::learn::{
-    Failure, LearnReport, Learned, Outcome as TryOutcome, Settings, learn_observed,
+    AttemptOutcome, AttemptReport, Failure, LearnReport, Learned, Settings, learn_observed,
 };
-use symbolt::task::{Domain, Origin, Recording};
+use symbolt::task::{Domain, Origin, Recording, StateId};
 
 use super::Outcome;
 use super::args::LearnArgs;
@@ -25,7 +25,7 @@ pub(crate) fn learn(args: &LearnArgs) -> Result<Outcome, Error> {
     let learned = learn_observed(&recording, &settings, &mut ProgressLine::new(&progress))?;
     let empty = learned.domain.operators().is_empty();
     if let Some(path) = args.out.out.as_ref().filter(|_| !empty) {
-        write_atomic(path, learned.domain.to_json(), args.out.overwrite())?;
+        write_atomic(path, learned.domain.to_json()?, args.out.overwrite())?;
     }
     drop(progress);
     if args.common.json {
@@ -34,7 +34,7 @@ pub(crate) fn learn(args: &LearnArgs) -> Result<Outcome, Error> {
         emit(&tables(&learned))?;
     }
     if empty {
-        let sentence = "no action was learned: no try left a part in a state that was new";
+        let sentence = "no action was learned: no attempt left a part in a state that was new";
         return Ok(Outcome::Failed(sentence.into()));
     }
     Ok(Outcome::Done)
@@ -46,11 +46,13 @@ fn summary(learned: &Learned) -> Value {
     let states: Vec<Value> = domain
         .states()
         .iter()
-        .map(|s| {
+        .filter_map(|s| Some((s, s.learned.as_ref()?)))
+        .map(|(s, learned)| {
             json!({
-                "name": s.name, "kind": s.kind, "count": s.count, "distinct": s.distinct,
-                "origin": s.origin, "position": s.mean.position,
-                "orientation": s.mean.orientation, "spread": s.spread(),
+                "name": s.name, "kind": s.kind, "count": learned.count,
+                "distinct": learned.distinct, "origin": learned.origin,
+                "position": learned.mean.position, "orientation": learned.mean.orientation,
+                "spread": learned.spread(),
             })
         })
         .collect();
@@ -59,13 +61,15 @@ fn summary(learned: &Learned) -> Value {
         .iter()
         .map(|o| {
             json!({
-                "name": o.name, "preconditions": o.preconditions, "effects": o.effects,
-                "absent": o.absent, "removes": o.removes, "kind": o.kind, "from": o.from,
-                "to": o.to, "instances": o.evidence.instances,
+                "name": o.name, "preconditions": domain.names(&o.preconditions),
+                "effects": domain.names(&o.effects), "absent": domain.names(&o.absent),
+                "removes": domain.names(&o.removes), "kind": o.kind(),
+                "from": o.from.map(|s| &domain[s].name), "to": domain[o.to].name,
+                "instances": o.instances(),
             })
         })
         .collect();
-    let clusters = &domain.provenance().clusters;
+    let clusters = domain.provenance().map_or(&[][..], |p| &p.clusters);
     let by_kind = |value: fn(&symbolt::task::KindClusters) -> Option<f64>| -> Value {
         clusters.iter().map(|c| (c.kind.clone(), json!(value(c)))).collect()
     };
@@ -77,9 +81,9 @@ fn summary(learned: &Learned) -> Value {
             })
         })
         .collect();
-    let strays: Vec<Value> = learned
+    let unexplained: Vec<Value> = learned
         .report
-        .strays
+        .unexplained
         .iter()
         .map(|s| {
             json!({"kind": s.kind, "count": s.count, "position": s.mean.position, "seen": s.seen})
@@ -90,20 +94,19 @@ fn summary(learned: &Learned) -> Value {
         "next_merge_m": by_kind(|c| c.next_merge_m),
         "threshold_m": by_kind(|c| c.threshold_m),
         "operators": operators,
-        "goal": domain.goal(),
-        "tries": learned.report.tries.len(),
+        "goal": domain.goal_name(),
+        // The keys `tries` and `strays` are older than the words for them.
+        "tries": learned.report.attempts.len(),
         "failed": failed,
-        "strays": strays,
+        "strays": unexplained,
         "fixed_kinds": learned.report.fixed_kinds,
     })
 }
 
-fn failed(
-    report: &LearnReport,
-) -> impl Iterator<Item = (&symbolt::task::learn::TryReport, Failure)> {
-    report.tries.iter().filter_map(|t| match t.outcome {
-        TryOutcome::Failed(why) => Some((t, why)),
-        TryOutcome::Action(_) => None,
+fn failed(report: &LearnReport) -> impl Iterator<Item = (&AttemptReport, Failure)> {
+    report.attempts.iter().filter_map(|attempt| match attempt.outcome {
+        AttemptOutcome::Failed(why) => Some((attempt, why)),
+        AttemptOutcome::Action(_) => None,
     })
 }
 
@@ -128,21 +131,21 @@ pub(crate) fn tables(learned: &Learned) -> String {
         grid.row([t.demo.to_string(), t.before.to_string(), object, reason(why).into()]);
     }
     if !grid.is_empty() {
-        let _ =
-            writeln!(text, "{} of {} tries failed:\n\n{grid}", report.failed(), report.tries.len());
+        let (failed, all) = (report.failed(), report.attempts.len());
+        let _ = writeln!(text, "{failed} of {all} attempts failed:\n\n{grid}");
     }
     let mut grid =
         Grid::new(&["kind", ">poses", ">x m", ">y m", ">z m", "seen at (demo, snapshot)"]);
-    for stray in &report.strays {
-        let [x, y, z] = stray.mean.position.map(|v| format!("{v:.4}"));
+    for poses in &report.unexplained {
+        let [x, y, z] = poses.mean.position.map(|v| format!("{v:.4}"));
         let seen: Vec<String> =
-            stray.seen.iter().take(6).map(|(d, s)| format!("({d}, {s})")).collect();
-        let more = if stray.seen.len() > 6 { ", ..." } else { "" };
+            poses.seen.iter().take(6).map(|(d, s)| format!("({d}, {s})")).collect();
+        let more = if poses.seen.len() > 6 { ", ..." } else { "" };
         let seen = seen.join(", ") + more;
-        grid.row([stray.kind.clone(), stray.count.to_string(), x, y, z, seen]);
+        grid.row([poses.kind.clone(), poses.count.to_string(), x, y, z, seen]);
     }
     if !grid.is_empty() {
-        let _ = writeln!(text, "Poses seen only around failed tries, in no state:\n\n{grid}");
+        let _ = writeln!(text, "Poses seen only around failed attempts, in no state:\n\n{grid}");
     }
     text
 }
@@ -154,48 +157,47 @@ pub(crate) fn domain_tables(domain: &Domain) -> String {
         "state", "kind", "origin", ">poses", ">x m", ">y m", ">z m", ">sd x mm", ">sd y mm",
         ">sd z mm",
     ]);
-    for state in domain.states() {
-        let [x, y, z] = state.mean.position.map(|v| format!("{v:.4}"));
-        let [sx, sy, sz] = state.spread().map(mm);
-        let origin = match state.origin {
+    for (state, learned) in domain.states().iter().filter_map(|s| Some((s, s.learned.as_ref()?))) {
+        let [x, y, z] = learned.mean.position.map(|v| format!("{v:.4}"));
+        let [sx, sy, sz] = learned.spread().map(mm);
+        let origin = match learned.origin {
             Origin::Found => "found",
             Origin::Placed => "placed",
         };
         let (name, kind) = (state.name.clone(), state.kind.clone());
-        grid.row([name, kind, origin.into(), state.count.to_string(), x, y, z, sx, sy, sz]);
+        grid.row([name, kind, origin.into(), learned.count.to_string(), x, y, z, sx, sy, sz]);
     }
     let _ = writeln!(text, "{} states:\n\n{grid}", domain.states().len());
     let mut grid =
         Grid::new(&["action", ">instances", "needs", "brings about", "never seen before it"]);
     for operator in domain.operators() {
-        let count = |name: &String| {
-            let at = domain.states().iter().position(|s| s.name == *name);
-            at.and_then(|i| operator.evidence.before.get(i)).copied().unwrap_or(0)
-        };
+        let before = operator.evidence.as_ref().map_or(&[][..], |e| &e.before);
+        let count = |state: StateId| before.get(state.index()).copied().unwrap_or(0);
         let needs: Vec<String> = operator
             .preconditions
             .iter()
-            .map(|p| format!("{p} ({}/{})", count(p), operator.evidence.instances))
+            .map(|p| format!("{} ({}/{})", domain[*p].name, count(*p), operator.instances()))
             .collect();
         grid.row([
             operator.name.clone(),
-            operator.evidence.instances.to_string(),
+            operator.instances().to_string(),
             needs.join(", "),
-            operator.effects.join(", "),
-            operator.absent.join(", "),
+            domain.names(&operator.effects).join(", "),
+            domain.names(&operator.absent).join(", "),
         ]);
     }
     let _ = writeln!(text, "{} actions:\n\n{grid}", domain.operators().len());
     let mut grid = Grid::new(&["kind", ">threshold mm", ">next merge mm"]);
-    for clusters in &domain.provenance().clusters {
+    let provenance = domain.provenance();
+    for clusters in provenance.map_or(&[][..], |p| &p.clusters) {
         let threshold = clusters.threshold_m.map_or_else(|| "-".into(), mm);
         let next = clusters.next_merge_m.map_or_else(|| "-".into(), mm);
         grid.row([clusters.kind.clone(), threshold, next]);
     }
-    let given =
-        if domain.provenance().threshold_m.is_some() { "given" } else { "found from the data" };
+    let given = provenance.and_then(|p| p.threshold_m).is_some();
+    let given = if given { "given" } else { "found from the data" };
     let _ = writeln!(text, "Clustering thresholds ({given}):\n\n{grid}");
-    if let Some(goal) = domain.goal() {
+    if let Some(goal) = domain.goal_name() {
         let _ = writeln!(text, "Goal of the demonstrations: {goal}\n");
     }
     text

@@ -6,8 +6,8 @@ use anyhow::Error;
 use serde_json::{Map, Value, json};
 use symbolt::neurons::{Population, PopulationPlan};
 use symbolt::sim::Seed;
-use symbolt::task::planner::{Decision, PlanEnd, Planner, RolledOut, Verdict};
-use symbolt::task::{Classifier, Domain, Obstacle, Snapshot};
+use symbolt::task::planner::{Choice, Decision, PlanEnd, Planner, RolledOut, Why};
+use symbolt::task::{ActionId, Classifier, Domain, Obstacle, Snapshot, StateId, Verdict};
 
 use super::Outcome;
 use super::args::{BadArgument, PlanArgs, PlannerArgs};
@@ -25,24 +25,23 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
     let scene = Snapshot::read(&args.scene)?;
     let classifier = Classifier::new(&domain, args.grounding.rule())?;
     let goal = match (&args.goal, domain.goal()) {
-        (Some(goal), _) => goal.clone(),
-        (None, Some(goal)) => goal.to_owned(),
+        (Some(goal), _) => domain.state(goal)?,
+        (None, Some(goal)) => goal,
         (None, None) => {
             let problem = "the domain names no goal; give one with --goal STATE";
             return Err(BadArgument(problem.into()).into());
         }
     };
-    domain.state_index(&goal)?;
     progress.say("building the planner graph");
     let planner = build(&domain, &args.planner, args.common.seed)?;
-    progress.say(format!("planning towards {goal}"));
+    progress.say(format!("planning towards {}", domain[goal].name));
     let (counts, loose) = count(&classifier, &domain, &scene);
-    let plan = planner.plan(&counts, &goal)?;
+    let plan = planner.plan(&counts, goal)?;
     drop(progress);
     let text = if args.common.json {
-        summary(&planner, &plan, &goal, &args.planner.mode).to_string()
+        summary(&planner, &plan, goal, &args.planner.mode).to_string()
     } else {
-        let mut text = table(&planner, &plan, &counts, &goal);
+        let mut text = table(&planner, &plan, &counts, goal);
         if !loose.is_empty() {
             let _ = writeln!(text, "In no state: {}", loose.join(", "));
         }
@@ -70,7 +69,7 @@ pub(crate) fn count(
     let mut loose = Vec::new();
     for (object, grounded) in scene.objects.iter().zip(classifier.classify_all(scene)) {
         match grounded.state {
-            Some(state) => counts[state] += 1,
+            Some(state) => counts[state.index()] += 1,
             None if grounded.distance.is_some() => loose.push(object.id.to_string()),
             None => {}
         }
@@ -91,8 +90,8 @@ pub(crate) fn outcome(planner: &Planner, plan: &RolledOut) -> Outcome {
 
 /// An obstacle in words.
 pub(crate) fn obstacle_text(domain: &Domain, obstacle: Obstacle) -> String {
-    let state = |index: usize| domain.states().get(index).map_or("?", |s| s.name.as_str());
-    let action = |index: usize| domain.operators().get(index).map_or("?", |o| o.name.as_str());
+    let state = |state: StateId| domain[state].name.as_str();
+    let action = |action: ActionId| domain[action].name.as_str();
     match obstacle {
         Obstacle::NothingCauses { state: s } => {
             format!("{} does not hold and no action brings it about", state(s))
@@ -107,17 +106,32 @@ pub(crate) fn obstacle_text(domain: &Domain, obstacle: Obstacle) -> String {
     }
 }
 
+/// Why a cause was chosen, in words.
+fn why_text(choice: &Choice) -> String {
+    let lacking = |unmet: usize| match unmet {
+        0 => "all its preconditions hold".to_owned(),
+        _ => format!("{} unmet", counted(unmet, "precondition")),
+    };
+    match choice.why {
+        Why::OnlyOneLeft => "every other cause is impossible".into(),
+        Why::FewestUnmet { unmet: 0 } => format!("{}, as of no other cause", lacking(0)),
+        Why::FewestUnmet { unmet } => format!("{}, fewer than of any other cause", lacking(unmet)),
+        Why::Preferred { unmet } => format!("{}, and it is preferred among equals", lacking(unmet)),
+        _ => "noise decided".into(),
+    }
+}
+
 fn first(plan: &RolledOut) -> &Decision {
     plan.steps.first().map_or(&plan.last, |step| &step.decision)
 }
 
 /// The plan as one JSON object.
-pub(crate) fn summary(planner: &Planner, plan: &RolledOut, goal: &str, mode: &str) -> Value {
+pub(crate) fn summary(planner: &Planner, plan: &RolledOut, goal: StateId, mode: &str) -> Value {
     let domain = planner.domain();
-    let name = |action: usize| domain.operators().get(action).map(|o| o.name.clone());
+    let name = |action: ActionId| domain[action].name.as_str();
     let decision = first(plan);
     let (status, action, reason) = match decision.verdict {
-        Verdict::Act(action) => ("act", name(action), None),
+        Verdict::Act(action) => ("act", Some(name(action)), None),
         Verdict::Met => ("met", None, None),
         Verdict::Stuck(obstacle) => ("stuck", None, Some(obstacle_text(domain, obstacle))),
     };
@@ -126,6 +140,16 @@ pub(crate) fn summary(planner: &Planner, plan: &RolledOut, goal: &str, mode: &st
         let key = format!("{:02} {} {}", m.question, m.stage, m.subject);
         milestones.insert(key, json!(m.time_ms));
     }
+    let choices: Vec<Value> = decision
+        .choices
+        .iter()
+        .map(|c| {
+            json!({
+                "question": c.question, "state": domain[c.state].name,
+                "action": domain[c.action].name, "among": c.among, "why": why_text(c),
+            })
+        })
+        .collect();
     let end = match plan.end {
         PlanEnd::Met => json!("met"),
         PlanEnd::Circle => json!("circle"),
@@ -134,19 +158,25 @@ pub(crate) fn summary(planner: &Planner, plan: &RolledOut, goal: &str, mode: &st
     json!({
         "status": status,
         "action": action,
-        "plan": plan.steps.iter().filter_map(|s| name(s.action)).collect::<Vec<_>>(),
+        "plan": plan.steps.iter().map(|s| name(s.action)).collect::<Vec<_>>(),
         "plan_end": end,
         "reason": reason,
-        "goal": goal,
+        "goal": domain[goal].name,
         "mode": mode,
         "decision_ms": decision.time_ms,
         "questions": decision.questions,
         "milestones_ms": milestones,
+        "choices": choices,
     })
 }
 
 /// The plan as tables.
-pub(crate) fn table(planner: &Planner, plan: &RolledOut, counts: &[usize], goal: &str) -> String {
+pub(crate) fn table(
+    planner: &Planner,
+    plan: &RolledOut,
+    counts: &[usize],
+    goal: StateId,
+) -> String {
     let domain = planner.domain();
     let mut text = String::new();
     let holds: Vec<String> = domain
@@ -157,10 +187,10 @@ pub(crate) fn table(planner: &Planner, plan: &RolledOut, counts: &[usize], goal:
         .map(|(s, count)| if *count > 1 { format!("{} x{count}", s.name) } else { s.name.clone() })
         .collect();
     let holds = if holds.is_empty() { "nothing".into() } else { holds.join(", ") };
-    let _ = writeln!(text, "Holds: {holds}\nGoal:  {goal}");
+    let _ = writeln!(text, "Holds: {holds}\nGoal:  {}", domain[goal].name);
     let decision = first(plan);
     let answer = match decision.verdict {
-        Verdict::Act(action) => format!("do {}", domain.operators()[action].name),
+        Verdict::Act(action) => format!("do {}", domain[action].name),
         Verdict::Met => "the goal is met".into(),
         Verdict::Stuck(obstacle) => format!("stuck: {}", obstacle_text(domain, obstacle)),
     };
@@ -173,7 +203,7 @@ pub(crate) fn table(planner: &Planner, plan: &RolledOut, counts: &[usize], goal:
     if !plan.steps.is_empty() {
         let mut grid = Grid::new(&[">step", "action", ">decided in ms"]);
         for (index, step) in plan.steps.iter().enumerate() {
-            let action = domain.operators()[step.action].name.clone();
+            let action = domain[step.action].name.clone();
             grid.row([(index + 1).to_string(), action, format!("{:.0}", step.decision.time_ms)]);
         }
         let end = match plan.end {
@@ -182,6 +212,14 @@ pub(crate) fn table(planner: &Planner, plan: &RolledOut, counts: &[usize], goal:
             PlanEnd::Stuck(obstacle) => format!("then stuck: {}", obstacle_text(domain, obstacle)),
         };
         let _ = writeln!(text, "Whole plan, {end}:\n\n{grid}");
+    }
+    if !decision.choices.is_empty() {
+        let mut grid = Grid::new(&[">question", "about", "chosen", ">among", "because"]);
+        for c in &decision.choices {
+            let (state, action) = (domain[c.state].name.clone(), domain[c.action].name.clone());
+            grid.row([c.question.to_string(), state, action, c.among.to_string(), why_text(c)]);
+        }
+        let _ = writeln!(text, "Choices among several causes:\n\n{grid}");
     }
     let mut grid = Grid::new(&[">question", "about", "reached", ">at ms"]);
     for m in &decision.milestones {

@@ -20,7 +20,7 @@ pub(crate) fn rename(args: &RenameArgs) -> Result<Outcome, Error> {
         renames.push((old.to_owned(), new.to_owned()));
     }
     let domain = Domain::read(&args.domain)?.rename(&renames)?;
-    let text = domain.to_json();
+    let text = domain.to_json()?;
     let from_input = args.domain.as_os_str() == "-";
     match &args.out {
         None if from_input => return emit(&text).map(|()| Outcome::Done),

@@ -65,7 +65,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let settings = Settings { seed: args.common.seed, ..Settings::default() };
     let learned = learn_observed(&shown.recording, &settings, &mut line)?;
     let domain = &learned.domain;
-    let Some(goal) = domain.goal().map(str::to_owned) else {
+    let Some(goal) = domain.goal_name().map(str::to_owned) else {
         return Ok(Outcome::Failed("the demonstrations achieved nothing to plan for".into()));
     };
     progress.say("building the planner graph");
@@ -95,7 +95,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let trace: String = episodes.iter().map(|(_, tracer)| tracer.text()).collect();
     let contents = [
         shown.recording.to_jsonl(None).into_bytes(),
-        domain.to_json().into_bytes(),
+        domain.to_json()?.into_bytes(),
         (scene.to_json() + "\n").into_bytes(),
         trace.into_bytes(),
         Arrays::of(frames, &activity).to_npz()?,
@@ -238,5 +238,5 @@ fn first_scene(spec: &EpisodeSpec, seed: Seed) -> Result<Snapshot, TaskError> {
 fn least_skills(planner: &Planner, scene: &Snapshot, goal: &str) -> Result<usize, TaskError> {
     let classifier = Classifier::new(planner.domain(), Grounding::default())?;
     let (counts, _) = plan::count(&classifier, planner.domain(), scene);
-    Ok(planner.plan(&counts, goal)?.steps.len())
+    Ok(planner.plan(&counts, planner.domain().state(goal)?)?.steps.len())
 }

@@ -25,6 +25,16 @@ pub struct InputFault {
     pub expected: String,
 }
 
+/// What serde found wrong with a JSON text, without the line and column that it appends: a fault has places of
+/// its own for these.
+pub(super) fn json_problem(error: &serde_json::Error) -> String {
+    let mut text = error.to_string();
+    if let Some(at) = text.rfind(" at line ") {
+        text.truncate(at);
+    }
+    text
+}
+
 fn place(line: &Option<usize>, field: &str) -> String {
     let line = line.map_or_else(String::new, |n| format!(", line {n}"));
     if field.is_empty() { line } else { format!("{line}, field `{field}`") }
@@ -118,8 +128,16 @@ pub enum TaskError {
         /// What exists.
         choices: Vec<String>,
     },
+    /// Something that cannot be put into JSON.
+    #[error("{what} cannot be written as JSON")]
+    Json {
+        /// What was to be written.
+        what: &'static str,
+        /// Serde's reason.
+        source: serde_json::Error,
+    },
     /// A domain that contradicts itself.
-    #[error("the domain is not sound: {reason}")]
+    #[error("the domain is not valid: {reason}")]
     BadDomain {
         /// What is wrong.
         reason: String,

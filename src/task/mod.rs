@@ -31,9 +31,10 @@ pub mod scene;
 pub mod skill;
 
 pub use domain::{
-    Classifier, Commitment, Demonstration, Domain, Event, FEW, Gate, Grounded, Grounding,
-    KindClusters, Labels, ObjectPose, Obstacle, Operator, OperatorEvidence, Origin, Outlook, Pose,
-    Provenance, Recording, Rules, Snapshot, State, SymbolicDomain, mean_orientation, outlook,
+    AcceptableAnswers, ActionId, Classifier, Commitment, Demonstration, Domain, DomainBuilder,
+    Event, Evidence, GaussianGate, Grounded, Grounding, KindClusters, Labels, LearnedState,
+    MIN_DISTINCT, ObjectPose, Obstacle, Operator, Origin, Parameter, Pose, Provenance, Recording,
+    Rules, Snapshot, State, StateId, Verdict, WorldState, acceptable_answers, mean_orientation,
     rotation_between,
 };
 pub use error::{InputFault, TaskError};

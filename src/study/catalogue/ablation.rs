@@ -11,9 +11,8 @@ use crate::study::experiment::{
     TrialOutcome, outcome,
 };
 use crate::task::TaskError;
-use crate::task::domain::SymbolicDomain;
-use crate::task::domain::outlook;
-use crate::task::planner::{Part, Planner, PlannerSpec, Unbinding, Verdict};
+use crate::task::domain::{DomainBuilder, Verdict, WorldState, acceptable_answers};
+use crate::task::planner::{Part, Planner, PlannerSpec, Unbinding};
 
 pub(super) const GOAL: &str = "BOLT_ASSEMBLED";
 /// The states at the start of the task.
@@ -96,21 +95,21 @@ impl Ablation {
 
 /// The planner's first decisions about some worlds: how many of them the reference planner accepts, and their mean
 /// simulated ms.
-fn decide(planner: &Planner, worlds: &[Vec<bool>]) -> Result<(f64, f64), TaskError> {
+fn decide(planner: &Planner, worlds: &[WorldState]) -> Result<(f64, f64), TaskError> {
     let domain = planner.domain();
-    let goal = domain.state_index(GOAL)?;
+    let goal = domain.state(GOAL)?;
     let (mut right, mut ms, mut decided) = (0.0, 0.0, 0.0);
     for world in worlds {
-        let wanted = outlook(domain, world, goal, planner.spec().rules());
-        let (verdict, time_ms) = match planner.decide(world, GOAL) {
+        let wanted = acceptable_answers(domain, world, goal, planner.spec().rules());
+        let (verdict, time_ms) = match planner.decide(world, goal) {
             Ok(decision) => (Some(decision.verdict), decision.time_ms),
             Err(TaskError::Undecided { limit_ms, .. }) => (None, limit_ms),
             Err(error) => return Err(error),
         };
-        let said = verdict.is_some_and(|verdict| verdict.accepted_by(&wanted));
+        let said = verdict.is_some_and(|verdict| wanted.accepts(verdict));
         // Whatever the motor shows before the decision would already be executed.
         let span = SimDuration::from_millis(time_ms.ceil() as u64);
-        let done = planner.first_shown(world, GOAL, span)?.map(|(action, _)| action);
+        let done = planner.first_shown(world, goal, span)?.map(|(action, _)| action);
         let acted = match (verdict, done) {
             (Some(Verdict::Act(_)), done) => done.is_none_or(|a| wanted.actions.contains(&a)),
             (_, done) => done.is_none(),
@@ -159,11 +158,11 @@ impl Experiment for Ablation {
 
     fn trial(&self, cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
         let variant = &self.variants[cell];
-        let domain = SymbolicDomain::of_the_paper().build()?;
+        let domain = DomainBuilder::of_the_paper().build()?;
         let mut rng = seed.derive("", "worlds").rng();
         let states = domain.states().len();
         // The first is the start of the task.
-        let mut worlds: Vec<Vec<bool>> = vec![domain.world(TABLE)?];
+        let mut worlds: Vec<WorldState> = vec![domain.world(TABLE)?];
         worlds.resize_with(WORLDS, || (0..states).map(|_| rng.random()).collect());
         let (right, ms) = match Planner::with_plan(&domain, variant.spec, &variant.plan, seed) {
             Ok(planner) => decide(&planner, &worlds)?,

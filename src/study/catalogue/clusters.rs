@@ -140,7 +140,8 @@ impl Experiment for Clusters {
         let classifier = Classifier::new(&domain, Grounding::paper())?;
         // The true state of each pose is that of the mean of its learned state.
         let agrees = |(kind, pose): (&str, &Pose)| {
-            let state = classifier.classify(kind, pose).state.map(|s| &domain.states()[s]);
+            let state =
+                classifier.classify(kind, pose).state.and_then(|s| domain[s].learned.as_ref());
             state.is_some_and(|s| {
                 truth(&spec, kind, s.mean.position) == truth(&spec, kind, pose.position)
             })
@@ -161,7 +162,7 @@ impl Experiment for Clusters {
         for (kind, pose) in poses(&recording) {
             if let Some(state) = classifier.classify(kind, pose).state {
                 let [x, _, z] = pose.position;
-                series[state].marks.push(Mark { x, y: 1e3 * z, bar: None });
+                series[state.index()].marks.push(Mark { x, y: 1e3 * z, bar: None });
             }
         }
         Some(Figure {
@@ -202,9 +203,10 @@ impl Classification {
         {
             let classifier = Classifier::new(&domain, rule)?;
             for (kind, pose) in part_poses(&unseen, &spec) {
-                let said = classifier.classify(kind, pose).state.map_or(TRUTHS.len(), |state| {
-                    truth(&spec, kind, domain.states()[state].mean.position)
-                });
+                let state = classifier.classify(kind, pose).state;
+                let said = state.and_then(|state| domain[state].learned.as_ref());
+                let said =
+                    said.map_or(TRUTHS.len(), |state| truth(&spec, kind, state.mean.position));
                 counts[truth(&spec, kind, pose.position)][said] += 1.0;
             }
         }

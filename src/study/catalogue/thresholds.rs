@@ -90,7 +90,7 @@ impl Thresholds {
             points: poses(&recording)
                 .filter(|(kind, _)| *kind == name)
                 .filter_map(|(kind, pose)| {
-                    Some((pose.position, classifier.classify(kind, pose).state?))
+                    Some((pose.position, classifier.classify(kind, pose).state?.index()))
                 })
                 .collect(),
             automatic: automatic(&domain, &name),
@@ -101,7 +101,7 @@ impl Thresholds {
 }
 
 fn automatic(domain: &Domain, kind: &str) -> f64 {
-    let clusters = domain.provenance().clusters.iter().find(|c| c.kind == kind);
+    let clusters = domain.provenance().and_then(|p| p.clusters.iter().find(|c| c.kind == kind));
     clusters.and_then(|c| c.threshold_m).unwrap_or(f64::NAN)
 }
 

@@ -11,7 +11,7 @@ use crate::study::experiment::{
     TrialOutcome, outcome,
 };
 use crate::task::TaskError;
-use crate::task::domain::SymbolicDomain;
+use crate::task::domain::DomainBuilder;
 use crate::task::planner::{PlanEnd, Planner, PlannerSpec};
 
 /// Simulated time of decisions and whole plans, in direct mode and in spiking neurons.
@@ -54,10 +54,10 @@ impl Experiment for Timing {
     }
 
     fn trial(&self, cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
-        let domain = SymbolicDomain::of_the_paper().build()?;
+        let domain = DomainBuilder::of_the_paper().build()?;
         let plan = PopulationPlan::all(if cell == 0 { Population::Direct } else { lif() });
         let planner = Planner::with_plan(&domain, PlannerSpec::default(), &plan, seed)?;
-        let rolled = planner.plan(&domain.counts(TABLE)?, GOAL)?;
+        let rolled = planner.plan(&domain.counts(TABLE)?, domain.state(GOAL)?)?;
         let [first, second, third] = std::array::from_fn(|step| {
             rolled.steps.get(step).map_or(f64::NAN, |step| step.decision.time_ms)
         });

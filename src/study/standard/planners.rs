@@ -12,7 +12,7 @@ use crate::spa::{
 };
 use crate::task::TaskError;
 use crate::task::domain::Domain;
-use crate::task::domain::SymbolicDomain;
+use crate::task::domain::DomainBuilder;
 use crate::task::planner::Unbinding;
 use crate::task::planner::encode::{
     ActionSpace, Encoded, PRECONDITION, StateSpace, deep_preconditions,
@@ -34,7 +34,7 @@ struct Symbols {
 
 impl Symbols {
     fn new(of: &Standard) -> Result<Self, TaskError> {
-        let domain = SymbolicDomain::of_the_paper().build()?;
+        let domain = DomainBuilder::of_the_paper().build()?;
         let encoded = Encoded::new(&domain, of.dimensions, 0.1, of.seed)?;
         Ok(Self { domain, encoded })
     }
@@ -45,7 +45,7 @@ impl Symbols {
 
     fn needed(&self) -> Result<[usize; 2], TaskError> {
         let [nut, bolt] = NEEDED;
-        Ok([self.domain.state_index(nut)?, self.domain.state_index(bolt)?])
+        Ok([self.domain.state(nut)?.index(), self.domain.state(bolt)?.index()])
     }
 
     /// The goal, with a gain of 2, for `ms` simulated ms.
@@ -58,7 +58,7 @@ impl Symbols {
     /// From a state to the action that causes it.
     fn cause(&self) -> Result<AssociativeMemory<StateSpace, ActionSpace>, TaskError> {
         let Encoded { states, actions, .. } = &self.encoded;
-        let pairs = self.domain.operators().iter().map(|o| (o.to.as_str(), o.name.as_str()));
+        let pairs = self.domain.operators().iter().map(|o| (&*self.domain[o.to].name, &*o.name));
         Ok(AssociativeMemory::new(states, actions, pairs, WINNER)?)
     }
 
@@ -68,7 +68,7 @@ impl Symbols {
         let operators = self.domain.operators().iter();
         let deep: Vec<(&str, String)> = operators
             .map(|o| {
-                let bound = deep_preconditions(o.preconditions.iter().map(String::as_str));
+                let bound = deep_preconditions(self.domain.names(&o.preconditions));
                 (o.name.as_str(), bound)
             })
             .collect();
@@ -79,7 +79,7 @@ impl Symbols {
     /// From an action to the state that it causes.
     fn effect(&self) -> Result<AssociativeMemory<ActionSpace, StateSpace>, TaskError> {
         let Encoded { states, actions, .. } = &self.encoded;
-        let pairs = self.domain.operators().iter().map(|o| (o.name.as_str(), o.to.as_str()));
+        let pairs = self.domain.operators().iter().map(|o| (&*o.name, &*self.domain[o.to].name));
         Ok(AssociativeMemory::new(actions, states, pairs, EVERY)?)
     }
 

@@ -2,19 +2,21 @@
 //!
 //! The default rule asks, for each state of the object's kind, how many standard deviations its
 //! position is away, over the coordinates that the state constrains, and answers *none* if that is more than
-//! [`Gate::limit`] for every state.
+//! [`GaussianGate::limit`] for every state.
 //!
 //! * A spread has a floor: for `d` distinct poses with sample variance `v` the variance used is
 //!   `max(floor^2, (prior^2 + (d - 1) v) / d)`. So a state seen once has the prior's spread, and parts
 //!   that were recorded at the same height to some nanometres do not make a state that nothing else is in.
-//! * A coordinate that spreads by [`Gate::broad_m`] or more rejects nothing: a part lying anywhere on the
+//! * A coordinate that spreads by [`GaussianGate::broad_m`] or more rejects nothing: a part lying anywhere on the
 //!   table is on the table. Of a state in which parts were found, nobody having put them there,
-//!   [`Gate::broad_found_m`] is enough: in one of twenty sets of five demonstrations the five places of the
+//!   [`GaussianGate::broad_found_m`] is enough: in one of twenty sets of five demonstrations the five places of the
 //!   bolt had by chance one coordinate alike to 8 mm, and bolts elsewhere on the table were in no state.
-//! * A state in which parts were found, and of which fewer than [`FEW`] distinct poses are known, may be broad
+//! * A state in which parts were found, and of which fewer than [`MIN_DISTINCT`] distinct poses are known, may be broad
 //!   in coordinates that nobody has seen vary. There the deviations are combined as the paper combines
 //!   coordinates, by a p-norm with p = -2: near in one constrained coordinate is near, to within the floor.
 //! * If several states are within the limit, the one of greatest density is taken.
+//!
+//! A state without geometry, of a domain written in code, never grounds anything.
 //!
 //! Orientations are part of a state's Gaussian and of target poses, but not of this rule: parts are symmetric
 //! (a bolt in its hole may stand at any angle), and a few demonstrations do not show it.
@@ -22,15 +24,15 @@
 use super::distance::{PAPER_EXPONENT, check_exponent, p_distance};
 use super::pose::Pose;
 use super::recording::Snapshot;
-use crate::task::domain::{Domain, Origin, State};
+use crate::task::domain::{Domain, LearnedState, Origin, State, StateId, WorldState};
 use crate::task::error::TaskError;
 
 /// With this many distinct poses, a coordinate in which they agree is taken to be constrained.
-pub const FEW: usize = 4;
+pub const MIN_DISTINCT: usize = 4;
 
-/// The default rule's numbers.
+/// The default rule's numbers: how far from a learned Gaussian an object may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gate {
+pub struct GaussianGate {
     /// Least standard deviation of a coordinate, in metres.
     pub floor_m: f64,
     /// Standard deviation of a state seen once, in metres.
@@ -43,7 +45,7 @@ pub struct Gate {
     pub limit: f64,
 }
 
-impl Default for Gate {
+impl Default for GaussianGate {
     fn default() -> Self {
         Self { floor_m: 1e-3, prior_m: 3e-3, broad_m: 1e-2, broad_found_m: 4e-3, limit: 5.0 }
     }
@@ -53,7 +55,7 @@ impl Default for Gate {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Grounding {
     /// The state of greatest density among those within the limit; none if none is.
-    Gated(Gate),
+    Gated(GaussianGate),
     /// The paper's rule (section II.F): the state whose mean position is nearest by p-norm, however far.
     Nearest {
         /// The exponent.
@@ -63,7 +65,7 @@ pub enum Grounding {
 
 impl Default for Grounding {
     fn default() -> Self {
-        Self::Gated(Gate::default())
+        Self::Gated(GaussianGate::default())
     }
 }
 
@@ -104,8 +106,8 @@ impl Grounding {
 /// The state of one object.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grounded {
-    /// The state's place in the domain, if the object is in one.
-    pub state: Option<usize>,
+    /// The object's state, if it is in one.
+    pub state: Option<StateId>,
     /// The distance to that state, or to the nearest if it is in none: standard deviations for
     /// the default rule, metres for the paper's. `None` if the kind has no states.
     pub distance: Option<f64>,
@@ -120,16 +122,16 @@ pub struct Grounded {
 /// let rehearsal = Rehearsal::default();
 /// let domain = learn::learn(&rehearsal.record(Seed::new(1))?.recording, &Default::default())?.domain;
 /// let classifier = Classifier::new(&domain, Grounding::default())?;
-/// let present = classifier.global_state(&rehearsal.scene(Seed::new(2))?);
-/// let names: Vec<&str> =
-///     domain.states().iter().zip(&present).filter(|(_, p)| **p).map(|(s, _)| &s.name[..]).collect();
+/// let world = classifier.world_state(&rehearsal.scene(Seed::new(2))?);
+/// let names: Vec<&str> = world.iter().map(|s| &domain[s].name[..]).collect();
 /// assert_eq!(names, ["BOLT_AT_START", "NUT_AT_START"]);
 /// # Ok::<(), symbolt::task::TaskError>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct Classifier {
     rule: Grounding,
-    states: Vec<Model>,
+    /// One a state of the domain, `None` for a state without geometry.
+    states: Vec<Option<Model>>,
 }
 
 #[derive(Debug, Clone)]
@@ -154,15 +156,20 @@ impl Classifier {
     /// As [`Grounding::check`].
     pub fn new(domain: &Domain, rule: Grounding) -> Result<Self, TaskError> {
         rule.check()?;
-        let gate = if let Grounding::Gated(gate) = rule { gate } else { Gate::default() };
-        let states = domain.states().iter().map(|s| Model::new(s, &gate)).collect();
+        let gate = if let Grounding::Gated(gate) = rule { gate } else { GaussianGate::default() };
+        let states = domain.states().iter();
+        let states = states.map(|s| Some(Model::new(s, s.learned.as_ref()?, &gate))).collect();
         Ok(Self { rule, states })
     }
 
     /// The state of an object of `kind` at `pose`.
     pub fn classify(&self, kind: &str, pose: &Pose) -> Grounded {
-        let own = || self.states.iter().enumerate().filter(|(_, s)| s.kind == kind);
-        let nearest = |distances: &mut dyn Iterator<Item = (usize, f64)>| {
+        let own = || {
+            let models = self.states.iter().enumerate();
+            let models = models.filter_map(|(i, model)| Some((StateId::new(i), model.as_ref()?)));
+            models.filter(|(_, model)| model.kind == kind)
+        };
+        let nearest = |distances: &mut dyn Iterator<Item = (StateId, f64)>| {
             distances.min_by(|a, b| a.1.total_cmp(&b.1))
         };
         match self.rule {
@@ -195,29 +202,32 @@ impl Classifier {
         scene.objects.iter().map(|o| self.classify(&o.kind, &o.pose)).collect()
     }
 
-    /// The global state of a scene: for each state of the domain, whether some object is in it.
-    pub fn global_state(&self, scene: &Snapshot) -> Vec<bool> {
-        let mut present = vec![false; self.states.len()];
-        for state in self.classify_all(scene).into_iter().filter_map(|g| g.state) {
-            present[state] = true;
-        }
-        present
+    /// The states that hold in a scene: those in which some object is.
+    pub fn world_state(&self, scene: &Snapshot) -> WorldState {
+        self.world_of(&self.classify_all(scene))
+    }
+
+    /// The states that hold when objects are in these.
+    pub fn world_of(&self, grounded: &[Grounded]) -> WorldState {
+        let mut world = WorldState::empty(self.states.len());
+        grounded.iter().filter_map(|g| g.state).for_each(|state| world.insert(state));
+        world
     }
 }
 
 impl Model {
-    fn new(state: &State, gate: &Gate) -> Self {
-        let distinct = state.distinct.max(1) as f64;
-        let found = state.origin == Origin::Found;
-        let any = found && state.distinct < FEW;
+    fn new(state: &State, learned: &LearnedState, gate: &GaussianGate) -> Self {
+        let distinct = learned.distinct.max(1) as f64;
+        let found = learned.origin == Origin::Found;
+        let any = found && learned.distinct < MIN_DISTINCT;
         let broad = if found { gate.broad_found_m } else { gate.broad_m };
-        let axes = state.spread().map(|sd| {
+        let axes = learned.spread().map(|sd| {
             let variance = (gate.prior_m.powi(2) + (distinct - 1.0) * sd * sd) / distinct;
             // Where agreement in one coordinate is enough, it has to be close.
             let least = if any { 0.0 } else { variance.sqrt() };
-            Axis { sd: least.max(gate.floor_m), free: state.distinct >= 2 && sd >= broad }
+            Axis { sd: least.max(gate.floor_m), free: learned.distinct >= 2 && sd >= broad }
         });
-        Self { kind: state.kind.clone(), mean: state.mean, axes, any }
+        Self { kind: state.kind.clone(), mean: learned.mean, axes, any }
     }
 
     fn deviation(&self, pose: &Pose, axis: usize) -> f64 {

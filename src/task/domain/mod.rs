@@ -1,205 +1,167 @@
-//! A learned domain: states and operators, with all that is needed to plan without the recordings.
+//! A domain: states and operators, learned or written in code, with all that is needed to plan.
+//!
+//! Names stand once, in the tables of states and operators; everything else refers to them by
+//! [`StateId`] and [`ActionId`]. Poses, counts and provenance belong to learned domains only.
 
+mod builder;
+mod check;
 pub(crate) mod distance;
 mod file;
 pub(crate) mod grounding;
+mod ids;
+mod operator;
 pub(crate) mod pose;
+mod provenance;
 pub(crate) mod recording;
 pub(crate) mod reference;
-pub(crate) mod symbolic;
+mod state;
+mod verdict;
+mod world;
 
-use std::collections::HashSet;
+use std::ops::Index;
 
-use serde::{Deserialize, Serialize};
-
-pub use grounding::{Classifier, FEW, Gate, Grounded, Grounding};
+pub use builder::DomainBuilder;
+pub(crate) use check::is_symbol;
+pub use grounding::{Classifier, GaussianGate, Grounded, Grounding, MIN_DISTINCT};
+pub use ids::{ActionId, StateId};
+pub use operator::{Evidence, Operator, Parameter};
 pub use pose::{Pose, mean_orientation, rotation_between};
+pub use provenance::{KindClusters, Provenance};
 pub use recording::{Demonstration, Event, Labels, ObjectPose, Recording, Snapshot};
-pub use reference::{Commitment, Obstacle, Outlook, Rules, outlook};
-pub use symbolic::SymbolicDomain;
+pub use reference::{AcceptableAnswers, acceptable_answers};
+pub use state::{LearnedState, Origin, State};
+pub use verdict::{Commitment, Obstacle, Rules, Verdict};
+pub use world::WorldState;
 
 use crate::spa::nearest_name;
 use crate::task::error::TaskError;
 
-/// How the parts that are in a state came to be there.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Origin {
-    /// They lay there when a demonstration began, or were knocked there.
-    Found,
-    /// They were put there.
-    Placed,
-}
-
-/// A state that an object of one kind can be in.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct State {
-    /// The state's name: an upper-case letter, then letters, digits and `_`.
-    pub name: String,
-    /// The kind of object.
-    pub kind: String,
-    /// How many poses it was learned from.
-    pub count: usize,
-    /// How many of them differ by more than the movement of a resting part.
-    pub distinct: usize,
-    /// How parts came into it.
-    pub origin: Origin,
-    /// The robust mean pose.
-    pub mean: Pose,
-    /// Covariance about the mean: coordinates in metres, then rotation about the scene's axes in
-    /// radians.
-    pub covariance: [[f64; 6]; 6],
-}
-
-impl State {
-    /// Standard deviation of each coordinate, in metres.
-    pub fn spread(&self) -> [f64; 3] {
-        std::array::from_fn(|i| self.covariance[i][i].max(0.0).sqrt())
-    }
-}
-
-/// What an action needs, does and was learned from. States are given by name.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Operator {
-    /// The action's name: an upper-case letter, then letters, digits and `_`.
-    pub name: String,
-    /// The kind of object that is manipulated.
-    pub kind: String,
-    /// The state that the object is taken from, if it was always in a state.
-    pub from: Option<String>,
-    /// The state that the object is put into: the one by which the action is told from others.
-    pub to: String,
-    /// States that must hold before.
-    pub preconditions: Vec<String>,
-    /// States that hold after, `to` among them.
-    pub effects: Vec<String>,
-    /// States that never held before in the demonstrations; a planner may ask for their absence.
-    pub absent: Vec<String>,
-    /// States that every instance ended.
-    pub removes: Vec<String>,
-    /// The counts behind the lists above.
-    pub evidence: OperatorEvidence,
-}
-
-/// The counts behind an operator, in the order of the domain's states.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct OperatorEvidence {
-    /// How many instances there were.
-    pub instances: u32,
-    /// Before how many of them each state held.
-    pub before: Vec<u32>,
-    /// How often each state was brought about, less how often it was ended.
-    pub change: Vec<i32>,
-}
-
-/// How the clusters of one kind were cut.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct KindClusters {
-    /// The kind.
-    pub kind: String,
-    /// The threshold used, in metres; `null` if there was nothing to tell apart.
-    pub threshold_m: Option<f64>,
-    /// The height of the first merge that was not made, in metres.
-    pub next_merge_m: Option<f64>,
-}
-
-/// What made a domain.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Provenance {
-    /// The program's version.
-    pub symbolt: String,
-    /// The seed given; learning itself draws nothing.
-    pub seed: u64,
-    /// The exponent of the distance.
-    pub p: f64,
-    /// The threshold given, in metres; `null` if it was found from the data.
-    pub threshold_m: Option<f64>,
-    /// How many demonstrations and snapshots were read.
-    pub demonstrations: usize,
-    /// How many snapshots were read.
-    pub snapshots: usize,
-    /// The clusters of each kind that moved.
-    pub clusters: Vec<KindClusters>,
-}
-
-/// States, operators and their origin.
+/// States and operators, checked as a whole.
+///
+/// Index it with a [`StateId`] or an [`ActionId`]; an id of another domain may be out of range, and then
+/// indexing panics.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Domain {
     states: Vec<State>,
     operators: Vec<Operator>,
-    goal: Option<String>,
-    provenance: Provenance,
-    /// For each state, the operator that causes it.
-    causes: Vec<Option<usize>>,
+    goal: Option<StateId>,
+    provenance: Option<Provenance>,
+    /// For each state, the actions that cause it, preferred ones first.
+    causes: Vec<Vec<ActionId>>,
+}
+
+impl Index<StateId> for Domain {
+    type Output = State;
+
+    fn index(&self, state: StateId) -> &State {
+        &self.states[state.index()]
+    }
+}
+
+impl Index<ActionId> for Domain {
+    type Output = Operator;
+
+    fn index(&self, action: ActionId) -> &Operator {
+        &self.operators[action.index()]
+    }
 }
 
 impl Domain {
-    /// A domain of checked parts.
+    /// A domain of checked tables; `provenance` says what it was learned from, if it was.
     ///
     /// # Errors
-    /// [`TaskError::BadDomain`] if a name is bad or used twice, an operator names a state that is
-    /// not there, lists one twice, does not list `to` among its effects or has no effect, or if the
-    /// goal is no state; numbers that are not finite likewise.
+    /// [`TaskError::BadDomain`] if a name is bad or used twice; if an operator has no parameter, names
+    /// a state that is not there, lists one twice or does not list `to` among its effects; if the goal is
+    /// no state; if a number is not finite.
     pub fn new(
         states: Vec<State>,
         operators: Vec<Operator>,
-        goal: Option<String>,
-        provenance: Provenance,
+        goal: Option<StateId>,
+        provenance: Option<Provenance>,
     ) -> Result<Self, TaskError> {
-        check(&states, &operators, goal.as_deref())
+        check::check(&states, &operators, goal)
             .map_err(|reason| TaskError::BadDomain { reason })?;
-        let causes = states.iter().map(|s| cause_of(&s.name, &operators)).collect();
+        let causes =
+            (0..states.len()).map(|state| causes_of(StateId::new(state), &operators)).collect();
         Ok(Self { states, operators, goal, provenance, causes })
     }
 
-    /// The states.
+    /// The states, in the order of their ids.
     pub fn states(&self) -> &[State] {
         &self.states
     }
 
-    /// The operators.
+    /// The operators, in the order of their ids.
     pub fn operators(&self) -> &[Operator] {
         &self.operators
     }
 
+    /// The ids of all states.
+    pub fn state_ids(&self) -> impl ExactSizeIterator<Item = StateId> + use<> {
+        (0..self.states.len()).map(StateId::new)
+    }
+
+    /// The ids of all actions.
+    pub fn action_ids(&self) -> impl ExactSizeIterator<Item = ActionId> + use<> {
+        (0..self.operators.len()).map(ActionId::new)
+    }
+
     /// The state that the last action of the demonstrations brought about.
-    pub fn goal(&self) -> Option<&str> {
-        self.goal.as_deref()
+    pub fn goal(&self) -> Option<StateId> {
+        self.goal
     }
 
-    /// What made the domain.
-    pub fn provenance(&self) -> &Provenance {
-        &self.provenance
+    /// The goal's name.
+    pub fn goal_name(&self) -> Option<&str> {
+        self.goal.map(|goal| self[goal].name.as_str())
     }
 
-    /// The place of the state called `name`.
+    /// What the domain was learned from; `None` for a domain written in code.
+    pub fn provenance(&self) -> Option<&Provenance> {
+        self.provenance.as_ref()
+    }
+
+    /// The state called `name`.
     ///
     /// # Errors
     /// [`TaskError::Unknown`], listing the states.
-    pub fn state_index(&self, name: &str) -> Result<usize, TaskError> {
-        self.states.iter().position(|s| s.name == name).ok_or_else(|| TaskError::Unknown {
-            what: "state",
-            name: name.into(),
-            nearest: nearest_name(name, self.states.iter().map(|s| s.name.as_str())),
-            choices: self.states.iter().map(|s| s.name.clone()).collect(),
-        })
+    pub fn state(&self, name: &str) -> Result<StateId, TaskError> {
+        let names = self.states.iter().map(|s| s.name.as_str());
+        find(name, "state", names).map(StateId::new)
     }
 
-    /// A world in which the named states hold and no others, as [`Planner::decide`](super::planner::Planner::decide)
-    /// takes it: a flag for each state, in their order.
+    /// The action called `name`.
+    ///
+    /// # Errors
+    /// [`TaskError::Unknown`], listing the actions.
+    pub fn action(&self, name: &str) -> Result<ActionId, TaskError> {
+        let names = self.operators.iter().map(|o| o.name.as_str());
+        find(name, "action", names).map(ActionId::new)
+    }
+
+    /// The names of states, in their order.
+    pub fn names(&self, states: &[StateId]) -> Vec<&str> {
+        states.iter().map(|s| self[*s].name.as_str()).collect()
+    }
+
+    /// A world in which the named states hold and no others.
     ///
     /// # Errors
     /// [`TaskError::Unknown`], listing the states.
     pub fn world<'n>(
         &self,
         hold: impl IntoIterator<Item = &'n str>,
-    ) -> Result<Vec<bool>, TaskError> {
-        Ok(self.counts(hold)?.into_iter().map(|count| count > 0).collect())
+    ) -> Result<WorldState, TaskError> {
+        let mut world = self.empty_world();
+        for name in hold {
+            world.insert(self.state(name)?);
+        }
+        Ok(world)
+    }
+
+    /// A world in which no state holds.
+    pub fn empty_world(&self) -> WorldState {
+        WorldState::empty(self.states.len())
     }
 
     /// How many things are in each state, in the states' order, as [`Planner::plan`](super::planner::Planner::plan)
@@ -213,178 +175,69 @@ impl Domain {
     ) -> Result<Vec<usize>, TaskError> {
         let mut counts = vec![0; self.states.len()];
         for name in things {
-            counts[self.state_index(name)?] += 1;
+            counts[self.state(name)?.index()] += 1;
         }
         Ok(counts)
     }
 
-    /// The operator that causes the `state`-th state.
+    /// The actions that cause a state: all that have it among their effects, in the order in which a planner
+    /// prefers them. Actions by which a part is put into that state come before those that bring it about as a
+    /// further effect; then those demonstrated more often come first; then the order of the table decides.
     ///
-    /// It is the one by which a part is put into that state; failing that, of those that bring it
-    /// about as a further effect, the one with the most evidence, of equal ones the first.
-    pub fn cause(&self, state: usize) -> Option<usize> {
-        self.causes.get(state).copied().flatten()
-    }
-
-    /// The places of the named states; names of a checked operator always have one.
-    pub(crate) fn indices(&self, names: &[String]) -> Vec<usize> {
-        names.iter().filter_map(|n| self.states.iter().position(|s| s.name == *n)).collect()
+    /// # Panics
+    /// If the state is of another domain and out of range.
+    pub fn causes(&self, state: StateId) -> &[ActionId] {
+        &self.causes[state.index()]
     }
 
     /// The domain with other names for states and actions, given as pairs of old and new name.
     ///
     /// # Errors
-    /// If an old name is neither a state nor an action, or the new names make the domain unsound.
+    /// If an old name is neither a state nor an action or is given twice, or if the new names make the
+    /// domain invalid.
     pub fn rename(&self, renames: &[(String, String)]) -> Result<Self, TaskError> {
-        let known: Vec<&str> = self
-            .states
-            .iter()
-            .map(|s| s.name.as_str())
-            .chain(self.operators.iter().map(|o| o.name.as_str()))
-            .collect();
+        let names = || {
+            let states = self.states.iter().map(|s| s.name.as_str());
+            states.chain(self.operators.iter().map(|o| o.name.as_str()))
+        };
         for (index, (old, _)) in renames.iter().enumerate() {
-            if !known.contains(&old.as_str()) {
-                return Err(TaskError::Unknown {
-                    what: "state or action",
-                    name: old.clone(),
-                    nearest: nearest_name(old, known.iter().copied()),
-                    choices: known.iter().map(|n| (*n).to_owned()).collect(),
-                });
-            }
+            find(old, "state or action", names())?;
             if renames[..index].iter().any(|(earlier, _)| earlier == old) {
                 let reason = format!("`{old}` is renamed twice");
                 return Err(TaskError::BadDomain { reason });
             }
         }
-        let new = |name: &String| {
-            renames.iter().find(|(old, _)| old == name).map_or(name, |(_, new)| new).clone()
-        };
-        let all = |names: &[String]| names.iter().map(new).collect();
-        let states =
-            self.states.iter().map(|s| State { name: new(&s.name), ..s.clone() }).collect();
-        let operators = self
-            .operators
-            .iter()
-            .map(|o| Operator {
-                name: new(&o.name),
-                from: o.from.as_ref().map(new),
-                to: new(&o.to),
-                preconditions: all(&o.preconditions),
-                effects: all(&o.effects),
-                absent: all(&o.absent),
-                removes: all(&o.removes),
-                ..o.clone()
-            })
-            .collect();
-        Self::new(states, operators, self.goal.as_ref().map(new), self.provenance.clone())
-    }
-}
-
-fn cause_of(state: &str, operators: &[Operator]) -> Option<usize> {
-    if let Some(own) = operators.iter().position(|o| o.to == state) {
-        return Some(own);
-    }
-    let mut best: Option<usize> = None;
-    for (index, operator) in operators.iter().enumerate() {
-        let causes = operator.effects.iter().any(|e| e == state);
-        let more =
-            best.is_none_or(|b| operator.evidence.instances > operators[b].evidence.instances);
-        if causes && more {
-            best = Some(index);
-        }
-    }
-    best
-}
-
-/// Names that planners use for themselves.
-pub(crate) const RESERVED: [&str; 3] = ["PRECONDITION", "ABSENT", "NOTHING"];
-
-/// Whether `name` can name a state or an action: it has to stand in expressions.
-pub(crate) fn is_symbol(name: &str) -> bool {
-    let mut chars = name.chars();
-    chars.next().is_some_and(|c| c.is_ascii_uppercase())
-        && chars.all(|c| c.is_ascii_alphanumeric() || c == '_')
-        && name.len() <= 200
-        && !RESERVED.contains(&name)
-}
-
-fn check(states: &[State], operators: &[Operator], goal: Option<&str>) -> Result<(), String> {
-    let mut names = HashSet::new();
-    for name in states.iter().map(|s| &s.name).chain(operators.iter().map(|o| &o.name)) {
-        if !is_symbol(name) {
-            return Err(format!(
-                "`{name}` cannot be a name; use an upper-case letter, then letters, digits and `_`, other than {}",
-                RESERVED.join(", ")
-            ));
-        }
-        if !names.insert(name) {
-            return Err(format!("`{name}` names two things"));
-        }
-    }
-    let kinds: HashSet<&str> = states.iter().map(|s| s.kind.as_str()).collect();
-    for state in states {
-        let pose = state.mean.position.iter().chain(&state.mean.orientation);
-        if pose.chain(state.covariance.iter().flatten()).any(|v| !v.is_finite()) {
-            return Err(format!("state `{}` holds a number that is not finite", state.name));
-        }
-        let norm = state.mean.orientation.iter().map(|v| v * v).sum::<f64>().sqrt();
-        if (norm - 1.0).abs() > 1e-3 {
-            return Err(format!("the orientation of state `{}` has norm {norm}", state.name));
-        }
-        if (0..6).any(|i| state.covariance[i][i] < 0.0) {
-            return Err(format!("state `{}` has a negative variance", state.name));
-        }
-    }
-    let known = |name: &str| states.iter().any(|s| s.name == name);
-    for operator in operators {
-        let at = format!("action `{}`", operator.name);
-        let lists = [
-            ("preconditions", &operator.preconditions),
-            ("effects", &operator.effects),
-            ("absent", &operator.absent),
-            ("removes", &operator.removes),
-        ];
-        for (what, list) in lists {
-            let mut seen = HashSet::new();
-            for name in list {
-                if !known(name) {
-                    return Err(format!("{at} has `{name}` among its {what}, which is no state"));
-                }
-                if !seen.insert(name) {
-                    return Err(format!("{at} has `{name}` twice among its {what}"));
-                }
+        let mut renamed = self.clone();
+        let states = renamed.states.iter_mut().map(|s| &mut s.name);
+        for name in states.chain(renamed.operators.iter_mut().map(|o| &mut o.name)) {
+            if let Some((_, new)) = renames.iter().find(|(old, _)| old == name) {
+                name.clone_from(new);
             }
         }
-        for name in operator.from.iter().chain([&operator.to]) {
-            if !known(name) {
-                return Err(format!("{at} moves from or to `{name}`, which is no state"));
-            }
-        }
-        if !operator.effects.contains(&operator.to) {
-            return Err(format!("{at} puts into `{}` but does not list it as effect", operator.to));
-        }
-        if let Some(both) = operator.preconditions.iter().find(|p| operator.absent.contains(p)) {
-            return Err(format!("{at} needs `{both}` both present and absent"));
-        }
-        if !kinds.contains(operator.kind.as_str()) {
-            return Err(format!("{at} manipulates `{}`, which has no state", operator.kind));
-        }
-        let counts = [operator.evidence.before.len(), operator.evidence.change.len()];
-        if counts.iter().any(|n| *n != states.len()) {
-            return Err(format!("{at} has evidence for {counts:?} states of {}", states.len()));
-        }
+        Self::new(renamed.states, renamed.operators, renamed.goal, renamed.provenance)
     }
-    if let Some(other) = operators
+}
+
+fn find<'n>(
+    name: &str,
+    what: &'static str,
+    names: impl Iterator<Item = &'n str> + Clone,
+) -> Result<usize, TaskError> {
+    names.clone().position(|n| n == name).ok_or_else(|| TaskError::Unknown {
+        what,
+        name: name.into(),
+        nearest: nearest_name(name, names.clone()),
+        choices: names.map(str::to_owned).collect(),
+    })
+}
+
+fn causes_of(state: StateId, operators: &[Operator]) -> Vec<ActionId> {
+    let mut causes: Vec<(bool, u32, ActionId)> = operators
         .iter()
         .enumerate()
-        .find(|(i, o)| operators[..*i].iter().any(|earlier| earlier.to == o.to))
-    {
-        return Err(format!("two actions put parts into `{}`", other.1.to));
-    }
-    if let Some(goal) = goal
-        && !known(goal)
-    {
-        return Err(format!("the goal `{goal}` is no state"));
-    }
-    Ok(())
+        .filter(|(_, o)| o.effects.contains(&state))
+        .map(|(index, o)| (o.to == state, o.instances(), ActionId::new(index)))
+        .collect();
+    causes.sort_by_key(|(own, instances, action)| (!own, u32::MAX - instances, *action));
+    causes.into_iter().map(|(_, _, action)| action).collect()
 }

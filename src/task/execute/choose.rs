@@ -1,17 +1,15 @@
 //! From an action to a part and a target: the effect state's mean, and a part in the state that it is
 //! taken from.
 
-use crate::task::domain::Grounded;
-use crate::task::domain::Snapshot;
-use crate::task::domain::{Domain, Operator};
+use crate::task::domain::{Domain, Grounded, Operator, Snapshot, StateId};
 use crate::task::skill::Target;
 
 /// A part of the same kind this near to a target is in the way, in metres.
 const IN_THE_WAY_M: f64 = 0.025;
 
-/// Where the action would put its part.
+/// Where the action would put its part; `None` if that state has no place.
 pub(super) fn target(domain: &Domain, operator: &Operator) -> Option<Target> {
-    let state = domain.states().get(domain.state_index(&operator.to).ok()?)?;
+    let state = domain[operator.to].learned.as_ref()?;
     let [x, y, z, w] = state.mean.orientation;
     // The third column of the rotation: where the mean pose points the part's axis.
     let axis = [2.0 * (x * z + y * w), 2.0 * (y * z - x * w), 1.0 - 2.0 * (x * x + y * y)];
@@ -21,23 +19,16 @@ pub(super) fn target(domain: &Domain, operator: &Operator) -> Option<Target> {
 /// Objects that the action can be done with, by their places in the snapshot: those of its kind in the
 /// state that it is taken from, or, if it was not always taken from one, any that is not where it
 /// would be put.
-pub(super) fn candidates(
-    domain: &Domain,
-    operator: &Operator,
-    seen: &Snapshot,
-    states: &[Grounded],
-) -> Vec<usize> {
-    let from = operator.from.as_ref().and_then(|f| domain.state_index(f).ok());
-    let to = domain.state_index(&operator.to).ok();
-    let fits = |state: Option<usize>| match from {
-        Some(_) => state == from,
-        None => state != to,
+pub(super) fn candidates(operator: &Operator, seen: &Snapshot, states: &[Grounded]) -> Vec<usize> {
+    let fits = |state: Option<StateId>| match operator.from {
+        Some(_) => state == operator.from,
+        None => state != Some(operator.to),
     };
     seen.objects
         .iter()
         .zip(states)
         .enumerate()
-        .filter(|(_, (object, grounded))| *object.kind == *operator.kind && fits(grounded.state))
+        .filter(|(_, (object, grounded))| *object.kind == *operator.kind() && fits(grounded.state))
         .map(|(index, _)| index)
         .collect()
 }
@@ -47,6 +38,6 @@ pub(super) fn occupied(seen: &Snapshot, operator: &Operator, part: usize, target
     seen.objects.iter().enumerate().any(|(index, object)| {
         let [x, y, _] = object.pose.position;
         let near = (x - target.position[0]).hypot(y - target.position[1]) < IN_THE_WAY_M;
-        index != part && *object.kind == *operator.kind && near
+        index != part && *object.kind == *operator.kind() && near
     })
 }

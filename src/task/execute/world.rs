@@ -9,11 +9,11 @@ use serde::{Deserialize, Serialize};
 use super::EpisodeSpec;
 use super::choose;
 use crate::sim::{Real, Seed, SimDuration, World, WorldError, WorldSave};
-use crate::task::domain::{Classifier, Grounding};
+use crate::task::domain::{ActionId, Classifier, Grounding, Verdict, WorldState};
 use crate::task::error::TaskError;
 use crate::task::event::{Decided, Doing, Ended, SceneFrame, SkillOutcome, SkillReport, Touched};
 use crate::task::execute::witness::Recorder;
-use crate::task::planner::{Planner, Verdict};
+use crate::task::planner::Planner;
 use crate::task::scene::Scene;
 use crate::task::skill::Robot;
 
@@ -58,7 +58,7 @@ struct Live {
     scene: Scene,
     robot: Robot,
     phase: Phase,
-    present: Vec<bool>,
+    present: WorldState,
     /// Parts that were in no state when last looked at.
     stray: Vec<bool>,
     log: Log,
@@ -91,7 +91,7 @@ impl AssemblyWorld {
         spec: &EpisodeSpec,
     ) -> Result<Self, TaskError> {
         spec.check()?;
-        planner.domain().state_index(goal)?;
+        planner.domain().state(goal)?;
         let goal = planner.encoded().states.get(goal)?.to_vec();
         let classifier = Classifier::new(planner.domain(), grounding)?;
         let recorder = Recorder::new(&spec.scene);
@@ -200,10 +200,7 @@ impl Live {
     fn look(&mut self, mind: &Mind<'_>) {
         let (seen, parts) = mind.recorder.look(&self.scene);
         let states = mind.classifier.classify_all(&seen);
-        self.present.fill(false);
-        for state in states.iter().filter_map(|s| s.state) {
-            self.present[state] = true;
-        }
+        self.present = mind.classifier.world_of(&states);
         // Of the parts: the jig has no states.
         let mut stray = vec![true; self.scene.kinds().count()];
         for (state, part) in states.iter().zip(&parts) {
@@ -221,18 +218,14 @@ impl Live {
     fn listen(&mut self, mind: &Mind<'_>, command: &[Real], since_step: u64) {
         let domain = mind.planner.domain();
         let (actions, trace) = command.split_at(domain.operators().len());
-        let action = actions.iter().position(|a| *a > 0.5);
+        let action = actions.iter().position(|a| *a > 0.5).map(ActionId::new);
         let Some(verdict) = mind.planner.read(trace, action) else { return };
         let step_ms = self.scene.spec().step_ms;
-        let named = |states: &[bool]| -> Vec<String> {
-            let held = domain.states().iter().zip(states).filter(|(_, held)| **held);
-            held.map(|(state, _)| state.name.clone()).collect()
-        };
-        let name = |action: usize| domain.operators()[action].name.clone();
+        let name = |action: ActionId| domain[action].name.clone();
         self.log.decisions.push(Decided {
             asked_s: (since_step * step_ms) as f64 / 1e3,
             took_ms: ((self.scene.steps() - since_step) * step_ms) as f64,
-            holds: named(&self.present),
+            holds: self.present.iter().map(|state| domain[state].name.clone()).collect(),
             action: if let Verdict::Act(action) = verdict { Some(name(action)) } else { None },
             begun: false,
             skill: None,
@@ -251,14 +244,12 @@ impl Live {
     }
 
     /// Begins to do an action with the first part that it can be done with.
-    fn act(&mut self, mind: &Mind<'_>, action: usize) -> Phase {
+    fn act(&mut self, mind: &Mind<'_>, action: ActionId) -> Phase {
         let domain = mind.planner.domain();
-        let operator = &domain.operators()[action];
+        let operator = &domain[action];
         let (seen, parts) = mind.recorder.look(&self.scene);
         let states = mind.classifier.classify_all(&seen);
-        let mut now = vec![false; self.present.len()];
-        states.iter().filter_map(|s| s.state).for_each(|state| now[state] = true);
-        if now != self.present {
+        if mind.classifier.world_of(&states) != self.present {
             // Something has changed while the graph was thinking.
             return Phase::Rest { left: REST };
         }
@@ -266,7 +257,7 @@ impl Live {
             return Phase::Over(Ended::NoWay { action: operator.name.clone() });
         };
         let mut blocked = false;
-        let mut candidates = choose::candidates(domain, operator, &seen, &states);
+        let mut candidates = choose::candidates(operator, &seen, &states);
         // After a failure another part may do better.
         let failures = |object: &usize| {
             let part = parts[*object];
@@ -321,8 +312,8 @@ impl World for AssemblyWorld {
         out[1 + states..].copy_from_slice(&self.goal);
         let Some(live) = &self.live else { return };
         out[0] = if matches!(live.phase, Phase::Ask { .. }) { 1.0 } else { 0.0 };
-        for (value, present) in out[1..=states].iter_mut().zip(&live.present) {
-            *value = if *present { 1.0 } else { 0.0 };
+        for (value, holds) in out[1..=states].iter_mut().zip(live.present.flags()) {
+            *value = if *holds { 1.0 } else { 0.0 };
         }
     }
 
@@ -345,7 +336,7 @@ impl World for AssemblyWorld {
             scene,
             robot: Robot::default(),
             phase: Phase::Rest { left: REST },
-            present: vec![false; self.planner.domain().states().len()],
+            present: self.planner.domain().empty_world(),
             stray: vec![false; self.spec.scene.nuts + self.spec.scene.bolts],
             log: Log::default(),
             seed,

@@ -7,7 +7,7 @@ use crate::task::domain::distance::distance_matrix;
 use crate::task::error::TaskError;
 
 /// Most points that are clustered: their distances take 1.6 GB.
-pub const MOST_POINTS: usize = 20_000;
+pub const MAX_POINTS: usize = 20_000;
 
 /// One merge of two clusters.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,15 +32,15 @@ impl Dendrogram {
     /// Clusters positions by p-norm distance and average linkage. Costs O(n^2) time and memory.
     ///
     /// # Errors
-    /// [`TaskError::TooManyPoses`] above [`MOST_POINTS`]; `kind` names the points there.
+    /// [`TaskError::TooManyPoses`] above [`MAX_POINTS`]; `kind` names the points there.
     pub fn new(points: &[[f64; 3]], p: f64, kind: &str) -> Result<Self, TaskError> {
         let n = points.len();
-        if n > MOST_POINTS {
+        if n > MAX_POINTS {
             return Err(TaskError::TooManyPoses {
                 kind: kind.into(),
                 poses: n,
                 gigabytes: (n as f64).powi(2) * 4e-9,
-                most: MOST_POINTS,
+                most: MAX_POINTS,
             });
         }
         if n < 2 {
@@ -220,7 +220,7 @@ mod tests {
 
     #[test]
     fn too_many_points_are_refused_before_memory_is() {
-        let many = vec![[0.0; 3]; MOST_POINTS + 1];
+        let many = vec![[0.0; 3]; MAX_POINTS + 1];
         assert!(matches!(
             Dendrogram::new(&many, -2.0, "nut"),
             Err(TaskError::TooManyPoses { poses: 20_001, .. })

@@ -2,41 +2,41 @@
 //!
 //! The steps are those of the paper's sections II.A and II.E. For each kind of object: pairwise
 //! [`p_distance`], a [`Dendrogram`] by average linkage, a cut, a robust mean and a 6-D Gaussian for
-//! each cluster. Then tries, global states before and after each, and the counts ([`Evidence`])
+//! each cluster. Then attempts, global states before and after each, and the counts
+//! ([`Evidence`](crate::task::domain::Evidence))
 //! from which preconditions and effects follow. The learner is given poses and, if the recording has them,
 //! which object was touched; never names of states or actions, nor how many there are.
 //!
 //! Beyond the paper: the threshold is found from the data (see [`Settings::threshold_m`]), the
-//! manipulated object is inferred where it was not recorded, and tries that failed are told from
+//! manipulated object is inferred where it was not recorded, and attempts that failed are told from
 //! actions.
 
-mod conclude;
+mod attempts;
 mod gaussian;
+mod infer;
 mod linkage;
 mod names;
+mod observations;
 mod operators;
-mod scene;
 mod summary;
 mod threshold;
 mod tracks;
-mod tries;
-mod ways;
+mod transitions;
 
 pub use crate::task::domain::distance::{
     PAPER_EXPONENT, check_exponent, distance_matrix, p_distance,
 };
+pub use attempts::MOVED_M;
 pub use gaussian::{PoseGaussian, robust_mean};
-pub use linkage::{Dendrogram, MOST_POINTS, Merge};
-pub use operators::{Evidence, GlobalState, Instance};
-pub use summary::{Failure, LearnReport, Outcome, StrayPoses, TryReport};
+pub use linkage::{Dendrogram, MAX_POINTS, Merge};
+pub use operators::Instance;
+pub use summary::{AttemptOutcome, AttemptReport, Failure, LearnReport, UnexplainedPoses};
 pub use threshold::RESOLUTION;
-pub use tries::MOVED_M;
 
-use crate::task::domain::Domain;
-use crate::task::domain::Recording;
+use crate::task::domain::{Domain, Recording};
 use crate::task::error::TaskError;
 use crate::task::event::{Event, Ignore, LearningStep, Observer};
-use scene::Scene;
+use observations::Observations;
 
 /// How to learn.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,7 +45,7 @@ pub struct Settings {
     pub p: f64,
     /// The clustering threshold in metres, the same for every kind; the paper uses 0.001169.
     /// `None` finds one for each kind: the coarsest clustering under which the manipulated part
-    /// ends nearly every try in another state than it began in, setting aside tries that left a
+    /// ends nearly every attempt in another state than it began in, setting aside attempts that left a
     /// coordinate the same to a [`RESOLUTION`] of the way that the part went.
     pub threshold_m: Option<f64>,
     /// Kept with the domain; learning itself draws nothing.
@@ -63,7 +63,7 @@ impl Default for Settings {
 pub struct Learned {
     /// The domain.
     pub domain: Domain,
-    /// Every try, and poses that made no state.
+    /// Every attempt, and poses that made no state.
     pub report: LearnReport,
 }
 
@@ -84,7 +84,7 @@ pub struct Learned {
 /// # Errors
 /// [`TaskError::Setting`] for an exponent or threshold that cannot be used;
 /// [`TaskError::NothingToLearn`] if no demonstration has two snapshots or nothing moved;
-/// [`TaskError::TooManyPoses`] above [`MOST_POINTS`] poses of one kind.
+/// [`TaskError::TooManyPoses`] above [`MAX_POINTS`] poses of one kind.
 pub fn learn(recording: &Recording, settings: &Settings) -> Result<Learned, TaskError> {
     learn_observed(recording, settings, &mut Ignore)
 }
@@ -110,21 +110,21 @@ pub fn learn_observed(
     if recording.demos.iter().all(|d| d.snapshots.len() < 2) {
         return Err(nothing("no demonstration has two snapshots or more"));
     }
-    let mut scene = Scene::observe(recording, settings, observer)?;
-    if scene.kinds.is_empty() {
+    let mut observed = Observations::observe(recording, settings, observer)?;
+    if observed.kinds.is_empty() {
         return Err(nothing("no object moved by more than a millimetre"));
     }
-    if scene.tries.is_empty() {
+    if observed.attempts.is_empty() {
         return Err(nothing("no object was taken up and let go"));
     }
     // Guessing the manipulated objects and clustering depend on each other: go round until nothing
     // changes. Five rounds are more than any recording has needed.
     for _ in 0..5 {
-        scene.cluster(settings);
-        if !scene.reconsider() {
+        observed.cluster(settings);
+        if !observed.reconsider() {
             break;
         }
     }
     observer.observe(&Event::Learning(LearningStep::Deciding));
-    scene.conclude(settings)
+    observed.infer(settings)
 }

@@ -2,8 +2,7 @@
 
 use std::collections::HashSet;
 
-use crate::task::domain::Pose;
-use crate::task::domain::{Origin, is_symbol};
+use crate::task::domain::{Origin, Pose, is_symbol};
 
 /// Something that was always there and never moved, near which a state may lie.
 #[derive(Debug, Clone, PartialEq)]

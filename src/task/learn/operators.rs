@@ -1,46 +1,32 @@
-//! What an action needs and does: counts over the global states before and after its instances.
+//! What an action needs and does: counts over the worlds before and after its instances.
 
-use crate::task::domain::OperatorEvidence;
-
-/// Which states hold: one flag a state.
-pub type GlobalState = Vec<bool>;
+use crate::task::domain::{Evidence, StateId, WorldState};
 
 /// One instance of an action.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Instance {
-    /// `G`: the global state before.
-    pub before: GlobalState,
-    /// `H`: the global state after.
-    pub after: GlobalState,
-}
-
-/// The counts behind an operator, one entry a state.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Evidence {
-    /// How many instances there were.
-    pub instances: u32,
-    /// `sum G`: before how many of them the state held.
-    pub before: Vec<u32>,
-    /// `sum (H - G)`: after how many it newly held, less after how many it no longer held.
-    pub change: Vec<i32>,
+    /// `G`: what held before.
+    pub before: WorldState,
+    /// `H`: what held after.
+    pub after: WorldState,
 }
 
 impl Evidence {
     /// Counts over instances.
     ///
     /// # Panics
-    /// If the global states have different lengths.
+    /// If the worlds do not cover the same states.
     pub fn count<'a>(instances: impl IntoIterator<Item = &'a Instance>) -> Self {
         let mut evidence = Self::default();
         for Instance { before, after } in instances {
-            assert_eq!(before.len(), after.len(), "global states have one flag a state");
+            assert_eq!(before.states(), after.states(), "one domain's worlds");
             if evidence.instances == 0 {
-                evidence.before = vec![0; before.len()];
-                evidence.change = vec![0; before.len()];
+                evidence.before = vec![0; before.states()];
+                evidence.change = vec![0; before.states()];
             }
-            assert_eq!(evidence.before.len(), before.len(), "global states have one flag a state");
+            assert_eq!(evidence.before.len(), before.states(), "one domain's worlds");
             evidence.instances += 1;
-            for (state, (g, h)) in before.iter().zip(after).enumerate() {
+            for (state, (g, h)) in before.flags().iter().zip(after.flags()).enumerate() {
                 evidence.before[state] += u32::from(*g);
                 evidence.change[state] += i32::from(*h) - i32::from(*g);
             }
@@ -50,42 +36,36 @@ impl Evidence {
 
     /// The states most consistently present before: `argmax sum G`, all of them if several are
     /// equal (section II.E of the paper). Empty if no state ever held before.
-    pub fn preconditions(&self) -> Vec<usize> {
+    pub fn preconditions(&self) -> Vec<StateId> {
         let most = self.before.iter().copied().max().unwrap_or(0);
         if most == 0 {
             return Vec::new();
         }
-        (0..self.before.len()).filter(|s| self.before[*s] == most).collect()
+        (0..self.before.len()).filter(|s| self.before[*s] == most).map(StateId::new).collect()
     }
 
     /// The states most consistently brought about: `argmax sum (H - G)`, all of them if several are
     /// equal. Empty if none was brought about more often than it was ended.
-    pub fn effects(&self) -> Vec<usize> {
+    pub fn effects(&self) -> Vec<StateId> {
         let most = self.change.iter().copied().max().unwrap_or(0);
         if most <= 0 {
             return Vec::new();
         }
-        (0..self.change.len()).filter(|s| self.change[*s] == most).collect()
+        (0..self.change.len()).filter(|s| self.change[*s] == most).map(StateId::new).collect()
     }
 
     /// The states that never held before: what has to be absent, if coincidences are set aside.
-    pub fn absent(&self) -> Vec<usize> {
-        (0..self.before.len()).filter(|s| self.before[*s] == 0).collect()
+    pub fn absent(&self) -> Vec<StateId> {
+        (0..self.before.len()).filter(|s| self.before[*s] == 0).map(StateId::new).collect()
     }
 
     /// The states that every instance ended.
-    pub fn removes(&self) -> Vec<usize> {
+    pub fn removes(&self) -> Vec<StateId> {
         let all = -i32::try_from(self.instances).unwrap_or(i32::MAX);
         if self.instances == 0 {
             return Vec::new();
         }
-        (0..self.change.len()).filter(|s| self.change[*s] == all).collect()
-    }
-}
-
-impl From<Evidence> for OperatorEvidence {
-    fn from(e: Evidence) -> Self {
-        Self { instances: e.instances, before: e.before, change: e.change }
+        (0..self.change.len()).filter(|s| self.change[*s] == all).map(StateId::new).collect()
     }
 }
 
@@ -93,11 +73,11 @@ impl From<Evidence> for OperatorEvidence {
 mod tests {
     use super::*;
 
-    const NUT_ON_TABLE: usize = 0;
-    const BOLT_ON_TABLE: usize = 1;
-    const NUT_IN_JIG: usize = 2;
-    const BOLT_IN_JIG: usize = 3;
-    const BOLT_ASSEMBLED: usize = 4;
+    const NUT_ON_TABLE: StateId = StateId::new(0);
+    const BOLT_ON_TABLE: StateId = StateId::new(1);
+    const NUT_IN_JIG: StateId = StateId::new(2);
+    const BOLT_IN_JIG: StateId = StateId::new(3);
+    const BOLT_ASSEMBLED: StateId = StateId::new(4);
 
     fn instance(before: [u8; 5], after: [u8; 5]) -> Instance {
         let flags = |bits: [u8; 5]| bits.iter().map(|b| *b == 1).collect();

@@ -1,22 +1,22 @@
-//! What the learner says of each try and of poses that made no state.
+//! What the learner says of each attempt and of poses that made no state.
 
 use std::collections::BTreeSet;
 
-use super::conclude::Conclusion;
 use super::gaussian::PoseGaussian;
-use super::scene::Scene;
-use crate::task::domain::Pose;
+use super::infer::{Inferred, state_of};
+use super::observations::Observations;
+use crate::task::domain::{ActionId, Pose};
 
-/// What came of a try.
+/// What came of an attempt.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Outcome {
-    /// An instance of the named action.
-    Action(String),
+pub enum AttemptOutcome {
+    /// An instance of this action of the learned domain.
+    Action(ActionId),
     /// Nothing was achieved.
     Failed(Failure),
 }
 
-/// Why a try achieved nothing.
+/// Why an attempt achieved nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Failure {
@@ -32,9 +32,9 @@ pub enum Failure {
     Undone,
 }
 
-/// One try and what came of it.
+/// One attempt and what came of it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct TryReport {
+pub struct AttemptReport {
     /// The recorder's number of the demonstration.
     pub demo: u64,
     /// The recorder's number of the snapshot before.
@@ -46,12 +46,12 @@ pub struct TryReport {
     /// Whether the object was inferred, not recorded.
     pub inferred: bool,
     /// What came of it.
-    pub outcome: Outcome,
+    pub outcome: AttemptOutcome,
 }
 
-/// Poses that made no state, because they were seen only around failed tries.
+/// Poses that made no state, because they were seen only around failed attempts.
 #[derive(Debug, Clone, PartialEq)]
-pub struct StrayPoses {
+pub struct UnexplainedPoses {
     /// The kind of object.
     pub kind: String,
     /// How many poses there are.
@@ -65,40 +65,40 @@ pub struct StrayPoses {
 /// How the learning went.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LearnReport {
-    /// Every try, in the order of the recording.
-    pub tries: Vec<TryReport>,
+    /// Every attempt, in the order of the recording.
+    pub attempts: Vec<AttemptReport>,
     /// Poses that made no state.
-    pub strays: Vec<StrayPoses>,
+    pub unexplained: Vec<UnexplainedPoses>,
     /// Kinds that never moved and have no states.
     pub fixed_kinds: Vec<String>,
 }
 
 impl LearnReport {
-    /// How many tries failed.
+    /// How many attempts failed.
     pub fn failed(&self) -> usize {
-        self.tries.iter().filter(|t| matches!(t.outcome, Outcome::Failed(_))).count()
+        self.attempts.iter().filter(|t| matches!(t.outcome, AttemptOutcome::Failed(_))).count()
     }
 }
 
-impl Scene<'_> {
-    /// Reports every try and every cluster that is no state.
-    pub(super) fn report(&self, conclusion: &Conclusion<'_>) -> LearnReport {
-        let Conclusion { clusters, states, named, judged, operators } = conclusion;
+impl Observations<'_> {
+    /// Reports every attempt and every cluster that is no state.
+    pub(super) fn report(&self, inferred: &Inferred<'_>) -> LearnReport {
+        let Inferred { clusters, states, judged, operators } = inferred;
         let number = |demo: usize, snapshot: usize| {
             let demo = &self.recording.demos[demo];
             (demo.number, demo.snapshots[snapshot].number)
         };
-        let tries = self
-            .tries
+        let attempts = self
+            .attempts
             .iter()
             .zip(judged.iter())
             .map(|(t, outcome)| {
                 let demo = &self.recording.demos[t.demo];
-                let action = |to: &usize| {
-                    let state = states.iter().position(|s| s == to).map(|at| &named[at]);
-                    operators.iter().find(|o| Some(&o.to) == state).map(|o| o.name.clone())
+                let action = |to: usize| {
+                    let state = state_of(to, states);
+                    operators.iter().position(|o| Some(o.to) == state).map(ActionId::new)
                 };
-                TryReport {
+                AttemptReport {
                     demo: demo.number,
                     before: number(t.demo, t.before).1,
                     after: number(t.demo, t.after).1,
@@ -107,20 +107,22 @@ impl Scene<'_> {
                         .and_then(|track| self.tracks[t.demo][track].id(demo, t.before))
                         .map(str::to_owned),
                     inferred: !t.declared,
-                    outcome: match outcome {
-                        Ok(to) => Outcome::Action(action(to).unwrap_or_default()),
-                        Err(why) => Outcome::Failed(*why),
+                    outcome: match outcome.map(action) {
+                        Ok(Some(action)) => AttemptOutcome::Action(action),
+                        // Every state that an attempt brought about has an operator.
+                        Ok(None) => AttemptOutcome::Failed(Failure::NothingNew),
+                        Err(why) => AttemptOutcome::Failed(why),
                     },
                 }
             })
             .collect();
-        let strays = clusters
+        let unexplained = clusters
             .iter()
             .enumerate()
             .filter(|(index, _)| !states.contains(index))
             .filter_map(|(_, cluster)| {
                 let poses: Vec<Pose> = self.poses(cluster).copied().collect();
-                Some(StrayPoses {
+                Some(UnexplainedPoses {
                     kind: self.kinds[cluster.kind].name.to_string(),
                     count: poses.len(),
                     mean: PoseGaussian::fit(&poses)?.mean,
@@ -135,6 +137,6 @@ impl Scene<'_> {
             }
         }
         let fixed_kinds = fixed.into_iter().map(str::to_owned).collect();
-        LearnReport { tries, strays, fixed_kinds }
+        LearnReport { attempts, unexplained, fixed_kinds }
     }
 }

@@ -1,18 +1,18 @@
 //! Finding the clustering threshold from the data: a manipulation is done to change a state.
 //!
-//! For each try the dendrogram says at which height the poses before and after come to lie in one
-//! cluster; a cut explains the try if it stays below. The coarsest cut that explains (nearly) all tries is
-//! wanted. Tries that failed (a part dropped back on the table) must not pull the cut down, so
+//! For each attempt the dendrogram says at which height the poses before and after come to lie in one
+//! cluster; a cut explains the attempt if it stays below. The coarsest cut that explains (nearly) all attempts is
+//! wanted. Attempts that failed (a part dropped back on the table) must not pull the cut down, so
 //!
-//! * a try counts only if its two poses are told apart by every coordinate to at least a thousandth of the
+//! * an attempt counts only if its two poses are told apart by every coordinate to at least a thousandth of the
 //!   way the part went ([`RESOLUTION`]): a part that was carried half a metre and lies at the same
 //!   height to a few micrometres has not changed its state;
-//! * the cut goes down for tries that a coarser one leaves unexplained only if at least a quarter of the
-//!   demonstrations have one, and if it makes at most two new clusters for each try that it explains.
+//! * the cut goes down for attempts that a coarser one leaves unexplained only if at least a quarter of the
+//!   demonstrations have one, and if it makes at most two new clusters for each attempt that it explains.
 
 use super::linkage::Dendrogram;
 
-/// Least ratio of join height to distance travelled for a try to count.
+/// Least ratio of join height to distance travelled for an attempt to count.
 pub const RESOLUTION: f64 = 1e-3;
 
 /// A manipulation of one part, seen from the dendrogram of its kind.
@@ -44,7 +44,7 @@ pub(crate) fn choose(tree: &Dendrogram, manipulations: &[Manipulation]) -> Choic
     let mut counted: Vec<(f64, usize)> = manipulations
         .iter()
         .zip(&joins)
-        .filter(|(m, join)| m.moved >= super::tries::MOVED_M && **join >= RESOLUTION * m.moved)
+        .filter(|(m, join)| m.moved >= super::attempts::MOVED_M && **join >= RESOLUTION * m.moved)
         .map(|(m, join)| (*join, m.demo))
         .collect();
     counted.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));

@@ -7,38 +7,16 @@ use std::sync::Arc;
 use super::executive::{Phase, TRACE};
 use super::graph::{PlannerSpec, PlanningGraph, PlanningPorts};
 use super::views::{ModuleView, views};
+use super::watch::{Choice, Watch};
 use crate::neurons::PopulationPlan;
 use crate::sim::{
     Graph, GraphBuilder, InputSpec, Out, OutputSpec, Pointer, Real, RunConfig, Seed, SimDuration,
-    SimView, Simulator, StopReason, Synapse, Threads, Timebase, Vector, World, WorldError,
-    WorldLink, WorldSave,
+    Simulator, StopReason, Synapse, Threads, Timebase, Vector, World, WorldError, WorldLink,
+    WorldSave,
 };
-use crate::task::domain::Domain;
-use crate::task::domain::{Obstacle, Outlook};
+use crate::task::domain::{ActionId, Domain, Obstacle, StateId, Verdict, WorldState};
 use crate::task::error::TaskError;
 use crate::task::planner::encode::{Encoded, StateSpace};
-
-/// What a planner answers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
-    /// Do this action next; its place in the domain.
-    Act(usize),
-    /// The goal holds already.
-    Met,
-    /// The goal cannot be had, and why.
-    Stuck(Obstacle),
-}
-
-impl Verdict {
-    /// Whether it is among the right answers.
-    pub fn accepted_by(&self, right: &Outlook) -> bool {
-        match self {
-            Self::Met => right.met,
-            Self::Act(action) => !right.met && right.actions.contains(action),
-            Self::Stuck(why) => !right.met && right.obstacles.contains(why),
-        }
-    }
-}
 
 /// A step on the way to a decision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -95,38 +73,43 @@ pub struct Decision {
     pub time_ms: f64,
     /// How many states were looked at, counting a second look.
     pub questions: u32,
+    /// Choices among several causes of a state, in the order of time; a later one about the same state replaces
+    /// an earlier one. Empty where every state has one cause at most.
+    pub choices: Vec<Choice>,
 }
 
 /// A planner graph over one domain, built and ready to be asked.
 ///
 /// ```
 /// use symbolt::sim::Seed;
-/// use symbolt::task::planner::{Planner, PlannerSpec, Verdict};
-/// use symbolt::task::{kinematic::Rehearsal, learn};
+/// use symbolt::task::planner::{Planner, PlannerSpec};
+/// use symbolt::task::{Verdict, kinematic::Rehearsal, learn};
 ///
 /// let recording = Rehearsal::default().record(Seed::new(1))?.recording;
 /// let domain = learn::learn(&recording, &Default::default())?.domain;
 /// let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1))?;
 ///
 /// let world = domain.world(["NUT_AT_START", "BOLT_AT_START"])?;
-/// let decision = planner.decide(&world, "BOLT_AT_NUT_POCKET")?;
+/// let decision = planner.decide(&world, domain.state("BOLT_AT_NUT_POCKET")?)?;
 /// let Verdict::Act(action) = decision.verdict else { panic!("there is something to do") };
-/// assert!(domain.operators()[action].name.starts_with("PUT_"));
+/// assert!(domain[action].name.starts_with("PUT_"));
 /// # Ok::<(), symbolt::task::TaskError>(())
 /// ```
 pub struct Planner {
-    domain: Domain,
+    pub(super) domain: Domain,
     encoded: Arc<Encoded>,
     graph: Arc<Graph>,
     spec: PlannerSpec,
-    trace: Out<Vector>,
-    actions: Out<Vector>,
-    watched: [Out<Vector>; 5],
+    pub(super) trace: Out<Vector>,
+    pub(super) actions: Out<Vector>,
+    pub(super) watched: [Out<Vector>; 5],
+    pub(super) recalled: Out<Vector>,
+    pub(super) ruled_out: Option<Out<Vector>>,
     modules: Vec<ModuleView>,
 }
 
 impl Planner {
-    /// Builds the graph in exact maths with a tick of 1 ms.
+    /// Builds the graph in direct mode with a tick of 1 ms.
     ///
     /// # Errors
     /// If the domain has no action, the dimension cannot be used or is too small for the
@@ -161,7 +144,17 @@ impl Planner {
         let planning = PlanningGraph::new(domain, encoded.clone(), spec)?;
         let ports = builder.add("planner", planning);
         let modules = views(domain, &encoded, &ports)?;
-        let PlanningPorts { ready, present, goal, actions, trace, watched, .. } = ports;
+        let PlanningPorts {
+            ready,
+            present,
+            goal,
+            actions,
+            trace,
+            watched,
+            recalled,
+            ruled_out,
+            ..
+        } = ports;
         builder.connect(&world.output("ready"), &ready, Synapse::None);
         builder.connect(&world.output("present"), &present, Synapse::None);
         builder.connect(&world.output("goal"), &goal, Synapse::None);
@@ -169,7 +162,18 @@ impl Planner {
         builder.connect(&trace, &world.input("trace"), Synapse::None);
         let graph = Arc::new(builder.build(Timebase::default(), plan, seed)?);
         let domain = domain.clone();
-        Ok(Self { domain, encoded, graph, spec, trace, actions, watched, modules })
+        Ok(Self {
+            domain,
+            encoded,
+            graph,
+            spec,
+            trace,
+            actions,
+            watched,
+            recalled,
+            ruled_out,
+            modules,
+        })
     }
 
     /// The domain.
@@ -197,23 +201,25 @@ impl Planner {
         &self.spec
     }
 
-    /// A simulator of the graph in which `goal` is wanted while the states flagged in `world`
-    /// hold, from its first tick.
+    /// A simulator of the graph in which `goal` is wanted in `world`, from its first tick.
     ///
     /// # Errors
-    /// [`TaskError::Unknown`] for a goal that is no state, [`TaskError::Setting`] for a world that has
-    /// not one flag a state.
-    pub fn simulator(&self, world: &[bool], goal: &str) -> Result<Simulator, TaskError> {
+    /// [`TaskError::Setting`] for a goal or a world of another domain.
+    pub fn simulator(&self, world: &WorldState, goal: StateId) -> Result<Simulator, TaskError> {
         let states = self.domain.states().len();
-        self.domain.state_index(goal)?;
-        if world.len() != states {
-            let value = format!("{} flags", world.len());
-            let expected = "one flag for each state of the domain";
-            return Err(TaskError::Setting { name: "world", value, expected });
+        let refuse = |name, value: String| {
+            let expected = "one of the planner's own domain";
+            Err(TaskError::Setting { name, value, expected })
+        };
+        if world.states() != states {
+            return refuse("world", format!("over {} states", world.states()));
+        }
+        if goal.index() >= states {
+            return refuse("goal", format!("state {} of {states}", goal.index()));
         }
         let mut senses = vec![1.0];
-        senses.extend(world.iter().map(|p| Real::from(*p)));
-        senses.extend_from_slice(&self.encoded.states.get(goal)?);
+        senses.extend(world.flags().iter().map(|holds| Real::from(*holds)));
+        senses.extend_from_slice(&self.encoded.states.get(&self.domain[goal].name)?);
         let board = Board {
             period: self.graph.timebase().tick(),
             senses,
@@ -225,16 +231,15 @@ impl Planner {
         )?)
     }
 
-    /// Asks what to do next towards `goal` when the states flagged in `world` hold.
+    /// Asks what to do next towards `goal` in `world`.
     ///
     /// # Errors
-    /// As [`Planner::simulator`]; [`TaskError::Undecided`] if the graph does not settle, which in exact
-    /// maths happens only where the pointers are too few-dimensional to be told apart.
-    pub fn decide(&self, world: &[bool], goal: &str) -> Result<Decision, TaskError> {
+    /// As [`Planner::simulator`]; [`TaskError::Undecided`] if the graph does not settle, which in direct
+    /// mode happens only where the pointers are too few-dimensional to be told apart.
+    pub fn decide(&self, world: &WorldState, goal: StateId) -> Result<Decision, TaskError> {
         let mut sim = self.simulator(world, goal)?;
-        let mut watch = Watch::new(self);
-        // Every state is looked at once for itself and once for each time that it asks for another.
-        let looks = 2 * self.domain.states().len() as u64 + 2;
+        let mut watch = Watch::new(self, world);
+        let looks = self.most_looks();
         let limit = SimDuration::from_micros(3 * looks * self.spec.timing.patience.as_micros());
         let report = sim.run_until(limit, |view| watch.look(&view))?;
         let time_ms = report.span.as_millis_f64();
@@ -259,7 +264,7 @@ impl Planner {
                 time_ms,
             })
             .collect();
-        Ok(Decision { verdict, milestones, time_ms, questions })
+        Ok(Decision { verdict, milestones, time_ms, questions, choices: watch.choices })
     }
 
     /// The action that the motor output shows first, whether or not the planner is done with thinking, and the
@@ -267,15 +272,16 @@ impl Planner {
     ///
     /// ```
     /// use symbolt::sim::{Seed, SimDuration};
-    /// use symbolt::task::SymbolicDomain;
+    /// use symbolt::task::DomainBuilder;
     /// use symbolt::task::planner::{Planner, PlannerSpec};
     ///
-    /// let domain = SymbolicDomain::of_the_paper().build()?;
+    /// let domain = DomainBuilder::of_the_paper().build()?;
     /// let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1))?;
     /// let world = domain.world(["NUT_ON_TABLE", "BOLT_ON_TABLE"])?;
-    /// let shown = planner.first_shown(&world, "BOLT_ASSEMBLED", SimDuration::from_millis(400))?;
+    /// let goal = domain.state("BOLT_ASSEMBLED")?;
+    /// let shown = planner.first_shown(&world, goal, SimDuration::from_millis(400))?;
     /// let (action, _ms) = shown.expect("there is something to do");
-    /// assert_eq!(domain.operators()[action].name, "PUT_NUT_IN_JIG");
+    /// assert_eq!(domain[action].name, "PUT_NUT_IN_JIG");
     /// # Ok::<(), symbolt::task::TaskError>(())
     /// ```
     ///
@@ -283,15 +289,15 @@ impl Planner {
     /// As [`Planner::simulator`].
     pub fn first_shown(
         &self,
-        world: &[bool],
-        goal: &str,
+        world: &WorldState,
+        goal: StateId,
         within: SimDuration,
-    ) -> Result<Option<(usize, f64)>, TaskError> {
+    ) -> Result<Option<(ActionId, f64)>, TaskError> {
         let mut sim = self.simulator(world, goal)?;
         let mut shown = None;
         sim.run_until(within, |view| {
             let action = view.value(&self.actions).iter().position(|active| *active > 0.5);
-            shown = action.map(|action| (action, view.time().as_millis_f64()));
+            shown = action.map(|action| (ActionId::new(action), view.time().as_millis_f64()));
             match shown {
                 Some(_) => ControlFlow::Break(StopReason::Condition("an action")),
                 None => ControlFlow::Continue(()),
@@ -300,19 +306,30 @@ impl Planner {
         Ok(shown)
     }
 
+    /// The most states that are looked at for one answer, counting second looks.
+    fn most_looks(&self) -> u64 {
+        let (states, actions) = (self.domain.states().len(), self.domain.operators().len());
+        // Every state is looked at once for itself and once for each time that it asks for another.
+        let once = 2 * states as u64 + 2;
+        // An action ruled out costs a look, and whatever was ruled out can be let in with every state that comes
+        // within reach.
+        let again = self.ruled_out.as_ref().map_or(1, |_| states as u64 + 1);
+        (once + self.ruled_out.as_ref().map_or(0, |_| 2 * actions as u64)) * again
+    }
+
     fn state_name(&self, state: usize) -> String {
         self.domain.states().get(state).map_or_else(String::new, |s| s.name.clone())
     }
 
     /// The verdict that the graph's trace shows, if it has come to one; `action` is the active one.
-    pub(crate) fn read(&self, trace: &[Real], action: Option<usize>) -> Option<Verdict> {
-        let (subject, second) = (trace[2] as usize, trace[3] as usize);
+    pub(crate) fn read(&self, trace: &[Real], action: Option<ActionId>) -> Option<Verdict> {
+        let [state, second] = [trace[2], trace[3]].map(|v| StateId::new(v as usize));
         Some(match Phase::from_trace(trace[0]) {
             Phase::Met => Verdict::Met,
-            Phase::NothingCauses => Verdict::Stuck(Obstacle::NothingCauses { state: subject }),
-            Phase::NeedsItself => Verdict::Stuck(Obstacle::NeedsItself { state: subject }),
+            Phase::NothingCauses => Verdict::Stuck(Obstacle::NothingCauses { state }),
+            Phase::NeedsItself => Verdict::Stuck(Obstacle::NeedsItself { state }),
             Phase::MustBeAbsent => {
-                let action = self.domain.cause(subject)?;
+                let action = ActionId::new(trace[4] as usize);
                 Verdict::Stuck(Obstacle::MustBeAbsent { action, state: second })
             }
             Phase::Act => Verdict::Act(action?),
@@ -329,87 +346,6 @@ impl Planner {
             _ => format!("looking for what {subject} needs"),
         };
         TaskError::Undecided { limit_ms, doing }
-    }
-}
-
-/// Notes when the graph's items last changed while a state is in question.
-struct Watch<'p> {
-    planner: &'p Planner,
-    active: Vec<Vec<bool>>,
-    changed_ms: [f64; 5],
-    asked: (u32, usize),
-    last_phase: Phase,
-    milestones: Vec<(u32, Stage, usize, f64)>,
-    action: Option<usize>,
-}
-
-impl<'p> Watch<'p> {
-    fn new(planner: &'p Planner) -> Self {
-        Self {
-            planner,
-            active: vec![Vec::new(); 5],
-            changed_ms: [0.0; 5],
-            asked: (0, 0),
-            last_phase: Phase::Idle,
-            milestones: Vec::new(),
-            action: None,
-        }
-    }
-
-    fn note(&mut self, question: u32, stage: Stage, subject: usize, time_ms: f64) {
-        self.milestones.push((question, stage, subject, time_ms));
-    }
-
-    fn look(&mut self, view: &SimView<'_>) -> ControlFlow<StopReason> {
-        let now = view.time().as_millis_f64();
-        for (index, output) in self.planner.watched.iter().enumerate() {
-            let values = view.value(output);
-            let was = &mut self.active[index];
-            was.resize(values.len(), false);
-            for (flag, value) in was.iter_mut().zip(values) {
-                if *flag != (*value > 0.5) {
-                    *flag = !*flag;
-                    self.changed_ms[index] = now;
-                }
-            }
-        }
-        let trace = view.value(&self.planner.trace);
-        let (phase, question, subject) =
-            (Phase::from_trace(trace[0]), trace[1] as u32, trace[2] as usize);
-        if self.last_phase == Phase::Settle && phase != Phase::Settle && phase != Phase::Lost {
-            let (asked, about) = self.asked;
-            let stages = [Stage::Goal, Stage::Action, Stage::Preconditions, Stage::Comparison];
-            let mut reached: Vec<(Stage, f64)> = Vec::new();
-            for (at, stage) in stages.into_iter().enumerate() {
-                // The comparison is done when the choice is; without an open state, when that shows.
-                let time = if at == 3 {
-                    self.changed_ms[3].max(self.changed_ms[4])
-                } else {
-                    self.changed_ms[at]
-                };
-                let any = self.active[at].iter().any(|a| *a) || at == 3;
-                let after = reached.last().map_or(0.0, |(_, t)| *t);
-                if any && !(at == 3 && phase == Phase::NothingCauses) {
-                    reached.push((stage, time.max(after)));
-                }
-            }
-            for (stage, time) in reached {
-                self.note(asked, stage, about, time);
-            }
-            self.note(asked, Stage::Conclusion, about, now);
-        }
-        if phase != Phase::Lost {
-            self.last_phase = phase;
-            self.asked = (question, subject);
-        }
-        if phase.is_final() {
-            let actions = view.value(&self.planner.actions);
-            self.action = actions.iter().position(|a| *a > 0.5);
-            if phase != Phase::Act || self.action.is_some() {
-                return ControlFlow::Break(StopReason::Condition("decided"));
-            }
-        }
-        ControlFlow::Continue(())
     }
 }
 

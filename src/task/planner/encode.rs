@@ -81,6 +81,7 @@ pub fn deep_preconditions<'n>(names: impl IntoIterator<Item = &'n str>) -> Strin
 
 /// The deep pointer of what must be absent before an action, as an expression; `None` if nothing
 /// must.
-pub(crate) fn deep_absent(operator: &Operator) -> Option<String> {
-    (!operator.absent.is_empty()).then(|| format!("{ABSENT} * ({})", operator.absent.join(" + ")))
+pub(crate) fn deep_absent(domain: &Domain, operator: &Operator) -> Option<String> {
+    let absent = domain.names(&operator.absent);
+    (!absent.is_empty()).then(|| format!("{ABSENT} * ({})", absent.join(" + ")))
 }

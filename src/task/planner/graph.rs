@@ -9,24 +9,27 @@
 //!                   focus      motor gate   unbind PRECONDITION -> cleanup -> open -> chosen
 //!                                  |                                          ^  (less present,
 //!                                  v                                          |      reachable)
-//!                             motor -> action                    the world's global state
+//!                             motor -> action                    the states that hold
 //! ```
 //!
-//! Every module is one 5 ms synapse; from goal buffer to choice there are six. At D = 256 a tick of the
+//! The cause memory holds the states with one cause. States with several have a contest beside it
+//! (`alternatives`), whose winner is added to what the memory recalls; where there are none it is left out.
+//!
+//! Every module is one 5 ms synapse; from goal buffer to choice there are six, seven through the contest. At D = 256 a tick of the
 //! nut-and-bolt graph takes 6 to 8 microseconds.
 
 use super::executive::{Executive, Timing};
+use super::recall::{Circumstances, Recall};
 use crate::neurons::SelectRule;
 use crate::sim::{
-    Add, AsPointer, Constant, Fingerprint, In, InputSpec, Module, Out, OutputSpec, Pointer,
-    PointerRef, Real, Scalar, Scope, Scratch, ScratchSpec, SimDuration, Synapse, Vector,
+    Add, AsPointer, Constant, Fingerprint, In, InputSpec, Module, Out, OutputSpec, Pointer, Real,
+    Scalar, Scope, Scratch, ScratchSpec, SimDuration, Synapse, Vector,
 };
 use crate::spa::{
     AssociativeMemory, CleanupMemory, Gate, GoalBuffer, Linear, LinearMap, LinearPorts,
     PointerValue, Selection, Unbind, UnbindFixed, VocabError, dot,
 };
-use crate::task::domain::Domain;
-use crate::task::domain::{Commitment, Rules};
+use crate::task::domain::{Commitment, Domain, Operator, Rules, StateId};
 use crate::task::error::TaskError;
 use crate::task::planner::encode::{
     ABSENT, ActionSpace, Encoded, NOTHING, PRECONDITION, StateSpace, deep_absent,
@@ -93,36 +96,40 @@ impl Default for PlannerSpec {
 }
 
 impl PlannerSpec {
-    /// What the symbolic planner has to be told to answer the same.
+    /// What the reference planner has to be told to answer the same.
     pub fn rules(&self) -> Rules {
         Rules { commitment: self.commitment, absent: self.absent }
     }
 }
 
 /// Least similarity at which the best item of a memory counts.
-const RECOGNISED: Real = 0.5;
+pub(super) const RECOGNISED: Real = 0.5;
 /// Least distance from that level that every state has to keep when preconditions are unbound.
 const MARGIN: Real = 0.05;
 
 /// The planner graph as a module.
 pub struct PlanningGraph {
     states: usize,
-    actions: usize,
+    executive: Executive,
     state_pointers: Vec<PointerValue<StateSpace>>,
-    cause_rows: Vec<Real>,
+    /// The pointers of the role PRECONDITION and of NOTHING.
+    precondition: PointerValue<StateSpace>,
+    nothing: PointerValue<StateSpace>,
     spec: PlannerSpec,
     encoded: std::sync::Arc<Encoded>,
     goal: CleanupMemory<StateSpace>,
     focus: CleanupMemory<StateSpace>,
-    cause: AssociativeMemory<StateSpace, ActionSpace>,
+    recall: Recall,
     deep: AssociativeMemory<ActionSpace, StateSpace>,
     required: CleanupMemory<StateSpace>,
     motor: CleanupMemory<ActionSpace>,
-    barred: Option<Barred>,
+    violated: Option<Violated>,
     unbind: UnbindFixed<StateSpace>,
 }
 
-struct Barred {
+/// Finds states that hold and must be absent. Its nodes keep the names `barred`, `forbidden` and `deep_absent`:
+/// neurons are drawn by the names of their nodes.
+struct Violated {
     deep: AssociativeMemory<ActionSpace, StateSpace>,
     unbind: UnbindFixed<StateSpace>,
     forbidden: CleanupMemory<StateSpace>,
@@ -140,11 +147,11 @@ pub struct PlanningPorts {
     pub action: Out<Pointer<ActionSpace>>,
     /// One number an action of the domain: 1 for the one to be done.
     pub actions: Out<Vector>,
-    /// What the graph is doing: phase, states examined, the state in question, a second state.
+    /// What the graph is doing: phase, states examined, the state in question, a second state, an action.
     pub trace: Out<Vector>,
     /// What is in the goal buffer.
     pub goal_buffer: Out<Pointer<StateSpace>>,
-    /// The action that causes the goal buffer's state.
+    /// The action recalled as the cause of the goal buffer's state.
     pub cause: Out<Pointer<ActionSpace>>,
     /// The preconditions as unbound from that action's deep pointer.
     pub unbound: Out<Pointer<StateSpace>>,
@@ -152,6 +159,10 @@ pub struct PlanningPorts {
     pub preconditions: Out<Pointer<StateSpace>>,
     /// What comes through the motor gate.
     pub gated: Out<Pointer<ActionSpace>>,
+    /// One number an action: 1 for those that turned out impossible; none where every state has one cause at most.
+    pub ruled_out: Option<Out<Vector>>,
+    /// One number an action: 1 for the one recalled.
+    pub(crate) recalled: Out<Vector>,
     pub(crate) watched: [Out<Vector>; 5],
 }
 
@@ -180,33 +191,26 @@ impl PlanningGraph {
         let action_names: Vec<&str> = domain.operators().iter().map(|o| o.name.as_str()).collect();
         let winner = SelectRule::WinnerTakeAll { level: RECOGNISED };
         let every = SelectRule::Threshold { level: RECOGNISED };
-        let causes: Vec<(usize, usize)> =
-            (0..names.len()).filter_map(|state| Some((state, domain.cause(state)?))).collect();
-        // Which action each item of the cause memory stands for: several states can have one cause.
-        let mut cause_rows = vec![0.0; causes.len() * action_names.len()];
-        for (item, (_, action)) in causes.iter().enumerate() {
-            cause_rows[item * action_names.len() + action] = 1.0;
-        }
-        let causes = causes.iter().map(|(state, action)| (names[*state], action_names[*action]));
         let deep: Vec<(&str, String)> = domain
             .operators()
             .iter()
-            .map(|o| (&o.name[..], deep_preconditions(o.preconditions.iter().map(String::as_str))))
+            .map(|o| (&o.name[..], deep_preconditions(domain.names(&o.preconditions))))
             .collect();
         Self::check_unbinding(domain, &encoded, spec.absent)?;
-        let barred =
-            if spec.absent { Self::barred(domain, &encoded, winner, every)? } else { None };
+        let violated =
+            if spec.absent { Self::violated(domain, &encoded, winner, every)? } else { None };
         let state_pointers =
             names.iter().map(|name| states.parse(name)).collect::<Result<_, _>>()?;
         Ok(Self {
             states: names.len(),
-            actions: action_names.len(),
             state_pointers,
-            cause_rows,
+            precondition: states.parse(PRECONDITION)?,
+            nothing: states.parse(NOTHING)?,
             spec,
             goal: CleanupMemory::new(states, names.iter().copied(), winner)?,
             focus: CleanupMemory::new(states, names.iter().copied(), winner)?,
-            cause: AssociativeMemory::new(states, actions, causes, winner)?,
+            recall: Recall::of(domain, &encoded)?,
+            executive: Executive::new(domain, &spec),
             deep: AssociativeMemory::new(
                 actions,
                 states,
@@ -215,7 +219,7 @@ impl PlanningGraph {
             )?,
             required: CleanupMemory::new(states, names.iter().copied().chain([NOTHING]), every)?,
             motor: CleanupMemory::new(actions, action_names.iter().copied(), winner)?,
-            barred,
+            violated,
             unbind: UnbindFixed::new(states, PRECONDITION)?,
             encoded,
         })
@@ -225,7 +229,7 @@ impl PlanningGraph {
     /// preconditions, others would be read out of it.
     fn check_unbinding(domain: &Domain, encoded: &Encoded, absent: bool) -> Result<(), TaskError> {
         let states = &encoded.states;
-        let mut sums = Vec::new();
+        let mut sums: Vec<(&Operator, &str, &[StateId])> = Vec::new();
         for operator in domain.operators() {
             sums.push((operator, PRECONDITION, &operator.preconditions));
             if absent {
@@ -233,11 +237,15 @@ impl PlanningGraph {
             }
         }
         for (operator, role, bound) in sums.into_iter().filter(|(_, _, bound)| !bound.is_empty()) {
+            let bound = domain.names(bound);
             let out = states.parse(&format!("{role} * ({}) * ~{role}", bound.join(" + ")))?;
             for name in states.names().iter().filter(|n| *n != PRECONDITION && *n != ABSENT) {
                 let read = dot(&out, &states.get(name)?);
-                let margin =
-                    if bound.contains(name) { read - RECOGNISED } else { RECOGNISED - read };
+                let margin = if bound.contains(&name.as_str()) {
+                    read - RECOGNISED
+                } else {
+                    RECOGNISED - read
+                };
                 if margin < MARGIN {
                     return Err(TaskError::TooFewDimensions {
                         dimensions: states.dim(),
@@ -251,22 +259,22 @@ impl PlanningGraph {
         Ok(())
     }
 
-    fn barred(
+    fn violated(
         domain: &Domain,
         encoded: &Encoded,
         winner: SelectRule,
         every: SelectRule,
-    ) -> Result<Option<Barred>, VocabError> {
+    ) -> Result<Option<Violated>, VocabError> {
         let deep: Vec<(&str, String)> = domain
             .operators()
             .iter()
-            .filter_map(|o| Some((&o.name[..], deep_absent(o)?)))
+            .filter_map(|o| Some((&o.name[..], deep_absent(domain, o)?)))
             .collect();
         if deep.is_empty() {
             return Ok(None);
         }
         let names = domain.states().iter().map(|s| s.name.as_str());
-        Ok(Some(Barred {
+        Ok(Some(Violated {
             deep: AssociativeMemory::new(
                 &encoded.actions,
                 &encoded.states,
@@ -327,8 +335,8 @@ impl Module for PlanningGraph {
 
     fn expand(self, scope: &mut Scope<'_>) -> PlanningPorts {
         let none = Synapse::None;
-        let (m, a) = (self.states, self.actions);
-        let executive = scope.add("executive", Executive::new(m, a, &self.spec));
+        let m = self.states;
+        let executive = scope.add("executive", self.executive);
         let state_space = self.encoded.states.space().clone();
         let goal = scope.add("goal", self.goal);
         let pointers = || self.state_pointers.iter().map(PointerValue::as_pointer);
@@ -339,11 +347,9 @@ impl Module for PlanningGraph {
             GoalBuffer::new(&self.encoded.states).synapse(synapse).retention(self.spec.retention);
         let buffer = scope.add("goal_buffer", buffer);
         let focus = scope.add("focus", self.focus);
-        let cause = scope.add("cause", self.cause);
         let deep = scope.add("deep", self.deep);
         let required = if without(Part::Cleanup) {
-            let nothing = self.encoded.states.get(NOTHING).ok();
-            let keys = pointers().chain(nothing);
+            let keys = pointers().chain([self.nothing.as_pointer()]);
             let raw = scope.add("required", Linear::similarities(&state_space, keys));
             let pointer = scope.add("required_pointer", Add::pointer(&state_space));
             Required {
@@ -363,7 +369,7 @@ impl Module for PlanningGraph {
                 Box::new(Head { from: m + 1, to: m }),
             ),
         );
-        let open =
+        let unmet =
             scope.add("open", Selection::new(m, SelectRule::Threshold { level: RECOGNISED }));
         let chosen =
             scope.add("chosen", Selection::new(m, SelectRule::WinnerTakeAll { level: RECOGNISED }));
@@ -377,11 +383,14 @@ impl Module for PlanningGraph {
         scope.connect(&executive.load, &buffer.open, none);
         scope.connect(&buffer.output, &focus.input, none);
         scope.connect(&focus.items, &executive.focus, none);
-        scope.connect(&buffer.output, &cause.input, none);
-        let caused = scope.add("caused", Linear::weighted_rows(a, self.cause_rows));
-        scope.connect(&cause.items, &caused.input, none);
-        scope.connect(&caused.output, &executive.action, none);
-        scope.connect(&cause.output, &deep.input, none);
+        let told = Circumstances {
+            state: &buffer.output,
+            present: &present.output,
+            ruled_out: executive.ruled_out.as_ref(),
+        };
+        let recalled = self.recall.expand(scope, &told, &self.encoded);
+        scope.connect(&recalled.actions, &executive.action, none);
+        scope.connect(&recalled.pointer, &deep.input, none);
         let unbound = match self.spec.unbinding {
             Unbinding::Fixed => {
                 let unbind = scope.add("unbind", self.unbind);
@@ -390,9 +399,8 @@ impl Module for PlanningGraph {
                 unbind.output
             }
             Unbinding::Products => {
-                let role = self.encoded.states.get(PRECONDITION);
-                let role = role.unwrap_or(PointerRef::from_raw(&[]));
-                let role = scope.add("precondition", Constant::pointer(&state_space, &role));
+                let role = Constant::pointer(&state_space, &self.precondition);
+                let role = scope.add("precondition", role);
                 let unbind = scope.add("unbind", Unbind::new(&self.encoded.states));
                 scope.connect(&deep.output, &unbind.bound, none);
                 scope.connect(&role, &unbind.role, none);
@@ -402,28 +410,28 @@ impl Module for PlanningGraph {
         };
         scope.connect(&required.items, &executive.required, none);
         scope.connect(&required.items, &head.input, none);
-        scope.connect(&head.output, &open.utilities, none);
-        scope.connect(&present.output, &open.inhibit, none);
-        scope.connect(&executive.reachable, &open.inhibit, none);
+        scope.connect(&head.output, &unmet.utilities, none);
+        scope.connect(&present.output, &unmet.inhibit, none);
+        scope.connect(&executive.reachable, &unmet.inhibit, none);
         scope.connect(&present.output, &executive.present, none);
-        scope.connect(&open.items, &executive.open, none);
-        scope.connect(&open.items, &chosen.utilities, none);
+        scope.connect(&unmet.items, &executive.unmet, none);
+        scope.connect(&unmet.items, &chosen.utilities, none);
         scope.connect(&chosen.items, &executive.chosen, none);
-        if let Some(Barred { deep, unbind, forbidden }) = self.barred {
+        if let Some(Violated { deep, unbind, forbidden }) = self.violated {
             let deep = scope.add("deep_absent", deep);
             let unbind = scope.add("unbind_absent", unbind);
             let forbidden = scope.add("forbidden", forbidden);
             // Forbidden and present: both halves of the level.
             let both = SelectRule::Threshold { level: 1.0 + RECOGNISED };
-            let barred = scope.add("barred", Selection::new(m, both));
-            scope.connect(&cause.output, &deep.input, none);
+            let violated = scope.add("barred", Selection::new(m, both));
+            scope.connect(&recalled.pointer, &deep.input, none);
             scope.connect(&deep.output, &unbind.input, none);
             scope.connect(&unbind.output, &forbidden.input, none);
-            scope.connect(&forbidden.items, &barred.utilities, none);
-            scope.connect(&present.output, &barred.utilities, none);
-            scope.connect(&barred.items, &executive.barred, none);
+            scope.connect(&forbidden.items, &violated.utilities, none);
+            scope.connect(&present.output, &violated.utilities, none);
+            scope.connect(&violated.items, &executive.violated, none);
         }
-        scope.connect(&cause.output, &gate.input, none);
+        scope.connect(&recalled.pointer, &gate.input, none);
         if without(Part::Gate) {
             let open = scope.add("open_gate", Constant::scalar(1.0));
             scope.connect(&open, &gate.open, none);
@@ -439,11 +447,13 @@ impl Module for PlanningGraph {
             actions: motor.items,
             trace: executive.trace,
             goal_buffer: buffer.output,
-            cause: cause.output,
+            cause: recalled.pointer,
             unbound,
             gated: gate.output,
+            ruled_out: executive.ruled_out,
+            recalled: recalled.actions,
             preconditions: required.output,
-            watched: [focus.items, cause.items, required.items, open.items, chosen.items],
+            watched: [focus.items, recalled.watched, required.items, unmet.items, chosen.items],
         }
     }
 }

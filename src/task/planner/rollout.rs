@@ -1,14 +1,14 @@
 //! A whole plan: the planner graph asked again and again, in worlds predicted from the operators.
 
-use super::ask::{Decision, Planner, Verdict};
-use crate::task::domain::Obstacle;
+use super::ask::{Decision, Planner};
+use crate::task::domain::{ActionId, Obstacle, StateId, Verdict, WorldState};
 use crate::task::error::TaskError;
 
 /// One step of a plan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannedStep {
-    /// The action's place in the domain.
-    pub action: usize,
+    /// The action.
+    pub action: ActionId,
     /// How the planner came to it.
     pub decision: Decision,
 }
@@ -44,14 +44,14 @@ impl Planner {
     ///
     /// # Errors
     /// As [`Planner::decide`].
-    pub fn plan(&self, objects: &[usize], goal: &str) -> Result<RolledOut, TaskError> {
+    pub fn plan(&self, objects: &[usize], goal: StateId) -> Result<RolledOut, TaskError> {
         let mut counts = objects.to_vec();
         let mut steps: Vec<PlannedStep> = Vec::new();
         let mut seen: Vec<Vec<usize>> = Vec::new();
         // Each object can come into each state once on a way without detours.
         let most = (objects.iter().sum::<usize>() + 1) * (objects.len() + 1);
         loop {
-            let world: Vec<bool> = counts.iter().map(|c| *c > 0).collect();
+            let world: WorldState = counts.iter().map(|c| *c > 0).collect();
             let decision = self.decide(&world, goal)?;
             let end = match decision.verdict {
                 Verdict::Met => Some(PlanEnd::Met),
@@ -72,25 +72,21 @@ impl Planner {
         }
     }
 
-    fn predict(&self, counts: &mut [usize], action: usize) {
-        let domain = self.domain();
-        let operator = &domain.operators()[action];
-        let place = |name: &String| domain.states().iter().position(|s| s.name == *name);
-        let from = operator.from.as_ref().and_then(place);
+    fn predict(&self, counts: &mut [usize], action: ActionId) {
+        let operator = &self.domain()[action];
+        let from = operator.from.map(StateId::index);
         if let Some(from) = from {
             counts[from] = counts[from].saturating_sub(1);
         }
-        for ended in operator.removes.iter().filter_map(place) {
+        for ended in operator.removes.iter().map(|s| s.index()) {
             if Some(ended) != from {
                 counts[ended] = 0;
             }
         }
-        let to = place(&operator.to);
-        if let Some(to) = to {
-            counts[to] += 1;
-        }
-        for effect in operator.effects.iter().filter_map(place) {
-            if Some(effect) != to {
+        let to = operator.to.index();
+        counts[to] += 1;
+        for effect in operator.effects.iter().map(|s| s.index()) {
+            if effect != to {
                 counts[effect] = counts[effect].max(1);
             }
         }

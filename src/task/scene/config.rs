@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::shapes::neck_radius;
 use crate::files::read_file;
 use crate::sim::Seed;
-use crate::task::error::{InputFault, TaskError};
+use crate::task::error::{InputFault, TaskError, json_problem};
 use crate::task::robot::{ArmSpec, GripperSpec};
 
 /// Hex nuts and hex-head bolts without threads. Lengths in metres.
@@ -202,10 +202,13 @@ impl SceneSpec {
             return Err(fault(Some(1), "", "it is no JSON object".into(), expected).into());
         }
         let spec: Self = serde_json::from_slice(text).map_err(|error| {
-            let problem = error.to_string();
-            let problem = problem.split(" at line ").next().unwrap_or_default().to_owned();
             let line = (error.line() > 0).then(|| error.line());
-            fault(line, "", problem, "a scene's settings, as `symbolt config` prints them")
+            fault(
+                line,
+                "",
+                json_problem(&error),
+                "a scene's settings, as `symbolt config` prints them",
+            )
         })?;
         match spec.check() {
             Err(TaskError::Setting { name: field, value, expected }) => {

@@ -9,7 +9,7 @@ use serde::Deserialize;
 use super::{Demonstration, Event, Labels, ObjectPose, Recording, Snapshot};
 use crate::files::read_file;
 use crate::task::domain::pose::Pose;
-use crate::task::error::{InputFault, TaskError};
+use crate::task::error::{InputFault, TaskError, json_problem};
 
 /// A line as it stands in the file.
 #[derive(Deserialize)]
@@ -193,12 +193,8 @@ fn parse_json<'a, T: Deserialize<'a>>(text: &'a str, place: Place<'_>) -> Result
 
 /// A JSON error as a fault; in a file of one object its line is the file's.
 fn json_fault(error: &serde_json::Error, place: Place<'_>, whole_file: bool) -> InputFault {
-    let mut text = error.to_string();
-    if let Some(at) = text.rfind(" at line ") {
-        text.truncate(at);
-    }
     let place = if whole_file { Place { line: Some(error.line()), ..place } } else { place };
-    let problem = format!("{text} (column {})", error.column());
+    let problem = format!("{} (column {})", json_problem(error), error.column());
     let expected = match error.classify() {
         serde_json::error::Category::Eof => "a complete JSON object",
         serde_json::error::Category::Syntax => "a JSON object",

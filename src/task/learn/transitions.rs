@@ -1,23 +1,23 @@
-//! The ways of parts from cluster to cluster: which clusters are detours, which tries were undone.
+//! Transitions of parts between clusters: which clusters are detours, which attempts were undone.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::scene::{Cluster, Scene};
+use super::observations::{Cluster, Observations};
 
-/// What the parts' ways from cluster to cluster tell.
+/// What the transitions of parts between clusters show.
 #[derive(Default)]
-pub(super) struct Ways {
-    /// Clusters into which parts came by tries only, that none kept, and around which others went
+pub(super) struct Transitions {
+    /// Clusters into which parts came by attempts only, that none kept, and around which others went
     /// straight at least as often: the bolt left standing, the nut on the jig's rim.
     pub detours: BTreeSet<usize>,
-    /// Tries that brought a part back to where it had been before, from where it went again.
+    /// Attempts that brought a part back to where it had been before, from where it went again.
     pub undone: BTreeSet<usize>,
 }
 
-impl Scene<'_> {
-    /// Follows the parts from cluster to cluster to find detours and tries that were undone.
-    pub fn ways(&self, clusters: &[Cluster]) -> Ways {
-        let mut ways = Ways::default();
+impl Observations<'_> {
+    /// Follows the parts from cluster to cluster to find detours and attempts that were undone.
+    pub fn transitions(&self, clusters: &[Cluster]) -> Transitions {
+        let mut found = Transitions::default();
         let mut direct: BTreeMap<(usize, usize), usize> = BTreeMap::new();
         let mut through: BTreeMap<(usize, usize, usize), usize> = BTreeMap::new();
         let (mut passed, mut entered) = (BTreeSet::new(), BTreeSet::new());
@@ -26,20 +26,20 @@ impl Scene<'_> {
         let mut returned: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
         let mut back_for_good: Vec<(usize, usize)> = Vec::new();
         let mut by_track: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
-        for (index, attempt) in self.tries.iter().enumerate() {
+        for (index, attempt) in self.attempts.iter().enumerate() {
             if let Some(track) = attempt.track {
                 by_track.entry((attempt.demo, track)).or_default().push(index);
             }
         }
-        for ((demo, track), tries) in by_track {
+        for ((demo, track), attempts) in by_track {
             if let Some(kind) = self.kind_of(demo, track) {
                 manipulated.entry(kind).or_default().insert(demo);
             }
             let ends = |index: usize| {
-                let t = &self.tries[index];
+                let t = &self.attempts[index];
                 Some((self.label(demo, track, t.before)?, self.label(demo, track, t.after)?))
             };
-            let moves: Vec<(usize, usize, usize)> = tries
+            let moves: Vec<(usize, usize, usize)> = attempts
                 .iter()
                 .filter_map(|index| ends(*index).map(|(from, to)| (*index, from, to)))
                 .filter(|(_, from, to)| from != to)
@@ -72,7 +72,7 @@ impl Scene<'_> {
                         returned.entry(to).or_default().insert(demo);
                         back_for_good.push((index, to));
                     } else {
-                        ways.undone.insert(index);
+                        found.undone.insert(index);
                     }
                 } else {
                     way.push(to);
@@ -93,10 +93,10 @@ impl Scene<'_> {
         };
         for (index, to) in back_for_good {
             if seldom(to, returned.get(&to)) {
-                ways.undone.insert(index);
+                found.undone.insert(index);
             }
         }
-        ways.detours = entered
+        found.detours = entered
             .into_iter()
             .filter(|by| clusters[*by].found == 0 && seldom(*by, kept.get(by)))
             .filter(|by| passed.contains(by) || !kept.contains_key(by))
@@ -106,6 +106,6 @@ impl Scene<'_> {
                 })
             })
             .collect();
-        ways
+        found
     }
 }

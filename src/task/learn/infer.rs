@@ -1,67 +1,68 @@
-//! Deciding which clusters are states, and counting what each action needs and does.
+//! Inference: which clusters are states, and what each action needs and does.
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::attempts::Attempt;
 use super::gaussian::PoseGaussian;
 use super::names::{Landmark, Names, action_name, state_name};
-use super::operators::{Evidence, Instance};
-use super::scene::{Cluster, Scene};
+use super::observations::{Cluster, Observations};
+use super::operators::Instance;
 use super::summary::Failure;
-use super::tries::Try;
-use super::ways::Ways;
+use super::transitions::Transitions;
 use super::{Learned, Settings};
-use crate::task::domain::Pose;
-use crate::task::domain::{Domain, KindClusters, Operator, Origin, Provenance, State};
+use crate::task::domain::{
+    Domain, Evidence, KindClusters, LearnedState, Operator, Origin, Parameter, Pose, Provenance,
+    State, StateId,
+};
 use crate::task::error::TaskError;
 
-/// What was decided, for the report.
-pub(super) struct Conclusion<'a> {
+/// What was inferred, for the report.
+pub(super) struct Inferred<'a> {
     pub clusters: &'a [Cluster],
-    /// The clusters that are states, and their names.
+    /// The clusters that are states, in the order of the domain's states.
     pub states: &'a [usize],
-    pub named: &'a [String],
-    /// For each try, the cluster that it brought about, or why it failed.
+    /// For each attempt, the cluster that it brought about, or why it failed.
     pub judged: &'a [Result<usize, Failure>],
     pub operators: &'a [Operator],
 }
 
-impl Scene<'_> {
-    /// For each try, the cluster that it brought about, or why it failed, if the given clusters
+impl Observations<'_> {
+    /// For each attempt, the cluster that it brought about, or why it failed, if the given clusters
     /// are states.
-    fn judge(&self, states: &[usize], ways: &Ways) -> Vec<Result<usize, Failure>> {
-        let judge = |(index, t): (usize, &Try)| {
+    fn judge(&self, states: &[usize], transitions: &Transitions) -> Vec<Result<usize, Failure>> {
+        let judge = |(index, t): (usize, &Attempt)| {
             let track = t.track.ok_or(Failure::NothingMoved)?;
             let to = self.label(t.demo, track, t.after).ok_or(Failure::PartLost)?;
-            if ways.detours.contains(&to) {
+            if transitions.detours.contains(&to) {
                 return Err(Failure::Detour);
             }
-            if ways.undone.contains(&index) {
+            if transitions.undone.contains(&index) {
                 return Err(Failure::Undone);
             }
-            let at = states.iter().position(|s| *s == to).ok_or(Failure::NothingNew)?;
-            let before = self.global_state(t.demo, t.before, states);
-            if before[at] { Err(Failure::NothingNew) } else { Ok(to) }
+            let state = state_of(to, states).ok_or(Failure::NothingNew)?;
+            let before = self.world_state(t.demo, t.before, states);
+            if before.holds(state) { Err(Failure::NothingNew) } else { Ok(to) }
         };
-        self.tries.iter().enumerate().map(judge).collect()
+        self.attempts.iter().enumerate().map(judge).collect()
     }
 
     /// Decides which clusters are states, and builds the domain and the report.
-    pub fn conclude(&self, settings: &Settings) -> Result<Learned, TaskError> {
+    pub fn infer(&self, settings: &Settings) -> Result<Learned, TaskError> {
         let clusters = self.clusters();
         let mut states: Vec<usize> = (0..clusters.len()).collect();
-        let ways = self.ways(&clusters);
-        states.retain(|s| !ways.detours.contains(s));
+        let transitions = self.transitions(&clusters);
+        states.retain(|s| !transitions.detours.contains(s));
         let judged = loop {
-            let judged = self.judge(&states, &ways);
-            let strays = self.strays(&states, &judged);
-            if strays.is_empty() {
+            let judged = self.judge(&states, &transitions);
+            let unexplained = self.unexplained(&states, &judged);
+            if unexplained.is_empty() {
                 break judged;
             }
-            states.retain(|s| !strays.contains(s));
+            states.retain(|s| !unexplained.contains(s));
         };
-        let (named, models) = self.name_states(&clusters, &states);
-        let operators = self.operators(&states, &named, &judged);
-        let goal = self.goal(&states, &named, &judged);
+        let models = self.name_states(&clusters, &states);
+        let operators = self.operators(&states, &models, &judged);
+        let goal = self.goal(&states, &judged);
         let provenance = Provenance {
             symbolt: env!("CARGO_PKG_VERSION").into(),
             seed: settings.seed,
@@ -79,21 +80,20 @@ impl Scene<'_> {
                 })
                 .collect(),
         };
-        let report = self.report(&Conclusion {
+        let report = self.report(&Inferred {
             clusters: &clusters,
             states: &states,
             judged: &judged,
-            named: &named,
             operators: &operators,
         });
-        let domain = Domain::new(models, operators, goal, provenance)?;
+        let domain = Domain::new(models, operators, goal, Some(provenance))?;
         Ok(Learned { domain, report })
     }
 
-    /// States that were touched by failed tries and by no action.
-    fn strays(&self, states: &[usize], judged: &[Result<usize, Failure>]) -> BTreeSet<usize> {
+    /// Clusters at the ends of failed attempts and of no action.
+    fn unexplained(&self, states: &[usize], judged: &[Result<usize, Failure>]) -> BTreeSet<usize> {
         let (mut used, mut failed) = (BTreeSet::new(), BTreeSet::new());
-        for (attempt, outcome) in self.tries.iter().zip(judged) {
+        for (attempt, outcome) in self.attempts.iter().zip(judged) {
             let Some(track) = attempt.track else { continue };
             let ends = [attempt.before, attempt.after]
                 .into_iter()
@@ -103,7 +103,7 @@ impl Scene<'_> {
         failed.into_iter().filter(|s| states.contains(s) && !used.contains(s)).collect()
     }
 
-    fn name_states(&self, clusters: &[Cluster], states: &[usize]) -> (Vec<String>, Vec<State>) {
+    fn name_states(&self, clusters: &[Cluster], states: &[usize]) -> Vec<State> {
         let landmarks = self.landmarks();
         let mut names = Names::default();
         let mut models = Vec::new();
@@ -117,14 +117,16 @@ impl Scene<'_> {
             models.push(State {
                 name: names.take(&state_name(&kind, origin, &fit.mean, &landmarks)),
                 kind,
-                count: poses.len(),
-                distinct: self.distinct(cluster),
-                origin,
-                mean: fit.mean,
-                covariance: fit.covariance,
+                learned: Some(LearnedState {
+                    count: poses.len(),
+                    distinct: self.distinct(cluster),
+                    origin,
+                    mean: fit.mean,
+                    covariance: fit.covariance,
+                }),
             });
         }
-        (models.iter().map(|m| m.name.clone()).collect(), models)
+        models
     }
 
     /// The objects of the first snapshot whose kind never moved.
@@ -146,19 +148,18 @@ impl Scene<'_> {
     fn operators(
         &self,
         states: &[usize],
-        named: &[String],
+        named: &[State],
         judged: &[Result<usize, Failure>],
     ) -> Vec<Operator> {
-        let name = |index: usize| named[index].clone();
         // States and actions share one space of names.
         let mut names = Names::default();
-        for name in named {
-            names.take(name);
+        for state in named {
+            names.take(&state.name);
         }
         let mut operators = Vec::new();
         for (at, state) in states.iter().enumerate() {
-            let of_it: Vec<&Try> = self
-                .tries
+            let of_it: Vec<&Attempt> = self
+                .attempts
                 .iter()
                 .zip(judged)
                 .filter(|(_, outcome)| **outcome == Ok(*state))
@@ -169,47 +170,41 @@ impl Scene<'_> {
             let instances: Vec<Instance> = of_it
                 .iter()
                 .map(|t| Instance {
-                    before: self.global_state(t.demo, t.before, states),
-                    after: self.global_state(t.demo, t.after, states),
+                    before: self.world_state(t.demo, t.before, states),
+                    after: self.world_state(t.demo, t.after, states),
                 })
                 .collect();
-            let mut origins: BTreeMap<usize, usize> = BTreeMap::new();
+            let mut origins: BTreeMap<StateId, usize> = BTreeMap::new();
             for attempt in &of_it {
                 let from = attempt.track.and_then(|t| self.label(attempt.demo, t, attempt.before));
-                if let Some(from) = from.and_then(|f| states.iter().position(|s| *s == f)) {
+                if let Some(from) = from.and_then(|f| state_of(f, states)) {
                     *origins.entry(from).or_default() += 1;
                 }
             }
             let from = origins
                 .into_iter()
                 .max_by(|a, b| a.1.cmp(&b.1).then(b.0.cmp(&a.0)))
-                .map(|(from, _)| name(from));
+                .map(|(from, _)| from);
             let evidence = Evidence::count(&instances);
-            let list = |which: Vec<usize>| which.into_iter().map(name).collect();
             operators.push(Operator {
-                name: names.take(&action_name(&named[at])),
-                kind: self.tracks[first.demo][track].kind.to_string(),
+                name: names.take(&action_name(&named[at].name)),
+                parameters: vec![Parameter::object(&*self.tracks[first.demo][track].kind)],
                 from,
-                to: name(at),
-                preconditions: list(evidence.preconditions()),
-                effects: list(evidence.effects()),
-                absent: list(evidence.absent()),
-                removes: list(evidence.removes()),
-                evidence: evidence.into(),
+                to: StateId::new(at),
+                preconditions: evidence.preconditions(),
+                effects: evidence.effects(),
+                absent: evidence.absent(),
+                removes: evidence.removes(),
+                evidence: Some(evidence),
             });
         }
         operators
     }
 
     /// The state that the last action of most demonstrations brought about.
-    fn goal(
-        &self,
-        states: &[usize],
-        named: &[String],
-        judged: &[Result<usize, Failure>],
-    ) -> Option<String> {
+    fn goal(&self, states: &[usize], judged: &[Result<usize, Failure>]) -> Option<StateId> {
         let mut last: BTreeMap<usize, usize> = BTreeMap::new();
-        for (attempt, outcome) in self.tries.iter().zip(judged) {
+        for (attempt, outcome) in self.attempts.iter().zip(judged) {
             if let Ok(to) = outcome {
                 last.insert(attempt.demo, *to);
             }
@@ -219,6 +214,11 @@ impl Scene<'_> {
             *counts.entry(to).or_default() += 1;
         }
         let (goal, _) = counts.into_iter().max_by(|a, b| a.1.cmp(&b.1).then(b.0.cmp(&a.0)))?;
-        states.iter().position(|s| *s == goal).map(|at| named[at].clone())
+        state_of(goal, states)
     }
+}
+
+/// The state that a cluster became, if it became one.
+pub(super) fn state_of(cluster: usize, states: &[usize]) -> Option<StateId> {
+    states.iter().position(|s| *s == cluster).map(StateId::new)
 }

@@ -1,18 +1,19 @@
 //! Domains written in code instead of learned: states and actions by name, without geometry.
 
-use super::pose::Pose;
-use crate::task::domain::{
-    Domain, KindClusters, Operator, OperatorEvidence, Origin, Provenance, State,
-};
+use super::ids::StateId;
+use super::operator::{Operator, Parameter};
+use super::state::State;
+use crate::task::domain::Domain;
 use crate::task::error::TaskError;
 
-/// A domain without poses, for planner graphs built in code.
+/// Builds a domain in code, for planning without geometry.
 ///
-/// States are those that are named, in the order in which they first are.
+/// States are those that are named, in the order in which they first are. All of them are states of one
+/// kind of object, [`DomainBuilder::KIND`]. Several actions may bring about one state.
 ///
 /// ```
-/// use symbolt::task::SymbolicDomain;
-/// let domain = SymbolicDomain::new()
+/// use symbolt::task::DomainBuilder;
+/// let domain = DomainBuilder::new()
 ///     .action("BOIL_WATER", ["KETTLE_FULL"], ["WATER_HOT"])
 ///     .action("BREW_TEA", ["WATER_HOT", "LEAVES_IN_POT"], ["TEA_READY"])
 ///     .state("LEAVES_IN_TIN")
@@ -21,7 +22,7 @@ use crate::task::error::TaskError;
 /// # Ok::<(), symbolt::task::TaskError>(())
 /// ```
 #[derive(Debug, Clone, Default)]
-pub struct SymbolicDomain {
+pub struct DomainBuilder {
     states: Vec<String>,
     actions: Vec<Action>,
 }
@@ -29,12 +30,15 @@ pub struct SymbolicDomain {
 #[derive(Debug, Clone)]
 struct Action {
     name: String,
-    needs: Vec<String>,
-    absent: Vec<String>,
-    causes: Vec<String>,
+    needs: Vec<StateId>,
+    absent: Vec<StateId>,
+    causes: Vec<StateId>,
 }
 
-impl SymbolicDomain {
+impl DomainBuilder {
+    /// The kind of every object, as in untyped planning languages.
+    pub const KIND: &'static str = "object";
+
     /// The paper's own domain (section II.E): a nut and a bolt are put into the jig and assembled.
     pub fn of_the_paper() -> Self {
         Self::new()
@@ -54,8 +58,8 @@ impl SymbolicDomain {
         self
     }
 
-    /// Adds an action: what it needs, and what it brings about (at least one state; by the first it is
-    /// told from other actions).
+    /// Adds an action: what it needs, and what it brings about (at least one state; the first is the one
+    /// that its object is put into).
     pub fn action<'n>(
         self,
         name: &str,
@@ -73,25 +77,19 @@ impl SymbolicDomain {
         absent: impl IntoIterator<Item = &'n str>,
         causes: impl IntoIterator<Item = &'n str>,
     ) -> Self {
-        let mut list = |names: &mut dyn Iterator<Item = &'n str>| -> Vec<String> {
-            names
-                .map(|name| {
-                    self.note(name);
-                    name.to_owned()
-                })
-                .collect()
-        };
-        let needs = list(&mut needs.into_iter());
-        let absent = list(&mut absent.into_iter());
-        let causes = list(&mut causes.into_iter());
+        let needs = needs.into_iter().map(|n| self.note(n)).collect();
+        let absent = absent.into_iter().map(|n| self.note(n)).collect();
+        let causes = causes.into_iter().map(|n| self.note(n)).collect();
         self.actions.push(Action { name: name.into(), needs, absent, causes });
         self
     }
 
-    fn note(&mut self, name: &str) {
-        if !self.states.iter().any(|s| s == name) {
+    fn note(&mut self, name: &str) -> StateId {
+        let at = self.states.iter().position(|s| s == name).unwrap_or_else(|| {
             self.states.push(name.into());
-        }
+            self.states.len() - 1
+        });
+        StateId::new(at)
     }
 
     /// Checks the whole.
@@ -99,52 +97,26 @@ impl SymbolicDomain {
     /// # Errors
     /// As [`Domain::new`]; an action that causes nothing likewise.
     pub fn build(self) -> Result<Domain, TaskError> {
-        const KIND: &str = "thing";
-        let count = self.states.len();
         let mut operators = Vec::new();
         for Action { name, needs: preconditions, absent, causes: effects } in self.actions {
-            let Some(to) = effects.first().cloned() else {
+            let Some(to) = effects.first().copied() else {
                 let reason = format!("action `{name}` causes nothing");
                 return Err(TaskError::BadDomain { reason });
             };
             operators.push(Operator {
                 name,
-                kind: KIND.into(),
+                parameters: vec![Parameter::object(Self::KIND)],
                 from: None,
                 to,
                 preconditions,
                 effects,
                 absent,
                 removes: Vec::new(),
-                evidence: OperatorEvidence {
-                    instances: 0,
-                    before: vec![0; count],
-                    change: vec![0; count],
-                },
+                evidence: None,
             });
         }
-        let states = self
-            .states
-            .into_iter()
-            .map(|name| State {
-                name,
-                kind: KIND.into(),
-                count: 0,
-                distinct: 0,
-                origin: Origin::Found,
-                mean: Pose::at([0.0; 3]),
-                covariance: [[0.0; 6]; 6],
-            })
-            .collect();
-        let provenance = Provenance {
-            symbolt: env!("CARGO_PKG_VERSION").into(),
-            seed: 0,
-            p: super::distance::PAPER_EXPONENT,
-            threshold_m: None,
-            demonstrations: 0,
-            snapshots: 0,
-            clusters: Vec::<KindClusters>::new(),
-        };
-        Domain::new(states, operators, None, provenance)
+        let states = self.states.into_iter();
+        let states = states.map(|name| State { name, kind: Self::KIND.into(), learned: None });
+        Domain::new(states.collect(), operators, None, None)
     }
 }

@@ -4,21 +4,19 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::sync::Arc;
 
 use super::Settings;
+use super::attempts::{Attempt, MOVED_M, cut, guess};
 use super::linkage::Dendrogram;
-use super::operators::GlobalState;
 use super::threshold::{Manipulation, choose};
 use super::tracks::{Track, follow};
-use super::tries::{MOVED_M, Try, cut, guess};
-use crate::task::domain::Pose;
-use crate::task::domain::Recording;
+use crate::task::domain::{Pose, Recording, WorldState};
 use crate::task::error::TaskError;
 use crate::task::event::{Event, LearningStep, Observer};
 
 /// The recording with identities.
-pub(super) struct Scene<'r> {
+pub(super) struct Observations<'r> {
     pub recording: &'r Recording,
     pub tracks: Vec<Vec<Track>>,
-    pub tries: Vec<Try>,
+    pub attempts: Vec<Attempt>,
     pub kinds: Vec<Kind>,
 }
 
@@ -39,13 +37,13 @@ pub(super) struct Kind {
 pub(super) struct Cluster {
     pub kind: usize,
     pub members: Vec<(usize, usize, usize)>,
-    /// How often a part came into it by a try, and how often otherwise.
+    /// How often a part came into it by an attempt, and how often otherwise.
     pub placed: usize,
     pub found: usize,
 }
 
-impl<'r> Scene<'r> {
-    /// Follows all objects, cuts tries, guesses who was manipulated, and builds the dendrograms.
+impl<'r> Observations<'r> {
+    /// Follows all objects, cuts attempts, guesses who was manipulated, and builds the dendrograms.
     pub fn observe(
         recording: &'r Recording,
         settings: &Settings,
@@ -54,17 +52,17 @@ impl<'r> Scene<'r> {
         let snapshots = recording.snapshot_count();
         observer.observe(&Event::Learning(LearningStep::Following { snapshots }));
         let tracks: Vec<Vec<Track>> = recording.demos.iter().map(follow).collect();
-        let mut tries = Vec::new();
+        let mut attempts = Vec::new();
         for (d, demo) in recording.demos.iter().enumerate() {
             for mut attempt in cut(d, demo, &tracks[d]) {
                 if !attempt.declared {
                     attempt.track = guess(demo, &tracks[d], &attempt, settings.p);
                 }
-                tries.push(attempt);
+                attempts.push(attempt);
             }
         }
         let falling: HashSet<(usize, usize, usize)> =
-            tries.iter().filter_map(Try::falling).collect();
+            attempts.iter().filter_map(Attempt::falling).collect();
         let mut moving: BTreeMap<Arc<str>, bool> = BTreeMap::new();
         for (demo, tracks) in recording.demos.iter().zip(&tracks) {
             for track in tracks {
@@ -96,17 +94,17 @@ impl<'r> Scene<'r> {
             let labels = Vec::new();
             kinds.push(Kind { name, poses, places, tree, threshold: f64::INFINITY, labels });
         }
-        Ok(Self { recording, tracks, tries, kinds })
+        Ok(Self { recording, tracks, attempts, kinds })
     }
 }
 
-impl Scene<'_> {
+impl Observations<'_> {
     /// Cuts every kind's dendrogram.
     pub fn cluster(&mut self, settings: &Settings) {
         let mut first = 0;
         for k in 0..self.kinds.len() {
             let manipulations: Vec<Manipulation> = self
-                .tries
+                .attempts
                 .iter()
                 .filter_map(|t| {
                     let track = t.track?;
@@ -138,13 +136,13 @@ impl Scene<'_> {
         kind.places.get(&(demo, track, snapshot)).map(|place| kind.labels[*place])
     }
 
-    /// Looks again at guessed tries in which the guessed part stayed in its cluster: if just one
+    /// Looks again at guessed attempts in which the guessed part stayed in its cluster: if just one
     /// other part came to be where none of its kind was, that one was manipulated and the first was
     /// knocked aside. Returns whether anything changed.
     pub fn reconsider(&mut self) -> bool {
         let mut changed = false;
-        for index in 0..self.tries.len() {
-            let attempt = self.tries[index];
+        for index in 0..self.attempts.len() {
+            let attempt = self.attempts[index];
             let (Some(guessed), false) = (attempt.track, attempt.declared) else { continue };
             let (d, before, after) = (attempt.demo, attempt.before, attempt.after);
             let ends = |t: usize| Some((self.label(d, t, before)?, self.label(d, t, after)?));
@@ -161,7 +159,7 @@ impl Scene<'_> {
                 })
                 .collect();
             if let [other] = others[..] {
-                self.tries[index].track = Some(other);
+                self.attempts[index].track = Some(other);
                 changed = true;
             }
         }
@@ -180,7 +178,7 @@ impl Scene<'_> {
             }
         }
         let arrivals: BTreeSet<(usize, usize, usize)> =
-            self.tries.iter().filter_map(|t| Some((t.demo, t.track?, t.after))).collect();
+            self.attempts.iter().filter_map(|t| Some((t.demo, t.track?, t.after))).collect();
         for (d, tracks) in self.tracks.iter().enumerate() {
             for t in 0..tracks.len() {
                 let mut last = None;
@@ -200,8 +198,8 @@ impl Scene<'_> {
         clusters
     }
 
-    /// Which of `states` hold in a snapshot.
-    pub fn global_state(&self, demo: usize, snapshot: usize, states: &[usize]) -> GlobalState {
+    /// Which states hold in a snapshot, if these clusters are the states.
+    pub fn world_state(&self, demo: usize, snapshot: usize, states: &[usize]) -> WorldState {
         let held: BTreeSet<usize> =
             (0..self.tracks[demo].len()).filter_map(|t| self.label(demo, t, snapshot)).collect();
         states.iter().map(|s| held.contains(s)).collect()

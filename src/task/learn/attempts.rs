@@ -1,4 +1,4 @@
-//! Cutting demonstrations into tries, and finding the object that each try manipulated.
+//! Cutting demonstrations into attempts, and finding the object that each attempt manipulated.
 
 use super::tracks::Track;
 use crate::task::domain::distance::p_distance;
@@ -8,9 +8,9 @@ use crate::task::domain::{Demonstration, Event};
 /// settling of a resting part are below it.
 pub const MOVED_M: f64 = 1e-3;
 
-/// One try: an object was taken up and let go.
+/// One attempt: an object was taken up and let go.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Try {
+pub(crate) struct Attempt {
     /// The demonstration's place in the recording.
     pub demo: usize,
     /// The snapshot before.
@@ -25,24 +25,31 @@ pub(crate) struct Try {
     pub released: Option<usize>,
 }
 
-/// Cuts a demonstration into tries.
+/// Cuts a demonstration into attempts.
 ///
-/// With events, a try lasts from a contact to the release of the same object, and is looked at in the
+/// With events, an attempt lasts from a contact to the release of the same object, and is looked at in the
 /// snapshot after the release, since a part that was let go may still be falling. Without events,
-/// every two consecutive snapshots are a try.
-pub(crate) fn cut(demo: usize, demonstration: &Demonstration, tracks: &[Track]) -> Vec<Try> {
+/// every two consecutive snapshots are an attempt.
+pub(crate) fn cut(demo: usize, demonstration: &Demonstration, tracks: &[Track]) -> Vec<Attempt> {
     let snapshots = &demonstration.snapshots;
     let track_of =
         |snapshot: usize, object: usize| tracks.iter().position(|t| t.at[snapshot] == Some(object));
-    let mut tries = Vec::new();
+    let mut attempts = Vec::new();
     if !snapshots.iter().any(|s| s.event.is_some()) {
         let befores = &snapshots[..snapshots.len().saturating_sub(1)];
         for (before, snapshot) in befores.iter().enumerate() {
             let track = snapshot.object.and_then(|o| track_of(before, o));
             let declared = track.is_some();
-            tries.push(Try { demo, before, after: before + 1, track, declared, released: None });
+            attempts.push(Attempt {
+                demo,
+                before,
+                after: before + 1,
+                track,
+                declared,
+                released: None,
+            });
         }
-        return tries;
+        return attempts;
     }
     let mut held: Option<(usize, Option<usize>)> = None;
     let last = snapshots.len() - 1;
@@ -50,7 +57,7 @@ pub(crate) fn cut(demo: usize, demonstration: &Demonstration, tracks: &[Track]) 
         let touched = snapshot.object.and_then(|o| track_of(now, o));
         let mut close = |(before, track): (usize, Option<usize>), after, released| {
             let declared = track.is_some();
-            tries.push(Try { demo, before, after, track, declared, released });
+            attempts.push(Attempt { demo, before, after, track, declared, released });
         };
         match (snapshot.event, held) {
             (Some(Event::Contact), None) => held = Some((now, touched)),
@@ -81,12 +88,12 @@ pub(crate) fn cut(demo: usize, demonstration: &Demonstration, tracks: &[Track]) 
         && before < last
     {
         let declared = track.is_some();
-        tries.push(Try { demo, before, after: last, track, declared, released: None });
+        attempts.push(Attempt { demo, before, after: last, track, declared, released: None });
     }
-    tries
+    attempts
 }
 
-impl Try {
+impl Attempt {
     /// The pose that a part may have had while still falling: demonstration, track and snapshot of its
     /// release, if it is looked at again later.
     pub fn falling(&self) -> Option<(usize, usize, usize)> {
@@ -95,16 +102,16 @@ impl Try {
     }
 }
 
-/// A part that went less than this share of the longest way of a try was nudged, not manipulated.
+/// A part that went less than this share of the longest way of an attempt was nudged, not manipulated.
 const NUDGED: f64 = 0.2;
 
-/// A first guess at the manipulated object of a try. Of the parts that went farthest it is the one
+/// A first guess at the manipulated object of an attempt. Of the parts that went farthest it is the one
 /// whose poses before and after are least alike by the p-norm: a part knocked across the table ends at
 /// its height, a manipulated one elsewhere. If none moved, it is a part that was lost meanwhile.
 pub(crate) fn guess(
     demo: &Demonstration,
     tracks: &[Track],
-    attempt: &Try,
+    attempt: &Attempt,
     p: f64,
 ) -> Option<usize> {
     let moved: Vec<(usize, f64)> = (0..tracks.len())
@@ -166,16 +173,16 @@ mod tests {
             ],
         };
         let tracks = follow(&demo);
-        let tries = cut(0, &demo, &tracks);
-        assert_eq!(tries.len(), 2);
-        assert_eq!(guess(&demo, &tracks, &tries[0], -2.0), Some(1));
-        assert_eq!(guess(&demo, &tracks, &tries[1], -2.0), None);
+        let attempts = cut(0, &demo, &tracks);
+        assert_eq!(attempts.len(), 2);
+        assert_eq!(guess(&demo, &tracks, &attempts[0], -2.0), Some(1));
+        assert_eq!(guess(&demo, &tracks, &attempts[1], -2.0), None);
     }
 
     #[test]
     fn with_events_a_try_lasts_from_contact_to_the_snapshot_after_the_release() {
         use Event::{Contact, End, Release, Start};
-        let tries = cut_all(vec![
+        let attempts = cut_all(vec![
             snapshot(Some(Start), None, &[0.0, 1.0]),
             snapshot(Some(Contact), Some(0), &[0.0, 1.0]),
             snapshot(Some(Release), Some(0), &[0.5, 1.0]),
@@ -183,42 +190,42 @@ mod tests {
             snapshot(Some(Release), Some(1), &[0.4, 2.0]),
             snapshot(Some(End), None, &[0.4, 2.0]),
         ]);
-        assert_eq!(tries, [(1, 3, Some(0)), (3, 5, Some(1))]);
+        assert_eq!(attempts, [(1, 3, Some(0)), (3, 5, Some(1))]);
     }
 
     #[test]
     fn a_part_that_slips_away_without_a_release_ends_its_try_at_the_next_contact() {
         use Event::{Contact, Release};
-        let tries = cut_all(vec![
+        let attempts = cut_all(vec![
             snapshot(Some(Contact), Some(0), &[0.0, 1.0]),
             snapshot(Some(Contact), Some(1), &[0.2, 1.0]),
             snapshot(Some(Release), Some(1), &[0.2, 2.0]),
         ]);
-        assert_eq!(tries, [(0, 1, Some(0)), (1, 2, Some(1))]);
+        assert_eq!(attempts, [(0, 1, Some(0)), (1, 2, Some(1))]);
     }
 
     #[test]
     fn two_contacts_with_one_part_are_two_tries_if_it_moved_between() {
         use Event::Contact;
-        let tries = cut_all(vec![
+        let attempts = cut_all(vec![
             snapshot(Some(Contact), Some(0), &[0.0, 1.0]),
             snapshot(Some(Contact), Some(0), &[0.5, 1.0]),
             snapshot(Some(Contact), Some(0), &[0.5, 1.0]),
             snapshot(None, None, &[0.9, 1.0]),
         ]);
-        assert_eq!(tries, [(0, 1, Some(0)), (1, 3, Some(0))]);
+        assert_eq!(attempts, [(0, 1, Some(0)), (1, 3, Some(0))]);
     }
 
     #[test]
     fn events_without_objects_still_cut_tries() {
         use Event::{Contact, Release};
-        let tries = cut_all(vec![
+        let attempts = cut_all(vec![
             snapshot(Some(Contact), None, &[0.0, 1.0]),
             snapshot(Some(Release), None, &[0.5, 1.0]),
             snapshot(Some(Contact), Some(1), &[0.5, 1.0]),
             snapshot(Some(Release), None, &[0.5, 2.0]),
             snapshot(None, None, &[0.5, 2.0]),
         ]);
-        assert_eq!(tries, [(0, 2, None), (2, 4, Some(1))]);
+        assert_eq!(attempts, [(0, 2, None), (2, 4, Some(1))]);
     }
 }

@@ -1,0 +1,229 @@
+//! The domain's file: JSON with a format and a version, checked whole when it is read.
+//!
+//! In the file a state is referred to by its name, for people to read. Version 2 is written; version 1,
+//! in which every state had geometry, is still read.
+
+mod v1;
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use crate::files::read_file;
+use crate::spa::nearest_name;
+use crate::task::domain::check::check_names;
+use crate::task::domain::{
+    Domain, Evidence, LearnedState, Operator, Parameter, Provenance, State, StateId,
+};
+use crate::task::error::{InputFault, TaskError, json_problem};
+
+/// What the file calls itself.
+const FORMAT: &str = "symbolt-domain";
+
+/// The version of the file's layout that is written.
+const VERSION: u64 = 2;
+
+#[derive(Deserialize)]
+struct Header {
+    format: Option<String>,
+    version: Option<u64>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DomainFile {
+    format: String,
+    version: u64,
+    /// Left out where the domain was not learned.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    provenance: Option<Provenance>,
+    goal: Option<String>,
+    states: Vec<StateEntry>,
+    operators: Vec<OperatorEntry>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StateEntry {
+    name: String,
+    kind: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    learned: Option<LearnedState>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct OperatorEntry {
+    name: String,
+    parameters: Vec<Parameter>,
+    from: Option<String>,
+    to: String,
+    preconditions: Vec<String>,
+    effects: Vec<String>,
+    absent: Vec<String>,
+    removes: Vec<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    evidence: Option<Evidence>,
+}
+
+/// Where a fault is, and what it is.
+struct FieldFault {
+    field: String,
+    problem: String,
+    expected: String,
+}
+
+impl Domain {
+    /// The domain as JSON text.
+    ///
+    /// # Errors
+    /// [`TaskError::Json`] if it cannot be put into JSON, which no checked domain has shown yet.
+    pub fn to_json(&self) -> Result<String, TaskError> {
+        let file = DomainFile::from(self);
+        let failed = |source| TaskError::Json { what: "the domain", source };
+        let mut text = serde_json::to_string_pretty(&file).map_err(failed)?;
+        text.push('\n');
+        Ok(text)
+    }
+
+    /// Reads a domain from a file (`-` for standard input).
+    ///
+    /// # Errors
+    /// If the file cannot be read or is not a valid domain of version 1 or 2.
+    pub fn read(path: &Path) -> Result<Self, TaskError> {
+        Self::parse(&read_file(path)?, &path.display().to_string())
+    }
+
+    /// Reads a domain from bytes; `file` names them in messages. Never panics, whatever the
+    /// bytes.
+    ///
+    /// # Errors
+    /// If they are not a valid domain of version 1 or 2.
+    pub fn parse(bytes: &[u8], file: &str) -> Result<Self, TaskError> {
+        let fault = |line, field: &str, problem: String, expected: &str| InputFault {
+            file: file.into(),
+            line,
+            field: field.into(),
+            problem,
+            expected: expected.into(),
+        };
+        let json = |error: serde_json::Error| {
+            let problem = format!("{} (column {})", json_problem(&error), error.column());
+            fault(Some(error.line()), "", problem, "a domain as `learn` writes it")
+        };
+        // The header first: another version may have other fields.
+        let header: Header = serde_json::from_slice(bytes).map_err(json)?;
+        if header.format.as_deref() != Some(FORMAT) {
+            let problem = header.format.map_or("it is missing".into(), |f| format!("it is `{f}`"));
+            return Err(fault(None, "format", problem, &format!("`{FORMAT}`")).into());
+        }
+        let parsed: DomainFile = match header.version {
+            Some(VERSION) => serde_json::from_slice(bytes).map_err(json)?,
+            Some(v1::VERSION) => {
+                serde_json::from_slice::<v1::DomainFile>(bytes).map_err(json)?.into()
+            }
+            other => {
+                let problem = other.map_or("it is missing".into(), |v| format!("it is {v}"));
+                let (old, new) = (v1::VERSION, VERSION);
+                let expected = format!("{old} or {new}, the versions that this program reads");
+                return Err(fault(None, "version", problem, &expected).into());
+            }
+        };
+        let invalid = |reason: String| {
+            TaskError::from(fault(None, "", reason, "a domain that does not contradict itself"))
+        };
+        // Names first: where one is bad, what refers to it is not the fault to tell.
+        let states = parsed.states.iter().map(|s| &s.name);
+        check_names(states.chain(parsed.operators.iter().map(|o| &o.name))).map_err(invalid)?;
+        let resolved = parsed.resolve();
+        let resolved =
+            resolved.map_err(|f| TaskError::from(fault(None, &f.field, f.problem, &f.expected)))?;
+        let Resolved { states, operators, goal, provenance } = resolved;
+        Self::new(states, operators, goal, provenance).map_err(|error| match error {
+            TaskError::BadDomain { reason } => invalid(reason),
+            other => other,
+        })
+    }
+}
+
+impl From<&Domain> for DomainFile {
+    fn from(domain: &Domain) -> Self {
+        let name = |state: StateId| domain[state].name.clone();
+        let names = |states: &[StateId]| states.iter().map(|s| name(*s)).collect();
+        let state = |s: &State| StateEntry {
+            name: s.name.clone(),
+            kind: s.kind.clone(),
+            learned: s.learned.clone(),
+        };
+        let operator = |o: &Operator| OperatorEntry {
+            name: o.name.clone(),
+            parameters: o.parameters.clone(),
+            from: o.from.map(name),
+            to: name(o.to),
+            preconditions: names(&o.preconditions),
+            effects: names(&o.effects),
+            absent: names(&o.absent),
+            removes: names(&o.removes),
+            evidence: o.evidence.clone(),
+        };
+        Self {
+            format: FORMAT.into(),
+            version: VERSION,
+            provenance: domain.provenance().cloned(),
+            goal: domain.goal().map(name),
+            states: domain.states().iter().map(state).collect(),
+            operators: domain.operators().iter().map(operator).collect(),
+        }
+    }
+}
+
+/// The tables with ids in place of names.
+struct Resolved {
+    states: Vec<State>,
+    operators: Vec<Operator>,
+    goal: Option<StateId>,
+    provenance: Option<Provenance>,
+}
+
+impl DomainFile {
+    fn resolve(self) -> Result<Resolved, FieldFault> {
+        let names: Vec<String> = self.states.iter().map(|s| s.name.clone()).collect();
+        let find = |name: &str, field: &dyn Fn() -> String| {
+            let at = names.iter().position(|n| n == name);
+            at.map(StateId::new).ok_or_else(|| no_state(name, field(), &names))
+        };
+        let goal = self.goal.map(|g| find(&g, &|| "goal".into())).transpose()?;
+        let mut operators = Vec::with_capacity(self.operators.len());
+        for (index, entry) in self.operators.into_iter().enumerate() {
+            let one = |name: &str, what| find(name, &|| format!("operators[{index}].{what}"));
+            let all = |list: &[String], what| -> Result<Vec<StateId>, FieldFault> {
+                let place = |i| move || format!("operators[{index}].{what}[{i}]");
+                list.iter().enumerate().map(|(i, name)| find(name, &place(i))).collect()
+            };
+            operators.push(Operator {
+                from: entry.from.map(|from| one(&from, "from")).transpose()?,
+                to: one(&entry.to, "to")?,
+                preconditions: all(&entry.preconditions, "preconditions")?,
+                effects: all(&entry.effects, "effects")?,
+                absent: all(&entry.absent, "absent")?,
+                removes: all(&entry.removes, "removes")?,
+                name: entry.name,
+                parameters: entry.parameters,
+                evidence: entry.evidence,
+            });
+        }
+        let states = self.states.into_iter();
+        let states = states.map(|s| State { name: s.name, kind: s.kind, learned: s.learned });
+        Ok(Resolved { states: states.collect(), operators, goal, provenance: self.provenance })
+    }
+}
+
+fn no_state(name: &str, field: String, names: &[String]) -> FieldFault {
+    let near = nearest_name(name, names.iter().map(String::as_str));
+    let near = near.map_or_else(String::new, |n| format!(" (did you mean `{n}`?)"));
+    FieldFault {
+        field,
+        problem: format!("`{name}` is no state{near}"),
+        expected: format!("one of the domain's states: {}", names.join(", ")),
+    }
+}

@@ -1,0 +1,110 @@
+//! Which states of a domain hold at one moment.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use super::ids::StateId;
+
+/// The set of states that hold at one moment: the paper's *global state* (section II.E).
+///
+/// It covers every state of its domain. A state holds if at least one object is in it.
+///
+/// ```
+/// use symbolt::task::DomainBuilder;
+/// let domain = DomainBuilder::of_the_paper().build()?;
+/// let world = domain.world(["NUT_ON_TABLE", "BOLT_IN_JIG"])?;
+/// assert!(world.holds(domain.state("NUT_ON_TABLE")?));
+/// assert_eq!(world.len(), 2);
+/// # Ok::<(), symbolt::task::TaskError>(())
+/// ```
+#[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct WorldState {
+    holds: Vec<bool>,
+}
+
+impl WorldState {
+    /// A world over so many states in which none holds.
+    pub fn empty(states: usize) -> Self {
+        Self { holds: vec![false; states] }
+    }
+
+    /// How many states it covers: as many as its domain has.
+    pub fn states(&self) -> usize {
+        self.holds.len()
+    }
+
+    /// Whether the state holds; `false` for a state that is not covered.
+    pub fn holds(&self, state: StateId) -> bool {
+        self.holds.get(state.index()).copied().unwrap_or(false)
+    }
+
+    /// Makes the state hold.
+    ///
+    /// # Panics
+    /// If the state is not covered.
+    pub fn insert(&mut self, state: StateId) {
+        self.holds[state.index()] = true;
+    }
+
+    /// Makes the state not hold.
+    ///
+    /// # Panics
+    /// If the state is not covered.
+    pub fn remove(&mut self, state: StateId) {
+        self.holds[state.index()] = false;
+    }
+
+    /// How many states hold.
+    pub fn len(&self) -> usize {
+        self.holds.iter().filter(|h| **h).count()
+    }
+
+    /// Whether no state holds.
+    pub fn is_empty(&self) -> bool {
+        !self.holds.contains(&true)
+    }
+
+    /// The states that hold, in the domain's order.
+    pub fn iter(&self) -> impl Iterator<Item = StateId> + '_ {
+        self.holds.iter().enumerate().filter(|(_, h)| **h).map(|(index, _)| StateId::new(index))
+    }
+
+    /// One flag a state, in the domain's order.
+    pub fn flags(&self) -> &[bool] {
+        &self.holds
+    }
+}
+
+/// A world from one flag a state, in the domain's order.
+impl FromIterator<bool> for WorldState {
+    fn from_iter<I: IntoIterator<Item = bool>>(flags: I) -> Self {
+        Self { holds: flags.into_iter().collect() }
+    }
+}
+
+impl fmt::Debug for WorldState {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let holds: Vec<usize> = self.iter().map(StateId::index).collect();
+        write!(f, "WorldState({holds:?} of {})", self.states())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_world_is_the_set_of_states_that_hold() {
+        let mut world: WorldState = [true, false, true].into_iter().collect();
+        assert_eq!((world.states(), world.len()), (3, 2));
+        assert_eq!(world.iter().map(StateId::index).collect::<Vec<_>>(), [0, 2]);
+        world.remove(StateId::new(0));
+        world.insert(StateId::new(1));
+        assert_eq!(world.flags(), [false, true, true]);
+        assert!(!world.holds(StateId::new(7)) && !world.is_empty());
+        assert!(WorldState::empty(2).is_empty());
+        assert_eq!(format!("{world:?}"), "WorldState([1, 2] of 3)");
+    }
+}
