@@ -208,6 +208,22 @@ fn plan_says_what_to_do_and_when_it_knew() {
 
     let args = ["plan", "domain.json", "--scene", "scene.json", "--goal", "NUT_AT_START", "--json"];
     assert_eq!(json(folder.path(), &args)["status"], "met");
+    assert_eq!(plan["choices"], serde_json::json!([]));
+
+    // With a second way of doing it, the choice is told.
+    let text = std::fs::read_to_string(folder.path().join("domain.json")).expect("there");
+    let mut domain: Value = serde_json::from_str(&text).expect("JSON");
+    let mut other = domain["operators"][0].clone();
+    let (state, first) = (other["to"].clone(), other["name"].clone());
+    other["name"] = "ANOTHER_WAY".into();
+    domain["operators"].as_array_mut().expect("operators").push(other);
+    std::fs::write(folder.path().join("two_ways.json"), domain.to_string()).expect("writes");
+    let args = ["plan", "two_ways.json", "--scene", "scene.json", "--json"];
+    let choices = &json(folder.path(), &args)["choices"];
+    assert_eq!(choices[0]["state"], state);
+    assert_eq!((&choices[0]["action"], &choices[0]["among"]), (&first, &Value::from(2)));
+    assert!(choices[0]["why"].as_str().is_some_and(|why| why.contains("preferred")));
+    assert!(ok(folder.path(), &args[..4]).contains("Choices among several causes:"));
 
     // Without its bolt the scene is stuck: said in one sentence, and 1 returned.
     let text = std::fs::read_to_string(folder.path().join("scene.json")).expect("there");
@@ -268,7 +284,7 @@ fn bad_usage_and_bad_input_return_2_and_leave_nothing_behind() {
         "old.json",
         &std::fs::read_to_string(path.join("domain.json"))
             .expect("there")
-            .replace("\"version\": 1", "\"version\": 7")
+            .replace("\"version\": 2", "\"version\": 7")
             .into_bytes(),
     );
     let cases: [(&[&str], &str); 25] = [

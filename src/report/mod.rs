@@ -120,8 +120,7 @@ fn of_run(folder: &Path) -> Report {
         Ok(facts)
     });
     let domain = reader.take("domain.json", |bytes, name| {
-        Domain::parse(bytes, name).map_err(|e| e.to_string())?;
-        serde_json::from_slice::<Value>(bytes).map_err(|e| e.to_string())
+        domain_to_page(&Domain::parse(bytes, name).map_err(|e| e.to_string())?)
     });
     let shown = reader.take("recording.jsonl", |bytes, name| {
         let (recording, _) = Recording::parse(bytes, name).map_err(|e| e.to_string())?;
@@ -183,6 +182,34 @@ fn of_run(folder: &Path) -> Report {
         "arrays": arrays.as_ref().map(Arrays::to_page),
     });
     Report { html: page::html(&data), missing }
+}
+
+/// A learned domain as the page wants it, whatever version of the file it came from: states with their geometry,
+/// operators with names of states and their evidence.
+fn domain_to_page(domain: &Domain) -> Result<Value, String> {
+    let unlearned = || "it was not learned: its states have no places".to_owned();
+    let states = domain.states().iter().map(|s| {
+        let learned = s.learned.as_ref().ok_or_else(unlearned)?;
+        Ok(json!({
+            "name": s.name, "kind": s.kind, "count": learned.count, "distinct": learned.distinct,
+            "origin": learned.origin, "mean": learned.mean, "covariance": learned.covariance,
+        }))
+    });
+    let operators = domain.operators().iter().map(|o| {
+        let evidence = o.evidence.as_ref().ok_or_else(unlearned)?;
+        Ok(json!({
+            "name": o.name, "kind": o.kind(), "from": o.from.map(|s| &domain[s].name),
+            "to": domain[o.to].name, "preconditions": domain.names(&o.preconditions),
+            "effects": domain.names(&o.effects), "absent": domain.names(&o.absent),
+            "removes": domain.names(&o.removes), "evidence": evidence,
+        }))
+    });
+    Ok(json!({
+        "provenance": domain.provenance(),
+        "goal": domain.goal_name(),
+        "states": states.collect::<Result<Vec<Value>, String>>()?,
+        "operators": operators.collect::<Result<Vec<Value>, String>>()?,
+    }))
 }
 
 /// Which episode the arrays are of: as `run.json` says, or the only one of the trace.

@@ -1,4 +1,4 @@
-//! Cutting demonstrations into attempts, and finding the object that each attempt manipulated.
+//! Cuts demonstrations into attempts and finds the object that each one manipulated.
 
 use super::tracks::Track;
 use crate::task::domain::distance::p_distance;
@@ -102,7 +102,7 @@ impl Attempt {
     }
 }
 
-/// A part that went less than this share of the longest way of an attempt was nudged, not manipulated.
+/// A part that moved less than this share of the longest distance in an attempt was nudged, not manipulated.
 const NUDGED: f64 = 0.2;
 
 /// A first guess at the manipulated object of an attempt. Of the parts that went farthest it is the one

@@ -1,15 +1,14 @@
 //! Learning from demonstrations: states from where objects were, operators from how states changed.
 //!
-//! The steps are those of the paper's sections II.A and II.E. For each kind of object: pairwise
-//! [`p_distance`], a [`Dendrogram`] by average linkage, a cut, a robust mean and a 6-D Gaussian for
-//! each cluster. Then attempts, global states before and after each, and the counts
-//! ([`Evidence`](crate::task::domain::Evidence))
-//! from which preconditions and effects follow. The learner is given poses and, if the recording has them,
-//! which object was touched; never names of states or actions, nor how many there are.
+//! The steps follow sections II.A and II.E of the paper. For each kind of object, poses are compared by
+//! [`p_distance`] and clustered by average linkage ([`Dendrogram`]); each cluster gets a robust mean and a 6-D
+//! Gaussian. Demonstrations are then cut into attempts. What held before and after each attempt is counted
+//! ([`Evidence`](crate::task::domain::Evidence)), and preconditions and effects follow from the counts. The learner
+//! sees poses and, if they were recorded, the objects touched. It never sees names of states or actions, nor how
+//! many there are.
 //!
-//! Beyond the paper: the threshold is found from the data (see [`Settings::threshold_m`]), the
-//! manipulated object is inferred where it was not recorded, and attempts that failed are told from
-//! actions.
+//! Three things go beyond the paper: the threshold is found from the data (see [`Settings::threshold_m`]), the
+//! manipulated object is inferred where it was not recorded, and failed attempts are told apart from actions.
 
 mod attempts;
 mod gaussian;
@@ -44,9 +43,9 @@ pub struct Settings {
     /// The exponent of the distance; the paper uses -2.
     pub p: f64,
     /// The clustering threshold in metres, the same for every kind; the paper uses 0.001169.
-    /// `None` finds one for each kind: the coarsest clustering under which the manipulated part
-    /// ends nearly every attempt in another state than it began in, setting aside attempts that left a
-    /// coordinate the same to a [`RESOLUTION`] of the way that the part went.
+    /// `None` finds one for each kind: the coarsest clustering in which nearly every attempt takes its
+    /// part to another state. Attempts that left some coordinate unchanged, to a [`RESOLUTION`] of the
+    /// distance travelled, are set aside.
     pub threshold_m: Option<f64>,
     /// Kept with the domain; learning itself draws nothing.
     pub seed: u64,
@@ -117,7 +116,7 @@ pub fn learn_observed(
     if observed.attempts.is_empty() {
         return Err(nothing("no object was taken up and let go"));
     }
-    // Guessing the manipulated objects and clustering depend on each other: go round until nothing
+    // Guessing the manipulated objects and clustering depend on each other: repeat until nothing
     // changes. Five rounds are more than any recording has needed.
     for _ in 0..5 {
         observed.cluster(settings);

@@ -1,4 +1,4 @@
-//! A recording seen as parts that move from cluster to cluster.
+//! What was observed: a recording as parts that move between clusters of poses.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use crate::task::domain::{Pose, Recording, WorldState};
 use crate::task::error::TaskError;
 use crate::task::event::{Event, LearningStep, Observer};
 
-/// The recording with identities.
+/// A recording whose objects are followed, with its attempts and clusters.
 pub(super) struct Observations<'r> {
     pub recording: &'r Recording,
     pub tracks: Vec<Vec<Track>>,
@@ -25,7 +25,7 @@ pub(super) struct Kind {
     pub name: Arc<str>,
     /// (demo, track, snapshot) of every pose that is clustered.
     poses: Vec<(usize, usize, usize)>,
-    /// The way back.
+    /// The place of each of these in `poses`.
     places: HashMap<(usize, usize, usize), usize>,
     pub tree: Dendrogram,
     /// The cut, and the cluster of each pose; clusters of all kinds are numbered together.

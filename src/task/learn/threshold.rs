@@ -1,8 +1,8 @@
 //! Finding the clustering threshold from the data: a manipulation is done to change a state.
 //!
-//! For each attempt the dendrogram says at which height the poses before and after come to lie in one
-//! cluster; a cut explains the attempt if it stays below. The coarsest cut that explains (nearly) all attempts is
-//! wanted. Attempts that failed (a part dropped back on the table) must not pull the cut down, so
+//! For each attempt the dendrogram gives the height at which its two poses join one cluster. A cut below that
+//! height explains the attempt. The coarsest cut that explains nearly all attempts is wanted. Failed attempts (a
+//! part dropped back on the table) must not pull the cut down:
 //!
 //! * an attempt counts only if its two poses are told apart by every coordinate to at least a thousandth of the
 //!   way the part went ([`RESOLUTION`]): a part that was carried half a metre and lies at the same

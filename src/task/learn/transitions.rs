@@ -7,10 +7,10 @@ use super::observations::{Cluster, Observations};
 /// What the transitions of parts between clusters show.
 #[derive(Default)]
 pub(super) struct Transitions {
-    /// Clusters into which parts came by attempts only, that none kept, and around which others went
-    /// straight at least as often: the bolt left standing, the nut on the jig's rim.
+    /// Clusters that parts reached only by attempts and did not stay in, although the next cluster was
+    /// reached directly at least as often: a bolt left standing, a nut on the jig's rim.
     pub detours: BTreeSet<usize>,
-    /// Attempts that brought a part back to where it had been before, from where it went again.
+    /// Attempts that returned a part to a cluster that it had left, and left again later.
     pub undone: BTreeSet<usize>,
 }
 
@@ -49,11 +49,11 @@ impl Observations<'_> {
                 .len()
                 .checked_sub(1)
                 .and_then(|s| self.label(demo, track, s));
-            // The way so far, with loops taken out.
-            let mut way: Vec<usize> = Vec::new();
+            // The route so far, without its loops.
+            let mut route: Vec<usize> = Vec::new();
             for (at, (index, from, to)) in moves.iter().copied().enumerate() {
-                if way.last() != Some(&from) {
-                    way.push(from);
+                if route.last() != Some(&from) {
+                    route.push(from);
                 }
                 *direct.entry((from, to)).or_default() += 1;
                 let stays = at + 1 == moves.len() && final_label == Some(to);
@@ -62,12 +62,12 @@ impl Observations<'_> {
                 }
                 if let Some((_, next_from, next_to)) = moves.get(at + 1)
                     && *next_from == to
-                    && !way.contains(next_to)
+                    && !route.contains(next_to)
                 {
                     *through.entry((from, to, *next_to)).or_default() += 1;
                 }
-                if let Some(earlier) = way.iter().position(|w| *w == to) {
-                    way.truncate(earlier + 1);
+                if let Some(earlier) = route.iter().position(|w| *w == to) {
+                    route.truncate(earlier + 1);
                     if stays {
                         returned.entry(to).or_default().insert(demo);
                         back_for_good.push((index, to));
@@ -75,7 +75,7 @@ impl Observations<'_> {
                         found.undone.insert(index);
                     }
                 } else {
-                    way.push(to);
+                    route.push(to);
                 }
                 let goes_on = moves.get(at + 1).is_some_and(|(_, next_from, _)| *next_from == to);
                 if goes_on {

@@ -17,7 +17,7 @@ use crate::spa::{CleanupMemory, Linear, PointerValue, Selection, VocabError};
 use crate::task::domain::{ActionId, Domain, StateId};
 
 /// Utility of a cause that lacks most and is preferred least.
-const LEAST_OF_A_CAUSE: Real = 0.8;
+const MIN_CAUSE_UTILITY: Real = 0.8;
 /// By how much the utilities of the causes of one state can differ.
 const RANGE: Real = 0.4;
 
@@ -77,7 +77,7 @@ impl CauseContest {
                 let preference = (causes.len() - 1 - rank) as Real / causes.len() as Real;
                 let spared = (widest - needs(*action)) as Real;
                 utilities[row * actions + action.index()] =
-                    LEAST_OF_A_CAUSE + step * (spared + preference);
+                    MIN_CAUSE_UTILITY + step * (spared + preference);
             }
         }
         for action in causes() {

@@ -239,7 +239,7 @@ impl Planner {
     pub fn decide(&self, world: &WorldState, goal: StateId) -> Result<Decision, TaskError> {
         let mut sim = self.simulator(world, goal)?;
         let mut watch = Watch::new(self, world);
-        let looks = self.most_looks();
+        let looks = self.max_looks();
         let limit = SimDuration::from_micros(3 * looks * self.spec.timing.patience.as_micros());
         let report = sim.run_until(limit, |view| watch.look(&view))?;
         let time_ms = report.span.as_millis_f64();
@@ -307,7 +307,7 @@ impl Planner {
     }
 
     /// The most states that are looked at for one answer, counting second looks.
-    fn most_looks(&self) -> u64 {
+    fn max_looks(&self) -> u64 {
         let (states, actions) = (self.domain.states().len(), self.domain.operators().len());
         // Every state is looked at once for itself and once for each time that it asks for another.
         let once = 2 * states as u64 + 2;

@@ -19,21 +19,21 @@
 //! nut-and-bolt graph takes 6 to 8 microseconds.
 
 use super::executive::{Executive, Timing};
+use super::parts::{Required, Violated, states_required, unbind_by_products};
 use super::recall::{Circumstances, Recall};
 use crate::neurons::SelectRule;
 use crate::sim::{
-    Add, AsPointer, Constant, Fingerprint, In, InputSpec, Module, Out, OutputSpec, Pointer, Real,
-    Scalar, Scope, Scratch, ScratchSpec, SimDuration, Synapse, Vector,
+    Add, AsPointer, Constant, In, Module, Out, Pointer, Real, Scalar, Scope, SimDuration, Synapse,
+    Vector,
 };
 use crate::spa::{
-    AssociativeMemory, CleanupMemory, Gate, GoalBuffer, Linear, LinearMap, LinearPorts,
-    PointerValue, Selection, Unbind, UnbindFixed, VocabError, dot,
+    AssociativeMemory, CleanupMemory, Gate, GoalBuffer, Linear, PointerValue, Selection,
+    UnbindFixed, dot,
 };
 use crate::task::domain::{Commitment, Domain, Operator, Rules, StateId};
 use crate::task::error::TaskError;
 use crate::task::planner::encode::{
-    ABSENT, ActionSpace, Encoded, NOTHING, PRECONDITION, StateSpace, deep_absent,
-    deep_preconditions,
+    ABSENT, ActionSpace, Encoded, NOTHING, PRECONDITION, StateSpace, deep_preconditions,
 };
 
 /// How a role is taken out of a deep pointer.
@@ -127,14 +127,6 @@ pub struct PlanningGraph {
     unbind: UnbindFixed<StateSpace>,
 }
 
-/// Finds states that hold and must be absent. Its nodes keep the names `barred`, `forbidden` and `deep_absent`:
-/// neurons are drawn by the names of their nodes.
-struct Violated {
-    deep: AssociativeMemory<ActionSpace, StateSpace>,
-    unbind: UnbindFixed<StateSpace>,
-    forbidden: CleanupMemory<StateSpace>,
-}
-
 /// The planner graph's ports.
 pub struct PlanningPorts {
     /// 1 while an answer is wanted; back to 0 makes the graph forget the last one.
@@ -198,7 +190,7 @@ impl PlanningGraph {
             .collect();
         Self::check_unbinding(domain, &encoded, spec.absent)?;
         let violated =
-            if spec.absent { Self::violated(domain, &encoded, winner, every)? } else { None };
+            if spec.absent { Violated::of(domain, &encoded, winner, every)? } else { None };
         let state_pointers =
             names.iter().map(|name| states.parse(name)).collect::<Result<_, _>>()?;
         Ok(Self {
@@ -258,76 +250,6 @@ impl PlanningGraph {
         }
         Ok(())
     }
-
-    fn violated(
-        domain: &Domain,
-        encoded: &Encoded,
-        winner: SelectRule,
-        every: SelectRule,
-    ) -> Result<Option<Violated>, VocabError> {
-        let deep: Vec<(&str, String)> = domain
-            .operators()
-            .iter()
-            .filter_map(|o| Some((&o.name[..], deep_absent(domain, o)?)))
-            .collect();
-        if deep.is_empty() {
-            return Ok(None);
-        }
-        let names = domain.states().iter().map(|s| s.name.as_str());
-        Ok(Some(Violated {
-            deep: AssociativeMemory::new(
-                &encoded.actions,
-                &encoded.states,
-                deep.iter().map(|(name, deep)| (*name, deep.as_str())),
-                winner,
-            )?,
-            unbind: UnbindFixed::new(&encoded.states, ABSENT)?,
-            forbidden: CleanupMemory::new(&encoded.states, names, every)?,
-        }))
-    }
-}
-
-/// Where unbound preconditions are told apart.
-struct Required {
-    input: Vec<In<Pointer<StateSpace>>>,
-    items: Out<Vector>,
-    output: Out<Pointer<StateSpace>>,
-}
-
-impl Required {
-    fn connect(&self, scope: &mut Scope<'_>, unbound: &Out<Pointer<StateSpace>>) {
-        for input in &self.input {
-            scope.connect(unbound, input, Synapse::None);
-        }
-    }
-}
-
-/// The first numbers of a longer vector.
-struct Head {
-    from: usize,
-    to: usize,
-}
-
-impl LinearMap for Head {
-    fn input_width(&self) -> usize {
-        self.from
-    }
-
-    fn output_width(&self) -> usize {
-        self.to
-    }
-
-    fn scratch(&self) -> ScratchSpec {
-        ScratchSpec::default()
-    }
-
-    fn fingerprint(&self, hash: &mut Fingerprint) {
-        hash.text("head");
-    }
-
-    fn apply_into(&self, input: &[Real], out: &mut [Real], _scratch: &mut Scratch<'_>) {
-        out.copy_from_slice(&input[..self.to]);
-    }
 }
 
 impl Module for PlanningGraph {
@@ -350,25 +272,12 @@ impl Module for PlanningGraph {
         let deep = scope.add("deep", self.deep);
         let required = if without(Part::Cleanup) {
             let keys = pointers().chain([self.nothing.as_pointer()]);
-            let raw = scope.add("required", Linear::similarities(&state_space, keys));
-            let pointer = scope.add("required_pointer", Add::pointer(&state_space));
-            Required {
-                input: vec![raw.input, pointer.input],
-                items: raw.output,
-                output: pointer.output,
-            }
+            Required::as_they_are(scope, &state_space, keys)
         } else {
             let required = scope.add("required", self.required);
             Required { input: vec![required.input], items: required.items, output: required.output }
         };
-        let head: LinearPorts<Vector, Vector> = scope.add(
-            "states_required",
-            Linear::new(
-                InputSpec::vector(m + 1),
-                OutputSpec::vector(m),
-                Box::new(Head { from: m + 1, to: m }),
-            ),
-        );
+        let head = states_required(scope, m);
         let unmet =
             scope.add("open", Selection::new(m, SelectRule::Threshold { level: RECOGNISED }));
         let chosen =
@@ -395,19 +304,13 @@ impl Module for PlanningGraph {
             Unbinding::Fixed => {
                 let unbind = scope.add("unbind", self.unbind);
                 scope.connect(&deep.output, &unbind.input, none);
-                required.connect(scope, &unbind.output);
                 unbind.output
             }
             Unbinding::Products => {
-                let role = Constant::pointer(&state_space, &self.precondition);
-                let role = scope.add("precondition", role);
-                let unbind = scope.add("unbind", Unbind::new(&self.encoded.states));
-                scope.connect(&deep.output, &unbind.bound, none);
-                scope.connect(&role, &unbind.role, none);
-                required.connect(scope, &unbind.output);
-                unbind.output
+                unbind_by_products(scope, &self.encoded, &self.precondition, &deep.output)
             }
         };
+        required.connect(scope, &unbound);
         scope.connect(&required.items, &executive.required, none);
         scope.connect(&required.items, &head.input, none);
         scope.connect(&head.output, &unmet.utilities, none);
@@ -417,19 +320,9 @@ impl Module for PlanningGraph {
         scope.connect(&unmet.items, &executive.unmet, none);
         scope.connect(&unmet.items, &chosen.utilities, none);
         scope.connect(&chosen.items, &executive.chosen, none);
-        if let Some(Violated { deep, unbind, forbidden }) = self.violated {
-            let deep = scope.add("deep_absent", deep);
-            let unbind = scope.add("unbind_absent", unbind);
-            let forbidden = scope.add("forbidden", forbidden);
-            // Forbidden and present: both halves of the level.
-            let both = SelectRule::Threshold { level: 1.0 + RECOGNISED };
-            let violated = scope.add("barred", Selection::new(m, both));
-            scope.connect(&recalled.pointer, &deep.input, none);
-            scope.connect(&deep.output, &unbind.input, none);
-            scope.connect(&unbind.output, &forbidden.input, none);
-            scope.connect(&forbidden.items, &violated.utilities, none);
-            scope.connect(&present.output, &violated.utilities, none);
-            scope.connect(&violated.items, &executive.violated, none);
+        if let Some(violated) = self.violated {
+            let items = violated.expand(scope, &recalled.pointer, &present.output, m);
+            scope.connect(&items, &executive.violated, none);
         }
         scope.connect(&recalled.pointer, &gate.input, none);
         if without(Part::Gate) {

@@ -189,10 +189,9 @@ impl Walk<'_> {
             return self.end(Fault::nothing(self.subject()));
         }
         let subject = self.subject();
-        match self.exhausted(subject) {
-            Some((fault, for_now)) => self.state_failed(fault, for_now),
-            // It has causes that are allowed, and none has won yet.
-            None => {}
+        // Otherwise it has causes that are allowed, and none has won yet.
+        if let Some((fault, for_now)) = self.exhausted(subject) {
+            self.state_failed(fault, for_now);
         }
     }
 

@@ -127,7 +127,7 @@ impl<'p> Watch<'p> {
             let stages = [Stage::Goal, Stage::Action, Stage::Preconditions, Stage::Comparison];
             let mut reached: Vec<(Stage, f64)> = Vec::new();
             for (at, stage) in stages.into_iter().enumerate() {
-                // The comparison is done when the choice is; without an open state, when that shows.
+                // The comparison is done when the choice is; without an unmet state, when that shows.
                 let time = if at == 3 {
                     self.changed_ms[3].max(self.changed_ms[4])
                 } else {

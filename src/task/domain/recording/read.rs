@@ -70,7 +70,7 @@ impl Recording {
     /// Reads a recording from a file of one JSON object a line.
     ///
     /// # Errors
-    /// If the file cannot be read or any line is not sound; see [`Recording::parse`].
+    /// If the file cannot be read or any line is not valid; see [`Recording::parse`].
     pub fn read(path: &Path) -> Result<Self, TaskError> {
         Ok(Self::read_labelled(path)?.0)
     }
@@ -148,7 +148,7 @@ impl Snapshot {
     /// Reads a single scene from a file that holds one JSON object.
     ///
     /// # Errors
-    /// If the file cannot be read, or is not exactly one sound snapshot.
+    /// If the file cannot be read, or is not exactly one valid snapshot.
     pub fn read(path: &Path) -> Result<Self, TaskError> {
         let bytes = read_file(path)?;
         Ok(Self::parse(&bytes, &path.display().to_string())?)
@@ -158,7 +158,7 @@ impl Snapshot {
     /// bytes.
     ///
     /// # Errors
-    /// If they are not exactly one sound snapshot.
+    /// If they are not exactly one valid snapshot.
     pub fn parse(bytes: &[u8], file: &str) -> Result<Self, InputFault> {
         let place = Place { file, line: None };
         let text = utf8(bytes, place)?;
