@@ -7,9 +7,8 @@ use std::collections::BTreeSet;
 use rand::RngExt;
 use symbolt::sim::Seed;
 use symbolt::task::planner::{Decision, Planner, PlannerSpec, Unbinding, Verdict};
-use symbolt::task::{
-    Commitment, Domain, Obstacle, SymbolicDomain, TaskError, kinematic, learn, outlook,
-};
+use symbolt::task::tasks::nuts_and_bolts::{Order, SyntheticDemonstrations};
+use symbolt::task::{Commitment, Domain, Obstacle, SymbolicDomain, TaskError, learn, outlook};
 
 /// The paper's own domain (section II.E): single preconditions, and assembly with two.
 fn paper_domain() -> Domain {
@@ -18,11 +17,9 @@ fn paper_domain() -> Domain {
 
 /// A domain learned from nut-first demonstrations, whose preconditions chain.
 fn nut_first_domain() -> Domain {
-    let rehearsal = kinematic::Rehearsal {
-        order: kinematic::Order::NutFirst,
-        ..kinematic::Rehearsal::default()
-    };
-    let recording = rehearsal.record(Seed::new(1)).expect("the rehearsal is sound").recording;
+    let synthetic =
+        SyntheticDemonstrations { order: Order::NutFirst, ..SyntheticDemonstrations::default() };
+    let recording = synthetic.record(Seed::new(1)).expect("the settings are valid").recording;
     learn::learn(&recording, &learn::Settings::default()).expect("it can be learned from").domain
 }
 

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use symbolt::sim::{Real, Seed};
 use symbolt::study::experiment::Options;
-use symbolt::task::kinematic::{Order, Rehearsal};
 use symbolt::task::planner::{PlannerSpec, Unbinding};
 use symbolt::task::scene::SceneSpec;
+use symbolt::task::tasks::nuts_and_bolts::{Order, SyntheticDemonstrations};
 use symbolt::task::{Commitment, Gate, Grounding, Overwrite, TaskError};
 use thiserror::Error;
 
@@ -209,7 +209,7 @@ impl DemoArgs {
 }
 
 #[derive(Debug, Clone, Args)]
-pub(crate) struct RehearsalArgs {
+pub(crate) struct SyntheticArgs {
     /// Which part goes into the jig first
     #[arg(long, value_enum, default_value = "either", requires = "kinematic")]
     pub order: OrderArg,
@@ -227,9 +227,9 @@ pub(crate) struct RehearsalArgs {
     pub no_events: bool,
 }
 
-impl RehearsalArgs {
-    pub fn rehearsal(&self, demos: &DemoArgs) -> Rehearsal {
-        Rehearsal {
+impl SyntheticArgs {
+    pub fn synthetic(&self, demos: &DemoArgs) -> SyntheticDemonstrations {
+        SyntheticDemonstrations {
             demos: demos.demos,
             nuts: demos.demo_nuts.unwrap_or(1),
             bolts: demos.demo_bolts.unwrap_or(1),
@@ -403,7 +403,7 @@ pub(crate) struct RecordArgs {
     #[arg(long)]
     pub kinematic: bool,
     #[command(flatten)]
-    pub rehearsal: RehearsalArgs,
+    pub synthetic: SyntheticArgs,
     /// Write a single scene with all parts on the table instead of demonstrations
     #[arg(long)]
     pub scene: bool,

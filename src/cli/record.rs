@@ -21,7 +21,7 @@ pub(crate) fn record(args: &RecordArgs) -> Result<Outcome, Error> {
         return Err(BadArgument(problem.into()).into());
     }
     use_threads(&args.common)?;
-    let (text, summary) = if args.kinematic { rehearsed(args)? } else { demonstrated(args)? };
+    let (text, summary) = if args.kinematic { synthetic(args)? } else { demonstrated(args)? };
     match &args.out.out {
         None => emit(&text)?,
         Some(path) => {
@@ -61,13 +61,13 @@ fn demonstrated(args: &RecordArgs) -> Result<(String, Value), Error> {
 }
 
 /// By the kinematic generator.
-fn rehearsed(args: &RecordArgs) -> Result<(String, Value), Error> {
-    let rehearsal = args.rehearsal.rehearsal(&args.demos);
+fn synthetic(args: &RecordArgs) -> Result<(String, Value), Error> {
+    let synthetic = args.synthetic.synthetic(&args.demos);
     let seed = Seed::new(args.common.seed);
     if args.scene {
-        return Ok(single(rehearsal.scene(seed)?));
+        return Ok(single(synthetic.scene(seed)?));
     }
-    let made = rehearsal.record(seed)?;
+    let made = synthetic.record(seed)?;
     let summary = json!({
         "demonstrations": made.recording.demos.len(),
         "snapshots": made.recording.snapshot_count(),

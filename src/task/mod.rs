@@ -19,7 +19,6 @@ mod error;
 #[cfg(feature = "physics")]
 pub mod execute;
 mod files;
-pub mod kinematic;
 pub mod learn;
 pub mod planner;
 #[cfg(feature = "physics")]
@@ -28,6 +27,7 @@ pub mod robot;
 pub mod scene;
 #[cfg(feature = "physics")]
 pub mod skill;
+pub mod tasks;
 
 pub use domain::{
     Classifier, Commitment, Demonstration, Domain, Event, FEW, Gate, Grounded, Grounding,

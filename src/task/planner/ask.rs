@@ -102,9 +102,9 @@ pub struct Decision {
 /// ```
 /// use symbolt::sim::Seed;
 /// use symbolt::task::planner::{Planner, PlannerSpec, Verdict};
-/// use symbolt::task::{kinematic::Rehearsal, learn};
+/// use symbolt::task::{learn, tasks::nuts_and_bolts::SyntheticDemonstrations};
 ///
-/// let recording = Rehearsal::default().record(Seed::new(1))?.recording;
+/// let recording = SyntheticDemonstrations::default().record(Seed::new(1))?.recording;
 /// let domain = learn::learn(&recording, &Default::default())?.domain;
 /// let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1))?;
 ///

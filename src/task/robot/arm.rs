@@ -99,7 +99,7 @@ pub fn forward_kinematics(angles: &[f64; 7]) -> [Pose; 8] {
 ///
 /// ```
 /// use symbolt::task::Pose;
-/// use symbolt::task::scene::{forward_kinematics, inverse_kinematics};
+/// use symbolt::task::robot::{forward_kinematics, inverse_kinematics};
 ///
 /// let above_the_table = Pose { position: [0.5, 0.1, 0.2], orientation: [1.0, 0.0, 0.0, 0.0] };
 /// let angles = inverse_kinematics(&above_the_table, &[0.0, -0.5, 0.0, -2.3, 0.0, 1.8, 0.8]);
