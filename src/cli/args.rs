@@ -6,8 +6,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use symbolt::sim::{Real, Seed};
 use symbolt::study::experiment::Options;
 use symbolt::task::planner::{PlannerSpec, Unbinding};
-use symbolt::task::scene::SceneSpec;
-use symbolt::task::tasks::nuts_and_bolts::{Order, SyntheticDemonstrations};
+use symbolt::task::tasks::nuts_and_bolts::{NutsAndBolts, Order, SyntheticDemonstrations};
 use symbolt::task::{Commitment, Gate, Grounding, Overwrite, TaskError};
 use thiserror::Error;
 
@@ -194,17 +193,17 @@ pub(crate) struct DemoArgs {
 }
 
 impl DemoArgs {
-    /// The scene that they are shown in.
-    pub fn scene(&self) -> Result<SceneSpec, TaskError> {
+    /// The task that they show.
+    pub fn task(&self) -> Result<NutsAndBolts, TaskError> {
         let mut spec = self.setting()?;
         spec.nuts = self.demo_nuts.unwrap_or(spec.nuts);
         spec.bolts = self.demo_bolts.unwrap_or(spec.bolts);
         spec.check().map(|()| spec)
     }
 
-    /// The scene as it is configured.
-    pub fn setting(&self) -> Result<SceneSpec, TaskError> {
-        self.config.as_deref().map_or_else(|| Ok(SceneSpec::default()), SceneSpec::read)
+    /// The task as it is configured.
+    pub fn setting(&self) -> Result<NutsAndBolts, TaskError> {
+        self.config.as_deref().map_or_else(|| Ok(NutsAndBolts::default()), NutsAndBolts::read)
     }
 }
 
@@ -263,9 +262,9 @@ pub(crate) struct RunArgs {
     /// Probability, for each grasp, that the fingers open at a uniformly drawn moment of the carrying
     #[arg(long, default_value_t = 0.0, value_name = "RATE")]
     pub drop_rate: f64,
-    /// Another hand puts the last bolt into the jig at some moment of each episode's first 20 s
-    #[arg(long)]
-    pub meddle: bool,
+    /// A person puts the last bolt into the jig at some moment of each episode's first 20 s
+    #[arg(long, alias = "meddle")]
+    pub perturb: bool,
     #[command(flatten)]
     pub planner: PlannerArgs,
     /// The folder to write; refused if it holds an earlier run. Without this, `out` is replaced

@@ -5,11 +5,12 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 use symbolt::report::RunFacts;
+use symbolt::sim::Seed;
 use symbolt::study::Tally;
 use symbolt::task::Demonstrated;
 use symbolt::task::execute::{Ended, EpisodeReport, Thoughts};
 use symbolt::task::learn::Learned;
-use symbolt::task::scene::SceneSpec;
+use symbolt::task::tasks::Task;
 
 use super::args::RunArgs;
 use super::output::{Grid, counted};
@@ -36,7 +37,8 @@ impl Figures<'_> {
         &self,
         args: &RunArgs,
         goal: &str,
-        scene: &SceneSpec,
+        task: &dyn Task,
+        scene_seed: Seed,
         thoughts: &Thoughts,
     ) -> RunFacts {
         let (format, version) = RunFacts::FORMAT;
@@ -57,7 +59,9 @@ impl Figures<'_> {
                 "first": args.planner.first,
                 "products": args.planner.products,
             }),
-            scene: scene.clone(),
+            task: task.name().into(),
+            scene: task.settings(),
+            scene_seed: scene_seed.value(),
             filmed: args.film - 1,
             summary: self.figures_json(args).as_object().cloned().unwrap_or_default(),
             modules,
@@ -111,7 +115,7 @@ impl Figures<'_> {
             "mode": args.planner.mode,
             "failures": failures,
             "demonstrations": self.shown.recording.demos.len(),
-            "demonstrations_assembled": self.shown.assembled,
+            "demonstrations_assembled": self.shown.solved,
             "states": self.learned.domain.states().len(),
             "operators": self.learned.domain.operators().len(),
         })
@@ -122,7 +126,7 @@ impl Figures<'_> {
         let mut text = format!(
             "{} in the scene, {} assembled, {} (seed {})\n\n",
             counted(shown.recording.demos.len(), "demonstration"),
-            shown.assembled,
+            shown.solved,
             counted(shown.recording.snapshot_count(), "snapshot"),
             args.common.seed,
         );

@@ -24,7 +24,7 @@ use anyhow::Error;
 use clap::{CommandFactory, Parser};
 use symbolt::neurons::UnknownMode;
 use symbolt::study::standard::UnknownModel;
-use symbolt::task::scene::SceneSpec;
+use symbolt::task::tasks;
 use symbolt::task::{TaskError, write_whole};
 
 use args::{Cli, Command};
@@ -114,7 +114,7 @@ fn dispatch(cli: Cli) -> Result<Outcome, Error> {
         Command::Experiment(args) => experiment::experiment(&args),
         Command::Merge(args) => experiment::merged(&args),
         Command::Config(args) => {
-            let text = format!("{:#}\n", serde_json::json!(SceneSpec::default()));
+            let text = format!("{:#}\n", tasks::default().settings());
             match &args.out.out {
                 Some(path) => write_whole(path, text, args.out.overwrite())?,
                 None => output::emit(&text)?,

@@ -4,6 +4,7 @@ use anyhow::Error;
 use serde_json::{Value, json};
 use symbolt::sim::Seed;
 use symbolt::task::scene::Scene;
+use symbolt::task::tasks::Task;
 use symbolt::task::{Recorder, Snapshot, demonstrate, write_whole};
 
 use super::Outcome;
@@ -38,23 +39,22 @@ pub(crate) fn record(args: &RecordArgs) -> Result<Outcome, Error> {
 
 /// In the physics scene.
 fn demonstrated(args: &RecordArgs) -> Result<(String, Value), Error> {
-    let (spec, seed) = (args.demos.scene()?, Seed::new(args.common.seed));
+    let (task, seed) = (args.demos.task()?, Seed::new(args.common.seed));
     if args.labels {
         let problem = "--labels are written with --kinematic only";
         return Err(BadArgument(problem.into()).into());
     }
     if args.scene {
-        let scene = Scene::new(&spec, seed)?;
-        let (seen, _) = Recorder::new(&spec).look(&scene);
+        let (seen, _) = Recorder::default().look(&Scene::new(task.scene(seed)?)?);
         return Ok(single(seen));
     }
     let progress = Progress::new(&args.common);
     let count = args.demos.demos;
-    let made = demonstrate(&spec, count, seed, &mut demonstrations(&progress, count))?;
+    let made = demonstrate(&task, count, seed, &mut demonstrations(&progress, count))?;
     let summary = json!({
         "demonstrations": made.recording.demos.len(),
         "snapshots": made.recording.snapshot_count(),
-        "assembled": made.assembled,
+        "assembled": made.solved,
         "simulated_s": made.simulated_s,
     });
     Ok((made.recording.to_jsonl(None), summary))

@@ -7,20 +7,19 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use anyhow::Error;
-use rand::RngExt;
 use rayon::prelude::*;
 use serde_json::json;
 use symbolt::report::{Arrays, trace};
 use symbolt::sim::{Seed, SimView};
 use symbolt::study::Tally;
 use symbolt::task::execute::{
-    AssemblyWorld, Episode, EpisodeReport, EpisodeSpec, Meddling, Thoughts, episode_watched,
+    AssemblyWorld, Episode, EpisodeReport, EpisodeSpec, Thoughts, episode_watched,
 };
 use symbolt::task::learn::Settings;
 use symbolt::task::planner::Planner;
-use symbolt::task::scene::{Scene, SceneSpec};
+use symbolt::task::scene::Scene;
 use symbolt::task::{
-    Classifier, Grounding, Overwrite, Pose, Recorder, Snapshot, TaskError, demonstrate, write_whole,
+    Classifier, Grounding, Overwrite, Recorder, Snapshot, TaskError, demonstrate, write_whole,
 };
 
 use super::Outcome;
@@ -47,15 +46,15 @@ const FRAME_MS: u64 = 40;
 pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let folder = args.out.clone().unwrap_or_else(|| PathBuf::from("out"));
     check(args, &folder)?;
-    let shown_in = args.demos.scene()?;
+    let task = args.demos.task()?;
     let spec = episode_spec(args)?;
     use_threads(&args.common)?;
     let begun = Instant::now();
     let progress = Progress::new(&args.common);
     let seed = Seed::new(args.common.seed);
     let count = args.demos.demos;
-    let shown = demonstrate(&shown_in, count, seed, &mut demonstrations(&progress, count))?;
-    if shown.assembled == 0 {
+    let shown = demonstrate(&task, count, seed, &mut demonstrations(&progress, count))?;
+    if shown.solved == 0 {
         let sentence =
             format!("none of {count} demonstrations was assembled: nothing to learn from");
         return Ok(Outcome::Failed(sentence));
@@ -73,7 +72,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let loop_s = looping.elapsed().as_secs_f64();
     let reports: Vec<EpisodeReport> = episodes.iter().map(|e| e.report.clone()).collect();
     let filmed = args.film - 1;
-    let scene = first_scene(&spec, episode_seed(seed, filmed))?;
+    let scene = first_scene(&spec, scene_seed(seed, filmed))?;
     let least = least_skills(&planner, &scene, &goal)?;
     let tally = Tally::of(&reports, least);
 
@@ -92,7 +91,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
         physics_s: episodes.iter().map(|e| e.physics_wall.as_secs_f64()).sum(),
         least,
     };
-    let facts = result.facts(args, &goal, &spec.scene, &thoughts);
+    let facts = result.facts(args, &goal, &*spec.task, scene_seed(seed, filmed), &thoughts);
     let frames = episodes.get(filmed).map_or(&[][..], |e| &e.frames);
     let contents = [
         shown.recording.to_jsonl(None).into_bytes(),
@@ -157,22 +156,11 @@ fn check(args: &RunArgs, folder: &Path) -> Result<(), Error> {
 }
 
 fn episode_spec(args: &RunArgs) -> Result<EpisodeSpec, TaskError> {
-    let mut scene = args.demos.setting()?;
-    scene.nuts = args.nuts.unwrap_or(scene.nuts);
-    scene.bolts = args.bolts.unwrap_or(scene.bolts);
-    let spec = EpisodeSpec { scene, drop_rate: args.drop_rate, ..EpisodeSpec::default() };
+    let mut task = args.demos.setting()?;
+    task.nuts = args.nuts.unwrap_or(task.nuts);
+    task.bolts = args.bolts.unwrap_or(task.bolts);
+    let spec = EpisodeSpec { drop_rate: args.drop_rate, ..EpisodeSpec::of(task) };
     spec.check().map(|()| spec)
-}
-
-/// Another hand lets the last bolt fall into the hole.
-fn meddling(spec: &SceneSpec, seed: Seed) -> Meddling {
-    let [x, y] = spec.jig.hole;
-    let position = [x, y, spec.jig.hole_top_m + 1e-3];
-    Meddling {
-        at_s: 20.0 * seed.derive("meddling", "moment").rng().random::<f64>(),
-        part: spec.nuts + spec.bolts - 1,
-        pose: Pose::at(position),
-    }
 }
 
 fn episode_seed(seed: Seed, index: usize) -> Seed {
@@ -192,8 +180,8 @@ fn episodes(
     let run = |index: usize, watch: &mut dyn FnMut(&SimView<'_>, &AssemblyWorld)| {
         let frame_ms = (index == filmed).then_some(FRAME_MS);
         let own = episode_seed(seed, index);
-        let meddling = args.meddle.then(|| meddling(&spec.scene, own));
-        let spec = EpisodeSpec { frame_ms, meddling, ..spec.clone() };
+        let perturbation = args.perturb.then(|| spec.task.perturbation(own)).flatten();
+        let spec = EpisodeSpec { frame_ms, perturbation, ..spec.clone() };
         episode_watched(planner, Grounding::default(), goal, &spec, own, watch)
     };
     let (done, all) = (AtomicUsize::new(0), args.episodes);
@@ -230,10 +218,15 @@ fn episodes(
     Ok((episodes, thoughts))
 }
 
-/// What is to be seen at the beginning of the episode of this seed.
+/// What the scene of an episode is drawn from.
+fn scene_seed(seed: Seed, index: usize) -> Seed {
+    episode_seed(seed, index).derive("", "world")
+}
+
+/// What is to be seen at the beginning of the episode whose scene is drawn from this seed.
 fn first_scene(spec: &EpisodeSpec, seed: Seed) -> Result<Snapshot, TaskError> {
-    let scene = Scene::new(&spec.scene, seed.derive("", "world"))?;
-    Ok(Recorder::new(&spec.scene).look(&scene).0)
+    let scene = Scene::new(spec.task.scene(seed)?)?;
+    Ok(Recorder::default().look(&scene).0)
 }
 
 /// How many skills the plan for a scene has.

@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 
 use super::statistics::Rate;
 use crate::task::execute::{Ended, EpisodeReport};
-use crate::task::skill::Outcome;
+use crate::task::skill::SkillOutcome;
 
 /// What happened in several episodes.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Tally {
     /// Episodes.
     pub episodes: usize,
-    /// Those in which, by geometry, a bolt went through a nut.
+    /// Those that the task's judge takes to be solved.
     pub assembled: usize,
     /// Those of them with no more skills than the least possible.
     pub minimum_steps: usize,
@@ -55,13 +55,14 @@ impl Tally {
             tally.picks += episode.picks();
             tally.drops += episode.drops();
             tally.replans += episode.replans();
-            for (action, outcome) in episode.attempts().filter(|(_, o)| *o != Outcome::Placed) {
+            for (action, outcome) in episode.attempts().filter(|(_, o)| *o != SkillOutcome::Placed)
+            {
                 let key = (action.to_owned(), outcome.to_string());
                 *tally.failed_skills.entry(key).or_default() += 1;
             }
             tally.strays += episode.strays;
             tally.ended_with_strays += usize::from(episode.in_no_state > 0);
-            tally.meddled += usize::from(episode.meddled);
+            tally.meddled += usize::from(episode.perturbed);
             tally.decision_ms.extend(episode.decisions.iter().map(|d| d.took_ms));
             tally.steps += episode.steps;
             tally.simulated_s += episode.simulated_s;

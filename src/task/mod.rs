@@ -8,8 +8,9 @@
 //! | [`learn`] | from recordings to a domain |
 //! | [`planner`] | the planner graph over a domain |
 //! | [`robot`] | the arm: kinematics, paths, bodies |
-//! | [`scene`] | parts and fixtures in Rapier, with the robot among them |
+//! | [`scene`] | bodies in Rapier, with the robot among them |
 //! | [`skill`] | pick and place: grasps, ways without collisions, the controller |
+//! | [`tasks`] | what is true of one task alone: its parts, grasps, demonstrator and judge |
 //! | [`execute`] | demonstrations and the closed loop |
 //!
 //! `robot`, `scene` and `skill` know of the others only poses and recordings. Nothing here knows experiments, pages or the command line.
@@ -37,7 +38,7 @@ pub use domain::{
 };
 pub use error::{InputFault, TaskError};
 #[cfg(feature = "physics")]
-pub use execute::{Assembly, Demonstrated, Recorder, demonstrate};
+pub use execute::{Demonstrated, Recorder, demonstrate};
 pub use files::{Overwrite, read_file, read_solved, write_whole};
 pub use planner::{
     ABSENT, ActionSpace, Encoded, NOTHING, PRECONDITION, StateSpace, deep_preconditions,

@@ -20,7 +20,7 @@ use crate::task::domain::Recording;
 use crate::task::domain::{Classifier, Grounding};
 use crate::task::execute::demonstrate;
 use crate::task::learn::{PAPER_EXPONENT, Settings, learn};
-use crate::task::scene::SceneSpec;
+use crate::task::tasks::nuts_and_bolts::NutsAndBolts;
 
 /// What can be true of a part.
 const TRUTHS: [&str; 5] =
@@ -30,7 +30,7 @@ const TRUTHS: [&str; 5] =
 const NEAR_M: f64 = 0.01;
 
 /// Which of [`TRUTHS`] holds of a part of our own scene.
-pub(super) fn truth(spec: &SceneSpec, kind: &str, position: [f64; 3]) -> usize {
+pub(super) fn truth(spec: &NutsAndBolts, kind: &str, position: [f64; 3]) -> usize {
     let over = |[x, y]: [f64; 2]| (position[0] - x).hypot(position[1] - y) < NEAR_M;
     match (kind == spec.nut_kind, over(spec.jig.pocket), over(spec.jig.hole)) {
         (true, true, _) => 1,
@@ -41,8 +41,8 @@ pub(super) fn truth(spec: &SceneSpec, kind: &str, position: [f64; 3]) -> usize {
     }
 }
 
-pub(super) fn scene(parts: usize) -> SceneSpec {
-    SceneSpec { nuts: parts, bolts: parts, ..SceneSpec::default() }
+pub(super) fn scene(parts: usize) -> NutsAndBolts {
+    NutsAndBolts { nuts: parts, bolts: parts, ..NutsAndBolts::default() }
 }
 
 /// Demonstrations of our own scene with so many of each part.
@@ -59,7 +59,7 @@ pub(super) fn poses(recording: &Recording) -> impl Iterator<Item = (&str, &Pose)
 /// The poses of parts of our own scene, without pocket and hole.
 pub(super) fn part_poses<'r>(
     recording: &'r Recording,
-    spec: &'r SceneSpec,
+    spec: &'r NutsAndBolts,
 ) -> impl Iterator<Item = (&'r str, &'r Pose)> {
     poses(recording).filter(|(kind, _)| *kind == spec.nut_kind || *kind == spec.bolt_kind)
 }

@@ -4,13 +4,13 @@
 //! while the graph thinks the parts lie and roll, and while the arm moves the graph idles. After every
 //! skill, however it ended, everything is looked at and decided anew.
 //!
-//! The executor knows what was learned and how to take hold of nuts and bolts, and nothing of the task: which
-//! part goes where is a state's mean pose.
+//! The executor knows what was learned and, from the task, how to take hold of parts; of the task itself it knows
+//! nothing. Which part goes where is a state's mean pose.
 
 mod choose;
 mod demonstrate;
+mod recorder;
 mod thoughts;
-mod witness;
 mod world;
 
 use std::ops::ControlFlow;
@@ -22,21 +22,22 @@ use serde::{Deserialize, Serialize};
 use crate::sim::{RunConfig, Seed, SimDuration, SimView, Simulator, StopReason};
 use crate::task::domain::Grounding;
 use crate::task::domain::Obstacle;
-use crate::task::domain::Pose;
 use crate::task::error::TaskError;
 use crate::task::planner::Planner;
-use crate::task::scene::{SceneFrame, SceneSpec};
-use crate::task::skill::{Outcome, SkillReport, Touch};
+use crate::task::scene::SceneFrame;
+use crate::task::skill::{SkillOutcome, SkillReport, Touch};
+pub use crate::task::tasks::Perturbation;
+use crate::task::tasks::{self, Task};
 pub use demonstrate::{Demonstrated, demonstrate};
+pub use recorder::Recorder;
 pub use thoughts::{ModuleSamples, Thoughts};
-pub use witness::{Assembly, Recorder};
 pub use world::{AssemblyWorld, Doing};
 
 /// How episodes are run.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone)]
 pub struct EpisodeSpec {
-    /// The scene.
-    pub scene: SceneSpec,
+    /// The task, which draws the scene.
+    pub task: Arc<dyn Task>,
     /// The probability, for each grasp, that the fingers open at a uniformly drawn moment of the
     /// carrying (0 to 1).
     pub drop_rate: f64,
@@ -44,8 +45,8 @@ pub struct EpisodeSpec {
     pub limit_s: f64,
     /// Skills after which an episode is given up.
     pub most_skills: usize,
-    /// What another hand does meanwhile.
-    pub meddling: Option<Meddling>,
+    /// What a person does meanwhile.
+    pub perturbation: Option<Perturbation>,
     /// Simulated milliseconds between frames kept for pictures; `None` to keep none.
     pub frame_ms: Option<u64>,
 }
@@ -53,44 +54,50 @@ pub struct EpisodeSpec {
 impl Default for EpisodeSpec {
     fn default() -> Self {
         Self {
-            scene: SceneSpec::default(),
+            task: tasks::default(),
             drop_rate: 0.0,
             limit_s: 400.0,
             most_skills: 30,
-            meddling: None,
+            perturbation: None,
             frame_ms: None,
         }
     }
 }
 
 impl EpisodeSpec {
-    /// Checks the numbers.
+    /// Episodes of a task, with nothing going wrong.
+    pub fn of(task: impl Task + 'static) -> Self {
+        Self { task: Arc::new(task), ..Self::default() }
+    }
+
+    /// Checks the numbers, and that the task's scene can be built.
     ///
     /// # Errors
-    /// [`TaskError::Setting`] for a rate or limit outside its range, or meddling with a part that is not
-    /// there; as [`SceneSpec::check`].
+    /// [`TaskError::Setting`] for a rate or limit outside its range, or a perturbation of a part that is not there; as
+    /// [`Task::scene`] and [`SceneSpec::check`](crate::task::scene::SceneSpec::check).
     pub fn check(&self) -> Result<(), TaskError> {
-        self.scene.check()?;
+        let scene = self.task.scene(Seed::new(0))?;
+        scene.check()?;
         let refuse =
             |name, value: String, expected| Err(TaskError::Setting { name, value, expected });
         if !(0.0..=1.0).contains(&self.drop_rate) {
             return refuse("drop_rate", self.drop_rate.to_string(), "0 to 1");
         }
-        if let Some(meddling) = &self.meddling {
-            let parts = self.scene.nuts + self.scene.bolts;
-            if meddling.part >= parts {
+        if let Some(perturbation) = &self.perturbation {
+            if perturbation.part >= scene.parts.len() {
                 return refuse(
-                    "meddling.part",
-                    meddling.part.to_string(),
+                    "perturbation.part",
+                    perturbation.part.to_string(),
                     "a part's place in the scene",
                 );
             }
-            let turn: f64 = meddling.pose.orientation.iter().map(|v| v * v).sum();
-            let finite = meddling.pose.position.iter().all(|v| v.is_finite()) && turn.is_finite();
-            if !finite || turn < 1e-6 || !meddling.at_s.is_finite() {
+            let turn: f64 = perturbation.pose.orientation.iter().map(|v| v * v).sum();
+            let finite =
+                perturbation.pose.position.iter().all(|v| v.is_finite()) && turn.is_finite();
+            if !finite || turn < 1e-6 || !perturbation.at_s.is_finite() {
                 return refuse(
-                    "meddling",
-                    format!("{meddling:?}"),
+                    "perturbation",
+                    format!("{perturbation:?}"),
                     "finite numbers and a rotation",
                 );
             }
@@ -100,18 +107,6 @@ impl EpisodeSpec {
         }
         Ok(())
     }
-}
-
-/// Another hand than the robot's puts a part somewhere, once, as soon as the robot is not after it and
-/// there is room.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Meddling {
-    /// Not before this many simulated seconds.
-    pub at_s: f64,
-    /// The part's place in the scene.
-    pub part: usize,
-    /// Where it is put.
-    pub pose: Pose,
 }
 
 /// One answer of the planner graph.
@@ -175,7 +170,7 @@ pub enum Ended {
 pub struct EpisodeReport {
     /// How it ended.
     pub ended: Ended,
-    /// Whether, by the scene's geometry, a bolt is through a nut in the pocket.
+    /// Whether the task's judge takes it to be solved.
     pub assembled: bool,
     /// Every decision.
     pub decisions: Vec<Decided>,
@@ -187,8 +182,8 @@ pub struct EpisodeReport {
     pub in_no_state: usize,
     /// Times that a part was found in no state that had not been so when looked at before.
     pub strays: usize,
-    /// Whether another hand did what [`EpisodeSpec::meddling`] says.
-    pub meddled: bool,
+    /// Whether what [`EpisodeSpec::perturbation`] says was done.
+    pub perturbed: bool,
     /// Steps of the physics.
     pub steps: u64,
     /// Simulated seconds.
@@ -198,7 +193,7 @@ pub struct EpisodeReport {
 impl EpisodeReport {
     /// Times a part left the hand on the way.
     pub fn drops(&self) -> usize {
-        self.skills.iter().filter(|s| s.outcome == Outcome::Dropped).count()
+        self.skills.iter().filter(|s| s.outcome == SkillOutcome::Dropped).count()
     }
 
     /// Times a part was in the hand.
@@ -207,7 +202,7 @@ impl EpisodeReport {
     }
 
     /// What was decided and how the skill that came of it ended, in order.
-    pub fn attempts(&self) -> impl Iterator<Item = (&str, Outcome)> {
+    pub fn attempts(&self) -> impl Iterator<Item = (&str, SkillOutcome)> {
         let begun = self.decisions.iter().filter(|d| d.begun);
         let acted = begun.filter_map(|d| d.action.as_deref());
         acted.zip(self.skills.iter().map(|s| s.outcome))
@@ -215,7 +210,7 @@ impl EpisodeReport {
 
     /// Skills that did not put their part where they should: each is followed by a new decision.
     pub fn replans(&self) -> usize {
-        self.skills.iter().filter(|s| s.outcome != Outcome::Placed).count()
+        self.skills.iter().filter(|s| s.outcome != SkillOutcome::Placed).count()
     }
 
     /// Whether the goal was taken to be met and is not.
@@ -289,13 +284,13 @@ impl AssemblyWorld {
         let (scene, log) = (self.scene(), self.log());
         let report = EpisodeReport {
             ended: self.ended().cloned().unwrap_or(Ended::GaveUp),
-            assembled: scene.is_some_and(|s| Assembly::judge(s).is_assembled()),
+            assembled: scene.is_some_and(|s| self.judge(s).solved),
             decisions: log.decisions.clone(),
             skills: log.skills.clone(),
             touches: log.touches.clone(),
             in_no_state: log.in_no_state,
             strays: log.strays,
-            meddled: self.meddled(),
+            perturbed: self.perturbed(),
             steps: scene.map_or(0, |s| s.steps()),
             simulated_s: scene.map_or(0.0, |s| s.time_s()),
         };

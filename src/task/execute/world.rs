@@ -11,10 +11,11 @@ use super::{Decided, Ended, EpisodeSpec, Touched};
 use crate::sim::{Real, Seed, SimDuration, World, WorldError, WorldSave};
 use crate::task::domain::{Classifier, Grounding};
 use crate::task::error::TaskError;
-use crate::task::execute::witness::Recorder;
+use crate::task::execute::recorder::Recorder;
 use crate::task::planner::{Planner, Verdict};
 use crate::task::scene::{Scene, SceneFrame};
-use crate::task::skill::{Outcome, Robot, SkillReport};
+use crate::task::skill::{Robot, SkillOutcome, SkillReport};
+use crate::task::tasks::Judgement;
 
 /// What the executor is doing.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -64,7 +65,7 @@ struct Live {
     stray: Vec<bool>,
     log: Log,
     seed: Seed,
-    meddled: bool,
+    perturbed: bool,
 }
 
 /// A world in which an executor does what a planner graph decides.
@@ -74,6 +75,7 @@ pub struct AssemblyWorld {
     recorder: Recorder,
     goal: Vec<Real>,
     spec: EpisodeSpec,
+    step_ms: u64,
     live: Option<Live>,
 }
 
@@ -95,8 +97,10 @@ impl AssemblyWorld {
         planner.domain().state_index(goal)?;
         let goal = planner.encoded().states.get(goal)?.to_vec();
         let classifier = Classifier::new(planner.domain(), grounding)?;
-        let recorder = Recorder::new(&spec.scene);
-        Ok(Self { planner, classifier, recorder, goal, spec: spec.clone(), live: None })
+        // It is the same for every seed.
+        let step_ms = spec.task.scene(Seed::new(0))?.step_ms;
+        let recorder = Recorder::default();
+        Ok(Self { planner, classifier, recorder, goal, spec: spec.clone(), step_ms, live: None })
     }
 
     /// The world of a simulator, if it is one of these.
@@ -132,8 +136,13 @@ impl AssemblyWorld {
         }
     }
 
-    pub(super) fn meddled(&self) -> bool {
-        self.live.as_ref().is_some_and(|live| live.meddled)
+    /// What the task's judge says of the scene.
+    pub(super) fn judge(&self, scene: &Scene) -> Judgement {
+        self.spec.task.judge(scene)
+    }
+
+    pub(super) fn perturbed(&self) -> bool {
+        self.live.as_ref().is_some_and(|live| live.perturbed)
     }
 
     pub(super) fn log(&self) -> &Log {
@@ -159,7 +168,7 @@ struct Mind<'w> {
 
 impl Live {
     fn step(&mut self, mind: &Mind<'_>, command: &[Real]) {
-        self.meddle(mind.spec);
+        self.perturb(mind.spec);
         match self.phase.clone() {
             Phase::Rest { left: 0 } => self.look(mind),
             Phase::Rest { left } => self.phase = Phase::Rest { left: left - 1 },
@@ -185,14 +194,14 @@ impl Live {
         }
     }
 
-    fn meddle(&mut self, spec: &EpisodeSpec) {
-        let Some(meddling) = spec.meddling.filter(|_| !self.meddled) else { return };
-        if self.scene.time_s() >= meddling.at_s
-            && self.robot.part() != Some(meddling.part)
-            && self.scene.has_room(meddling.part, &meddling.pose)
+    fn perturb(&mut self, spec: &EpisodeSpec) {
+        let Some(perturbation) = spec.perturbation.filter(|_| !self.perturbed) else { return };
+        if self.scene.time_s() >= perturbation.at_s
+            && self.robot.part() != Some(perturbation.part)
+            && self.scene.has_room(perturbation.part, &perturbation.pose)
         {
-            self.scene.disturb(meddling.part, &meddling.pose);
-            self.meddled = true;
+            self.scene.disturb(perturbation.part, &perturbation.pose);
+            self.perturbed = true;
         }
     }
 
@@ -203,8 +212,8 @@ impl Live {
         for state in states.iter().filter_map(|s| s.state) {
             self.present[state] = true;
         }
-        // Of the parts: the jig has no states.
-        let mut stray = vec![true; self.scene.kinds().count()];
+        // Of the parts: landmarks have no states.
+        let mut stray = vec![true; self.scene.part_count()];
         for (state, part) in states.iter().zip(&parts) {
             if let (Some(_), Some(part)) = (state.state, part) {
                 stray[*part] = false;
@@ -268,18 +277,21 @@ impl Live {
         // After a failure another part may do better.
         let failures = |object: &usize| {
             let part = parts[*object];
-            let failed = |s: &&SkillReport| s.outcome != Outcome::Placed && Some(s.part) == part;
+            let failed =
+                |s: &&SkillReport| s.outcome != SkillOutcome::Placed && Some(s.part) == part;
             self.log.skills.iter().filter(failed).count()
         };
         candidates.sort_by_key(failures);
         for object in candidates {
             let Some(part) = parts[object] else { continue };
-            if choose::occupied(&seen, operator, object, &target) {
+            let within_m = self.scene.kind(part).map_or(0.0, |kind| kind.handling.in_the_way_m);
+            if choose::occupied(&seen, operator, object, &target, within_m) {
                 blocked = true;
                 continue;
             }
             let drop_at = self.draw_drop(mind.spec.drop_rate);
-            if self.robot.begin(&self.scene, part, target, drop_at).is_ok() {
+            let grasps = mind.spec.task.grasps(&self.scene, part);
+            if self.robot.begin(&self.scene, part, target, &grasps, drop_at).is_ok() {
                 return Phase::Act;
             }
         }
@@ -301,7 +313,7 @@ fn fault(error: impl std::fmt::Display) -> WorldError {
 
 impl World for AssemblyWorld {
     fn period(&self) -> SimDuration {
-        SimDuration::from_millis(self.spec.scene.step_ms)
+        SimDuration::from_millis(self.step_ms)
     }
 
     fn sense_width(&self) -> usize {
@@ -337,16 +349,17 @@ impl World for AssemblyWorld {
     }
 
     fn reset(&mut self, seed: Seed) -> Result<(), WorldError> {
-        let scene = Scene::new(&self.spec.scene, seed).map_err(fault)?;
+        let scene = Scene::new(self.spec.task.scene(seed).map_err(fault)?).map_err(fault)?;
+        let parts = scene.part_count();
         self.live = Some(Live {
             scene,
             robot: Robot::default(),
             phase: Phase::Rest { left: REST },
             present: vec![false; self.planner.domain().states().len()],
-            stray: vec![false; self.spec.scene.nuts + self.spec.scene.bolts],
+            stray: vec![false; parts],
             log: Log::default(),
             seed,
-            meddled: false,
+            perturbed: false,
         });
         Ok(())
     }
