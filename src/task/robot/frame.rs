@@ -59,11 +59,6 @@ impl Turn {
         (self.rotation() * Vector::from(vector)).to_array()
     }
 
-    /// Whether it is a rotation: a quaternion of length 1, to a millionth.
-    pub(crate) fn is_unit(self) -> bool {
-        (self.0.iter().map(|v| v * v).sum::<f64>() - 1.0).abs() < 1e-6
-    }
-
     pub(crate) fn of(rotation: Rotation) -> Self {
         Self([rotation.x, rotation.y, rotation.z, rotation.w])
     }
@@ -95,6 +90,12 @@ impl BodyFrame {
     /// A frame that is not turned.
     pub fn at(position: [f64; 3]) -> Self {
         Self { position, turn: Turn::NONE }
+    }
+
+    /// Whether it is a place and a rotation, and has no number that is none.
+    pub fn is_finite(&self) -> bool {
+        let length: f64 = self.turn.0.iter().map(|v| v * v).sum();
+        self.position.iter().all(|v| v.is_finite()) && (length - 1.0).abs() < 1e-6
     }
 
     pub(crate) fn of(frame: &Frame) -> Self {

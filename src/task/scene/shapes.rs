@@ -31,8 +31,14 @@ pub(crate) fn fixture(spec: &Fixture) -> impl Iterator<Item = (Frame, SharedShap
     hulls(&spec.pieces).into_iter().map(move |shape| (at, shape))
 }
 
+/// Whether the physics can work with a piece.
+pub(crate) fn has_volume(piece: &Piece) -> bool {
+    let finite = piece.iter().flatten().all(|v| v.is_finite());
+    finite && piece.len() > 3 && hull(piece).is_some_and(|h| h.mass_properties(1.0).mass() > 1e-12)
+}
+
 /// The convex hull of a piece; `None` for one without volume.
-pub(crate) fn hull(piece: &Piece) -> Option<SharedShape> {
+fn hull(piece: &Piece) -> Option<SharedShape> {
     let corners: Vec<Vector> = piece.iter().map(|corner| Vector::from(*corner)).collect();
     SharedShape::convex_hull(&corners)
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};
 
-use super::shapes::hull;
+use super::shapes::has_volume;
 use crate::task::domain::Pose;
 use crate::task::error::TaskError;
 use crate::task::robot::{ArmSpec, BodyFrame, GripperSpec};
@@ -158,111 +158,124 @@ impl Default for SceneSpec {
     }
 }
 
-/// A setting's name, what it is, and what is expected; refused if not as expected.
-type Rule = (&'static str, bool, fn(&SceneSpec) -> String, &'static str);
+/// What must hold of a scene: of which setting, the value to show, what is expected, and whether it holds.
+struct Rule {
+    name: &'static str,
+    value: fn(&SceneSpec) -> String,
+    expected: &'static str,
+    holds: fn(&SceneSpec) -> bool,
+}
+
+const RULES: [Rule; 11] = [
+    Rule {
+        name: "step_ms",
+        value: |s| s.step_ms.to_string(),
+        expected: "1, 2 or 4",
+        holds: |s| [1, 2, 4].contains(&s.step_ms),
+    },
+    Rule {
+        name: "kinds",
+        value: |s| format!("{:?}", s.kinds.iter().map(|k| &k.name).collect::<Vec<_>>()),
+        expected: "different names of 1 to 200 characters",
+        holds: |s| {
+            let names: BTreeSet<&String> = s.kinds.iter().map(|k| &k.name).collect();
+            names.len() == s.kinds.len() && names.into_iter().all(|name| is_name(name))
+        },
+    },
+    Rule {
+        name: "landmarks",
+        value: |s| format!("{:?}", s.landmarks.iter().map(|l| &l.kind).collect::<Vec<_>>()),
+        expected: "names of 1 to 200 characters that no part has",
+        holds: |s| {
+            let taken = |name: &String| s.kinds.iter().any(|k| k.name == *name);
+            s.landmarks.iter().all(|l| is_name(&l.kind) && !taken(&l.kind))
+        },
+    },
+    Rule {
+        name: "pieces",
+        value: |_| "without volume".into(),
+        expected: "corners of convex pieces with volume, at least one piece a body",
+        holds: |s| {
+            let kinds = s.kinds.iter().map(|k| &k.pieces);
+            let mut bodies = kinds.chain(s.fixtures.iter().map(|f| &f.pieces));
+            bodies.all(|pieces| !pieces.is_empty() && pieces.iter().all(has_volume))
+        },
+    },
+    Rule {
+        name: "density",
+        value: |s| format!("{:?}", s.kinds.iter().map(|k| k.density).collect::<Vec<_>>()),
+        expected: "1 to 30000 kg a cubic metre for each kind",
+        holds: |s| s.kinds.iter().all(|k| (1.0..=30_000.0).contains(&k.density)),
+    },
+    Rule {
+        name: "friction",
+        value: |s| format!("{:?}", s.frictions().collect::<Vec<_>>()),
+        expected: "0.001 to 10 for each kind, each fixture and the table",
+        holds: |s| s.frictions().all(|friction| (1e-3..=10.0).contains(&friction)),
+    },
+    Rule {
+        name: "handling",
+        value: |s| format!("{:?}", s.kinds.iter().map(|k| k.handling).collect::<Vec<_>>()),
+        expected: "0 to 1 m for each length, and 1 to 360 turns",
+        holds: |s| s.kinds.iter().all(|k| k.handling.is_possible()),
+    },
+    Rule {
+        name: "parts",
+        value: |s| format!("{} of them", s.parts.len()),
+        expected: "at most 64",
+        holds: |s| s.parts.len() <= MAX_PARTS,
+    },
+    Rule {
+        name: "parts",
+        value: |s| format!("{:?}", s.parts),
+        expected: "parts of kinds that there are, at finite places",
+        holds: |s| s.parts.iter().all(|p| p.kind < s.kinds.len() && p.frame.is_finite()),
+    },
+    Rule {
+        name: "fixtures",
+        value: |s| format!("{:?}", s.fixtures.iter().map(|f| f.frame).collect::<Vec<_>>()),
+        expected: "finite places",
+        holds: |s| s.fixtures.iter().all(|f| f.frame.is_finite()),
+    },
+    Rule {
+        name: "table",
+        value: |s| format!("{:?}", s.table),
+        expected: "the rim's lower corner first, within 10 m, and a height of 0.001 to 0.1",
+        holds: |s| {
+            let [low, high] = s.table.rim;
+            (0..2).all(|i| low[i] < high[i] && low[i] > -10.0 && high[i] < 10.0)
+                && (1e-3..=0.1).contains(&s.table.rim_height_m)
+        },
+    },
+];
+
+fn is_name(name: &str) -> bool {
+    (1..=200).contains(&name.chars().count())
+}
+
+impl Handling {
+    fn is_possible(&self) -> bool {
+        let lengths = [self.rise_m, self.release_m, self.in_the_way_m];
+        lengths.iter().all(|v| (0.0..=1.0).contains(v)) && (1..=360).contains(&self.symmetry.turns)
+    }
+}
 
 impl SceneSpec {
+    fn frictions(&self) -> impl Iterator<Item = f64> {
+        let kinds = self.kinds.iter().map(|k| k.friction);
+        kinds.chain(self.fixtures.iter().map(|f| f.friction)).chain([self.table.friction])
+    }
+
     /// Checks that such a scene can be built. Costs the hulls of all pieces, well below a millisecond.
     ///
     /// # Errors
     /// [`TaskError::Setting`] or [`TaskError::Range`], naming what is wrong and what is possible.
     pub fn check(&self) -> Result<(), TaskError> {
+        if let Some(rule) = RULES.iter().find(|rule| !(rule.holds)(self)) {
+            let Rule { name, value, expected, .. } = *rule;
+            return Err(TaskError::Setting { name, value: value(self), expected });
+        }
         self.gripper.check()?;
-        if ![1, 2, 4].contains(&self.step_ms) {
-            let value = self.step_ms.to_string();
-            return Err(TaskError::Setting { name: "step_ms", value, expected: "1, 2 or 4" });
-        }
-        self.arm.check(self.step_ms)?;
-        let names = || self.kinds.iter().map(|k| &k.name);
-        let named = |name: &String| (1..=200).contains(&name.chars().count());
-        let different: BTreeSet<&String> = names().collect();
-        let surfaces =
-            || self.kinds.iter().map(|k| &k.pieces).chain(self.fixtures.iter().map(|f| &f.pieces));
-        let solid = |pieces: &Vec<Piece>| {
-            let corners = || pieces.iter().flatten().flatten();
-            !pieces.is_empty()
-                && corners().all(|v| v.is_finite())
-                && pieces.iter().all(|piece| hull(piece).is_some())
-        };
-        let placed = |frame: &BodyFrame| {
-            frame.position.iter().all(|v| v.is_finite()) && frame.turn.is_unit()
-        };
-        let grips = |h: &Handling| {
-            let lengths = [h.rise_m, h.release_m, h.in_the_way_m];
-            lengths.iter().all(|v| (0.0..=1.0).contains(v)) && (1..=360).contains(&h.symmetry.turns)
-        };
-        let frictions = (self.kinds.iter().map(|k| k.friction))
-            .chain(self.fixtures.iter().map(|f| f.friction))
-            .chain([self.table.friction]);
-        let [low, high] = self.table.rim;
-        let rules: [Rule; 10] = [
-            (
-                "kinds",
-                names().all(named) && different.len() == self.kinds.len(),
-                |s| format!("{:?}", s.kinds.iter().map(|k| &k.name).collect::<Vec<_>>()),
-                "different names of 1 to 200 characters",
-            ),
-            (
-                "landmarks",
-                self.landmarks.iter().all(|l| named(&l.kind) && !different.contains(&l.kind)),
-                |s| format!("{:?}", s.landmarks.iter().map(|l| &l.kind).collect::<Vec<_>>()),
-                "names of 1 to 200 characters that no part has",
-            ),
-            (
-                "pieces",
-                surfaces().all(solid),
-                |_| "a piece without volume".into(),
-                "corners of convex pieces with volume",
-            ),
-            (
-                "density",
-                self.kinds.iter().all(|k| (1.0..=30_000.0).contains(&k.density)),
-                |s| format!("{:?}", s.kinds.iter().map(|k| k.density).collect::<Vec<_>>()),
-                "1 to 30000 kg a cubic metre for each kind",
-            ),
-            (
-                "friction",
-                frictions.into_iter().all(|f| (1e-3..=10.0).contains(&f)),
-                |_| "out of range".into(),
-                "0.001 to 10 for each kind, each fixture and the table",
-            ),
-            (
-                "handling",
-                self.kinds.iter().all(|k| grips(&k.handling)),
-                |s| format!("{:?}", s.kinds.iter().map(|k| k.handling).collect::<Vec<_>>()),
-                "0 to 1 m for each length, and 1 to 360 turns",
-            ),
-            (
-                "parts",
-                self.parts.len() <= MAX_PARTS,
-                |s| format!("{} of them", s.parts.len()),
-                "at most 64",
-            ),
-            (
-                "parts",
-                self.parts.iter().all(|p| p.kind < self.kinds.len() && placed(&p.frame)),
-                |s| format!("{:?}", s.parts),
-                "parts of kinds that there are, at finite places",
-            ),
-            (
-                "fixtures",
-                self.fixtures.iter().all(|f| placed(&f.frame)),
-                |s| format!("{:?}", s.fixtures.iter().map(|f| f.frame).collect::<Vec<_>>()),
-                "finite places",
-            ),
-            (
-                "table",
-                (0..2).all(|i| low[i] < high[i] && low[i] > -10.0 && high[i] < 10.0)
-                    && (1e-3..=0.1).contains(&self.table.rim_height_m),
-                |s| format!("{:?}", s.table),
-                "the rim's lower corner first, and a height of 0.001 to 0.1",
-            ),
-        ];
-        match rules.into_iter().find(|(_, holds, ..)| !holds) {
-            Some((name, _, value, expected)) => {
-                Err(TaskError::Setting { name, value: value(self), expected })
-            }
-            None => Ok(()),
-        }
+        self.arm.check(self.step_ms)
     }
 }

@@ -227,15 +227,8 @@ impl Skill {
         self.go(Stage::Open);
     }
 
-    /// One step; whether the skill is over.
-    fn advance(
-        &mut self,
-        scene: &Scene,
-        robot: &mut Robot,
-        strained: bool,
-        speeds: &mut Angles,
-        dt: f64,
-    ) -> bool {
+    /// Gives up where the skill lasts too long, the arm has hit something or the part is lost.
+    fn give_up_if_needed(&mut self, scene: &Scene, robot: &mut Robot, strained: bool) {
         // What follows a failure has limits of its own.
         if self.total_s > SKILL_S && self.failure.is_none() && !matches!(self.stage, Stage::Settle)
         {
@@ -259,6 +252,18 @@ impl Skill {
             robot.hold(scene);
             self.fail(SkillOutcome::Dropped);
         }
+    }
+
+    /// One step; whether the skill is over.
+    fn advance(
+        &mut self,
+        scene: &Scene,
+        robot: &mut Robot,
+        strained: bool,
+        speeds: &mut Angles,
+        dt: f64,
+    ) -> bool {
+        self.give_up_if_needed(scene, robot, strained);
         match &self.stage {
             Stage::Reach(paths) => {
                 robot.opening = self.opening;

@@ -23,7 +23,7 @@ impl Rules {
     pub(super) fn new(settings: &NutsAndBolts, seed: Seed, demo: usize) -> Self {
         let flip = seed.derive("demonstrator", "order").rng().random::<bool>();
         // Alternating from a drawn start, so that few demonstrations show both orders.
-        Self { settings: settings.clone(), nut_first: (demo % 2 == 0) == flip }
+        Self { settings: settings.clone(), nut_first: demo.is_multiple_of(2) == flip }
     }
 }
 
