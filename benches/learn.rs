@@ -11,8 +11,8 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use rand::RngExt;
 use std::hint::black_box;
 use symbolt::sim::Seed;
-use symbolt::task::kinematic::Rehearsal;
 use symbolt::task::learn::{Dendrogram, Settings, distance_matrix, learn};
+use symbolt::task::tasks::nuts_and_bolts::SyntheticDemonstrations;
 
 /// Poses as a recording has them: most anywhere at two heights, some at two places.
 fn poses(count: usize) -> Vec<[f64; 3]> {
@@ -30,7 +30,13 @@ fn poses(count: usize) -> Vec<[f64; 3]> {
 
 fn learning(c: &mut Criterion) {
     let mut group = c.benchmark_group("learn");
-    let spec = Rehearsal { demos: 7, nuts: 3, bolts: 3, events: false, ..Rehearsal::default() };
+    let spec = SyntheticDemonstrations {
+        demos: 7,
+        nuts: 3,
+        bolts: 3,
+        events: false,
+        ..SyntheticDemonstrations::default()
+    };
     let recording = spec.record(Seed::new(1)).expect("sound").recording;
     group.throughput(Throughput::Elements(7));
     group.bench_function(BenchmarkId::new("demonstrations", 7), |b| {

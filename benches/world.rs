@@ -12,29 +12,39 @@ use symbolt::task::execute::{EpisodeSpec, episode};
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::{Planner, PlannerSpec};
 use symbolt::task::robot::inverse_kinematics;
-use symbolt::task::scene::{Scene, SceneSpec};
-use symbolt::task::skill::{Robot, Target};
+use symbolt::task::scene::Scene;
+use symbolt::task::skill::{Robot, SkillReport, Target};
+use symbolt::task::tasks::Task;
+use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
 use symbolt::task::{Grounding, Pose, demonstrate};
 
-fn target(spec: &SceneSpec) -> Target {
+fn target(spec: &NutsAndBolts) -> Target {
     let [x, y] = spec.jig.pocket;
     Target { position: [x, y, spec.jig.pocket_floor_m + 0.008], axis: [0.0, 0.0, 1.0] }
+}
+
+fn built(spec: &NutsAndBolts) -> Scene {
+    Scene::new(spec.scene(Seed::new(1)).expect("it can be drawn")).expect("it can be built")
+}
+
+fn begin(robot: &mut Robot, scene: &Scene, spec: &NutsAndBolts) -> Result<(), SkillReport> {
+    robot.begin(scene, 0, target(spec), &spec.grasps(scene, 0), None)
 }
 
 fn world(c: &mut Criterion) {
     let mut group = c.benchmark_group("world");
     for parts in [1, 3] {
-        let spec = SceneSpec { nuts: parts, bolts: parts, ..SceneSpec::default() };
-        let mut scene = Scene::new(&spec, Seed::new(1)).expect("sound");
+        let spec = NutsAndBolts { nuts: parts, bolts: parts, ..NutsAndBolts::default() };
+        let mut scene = built(&spec);
         group.bench_function(BenchmarkId::new("step_at_rest", parts), |b| b.iter(|| scene.step()));
         // The arm goes for a nut again and again; one step of it.
         let mut robot = Robot::default();
         group.bench_function(BenchmarkId::new("step_moving", parts), |b| {
             b.iter(|| {
                 if !robot.busy() {
-                    scene = Scene::new(&spec, Seed::new(1)).expect("sound");
+                    scene = built(&spec);
                     robot = Robot::default();
-                    robot.begin(&scene, 0, target(&spec), None).expect("it is within reach");
+                    begin(&mut robot, &scene, &spec).expect("it is within reach");
                 }
                 robot.step(&mut scene)
             });
@@ -45,24 +55,24 @@ fn world(c: &mut Criterion) {
     group.bench_function("inverse_kinematics", |b| {
         b.iter(|| inverse_kinematics(black_box(&above), &near).expect("it is within reach"));
     });
-    let spec = SceneSpec::default();
-    let scene = Scene::new(&spec, Seed::new(1)).expect("sound");
+    let spec = NutsAndBolts::default();
+    let scene = built(&spec);
     // Postures for grasp, approach, lift and placing, with their collision checks.
     group.bench_function("plan_a_skill", |b| {
         b.iter(|| {
             let mut robot = Robot::default();
-            black_box(robot.begin(&scene, 0, target(&spec), None)).expect("it is within reach");
+            black_box(begin(&mut robot, &scene, &spec)).expect("it is within reach");
         });
     });
     let shown = demonstrate(&spec, 2, Seed::new(1)).expect("sound");
     let domain = learn(&shown.recording, &Settings::default()).expect("teaches").domain;
     let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1)).expect("builds");
-    let (planner, goal) = (Arc::new(planner), domain.goal_name().expect("there").to_owned());
+    let (planner, goal) = (Arc::new(planner), domain.goal().expect("there").to_owned());
     group.sample_size(10).measurement_time(Duration::from_secs(40));
     group.bench_function("episode", |b| {
         b.iter(|| {
             let spec = EpisodeSpec::default();
-            episode(&planner, Grounding::default(), &goal, &spec, Seed::new(5)).expect("runs")
+            episode(&planner, Grounding::default(), goal, &spec, Seed::new(5)).expect("runs")
         });
     });
     group.finish();

@@ -10,19 +10,19 @@ use symbolt::task::event::EpisodeReport;
 use symbolt::task::execute::{EpisodeSpec, episode};
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::{Planner, PlannerSpec};
-use symbolt::task::scene::SceneSpec;
+use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
 use symbolt::task::{Grounding, demonstrate};
 
 /// What happened in the robot's own episode.
 pub fn run() -> Result<EpisodeReport, Box<dyn Error>> {
-    let scene = SceneSpec::default();
-    let shown = demonstrate(&scene, 1, Seed::new(1))?;
+    let task = NutsAndBolts::default();
+    let shown = demonstrate(&task, 1, Seed::new(1))?;
     let domain = learn(&shown.recording, &Settings::default())?.domain;
 
     // The goal is what the last action of the demonstration brought about.
-    let goal = domain.goal_name().ok_or("nothing was brought about")?;
+    let goal = domain.goal().ok_or("nothing was brought about")?;
     let planner = Arc::new(Planner::new(&domain, PlannerSpec::default(), Seed::new(1))?);
-    let spec = EpisodeSpec { scene, ..EpisodeSpec::default() };
+    let spec = EpisodeSpec::of(task);
     Ok(episode(&planner, Grounding::default(), goal, &spec, Seed::new(2))?.report)
 }
 
@@ -32,6 +32,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (action, outcome) in report.attempts() {
         println!("{action:<24} {outcome}");
     }
-    println!("assembled: {}, after {:.1} simulated s", report.assembled, report.simulated_s);
+    println!("assembled: {}, after {:.1} simulated s", report.solved, report.simulated_s);
     Ok(())
 }

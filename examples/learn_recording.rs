@@ -5,8 +5,8 @@
 use std::error::Error;
 
 use symbolt::sim::Seed;
-use symbolt::task::kinematic::Rehearsal;
 use symbolt::task::learn::{Learned, Settings, learn};
+use symbolt::task::tasks::nuts_and_bolts::SyntheticDemonstrations;
 use symbolt::task::{Classifier, Grounding};
 
 /// Ids of objects, and the states that they are in.
@@ -14,13 +14,18 @@ pub type Seen = Vec<(String, Option<String>)>;
 
 /// What was learned, and the state of each part in a fresh scene.
 pub fn run() -> Result<(Learned, Seen), Box<dyn Error>> {
-    let rehearsal =
-        Rehearsal { demos: 7, nuts: 3, bolts: 3, fail_rate: 0.2, ..Rehearsal::default() };
-    let recording = rehearsal.record(Seed::new(1))?.recording;
+    let synthetic = SyntheticDemonstrations {
+        demos: 7,
+        nuts: 3,
+        bolts: 3,
+        fail_rate: 0.2,
+        ..SyntheticDemonstrations::default()
+    };
+    let recording = synthetic.record(Seed::new(1))?.recording;
     let learned = learn(&recording, &Settings::default())?;
 
     let classifier = Classifier::new(&learned.domain, Grounding::default())?;
-    let scene = rehearsal.scene(Seed::new(2))?;
+    let scene = synthetic.scene(Seed::new(2))?;
     let mut seen = Vec::new();
     for object in &scene.objects {
         let state = classifier.classify(&object.kind, &object.pose).state;

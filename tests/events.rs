@@ -13,7 +13,7 @@ use symbolt::task::execute::{
 };
 use symbolt::task::learn::{Settings, learn, learn_observed};
 use symbolt::task::planner::{Planner, PlannerSpec};
-use symbolt::task::scene::SceneSpec;
+use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
 
 /// The kind of an event, without what it carries.
 fn name(event: &Event<'_>) -> &'static str {
@@ -37,7 +37,7 @@ fn name(event: &Event<'_>) -> &'static str {
 
 #[test]
 fn demonstrations_learning_and_an_episode_are_told_in_order_and_come_out_as_if_nobody_listened() {
-    let (scene, seed) = (SceneSpec::default(), Seed::new(1));
+    let (scene, seed) = (NutsAndBolts::default(), Seed::new(1));
     let mut told = Vec::new();
     let mut skills: Vec<SkillReport> = Vec::new();
     let shown = demonstrate_observed(&scene, 2, seed, &mut |event: &Event<'_>| {
@@ -67,7 +67,7 @@ fn demonstrations_learning_and_an_episode_are_told_in_order_and_come_out_as_if_n
     let domain = learned.domain;
     let planner = Planner::new(&domain, PlannerSpec::default(), seed).expect("builds");
     let goal = domain.goal().expect("there is one");
-    let (planner, goal) = (Arc::new(planner), &*domain[goal].name);
+    let planner = Arc::new(planner);
     let spec = EpisodeSpec { drop_rate: 0.5, frame_ms: Some(400), ..EpisodeSpec::default() };
     let (mut told, mut owned, mut frames) = (Vec::new(), 0, 0);
     let mut last_s = 0.0;

@@ -4,8 +4,8 @@
 
 use proptest::prelude::*;
 use symbolt::sim::Seed;
-use symbolt::task::kinematic::Rehearsal;
 use symbolt::task::learn::{Settings, learn};
+use symbolt::task::tasks::nuts_and_bolts::SyntheticDemonstrations;
 use symbolt::task::{
     Classifier, Domain, DomainBuilder, Grounding, Pose, Recording, Snapshot, TaskError,
 };
@@ -173,7 +173,8 @@ fn recordings_with_nothing_to_learn_say_why() {
 }
 
 fn domain() -> Domain {
-    let recording = Rehearsal::default().record(Seed::new(1)).expect("sound").recording;
+    let recording =
+        SyntheticDemonstrations::default().record(Seed::new(1)).expect("sound").recording;
     learn(&recording, &Settings::default()).expect("learns").domain
 }
 
@@ -303,14 +304,24 @@ fn a_person_can_rename_states_and_actions_and_nothing_else() {
 }
 
 fn a_recording() -> Vec<u8> {
-    let spec = Rehearsal { demos: 2, nuts: 2, fail_rate: 0.3, ..Rehearsal::default() };
+    let spec = SyntheticDemonstrations {
+        demos: 2,
+        nuts: 2,
+        fail_rate: 0.3,
+        ..SyntheticDemonstrations::default()
+    };
     let made = spec.record(Seed::new(3)).expect("sound");
     made.recording.to_jsonl(Some(&made.labels)).into_bytes()
 }
 
 #[test]
 fn a_recording_is_read_back_as_it_was_written() {
-    let spec = Rehearsal { demos: 2, nuts: 2, fail_rate: 0.3, ..Rehearsal::default() };
+    let spec = SyntheticDemonstrations {
+        demos: 2,
+        nuts: 2,
+        fail_rate: 0.3,
+        ..SyntheticDemonstrations::default()
+    };
     let made = spec.record(Seed::new(3)).expect("sound");
     let (recording, labels) = Recording::parse(&a_recording(), "x").expect("sound");
     assert_eq!(labels, made.labels);

@@ -8,9 +8,10 @@ use rand::RngExt;
 use symbolt::neurons::{LifSpec, Population, PopulationPlan};
 use symbolt::sim::Seed;
 use symbolt::task::planner::{Choice, Decision, Planner, PlannerSpec, Unbinding, Why};
+use symbolt::task::tasks::nuts_and_bolts::{Order, SyntheticDemonstrations};
 use symbolt::task::{
     ActionId, Commitment, Domain, DomainBuilder, Obstacle, StateId, TaskError, Verdict, WorldState,
-    acceptable_answers, kinematic, learn,
+    acceptable_answers, learn,
 };
 
 /// The paper's own domain (section II.E): single preconditions, and assembly with two.
@@ -26,11 +27,9 @@ fn both_on_the_table(domain: &Domain) -> (WorldState, StateId) {
 
 /// A domain learned from nut-first demonstrations, whose preconditions chain.
 fn nut_first_domain() -> Domain {
-    let rehearsal = kinematic::Rehearsal {
-        order: kinematic::Order::NutFirst,
-        ..kinematic::Rehearsal::default()
-    };
-    let recording = rehearsal.record(Seed::new(1)).expect("the rehearsal is sound").recording;
+    let synthetic =
+        SyntheticDemonstrations { order: Order::NutFirst, ..SyntheticDemonstrations::default() };
+    let recording = synthetic.record(Seed::new(1)).expect("the settings are valid").recording;
     learn::learn(&recording, &learn::Settings::default()).expect("it can be learned from").domain
 }
 

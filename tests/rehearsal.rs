@@ -5,16 +5,17 @@
 use std::collections::BTreeMap;
 
 use symbolt::sim::Seed;
-use symbolt::task::kinematic::{Order, Rehearsal, Rehearsed, heights};
 use symbolt::task::learn::{AttemptOutcome, Failure, Learned, Settings, learn};
 use symbolt::task::planner::{Planner, PlannerSpec};
+use symbolt::task::tasks::nuts_and_bolts::synthetic::heights;
+use symbolt::task::tasks::nuts_and_bolts::{Order, SyntheticDemonstrations, SyntheticRecording};
 use symbolt::task::{Classifier, Domain, Event, Grounding, Obstacle, Pose, TaskError, Verdict};
 
-fn record(spec: &Rehearsal, seed: u64) -> Rehearsed {
-    spec.record(Seed::new(seed)).expect("the rehearsal is sound")
+fn record(spec: &SyntheticDemonstrations, seed: u64) -> SyntheticRecording {
+    spec.record(Seed::new(seed)).expect("the settings are valid")
 }
 
-fn learned(spec: &Rehearsal, seed: u64) -> Learned {
+fn learned(spec: &SyntheticDemonstrations, seed: u64) -> Learned {
     learn(&record(spec, seed).recording, &Settings::default()).expect("learns")
 }
 
@@ -27,7 +28,7 @@ fn needs<'d>(domain: &'d Domain, to: &str) -> Vec<&'d str> {
 #[test]
 fn both_orders_of_one_nut_and_one_bolt_give_the_true_preconditions() {
     for seed in 0..20 {
-        let Learned { domain, report } = learned(&Rehearsal::default(), seed);
+        let Learned { domain, report } = learned(&SyntheticDemonstrations::default(), seed);
         assert_eq!((domain.states().len(), domain.operators().len()), (5, 3), "seed {seed}");
         assert_eq!(needs(&domain, "NUT_AT_NUT_POCKET"), ["NUT_AT_START"]);
         assert_eq!(needs(&domain, "BOLT_AT_BOLT_HOLE"), ["BOLT_AT_START"]);
@@ -43,7 +44,7 @@ fn both_orders_of_one_nut_and_one_bolt_give_the_true_preconditions() {
 /// system infers that at least one nut and bolt has to be on the table, as a precondition to any action".
 #[test]
 fn the_papers_stated_failure_several_parts_always_present_make_table_states_preconditions_of_all() {
-    let spec = Rehearsal { nuts: 3, bolts: 3, ..Rehearsal::default() };
+    let spec = SyntheticDemonstrations { nuts: 3, bolts: 3, ..SyntheticDemonstrations::default() };
     for seed in 0..5 {
         let Learned { domain, .. } = learned(&spec, seed);
         assert_eq!(domain.operators().len(), 3);
@@ -64,7 +65,11 @@ fn the_papers_stated_failure_several_parts_always_present_make_table_states_prec
 
 #[test]
 fn one_demonstration_suffices() {
-    let spec = Rehearsal { demos: 1, order: Order::NutFirst, ..Rehearsal::default() };
+    let spec = SyntheticDemonstrations {
+        demos: 1,
+        order: Order::NutFirst,
+        ..SyntheticDemonstrations::default()
+    };
     let mut planned = 0;
     for seed in 0..20 {
         let Learned { domain, .. } = learned(&spec, seed);
@@ -87,9 +92,14 @@ fn one_demonstration_suffices() {
 
 #[test]
 fn events_and_touched_objects_are_used_where_they_are_recorded_and_inferred_where_not() {
-    let spec = Rehearsal { nuts: 2, bolts: 2, knock_rate: 0.5, ..Rehearsal::default() };
+    let spec = SyntheticDemonstrations {
+        nuts: 2,
+        bolts: 2,
+        knock_rate: 0.5,
+        ..SyntheticDemonstrations::default()
+    };
     let with = learned(&spec, 4);
-    let without = learned(&Rehearsal { events: false, ..spec.clone() }, 4);
+    let without = learned(&SyntheticDemonstrations { events: false, ..spec.clone() }, 4);
     assert!(with.report.attempts.iter().all(|t| !t.inferred));
     assert!(without.report.attempts.iter().all(|t| t.inferred));
     let objects = |l: &Learned| -> Vec<Option<String>> {
@@ -101,7 +111,10 @@ fn events_and_touched_objects_are_used_where_they_are_recorded_and_inferred_wher
 
 #[test]
 fn learning_never_sees_the_labels() {
-    let made = record(&Rehearsal { fail_rate: 0.2, ..Rehearsal::default() }, 7);
+    let made = record(
+        &SyntheticDemonstrations { fail_rate: 0.2, ..SyntheticDemonstrations::default() },
+        7,
+    );
     let read = |labels: Option<&symbolt::task::Labels>| {
         let text = made.recording.to_jsonl(labels);
         let (recording, _) = symbolt::task::Recording::parse(text.as_bytes(), "x").expect("sound");
@@ -115,7 +128,12 @@ fn learning_never_sees_the_labels() {
 
 #[test]
 fn a_part_left_standing_is_no_state_and_is_listed_apart() {
-    let spec = Rehearsal { demos: 6, fail_rate: 0.35, events: false, ..Rehearsal::default() };
+    let spec = SyntheticDemonstrations {
+        demos: 6,
+        fail_rate: 0.35,
+        events: false,
+        ..SyntheticDemonstrations::default()
+    };
     let mut stood = 0;
     for seed in 0..60 {
         let Learned { domain, report } = learned(&spec, seed);
@@ -136,7 +154,15 @@ fn a_part_left_standing_is_no_state_and_is_listed_apart() {
 
 #[test]
 fn renamed_kinds_a_mirrored_scene_and_another_upward_axis_change_nothing_but_names() {
-    let made = record(&Rehearsal { nuts: 2, bolts: 2, fail_rate: 0.2, ..Rehearsal::default() }, 11);
+    let made = record(
+        &SyntheticDemonstrations {
+            nuts: 2,
+            bolts: 2,
+            fail_rate: 0.2,
+            ..SyntheticDemonstrations::default()
+        },
+        11,
+    );
     let straight = learn(&made.recording, &Settings::default()).expect("learns");
     let mut turned = made.recording.clone();
     for object in
@@ -172,7 +198,15 @@ fn renamed_kinds_a_mirrored_scene_and_another_upward_axis_change_nothing_but_nam
 
 #[test]
 fn the_same_recording_gives_the_same_bits_whatever_the_thread_count() {
-    let made = record(&Rehearsal { nuts: 3, bolts: 3, demos: 8, ..Rehearsal::default() }, 2);
+    let made = record(
+        &SyntheticDemonstrations {
+            nuts: 3,
+            bolts: 3,
+            demos: 8,
+            ..SyntheticDemonstrations::default()
+        },
+        2,
+    );
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
         pool.install(|| learn(&made.recording, &Settings::default()).expect("learns"))
@@ -182,13 +216,15 @@ fn the_same_recording_gives_the_same_bits_whatever_the_thread_count() {
     assert_eq!(one, on(7));
     let json = |l: &Learned| l.domain.to_json().expect("plain data");
     assert_eq!(json(&one), json(&on(3)));
-    assert_eq!(record(&Rehearsal::default(), 5), record(&Rehearsal::default(), 5));
-    assert_ne!(record(&Rehearsal::default(), 5), record(&Rehearsal::default(), 6));
+    let recorded = |seed| record(&SyntheticDemonstrations::default(), seed);
+    assert_eq!(recorded(5), recorded(5));
+    assert_ne!(recorded(5), recorded(6));
 }
 
 #[test]
 fn the_generator_shows_what_it_is_asked_for() {
-    let plain = record(&Rehearsal { demos: 2, ..Rehearsal::default() }, 1);
+    let plain =
+        record(&SyntheticDemonstrations { demos: 2, ..SyntheticDemonstrations::default() }, 1);
     let first: Vec<&str> =
         plain.labels.iter().filter_map(|d| d.iter().flatten().next()).map(String::as_str).collect();
     assert_eq!(first.len(), 2);
@@ -199,13 +235,13 @@ fn the_generator_shows_what_it_is_asked_for() {
     assert_eq!(events.last(), Some(&Some(Event::End)));
     assert_eq!(events.len(), 8);
 
-    let rough = Rehearsal {
+    let rough = SyntheticDemonstrations {
         demos: 20,
         nuts: 3,
         bolts: 3,
         fail_rate: 0.4,
         loss_rate: 0.5,
-        ..Rehearsal::default()
+        ..SyntheticDemonstrations::default()
     };
     let rough = record(&rough, 1);
     assert!(
@@ -224,12 +260,12 @@ fn the_generator_shows_what_it_is_asked_for() {
     assert!(shifted);
 
     for bad in [
-        Rehearsal { demos: 0, ..Rehearsal::default() },
-        Rehearsal { nuts: 0, ..Rehearsal::default() },
-        Rehearsal { bolts: 51, ..Rehearsal::default() },
-        Rehearsal { fail_rate: 0.95, ..Rehearsal::default() },
-        Rehearsal { loss_rate: -0.1, ..Rehearsal::default() },
-        Rehearsal { knock_rate: f64::NAN, ..Rehearsal::default() },
+        SyntheticDemonstrations { demos: 0, ..SyntheticDemonstrations::default() },
+        SyntheticDemonstrations { nuts: 0, ..SyntheticDemonstrations::default() },
+        SyntheticDemonstrations { bolts: 51, ..SyntheticDemonstrations::default() },
+        SyntheticDemonstrations { fail_rate: 0.95, ..SyntheticDemonstrations::default() },
+        SyntheticDemonstrations { loss_rate: -0.1, ..SyntheticDemonstrations::default() },
+        SyntheticDemonstrations { knock_rate: f64::NAN, ..SyntheticDemonstrations::default() },
     ] {
         assert!(matches!(bad.record(Seed::new(1)), Err(TaskError::Setting { .. })), "{bad:?}");
     }
@@ -249,7 +285,7 @@ fn statistics_of_finding_the_true_structure() {
             for (fail_rate, loss_rate, knock_rate) in
                 [(0.0, 0.0, 0.0), (0.0, 0.0, 0.3), (0.15, 0.0, 0.1), (0.3, 0.3, 0.2)]
             {
-                let spec = Rehearsal {
+                let spec = SyntheticDemonstrations {
                     demos,
                     nuts: parts,
                     bolts: parts,
@@ -257,7 +293,7 @@ fn statistics_of_finding_the_true_structure() {
                     loss_rate,
                     knock_rate,
                     events,
-                    ..Rehearsal::default()
+                    ..SyntheticDemonstrations::default()
                 };
                 let (mut right, mut all) = (0, 0);
                 for seed in 0..trials {
@@ -293,7 +329,7 @@ fn statistics_of_finding_the_true_structure() {
 #[test]
 fn events_without_objects_teach_the_same() {
     for drop_from in [0, 1] {
-        let mut recording = record(&Rehearsal::default(), 1).recording;
+        let mut recording = record(&SyntheticDemonstrations::default(), 1).recording;
         let expected = learn(&recording, &Settings::default()).expect("learns").domain;
         for snapshot in recording.demos.iter_mut().flat_map(|d| &mut d.snapshots) {
             // First all of them, then only those of releases.

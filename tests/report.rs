@@ -173,6 +173,22 @@ fn a_folder_with_nothing_to_report_is_refused_and_so_is_writing_over_a_file() {
     assert!(symbolt(&forced)["bytes"].as_u64().is_some_and(|bytes| bytes > 100_000));
 }
 
+#[test]
+fn a_run_from_before_tasks_had_names_is_still_shown_and_an_unknown_task_is_said() {
+    let copy = copied();
+    let path = copy.path().join("run.json");
+    let mut facts: Value =
+        serde_json::from_slice(&std::fs::read(&path).expect("there")).expect("JSON");
+    let own = facts.as_object_mut().expect("an object");
+    assert!(own.remove("task").is_some() && own.remove("scene_seed").is_some());
+    std::fs::write(&path, facts.to_string()).expect("written");
+    assert!(missing(&report(copy.path()).0).is_empty());
+    facts["task"] = json!("juggling");
+    std::fs::write(&path, facts.to_string()).expect("written");
+    let said = missing(&report(copy.path()).0).join("; ");
+    assert_eq!(said, "run.json: there is no task `juggling`; the tasks are: nuts-and-bolts");
+}
+
 /// A browser, if there is one.
 fn browser() -> Option<PathBuf> {
     let named = std::env::var_os("CHROMIUM").map(PathBuf::from);

@@ -1,10 +1,11 @@
 // The scene in three dimensions: the shapes of the physics at the moments that were kept.
 
+// What every scene has; how parts and fixtures look stands in the data.
 const LOOKS = {
-  table: [0xb9a78c, 0.9], jig: [0x6f7f8f, 0.6], nut: [0xe69f00, 0.35], bolt: [0x56b4e9, 0.35],
-  link: [0xf2f3f5, 0.5], hand: [0x3c4652, 0.6],
+  table: { colour: 0xb9a78c, roughness: 0.9 }, link: { colour: 0xf2f3f5, roughness: 0.5 },
+  hand: { colour: 0x3c4652, roughness: 0.6 },
 };
-const NAMED = { nut: "#8a5f00", bolt: "#00639c" };
+const hex = (colour) => `#${colour.toString(16).padStart(6, "0")}`;
 const FRAME = { position: 3, pose: 7 };
 
 function geometry(mesh) {
@@ -16,7 +17,7 @@ function geometry(mesh) {
 }
 
 function solid(mesh, look) {
-  const [color, roughness] = LOOKS[look];
+  const { colour: color, roughness } = look;
   const material = new THREE.MeshStandardMaterial({ color, roughness, metalness: 0.1 });
   return new THREE.Mesh(geometry(mesh), material);
 }
@@ -46,7 +47,7 @@ function principal(matrix) {
 }
 
 class Replay {
-  constructor(view, outline, frames, states, kinds) {
+  constructor(view, outline, frames, states) {
     this.canvas = view.querySelector("canvas");
     this.overlay = view.querySelector(".labels");
     this.frames = frames;
@@ -62,7 +63,8 @@ class Replay {
     this.canvas.addEventListener("pointerdown", () => this.canvas.focus({ preventScroll: true }));
     this.controls.addEventListener("change", () => this.render());
     this.light();
-    this.build(outline, kinds);
+    this.looks = new Map(outline.kinds.map((kind) => [kind.name, kind.look]));
+    this.build(outline);
     this.gaussians = this.drawStates(states);
     this.resetCamera();
     new ResizeObserver(() => this.resize()).observe(this.canvas);
@@ -78,16 +80,17 @@ class Replay {
     }
   }
 
-  build(outline, kinds) {
+  build(outline) {
     const meshOf = (name) => outline.meshes.find((m) => JSON.stringify(m.body) === JSON.stringify(name));
-    for (const name of ["table", "jig"]) this.scene.add(solid(meshOf(name), name));
-    this.parts = kinds.map((kind) => {
-      const part = solid(meshOf(kind), kind);
+    this.scene.add(solid(meshOf("table"), LOOKS.table));
+    outline.fixtures.forEach((look, fixture) => this.scene.add(solid(meshOf({ fixture }), look)));
+    this.parts = outline.parts.map((kind) => {
+      const part = solid(meshOf({ kind }), outline.kinds[kind].look);
       this.scene.add(part);
       return part;
     });
     // What the arm stands on is not in the physics: nothing can come near it.
-    const stand = new THREE.MeshStandardMaterial({ color: LOOKS.hand[0], roughness: LOOKS.hand[1] });
+    const stand = new THREE.MeshStandardMaterial({ color: LOOKS.hand.colour, roughness: LOOKS.hand.roughness });
     const base = new THREE.Mesh(new THREE.CylinderGeometry(0.075, 0.095, 0.16, 32), stand);
     base.rotation.x = Math.PI / 2;
     base.position.z = 0.06;
@@ -99,7 +102,7 @@ class Replay {
       fixed.position.set(...pose.position);
       fixed.quaternion.set(...pose.orientation);
       const turning = new THREE.Group();
-      turning.add(solid(meshOf({ link: joint }), joint === outline.joints.length - 1 ? "hand" : "link"));
+      turning.add(solid(meshOf({ link: joint }), joint === outline.joints.length - 1 ? LOOKS.hand : LOOKS.link));
       fixed.add(turning);
       parent.add(fixed);
       parent = turning;
@@ -107,7 +110,7 @@ class Replay {
     });
     const closing = new THREE.Vector3(...outline.closing);
     this.fingers = [0, 1].map((finger) => {
-      const mesh = solid(meshOf({ finger }), "hand");
+      const mesh = solid(meshOf({ finger }), LOOKS.hand);
       parent.add(mesh);
       return { mesh, along: closing.clone().multiplyScalar(finger === 0 ? 1 : -1) };
     });
@@ -119,8 +122,10 @@ class Replay {
     this.labels = [];
     for (const state of states) {
       const { variances, axes } = principal(state.covariance);
-      const color = LOOKS[state.kind]?.[0] ?? 0x777777;
-      const material = new THREE.MeshBasicMaterial({ color, transparent: true, opacity: 0.3, depthWrite: false });
+      const look = this.looks.get(state.kind) ?? { colour: 0x777777, ink: 0x333333 };
+      const material = new THREE.MeshBasicMaterial({
+        color: look.colour, transparent: true, opacity: 0.3, depthWrite: false,
+      });
       const mesh = new THREE.Mesh(new THREE.SphereGeometry(1, 24, 16), material);
       const lengths = variances.map((v) => Math.max(2 * Math.sqrt(Math.max(v, 0)), 0.004));
       const columns = [0, 1, 2].map((i) => new THREE.Vector3(axes[0][i], axes[1][i], axes[2][i]));
@@ -130,7 +135,7 @@ class Replay {
       mesh.position.set(...state.mean.position);
       group.add(mesh);
       const label = make("span", state.name);
-      label.style.color = NAMED[state.kind] ?? "#333";
+      label.style.color = hex(look.ink);
       this.overlay.append(label);
       const above = Math.max(...lengths.map((length, i) => Math.abs(columns[i].z) * length));
       this.labels.push({ label, at: mesh.position.clone().add(new THREE.Vector3(0, 0, above + 0.012)) });

@@ -66,14 +66,12 @@ class RunPage {
     this.seek(0);
   }
 
-  get kinds() {
-    const { nuts = 0, bolts = 0 } = this.data.run?.scene ?? {};
-    return [...Array(nuts).fill("nut"), ...Array(bolts).fill("bolt")];
-  }
-
+  // A part's kind and its number among those of its kind.
   partName(index) {
-    const { nuts = 0, nut_kind = "part", bolt_kind = "part" } = this.data.run?.scene ?? {};
-    return index < nuts ? `${nut_kind} ${index + 1}` : `${bolt_kind} ${index - nuts + 1}`;
+    const { kinds = [], parts = [] } = this.data.outline ?? {};
+    const kind = parts[index];
+    if (kind === undefined) return `part ${index + 1}`;
+    return `${kinds[kind].name} ${parts.slice(0, index + 1).filter((other) => other === kind).length}`;
   }
 
   unpackFrames() {
@@ -110,12 +108,8 @@ class RunPage {
       view.replaceChildren(make("p", "There is nothing to replay: the frames or the scene's shapes are missing."));
       return;
     }
-    // Colours follow the part that a state's kind stands for.
-    const scene = this.data.run.scene;
-    const looks = new Map([[scene.nut_kind, "nut"], [scene.bolt_kind, "bolt"]]);
-    const states = (domain?.states ?? []).map((state) => ({ ...state, kind: looks.get(state.kind) ?? state.kind }));
     try {
-      this.replay = new Replay(view, outline, this.frames, states, this.kinds);
+      this.replay = new Replay(view, outline, this.frames, domain?.states ?? []);
     } catch (error) {
       view.replaceChildren(make("p", `This browser draws nothing in three dimensions (${error.message}).`));
     }
@@ -241,7 +235,7 @@ class RunPage {
     byId("made").textContent = `Made by symbolt ${run.symbolt}, seed ${run.seed}, mode ${run.mode}. `
       + "The same command writes the same files, to the bit, on the same machine.";
     shielded("figures", () => byId("figures").append(figuresTable(run.summary)));
-    byId("all").textContent = JSON.stringify({ planner: run.planner, scene: run.scene }, null, 2);
+    byId("all").textContent = JSON.stringify({ planner: run.planner, task: run.task, scene: run.scene }, null, 2);
   }
 
   buildControls() {

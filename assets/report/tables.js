@@ -71,7 +71,7 @@ const FIGURES = {
   replans_after: "which failed",
   strays: "parts that came to be in no state",
   ended_with_strays: "episodes that ended with such parts",
-  meddled: "episodes in which another hand put a part somewhere",
+  meddled: "episodes in which a person put a part somewhere",
   decision_ms: "decision, simulated ms",
   slip_mm: "greatest slip in the hand, mm",
 };

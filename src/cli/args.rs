@@ -6,9 +6,8 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use symbolt::files::Overwrite;
 use symbolt::sim::{Real, Seed};
 use symbolt::study::catalogue::Options;
-use symbolt::task::kinematic::{Order, Rehearsal};
 use symbolt::task::planner::{PlannerSpec, Unbinding};
-use symbolt::task::scene::SceneSpec;
+use symbolt::task::tasks::nuts_and_bolts::{NutsAndBolts, Order, SyntheticDemonstrations};
 use symbolt::task::{Commitment, GaussianGate, Grounding, TaskError};
 use thiserror::Error;
 
@@ -196,22 +195,22 @@ pub(crate) struct DemoArgs {
 }
 
 impl DemoArgs {
-    /// The scene of the demonstrations.
-    pub fn scene(&self) -> Result<SceneSpec, TaskError> {
+    /// The task that they show.
+    pub fn task(&self) -> Result<NutsAndBolts, TaskError> {
         let mut spec = self.setting()?;
         spec.nuts = self.demo_nuts.unwrap_or(spec.nuts);
         spec.bolts = self.demo_bolts.unwrap_or(spec.bolts);
         spec.check().map(|()| spec)
     }
 
-    /// The configured scene.
-    pub fn setting(&self) -> Result<SceneSpec, TaskError> {
-        self.config.as_deref().map_or_else(|| Ok(SceneSpec::default()), SceneSpec::read)
+    /// The task as it is configured.
+    pub fn setting(&self) -> Result<NutsAndBolts, TaskError> {
+        self.config.as_deref().map_or_else(|| Ok(NutsAndBolts::default()), NutsAndBolts::read)
     }
 }
 
 #[derive(Debug, Clone, Args)]
-pub(crate) struct RehearsalArgs {
+pub(crate) struct SyntheticArgs {
     /// Which part goes into the jig first
     #[arg(long, value_enum, default_value = "either", requires = "kinematic")]
     pub order: OrderArg,
@@ -229,9 +228,9 @@ pub(crate) struct RehearsalArgs {
     pub no_events: bool,
 }
 
-impl RehearsalArgs {
-    pub fn rehearsal(&self, demos: &DemoArgs) -> Rehearsal {
-        Rehearsal {
+impl SyntheticArgs {
+    pub fn synthetic(&self, demos: &DemoArgs) -> SyntheticDemonstrations {
+        SyntheticDemonstrations {
             demos: demos.demos,
             nuts: demos.demo_nuts.unwrap_or(1),
             bolts: demos.demo_bolts.unwrap_or(1),
@@ -266,8 +265,8 @@ pub(crate) struct RunArgs {
     #[arg(long, default_value_t = 0.0, value_name = "RATE")]
     pub drop_rate: f64,
     /// Perturb each episode: the last bolt is moved into the jig at a random moment of the first 20 s
-    #[arg(long)]
-    pub meddle: bool,
+    #[arg(long, alias = "meddle")]
+    pub perturb: bool,
     #[command(flatten)]
     pub planner: PlannerArgs,
     /// Folder to write; must not hold an earlier run. Without this, `out` is replaced
@@ -405,7 +404,7 @@ pub(crate) struct RecordArgs {
     #[arg(long)]
     pub kinematic: bool,
     #[command(flatten)]
-    pub rehearsal: RehearsalArgs,
+    pub synthetic: SyntheticArgs,
     /// Write a single scene with all parts on the table instead of demonstrations
     #[arg(long)]
     pub scene: bool,

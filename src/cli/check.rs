@@ -5,7 +5,7 @@ use anyhow::Error;
 use serde_json::{Value, json};
 use symbolt::files::read_file;
 use symbolt::neurons::{SolvedFileError, SolvedModel};
-use symbolt::task::scene::SceneSpec;
+use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
 use symbolt::task::{Domain, Recording, Snapshot, TaskError};
 
 use super::Outcome;
@@ -56,13 +56,13 @@ fn inspect(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
         let scene = Snapshot::parse(bytes, name)?;
         return Ok(json!({"kind": "scene", "objects": scene.objects.len()}));
     }
-    let settings = json!(SceneSpec::default());
+    let settings = json!(NutsAndBolts::default());
     if header
         .as_ref()
         .and_then(Value::as_object)
         .is_some_and(|object| object.keys().next().is_some_and(|key| settings.get(key).is_some()))
     {
-        let spec = SceneSpec::parse(bytes, name)?;
+        let spec = NutsAndBolts::parse(bytes, name)?;
         return Ok(json!({"kind": "scene configuration", "nuts": spec.nuts, "bolts": spec.bolts}));
     }
     let (recording, labels) = Recording::parse(bytes, name)?;

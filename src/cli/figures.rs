@@ -5,12 +5,13 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 use symbolt::report::RunFacts;
+use symbolt::sim::Seed;
 use symbolt::study::Tally;
 use symbolt::task::Demonstrated;
 use symbolt::task::event::{Ended, EpisodeReport};
 use symbolt::task::execute::ActivityRecorder;
 use symbolt::task::learn::Learned;
-use symbolt::task::scene::SceneSpec;
+use symbolt::task::tasks::Task;
 
 use super::args::RunArgs;
 use super::output::{Grid, counted};
@@ -37,7 +38,8 @@ impl Figures<'_> {
         &self,
         args: &RunArgs,
         goal: &str,
-        scene: &SceneSpec,
+        task: &dyn Task,
+        scene_seed: Seed,
         activity: &ActivityRecorder,
     ) -> RunFacts {
         let (format, version) = RunFacts::FORMAT;
@@ -58,7 +60,9 @@ impl Figures<'_> {
                 "first": args.planner.first,
                 "products": args.planner.products,
             }),
-            scene: scene.clone(),
+            task: task.name().into(),
+            scene: task.settings(),
+            scene_seed: scene_seed.value(),
             recorded: args.record_episode - 1,
             summary: self.figures_json(args).as_object().cloned().unwrap_or_default(),
             modules,
@@ -91,7 +95,7 @@ impl Figures<'_> {
             .collect();
         json!({
             "episodes": tally.episodes,
-            "assembled": tally.assembled,
+            "assembled": tally.solved,
             "interval95": tally.interval95(),
             "minimum_steps": tally.minimum_steps,
             "least_steps": self.least,
@@ -100,9 +104,9 @@ impl Figures<'_> {
             "drops": tally.drops,
             "replans": tally.replans,
             "replans_after": replans,
-            "strays": tally.strays,
-            "ended_with_strays": tally.ended_with_strays,
-            "meddled": tally.meddled,
+            "strays": tally.unexplained,
+            "ended_with_strays": tally.ended_unexplained,
+            "meddled": tally.perturbed,
             "decision_ms": {
                 "median": tally.decision_quantile(0.5),
                 "p95": tally.decision_quantile(0.95),
@@ -112,7 +116,7 @@ impl Figures<'_> {
             "mode": args.planner.mode,
             "failures": failures,
             "demonstrations": self.shown.recording.demos.len(),
-            "demonstrations_assembled": self.shown.assembled,
+            "demonstrations_assembled": self.shown.solved,
             "states": self.learned.domain.states().len(),
             "operators": self.learned.domain.operators().len(),
         })
@@ -123,7 +127,7 @@ impl Figures<'_> {
         let mut text = format!(
             "{} in the scene, {} assembled, {} (seed {})\n\n",
             counted(shown.recording.demos.len(), "demonstration"),
-            shown.assembled,
+            shown.solved,
             counted(shown.recording.snapshot_count(), "snapshot"),
             args.common.seed,
         );
@@ -166,7 +170,7 @@ impl Figures<'_> {
         };
         let mut grid = Grid::new(&["figure", ">value"]);
         let rows = [
-            ("assembled", format!("{} of {}", tally.assembled, tally.episodes)),
+            ("assembled", format!("{} of {}", tally.solved, tally.episodes)),
             ("95% interval", format!("{} to {}", percent(low), percent(high))),
             (
                 "in the least number of steps",
@@ -176,7 +180,7 @@ impl Figures<'_> {
             ("picks", tally.picks.to_string()),
             ("drops", tally.drops.to_string()),
             ("re-plans after a failed step", tally.replans.to_string()),
-            ("parts that came to be in no state", tally.strays.to_string()),
+            ("parts that came to be in no state", tally.unexplained.to_string()),
             ("greatest slip in the hand, mm", format!("{:.2}", 1e3 * tally.slip_m)),
             ("decision, simulated ms, median", ms(0.5)),
             ("decision, simulated ms, 95%", ms(0.95)),

@@ -26,7 +26,7 @@ use symbolt::files::{FileError, write_atomic};
 use symbolt::neurons::{SolvedFileError, UnknownMode};
 use symbolt::study::standard::UnknownModel;
 use symbolt::task::TaskError;
-use symbolt::task::scene::SceneSpec;
+use symbolt::task::tasks;
 
 use args::{Cli, Command};
 
@@ -128,7 +128,7 @@ fn dispatch(cli: Cli) -> Result<Outcome, Error> {
         Command::Experiment(args) => experiment::experiment(&args),
         Command::Merge(args) => experiment::merged(&args),
         Command::Config(args) => {
-            let text = format!("{:#}\n", serde_json::json!(SceneSpec::default()));
+            let text = format!("{:#}\n", tasks::default().settings());
             match &args.out.out {
                 Some(path) => write_atomic(path, text, args.out.overwrite())?,
                 None => output::emit(&text)?,

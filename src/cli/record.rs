@@ -6,6 +6,7 @@ use symbolt::files::write_atomic;
 use symbolt::sim::Seed;
 use symbolt::task::execute::demonstrate_observed;
 use symbolt::task::scene::Scene;
+use symbolt::task::tasks::Task;
 use symbolt::task::{Recorder, Snapshot};
 
 use super::Outcome;
@@ -23,7 +24,7 @@ pub(crate) fn record(args: &RecordArgs) -> Result<Outcome, Error> {
         return Err(BadArgument(problem.into()).into());
     }
     use_threads(&args.common)?;
-    let (text, summary) = if args.kinematic { rehearsed(args)? } else { demonstrated(args)? };
+    let (text, summary) = if args.kinematic { synthetic(args)? } else { demonstrated(args)? };
     match &args.out.out {
         None => emit(&text)?,
         Some(path) => {
@@ -40,36 +41,35 @@ pub(crate) fn record(args: &RecordArgs) -> Result<Outcome, Error> {
 
 /// In the physics scene.
 fn demonstrated(args: &RecordArgs) -> Result<(String, Value), Error> {
-    let (spec, seed) = (args.demos.scene()?, Seed::new(args.common.seed));
+    let (task, seed) = (args.demos.task()?, Seed::new(args.common.seed));
     if args.labels {
         let problem = "--labels are written with --kinematic only";
         return Err(BadArgument(problem.into()).into());
     }
     if args.scene {
-        let scene = Scene::new(&spec, seed)?;
-        let (seen, _) = Recorder::new(&spec).look(&scene);
+        let (seen, _) = Recorder::default().look(&Scene::new(task.scene(seed)?)?);
         return Ok(single(seen));
     }
     let progress = Progress::new(&args.common);
     let count = args.demos.demos;
-    let made = demonstrate_observed(&spec, count, seed, &mut ProgressLine::new(&progress))?;
+    let made = demonstrate_observed(&task, count, seed, &mut ProgressLine::new(&progress))?;
     let summary = json!({
         "demonstrations": made.recording.demos.len(),
         "snapshots": made.recording.snapshot_count(),
-        "assembled": made.assembled,
+        "assembled": made.solved,
         "simulated_s": made.simulated_s,
     });
     Ok((made.recording.to_jsonl(None), summary))
 }
 
 /// By the kinematic generator.
-fn rehearsed(args: &RecordArgs) -> Result<(String, Value), Error> {
-    let rehearsal = args.rehearsal.rehearsal(&args.demos);
+fn synthetic(args: &RecordArgs) -> Result<(String, Value), Error> {
+    let synthetic = args.synthetic.synthetic(&args.demos);
     let seed = Seed::new(args.common.seed);
     if args.scene {
-        return Ok(single(rehearsal.scene(seed)?));
+        return Ok(single(synthetic.scene(seed)?));
     }
-    let made = rehearsal.record(seed)?;
+    let made = synthetic.record(seed)?;
     let summary = json!({
         "demonstrations": made.recording.demos.len(),
         "snapshots": made.recording.snapshot_count(),

@@ -35,7 +35,7 @@ impl RunArgs {
         let similarity = planner.max_similarity;
         option("max-similarity", (similarity != 0.1).then(|| similarity.to_string()));
         let flags = [
-            ("--meddle", self.meddle),
+            ("--perturb", self.perturb),
             ("--absent", planner.absent),
             ("--first", planner.first),
             ("--products", planner.products),
@@ -65,7 +65,7 @@ mod tests {
         assert_eq!(command(&["--threads", "2", "--json", "--out", "x"]), "symbolt run --seed 1");
         let all = ["--seed", "7", "--drop-rate", "0.3", "--mode", "lif", "--products", "--meddle"];
         let said = command(&all);
-        assert_eq!(said, "symbolt run --seed 7 --drop-rate 0.3 --mode lif --meddle --products");
+        assert_eq!(said, "symbolt run --seed 7 --drop-rate 0.3 --mode lif --perturb --products");
         let recorded = command(&["--episodes", "9", "--film", "3"]);
         assert_eq!(recorded, "symbolt run --seed 1 --episodes 9 --record-episode 3");
         let odd = command(&["--config", "a b;it's.json"]);

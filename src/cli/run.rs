@@ -7,7 +7,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use anyhow::Error;
-use rand::RngExt;
 use rayon::prelude::*;
 use serde_json::json;
 use symbolt::files::{FileError, Overwrite, write_atomic};
@@ -17,12 +16,12 @@ use symbolt::sim::Seed;
 use symbolt::study::Tally;
 use symbolt::task::event::{EpisodeReport, Ignore, Observer, Observers};
 use symbolt::task::execute::{
-    ActivityRecorder, Episode, EpisodeSpec, Meddling, demonstrate_observed, episode_observed,
+    ActivityRecorder, Episode, EpisodeSpec, demonstrate_observed, episode_observed,
 };
 use symbolt::task::learn::{Settings, learn_observed};
 use symbolt::task::planner::Planner;
-use symbolt::task::scene::{Scene, SceneSpec};
-use symbolt::task::{Classifier, Grounding, Pose, Recorder, Snapshot, TaskError};
+use symbolt::task::scene::Scene;
+use symbolt::task::{Classifier, Grounding, Recorder, Snapshot, StateId, TaskError};
 
 use super::Outcome;
 use super::args::{BadArgument, RunArgs};
@@ -48,7 +47,7 @@ const FRAME_MS: u64 = 40;
 pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let folder = args.out.clone().unwrap_or_else(|| PathBuf::from("out"));
     check(args, &folder)?;
-    let shown_in = args.demos.scene()?;
+    let task = args.demos.task()?;
     let spec = episode_spec(args)?;
     use_threads(&args.common)?;
     let begun = Instant::now();
@@ -56,8 +55,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let seed = Seed::new(args.common.seed);
     let count = args.demos.demos;
     let mut line = ProgressLine::new(&progress);
-    let shown = demonstrate_observed(&shown_in, count, seed, &mut line)?;
-    if shown.assembled == 0 {
+    let shown = demonstrate_observed(&task, count, seed, &mut line)?;
+    if shown.solved == 0 {
         let sentence =
             format!("none of {count} demonstrations was assembled: nothing to learn from");
         return Ok(Outcome::Failed(sentence));
@@ -65,18 +64,18 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let settings = Settings { seed: args.common.seed, ..Settings::default() };
     let learned = learn_observed(&shown.recording, &settings, &mut line)?;
     let domain = &learned.domain;
-    let Some(goal) = domain.goal_name().map(str::to_owned) else {
+    let Some(goal) = domain.goal() else {
         return Ok(Outcome::Failed("the demonstrations achieved nothing to plan for".into()));
     };
     progress.say("building the planner graph");
     let planner = Arc::new(plan::build(domain, &args.planner, args.common.seed)?);
     let looping = Instant::now();
-    let (episodes, activity) = episodes(args, &planner, &goal, &spec, seed, &progress)?;
+    let (episodes, activity) = episodes(args, &planner, goal, &spec, seed, &progress)?;
     let loop_s = looping.elapsed().as_secs_f64();
     let reports: Vec<EpisodeReport> = episodes.iter().map(|(e, _)| e.report.clone()).collect();
     let recorded = args.record_episode - 1;
-    let scene = first_scene(&spec, episode_seed(seed, recorded))?;
-    let least = least_skills(&planner, &scene, &goal)?;
+    let scene = first_scene(&spec, scene_seed(seed, recorded))?;
+    let least = least_skills(&planner, &scene, goal)?;
     let tally = Tally::of(&reports, least);
 
     progress.say(format!("writing {}", folder.display()));
@@ -90,7 +89,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
         physics_s: episodes.iter().map(|(e, _)| e.physics_wall.as_secs_f64()).sum(),
         least,
     };
-    let facts = result.facts(args, &goal, &spec.scene, &activity);
+    let facts =
+        result.facts(args, &domain[goal].name, &*spec.task, scene_seed(seed, recorded), &activity);
     let frames = episodes.get(recorded).map_or(&[][..], |(e, _)| &e.frames);
     let trace: String = episodes.iter().map(|(_, tracer)| tracer.text()).collect();
     let contents = [
@@ -115,7 +115,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     if args.common.json {
         emit_json(&[result.summary(args, &folder)])?;
     } else {
-        let text = result.text(args, &folder, &goal, begun.elapsed().as_secs_f64());
+        let text = result.text(args, &folder, &domain[goal].name, begun.elapsed().as_secs_f64());
         emit(&text)?;
     }
     match tally.failures.len() {
@@ -155,22 +155,11 @@ fn check(args: &RunArgs, folder: &Path) -> Result<(), Error> {
 }
 
 fn episode_spec(args: &RunArgs) -> Result<EpisodeSpec, TaskError> {
-    let mut scene = args.demos.setting()?;
-    scene.nuts = args.nuts.unwrap_or(scene.nuts);
-    scene.bolts = args.bolts.unwrap_or(scene.bolts);
-    let spec = EpisodeSpec { scene, drop_rate: args.drop_rate, ..EpisodeSpec::default() };
+    let mut task = args.demos.setting()?;
+    task.nuts = args.nuts.unwrap_or(task.nuts);
+    task.bolts = args.bolts.unwrap_or(task.bolts);
+    let spec = EpisodeSpec { drop_rate: args.drop_rate, ..EpisodeSpec::of(task) };
     spec.check().map(|()| spec)
-}
-
-/// Another hand lets the last bolt fall into the hole.
-fn meddling(spec: &SceneSpec, seed: Seed) -> Meddling {
-    let [x, y] = spec.jig.hole;
-    let position = [x, y, spec.jig.hole_top_m + 1e-3];
-    Meddling {
-        at_s: 20.0 * seed.derive("meddling", "moment").rng().random::<f64>(),
-        part: spec.nuts + spec.bolts - 1,
-        pose: Pose::at(position),
-    }
 }
 
 fn episode_seed(seed: Seed, index: usize) -> Seed {
@@ -181,7 +170,7 @@ fn episode_seed(seed: Seed, index: usize) -> Seed {
 fn episodes(
     args: &RunArgs,
     planner: &Arc<Planner>,
-    goal: &str,
+    goal: StateId,
     spec: &EpisodeSpec,
     seed: Seed,
     progress: &Progress,
@@ -190,8 +179,8 @@ fn episodes(
     let run = |index: usize, other: &mut dyn Observer| {
         let frame_ms = (index == chosen).then_some(FRAME_MS);
         let own = episode_seed(seed, index);
-        let meddling = args.meddle.then(|| meddling(&spec.scene, own));
-        let spec = EpisodeSpec { frame_ms, meddling, ..spec.clone() };
+        let perturbation = args.perturb.then(|| spec.task.perturbation(own)).flatten();
+        let spec = EpisodeSpec { frame_ms, perturbation, ..spec.clone() };
         let mut tracer = Tracer::new(index);
         let mut observers = Observers(vec![other, &mut tracer]);
         let over =
@@ -228,15 +217,20 @@ fn episodes(
     Ok((episodes, activity))
 }
 
-/// What is to be seen at the beginning of the episode of this seed.
+/// What the scene of an episode is drawn from.
+fn scene_seed(seed: Seed, index: usize) -> Seed {
+    episode_seed(seed, index).derive("", "world")
+}
+
+/// What is to be seen at the beginning of the episode whose scene is drawn from this seed.
 fn first_scene(spec: &EpisodeSpec, seed: Seed) -> Result<Snapshot, TaskError> {
-    let scene = Scene::new(&spec.scene, seed.derive("", "world"))?;
-    Ok(Recorder::new(&spec.scene).look(&scene).0)
+    let scene = Scene::new(spec.task.scene(seed)?)?;
+    Ok(Recorder::default().look(&scene).0)
 }
 
 /// How many skills the plan for a scene has.
-fn least_skills(planner: &Planner, scene: &Snapshot, goal: &str) -> Result<usize, TaskError> {
+fn least_skills(planner: &Planner, scene: &Snapshot, goal: StateId) -> Result<usize, TaskError> {
     let classifier = Classifier::new(planner.domain(), Grounding::default())?;
     let (counts, _) = plan::count(&classifier, planner.domain(), scene);
-    Ok(planner.plan(&counts, planner.domain().state(goal)?)?.steps.len())
+    Ok(planner.plan(&counts, goal)?.steps.len())
 }

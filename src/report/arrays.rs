@@ -5,7 +5,7 @@
 //! | `frames_t` | F | simulated seconds |
 //! | `frames_angles` | F x 7 | joint angles, radians |
 //! | `frames_fingers` | F x 2 | distance of each finger from the middle, metres |
-//! | `frames_parts` | F x parts x 7 | position in metres, orientation `[x, y, z, w]`; nuts first |
+//! | `frames_parts` | F x parts x 7 | position in metres, orientation `[x, y, z, w]`; in the scene's order |
 //! | `modules_t` | S | simulated seconds |
 //! | `module_NAME` | S x names | as `run.json` says of the module |
 //! | `spikes_t` | N | simulated seconds |
@@ -244,10 +244,11 @@ impl Arrays {
         (self, odd)
     }
 
-    /// What of these can be the arrays of that run, and a sentence on each part that cannot.
-    pub fn fitting(mut self, facts: &RunFacts) -> (Self, Vec<String>) {
+    /// What of these can be the arrays of that run, with so many parts in its scene (`None` if that is not known), and a
+    /// sentence on each part that cannot.
+    pub fn fitting(mut self, facts: &RunFacts, parts: Option<usize>) -> (Self, Vec<String>) {
         let mut odd = Vec::new();
-        if let Err(why) = self.check_frames(facts) {
+        if let Err(why) = self.check_frames(parts) {
             odd.push(why);
             self.forget_frames();
         }
@@ -284,16 +285,16 @@ impl Arrays {
         (self, odd)
     }
 
-    fn check_frames(&self, facts: &RunFacts) -> Result<(), String> {
+    fn check_frames(&self, parts: Option<usize>) -> Result<(), String> {
         if self.frames_t.is_empty() {
             return Ok(());
         }
         if !rising(&self.frames_t) {
             return Err("its times of frames are not rising moments of an episode".into());
         }
-        let parts = facts.scene.nuts.saturating_add(facts.scene.bolts);
-        if self.parts.dim().1 != parts {
-            return Err(format!("it has {} parts; run.json has {parts}", self.parts.dim().1));
+        let own = self.parts.dim().1;
+        if let Some(parts) = parts.filter(|parts| *parts != own) {
+            return Err(format!("it has {own} parts; run.json has {parts}"));
         }
         let frames = self.angles.iter().chain(&self.fingers).chain(&self.parts);
         if !frames.copied().all(f32::is_finite) {

@@ -3,9 +3,12 @@
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
+use crate::sim::Seed;
+use crate::task::TaskError;
 use crate::task::execute::ActivityRecorder;
 use crate::task::planner::Shows;
 use crate::task::scene::SceneSpec;
+use crate::task::tasks;
 
 /// What a run was and what came of it. Written as `run.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -27,8 +30,14 @@ pub struct RunFacts {
     pub mode: String,
     /// The planner's settings by name.
     pub planner: Value,
-    /// The scene of the episodes.
-    pub scene: SceneSpec,
+    /// The task's name; a run of before there were others is of the default one.
+    #[serde(default = "default_task")]
+    pub task: String,
+    /// The task's settings in the episodes.
+    pub scene: Value,
+    /// What the filmed episode's scene was drawn from.
+    #[serde(default)]
+    pub scene_seed: u64,
     /// The episode that `arrays.npz` and `scene.json` are of, counted from 0.
     #[serde(default, rename = "filmed")]
     pub recorded: usize,
@@ -64,7 +73,23 @@ pub struct PopulationFacts {
     pub neurons: usize,
 }
 
+fn default_task() -> String {
+    tasks::default().name().into()
+}
+
 impl RunFacts {
+    /// The scene of the filmed episode, drawn anew.
+    ///
+    /// # Errors
+    /// [`TaskError::UnknownTask`]; [`TaskError::Input`], [`TaskError::Setting`] or [`TaskError::Range`] for settings that
+    /// make no scene.
+    pub fn draw_scene(&self) -> Result<SceneSpec, TaskError> {
+        let task = tasks::by_name(&self.task)?;
+        let task = task.with_settings(self.scene.to_string().as_bytes(), "run.json")?;
+        let scene = task.scene(Seed::new(self.scene_seed))?;
+        scene.check().map(|()| scene)
+    }
+
     /// The format's name and version.
     pub const FORMAT: (&'static str, u64) = ("symbolt-run", 1);
 

@@ -119,6 +119,17 @@ fn of_run(folder: &Path) -> Report {
         }
         Ok(facts)
     });
+    let scene = facts.as_ref().and_then(|facts| match facts.draw_scene() {
+        Ok(scene) => Some(scene),
+        Err(TaskError::Input(fault)) => {
+            reader.missing.push(fault.to_string());
+            None
+        }
+        Err(error) => {
+            reader.missing.push(format!("run.json: {error}"));
+            None
+        }
+    });
     let domain = reader.take("domain.json", |bytes, name| {
         domain_to_page(&Domain::parse(bytes, name).map_err(|e| e.to_string())?)
     });
@@ -147,7 +158,8 @@ fn of_run(folder: &Path) -> Report {
         let (mut arrays, unread) = read;
         odd.extend(unread);
         if let Some(facts) = &facts {
-            let (fitting, others) = arrays.fitting(facts);
+            let (fitting, others) =
+                arrays.fitting(facts, scene.as_ref().map(|scene| scene.parts.len()));
             arrays = fitting;
             odd.extend(others);
         }
@@ -161,14 +173,7 @@ fn of_run(folder: &Path) -> Report {
         arrays
     });
     reader.missing.extend(odd.into_iter().map(|why| format!("arrays.npz: {why}")));
-    let scene = facts.as_ref().map(|facts| &facts.scene);
-    let outline = scene.map(|spec| match spec.check() {
-        Ok(()) => Some(Outline::of(spec)),
-        Err(error) => {
-            reader.missing.push(format!("run.json: {error}"));
-            None
-        }
-    });
+    let outline = scene.as_ref().map(Outline::of);
     let missing = reader.missing;
     let data = json!({
         "kind": "run",

@@ -13,8 +13,9 @@ use crate::task::event::{Decided, Ended, EpisodeReport, Event, Observer, SkillRe
 pub struct End {
     /// What the planner or the clock said.
     pub ended: Ended,
-    /// Whether the scene was assembled.
-    pub assembled: bool,
+    /// Whether the task's judge took it to be solved.
+    #[serde(rename = "assembled")]
+    pub solved: bool,
     /// Simulated seconds.
     pub simulated_s: f64,
 }
@@ -81,9 +82,9 @@ impl Observer for Tracer {
                     let line = Line { decision: Some(decision.clone()), ..own.clone() };
                     put(&mut self.decisions, &line);
                 }
-                let EpisodeReport { ended, assembled, simulated_s, .. } = report;
+                let EpisodeReport { ended, solved, simulated_s, .. } = report;
                 let ended = ended.clone();
-                let end = End { ended, assembled: *assembled, simulated_s: *simulated_s };
+                let end = End { ended, solved: *solved, simulated_s: *simulated_s };
                 put(&mut self.end, &Line { end: Some(end), ..own });
             }
             _ => {}
@@ -203,12 +204,12 @@ mod tests {
         let decisions = [decided(false, None), decided(true, Some(skill)), decided(true, None)];
         let report = EpisodeReport {
             ended: Ended::GaveUp,
-            assembled: false,
+            solved: false,
             decisions: decisions.to_vec(),
             touches: vec![touch],
             in_no_state: 0,
-            strays: 0,
-            meddled: false,
+            unexplained: 0,
+            perturbed: false,
             steps: 10,
             simulated_s: 2.0,
         };

@@ -10,8 +10,8 @@ use crate::task::event::{Ended, EpisodeReport, SkillOutcome};
 pub struct Tally {
     /// The number of episodes.
     pub episodes: usize,
-    /// Episodes at whose end, judged by geometry, a bolt was through a nut.
-    pub assembled: usize,
+    /// Episodes that the task's judge takes to be solved.
+    pub solved: usize,
     /// Of these, the episodes with the minimum number of skills.
     pub minimum_steps: usize,
     /// Episodes that ended because the goal seemed to be met but was not.
@@ -25,11 +25,11 @@ pub struct Tally {
     /// How often each of these occurred, by action and outcome.
     pub failed_skills: BTreeMap<(String, String), usize>,
     /// How often a part entered no state.
-    pub strays: usize,
+    pub unexplained: usize,
     /// Episodes that ended with a part in no state.
-    pub ended_with_strays: usize,
+    pub ended_unexplained: usize,
     /// Episodes that were perturbed.
-    pub meddled: usize,
+    pub perturbed: usize,
     /// Simulated milliseconds of every decision, sorted.
     pub decision_ms: Vec<f64>,
     /// Physics steps.
@@ -47,9 +47,9 @@ impl Tally {
     pub fn of(episodes: &[EpisodeReport], min_skills: usize) -> Self {
         let mut tally = Self { episodes: episodes.len(), ..Self::default() };
         for (index, episode) in episodes.iter().enumerate() {
-            tally.assembled += usize::from(episode.assembled);
+            tally.solved += usize::from(episode.solved);
             let minimal = episode.skills().count() <= min_skills;
-            tally.minimum_steps += usize::from(episode.assembled && minimal);
+            tally.minimum_steps += usize::from(episode.solved && minimal);
             tally.false_goals += usize::from(episode.false_goal());
             tally.picks += episode.picks();
             tally.drops += episode.drops();
@@ -59,15 +59,15 @@ impl Tally {
                 let key = (action.to_owned(), outcome.to_string());
                 *tally.failed_skills.entry(key).or_default() += 1;
             }
-            tally.strays += episode.strays;
-            tally.ended_with_strays += usize::from(episode.in_no_state > 0);
-            tally.meddled += usize::from(episode.meddled);
+            tally.unexplained += episode.unexplained;
+            tally.ended_unexplained += usize::from(episode.in_no_state > 0);
+            tally.perturbed += usize::from(episode.perturbed);
             tally.decision_ms.extend(episode.decisions.iter().map(|d| d.took_ms));
             tally.steps += episode.steps;
             tally.simulated_s += episode.simulated_s;
             let slips = episode.skills().map(|s| s.slip_m);
             tally.slip_m = slips.fold(tally.slip_m, f64::max);
-            if !episode.assembled {
+            if !episode.solved {
                 tally.failures.push((index, episode.ended.clone()));
             }
         }
@@ -83,6 +83,6 @@ impl Tally {
 
     /// The 95% interval of the rate of assembled episodes.
     pub fn interval95(&self) -> [f64; 2] {
-        Rate::new(self.assembled as u64, self.episodes as u64).interval95()
+        Rate::new(self.solved as u64, self.episodes as u64).interval95()
     }
 }

@@ -156,6 +156,14 @@ pub enum TaskError {
         /// What exists.
         choices: Vec<String>,
     },
+    /// A task that does not exist.
+    #[error("there is no task `{name}`; the tasks are: {}", .choices.join(", "))]
+    UnknownTask {
+        /// What was asked for.
+        name: String,
+        /// What exists.
+        choices: Vec<String>,
+    },
     /// A figure that cannot be drawn.
     #[error("the figure cannot be drawn: {reason}")]
     Figure {

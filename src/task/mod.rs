@@ -9,8 +9,9 @@
 //! | [`learn`] | from recordings to a domain |
 //! | [`planner`] | the planner graph over a domain |
 //! | [`robot`] | the arm: kinematics, paths, bodies |
-//! | [`scene`] | parts and fixtures in Rapier, with the robot among them |
+//! | [`scene`] | bodies in Rapier, with the robot among them |
 //! | [`skill`] | pick and place: grasps, ways without collisions, the controller |
+//! | [`tasks`] | what is true of one task alone: its parts, grasps, demonstrator and judge |
 //! | [`execute`] | demonstrations and the closed loop |
 //!
 //! `robot`, `scene` and `skill` know of the others only poses and recordings. Nothing here knows experiments, pages or the command line.
@@ -20,7 +21,6 @@ mod error;
 pub mod event;
 #[cfg(feature = "physics")]
 pub mod execute;
-pub mod kinematic;
 pub mod learn;
 pub mod planner;
 #[cfg(feature = "physics")]
@@ -29,6 +29,7 @@ pub mod robot;
 pub mod scene;
 #[cfg(feature = "physics")]
 pub mod skill;
+pub mod tasks;
 
 pub use domain::{
     AcceptableAnswers, ActionId, Classifier, Commitment, Demonstration, Domain, DomainBuilder,
@@ -39,7 +40,7 @@ pub use domain::{
 };
 pub use error::{InputFault, TaskError};
 #[cfg(feature = "physics")]
-pub use execute::{Assembly, Demonstrated, Recorder, demonstrate};
+pub use execute::{Demonstrated, Recorder, demonstrate};
 pub use planner::{
     ABSENT, ActionSpace, Encoded, NOTHING, PRECONDITION, StateSpace, deep_preconditions,
 };

@@ -21,7 +21,7 @@ use crate::task::domain::Recording;
 use crate::task::domain::{Classifier, Grounding};
 use crate::task::execute::demonstrate;
 use crate::task::learn::{PAPER_EXPONENT, Settings, learn};
-use crate::task::scene::SceneSpec;
+use crate::task::tasks::nuts_and_bolts::NutsAndBolts;
 
 /// The true states of parts.
 const TRUTHS: [&str; 5] =
@@ -31,7 +31,7 @@ const TRUTHS: [&str; 5] =
 const NEAR_M: f64 = 0.01;
 
 /// The true state of a part of our own scene, as an index into [`TRUTHS`].
-pub(super) fn truth(spec: &SceneSpec, kind: &str, position: [f64; 3]) -> usize {
+pub(super) fn truth(spec: &NutsAndBolts, kind: &str, position: [f64; 3]) -> usize {
     let over = |[x, y]: [f64; 2]| (position[0] - x).hypot(position[1] - y) < NEAR_M;
     match (kind == spec.nut_kind, over(spec.jig.pocket), over(spec.jig.hole)) {
         (true, true, _) => 1,
@@ -42,8 +42,8 @@ pub(super) fn truth(spec: &SceneSpec, kind: &str, position: [f64; 3]) -> usize {
     }
 }
 
-pub(super) fn scene(parts: usize) -> SceneSpec {
-    SceneSpec { nuts: parts, bolts: parts, ..SceneSpec::default() }
+pub(super) fn scene(parts: usize) -> NutsAndBolts {
+    NutsAndBolts { nuts: parts, bolts: parts, ..NutsAndBolts::default() }
 }
 
 /// Demonstrations in our own scene with `parts` nuts and as many bolts.
@@ -60,7 +60,7 @@ pub(super) fn poses(recording: &Recording) -> impl Iterator<Item = (&str, &Pose)
 /// The poses of parts of our own scene, without pocket and hole.
 pub(super) fn part_poses<'r>(
     recording: &'r Recording,
-    spec: &'r SceneSpec,
+    spec: &'r NutsAndBolts,
 ) -> impl Iterator<Item = (&'r str, &'r Pose)> {
     poses(recording).filter(|(kind, _)| *kind == spec.nut_kind || *kind == spec.bolt_kind)
 }

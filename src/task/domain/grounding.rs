@@ -117,12 +117,13 @@ pub struct Grounded {
 ///
 /// ```
 /// use symbolt::sim::Seed;
-/// use symbolt::task::{Classifier, Grounding, kinematic::Rehearsal, learn};
+/// use symbolt::task::{Classifier, Grounding, learn};
+/// use symbolt::task::tasks::nuts_and_bolts::SyntheticDemonstrations;
 ///
-/// let rehearsal = Rehearsal::default();
-/// let domain = learn::learn(&rehearsal.record(Seed::new(1))?.recording, &Default::default())?.domain;
+/// let synthetic = SyntheticDemonstrations::default();
+/// let domain = learn::learn(&synthetic.record(Seed::new(1))?.recording, &Default::default())?.domain;
 /// let classifier = Classifier::new(&domain, Grounding::default())?;
-/// let world = classifier.world_state(&rehearsal.scene(Seed::new(2))?);
+/// let world = classifier.world_state(&synthetic.scene(Seed::new(2))?);
 /// let names: Vec<&str> = world.iter().map(|s| &domain[s].name[..]).collect();
 /// assert_eq!(names, ["BOLT_AT_START", "NUT_AT_START"]);
 /// # Ok::<(), symbolt::task::TaskError>(())

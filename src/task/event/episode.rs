@@ -14,7 +14,7 @@ pub struct SceneFrame {
     pub angles: [f64; 7],
     /// Each finger's distance from the middle, in metres.
     pub fingers: [f64; 2],
-    /// The parts' poses, nuts first.
+    /// The parts' poses, in the order of the scene's parts.
     pub parts: Vec<Pose>,
 }
 
@@ -90,8 +90,8 @@ pub enum Ended {
 pub struct EpisodeReport {
     /// How it ended.
     pub ended: Ended,
-    /// Whether, by the scene's geometry, a bolt is through a nut in the pocket.
-    pub assembled: bool,
+    /// Whether the task's judge takes it to be solved.
+    pub solved: bool,
     /// Every decision, with the skill that followed it.
     pub decisions: Vec<Decided>,
     /// Every touch of the fingers.
@@ -99,9 +99,9 @@ pub struct EpisodeReport {
     /// Parts that were in no state when last looked at, or are gone from the table.
     pub in_no_state: usize,
     /// Times that a part was found in no state that had not been so when looked at before.
-    pub strays: usize,
-    /// Whether another hand did what [`EpisodeSpec::meddling`] says.
-    pub meddled: bool,
+    pub unexplained: usize,
+    /// Whether the perturbation that was asked for was done.
+    pub perturbed: bool,
     /// Steps of the physics.
     pub steps: u64,
     /// Simulated seconds.
@@ -136,6 +136,6 @@ impl EpisodeReport {
 
     /// Whether the goal was taken to be met and is not.
     pub fn false_goal(&self) -> bool {
-        self.ended == Ended::GoalMet && !self.assembled
+        self.ended == Ended::GoalMet && !self.solved
     }
 }

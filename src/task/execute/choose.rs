@@ -4,9 +4,6 @@
 use crate::task::domain::{Domain, Grounded, Operator, Snapshot, StateId};
 use crate::task::skill::Target;
 
-/// A part of the same kind this near to a target is in the way, in metres.
-const IN_THE_WAY_M: f64 = 0.025;
-
 /// Where the action would put its part; `None` if that state has no place.
 pub(super) fn target(domain: &Domain, operator: &Operator) -> Option<Target> {
     let state = domain[operator.to].learned.as_ref()?;
@@ -33,11 +30,18 @@ pub(super) fn candidates(operator: &Operator, seen: &Snapshot, states: &[Grounde
         .collect()
 }
 
-/// Whether another object of the same kind lies where the part would be put.
-pub(super) fn occupied(seen: &Snapshot, operator: &Operator, part: usize, target: &Target) -> bool {
+/// Whether another object of the same kind lies where the part would be put, as far along the table as
+/// [`Handling::in_the_way_m`](crate::task::scene::Handling) says.
+pub(super) fn occupied(
+    seen: &Snapshot,
+    operator: &Operator,
+    part: usize,
+    target: &Target,
+    in_the_way_m: f64,
+) -> bool {
     seen.objects.iter().enumerate().any(|(index, object)| {
         let [x, y, _] = object.pose.position;
-        let near = (x - target.position[0]).hypot(y - target.position[1]) < IN_THE_WAY_M;
+        let near = (x - target.position[0]).hypot(y - target.position[1]) < in_the_way_m;
         index != part && *object.kind == *operator.kind() && near
     })
 }

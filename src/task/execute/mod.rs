@@ -4,37 +4,36 @@
 //! while the graph thinks the parts lie and roll, and while the arm moves the graph idles. After every
 //! skill, however it ended, everything is looked at and decided anew.
 //!
-//! The executor knows what was learned and how to take hold of nuts and bolts, and nothing of the task: which
-//! part goes where is a state's mean pose.
+//! The executor knows what was learned and, from the task, how to take hold of parts; of the task itself it knows
+//! nothing. Which part goes where is a state's mean pose.
 
 mod activity;
 mod choose;
 mod demonstrate;
-mod witness;
+mod recorder;
 mod world;
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Duration;
 
-use serde::{Deserialize, Serialize};
-
 use crate::sim::{RunConfig, Seed, SimDuration, Simulator, StopReason, Threads};
-use crate::task::domain::{Grounding, Pose};
+use crate::task::domain::{Grounding, StateId};
 use crate::task::error::TaskError;
 use crate::task::event::{Ended, EpisodeReport, Event, Ignore, Observer, SceneFrame};
 use crate::task::planner::Planner;
-use crate::task::scene::SceneSpec;
+pub use crate::task::tasks::Perturbation;
+use crate::task::tasks::{self, Task};
 pub use activity::{ActivityRecorder, ModuleSamples};
 pub use demonstrate::{Demonstrated, demonstrate, demonstrate_observed};
-pub use witness::{Assembly, Recorder};
+pub use recorder::Recorder;
 pub use world::AssemblyWorld;
 
 /// How episodes are run.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone)]
 pub struct EpisodeSpec {
-    /// The scene.
-    pub scene: SceneSpec,
+    /// The task, which draws the scene.
+    pub task: Arc<dyn Task>,
     /// The probability, for each grasp, that the fingers open at a uniformly drawn moment of the
     /// carrying (0 to 1).
     pub drop_rate: f64,
@@ -42,8 +41,8 @@ pub struct EpisodeSpec {
     pub limit_s: f64,
     /// Skills after which an episode is given up.
     pub most_skills: usize,
-    /// What another hand does meanwhile.
-    pub meddling: Option<Meddling>,
+    /// What a person does meanwhile.
+    pub perturbation: Option<Perturbation>,
     /// Simulated milliseconds between frames kept for pictures; `None` to keep none.
     pub frame_ms: Option<u64>,
 }
@@ -51,44 +50,50 @@ pub struct EpisodeSpec {
 impl Default for EpisodeSpec {
     fn default() -> Self {
         Self {
-            scene: SceneSpec::default(),
+            task: tasks::default(),
             drop_rate: 0.0,
             limit_s: 400.0,
             most_skills: 30,
-            meddling: None,
+            perturbation: None,
             frame_ms: None,
         }
     }
 }
 
 impl EpisodeSpec {
-    /// Checks the numbers.
+    /// Episodes of a task, with nothing going wrong.
+    pub fn of(task: impl Task + 'static) -> Self {
+        Self { task: Arc::new(task), ..Self::default() }
+    }
+
+    /// Checks the numbers, and that the task's scene can be built.
     ///
     /// # Errors
-    /// [`TaskError::Setting`] for a rate or limit outside its range, or meddling with a part that is not
-    /// there; as [`SceneSpec::check`].
+    /// [`TaskError::Setting`] for a rate or limit outside its range, or a perturbation of a part that is not there; as
+    /// [`Task::scene`] and [`SceneSpec::check`](crate::task::scene::SceneSpec::check).
     pub fn check(&self) -> Result<(), TaskError> {
-        self.scene.check()?;
+        let scene = self.task.scene(Seed::new(0))?;
+        scene.check()?;
         let refuse =
             |name, value: String, expected| Err(TaskError::Setting { name, value, expected });
         if !(0.0..=1.0).contains(&self.drop_rate) {
             return refuse("drop_rate", self.drop_rate.to_string(), "0 to 1");
         }
-        if let Some(meddling) = &self.meddling {
-            let parts = self.scene.nuts + self.scene.bolts;
-            if meddling.part >= parts {
+        if let Some(perturbation) = &self.perturbation {
+            if perturbation.part >= scene.parts.len() {
                 return refuse(
-                    "meddling.part",
-                    meddling.part.to_string(),
+                    "perturbation.part",
+                    perturbation.part.to_string(),
                     "a part's place in the scene",
                 );
             }
-            let turn: f64 = meddling.pose.orientation.iter().map(|v| v * v).sum();
-            let finite = meddling.pose.position.iter().all(|v| v.is_finite()) && turn.is_finite();
-            if !finite || turn < 1e-6 || !meddling.at_s.is_finite() {
+            let turn: f64 = perturbation.pose.orientation.iter().map(|v| v * v).sum();
+            let finite =
+                perturbation.pose.position.iter().all(|v| v.is_finite()) && turn.is_finite();
+            if !finite || turn < 1e-6 || !perturbation.at_s.is_finite() {
                 return refuse(
-                    "meddling",
-                    format!("{meddling:?}"),
+                    "perturbation",
+                    format!("{perturbation:?}"),
                     "finite numbers and a rotation",
                 );
             }
@@ -98,18 +103,6 @@ impl EpisodeSpec {
         }
         Ok(())
     }
-}
-
-/// Another hand than the robot's puts a part somewhere, once, as soon as the robot is not after it and
-/// there is room.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Meddling {
-    /// Not before this many simulated seconds.
-    pub at_s: f64,
-    /// The part's place in the scene.
-    pub part: usize,
-    /// Where it is put.
-    pub pose: Pose,
 }
 
 /// An episode that is over.
@@ -126,12 +119,12 @@ pub struct Episode {
 /// Runs one episode towards `goal`; `seed` draws the scene and the drops.
 ///
 /// # Errors
-/// As [`EpisodeSpec::check`]; [`TaskError::Unknown`] for a goal that is no state; [`TaskError::Sim`] if the
+/// As [`EpisodeSpec::check`]; [`TaskError::Unknown`] for a goal that is no state of the planner's domain; [`TaskError::Sim`] if the
 /// graph does not fit the world.
 pub fn episode(
     planner: &Arc<Planner>,
     grounding: Grounding,
-    goal: &str,
+    goal: StateId,
     spec: &EpisodeSpec,
     seed: Seed,
 ) -> Result<Episode, TaskError> {
@@ -148,7 +141,7 @@ pub fn episode(
 pub fn episode_observed(
     planner: &Arc<Planner>,
     grounding: Grounding,
-    goal: &str,
+    goal: StateId,
     spec: &EpisodeSpec,
     seed: Seed,
     observer: &mut dyn Observer,
@@ -156,7 +149,7 @@ pub fn episode_observed(
     let world = AssemblyWorld::new(planner.clone(), grounding, goal, spec)?;
     let run = RunConfig::seeded(seed).in_world(world).with_threads(Threads::Pool);
     let mut sim = Simulator::new(planner.graph().clone(), run)?;
-    observer.observe(&Event::EpisodeBegan { goal });
+    observer.observe(&Event::EpisodeBegan { goal: &planner.domain()[goal].name });
     let mut teller = Teller::default();
     // The world gives up by itself; this is only to be sure.
     let limit = SimDuration::from_millis((spec.limit_s * 1e3) as u64 + 120_000);
@@ -231,12 +224,12 @@ impl AssemblyWorld {
         let (scene, log) = (self.scene(), self.log());
         let report = EpisodeReport {
             ended: self.ended().cloned().unwrap_or(Ended::GaveUp),
-            assembled: scene.is_some_and(|s| Assembly::judge(s).is_assembled()),
+            solved: scene.is_some_and(|s| self.judge(s).solved),
             decisions: log.decisions.clone(),
             touches: log.touches.clone(),
             in_no_state: log.in_no_state,
-            strays: log.strays,
-            meddled: self.meddled(),
+            unexplained: log.unexplained,
+            perturbed: self.perturbed(),
             steps: scene.map_or(0, |s| s.steps()),
             simulated_s: scene.map_or(0.0, |s| s.time_s()),
         };

@@ -9,13 +9,14 @@ use serde::{Deserialize, Serialize};
 use super::EpisodeSpec;
 use super::choose;
 use crate::sim::{Real, Seed, SimDuration, World, WorldError, WorldSave};
-use crate::task::domain::{ActionId, Classifier, Grounding, Verdict, WorldState};
+use crate::task::domain::{ActionId, Classifier, Grounding, StateId, Verdict, WorldState};
 use crate::task::error::TaskError;
 use crate::task::event::{Decided, Doing, Ended, SceneFrame, SkillOutcome, SkillReport, Touched};
-use crate::task::execute::witness::Recorder;
+use crate::task::execute::recorder::Recorder;
 use crate::task::planner::Planner;
 use crate::task::scene::Scene;
 use crate::task::skill::Robot;
+use crate::task::tasks::Judgement;
 
 /// What the executor is doing.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -35,7 +36,7 @@ enum Phase {
 pub(super) struct Log {
     pub decisions: Vec<Decided>,
     pub in_no_state: usize,
-    pub strays: usize,
+    pub unexplained: usize,
     pub touches: Vec<Touched>,
     pub frames: Vec<SceneFrame>,
 }
@@ -63,7 +64,7 @@ struct Live {
     stray: Vec<bool>,
     log: Log,
     seed: Seed,
-    meddled: bool,
+    perturbed: bool,
 }
 
 /// A world in which an executor does what a planner graph decides.
@@ -73,6 +74,7 @@ pub struct AssemblyWorld {
     recorder: Recorder,
     goal: Vec<Real>,
     spec: EpisodeSpec,
+    step_ms: u64,
     live: Option<Live>,
 }
 
@@ -87,15 +89,16 @@ impl AssemblyWorld {
     pub fn new(
         planner: Arc<Planner>,
         grounding: Grounding,
-        goal: &str,
+        goal: StateId,
         spec: &EpisodeSpec,
     ) -> Result<Self, TaskError> {
         spec.check()?;
-        planner.domain().state(goal)?;
-        let goal = planner.encoded().states.get(goal)?.to_vec();
+        let goal = planner.goal_pointer(goal)?;
         let classifier = Classifier::new(planner.domain(), grounding)?;
-        let recorder = Recorder::new(&spec.scene);
-        Ok(Self { planner, classifier, recorder, goal, spec: spec.clone(), live: None })
+        // It is the same for every seed.
+        let step_ms = spec.task.scene(Seed::new(0))?.step_ms;
+        let recorder = Recorder::default();
+        Ok(Self { planner, classifier, recorder, goal, spec: spec.clone(), step_ms, live: None })
     }
 
     /// The world of a simulator, if it is one of these.
@@ -131,15 +134,20 @@ impl AssemblyWorld {
         }
     }
 
-    pub(super) fn meddled(&self) -> bool {
-        self.live.as_ref().is_some_and(|live| live.meddled)
+    /// What the task's judge says of the scene.
+    pub(super) fn judge(&self, scene: &Scene) -> Judgement {
+        self.spec.task.judge(scene)
+    }
+
+    pub(super) fn perturbed(&self) -> bool {
+        self.live.as_ref().is_some_and(|live| live.perturbed)
     }
 
     pub(super) fn log(&self) -> &Log {
         static EMPTY: Log = Log {
             decisions: Vec::new(),
             in_no_state: 0,
-            strays: 0,
+            unexplained: 0,
             touches: Vec::new(),
             frames: Vec::new(),
         };
@@ -157,7 +165,7 @@ struct Mind<'w> {
 
 impl Live {
     fn step(&mut self, mind: &Mind<'_>, command: &[Real]) {
-        self.meddle(mind.spec);
+        self.perturb(mind.spec);
         match self.phase.clone() {
             Phase::Rest { left: 0 } => self.look(mind),
             Phase::Rest { left } => self.phase = Phase::Rest { left: left - 1 },
@@ -186,14 +194,14 @@ impl Live {
         }
     }
 
-    fn meddle(&mut self, spec: &EpisodeSpec) {
-        let Some(meddling) = spec.meddling.filter(|_| !self.meddled) else { return };
-        if self.scene.time_s() >= meddling.at_s
-            && self.robot.part() != Some(meddling.part)
-            && self.scene.has_room(meddling.part, &meddling.pose)
+    fn perturb(&mut self, spec: &EpisodeSpec) {
+        let Some(perturbation) = spec.perturbation.filter(|_| !self.perturbed) else { return };
+        if self.scene.time_s() >= perturbation.at_s
+            && self.robot.part() != Some(perturbation.part)
+            && self.scene.has_room(perturbation.part, &perturbation.pose)
         {
-            self.scene.disturb(meddling.part, &meddling.pose);
-            self.meddled = true;
+            self.scene.disturb(perturbation.part, &perturbation.pose);
+            self.perturbed = true;
         }
     }
 
@@ -201,15 +209,15 @@ impl Live {
         let (seen, parts) = mind.recorder.look(&self.scene);
         let states = mind.classifier.classify_all(&seen);
         self.present = mind.classifier.world_of(&states);
-        // Of the parts: the jig has no states.
-        let mut stray = vec![true; self.scene.kinds().count()];
+        // Of the parts: landmarks have no states.
+        let mut stray = vec![true; self.scene.part_count()];
         for (state, part) in states.iter().zip(&parts) {
             if let (Some(_), Some(part)) = (state.state, part) {
                 stray[*part] = false;
             }
         }
         let newly = stray.iter().zip(&self.stray).filter(|(now, before)| **now && !**before);
-        self.log.strays += newly.count();
+        self.log.unexplained += newly.count();
         self.log.in_no_state = stray.iter().filter(|s| **s).count();
         self.stray = stray;
         self.phase = Phase::Ask { since_step: self.scene.steps() };
@@ -268,12 +276,14 @@ impl Live {
         candidates.sort_by_key(failures);
         for object in candidates {
             let Some(part) = parts[object] else { continue };
-            if choose::occupied(&seen, operator, object, &target) {
+            let within_m = self.scene.kind(part).map_or(0.0, |kind| kind.handling.in_the_way_m);
+            if choose::occupied(&seen, operator, object, &target, within_m) {
                 blocked = true;
                 continue;
             }
             let drop_at = self.draw_drop(mind.spec.drop_rate);
-            if self.robot.begin(&self.scene, part, target, drop_at).is_ok() {
+            let grasps = mind.spec.task.grasps(&self.scene, part);
+            if self.robot.begin(&self.scene, part, target, &grasps, drop_at).is_ok() {
                 return Phase::Act;
             }
         }
@@ -295,7 +305,7 @@ fn fault(error: impl std::fmt::Display) -> WorldError {
 
 impl World for AssemblyWorld {
     fn period(&self) -> SimDuration {
-        SimDuration::from_millis(self.spec.scene.step_ms)
+        SimDuration::from_millis(self.step_ms)
     }
 
     fn sense_width(&self) -> usize {
@@ -331,16 +341,17 @@ impl World for AssemblyWorld {
     }
 
     fn reset(&mut self, seed: Seed) -> Result<(), WorldError> {
-        let scene = Scene::new(&self.spec.scene, seed).map_err(fault)?;
+        let scene = Scene::new(self.spec.task.scene(seed).map_err(fault)?).map_err(fault)?;
+        let parts = scene.part_count();
         self.live = Some(Live {
             scene,
             robot: Robot::default(),
             phase: Phase::Rest { left: REST },
             present: self.planner.domain().empty_world(),
-            stray: vec![false; self.spec.scene.nuts + self.spec.scene.bolts],
+            stray: vec![false; parts],
             log: Log::default(),
             seed,
-            meddled: false,
+            perturbed: false,
         });
         Ok(())
     }

@@ -69,11 +69,11 @@ pub struct Learned {
 /// Learns a domain from a recording.
 ///
 /// ```
-/// use symbolt::task::kinematic::Rehearsal;
+/// use symbolt::task::tasks::nuts_and_bolts::SyntheticDemonstrations;
 /// use symbolt::task::learn::{Settings, learn};
 /// use symbolt::sim::Seed;
 ///
-/// let recording = Rehearsal::default().record(Seed::new(1))?.recording;
+/// let recording = SyntheticDemonstrations::default().record(Seed::new(1))?.recording;
 /// let learned = learn(&recording, &Settings::default())?;
 /// assert_eq!(learned.domain.states().len(), 5);
 /// assert_eq!(learned.domain.operators().len(), 3);

@@ -83,9 +83,9 @@ pub struct Decision {
 /// ```
 /// use symbolt::sim::Seed;
 /// use symbolt::task::planner::{Planner, PlannerSpec};
-/// use symbolt::task::{Verdict, kinematic::Rehearsal, learn};
+/// use symbolt::task::{Verdict, learn, tasks::nuts_and_bolts::SyntheticDemonstrations};
 ///
-/// let recording = Rehearsal::default().record(Seed::new(1))?.recording;
+/// let recording = SyntheticDemonstrations::default().record(Seed::new(1))?.recording;
 /// let domain = learn::learn(&recording, &Default::default())?.domain;
 /// let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1))?;
 ///
@@ -107,6 +107,9 @@ pub struct Planner {
     pub(super) ruled_out: Option<Out<Vector>>,
     modules: Vec<ModuleView>,
 }
+
+/// What worlds and goals have to be.
+const OWN: &str = "one of the planner's own domain";
 
 impl Planner {
     /// Builds the graph in direct mode with a tick of 1 ms.
@@ -201,25 +204,32 @@ impl Planner {
         &self.spec
     }
 
+    /// The pointer of a goal.
+    ///
+    /// # Errors
+    /// [`TaskError::Setting`] for a goal of another domain.
+    pub(crate) fn goal_pointer(&self, goal: StateId) -> Result<Vec<Real>, TaskError> {
+        let states = self.domain.states();
+        let Some(state) = states.get(goal.index()) else {
+            let value = format!("state {} of {}", goal.index(), states.len());
+            return Err(TaskError::Setting { name: "goal", value, expected: OWN });
+        };
+        Ok(self.encoded.states.get(&state.name)?.to_vec())
+    }
+
     /// A simulator of the graph in which `goal` is wanted in `world`, from its first tick.
     ///
     /// # Errors
     /// [`TaskError::Setting`] for a goal or a world of another domain.
     pub fn simulator(&self, world: &WorldState, goal: StateId) -> Result<Simulator, TaskError> {
         let states = self.domain.states().len();
-        let refuse = |name, value: String| {
-            let expected = "one of the planner's own domain";
-            Err(TaskError::Setting { name, value, expected })
-        };
         if world.states() != states {
-            return refuse("world", format!("over {} states", world.states()));
-        }
-        if goal.index() >= states {
-            return refuse("goal", format!("state {} of {states}", goal.index()));
+            let value = format!("over {} states", world.states());
+            return Err(TaskError::Setting { name: "world", value, expected: OWN });
         }
         let mut senses = vec![1.0];
         senses.extend(world.flags().iter().map(|holds| Real::from(*holds)));
-        senses.extend_from_slice(&self.encoded.states.get(&self.domain[goal].name)?);
+        senses.extend(self.goal_pointer(goal)?);
         let board = Board {
             period: self.graph.timebase().tick(),
             senses,

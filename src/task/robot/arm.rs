@@ -83,6 +83,17 @@ pub(crate) fn tool(q: &Angles) -> Frame {
     links(q)[JOINTS - 1] * tool_offset()
 }
 
+/// How high the second joint, about which the arm reaches out, stands above the table, in metres.
+const SHOULDER_M: f64 = 0.333;
+/// How far the tool can be from there when it points down, in metres.
+const REACH_M: f64 = 0.72;
+
+/// Whether the tool, pointing down, gets to a place on the table (metres, the arm's foot at the origin).
+pub fn reaches_table([x, y]: [f64; 2]) -> bool {
+    let far = x.hypot(y);
+    far > 0.25 && far.hypot(SHOULDER_M - 0.2) < REACH_M
+}
+
 /// Poses of the seven links and, last, of the tool, in metres from the base, at joint angles in radians. Costs
 /// about a microsecond.
 pub fn forward_kinematics(angles: &[f64; 7]) -> [Pose; 8] {
@@ -99,7 +110,7 @@ pub fn forward_kinematics(angles: &[f64; 7]) -> [Pose; 8] {
 ///
 /// ```
 /// use symbolt::task::Pose;
-/// use symbolt::task::scene::{forward_kinematics, inverse_kinematics};
+/// use symbolt::task::robot::{forward_kinematics, inverse_kinematics};
 ///
 /// let above_the_table = Pose { position: [0.5, 0.1, 0.2], orientation: [1.0, 0.0, 0.0, 0.0] };
 /// let angles = inverse_kinematics(&above_the_table, &[0.0, -0.5, 0.0, -2.3, 0.0, 1.8, 0.8]);

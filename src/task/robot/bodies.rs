@@ -21,10 +21,11 @@ pub(crate) struct RobotBodies {
     pub pads: [ColliderHandle; 2],
 }
 
-/// Thickness of a finger, half its width, and how far its tip is beyond the tool's frame, in metres.
+/// How far a finger's tip is beyond the origin of the tool's frame, in metres.
+pub const FINGER_TIP_M: f64 = 0.006;
+/// Thickness of a finger and half its width, in metres.
 const FINGER_M: f64 = 0.005;
 const PAD_HALF_WIDTH_M: f64 = 0.008;
-pub(crate) const TIP_M: f64 = 0.006;
 const FINGER_LENGTH_M: f64 = 0.045;
 /// Half the hand's depth, width and height.
 const HAND_M: [f64; 3] = [0.025, 0.062, 0.028];
@@ -92,7 +93,7 @@ fn hand_middle() -> Frame {
 
 /// The middle of a finger's box, in the hand's frame.
 fn finger_frame(side: f64, opening: f64) -> Frame {
-    let z = arm::TOOL_M + TIP_M - FINGER_LENGTH_M / 2.0;
+    let z = arm::TOOL_M + FINGER_TIP_M - FINGER_LENGTH_M / 2.0;
     Frame::from_translation(Vector::new(0.0, side * (opening + FINGER_M / 2.0), z))
 }
 

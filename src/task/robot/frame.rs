@@ -1,6 +1,9 @@
-//! Poses as the frames that Rapier works with, and back.
+//! Poses as the frames that Rapier works with, and plain types for those who do not name Rapier.
+
+use std::ops::Mul;
 
 use rapier3d::math::{Pose as Frame, Rotation, Vector};
+use serde::{Deserialize, Serialize};
 
 use crate::task::domain::Pose;
 
@@ -12,4 +15,94 @@ pub(crate) fn frame_of(pose: &Pose) -> Frame {
 pub(crate) fn pose_of(frame: &Frame) -> Pose {
     let q = frame.rotation.normalize();
     Pose { position: frame.translation.to_array(), orientation: [q.x, q.y, q.z, q.w] }
+}
+
+/// A rotation in the arithmetic of the physics, so that what a task computes is what the physics computes, to the
+/// bit. `a * b` turns by `b` first.
+///
+/// ```
+/// use std::f64::consts::FRAC_PI_2;
+/// use symbolt::task::robot::Turn;
+///
+/// let [x, y, _] = (Turn::about_z(FRAC_PI_2) * Turn::NONE).apply([1.0, 0.0, 0.0]);
+/// assert!(x.abs() < 1e-12 && (y - 1.0).abs() < 1e-12);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Turn([f64; 4]);
+
+impl Turn {
+    /// No rotation.
+    pub const NONE: Self = Self([0.0, 0.0, 0.0, 1.0]);
+
+    /// About x, in radians.
+    pub fn about_x(angle: f64) -> Self {
+        Self::of(Rotation::from_rotation_x(angle))
+    }
+
+    /// About y, in radians.
+    pub fn about_y(angle: f64) -> Self {
+        Self::of(Rotation::from_rotation_y(angle))
+    }
+
+    /// About z, in radians.
+    pub fn about_z(angle: f64) -> Self {
+        Self::of(Rotation::from_rotation_z(angle))
+    }
+
+    /// About an axis of length 1, in radians.
+    pub fn about(axis: [f64; 3], angle: f64) -> Self {
+        Self::of(Rotation::from_axis_angle(Vector::from(axis), angle))
+    }
+
+    /// A vector, turned.
+    pub fn apply(self, vector: [f64; 3]) -> [f64; 3] {
+        (self.rotation() * Vector::from(vector)).to_array()
+    }
+
+    pub(crate) fn of(rotation: Rotation) -> Self {
+        Self([rotation.x, rotation.y, rotation.z, rotation.w])
+    }
+
+    pub(crate) fn rotation(self) -> Rotation {
+        let [x, y, z, w] = self.0;
+        Rotation::from_xyzw(x, y, z, w)
+    }
+}
+
+impl Mul for Turn {
+    type Output = Self;
+
+    fn mul(self, first: Self) -> Self {
+        Self::of(self.rotation() * first.rotation())
+    }
+}
+
+/// Where a body's frame is, as the physics has it: unlike a [`Pose`], which is normalised, equal to the bit.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct BodyFrame {
+    /// Its origin, in metres.
+    pub position: [f64; 3],
+    /// How it is turned.
+    pub turn: Turn,
+}
+
+impl BodyFrame {
+    /// A frame that is not turned.
+    pub fn at(position: [f64; 3]) -> Self {
+        Self { position, turn: Turn::NONE }
+    }
+
+    /// Whether it is a place and a rotation, and has no number that is none.
+    pub fn is_finite(&self) -> bool {
+        let length: f64 = self.turn.0.iter().map(|v| v * v).sum();
+        self.position.iter().all(|v| v.is_finite()) && (length - 1.0).abs() < 1e-6
+    }
+
+    pub(crate) fn of(frame: &Frame) -> Self {
+        Self { position: frame.translation.to_array(), turn: Turn::of(frame.rotation) }
+    }
+
+    pub(crate) fn frame(&self) -> Frame {
+        Frame::from_parts(Vector::from(self.position), self.turn.rotation())
+    }
 }

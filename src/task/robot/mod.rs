@@ -7,6 +7,9 @@ pub(crate) mod bodies;
 pub(crate) mod frame;
 pub(crate) mod path;
 mod spec;
+pub mod vector;
 
-pub use arm::{forward_kinematics, inverse_kinematics};
+pub use arm::{forward_kinematics, inverse_kinematics, reaches_table};
+pub use bodies::FINGER_TIP_M;
+pub use frame::{BodyFrame, Turn};
 pub use spec::{ArmSpec, GripperSpec};

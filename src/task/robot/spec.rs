@@ -2,6 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::task::error::TaskError;
+
+/// Refuses the first number that is outside its range: name, number, least, most.
+pub(crate) fn in_range(numbers: &[(&'static str, f64, f64, f64)]) -> Result<(), TaskError> {
+    match numbers.iter().find(|(_, value, least, most)| !(least..=most).contains(&value)) {
+        Some(&(name, value, least, most)) => Err(TaskError::Range { name, value, least, most }),
+        None => Ok(()),
+    }
+}
+
 /// The gripper: two fingers that close on one another.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -19,6 +29,21 @@ pub struct GripperSpec {
 impl Default for GripperSpec {
     fn default() -> Self {
         Self { force_n: 25.0, friction: 1.0, stroke_m: 0.04, frequency: 800.0 }
+    }
+}
+
+impl GripperSpec {
+    /// Checks the numbers.
+    ///
+    /// # Errors
+    /// [`TaskError::Range`], naming the setting.
+    pub fn check(&self) -> Result<(), TaskError> {
+        in_range(&[
+            ("gripper.force_n", self.force_n, 0.1, 1e3),
+            ("gripper.friction", self.friction, 1e-3, 10.0),
+            ("gripper.stroke_m", self.stroke_m, 5e-3, 0.06),
+            ("gripper.frequency", self.frequency, 1.0, 5e3),
+        ])
     }
 }
 
@@ -63,6 +88,36 @@ impl Default for ArmSpec {
             acceleration: [8.0, 3.0],
             approach_m_s: 0.12,
             alarm_m: 0.006,
+        }
+    }
+}
+
+impl ArmSpec {
+    /// Checks the numbers, for steps of `step_ms`.
+    ///
+    /// # Errors
+    /// [`TaskError::Range`] or [`TaskError::Setting`], naming the setting.
+    pub fn check(&self, step_ms: u64) -> Result<(), TaskError> {
+        let gain = 1e3 / step_ms.max(1) as f64;
+        in_range(&[
+            ("arm.position_gain", self.position_gain, 1.0, gain),
+            ("arm.velocity_gain", self.velocity_gain, 1.0, 1e5),
+            ("arm.armature", self.armature, 0.0, 100.0),
+            ("arm.speed", self.speed, 0.05, 10.0),
+            ("arm.carry_speed", self.carry_speed, 0.05, 10.0),
+            ("arm.carry_m_s", self.carry_m_s, 0.05, 10.0),
+            ("arm.acceleration", self.acceleration[0], 0.1, 1e3),
+            ("arm.acceleration", self.acceleration[1], 0.1, 1e3),
+            ("arm.approach_m_s", self.approach_m_s, 0.01, 2.0),
+            ("arm.alarm_m", self.alarm_m, 1e-3, 0.1),
+        ])?;
+        match self.torque_nm.iter().find(|t| !(0.0..=1e4).contains(*t)) {
+            Some(bad) => Err(TaskError::Setting {
+                name: "arm.torque_nm",
+                value: bad.to_string(),
+                expected: "0 to 10000 for each joint",
+            }),
+            None => Ok(()),
         }
     }
 }

@@ -1,13 +1,16 @@
-//! The assembly scene in Rapier: table, jig, parts, and the robot among them.
+//! The scene in Rapier: a table, fixtures, parts, and the robot among them.
 //!
-//! Nothing here knows the task: neither what states there are nor what should be done.
+//! Nothing here knows a task: neither what the bodies are for nor what should be done with them. A task says so in
+//! a [`SceneSpec`].
 
-pub(crate) mod config;
-mod drops;
 mod outline;
 pub(crate) mod physics;
-pub(crate) mod shapes;
+mod shapes;
+mod spec;
 
-pub use config::{JigSpec, MOST_PARTS, PartSpec, SceneSpec, TableSpec};
-pub use outline::{Body, Mesh, Outline};
-pub use physics::{PartKind, Scene};
+pub use outline::{Body, KindOutline, Mesh, Outline};
+pub use physics::Scene;
+pub use spec::{
+    BodyKind, Fixture, Handling, Landmark, Look, MAX_PARTS, Part, Piece, SceneSpec, Symmetry,
+    TableSpec, cuboid,
+};

@@ -1,10 +1,9 @@
-//! The scene's bodies: table, jig, parts and the robot, stepped by Rapier.
+//! The scene's bodies: table, fixtures, parts and the robot, stepped by Rapier.
 //!
-//! Parts are held by friction and contact alone: the only joints are the robot's own, and nothing here
-//! sets a part's pose after it has been dropped (see [`Scene::disturb`] for the one exception, a hand
-//! that is not the robot's).
+//! Parts are held by friction and contact alone. The only joints are the robot's own, and nothing here sets a part's
+//! pose after it has been dropped, except [`Scene::disturb`].
 //!
-//! Settings that matter, measured: double precision; contact recycling off and stiff contacts, or
+//! Settings that matter, as measured: double precision; contact recycling off and stiff contacts, or
 //! parts float above the table and sink into the pads; friction in the bias pass and Coulomb's
 //! model, or parts creep in the hand; armature on the joints, or the wrist gives; arm motors that hold
 //! speeds, see [`Scene::drive_arm`]; the fingers' coupling on the one that is solved last; substeps of 1 ms
@@ -21,41 +20,32 @@ use rapier3d::math::{Pose as Frame, Vector};
 use rapier3d::prelude::{PhysicsWorld, QueryFilter};
 use serde::{Deserialize, Serialize};
 
-use super::config::SceneSpec;
-use super::drops;
 use super::shapes;
-use crate::sim::{Seed, SimDuration};
+use super::spec::{BodyKind, Handling, SceneSpec};
+use crate::sim::SimDuration;
 use crate::task::domain::Pose;
 use crate::task::error::TaskError;
 use crate::task::event::SceneFrame;
-use crate::task::robot::ArmSpec;
 use crate::task::robot::arm::{self, Angles, JOINTS};
 use crate::task::robot::bodies::{self, RobotBodies};
 use crate::task::robot::frame::{frame_of, pose_of};
-
-/// What a part is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub enum PartKind {
-    /// A hex nut; its frame is at its centre.
-    Nut,
-    /// A hex-head bolt; its frame is where the axis passes the head's underside, z towards the head.
-    Bolt,
-}
+use crate::task::robot::{ArmSpec, BodyFrame};
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
-struct Part {
-    kind: PartKind,
+struct PartBody {
+    /// Its kind's place in the specification.
+    kind: usize,
     body: RigidBodyHandle,
     collider: ColliderHandle,
 }
 
-/// A scene in the midst of its life.
+/// A scene: its bodies as they are now.
 #[derive(Serialize, Deserialize)]
 pub struct Scene {
     spec: SceneSpec,
     physics: PhysicsWorld,
     robot: RobotBodies,
-    parts: Vec<Part>,
+    parts: Vec<PartBody>,
     steps: u64,
     /// A profile, not a part of the scene's state.
     #[serde(skip)]
@@ -64,38 +54,33 @@ pub struct Scene {
 
 /// How far parts can seem to be within one another where one goes into the other.
 const MEETING_M: f64 = 1.5e-3;
+
 impl Scene {
-    /// Builds the scene, drops the parts at poses drawn from `seed` and lets them settle.
+    /// Builds the scene, drops the parts and lets them settle, for two simulated seconds at most. Costs some tens of
+    /// milliseconds.
     ///
     /// # Errors
-    /// As [`SceneSpec::check`]; [`TaskError::Setting`] if the parts cannot be dropped as far apart as
-    /// wanted.
-    pub fn new(spec: &SceneSpec, seed: Seed) -> Result<Self, TaskError> {
+    /// As [`SceneSpec::check`].
+    pub fn new(spec: SceneSpec) -> Result<Self, TaskError> {
         spec.check()?;
-        let places = drops::places(spec, seed)?;
         let mut physics = PhysicsWorld::new();
         physics.gravity = Vector::new(0.0, 0.0, -9.81);
-        physics.integration_parameters = parameters(spec);
-        furnish(&mut physics, spec);
+        physics.integration_parameters = parameters(&spec);
+        furnish(&mut physics, &spec);
         let robot = bodies::build_robot(&mut physics, &spec.arm, &spec.gripper);
-        let mut scene = Self {
-            spec: spec.clone(),
-            physics,
-            robot,
-            parts: Vec::new(),
-            steps: 0,
-            wall: Duration::ZERO,
-        };
-        for (kind, at) in places {
-            scene.insert_part(kind, at);
+        let mut scene =
+            Self { spec, physics, robot, parts: Vec::new(), steps: 0, wall: Duration::ZERO };
+        for index in 0..scene.spec.parts.len() {
+            scene.insert_part(index);
         }
+        let step_ms = scene.spec.step_ms;
         let mut calm = 0;
         // Two seconds at most: a part that still rolls will be seen to roll.
-        for _ in 0..2_000 / spec.step_ms {
+        for _ in 0..2_000 / step_ms {
             scene.step();
             let still = scene.parts.iter().all(|p| scene.speed(p) < 1e-3);
             calm = if still { calm + 1 } else { 0 };
-            if calm >= 100 / spec.step_ms {
+            if calm >= 100 / step_ms {
                 break;
             }
         }
@@ -104,25 +89,22 @@ impl Scene {
         Ok(scene)
     }
 
-    fn insert_part(&mut self, kind: PartKind, at: Frame) {
-        let part = &self.spec.part;
-        let pieces = match kind {
-            PartKind::Nut => shapes::nut(part),
-            PartKind::Bolt => shapes::bolt(part),
-        };
+    fn insert_part(&mut self, index: usize) {
+        let part = &self.spec.parts[index];
+        let kind = &self.spec.kinds[part.kind];
         let (body, collider) = self.physics.insert(
-            RigidBodyBuilder::dynamic().pose(at),
-            shapes::compound(&pieces).density(part.density).friction(part.friction),
+            RigidBodyBuilder::dynamic().pose(part.frame.frame()),
+            shapes::compound(&kind.pieces).density(kind.density).friction(kind.friction),
         );
         // Still for so long that it will not move by itself.
         let activation = self.physics.bodies[body].activation_mut();
         activation.normalized_linear_threshold = 1e-3;
         activation.angular_threshold = 0.05;
         activation.time_until_sleep = 0.3;
-        self.parts.push(Part { kind, body, collider });
+        self.parts.push(PartBody { kind: part.kind, body, collider });
     }
 
-    fn speed(&self, part: &Part) -> f64 {
+    fn speed(&self, part: &PartBody) -> f64 {
         let body = &self.physics.bodies[part.body];
         body.linvel().length().max(0.02 * body.angvel().length())
     }
@@ -160,9 +142,19 @@ impl Scene {
         &self.spec
     }
 
-    /// The parts' kinds, nuts first.
-    pub fn kinds(&self) -> impl Iterator<Item = PartKind> {
+    /// How many parts there are.
+    pub fn part_count(&self) -> usize {
+        self.parts.len()
+    }
+
+    /// The parts' kinds, each by its place in [`SceneSpec::kinds`].
+    pub fn kinds(&self) -> impl Iterator<Item = usize> {
         self.parts.iter().map(|p| p.kind)
+    }
+
+    /// A part's kind; `None` for a part that is not there.
+    pub fn kind(&self, index: usize) -> Option<&BodyKind> {
+        self.parts.get(index).map(|p| &self.spec.kinds[p.kind])
     }
 
     /// Where a part is; `None` for a part that is not there.
@@ -170,12 +162,18 @@ impl Scene {
         self.parts.get(index).map(|p| pose_of(self.physics.bodies[p.body].position()))
     }
 
+    /// The frame of a part as the physics has it; `None` for a part that is not there.
+    pub fn body_frame(&self, index: usize) -> Option<BodyFrame> {
+        (index < self.parts.len()).then(|| BodyFrame::of(&self.part_frame(index)))
+    }
+
     pub(crate) fn part_frame(&self, index: usize) -> Frame {
         *self.physics.bodies[self.parts[index].body].position()
     }
 
-    pub(crate) fn part_kind(&self, index: usize) -> PartKind {
-        self.parts[index].kind
+    /// How the robot puts down a part of its kind.
+    pub(crate) fn handling(&self, index: usize) -> &Handling {
+        &self.spec.kinds[self.parts[index].kind].handling
     }
 
     /// The greater of a part's speed and a fiftieth of a metre a radian of its turning, in metres a
@@ -184,8 +182,7 @@ impl Scene {
         self.speed(&self.parts[index])
     }
 
-    /// Another hand than the robot's puts a part somewhere, at rest. Nothing that the robot does calls
-    /// this.
+    /// Puts a part somewhere, at rest, as a person might. Nothing that the robot does calls this.
     pub fn disturb(&mut self, index: usize, pose: &Pose) {
         if let Some(part) = self.parts.get(index) {
             let body = &mut self.physics.bodies[part.body];
@@ -257,10 +254,10 @@ impl Scene {
         }
     }
 
-    /// Chooses the substeps: the longer they are the more a held part creeps, and parts that touch the
-    /// jig do not come to rest at all.
+    /// Chooses the substeps: the longer they are the more a held part creeps, and parts that touch a fixture do not
+    /// come to rest at all.
     pub(crate) fn refine(&mut self, carrying: bool) {
-        let awake = |part: &Part| !self.physics.bodies[part.body].is_sleeping();
+        let awake = |part: &PartBody| !self.physics.bodies[part.body].is_sleeping();
         let substeps = match (carrying, self.parts.iter().any(awake)) {
             (true, _) => SUBSTEPS_CARRYING,
             (false, true) => SUBSTEPS,
@@ -369,11 +366,13 @@ fn parameters(spec: &SceneSpec) -> IntegrationParameters {
     }
 }
 
-/// Table, rim and jig.
+/// Table, rim and fixtures.
 fn furnish(physics: &mut PhysicsWorld, spec: &SceneSpec) {
-    let [table, jig] = shapes::furniture(spec);
-    for (at, shape) in table.into_iter().chain(jig) {
-        let collider = ColliderBuilder::new(shape).position(at).friction(spec.part.friction);
+    let table = shapes::table(&spec.table).into_iter().map(|piece| (piece, spec.table.friction));
+    let fixtures = spec.fixtures.iter();
+    let fixtures = fixtures.flat_map(|f| shapes::fixture(f).map(|piece| (piece, f.friction)));
+    for ((at, shape), friction) in table.chain(fixtures) {
+        let collider = ColliderBuilder::new(shape).position(at).friction(friction);
         physics.insert_collider(collider, None);
     }
 }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::grasp::{self, Grasp, Target};
 use crate::task::robot::arm::{self, Angles, HOME};
 use crate::task::robot::path::Path;
-use crate::task::scene::physics::{PartKind, Scene};
+use crate::task::scene::physics::Scene;
 
 /// A way to take hold of a part and lift it.
 pub(crate) struct Lift {
@@ -30,8 +30,6 @@ const BEFORE_M: f64 = 0.06;
 const LIFT_M: f64 = 0.10;
 /// How high above its rest a part is let go.
 const RELEASE_M: f64 = 0.0013;
-/// What a shaft clears the jig by on the way.
-const CLEAR_M: f64 = 0.012;
 /// Postures looked for in one plan, at most.
 const BUDGET: usize = 1_500;
 /// Between the points of a path that are looked at for collisions no joint turns farther than this.
@@ -67,17 +65,20 @@ impl Search<'_> {
     }
 }
 
-/// A way to take `part`, such that it can also be put at `target`.
+/// A way to take `part` by the first of `grasps` that works, such that it can also be put at `target`.
 pub(crate) fn plan_lift(
     scene: &Scene,
     current: &Angles,
     part: usize,
     target: &Target,
+    grasps: &[Grasp],
 ) -> Option<Lift> {
-    let (kind, frame) = (scene.part_kind(part), scene.part_frame(part));
+    let frame = scene.part_frame(part);
     let mut search = Search { scene, left: BUDGET };
     let arm_spec = scene.spec().arm;
-    for Grasp { tool, opening } in grasp::grasps(kind, &frame, &scene.spec().part) {
+    for grasp in grasps {
+        let Some(tool) = grasp.tool() else { continue };
+        let opening = grasp.opening_m;
         let approach = tool.rotation * Vector::Z;
         let mut found = None;
         search.posture(&tool, current, |q| {
@@ -117,7 +118,7 @@ pub(crate) fn plan_placing(
     in_hand: &Frame,
 ) -> Option<Placing> {
     let mut search = Search { scene, left: BUDGET };
-    let opening = scene.spec().part.across_flats_m / 2.0 + 0.004;
+    let opening = scene.handling(part).release_m;
     placing(&mut search, current, part, target, in_hand, opening)
 }
 
@@ -130,15 +131,11 @@ fn placing(
     opening: f64,
 ) -> Option<Placing> {
     let scene = search.scene;
-    let kind = scene.part_kind(part);
+    let handling = scene.handling(part);
     let held = arm::tool(from) * in_hand.inverse();
     let spec = scene.spec();
-    let rise = Vector::Z
-        * match kind {
-            PartKind::Nut => 0.04,
-            PartKind::Bolt => spec.part.shaft_length_m + CLEAR_M,
-        };
-    let placements = grasp::placements(kind, target, &held);
+    let rise = Vector::Z * handling.rise_m;
+    let placements = grasp::placements(&handling.symmetry, target, &held);
     for tool in grasp::place_tools(&placements, in_hand) {
         let tool = Frame::from_parts(tool.translation + Vector::Z * RELEASE_M, tool.rotation);
         let mut carry = None;

@@ -1,22 +1,21 @@
-//! A seeded generator of recordings without physics: where a demonstrator's parts would have been.
+//! Synthetic demonstrations: recordings drawn from a seed, without physics.
 //!
-//! It stands in for a scene in tests, benches and examples, and knows what a recording of the
-//! nut-and-bolt task looks like: parts anywhere on a table, a jig with a pocket for the nut and a hole for
-//! the bolt, the bolt put through the nut at the end. Tries can fail (the part falls back on the table,
-//! a bolt is left standing on its head, an assembly comes apart), parts can be lost off the table so
-//! that later ids of their kind move down, bystanders are nudged and knocked. The z axis points up, in
-//! contrast to recordings made elsewhere.
+//! They stand in for demonstrations in the scene where many are needed or physics is not: in tests, benches and
+//! examples. Parts lie anywhere on a table, the jig has a pocket for the nut and a hole for the bolt, and the bolt
+//! ends in the nut. Attempts can fail: the part falls back on the table, a bolt is left standing on its head, or an
+//! assembly comes apart. Parts can be lost off the table, so that later ids of their kind move down, and parts
+//! nearby are nudged or knocked aside. The z axis points up.
 
+use nalgebra::{UnitQuaternion, Vector3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
-use super::error::TaskError;
 use crate::sim::Seed;
 use crate::task::domain::Pose;
 use crate::task::domain::pose::quaternion_array;
 use crate::task::domain::{Demonstration, Event, Labels, ObjectPose, Recording, Snapshot};
-use nalgebra::{UnitQuaternion, Vector3};
+use crate::task::error::TaskError;
 
 /// Which part is put into the jig first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -32,7 +31,7 @@ pub enum Order {
 
 /// What a generated recording shows.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Rehearsal {
+pub struct SyntheticDemonstrations {
     /// How many demonstrations (at least 1).
     pub demos: usize,
     /// How many nuts each begins with (1 to 50).
@@ -41,18 +40,18 @@ pub struct Rehearsal {
     pub bolts: usize,
     /// Which part goes first.
     pub order: Order,
-    /// The probability that a try fails (0 to 0.9).
+    /// The probability that an attempt fails (0 to 0.9).
     pub fail_rate: f64,
-    /// The probability that a failed try loses its part off the table (0 to 1).
+    /// The probability that a failed attempt loses its part off the table (0 to 1).
     pub loss_rate: f64,
-    /// The probability that a try knocks another part aside (0 to 1).
+    /// The probability that an attempt knocks another part aside (0 to 1).
     pub knock_rate: f64,
     /// Whether snapshots carry `t`, `event` and `object`, taken at contact and release; otherwise one
     /// is taken before each try and one at the end, and nothing says what was touched.
     pub events: bool,
 }
 
-impl Default for Rehearsal {
+impl Default for SyntheticDemonstrations {
     fn default() -> Self {
         Self {
             demos: 5,
@@ -69,12 +68,12 @@ impl Default for Rehearsal {
 
 /// A generated recording with what only its maker knows.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Rehearsed {
+pub struct SyntheticRecording {
     /// What a learner gets.
     pub recording: Recording,
     /// The demonstrator's own names for its tries, for scoring.
     pub labels: Labels,
-    /// How many tries failed.
+    /// How many attempts failed.
     pub failed: usize,
     /// How many parts were lost.
     pub lost: usize,
@@ -128,7 +127,7 @@ struct Body {
 }
 
 struct Stage<'a> {
-    spec: &'a Rehearsal,
+    spec: &'a SyntheticDemonstrations,
     rng: ChaCha8Rng,
     bodies: Vec<Body>,
     snapshots: Vec<Snapshot>,
@@ -138,14 +137,14 @@ struct Stage<'a> {
     lost: usize,
 }
 
-impl Rehearsal {
+impl SyntheticDemonstrations {
     /// Generates a recording; the same seed gives the same bits.
     ///
     /// # Errors
     /// [`TaskError::Setting`] for a number or rate outside its range.
-    pub fn record(&self, seed: Seed) -> Result<Rehearsed, TaskError> {
+    pub fn record(&self, seed: Seed) -> Result<SyntheticRecording, TaskError> {
         self.check()?;
-        let mut out = Rehearsed {
+        let mut out = SyntheticRecording {
             recording: Recording::default(),
             labels: Labels::new(),
             failed: 0,
@@ -185,7 +184,7 @@ impl Rehearsal {
     /// A single scene with all parts on the table, as `plan --scene` reads it.
     ///
     /// # Errors
-    /// As [`Rehearsal::record`].
+    /// As [`SyntheticDemonstrations::record`].
     pub fn scene(&self, seed: Seed) -> Result<Snapshot, TaskError> {
         let one = Self { demos: 1, ..self.clone() }.record(seed)?;
         let mut scene =
@@ -217,8 +216,8 @@ impl Rehearsal {
     }
 }
 
-/// Most tries in one demonstration; then the demonstrator gives up.
-const MOST_TRIES: usize = 60;
+/// Most attempts in one demonstration; then the demonstrator gives up.
+const MAX_ATTEMPTS: usize = 60;
 
 impl Stage<'_> {
     /// Plays one demonstration; whether a bolt ends in a nut.
@@ -233,7 +232,7 @@ impl Stage<'_> {
             self.snapshot(Some(Event::Start), None, None);
         }
         let parts = if nut_first { [Part::Nut, Part::Bolt] } else { [Part::Bolt, Part::Nut] };
-        for _ in 0..MOST_TRIES {
+        for _ in 0..MAX_ATTEMPTS {
             if self.bodies.iter().any(|b| b.place == Place::Assembled) {
                 break;
             }

@@ -1,0 +1,85 @@
+//! The recorder: where every part and landmark of a scene is at the moments that matter.
+
+use std::sync::Arc;
+
+use crate::task::domain::{Event, ObjectPose, Snapshot};
+use crate::task::scene::Scene;
+
+/// Takes snapshots of a scene: its parts, then its landmarks, each as its kind's name and a number.
+///
+/// A part that fell off the table is gone from then on, and the later ids of its kind move down, as in recordings by a
+/// camera that numbers what it sees.
+#[derive(Debug, Clone, Default)]
+pub struct Recorder {
+    snapshots: Vec<Snapshot>,
+}
+
+/// Below this height a part has left the table.
+const GONE_M: f64 = -0.05;
+
+/// Names the objects of one kind.
+struct Names {
+    kind: Arc<str>,
+    count: usize,
+}
+
+impl Names {
+    fn of(kind: &str) -> Self {
+        Self { kind: kind.into(), count: 0 }
+    }
+
+    fn next(&mut self) -> (Arc<str>, Arc<str>) {
+        self.count += 1;
+        (format!("{}_{}", self.kind, self.count - 1).into(), self.kind.clone())
+    }
+}
+
+impl Recorder {
+    /// What is to be seen now, and which part of the scene each object is (`None` for a landmark).
+    pub fn look(&self, scene: &Scene) -> (Snapshot, Vec<Option<usize>>) {
+        let spec = scene.spec();
+        let mut names: Vec<Names> = spec.kinds.iter().map(|kind| Names::of(&kind.name)).collect();
+        let (mut objects, mut parts) = (Vec::new(), Vec::new());
+        for (index, kind) in scene.kinds().enumerate() {
+            let Some(pose) = scene.part(index).filter(|p| p.position[2] > GONE_M) else { continue };
+            let (id, kind) = names[kind].next();
+            objects.push(ObjectPose { id, kind, pose });
+            parts.push(Some(index));
+        }
+        let mut places: Vec<Names> = Vec::new();
+        for landmark in &spec.landmarks {
+            let known = places.iter().position(|names| *names.kind == *landmark.kind);
+            let names = known.unwrap_or_else(|| {
+                places.push(Names::of(&landmark.kind));
+                places.len() - 1
+            });
+            let (id, kind) = places[names].next();
+            objects.push(ObjectPose { id, kind, pose: landmark.pose });
+            parts.push(None);
+        }
+        let snapshot = Snapshot {
+            number: self.snapshots.len() as u64,
+            time_s: Some(scene.time_s()),
+            event: None,
+            object: None,
+            objects,
+        };
+        (snapshot, parts)
+    }
+
+    /// Takes a snapshot of what a touch, the start or the end shows.
+    pub fn note(&mut self, scene: &Scene, event: Event, touched: Option<usize>) {
+        let (mut snapshot, parts) = self.look(scene);
+        snapshot.event = Some(event);
+        snapshot.object = touched.and_then(|t| parts.iter().position(|p| *p == Some(t)));
+        // A part let go over the edge is not there to be named.
+        if touched.is_none() || snapshot.object.is_some() {
+            self.snapshots.push(snapshot);
+        }
+    }
+
+    /// The snapshots.
+    pub fn into_snapshots(self) -> Vec<Snapshot> {
+        self.snapshots
+    }
+}

@@ -1,0 +1,445 @@
+//! The controller of one pick and place: a stage after another, each with its own end.
+
+use rapier3d::math::{Pose as Frame, Vector};
+use serde::{Deserialize, Serialize};
+
+use super::grasp::{Grasp, Target};
+use super::reach::{self, Lift, Placing};
+use crate::task::event::{SkillOutcome, SkillReport, Touch};
+use crate::task::robot::arm::{self, Angles, HOME};
+use crate::task::robot::path::Path;
+use crate::task::scene::physics::Scene;
+
+/// What one step brought.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Stepped {
+    /// A touch to be recorded.
+    pub touch: Option<Touch>,
+    /// The skill's report, in the step in which it ended.
+    pub ended: Option<SkillReport>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+enum Stage {
+    Reach(Vec<Path>),
+    Approach(Path),
+    Close,
+    Lift(Path),
+    Carry(Vec<Path>),
+    Lower(Path),
+    Open,
+    Retreat(Path),
+    Settle,
+}
+
+/// One pick and place on its way.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Skill {
+    part: usize,
+    target: Target,
+    stage: Stage,
+    /// Seconds in the stage.
+    time_s: f64,
+    /// Seconds for which something that ends the stage has been so.
+    so_s: f64,
+    opening: f64,
+    approach: Path,
+    lift: Path,
+    placing: Option<Placing>,
+    in_hand: Option<Frame>,
+    /// Where in the hand the part was after lifting.
+    lifted: Option<Frame>,
+    /// The share of the carrying at which the fingers open by accident.
+    drop_at: Option<f64>,
+    carried_s: f64,
+    carry_s: f64,
+    touching: bool,
+    freed_s: f64,
+    failure: Option<SkillOutcome>,
+    slip_m: f64,
+    total_s: f64,
+}
+
+/// What the robot is doing, and where it holds its joints.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Robot {
+    angles: Angles,
+    opening: f64,
+    skill: Option<Skill>,
+    strained_s: f64,
+}
+
+/// Least force on each pad that counts as touching, in newtons.
+const TOUCH_N: f64 = 1.0;
+/// Rest after a path, before what follows is measured.
+const REST_S: f64 = 0.06;
+const CLOSING_S: (f64, f64) = (0.2, 0.7);
+const CLOSING_M_S: f64 = 0.1;
+const OPENING_S: f64 = 0.6;
+const FREE_S: f64 = 0.1;
+const SETTLING_S: (f64, f64) = (0.1, 2.0);
+const STRAIN_S: f64 = 0.02;
+const SKILL_S: f64 = 60.0;
+/// A part that has moved this far in the hand is not in it any more.
+const LOST_M: f64 = 0.012;
+const RAISE_M: f64 = 0.10;
+
+impl Default for Robot {
+    fn default() -> Self {
+        Self { angles: HOME, opening: 0.032, skill: None, strained_s: 0.0 }
+    }
+}
+
+impl Robot {
+    /// Whether a skill is under way.
+    pub fn busy(&self) -> bool {
+        self.skill.is_some()
+    }
+
+    /// The part that a skill under way is about.
+    pub fn part(&self) -> Option<usize> {
+        self.skill.as_ref().map(|s| s.part)
+    }
+
+    /// Begins to take `part` (its place in the scene) by one of `grasps`, the first that works, and to put it at
+    /// `target`. The fingers open by accident at the share `drop_at` (0 to 1) of the carrying. Costs the search for
+    /// postures: a fraction of a millisecond to some hundred.
+    ///
+    /// # Errors
+    /// A report with [`SkillOutcome::Unreachable`], at once, where there is no way, no such part, no grasp, or no
+    /// direction in the target's axis; nothing has moved then.
+    pub fn begin(
+        &mut self,
+        scene: &Scene,
+        part: usize,
+        target: Target,
+        grasps: &[Grasp],
+        drop_at: Option<f64>,
+    ) -> Result<(), SkillReport> {
+        let unreachable =
+            SkillReport { part, outcome: SkillOutcome::Unreachable, picked: false, slip_m: 0.0 };
+        let upright = Vector::from(target.axis).try_normalize().is_some();
+        if part >= scene.part_count() || !upright {
+            return Err(unreachable);
+        }
+        let plan =
+            reach::plan_lift(scene, &self.angles, part, &target, grasps).ok_or(unreachable)?;
+        let Lift { reach, approach, lift, opening } = plan;
+        self.skill = Some(Skill {
+            part,
+            target,
+            stage: Stage::Reach(reach),
+            time_s: 0.0,
+            so_s: 0.0,
+            opening,
+            approach,
+            lift,
+            placing: None,
+            in_hand: None,
+            lifted: None,
+            drop_at,
+            carried_s: 0.0,
+            carry_s: 0.0,
+            touching: false,
+            freed_s: 0.0,
+            failure: None,
+            slip_m: 0.0,
+            total_s: 0.0,
+        });
+        self.strained_s = 0.0;
+        Ok(())
+    }
+
+    /// One step of the skill and of the physics.
+    pub fn step(&mut self, scene: &mut Scene) -> Stepped {
+        let dt = scene.spec().step_ms as f64 / 1e3;
+        let mut speeds = [0.0; arm::JOINTS];
+        let mut stepped = Stepped::default();
+        if let Some(mut skill) = self.skill.take() {
+            skill.time_s += dt;
+            skill.total_s += dt;
+            let strained = self.strained(scene, dt);
+            stepped.touch = skill.watch(scene, dt);
+            let over = skill.advance(scene, self, strained, &mut speeds, dt);
+            if over {
+                stepped.ended = Some(skill.report());
+            } else {
+                self.skill = Some(skill);
+            }
+        }
+        let carrying = |s: &Skill| matches!(s.stage, Stage::Lift(_) | Stage::Carry(_));
+        scene.refine(self.skill.as_ref().is_some_and(carrying));
+        scene.drive_arm(&self.angles, &speeds);
+        scene.drive_fingers(self.opening);
+        scene.step();
+        stepped
+    }
+
+    /// Whether the tool has for some time been farther from where it should be than it can be alone.
+    fn strained(&mut self, scene: &Scene, dt: f64) -> bool {
+        let off = (scene.tool_frame().translation - arm::tool(&self.angles).translation).length();
+        self.strained_s = if off > scene.spec().arm.alarm_m { self.strained_s + dt } else { 0.0 };
+        self.strained_s > STRAIN_S
+    }
+}
+
+impl Skill {
+    fn report(&self) -> SkillReport {
+        SkillReport {
+            part: self.part,
+            outcome: self.failure.unwrap_or(SkillOutcome::Placed),
+            picked: self.lifted.is_some(),
+            slip_m: self.slip_m,
+        }
+    }
+
+    fn go(&mut self, stage: Stage) {
+        self.stage = stage;
+        self.time_s = 0.0;
+        self.so_s = 0.0;
+    }
+
+    /// Notices when pads and part come together and part.
+    fn watch(&mut self, scene: &Scene, dt: f64) -> Option<Touch> {
+        let forces = scene.pad_forces(self.part);
+        if !self.touching {
+            let closing = matches!(self.stage, Stage::Close);
+            if closing && forces.iter().all(|f| *f > TOUCH_N) {
+                self.touching = true;
+                return Some(Touch::Contact(self.part));
+            }
+            return None;
+        }
+        self.freed_s = if forces.iter().all(|f| *f == 0.0) { self.freed_s + dt } else { 0.0 };
+        if self.freed_s >= FREE_S {
+            self.touching = false;
+            return Some(Touch::Release(self.part));
+        }
+        None
+    }
+
+    /// The tool's frame in the part's.
+    fn measure(&self, scene: &Scene) -> Frame {
+        scene.part_frame(self.part).inv_mul(&scene.tool_frame())
+    }
+
+    fn lost(&self, scene: &Scene) -> bool {
+        let Some(was) = self.in_hand else { return false };
+        (self.measure(scene).translation - was.translation).length() > LOST_M
+    }
+
+    /// Opens the hand, whatever it holds, and gives up for `why`.
+    fn fail(&mut self, why: SkillOutcome) {
+        if self.failure.is_none() {
+            self.failure = Some(why);
+        }
+        self.go(Stage::Open);
+    }
+
+    /// Gives up where the skill lasts too long, the arm has hit something or the part is lost.
+    fn give_up_if_needed(&mut self, scene: &Scene, robot: &mut Robot, strained: bool) {
+        // What follows a failure has limits of its own.
+        if self.total_s > SKILL_S && self.failure.is_none() && !matches!(self.stage, Stage::Settle)
+        {
+            robot.hold(scene);
+            self.fail(SkillOutcome::TimedOut);
+        }
+        let moving = matches!(
+            self.stage,
+            Stage::Reach(_)
+                | Stage::Approach(_)
+                | Stage::Lift(_)
+                | Stage::Carry(_)
+                | Stage::Lower(_)
+        );
+        if moving && strained {
+            robot.hold(scene);
+            self.fail(SkillOutcome::Blocked);
+        }
+        let carried = matches!(self.stage, Stage::Carry(_) | Stage::Lower(_));
+        if carried && self.lost(scene) {
+            robot.hold(scene);
+            self.fail(SkillOutcome::Dropped);
+        }
+    }
+
+    /// One step; whether the skill is over.
+    fn advance(
+        &mut self,
+        scene: &Scene,
+        robot: &mut Robot,
+        strained: bool,
+        speeds: &mut Angles,
+        dt: f64,
+    ) -> bool {
+        self.give_up_if_needed(scene, robot, strained);
+        match &self.stage {
+            Stage::Reach(paths) => {
+                robot.opening = self.opening;
+                if let Some(left) = robot.follow(paths, &mut self.time_s, speeds) {
+                    if left.is_empty() {
+                        self.go(Stage::Approach(self.approach.clone()));
+                    } else {
+                        self.go(Stage::Reach(left));
+                    }
+                }
+            }
+            Stage::Approach(path) => {
+                if robot.run(path, self.time_s, speeds) {
+                    self.go(Stage::Close);
+                }
+            }
+            Stage::Close => {
+                // Fingers that snap shut kick what they close on.
+                robot.opening = (self.opening - CLOSING_M_S * self.time_s).max(0.0);
+                if self.touching && self.time_s > CLOSING_S.0 {
+                    self.go(Stage::Lift(self.lift.clone()));
+                } else if self.time_s > CLOSING_S.1 {
+                    self.fail(SkillOutcome::Missed);
+                }
+            }
+            Stage::Lift(path) => {
+                if robot.run(path, self.time_s, speeds) {
+                    self.look_into_hand(scene, robot);
+                }
+            }
+            Stage::Carry(paths) => {
+                self.carried_s += dt;
+                let slips =
+                    self.drop_at.is_some_and(|share| self.carried_s >= share * self.carry_s);
+                if slips {
+                    robot.hold(scene);
+                    self.fail(SkillOutcome::Dropped);
+                } else if let Some(left) = robot.follow(paths, &mut self.time_s, speeds) {
+                    if left.is_empty() && self.failure.is_some() {
+                        self.go(Stage::Open);
+                    } else if left.is_empty() {
+                        self.aim(scene, robot);
+                    } else {
+                        self.go(Stage::Carry(left));
+                    }
+                }
+            }
+            Stage::Lower(path) => {
+                if robot.run(path, self.time_s, speeds) {
+                    if let Some(lifted) = self.lifted {
+                        let now = self.measure(scene).translation;
+                        self.slip_m = (now - lifted.translation).length();
+                    }
+                    self.go(Stage::Open);
+                }
+            }
+            Stage::Open => {
+                robot.opening = self.opening;
+                if !self.touching || self.time_s > OPENING_S {
+                    self.leave(scene, robot);
+                }
+            }
+            Stage::Retreat(path) => {
+                if strained {
+                    robot.hold(scene);
+                    self.go(Stage::Settle);
+                } else if robot.run(path, self.time_s, speeds) {
+                    self.go(Stage::Settle);
+                }
+            }
+            Stage::Settle => {
+                let parts = scene.part_count();
+                let still = (0..parts).all(|p| scene.part_speed(p) < 2e-3);
+                self.so_s = if still { self.so_s + dt } else { 0.0 };
+                let calm = self.so_s >= SETTLING_S.0 && !self.touching;
+                return calm || self.time_s > SETTLING_S.1;
+            }
+        }
+        false
+    }
+
+    /// After lifting: is the part in the hand, how, and what way is there from here?
+    fn look_into_hand(&mut self, scene: &Scene, robot: &mut Robot) {
+        let forces = scene.pad_forces(self.part);
+        let near =
+            (scene.part_frame(self.part).translation - scene.tool_frame().translation).length();
+        if forces.iter().any(|f| *f < TOUCH_N) || near > 0.05 {
+            return self.fail(SkillOutcome::Missed);
+        }
+        let in_hand = self.measure(scene);
+        self.in_hand = Some(in_hand);
+        self.lifted = Some(in_hand);
+        match reach::plan_placing(scene, &robot.angles, self.part, &self.target, &in_hand) {
+            Some(placing) => {
+                self.carry_s = placing.carry.iter().map(Path::duration_s).sum();
+                let carry = placing.carry.clone();
+                self.placing = Some(placing);
+                self.go(Stage::Carry(carry));
+            }
+            None => {
+                // Put it back where it was.
+                self.failure = Some(SkillOutcome::Unreachable);
+                self.go(Stage::Lower(self.lift.clone().reversed()));
+            }
+        }
+    }
+
+    /// Before lowering: how does the part hang in the hand now?
+    fn aim(&mut self, scene: &Scene, robot: &mut Robot) {
+        let in_hand = self.measure(scene);
+        self.in_hand = Some(in_hand);
+        if let Some(placing) = &self.placing
+            && scene.part_meets_part(self.part, &placing.part)
+        {
+            self.failure = Some(SkillOutcome::Occupied);
+            let back = placing.carry.iter().rev().map(|p| p.clone().reversed());
+            let down = self.lift.clone().reversed();
+            self.stage = Stage::Carry(back.chain([down]).collect());
+            self.time_s = 0.0;
+            return;
+        }
+        let tool = self.placing.as_ref().map(|p| p.part * in_hand);
+        match tool.and_then(|t| Path::line_to(&robot.angles, &t, &scene.spec().arm)) {
+            Some(path) => self.go(Stage::Lower(path)),
+            None => self.fail(SkillOutcome::Unreachable),
+        }
+    }
+
+    /// Leaves an open hand's place: back along the hand after placing, up after a failure.
+    fn leave(&mut self, scene: &Scene, robot: &mut Robot) {
+        let arm = &scene.spec().arm;
+        let back = -(arm::tool(&robot.angles).rotation * Vector::Z);
+        let up = Vector::Z * RAISE_M;
+        let path = Path::line(&robot.angles, back * 0.07, arm)
+            .filter(|_| self.failure.is_none())
+            .or_else(|| Path::line(&robot.angles, up, arm))
+            .or_else(|| Path::line(&robot.angles, back * 0.04, arm));
+        match path {
+            Some(path) => self.go(Stage::Retreat(path)),
+            None => self.go(Stage::Retreat(Path::joints(&robot.angles, &HOME, arm, false))),
+        }
+    }
+}
+
+impl Robot {
+    /// Stays where the joints are.
+    fn hold(&mut self, scene: &Scene) {
+        self.angles = scene.angles();
+        self.strained_s = 0.0;
+    }
+
+    /// Follows a path; whether it has been at its end for [`REST_S`].
+    fn run(&mut self, path: &Path, time_s: f64, speeds: &mut Angles) -> bool {
+        (self.angles, *speeds) = path.at(time_s);
+        time_s >= path.duration_s() + REST_S
+    }
+
+    /// Follows the first of several paths; what is left of them when it is done.
+    fn follow(
+        &mut self,
+        paths: &[Path],
+        time_s: &mut f64,
+        speeds: &mut Angles,
+    ) -> Option<Vec<Path>> {
+        let (first, rest) = paths.split_first()?;
+        (self.angles, *speeds) = first.at(*time_s);
+        let rest_s = if rest.is_empty() { REST_S } else { 0.0 };
+        (*time_s >= first.duration_s() + rest_s).then(|| rest.to_vec())
+    }
+}

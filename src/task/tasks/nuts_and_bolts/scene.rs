@@ -1,0 +1,117 @@
+//! The scene: nuts and bolts on a table, and the jig.
+
+use super::settings::NutsAndBolts;
+use super::{shapes, start};
+use crate::sim::Seed;
+use crate::task::domain::Pose;
+use crate::task::error::TaskError;
+use crate::task::robot::BodyFrame;
+use crate::task::scene::{
+    BodyKind, Fixture, Handling, Landmark, Look, SceneSpec, Symmetry, TableSpec,
+};
+
+/// The kinds' places in the scene.
+pub(super) const NUT: usize = 0;
+pub(super) const BOLT: usize = 1;
+
+/// What a shaft clears the jig by on the way.
+const CLEAR_M: f64 = 0.012;
+/// How far above its pocket a nut comes straight down.
+const NUT_RISE_M: f64 = 0.04;
+/// Ways of turning a part about its axis that are tried at a target.
+const TURNS: u32 = 24;
+/// A nut or bolt this near to where another is put is in the way, in metres.
+const IN_THE_WAY_M: f64 = 0.025;
+
+// Colours that the colour-blind can tell apart (Okabe and Ito 2008).
+const NUT_LOOK: Look = Look { colour: 0xe69f00, ink: 0x8a5f00, roughness: 0.35 };
+const BOLT_LOOK: Look = Look { colour: 0x56b4e9, ink: 0x00639c, roughness: 0.35 };
+const JIG_LOOK: Look = Look { colour: 0x6f7f8f, ink: 0x3c4652, roughness: 0.6 };
+
+pub(super) fn spec(settings: &NutsAndBolts, seed: Seed) -> Result<SceneSpec, TaskError> {
+    let NutsAndBolts { part, jig, table, gripper, arm, step_ms, .. } = settings;
+    let handling = |flips, rise_m| Handling {
+        symmetry: Symmetry { turns: TURNS, flips },
+        rise_m,
+        release_m: part.across_flats_m / 2.0 + 0.004,
+        in_the_way_m: IN_THE_WAY_M,
+    };
+    let kind = |name: &String, pieces, handling, look| BodyKind {
+        name: name.clone(),
+        pieces,
+        density: part.density,
+        friction: part.friction,
+        handling,
+        look,
+    };
+    let fixture = |pieces, [x, y]: [f64; 2]| Fixture {
+        frame: BodyFrame::at([x, y, 0.0]),
+        pieces,
+        friction: part.friction,
+        look: JIG_LOOK,
+    };
+    let landmark = |kind, [x, y]: [f64; 2], z| Landmark { kind, pose: Pose::at([x, y, z]) };
+    let [pocket, hole] = settings.places();
+    Ok(SceneSpec {
+        kinds: vec![
+            // A nut has no upper side.
+            kind(&settings.nut_kind, shapes::nut(part), handling(true, NUT_RISE_M), NUT_LOOK),
+            kind(
+                &settings.bolt_kind,
+                shapes::bolt(part),
+                handling(false, part.shaft_length_m + CLEAR_M),
+                BOLT_LOOK,
+            ),
+        ],
+        parts: start::parts(settings, seed)?,
+        fixtures: vec![
+            fixture(shapes::pocket_block(jig, part), jig.pocket),
+            fixture(shapes::hole_block(jig, part), jig.hole),
+        ],
+        landmarks: vec![
+            landmark(pocket, jig.pocket, jig.pocket_floor_m),
+            landmark(hole, jig.hole, jig.hole_top_m),
+        ],
+        table: TableSpec {
+            rim: table.rim,
+            rim_height_m: table.rim_height_m,
+            friction: part.friction,
+        },
+        gripper: *gripper,
+        arm: *arm,
+        step_ms: *step_ms,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::task::scene::{Body, Outline};
+
+    #[test]
+    fn the_surface_of_a_nut_has_the_volume_of_a_hexagon_with_a_hole() {
+        let settings = NutsAndBolts::default();
+        let spec = spec(&settings, Seed::new(1)).expect("it can be drawn");
+        assert!(spec.check().is_ok());
+        let outline = Outline::of(&spec);
+        let nut = outline.meshes.iter().find(|m| m.body == Body::Kind(NUT)).expect("there");
+        let at = |corner: u32| nut.vertices[corner as usize].map(f64::from);
+        let volume: f64 = (nut.triangles.iter())
+            .map(|triangle| {
+                let [a, b, c] = triangle.map(at);
+                let [x, y, z] = crate::task::robot::vector::cross(b, c);
+                (a[0] * x + a[1] * y + a[2] * z) / 6.0
+            })
+            .sum();
+        // 30 mm across flats outside, 19.2 mm inside, 16 mm high.
+        let expected = 3f64.sqrt() / 2.0 * (0.030f64.powi(2) - 0.0192f64.powi(2)) * 0.016;
+        assert!((volume - expected).abs() < 1e-3 * expected, "{volume} {expected}");
+    }
+
+    #[test]
+    fn the_same_seed_gives_the_same_scene_and_another_seed_another() {
+        let draw = |seed| spec(&NutsAndBolts::default(), Seed::new(seed)).expect("it can be drawn");
+        assert_eq!(draw(1), draw(1));
+        assert_ne!(draw(1).parts, draw(2).parts);
+    }
+}

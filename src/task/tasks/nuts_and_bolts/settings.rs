@@ -1,0 +1,273 @@
+//! The task's settings: dimensions, materials, places and motors, in SI units, as `symbolt config` prints them.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use crate::files::read_file;
+use crate::task::error::TaskError;
+use crate::task::robot::{ArmSpec, GripperSpec};
+use crate::task::tasks::parse_settings;
+
+/// Hex nuts and hex-head bolts without threads. Lengths in metres.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PartSpec {
+    /// Distance between opposing flats of nuts and of bolt heads.
+    pub across_flats_m: f64,
+    /// Height of a nut.
+    pub nut_height_m: f64,
+    /// Radius of a nut's hole.
+    pub nut_hole_m: f64,
+    /// Height of a bolt's head.
+    pub head_height_m: f64,
+    /// Radius of a bolt's shaft.
+    pub shaft_radius_m: f64,
+    /// Length of a bolt's shaft.
+    pub shaft_length_m: f64,
+    /// Width of the chamfer of a shaft's tip.
+    pub tip_chamfer_m: f64,
+    /// Kilograms a cubic metre (steel: 7,800).
+    pub density: f64,
+    /// Coefficient of friction of parts, table and jig. Between pad and part the greater of theirs counts: the grip
+    /// fails only if [`GripperSpec::friction`] is small too.
+    pub friction: f64,
+}
+
+impl Default for PartSpec {
+    fn default() -> Self {
+        Self {
+            across_flats_m: 0.030,
+            nut_height_m: 0.016,
+            nut_hole_m: 0.0096,
+            head_height_m: 0.012,
+            shaft_radius_m: 0.008,
+            shaft_length_m: 0.050,
+            tip_chamfer_m: 0.003,
+            density: 7800.0,
+            friction: 0.5,
+        }
+    }
+}
+
+/// The jig: a round pocket for a nut and a hole for a bolt, each in a block of its own that stands on
+/// the table. Lengths in metres, positions on the table.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct JigSpec {
+    /// Where the nut's pocket is.
+    pub pocket: [f64; 2],
+    /// Where the bolt's hole is.
+    pub hole: [f64; 2],
+    /// Height of the pocket's floor.
+    pub pocket_floor_m: f64,
+    /// How deep the pocket is.
+    pub pocket_depth_m: f64,
+    /// What the pocket's radius exceeds a nut's corners by.
+    pub pocket_clearance_m: f64,
+    /// Height of the hole's upper edge, on which a bolt's head rests.
+    pub hole_top_m: f64,
+    /// What the hole's radius exceeds a shaft by.
+    pub hole_clearance_m: f64,
+    /// Width of the chamfer at both entries.
+    pub chamfer_m: f64,
+    /// Thickness of the walls.
+    pub wall_m: f64,
+}
+
+impl Default for JigSpec {
+    fn default() -> Self {
+        Self {
+            pocket: [0.42, -0.22],
+            hole: [0.52, -0.10],
+            pocket_floor_m: 0.042,
+            pocket_depth_m: 0.008,
+            pocket_clearance_m: 0.0007,
+            hole_top_m: 0.062,
+            hole_clearance_m: 0.0008,
+            chamfer_m: 0.003,
+            wall_m: 0.010,
+        }
+    }
+}
+
+/// The table and where parts are dropped on it. Metres and degrees.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct TableSettings {
+    /// The inner corners of the rim.
+    pub rim: [[f64; 2]; 2],
+    /// Height of the rim.
+    pub rim_height_m: f64,
+    /// The corners of the area in which parts begin.
+    pub drop: [[f64; 2]; 2],
+    /// From how high they are dropped.
+    pub drop_height_m: f64,
+    /// Greatest tilt, from lying, with which they are dropped.
+    pub drop_tilt_deg: f64,
+    /// Least distance between parts when they are dropped.
+    pub spacing_m: f64,
+}
+
+impl Default for TableSettings {
+    fn default() -> Self {
+        Self {
+            rim: [[0.30, -0.33], [0.66, 0.36]],
+            rim_height_m: 0.015,
+            drop: [[0.38, 0.03], [0.58, 0.29]],
+            drop_height_m: 0.03,
+            drop_tilt_deg: 25.0,
+            spacing_m: 0.085,
+        }
+    }
+}
+
+/// The task and its settings: a bolt is put through a nut, both of which are put into the jig before.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct NutsAndBolts {
+    /// How many nuts (1 to [`MAX_OF_A_KIND`]).
+    pub nuts: usize,
+    /// How many bolts (1 to [`MAX_OF_A_KIND`]).
+    pub bolts: usize,
+    /// What the recorder calls a nut.
+    pub nut_kind: String,
+    /// What the recorder calls a bolt.
+    pub bolt_kind: String,
+    /// The parts.
+    pub part: PartSpec,
+    /// The jig.
+    pub jig: JigSpec,
+    /// The table.
+    pub table: TableSettings,
+    /// The gripper.
+    pub gripper: GripperSpec,
+    /// The arm.
+    pub arm: ArmSpec,
+    /// Milliseconds of one step of the physics (1, 2 or 4).
+    pub step_ms: u64,
+}
+
+impl Default for NutsAndBolts {
+    fn default() -> Self {
+        Self {
+            nuts: 1,
+            bolts: 1,
+            nut_kind: "nut".into(),
+            bolt_kind: "bolt".into(),
+            part: PartSpec::default(),
+            jig: JigSpec::default(),
+            table: TableSettings::default(),
+            gripper: GripperSpec::default(),
+            arm: ArmSpec::default(),
+            step_ms: 4,
+        }
+    }
+}
+
+/// Most parts of one kind: more do not fit the table.
+pub const MAX_OF_A_KIND: usize = 4;
+
+impl NutsAndBolts {
+    /// Reads settings from JSON; what is not there keeps its default.
+    ///
+    /// # Errors
+    /// [`TaskError::Io`] if the file cannot be read; as [`NutsAndBolts::parse`].
+    pub fn read(path: &Path) -> Result<Self, TaskError> {
+        Self::parse(&read_file(path)?, &path.display().to_string())
+    }
+
+    /// Settings from JSON text that came from `name`.
+    ///
+    /// # Errors
+    /// [`TaskError::Input`], with the line for what is no such JSON and with the field for a value that
+    /// [`NutsAndBolts::check`] refuses.
+    pub fn parse(text: &[u8], name: &str) -> Result<Self, TaskError> {
+        parse_settings(text, name, Self::check)
+    }
+
+    /// The same in a mirror: left and right of the arm change places.
+    pub fn mirrored(mut self) -> Self {
+        let flip = |[low, high]: [[f64; 2]; 2]| [[low[0], -high[1]], [high[0], -low[1]]];
+        self.jig.pocket[1] = -self.jig.pocket[1];
+        self.jig.hole[1] = -self.jig.hole[1];
+        self.table.rim = flip(self.table.rim);
+        self.table.drop = flip(self.table.drop);
+        self
+    }
+
+    /// Height of a seated bolt's head's underside less that of an assembled one, in metres.
+    pub fn sink_m(&self) -> f64 {
+        let assembled = self.jig.pocket_floor_m + self.part.nut_height_m;
+        self.jig.hole_top_m - assembled
+    }
+
+    /// What the recorder calls the jig's places: the nut's pocket and the bolt's hole.
+    pub fn places(&self) -> [String; 2] {
+        [format!("{}_pocket", self.nut_kind), format!("{}_hole", self.bolt_kind)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refused(change: impl FnOnce(&mut NutsAndBolts)) -> String {
+        let mut spec = NutsAndBolts::default();
+        change(&mut spec);
+        spec.check().map_or_else(|e| e.to_string(), |()| "accepted".into())
+    }
+
+    #[test]
+    fn the_default_and_its_mirror_image_are_sound() {
+        assert!(NutsAndBolts::default().check().is_ok());
+        assert!(NutsAndBolts::default().mirrored().check().is_ok());
+        assert!(NutsAndBolts::default().sink_m() >= 1e-3);
+    }
+
+    #[test]
+    fn settings_are_read_from_json_and_what_is_missing_has_its_default() {
+        let text = br#"{"jig": {"hole_clearance_m": 0.001}, "arm": {"carry_m_s": 0.1}}"#;
+        let spec = NutsAndBolts::parse(text, "cell.json").expect("sound");
+        let mut expected = NutsAndBolts::default();
+        expected.jig.hole_clearance_m = 0.001;
+        expected.arm.carry_m_s = 0.1;
+        assert_eq!(spec, expected);
+        let whole = serde_json::to_vec(&expected).expect("it is plain data");
+        assert_eq!(NutsAndBolts::parse(&whole, "whole").expect("sound"), expected);
+    }
+
+    #[test]
+    fn what_cannot_be_read_or_built_is_refused_with_file_and_line_or_field() {
+        let said = |text: &str| {
+            let refused = NutsAndBolts::parse(text.as_bytes(), "cell.json").expect_err("unsound");
+            refused.to_string()
+        };
+        let shaft = said(r#"{"part": {"shaft_radius_m": 0.02}}"#);
+        assert!(shaft.starts_with("cell.json, field `part.nut_hole_m`: 0.0096"), "{shaft}");
+        let typo = said("{\n\"part\": {\"fricton\": 0.3}}");
+        assert!(typo.starts_with("cell.json, line 2: unknown field `fricton`"), "{typo}");
+        for text in ["", "[]", "{", "3", r#"{"nuts": -1}"#, r#"{"nuts": 1e400}"#] {
+            let message = said(text);
+            assert!(message.starts_with("cell.json, line "), "{text}: {message}");
+        }
+    }
+
+    #[test]
+    fn impossible_scenes_are_refused_by_the_setting_that_is_wrong() {
+        let cases: [(&str, String); 9] = [
+            ("part.nut_hole_m", refused(|s| s.part.shaft_radius_m = 0.0097)),
+            ("part.friction", refused(|s| s.part.friction = 0.0)),
+            ("part.density", refused(|s| s.part.density = f64::NAN)),
+            ("nuts", refused(|s| s.nuts = 0)),
+            ("bolts", refused(|s| s.bolts = 100)),
+            ("jig.pocket", refused(|s| s.jig.pocket = [0.9, 0.0])),
+            ("table.drop", refused(|s| s.table.drop[1] = [2.0, 0.2])),
+            ("jig.hole_top_m", refused(|s| s.jig.hole_top_m = 0.0585)),
+            ("step_ms", refused(|s| s.step_ms = 3)),
+        ];
+        for (name, message) in cases {
+            assert!(message.contains(name), "{name}: {message}");
+        }
+    }
+}

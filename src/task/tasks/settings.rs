@@ -1,0 +1,45 @@
+//! Reading a task's settings.
+
+use serde::de::DeserializeOwned;
+
+use crate::task::error::{InputFault, TaskError};
+
+/// Reads a task's settings from the text of a JSON object that came from `name`, and checks them.
+///
+/// # Errors
+/// [`TaskError::Input`], with the line for what is no such object and with the field for a [`TaskError::Setting`] or
+/// [`TaskError::Range`] of `check`; any other error of `check` as it is.
+pub fn parse_settings<T: DeserializeOwned>(
+    text: &[u8],
+    name: &str,
+    check: impl FnOnce(&T) -> Result<(), TaskError>,
+) -> Result<T, TaskError> {
+    let fault = |line, field: &str, problem: String, expected: &str| InputFault {
+        file: name.into(),
+        line,
+        field: field.into(),
+        problem,
+        expected: expected.into(),
+    };
+    // Serde would take a list of values in order.
+    if text.trim_ascii_start().first() != Some(&b'{') {
+        let expected = "an object of settings, as `symbolt config` prints them";
+        return Err(fault(Some(1), "", "it is no JSON object".into(), expected).into());
+    }
+    let settings: T = serde_json::from_slice(text).map_err(|error| {
+        let problem = error.to_string();
+        let problem = problem.split(" at line ").next().unwrap_or_default().to_owned();
+        let line = (error.line() > 0).then(|| error.line());
+        fault(line, "", problem, "a task's settings, as `symbolt config` prints them")
+    })?;
+    match check(&settings) {
+        Err(TaskError::Setting { name: field, value, expected }) => {
+            Err(fault(None, field, value, expected).into())
+        }
+        Err(TaskError::Range { name: field, value, least, most }) => {
+            let expected = format!("{least} to {most}");
+            Err(fault(None, field, value.to_string(), &expected).into())
+        }
+        other => other.map(|()| settings),
+    }
+}

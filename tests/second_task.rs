@@ -1,0 +1,284 @@
+//! A second task, written against the public trait alone: a base block on a pad, and another block on top of it.
+//!
+//! Scene, skills, recorder, learner, planner and closed loop are those of the first task, and none of them was changed
+//! for this one.
+
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+#![cfg(feature = "physics")]
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+use std::sync::Arc;
+
+use rand::RngExt;
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+use symbolt::sim::Seed;
+use symbolt::task::event::{Ended, SkillReport};
+use symbolt::task::execute::{EpisodeSpec, episode};
+use symbolt::task::learn::{Settings, learn};
+use symbolt::task::planner::{Planner, PlannerSpec};
+use symbolt::task::robot::{BodyFrame, FINGER_TIP_M, Turn, reaches_table};
+use symbolt::task::scene::{
+    BodyKind, Fixture, Handling, Landmark, Look, Outline, Part, Scene, SceneSpec, Symmetry, cuboid,
+};
+use symbolt::task::skill::{Grasp, Target};
+use symbolt::task::tasks::{
+    self, Demonstrator, Judgement, Perturbation, Step, Task, parse_settings,
+};
+use symbolt::task::{Grounding, Pose, TaskError, demonstrate};
+
+/// A base on a pad, and a top on the base.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct Tower {
+    /// Where the pad is, in metres.
+    pad: [f64; 2],
+    /// Half the width of both blocks, in metres.
+    half_m: f64,
+}
+
+impl Default for Tower {
+    fn default() -> Self {
+        Self { pad: [0.48, -0.14], half_m: 0.016 }
+    }
+}
+
+const BASE: usize = 0;
+const TOP: usize = 1;
+const PAD_HEIGHT_M: f64 = 0.02;
+
+impl Tower {
+    fn check(&self) -> Result<(), TaskError> {
+        if !reaches_table(self.pad) {
+            let value = format!("{:?}", self.pad);
+            return Err(TaskError::Setting { name: "pad", value, expected: "a place in reach" });
+        }
+        let (value, least, most) = (self.half_m, 0.01, 0.03);
+        if !(least..=most).contains(&value) {
+            return Err(TaskError::Range { name: "half_m", value, least, most });
+        }
+        Ok(())
+    }
+
+    /// Where the middle of a block belongs.
+    fn place(&self, part: usize) -> [f64; 3] {
+        let [x, y] = self.pad;
+        [x, y, PAD_HEIGHT_M + self.half_m * if part == BASE { 1.0 } else { 3.0 }]
+    }
+
+    fn is_placed(&self, scene: &Scene, part: usize) -> bool {
+        let Some(Pose { position, .. }) = scene.part(part) else { return false };
+        let [x, y, z] = self.place(part);
+        (position[0] - x).hypot(position[1] - y) < 5e-3 && (position[2] - z).abs() < 1.5e-3
+    }
+}
+
+impl Task for Tower {
+    fn name(&self) -> &'static str {
+        "tower"
+    }
+
+    fn description(&self) -> &'static str {
+        "put a block on a pad and another block on top of it"
+    }
+
+    fn settings(&self) -> Value {
+        json!(self)
+    }
+
+    fn with_settings(&self, text: &[u8], file: &str) -> Result<Arc<dyn Task>, TaskError> {
+        Ok(Arc::new(parse_settings(text, file, Self::check)?))
+    }
+
+    fn scene(&self, seed: Seed) -> Result<SceneSpec, TaskError> {
+        self.check()?;
+        let mut rng = seed.derive("tower", "drop").rng();
+        let look = |colour| Look { colour, ink: colour, roughness: 0.6 };
+        let kind = |name: &str, colour| BodyKind {
+            name: name.into(),
+            pieces: vec![cuboid([0.0; 3], [self.half_m; 3])],
+            density: 700.0,
+            friction: 0.6,
+            handling: Handling {
+                symmetry: Symmetry { turns: 24, flips: false },
+                rise_m: 0.05,
+                release_m: self.half_m + 0.006,
+                in_the_way_m: self.half_m,
+            },
+            look: look(colour),
+        };
+        let parts = [BASE, TOP].map(|kind| {
+            // Each in a half of its own, so that they never meet.
+            let y = if kind == BASE { 0.04 } else { 0.18 };
+            let position = [
+                0.40 + 0.16 * rng.random::<f64>(),
+                y + 0.08 * rng.random::<f64>(),
+                self.half_m + 0.005,
+            ];
+            let turn = Turn::about_z(TAU * rng.random::<f64>()) * Turn::about_x(0.03);
+            Part { kind, frame: BodyFrame { position, turn } }
+        });
+        let [x, y] = self.pad;
+        let half = [0.035, 0.035, PAD_HEIGHT_M / 2.0];
+        Ok(SceneSpec {
+            kinds: vec![kind("base", 0x009e73), kind("top", 0xcc79a7)],
+            parts: parts.into(),
+            fixtures: vec![Fixture {
+                frame: BodyFrame::at([x, y, 0.0]),
+                pieces: vec![cuboid([0.0, 0.0, PAD_HEIGHT_M / 2.0], half)],
+                friction: 0.6,
+                look: look(0x6f7f8f),
+            }],
+            landmarks: vec![Landmark { kind: "pad".into(), pose: Pose::at([x, y, PAD_HEIGHT_M]) }],
+            ..SceneSpec::default()
+        })
+    }
+
+    /// From above, on two opposing sides.
+    fn grasps(&self, scene: &Scene, part: usize) -> Vec<Grasp> {
+        let Some(BodyFrame { position: [x, y, z], turn }) = scene.body_frame(part) else {
+            return Vec::new();
+        };
+        if turn.apply([0.0, 0.0, 1.0])[2] < 0.99 {
+            return Vec::new();
+        }
+        let side = |quarter: u32| {
+            let [x, y, _] =
+                (turn * Turn::about_z(f64::from(quarter) * FRAC_PI_2)).apply([1.0, 0.0, 0.0]);
+            [x, y, 0.0]
+        };
+        let grasp = |quarter| Grasp {
+            at: [x, y, z - 0.008 + FINGER_TIP_M],
+            approach: [0.0, 0.0, -1.0],
+            closing: side(quarter),
+            opening_m: self.half_m + 0.008,
+        };
+        (0..4).map(grasp).collect()
+    }
+
+    fn demonstrator(&self, _seed: Seed, _demo: usize) -> Box<dyn Demonstrator> {
+        Box::new(Builder(self.clone()))
+    }
+
+    fn judge(&self, scene: &Scene) -> Judgement {
+        let placed = [BASE, TOP].map(|part| self.is_placed(scene, part));
+        let said = ["the base is on the pad", "the top is on the base"];
+        let achieved = said.iter().zip(placed).filter(|(_, placed)| *placed);
+        Judgement {
+            solved: placed == [true; 2],
+            achieved: achieved.map(|(said, _)| (*said).into()).collect(),
+        }
+    }
+
+    fn min_actions(&self) -> usize {
+        2
+    }
+
+    /// The base is put aside as soon as the robot has let go of it.
+    fn perturbation(&self, _seed: Seed) -> Option<Perturbation> {
+        let pose = Pose::at([0.42, 0.30, self.half_m + 1e-3]);
+        Some(Perturbation { at_s: 6.0, part: BASE, pose })
+    }
+}
+
+/// From the ground up.
+struct Builder(Tower);
+
+impl Demonstrator for Builder {
+    fn next(&mut self, scene: &Scene, _so_far: &[SkillReport]) -> Option<Step> {
+        let part = [BASE, TOP].into_iter().find(|part| !self.0.is_placed(scene, *part))?;
+        Some(Step { part, target: Target::upright(self.0.place(part)) })
+    }
+}
+
+#[test]
+fn a_second_task_is_demonstrated_learned_and_done_through_the_trait_alone() {
+    let task = Tower::default();
+    let shown = demonstrate(&task, 4, Seed::new(1)).expect("it can be shown");
+    assert_eq!(shown.solved, 4, "{:?}", shown.skills);
+    let domain = learn(&shown.recording, &Settings::default()).expect("it teaches").domain;
+    let names: Vec<&str> = domain.states().iter().map(|state| state.name.as_str()).collect();
+    assert_eq!(names, ["BASE_AT_START", "BASE_AT_PAD", "TOP_AT_START", "TOP_AT_PAD"]);
+    assert_eq!(domain.operators().len(), task.min_actions());
+    let goal = domain.goal().expect("something was brought about");
+    let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1)).expect("it builds");
+    let planner = Arc::new(planner);
+    for seed in 0..3 {
+        let spec = EpisodeSpec::of(task.clone());
+        let over = episode(&planner, Grounding::default(), goal, &spec, Seed::new(seed));
+        let report = over.expect("it runs").report;
+        assert_eq!(report.ended, Ended::GoalMet, "seed {seed}: {report:?}");
+        assert!(report.solved && !report.false_goal(), "seed {seed}: {report:?}");
+        assert_eq!(report.skills().count(), task.min_actions(), "seed {seed}: {report:?}");
+    }
+    // A block that a person takes away again is put back.
+    let perturbation = task.perturbation(Seed::new(1));
+    let spec = EpisodeSpec { perturbation, ..EpisodeSpec::of(task) };
+    let over = episode(&planner, Grounding::default(), goal, &spec, Seed::new(5)).expect("runs");
+    assert!(over.report.perturbed && over.report.solved, "{:?}", over.report);
+    assert_eq!(over.report.skills().count(), 3, "the base twice: {:?}", over.report);
+}
+
+#[test]
+fn the_judge_looks_at_the_scene_alone() {
+    let task = Tower::default();
+    let mut scene = Scene::new(task.scene(Seed::new(3)).expect("drawn")).expect("built");
+    assert_eq!(task.judge(&scene), Judgement::default());
+    for part in [BASE, TOP] {
+        scene.disturb(part, &Pose::at(task.place(part)));
+    }
+    for _ in 0..100 {
+        scene.step();
+    }
+    assert_eq!(task.judge(&scene).achieved.len(), 2);
+    assert!(task.judge(&scene).solved);
+    // It looks as its data says.
+    let outline = Outline::of(scene.spec());
+    assert_eq!(
+        outline.kinds.iter().map(|k| k.look.colour).collect::<Vec<_>>(),
+        [0x009e73, 0xcc79a7]
+    );
+    assert_eq!(outline.parts, [BASE, TOP]);
+}
+
+#[test]
+fn settings_go_to_json_and_back_and_faults_are_named() {
+    let task = Tower { half_m: 0.014, ..Tower::default() };
+    let text = task.settings().to_string();
+    let same = Tower::default().with_settings(text.as_bytes(), "tower.json").expect("valid");
+    assert_eq!(same.settings(), task.settings());
+    let refused = |text: &str| {
+        let read = task.with_settings(text.as_bytes(), "tower.json");
+        read.map(|_| ()).expect_err("it is refused").to_string()
+    };
+    let far = refused(r#"{"pad": [2.0, 0.0]}"#);
+    assert!(far.starts_with("tower.json, field `pad`: [2.0, 0.0]"), "{far}");
+    assert!(refused("{\n\"pat\": 1}").starts_with("tower.json, line 2: unknown field `pat`"));
+    let unknown = tasks::by_name("tower").map(|_| ()).expect_err("it is not built in").to_string();
+    assert!(unknown.contains("nuts-and-bolts"), "{unknown}");
+}
+
+#[test]
+fn scenes_that_cannot_be_built_are_refused_by_what_is_wrong() {
+    let refused = |change: fn(&mut SceneSpec)| {
+        let mut spec = Tower::default().scene(Seed::new(1)).expect("drawn");
+        change(&mut spec);
+        Scene::new(spec).map(|_| ()).expect_err("it is refused").to_string()
+    };
+    let cases: [(&str, String); 11] = [
+        ("kinds", refused(|s| s.kinds[1].name = "base".into())),
+        ("landmarks", refused(|s| s.landmarks[0].kind = "top".into())),
+        ("pieces", refused(|s| s.kinds[0].pieces.clear())),
+        ("pieces", refused(|s| s.kinds[0].pieces[0] = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])),
+        ("pieces", refused(|s| s.fixtures[0].pieces[0].iter_mut().for_each(|c| c[2] = 0.0))),
+        ("pieces", refused(|s| s.kinds[0].pieces[0][0][0] = f64::NAN)),
+        ("density", refused(|s| s.kinds[0].density = 0.0)),
+        ("friction", refused(|s| s.table.friction = f64::NAN)),
+        ("handling", refused(|s| s.kinds[0].handling.symmetry.turns = 0)),
+        ("parts", refused(|s| s.parts[0].kind = 2)),
+        ("step_ms", refused(|s| s.step_ms = 3)),
+    ];
+    for (name, message) in cases {
+        assert!(message.starts_with(&format!("`{name}` is ")), "{name}: {message}");
+    }
+}
