@@ -8,12 +8,13 @@ use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use symbolt::sim::Seed;
+use symbolt::task::event::SkillReport;
 use symbolt::task::execute::{EpisodeSpec, episode};
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::{Planner, PlannerSpec};
 use symbolt::task::robot::inverse_kinematics;
 use symbolt::task::scene::Scene;
-use symbolt::task::skill::{Robot, SkillReport, Target};
+use symbolt::task::skill::{Robot, Target};
 use symbolt::task::tasks::Task;
 use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
 use symbolt::task::{Grounding, Pose, demonstrate};

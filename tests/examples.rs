@@ -27,7 +27,7 @@ fn hello_pointer_finds_the_nut() {
     assert!((similarity - 1.0).abs() < 1e-3, "{similarity}");
 }
 
-/// The plan that `two_step_plan` and `same_plan_spiking` make, with the simulated ms of exact maths.
+/// The plan that `two_step_plan` and `same_plan_spiking` make, with the simulated ms of direct mode.
 const TEA: [(&str, f64); 2] = [("BOIL_WATER", 224.0), ("BREW_TEA", 74.0)];
 
 #[test]

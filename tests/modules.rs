@@ -249,7 +249,7 @@ fn a_goal_buffer_follows_while_it_is_open_and_holds_while_it_is_closed() {
     assert_eq!(samples.len(), 900);
     // Within two feed-forward synapses the output is recognisably the input.
     assert!(cosine(&at(12), &a) > 0.99 && norm(&at(12)) > 0.5);
-    // Held, and held exactly: the closed buffer does not drift in exact maths.
+    // Held, and held exactly: the closed buffer does not drift in direct mode.
     assert!(cosine(&at(120), &a) > 0.999);
     assert!((norm(&at(120)) - 1.0).abs() < 0.1, "{}", norm(&at(120)));
     assert!((norm(&at(590)) / norm(&at(120)) - 1.0).abs() < 1e-3);

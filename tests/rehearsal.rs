@@ -9,7 +9,9 @@ use symbolt::task::learn::{AttemptOutcome, Failure, Learned, Settings, learn};
 use symbolt::task::planner::{Planner, PlannerSpec};
 use symbolt::task::tasks::nuts_and_bolts::synthetic::heights;
 use symbolt::task::tasks::nuts_and_bolts::{Order, SyntheticDemonstrations, SyntheticRecording};
-use symbolt::task::{Classifier, Domain, Event, Grounding, Obstacle, Pose, TaskError, Verdict};
+use symbolt::task::{
+    Classifier, Domain, Grounding, Obstacle, Pose, SnapshotEvent, TaskError, Verdict,
+};
 
 fn record(spec: &SyntheticDemonstrations, seed: u64) -> SyntheticRecording {
     spec.record(Seed::new(seed)).expect("the settings are valid")
@@ -229,10 +231,10 @@ fn the_generator_shows_what_it_is_asked_for() {
         plain.labels.iter().filter_map(|d| d.iter().flatten().next()).map(String::as_str).collect();
     assert_eq!(first.len(), 2);
     assert_ne!(first[0], first[1], "both orders occur");
-    let events: Vec<Option<Event>> =
+    let events: Vec<Option<SnapshotEvent>> =
         plain.recording.demos[0].snapshots.iter().map(|s| s.event).collect();
-    assert_eq!(events.first(), Some(&Some(Event::Start)));
-    assert_eq!(events.last(), Some(&Some(Event::End)));
+    assert_eq!(events.first(), Some(&Some(SnapshotEvent::Start)));
+    assert_eq!(events.last(), Some(&Some(SnapshotEvent::End)));
     assert_eq!(events.len(), 8);
 
     let rough = SyntheticDemonstrations {
@@ -333,7 +335,7 @@ fn events_without_objects_teach_the_same() {
         let expected = learn(&recording, &Settings::default()).expect("learns").domain;
         for snapshot in recording.demos.iter_mut().flat_map(|d| &mut d.snapshots) {
             // First all of them, then only those of releases.
-            if drop_from == 0 || snapshot.event == Some(Event::Release) {
+            if drop_from == 0 || snapshot.event == Some(SnapshotEvent::Release) {
                 snapshot.object = None;
             }
         }

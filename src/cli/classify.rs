@@ -68,7 +68,7 @@ fn read_scenes(path: &std::path::Path) -> Result<Vec<Scene>, Error> {
             });
             Ok(scenes.collect())
         }
-        // A scene says of no demonstration; if it is not sound either, the recording's fault is the one
+        // A scene says of no demonstration; if it is not valid either, the recording's fault is the one
         // to tell.
         Err(fault) => match Snapshot::parse(&bytes, &name) {
             Ok(scene) => Ok(vec![(None, scene)]),

@@ -138,10 +138,10 @@ impl FromStr for PathPattern {
     fn from_str(text: &str) -> Result<Self, PatternError> {
         let parts: Vec<String> = text.split('/').map(str::to_owned).collect();
         let good = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.' | '*');
-        let sound = parts
+        let valid = parts
             .iter()
             .all(|p| !p.is_empty() && p.chars().all(good) && (p == "**" || !p.contains("**")));
-        if sound {
+        if valid {
             Ok(Self { text: text.into(), parts })
         } else {
             Err(PatternError { pattern: text.into() })

@@ -132,7 +132,7 @@ impl Node for NeuralSelect {
             Rivalry::Race { accumulators, decay, hold, gain } => {
                 let (neurons, held) = rest.split_at_mut(accumulators.bank.state_len());
                 let (evidence, held) = held.split_at_mut(items);
-                let (heard, winning) = held.split_at_mut(items);
+                let (filtered, winning) = held.split_at_mut(items);
                 let (level, all) = (self.layer.rule.level(), winning.iter().sum::<Real>());
                 // What each item has gathered, unless another has reached the threshold or it is inhibited.
                 let own = evidence.iter().zip(&*winning).zip(inhibit);
@@ -144,10 +144,10 @@ impl Node for NeuralSelect {
                     let drive = kept + gain * (net - level);
                     *evidence = decayed(*hold, *evidence, drive).max(0.0);
                 }
-                for (heard, output) in heard.iter_mut().zip(&*output) {
-                    *heard = decayed(*decay, *heard, *output);
+                for (filtered, output) in filtered.iter_mut().zip(&*output) {
+                    *filtered = decayed(*decay, *filtered, *output);
                 }
-                self.chosen.bank.step(cx.threads(), (heard, 1.0), chosen, output);
+                self.chosen.bank.step(cx.threads(), (filtered, 1.0), chosen, output);
                 for (winning, output) in winning.iter_mut().zip(&*output) {
                     *winning = decayed(*decay, *winning, *output);
                 }

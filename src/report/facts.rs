@@ -35,7 +35,7 @@ pub struct RunFacts {
     pub task: String,
     /// The task's settings in the episodes.
     pub scene: Value,
-    /// What the filmed episode's scene was drawn from.
+    /// What the recorded episode's scene was drawn from.
     #[serde(default)]
     pub scene_seed: u64,
     /// The episode that `arrays.npz` and `scene.json` are of, counted from 0.
@@ -78,7 +78,7 @@ fn default_task() -> String {
 }
 
 impl RunFacts {
-    /// The scene of the filmed episode, drawn anew.
+    /// The scene of the recorded episode, drawn anew.
     ///
     /// # Errors
     /// [`TaskError::UnknownTask`]; [`TaskError::Input`], [`TaskError::Setting`] or [`TaskError::Range`] for settings that

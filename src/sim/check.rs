@@ -1,4 +1,4 @@
-//! Checks a description as a whole, reports all faults together, and hands a sound one to layout.
+//! Checks a description as a whole, reports all faults together, and hands a valid one to layout.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap, HashMap};
@@ -66,7 +66,7 @@ pub(crate) fn freeze(
     if !faults.is_empty() {
         return Err(BuildErrors(faults));
     }
-    let sound = Checked {
+    let checked = Checked {
         builder: draft.builder,
         nodes,
         edges: draft.edges,
@@ -76,7 +76,7 @@ pub(crate) fn freeze(
         seed,
         moved,
     };
-    layout::lay_out(sound).map_err(|fault| BuildErrors(vec![fault]))
+    layout::lay_out(checked).map_err(|fault| BuildErrors(vec![fault]))
 }
 
 /// Notes a fault for every path used more than once.

@@ -1,4 +1,4 @@
-//! Lays a sound description out in arenas: where every signal, filter and state stands.
+//! Lays a valid description out in arenas: where every signal, filter and state stands.
 
 use std::collections::HashMap;
 
@@ -62,13 +62,13 @@ fn append<T: Clone>(all: &mut Vec<T>, items: &[T]) -> Span {
 /// The greatest size of an arena: spans are 32-bit.
 const LIMIT: usize = u32::MAX as usize;
 
-/// Gives every number of a sound description its place.
-pub(crate) fn lay_out(sound: Checked) -> Result<Graph, BuildError> {
-    let fingerprint = fingerprint(&sound);
-    let parallel = sound.nodes.iter().any(|node| node.ports.parallel);
-    let places = Places::of(&sound);
-    let wires = Wires::of(&sound, &places);
-    let Checked { builder, nodes, edges, probes, order, time, seed, moved } = sound;
+/// Gives every number of a valid description its place.
+pub(crate) fn lay_out(checked: Checked) -> Result<Graph, BuildError> {
+    let fingerprint = fingerprint(&checked);
+    let parallel = checked.nodes.iter().any(|node| node.ports.parallel);
+    let places = Places::of(&checked);
+    let wires = Wires::of(&checked, &places);
+    let Checked { builder, nodes, edges, probes, order, time, seed, moved } = checked;
     let mut rank = vec![0; nodes.len()];
     for (at, node) in order.iter().enumerate() {
         rank[*node] = at;
@@ -135,8 +135,8 @@ struct Places {
 }
 
 impl Places {
-    fn of(sound: &Checked) -> Self {
-        let count = sound.nodes.len();
+    fn of(checked: &Checked) -> Self {
+        let count = checked.nodes.len();
         let mut places = Self {
             outs: vec![Vec::new(); count],
             own: vec![(Span::default(), Span::default()); count],
@@ -144,8 +144,8 @@ impl Places {
             registered: Cursor::default(),
             scratch: ScratchSpec::default(),
         };
-        for at in &sound.order {
-            let ports = &sound.nodes[*at].ports;
+        for at in &checked.order {
+            let ports = &checked.nodes[*at].ports;
             let (first_signal, first_registered) = (places.signals.0, places.registered.0);
             for output in &ports.outputs {
                 let tape =
@@ -178,13 +178,13 @@ struct Wires {
 
 impl Wires {
     /// Edges from one output with one time constant share a filter.
-    fn of(sound: &Checked, places: &Places) -> Self {
+    fn of(checked: &Checked, places: &Places) -> Self {
         let mut held = Cursor(places.registered.0);
         let mut filters: Vec<FilterPlan> = Vec::new();
         let mut shared: HashMap<((usize, usize), SimDuration), usize> = HashMap::new();
         let mut sources: Vec<Vec<Vec<Slot>>> =
-            sound.nodes.iter().map(|n| vec![Vec::new(); n.ports.inputs.len()]).collect();
-        for edge in &sound.edges {
+            checked.nodes.iter().map(|n| vec![Vec::new(); n.ports.inputs.len()]).collect();
+        for edge in &checked.edges {
             let out = places.outs[edge.from.0][edge.from.1];
             let slot = match edge.via {
                 Synapse::None if out.registered => Slot::Held(out.span),
@@ -194,7 +194,7 @@ impl Wires {
                         filters.push(FilterPlan {
                             source: Source::of(out),
                             held: held.take(out.span.len()),
-                            decay: edge.via.decay(sound.time.dt_s()).unwrap_or_default(),
+                            decay: edge.via.decay(checked.time.dt_s()).unwrap_or_default(),
                         });
                         filters.len() - 1
                     });
@@ -360,10 +360,12 @@ fn probe_plans(
 
 /// A hash of everything that decides what the numbers of a checkpoint mean: the clock, the nodes with their
 /// ports and parameters, edges, and probes' filters.
-fn fingerprint(sound: &Checked) -> u64 {
+fn fingerprint(checked: &Checked) -> u64 {
     let mut hash = Fingerprint::default();
-    hash.text("symbolt graph 2").number(sound.seed.value()).number(sound.time.tick().as_micros());
-    for node in &sound.nodes {
+    hash.text("symbolt graph 2")
+        .number(checked.seed.value())
+        .number(checked.time.tick().as_micros());
+    for node in &checked.nodes {
         let state = node.ports.state;
         hash.text(&node.path).text(node.body.type_name());
         for count in [state.reals, state.words, state.longs] {
@@ -385,13 +387,13 @@ fn fingerprint(sound: &Checked) -> u64 {
         Synapse::None => hash.number(0).value(),
         Synapse::Lowpass { tau } => hash.number(1).number(tau.as_micros()).value(),
     };
-    for edge in &sound.edges {
+    for edge in &checked.edges {
         for number in [edge.from.0, edge.from.1, edge.to.0, edge.to.1] {
             hash.number(number as u64);
         }
         synapse(&mut hash, edge.via);
     }
-    for probe in &sound.probes {
+    for probe in &checked.probes {
         hash.number(probe.of.0 as u64).number(probe.of.1 as u64);
         synapse(&mut hash, probe.spec.filter);
     }

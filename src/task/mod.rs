@@ -33,10 +33,10 @@ pub mod tasks;
 
 pub use domain::{
     AcceptableAnswers, ActionId, Classifier, Commitment, Demonstration, Domain, DomainBuilder,
-    Event, Evidence, GaussianGate, Grounded, Grounding, KindClusters, Labels, LearnedState,
-    MIN_DISTINCT, ObjectPose, Obstacle, Operator, Origin, Parameter, Pose, Provenance, Recording,
-    Rules, Snapshot, State, StateId, Verdict, WorldState, acceptable_answers, mean_orientation,
-    rotation_between,
+    Evidence, GaussianGate, Grounded, Grounding, KindClusters, Labels, LearnedState, MIN_DISTINCT,
+    ObjectPose, Obstacle, Operator, Origin, Parameter, Pose, Provenance, Recording, Rules,
+    Snapshot, SnapshotEvent, State, StateId, Verdict, WorldState, acceptable_answers,
+    mean_orientation, rotation_between,
 };
 pub use error::{InputFault, TaskError};
 #[cfg(feature = "physics")]

@@ -131,7 +131,7 @@ impl Experiment for Ablation {
     }
 
     fn question(&self) -> &'static str {
-        "How often does the planner do what the oracle accepts, and when, without a part or with another?"
+        "How often does the planner do what the reference planner accepts, and when, without a part or with another?"
     }
 
     fn revision(&self) -> u32 {
@@ -186,7 +186,7 @@ impl Experiment for Ablation {
             Mark { x: 100.0 * row.statistic.value(), y: at as f64, bar }
         });
         Some(Figure {
-            title: "Decisions that the oracle accepts, with 95% intervals".into(),
+            title: "Decisions that the reference planner accepts, with 95% intervals".into(),
             x: Axis::from_to("accepted (%)", 0.0, 102.0),
             y: Axis::named(names),
             series: vec![Series::new("", marks.collect(), Style::Points)],

@@ -27,7 +27,7 @@ pub use ids::{ActionId, StateId};
 pub use operator::{Evidence, Operator, Parameter};
 pub use pose::{Pose, mean_orientation, rotation_between};
 pub use provenance::{KindClusters, Provenance};
-pub use recording::{Demonstration, Event, Labels, ObjectPose, Recording, Snapshot};
+pub use recording::{Demonstration, Labels, ObjectPose, Recording, Snapshot, SnapshotEvent};
 pub use reference::{AcceptableAnswers, acceptable_answers};
 pub use state::{LearnedState, Origin, State};
 pub use verdict::{Commitment, Obstacle, Rules, Verdict};

@@ -5,7 +5,7 @@
 
 use super::recorder::Recorder;
 use crate::sim::Seed;
-use crate::task::domain::{Demonstration, Event as Noted, Recording};
+use crate::task::domain::{Demonstration, Recording, SnapshotEvent};
 use crate::task::error::TaskError;
 use crate::task::event::{Event, Ignore, Observer, SkillReport, Touch, Touched};
 use crate::task::scene::Scene;
@@ -86,7 +86,7 @@ fn show(
 ) -> Vec<SkillReport> {
     let mut robot = Robot::default();
     let mut reports = Vec::new();
-    recorder.note(scene, Noted::Start, None);
+    recorder.note(scene, SnapshotEvent::Start, None);
     while reports.len() < PATIENCE * task.min_actions() {
         let Some(step) = demonstrator.next(scene, &reports) else { break };
         let grasps = task.grasps(scene, step.part);
@@ -99,7 +99,7 @@ fn show(
             }
         }
     }
-    recorder.note(scene, Noted::End, None);
+    recorder.note(scene, SnapshotEvent::End, None);
     reports
 }
 
@@ -115,8 +115,8 @@ fn carry_out(
         let time_s = scene.time_s();
         if let Some(touch) = step.touch {
             match touch {
-                Touch::Contact(part) => recorder.note(scene, Noted::Contact, Some(part)),
-                Touch::Release(part) => recorder.note(scene, Noted::Release, Some(part)),
+                Touch::Contact(part) => recorder.note(scene, SnapshotEvent::Contact, Some(part)),
+                Touch::Release(part) => recorder.note(scene, SnapshotEvent::Release, Some(part)),
             }
             observer.observe(&Event::Touched(Touched::at(time_s, touch)));
         }

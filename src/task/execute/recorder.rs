@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::task::domain::{Event, ObjectPose, Snapshot};
+use crate::task::domain::{ObjectPose, Snapshot, SnapshotEvent};
 use crate::task::scene::Scene;
 
 /// Takes snapshots of a scene: its parts, then its landmarks, each as its kind's name and a number.
@@ -68,7 +68,7 @@ impl Recorder {
     }
 
     /// Takes a snapshot of what a touch, the start or the end shows.
-    pub fn note(&mut self, scene: &Scene, event: Event, touched: Option<usize>) {
+    pub fn note(&mut self, scene: &Scene, event: SnapshotEvent, touched: Option<usize>) {
         let (mut snapshot, parts) = self.look(scene);
         snapshot.event = Some(event);
         snapshot.object = touched.and_then(|t| parts.iter().position(|p| *p == Some(t)));

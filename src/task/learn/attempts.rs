@@ -2,7 +2,7 @@
 
 use super::tracks::Track;
 use crate::task::domain::distance::p_distance;
-use crate::task::domain::{Demonstration, Event};
+use crate::task::domain::{Demonstration, SnapshotEvent};
 
 /// A part that stays within this distance has not moved, in metres: a knock, a slip in the hand and the
 /// settling of a resting part are below it.
@@ -60,10 +60,10 @@ pub(crate) fn cut(demo: usize, demonstration: &Demonstration, tracks: &[Track]) 
             attempts.push(Attempt { demo, before, after, track, declared, released });
         };
         match (snapshot.event, held) {
-            (Some(Event::Contact), None) => held = Some((now, touched)),
+            (Some(SnapshotEvent::Contact), None) => held = Some((now, touched)),
             // Contact and no release before: the part got away unseen, unless the pads just lost and
             // found it where it was.
-            (Some(Event::Contact), Some((before, track))) => {
+            (Some(SnapshotEvent::Contact), Some((before, track))) => {
                 let same = track.is_some() && touched == track;
                 let moved = track.and_then(|t| tracks[t].moved(demonstration, before, now));
                 if !(same && moved.is_some_and(|m| m < MOVED_M)) {
@@ -71,13 +71,13 @@ pub(crate) fn cut(demo: usize, demonstration: &Demonstration, tracks: &[Track]) 
                     held = Some((now, touched));
                 }
             }
-            (Some(Event::Release), Some((before, track)))
+            (Some(SnapshotEvent::Release), Some((before, track)))
                 if touched.is_none() || track.is_none() || touched == track =>
             {
                 close((before, track.or(touched)), (now + 1).min(last), Some(now));
                 held = None;
             }
-            (Some(Event::End), Some(attempt)) => {
+            (Some(SnapshotEvent::End), Some(attempt)) => {
                 close(attempt, now, None);
                 held = None;
             }
@@ -142,7 +142,7 @@ mod tests {
     use crate::task::domain::{ObjectPose, Snapshot};
     use crate::task::learn::tracks::follow;
 
-    fn snapshot(event: Option<Event>, object: Option<usize>, xs: &[f64]) -> Snapshot {
+    fn snapshot(event: Option<SnapshotEvent>, object: Option<usize>, xs: &[f64]) -> Snapshot {
         let part = |(i, x): (usize, &f64)| ObjectPose {
             id: format!("part_{i}").into(),
             kind: "part".into(),
@@ -181,7 +181,7 @@ mod tests {
 
     #[test]
     fn with_events_a_try_lasts_from_contact_to_the_snapshot_after_the_release() {
-        use Event::{Contact, End, Release, Start};
+        use SnapshotEvent::{Contact, End, Release, Start};
         let attempts = cut_all(vec![
             snapshot(Some(Start), None, &[0.0, 1.0]),
             snapshot(Some(Contact), Some(0), &[0.0, 1.0]),
@@ -195,7 +195,7 @@ mod tests {
 
     #[test]
     fn a_part_that_slips_away_without_a_release_ends_its_try_at_the_next_contact() {
-        use Event::{Contact, Release};
+        use SnapshotEvent::{Contact, Release};
         let attempts = cut_all(vec![
             snapshot(Some(Contact), Some(0), &[0.0, 1.0]),
             snapshot(Some(Contact), Some(1), &[0.2, 1.0]),
@@ -206,7 +206,7 @@ mod tests {
 
     #[test]
     fn two_contacts_with_one_part_are_two_tries_if_it_moved_between() {
-        use Event::Contact;
+        use SnapshotEvent::Contact;
         let attempts = cut_all(vec![
             snapshot(Some(Contact), Some(0), &[0.0, 1.0]),
             snapshot(Some(Contact), Some(0), &[0.5, 1.0]),
@@ -218,7 +218,7 @@ mod tests {
 
     #[test]
     fn events_without_objects_still_cut_tries() {
-        use Event::{Contact, Release};
+        use SnapshotEvent::{Contact, Release};
         let attempts = cut_all(vec![
             snapshot(Some(Contact), None, &[0.0, 1.0]),
             snapshot(Some(Release), None, &[0.5, 1.0]),

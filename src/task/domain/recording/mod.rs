@@ -12,7 +12,7 @@ use super::pose::Pose;
 /// Why a snapshot was taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Event {
+pub enum SnapshotEvent {
     /// The demonstration begins.
     Start,
     /// The gripper makes contact with an object.
@@ -43,7 +43,7 @@ pub struct Snapshot {
     /// Simulated seconds, if recorded.
     pub time_s: Option<f64>,
     /// Why it was taken, if recorded.
-    pub event: Option<Event>,
+    pub event: Option<SnapshotEvent>,
     /// Which of `objects` was touched or let go, if recorded.
     pub object: Option<usize>,
     /// The objects.

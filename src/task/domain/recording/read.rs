@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 
-use super::{Demonstration, Event, Labels, ObjectPose, Recording, Snapshot};
+use super::{Demonstration, Labels, ObjectPose, Recording, Snapshot, SnapshotEvent};
 use crate::files::read_file;
 use crate::task::domain::pose::Pose;
 use crate::task::error::{InputFault, TaskError, json_problem};
@@ -19,7 +19,7 @@ struct RawSnapshot {
     snapshot: Option<u64>,
     next_action: Option<String>,
     t: Option<f64>,
-    event: Option<Event>,
+    event: Option<SnapshotEvent>,
     object: Option<String>,
     objects: Vec<RawObject>,
 }
@@ -235,7 +235,7 @@ fn check_snapshot(raw: RawSnapshot, number: u64, place: Place<'_>) -> Result<Sna
             place.fault("object", format!("no object is called `{id}`"), "an id of this snapshot")
         })?),
     };
-    if matches!(raw.event, Some(Event::Start | Event::End)) && touched.is_some() {
+    if matches!(raw.event, Some(SnapshotEvent::Start | SnapshotEvent::End)) && touched.is_some() {
         let problem = "nothing is touched at the start and the end";
         return Err(place.fault("object", problem, "no such field"));
     }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use super::{Event, Labels, ObjectPose, Recording, Snapshot};
+use super::{Labels, ObjectPose, Recording, Snapshot, SnapshotEvent};
 
 #[derive(Serialize)]
 struct Line<'a> {
@@ -17,7 +17,7 @@ struct Line<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     t: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    event: Option<Event>,
+    event: Option<SnapshotEvent>,
     #[serde(skip_serializing_if = "Option::is_none")]
     object: Option<&'a str>,
     objects: Vec<LineObject<'a>>,

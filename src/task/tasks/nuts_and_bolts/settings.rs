@@ -228,19 +228,19 @@ mod tests {
     #[test]
     fn settings_are_read_from_json_and_what_is_missing_has_its_default() {
         let text = br#"{"jig": {"hole_clearance_m": 0.001}, "arm": {"carry_m_s": 0.1}}"#;
-        let spec = NutsAndBolts::parse(text, "cell.json").expect("sound");
+        let spec = NutsAndBolts::parse(text, "cell.json").expect("valid");
         let mut expected = NutsAndBolts::default();
         expected.jig.hole_clearance_m = 0.001;
         expected.arm.carry_m_s = 0.1;
         assert_eq!(spec, expected);
         let whole = serde_json::to_vec(&expected).expect("it is plain data");
-        assert_eq!(NutsAndBolts::parse(&whole, "whole").expect("sound"), expected);
+        assert_eq!(NutsAndBolts::parse(&whole, "whole").expect("valid"), expected);
     }
 
     #[test]
     fn what_cannot_be_read_or_built_is_refused_with_file_and_line_or_field() {
         let said = |text: &str| {
-            let refused = NutsAndBolts::parse(text.as_bytes(), "cell.json").expect_err("unsound");
+            let refused = NutsAndBolts::parse(text.as_bytes(), "cell.json").expect_err("invalid");
             refused.to_string()
         };
         let shaft = said(r#"{"part": {"shaft_radius_m": 0.02}}"#);

@@ -14,7 +14,7 @@ use rand_distr::StandardNormal;
 use crate::sim::Seed;
 use crate::task::domain::Pose;
 use crate::task::domain::pose::quaternion_array;
-use crate::task::domain::{Demonstration, Event, Labels, ObjectPose, Recording, Snapshot};
+use crate::task::domain::{Demonstration, Labels, ObjectPose, Recording, Snapshot, SnapshotEvent};
 use crate::task::error::TaskError;
 
 /// Which part is put into the jig first.
@@ -71,7 +71,7 @@ impl Default for SyntheticDemonstrations {
 pub struct SyntheticRecording {
     /// What a learner gets.
     pub recording: Recording,
-    /// The demonstrator's own names for its tries, for scoring.
+    /// The demonstrator's own names for its attempts, for scoring.
     pub labels: Labels,
     /// How many attempts failed.
     pub failed: usize,
@@ -229,7 +229,7 @@ impl Stage<'_> {
             }
         }
         if self.spec.events {
-            self.snapshot(Some(Event::Start), None, None);
+            self.snapshot(Some(SnapshotEvent::Start), None, None);
         }
         let parts = if nut_first { [Part::Nut, Part::Bolt] } else { [Part::Bolt, Part::Nut] };
         for _ in 0..MAX_ATTEMPTS {
@@ -250,7 +250,7 @@ impl Stage<'_> {
                 break;
             }
         }
-        self.snapshot(self.spec.events.then_some(Event::End), None, None);
+        self.snapshot(self.spec.events.then_some(SnapshotEvent::End), None, None);
         self.bodies.iter().any(|b| b.place == Place::Assembled)
     }
 
@@ -322,7 +322,7 @@ impl Stage<'_> {
     }
 
     fn begin(&mut self, at: usize, label: &str) {
-        let event = self.spec.events.then_some(Event::Contact);
+        let event = self.spec.events.then_some(SnapshotEvent::Contact);
         self.snapshot(event, Some(at), Some(label.into()));
     }
 
@@ -347,7 +347,7 @@ impl Stage<'_> {
             self.bodies[knocked].pose = self.lying(self.bodies[knocked].part);
         }
         if self.spec.events && lost != Some(at) {
-            self.snapshot(Some(Event::Release), Some(at), None);
+            self.snapshot(Some(SnapshotEvent::Release), Some(at), None);
         }
         if let Some(lost) = lost {
             self.bodies.remove(lost);
@@ -355,7 +355,12 @@ impl Stage<'_> {
         }
     }
 
-    fn snapshot(&mut self, event: Option<Event>, touched: Option<usize>, label: Option<String>) {
+    fn snapshot(
+        &mut self,
+        event: Option<SnapshotEvent>,
+        touched: Option<usize>,
+        label: Option<String>,
+    ) {
         let (mut nuts, mut bolts) = (0, 0);
         let mut objects: Vec<ObjectPose> = self
             .bodies
