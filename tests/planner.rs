@@ -5,14 +5,18 @@
 use std::collections::BTreeSet;
 
 use rand::RngExt;
-use symbolt::neurons::{LifSpec, Population, PopulationPlan};
 use symbolt::sim::Seed;
-use symbolt::task::planner::{Choice, Decision, Planner, PlannerSpec, Unbinding, Why};
+use symbolt::task::planner::{Planner, PlannerSpec, Unbinding};
 use symbolt::task::tasks::nuts_and_bolts::{Order, SyntheticDemonstrations};
 use symbolt::task::{
     ActionId, Commitment, Domain, DomainBuilder, Obstacle, StateId, TaskError, Verdict, WorldState,
-    acceptable_answers, learn,
+    learn,
 };
+
+#[path = "support/planner.rs"]
+mod support;
+
+use support::{Tally, check};
 
 /// The paper's own domain (section II.E): single preconditions, and assembly with two.
 fn paper_domain() -> Domain {
@@ -33,13 +37,6 @@ fn nut_first_domain() -> Domain {
     learn::learn(&recording, &learn::Settings::default()).expect("it can be learned from").domain
 }
 
-#[derive(Debug, Default, PartialEq)]
-struct Tally {
-    act: usize,
-    met: usize,
-    stuck: usize,
-}
-
 /// Asks for every goal in every world; every answer must be one that the reference planner accepts.
 fn agree_everywhere(domain: &Domain, planner: &Planner, tally: &mut Tally) {
     let states = domain.states().len();
@@ -49,26 +46,6 @@ fn agree_everywhere(domain: &Domain, planner: &Planner, tally: &mut Tally) {
             check(domain, planner, &world, goal, tally);
         }
     }
-}
-
-fn check(
-    domain: &Domain,
-    planner: &Planner,
-    world: &WorldState,
-    goal: StateId,
-    tally: &mut Tally,
-) -> Decision {
-    let right = acceptable_answers(domain, world, goal, planner.spec().rules());
-    let name = &domain[goal].name;
-    let decision = planner.decide(world, goal).expect("the planner decides");
-    match decision.verdict {
-        Verdict::Met => tally.met += 1,
-        Verdict::Act(_) => tally.act += 1,
-        Verdict::Stuck(_) => tally.stuck += 1,
-    }
-    let accepted = right.accepts(decision.verdict);
-    assert!(accepted, "{name} in {world:?}: {:?}, right is {right:?}", decision.verdict);
-    decision
 }
 
 #[test]
@@ -390,226 +367,4 @@ fn too_few_dimensions_for_many_preconditions_are_refused_and_never_planned_with(
     }
     println!("{right} planned rightly, {refused} refused");
     assert!(right >= 7 && refused >= 4, "{right} {refused}");
-}
-
-/// Random domains in which most states have one to three causes; with `circles`, some actions need a state
-/// further up.
-fn domain_with_alternatives(seed: u64, states: usize, circles: bool) -> Domain {
-    let mut rng = Seed::new(seed).derive("tests", "alternatives").rng();
-    let name = |s: usize| format!("S{s}");
-    let mut domain = DomainBuilder::new();
-    for state in 0..states {
-        domain = domain.state(&name(state));
-    }
-    let bottom = states / 3;
-    for state in bottom..states {
-        for alternative in 0..rng.random_range(0..=3) {
-            let mut needs = BTreeSet::new();
-            for _ in 0..rng.random_range(0..=2) {
-                let upward = circles && rng.random::<f64>() < 0.4;
-                needs.insert(rng.random_range(if upward { state..states } else { 0..state }));
-            }
-            let mut absent = BTreeSet::new();
-            if rng.random::<f64>() < 0.2 {
-                absent.insert(rng.random_range(0..states));
-            }
-            let absent: Vec<String> = absent.difference(&needs).copied().map(name).collect();
-            let mut effects = vec![name(state)];
-            // Some actions bring about something else as well.
-            let also = rng.random_range(bottom..states);
-            if rng.random::<f64>() < 0.2 && also != state {
-                effects.push(name(also));
-            }
-            let needs: Vec<String> = needs.into_iter().map(name).collect();
-            domain = domain.action_unless(
-                &format!("MAKE_S{state}_{alternative}"),
-                needs.iter().map(String::as_str),
-                absent.iter().map(String::as_str),
-                effects.iter().map(String::as_str),
-            );
-        }
-    }
-    domain.action("SPARE", [], ["SPARE_MADE"]).build().expect("a generated domain is valid")
-}
-
-fn has_alternatives(domain: &Domain) -> bool {
-    domain.state_ids().any(|state| domain.causes(state).len() > 1)
-}
-
-#[test]
-fn the_graph_agrees_with_the_reference_planner_where_states_have_several_causes() {
-    for commitment in [Commitment::Proven, Commitment::First] {
-        let mut tally = Tally::default();
-        let (mut domains, mut circular, mut chosen, mut abandoned) = (0, 0, 0, 0);
-        for seed in 0..40u64 {
-            let states = [5, 7, 10, 16][seed as usize % 4];
-            let domain = domain_with_alternatives(seed, states, seed % 2 == 0);
-            domains += usize::from(has_alternatives(&domain));
-            let spec = PlannerSpec {
-                dimensions: 512,
-                commitment,
-                absent: seed % 3 == 0,
-                ..PlannerSpec::default()
-            };
-            let planner = Planner::new(&domain, spec, Seed::new(seed)).expect("builds");
-            let mut rng = Seed::new(seed).derive("tests", "worlds").rng();
-            for _ in 0..24 {
-                let density: f64 = rng.random();
-                let world: WorldState =
-                    domain.state_ids().map(|_| rng.random::<f64>() < density * 0.5).collect();
-                let goal = StateId::new(states / 3 + rng.random_range(0..states - states / 3));
-                let decision = check(&domain, &planner, &world, goal, &mut tally);
-                if let Verdict::Stuck(Obstacle::NeedsItself { .. }) = decision.verdict {
-                    circular += 1;
-                }
-                chosen += decision.choices.len();
-                let again = |c: &Choice| {
-                    decision.choices.iter().any(|d| d.state == c.state && d.action != c.action)
-                };
-                abandoned += usize::from(decision.choices.iter().any(again));
-                assert!(decision.choices.iter().all(|c| c.why != Why::Noise), "{decision:?}");
-            }
-        }
-        println!(
-            "{commitment:?}: {tally:?}, {domains} domains with alternatives, {circular} circles, \
-             {chosen} choices, {abandoned} decisions in which one was replaced"
-        );
-        assert_eq!(tally.act + tally.met + tally.stuck, 40 * 24);
-        assert!(tally.act >= 100 && tally.stuck >= 100 && domains >= 35, "{tally:?}");
-        assert!(circular >= 10 && chosen >= 100 && abandoned >= 20);
-    }
-}
-
-/// Every way of taking one cause for each state, tried out: the actions that belong to a proof of the goal.
-fn proven_by_brute_force(domain: &Domain, world: &WorldState, goal: StateId) -> BTreeSet<ActionId> {
-    fn needed(
-        domain: &Domain,
-        world: &WorldState,
-        pick: &[usize],
-        state: StateId,
-        path: &mut Vec<StateId>,
-        actions: &mut BTreeSet<ActionId>,
-    ) -> bool {
-        if world.holds(state) {
-            return true;
-        }
-        if path.contains(&state) {
-            return false;
-        }
-        let Some(action) = domain.causes(state).get(pick[state.index()]) else { return false };
-        let needs = &domain[*action].preconditions;
-        if needs.iter().all(|p| world.holds(*p)) {
-            actions.insert(*action);
-            return true;
-        }
-        path.push(state);
-        let all = needs.iter().all(|p| needed(domain, world, pick, *p, path, actions));
-        path.pop();
-        all
-    }
-    let mut pick = vec![0; domain.states().len()];
-    let mut found = BTreeSet::new();
-    loop {
-        let mut actions = BTreeSet::new();
-        if needed(domain, world, &pick, goal, &mut Vec::new(), &mut actions) {
-            found.extend(actions);
-        }
-        // The next way, counting up.
-        let counts = |s: usize| domain.causes(StateId::new(s)).len().max(1);
-        let Some(up) = (0..pick.len()).find(|s| pick[*s] + 1 < counts(*s)) else { return found };
-        pick[up] += 1;
-        pick[..up].fill(0);
-    }
-}
-
-#[test]
-fn the_reference_planner_finds_what_trying_every_way_finds() {
-    let (mut some, mut none) = (0, 0);
-    for seed in 0..60u64 {
-        let domain = domain_with_alternatives(seed, 5, true);
-        let states = domain.states().len();
-        for bits in 0..1u32 << states {
-            let world: WorldState = (0..states).map(|s| bits >> s & 1 == 1).collect();
-            for goal in domain.state_ids().filter(|goal| !world.holds(*goal)) {
-                let rules = PlannerSpec::default().rules();
-                let right = acceptable_answers(&domain, &world, goal, rules);
-                let found = proven_by_brute_force(&domain, &world, goal);
-                assert_eq!(right.actions, found, "{goal:?} in {world:?} of {domain:?}");
-                assert_eq!(right.obstacles.is_empty(), !found.is_empty());
-                if found.is_empty() { none += 1 } else { some += 1 }
-            }
-        }
-    }
-    println!("{some} goals with a proof, {none} without");
-    assert!(some > 1000 && none > 1000);
-}
-
-/// Tea from a kettle or from a machine.
-fn tea() -> Domain {
-    DomainBuilder::new()
-        .action("BREW_TEA", ["WATER_HOT", "LEAVES_IN_POT"], ["TEA_READY"])
-        .action("BOIL_WATER", ["KETTLE_FULL"], ["WATER_HOT"])
-        .action("HEAT_IN_MACHINE", ["MACHINE_ON", "CUP_UNDER"], ["WATER_HOT"])
-        .action("SWITCH_ON", ["POWER"], ["MACHINE_ON"])
-        .build()
-        .expect("valid")
-}
-
-#[test]
-fn the_planner_says_which_cause_it_chose_and_why() {
-    let domain = tea();
-    let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1)).expect("builds");
-    let goal = domain.state("TEA_READY").expect("there");
-    let ask = |world: &[&str]| {
-        let world = domain.world(world.iter().copied()).expect("states");
-        let decision = planner.decide(&world, goal).expect("decides");
-        let right = acceptable_answers(&domain, &world, goal, planner.spec().rules());
-        assert!(right.accepts(decision.verdict), "{decision:?}");
-        let choices = decision.choices.iter();
-        let choices = choices.map(|c| (domain[c.action].name.clone(), c.among, c.why));
-        (decision.verdict, choices.collect::<Vec<_>>())
-    };
-    let act = |name: &str| Verdict::Act(domain.action(name).expect("there"));
-    let chose = |name: &str, among, why| (name.to_owned(), among, why);
-
-    let (verdict, choices) = ask(&["KETTLE_FULL", "LEAVES_IN_POT", "MACHINE_ON", "CUP_UNDER"]);
-    assert_eq!(verdict, act("BOIL_WATER"));
-    assert_eq!(choices, [chose("BOIL_WATER", 2, Why::Preferred { unmet: 0 })]);
-
-    let (verdict, choices) = ask(&["LEAVES_IN_POT", "MACHINE_ON", "CUP_UNDER"]);
-    assert_eq!(verdict, act("HEAT_IN_MACHINE"));
-    assert_eq!(choices, [chose("HEAT_IN_MACHINE", 2, Why::FewestUnmet { unmet: 0 })]);
-
-    // The kettle lacks as much and is preferred, but nothing fills it.
-    let (verdict, choices) = ask(&["LEAVES_IN_POT", "POWER", "CUP_UNDER"]);
-    assert_eq!(verdict, act("SWITCH_ON"));
-    let kettle = chose("BOIL_WATER", 2, Why::Preferred { unmet: 1 });
-    assert_eq!(choices, [kettle.clone(), chose("HEAT_IN_MACHINE", 1, Why::OnlyOneLeft)]);
-
-    // Neither can be had: what is in the way of the preferred one is reported.
-    let (verdict, _) = ask(&["LEAVES_IN_POT", "CUP_UNDER"]);
-    let state = domain.state("KETTLE_FULL").expect("there");
-    assert_eq!(verdict, Verdict::Stuck(Obstacle::NothingCauses { state }));
-}
-
-#[test]
-fn several_causes_are_chosen_from_in_spiking_neurons_too() {
-    let domain = tea();
-    let lif = PopulationPlan::all(Population::Lif(LifSpec::default()));
-    let goal = domain.state("TEA_READY").expect("there");
-    let worlds: [&[&str]; 3] = [
-        &["KETTLE_FULL", "LEAVES_IN_POT"],
-        &["LEAVES_IN_POT", "MACHINE_ON", "CUP_UNDER"],
-        &["LEAVES_IN_POT", "POWER", "CUP_UNDER"],
-    ];
-    for seed in 1..=2 {
-        let spec = PlannerSpec { dimensions: 128, max_similarity: 0.2, ..PlannerSpec::default() };
-        let planner = Planner::with_plan(&domain, spec, &lif, Seed::new(seed)).expect("builds");
-        for world in worlds {
-            let world = domain.world(world.iter().copied()).expect("states");
-            let right = acceptable_answers(&domain, &world, goal, planner.spec().rules());
-            let decision = planner.decide(&world, goal).expect("decides");
-            assert!(right.accepts(decision.verdict), "{world:?}: {decision:?}");
-        }
-    }
 }

@@ -4,12 +4,10 @@
 
 use std::sync::Arc;
 
-use symbolt::neurons::{
-    Lif, LifSpec, Population, PopulationPlan, SelectRule, SolvedError, SolvedModel,
-};
+use symbolt::neurons::{Lif, LifSpec, Population, PopulationPlan, SelectRule};
 use symbolt::sim::{
-    BuildErrors, Constant, Graph, GraphBuilder, Pointer, ProbeId, ProbeSpec, Real, RunConfig, Seed,
-    SimDuration, Simulator, Stimulus, Synapse, Threads, Timebase, VocabTag,
+    Constant, GraphBuilder, Pointer, ProbeId, ProbeSpec, Real, RunConfig, Seed, SimDuration,
+    Simulator, Stimulus, Synapse, Threads, Timebase, VocabTag,
 };
 use symbolt::spa::{
     BasalGanglia, Bind, CleanupMemory, GoalBuffer, State, Vocabulary, VocabularyBuilder,
@@ -339,108 +337,6 @@ fn accumulators_choose_one_and_change_when_its_evidence_has_drained() {
         let both = items.iter().filter(|v| v.iter().filter(|v| **v > 0.5).count() > 1).count();
         assert_eq!(both, 0, "{plan:?} {seed}");
     }
-}
-
-fn choice(plan: &PopulationPlan, seed: u64, actions: usize) -> Result<Graph, BuildErrors> {
-    let mut graph = GraphBuilder::new();
-    let utilities: Vec<Real> = (0..actions).map(|i| if i == 1 { 0.8 } else { 0.3 }).collect();
-    let given = graph.add("given", Constant::vector(&utilities));
-    let choice = graph.add("choice", BasalGanglia::new(actions));
-    graph.connect(&given, &choice.utilities, Synapse::None);
-    graph.build(Timebase::default(), plan, Seed::new(seed))
-}
-
-#[test]
-fn a_model_saved_and_loaded_is_the_one_that_was_solved_bit_for_bit() {
-    for (name, model) in Model::ALL {
-        let spec = Standard { dimensions: 32, sim_ms: 300, ..Standard::default() };
-        let built = spec.build(model).expect("builds");
-        let bytes = built.solved().encode();
-        let solved = SolvedModel::decode(&bytes).expect("sound");
-        assert_eq!(solved, built.solved(), "{name}");
-        assert_eq!(solved.encode(), bytes, "{name}");
-        let again = spec.build_from(model, solved).expect("it fits");
-        let (first, second) = (built.run().expect("runs"), again.run().expect("runs"));
-        assert_eq!(first.quality, second.quality, "{name}");
-        assert!(first.neurons > 1_000 && first.neurons == second.neurons, "{name}");
-    }
-}
-
-#[test]
-fn a_model_of_another_seed_size_or_mode_is_refused_with_the_layers_path() {
-    let solved = SolvedModel::of(&choice(&lif(), 1, 4).expect("builds"));
-    assert!(choice(&lif().solved(solved.clone()), 1, 4).is_ok());
-    let wrong = [
-        choice(&lif().solved(solved.clone()), 2, 4),
-        choice(&lif().solved(solved.clone()), 1, 5),
-        choice(&rate().solved(solved.clone()), 1, 4),
-    ];
-    for refused in wrong {
-        let said = refused.err().map(|e| e.to_string()).unwrap_or_default();
-        assert!(said.contains("choice/gpi") && said.contains("another seed"), "{said}");
-    }
-    let missing = two_modules_from(&lif().solved(solved));
-    assert!(missing.contains("memory/select") && missing.contains("no such layer"), "{missing}");
-}
-
-/// What the build of two modules from another graph's populations is refused with.
-fn two_modules_from(plan: &PopulationPlan) -> String {
-    let parts = vocabulary(64);
-    let mut graph = GraphBuilder::new();
-    let rule = SelectRule::WinnerTakeAll { level: 0.5 };
-    let memory = CleanupMemory::new(&parts, ["A", "B"], rule).expect("sound");
-    let memory = graph.add("memory", memory);
-    let value = parts.get("A").expect("there");
-    let given = graph.add("given", Constant::pointer(parts.space(), &value));
-    graph.connect(&given, &memory.input, Synapse::None);
-    let built = graph.build(Timebase::default(), plan, Seed::new(1));
-    built.err().map(|e| e.to_string()).unwrap_or_default()
-}
-
-#[test]
-fn a_model_file_cut_short_damaged_or_of_another_version_is_refused() {
-    let bytes = SolvedModel::of(&choice(&lif(), 1, 3).expect("builds")).encode();
-    assert!(SolvedModel::recognises(&bytes) && SolvedModel::decode(&bytes).is_ok());
-    let line = bytes.iter().position(|b| *b == b'\n').expect("a first line");
-    for cut in [0, 1, line / 2, line, line + 1, bytes.len() / 2, bytes.len() - 1] {
-        let error = SolvedModel::decode(&bytes[..cut]).expect_err("cut short").to_string();
-        assert!(error.contains("expected"), "{cut}: {error}");
-    }
-    let cut = SolvedModel::decode(&bytes[..bytes.len() - 4]);
-    assert!(matches!(cut, Err(SolvedError::Length { .. })), "{cut:?}");
-    let mut longer = bytes.clone();
-    longer.push(0);
-    assert!(matches!(SolvedModel::decode(&longer), Err(SolvedError::Length { .. })));
-    let mut damaged = bytes.clone();
-    damaged[line + 100] ^= 4;
-    assert!(matches!(SolvedModel::decode(&damaged), Err(SolvedError::Damaged)));
-    let head = String::from_utf8_lossy(&bytes[..line]).into_owned();
-    let with = |from: &str, to: &str| {
-        let mut changed = head.replacen(from, to, 1).into_bytes();
-        assert_ne!(changed, bytes[..line], "{from}");
-        changed.extend(&bytes[line..]);
-        SolvedModel::decode(&changed)
-    };
-    let newer = with("\"version\":1", "\"version\":2");
-    assert!(matches!(newer, Err(SolvedError::Version { found: 2 })), "{newer:?}");
-    assert!(matches!(with("symbolt-solved", "nengo"), Err(SolvedError::Format { .. })));
-    // A header that fits the length but not the network, or is not what was written.
-    for (from, to) in [
-        ("\"firing\":\"spikes\"", "\"firing\":\"rates\""),
-        ("\"outputs\":1", "\"outputs\":2"),
-        ("\"tau_ref\":0.002", "\"tau_ref\":0.004"),
-        ("\"fingerprint\":1", "\"fingerprint\":2"),
-    ] {
-        if head.contains(from) {
-            assert!(with(from, to).is_err(), "{from}");
-        }
-    }
-    for neurons in ["0", "18446744073709551615", "10001"] {
-        let huge = with("\"neurons\":100", &format!("\"neurons\":{neurons}"));
-        assert!(matches!(huge, Err(SolvedError::Shape { .. })), "{neurons}: {huge:?}");
-    }
-    let many = with("\"ensembles\":3", "\"ensembles\":18446744073709551615");
-    assert!(matches!(many, Err(SolvedError::Shape { .. })), "{many:?}");
 }
 
 #[test]

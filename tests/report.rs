@@ -1,4 +1,6 @@
-//! The report: what it says of sound, damaged and strange folders, and whether it works in a browser.
+//! The report: a folder's files, the page, and the page in a browser.
+//!
+//! One file of over 500 lines, because all of its tests read one run that takes ten seconds to make.
 
 #![cfg(feature = "cli")]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
