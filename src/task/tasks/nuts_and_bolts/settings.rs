@@ -172,7 +172,7 @@ impl NutsAndBolts {
     /// Reads settings from JSON; what is not there keeps its default.
     ///
     /// # Errors
-    /// [`TaskError::Io`] if the file cannot be read; as [`NutsAndBolts::parse`].
+    /// [`TaskError::File`] if the file cannot be read; as [`NutsAndBolts::parse`].
     pub fn read(path: &Path) -> Result<Self, TaskError> {
         Self::parse(&read_file(path)?, &path.display().to_string())
     }
