@@ -5,53 +5,16 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use symbolt::neurons::PopulationPlan;
 use symbolt::sim::{
     Add, AdvanceIo, Constant, EmitIo, Fingerprint, Graph, GraphBuilder, In, InputSpec, Node,
-    NodeFault, Out, OutputSpec, Outputs, PortDecl, ProbeSpec, RunConfig, Scalar, ScriptedWorld,
-    Seed, SimDuration, SimError, Simulator, StateMut, StateSpec, StepCx, Stimulus, StopReason,
-    Synapse, Threads, Timebase, Vector, WorldLink,
+    NodeFault, Out, OutputSpec, PortDecl, ProbeSpec, RunConfig, Scalar, ScriptedWorld, SimDuration,
+    SimError, Simulator, StepCx, Stimulus, StopReason, Synapse, Threads, Vector, WorldLink,
 };
 
-fn build(graph: GraphBuilder) -> Arc<Graph> {
-    match graph.build(Timebase::default(), &PopulationPlan::direct(), Seed::new(1)) {
-        Ok(graph) => Arc::new(graph),
-        Err(error) => panic!("{error}"),
-    }
-}
+#[path = "support/engine.rs"]
+mod support;
 
-fn start(graph: &Arc<Graph>) -> Simulator {
-    Simulator::new(graph.clone(), RunConfig::default()).expect("starts")
-}
-
-const MS: fn(u64) -> SimDuration = SimDuration::from_millis;
-
-/// Counts ticks: state shown in emit, and as a registered output.
-struct Counter;
-impl Node for Counter {
-    fn declare(&self, ports: &mut PortDecl) {
-        ports
-            .output("now", OutputSpec::scalar())
-            .output("later", OutputSpec::scalar().registered())
-            .state(StateSpec { words: 1, ..StateSpec::default() });
-    }
-
-    fn fingerprint(&self, _hash: &mut Fingerprint) {}
-    fn init(&self, state: &mut StateMut<'_>, registered: &mut Outputs<'_>) {
-        state.words[0] = 10;
-        registered.set(1, 10.0);
-    }
-    fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
-        let count = io.state.words[0];
-        io.outputs.set(0, count as f32);
-    }
-    fn advance(&self, _cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
-        io.state.words[0] += 1;
-        let count = io.state.words[0];
-        io.outputs.set(1, count as f32);
-        Ok(())
-    }
-}
+use support::{Counter, MS, build, start};
 
 #[test]
 fn an_edge_without_a_synapse_costs_no_tick_and_one_with_a_synapse_or_a_register_one() {
