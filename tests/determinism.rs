@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use symbolt::neurons::{LayerPorts, Layers, LifSpec, Map, Population, PopulationPlan};
 use symbolt::sim::{
-    Add, Constant, Graph, GraphBuilder, InputSpec, Module, Node, Noise, OutputSpec, ProbeSpec,
-    Real, RunConfig, Scalar, Scope, ScriptedWorld, Seed, SimDuration, SimError, Simulator, Synapse,
+    Add, Constant, Graph, GraphBuilder, InputSpec, Module, Noise, OutputSpec, ProbeSpec, Real,
+    RunConfig, Scalar, Scope, ScriptedWorld, Seed, SimDuration, SimError, Simulator, Synapse,
     Timebase, Vector, World, WorldError, WorldLink, WorldSave,
 };
 use symbolt::spa::Linear;
