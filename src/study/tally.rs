@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::statistics::Rate;
+use crate::study::statistics::Rate;
 use crate::task::event::{Ended, EpisodeReport, SkillOutcome};
 
 /// Counts over several episodes.
