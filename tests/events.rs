@@ -3,17 +3,21 @@
 
 use std::sync::Arc;
 
+use serde_json::Value;
 use symbolt::sim::Seed;
 use symbolt::study::catalogue::{Options, find};
 use symbolt::study::experiment::{Run, Shard};
-use symbolt::task::Grounding;
-use symbolt::task::event::{Event, SkillReport};
+use symbolt::task::event::{Event, SkillOutcome, SkillReport};
 use symbolt::task::execute::{
     EpisodeSpec, demonstrate, demonstrate_observed, episode, episode_observed,
 };
 use symbolt::task::learn::{Settings, learn, learn_observed};
 use symbolt::task::planner::{Planner, PlannerSpec};
+use symbolt::task::scene::{Scene, SceneSpec};
+use symbolt::task::skill::{Grasp, Target};
 use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
+use symbolt::task::tasks::{Demonstrator, Judgement, Step, Task};
+use symbolt::task::{Grounding, TaskError};
 
 /// The kind of an event, without what it carries.
 fn name(event: &Event<'_>) -> &'static str {
@@ -127,4 +131,66 @@ fn an_experiment_tells_of_every_trial_that_is_done_and_last_of_all_of_them() {
     assert!(results.expect("it runs").is_some());
     let all = run.trials();
     assert!(all > 0 && told.first() == Some(&(0, all)) && told.last() == Some(&(all, all)));
+}
+
+/// Nuts and bolts, shown by one who reaches for the moon first.
+#[derive(Debug)]
+struct Overreaching(NutsAndBolts);
+
+/// Reaches too far once, then does as the other.
+struct Reaching(Box<dyn Demonstrator>);
+
+impl Demonstrator for Reaching {
+    fn next(&mut self, scene: &Scene, so_far: &[SkillReport]) -> Option<Step> {
+        let target = Target { position: [9.0, 0.0, 9.0], axis: [0.0, 0.0, 1.0] };
+        if so_far.is_empty() {
+            return Some(Step { part: 0, target });
+        }
+        self.0.next(scene, &[])
+    }
+}
+
+impl Task for Overreaching {
+    fn name(&self) -> &'static str {
+        "overreaching"
+    }
+    fn description(&self) -> &'static str {
+        "nuts and bolts, with a first target out of reach"
+    }
+    fn settings(&self) -> Value {
+        self.0.settings()
+    }
+    fn with_settings(&self, text: &[u8], file: &str) -> Result<Arc<dyn Task>, TaskError> {
+        self.0.with_settings(text, file)
+    }
+    fn scene(&self, seed: Seed) -> Result<SceneSpec, TaskError> {
+        self.0.scene(seed)
+    }
+    fn grasps(&self, scene: &Scene, part: usize) -> Vec<Grasp> {
+        self.0.grasps(scene, part)
+    }
+    fn demonstrator(&self, seed: Seed, demo: usize) -> Box<dyn Demonstrator> {
+        Box::new(Reaching(self.0.demonstrator(seed, demo)))
+    }
+    fn judge(&self, scene: &Scene) -> Judgement {
+        self.0.judge(scene)
+    }
+    fn min_actions(&self) -> usize {
+        self.0.min_actions()
+    }
+}
+
+#[test]
+fn a_skill_that_cannot_begin_is_told_as_ended() {
+    let task = Overreaching(NutsAndBolts::default());
+    let (mut begun, mut ended) = (0, Vec::new());
+    let shown =
+        demonstrate_observed(&task, 1, Seed::new(1), &mut |event: &Event<'_>| match event {
+            Event::SkillBegan { .. } => begun += 1,
+            Event::SkillEnded { report, .. } => ended.push(**report),
+            _ => {}
+        });
+    assert_eq!(ended, shown.expect("it can be shown").skills[0]);
+    assert_eq!((begun, ended.len()), (3, 4));
+    assert_eq!(ended[0].outcome, SkillOutcome::Unreachable);
 }

@@ -63,6 +63,9 @@ pub enum Event<'a> {
         decision: Option<&'a Decided>,
     },
     /// The robot is done with a part.
+    ///
+    /// In a demonstration it comes without [`Event::SkillBegan`] for a part that cannot be taken or put there. It does not
+    /// come for a skill that is under way when an episode is given up.
     SkillEnded {
         /// The time.
         time_s: f64,

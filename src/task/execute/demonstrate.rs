@@ -91,7 +91,11 @@ fn show(
         let Some(step) = demonstrator.next(scene, &reports) else { break };
         let grasps = task.grasps(scene, step.part);
         match robot.begin(scene, step.part, step.target, &grasps, None) {
-            Err(report) => reports.push(report),
+            Err(report) => {
+                let time_s = scene.time_s();
+                observer.observe(&Event::SkillEnded { time_s, report: &report, decision: None });
+                reports.push(report);
+            }
             Ok(()) => {
                 let time_s = scene.time_s();
                 observer.observe(&Event::SkillBegan { time_s, decision: None });
