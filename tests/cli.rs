@@ -9,6 +9,7 @@ use std::process::Output;
 
 use assert_cmd::Command;
 use serde_json::Value;
+use symbolt::task::DomainBuilder;
 
 fn symbolt(folder: &Path, args: &[&str]) -> Output {
     Command::cargo_bin("symbolt")
@@ -269,6 +270,26 @@ fn rename_and_check_serve_a_person() {
     let refused = run(folder.path(), &["rename", "named.json", "NUT_FREE"]);
     assert_eq!(refused.code, 2);
     assert!(refused.err.contains("expected OLD=NEW"));
+}
+
+#[test]
+fn of_a_domain_written_in_code_only_what_it_has_is_printed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let domain = DomainBuilder::new().action("BREW", ["WATER"], ["TEA"]).build().expect("valid");
+    let text = domain.to_json().expect("plain data");
+    std::fs::write(folder.path().join("tea.json"), text).expect("writes");
+    let args = ["rename", "tea.json", "TEA=COFFEE", "--out", "coffee.json"];
+    let printed = ok(folder.path(), &args);
+    let expected = "2 states:\n\n\
+                    | state  | kind   |\n\
+                    |--------|--------|\n\
+                    | WATER  | object |\n\
+                    | COFFEE | object |\n\n\
+                    1 action:\n\n\
+                    | action | needs | brings about |\n\
+                    |--------|-------|--------------|\n\
+                    | BREW   | WATER | COFFEE       |\n\n";
+    assert_eq!(printed, expected);
 }
 
 #[test]

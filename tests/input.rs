@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use proptest::prelude::*;
+use serde_json::{Value, json};
 use symbolt::sim::Seed;
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::tasks::nuts_and_bolts::SyntheticDemonstrations;
@@ -210,7 +211,7 @@ fn domains_that_are_not_sound_say_what_is_wrong() {
         ),
         ("\"parameters\": [", "\"parameters\": [],\n\"x\": [", "unknown field"),
         ("\"count\"", "\"colour\": 1, \"count\"", "unknown field"),
-        ("\"instances\": 5", "\"instances\": \"five\"", "line"),
+        ("\"instances\": 5", "\"instances\": \"five\"", "field `operators[0]`: invalid type"),
     ];
     for (from, to, part) in cases {
         let message = broken(from, to);
@@ -221,6 +222,104 @@ fn domains_that_are_not_sound_say_what_is_wrong() {
     assert!(Domain::parse(b"{}", "d").expect_err("empty").to_string().contains("format"));
     let cut = &text.as_bytes()[..text.len() / 2];
     assert!(Domain::parse(cut, "d").is_err());
+}
+
+/// The domain's JSON with one value exchanged, where `at` is a JSON pointer.
+fn exchanged(text: &str, at: &str, value: Value) -> String {
+    let mut file: Value = serde_json::from_str(text).expect("JSON");
+    *file.pointer_mut(at).expect(at) = value;
+    let refused = Domain::parse(file.to_string().as_bytes(), "d.json").expect_err(at).to_string();
+    assert!(!refused.contains("struct") && !refused.contains("Entry"), "{at}: {refused}");
+    refused
+}
+
+#[test]
+fn what_has_to_be_an_object_is_nothing_else() {
+    let text = domain().to_json().expect("plain data");
+    let cases = [
+        ("", "/provenance", "provenance"),
+        ("", "/provenance/clusters/1", "provenance.clusters[1]"),
+        ("", "/states/0", "states[0]"),
+        ("", "/states/1/learned", "states[1].learned"),
+        ("", "/states/1/learned/mean", "states[1].learned.mean"),
+        ("", "/operators/2", "operators[2]"),
+        ("", "/operators/2/parameters/0", "operators[2].parameters[0]"),
+        ("", "/operators/2/evidence", "operators[2].evidence"),
+        (VERSION_1, "/provenance", "provenance"),
+        (VERSION_1, "/states/4", "states[4]"),
+        (VERSION_1, "/states/4/mean", "states[4].mean"),
+        (VERSION_1, "/operators/1", "operators[1]"),
+        (VERSION_1, "/operators/1/evidence", "operators[1].evidence"),
+    ];
+    for (old, at, field) in cases {
+        let text = if old.is_empty() { &text } else { old };
+        let mut whole: Value = serde_json::from_str(text).expect("JSON");
+        // Its values in order, which serde would take for it.
+        let object = whole.pointer_mut(at).expect(at).take();
+        let values: Vec<Value> = object.as_object().expect("an object").values().cloned().collect();
+        for bad in [json!(values), json!(7), json!("seven")] {
+            let refused = exchanged(text, at, bad);
+            let start = format!("d.json, field `{field}`: it is ");
+            assert!(refused.starts_with(&start), "{refused}");
+            assert!(refused.ends_with("expected an object"), "{refused}");
+        }
+    }
+    let origin = exchanged(&text, "/states/0/learned/origin", json!({"found": null}));
+    assert!(origin.contains("`states[0].learned.origin`: it is an object"), "{origin}");
+    for list in ["[]", r#"["symbolt-domain", 2, null, null, [], []]"#] {
+        let refused = Domain::parse(list.as_bytes(), "d.json").expect_err("a list").to_string();
+        assert!(refused.starts_with("d.json: it is a list; expected an object"), "{refused}");
+    }
+}
+
+#[test]
+fn values_of_a_wrong_type_are_named_by_their_field() {
+    let text = domain().to_json().expect("plain data");
+    let cases = [
+        ("", "/states", "states"),
+        ("", "/states/3/kind", "states[3]"),
+        ("", "/operators", "operators"),
+        ("", "/operators/1/to", "operators[1]"),
+        ("", "/goal", "goal"),
+        ("", "/provenance/seed", "provenance"),
+        (VERSION_1, "/states/3/count", "states[3]"),
+        (VERSION_1, "/operators/1/kind", "operators[1]"),
+    ];
+    for (old, at, field) in cases {
+        let text = if old.is_empty() { &text } else { old };
+        let refused = exchanged(text, at, json!(-7.5));
+        assert!(refused.contains(&format!("line 1, field `{field}`: invalid type")), "{refused}");
+    }
+    assert!(exchanged(&text, "/format", json!(1)).contains("field `format`: it is 1"));
+    assert!(exchanged(&text, "/version", json!("2")).contains("field `version`: it is `2`"));
+    // Of two fields with one name neither is silently dropped.
+    let twice = text.replacen("\"goal\":", "\"goal\": null, \"goal\":", 1);
+    let refused = Domain::parse(twice.as_bytes(), "d.json").expect_err("twice").to_string();
+    assert!(refused.contains("duplicate field `goal`"), "{refused}");
+}
+
+#[test]
+fn domains_that_contradict_themselves_are_refused() {
+    let text = domain().to_json().expect("plain data");
+    let object = json!({"name": "object", "kind": "nut"});
+    let effect = {
+        let file: Value = serde_json::from_str(&text).expect("JSON");
+        file["operators"][0]["to"].clone()
+    };
+    let cases = [
+        ("/operators/0/parameters", json!([]), "has no object"),
+        ("/operators/0/parameters", json!([object, object]), "two parameters called `object`"),
+        ("/operators/0/parameters/0/name", json!(""), "no name for parameter 1"),
+        ("/operators/0/parameters/0/kind", json!("teapot"), "`teapot`, which has no state"),
+        ("/operators/0/parameters/0/kind", json!(""), "which has no state"),
+        ("/operators/0/removes", json!([effect]), "both causes and ends `BOLT_AT_BOLT_HOLE`"),
+        ("/states/0/learned/covariance/0/0", json!(1e13), "1e13 in its covariance"),
+        ("/states/0/learned/covariance/2/1", json!(-1e300), "-1e300 in its covariance"),
+    ];
+    for (at, value, part) in cases {
+        let refused = exchanged(&text, at, value);
+        assert!(refused.contains(part), "{at}: {refused}");
+    }
 }
 
 /// As version 0.1.0 wrote it, learned from five demonstrations.

@@ -188,7 +188,9 @@ fn a_run_from_before_tasks_had_names_is_still_shown_and_an_unknown_task_is_said(
     facts["task"] = json!("juggling");
     std::fs::write(&path, facts.to_string()).expect("written");
     let said = missing(&report(copy.path()).0).join("; ");
-    assert_eq!(said, "run.json: there is no task `juggling`; the tasks are: nuts-and-bolts");
+    let start =
+        "run.json: there is no task `juggling`; the tasks are: nuts-and-bolts (put a nut and";
+    assert!(said.starts_with(start), "{said}");
 }
 
 /// A browser, if there is one.

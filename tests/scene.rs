@@ -7,7 +7,7 @@ use std::sync::{Arc, OnceLock};
 
 use symbolt::sim::{RunConfig, Seed, SimDuration, Simulator};
 use symbolt::task::event::{Doing, Ended, SkillOutcome, SkillReport};
-use symbolt::task::execute::{AssemblyWorld, EpisodeSpec, Perturbation, episode};
+use symbolt::task::execute::{EpisodeSpec, EpisodeWorld, Perturbation, episode};
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::{Planner, PlannerSpec};
 use symbolt::task::robot::GripperSpec;
@@ -152,19 +152,19 @@ fn a_snapshot_in_mid_grasp_goes_on_as_if_nothing_had_happened() {
     let goal = domain.goal().expect("there");
     let world = || {
         let spec = EpisodeSpec { frame_ms: Some(40), ..EpisodeSpec::default() };
-        AssemblyWorld::new(planner.clone(), Grounding::default(), goal, &spec).expect("sound")
+        EpisodeWorld::new(planner.clone(), Grounding::default(), goal, &spec).expect("sound")
     };
     let start = || {
         let run = RunConfig::seeded(Seed::new(3)).in_world(world());
         Simulator::new(planner.graph().clone(), run).expect("starts")
     };
     let poses = |sim: &Simulator| {
-        let scene = AssemblyWorld::of(sim.world()).and_then(AssemblyWorld::scene).expect("there");
+        let scene = EpisodeWorld::of(sim.world()).and_then(EpisodeWorld::scene).expect("there");
         (scene.tool(), scene.part(0), scene.part(1), scene.steps())
     };
     let mut original = start();
     original.run_for(SimDuration::from_millis(6_000)).expect("runs");
-    let doing = AssemblyWorld::of(original.world()).expect("there").doing();
+    let doing = EpisodeWorld::of(original.world()).expect("there").doing();
     assert!(matches!(doing, Doing::Acting(_)), "{doing:?}");
     let checkpoint = original.checkpoint().expect("it can be saved");
     let held = poses(&original);

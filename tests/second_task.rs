@@ -219,6 +219,54 @@ fn a_second_task_is_demonstrated_learned_and_done_through_the_trait_alone() {
     assert_eq!(over.report.skills().count(), 3, "the base twice: {:?}", over.report);
 }
 
+/// A tower of which nothing is to be built.
+#[derive(Debug)]
+struct Nothing(Tower);
+
+impl Task for Nothing {
+    fn name(&self) -> &'static str {
+        "nothing"
+    }
+
+    fn description(&self) -> &'static str {
+        "leave everything as it is"
+    }
+
+    fn settings(&self) -> Value {
+        self.0.settings()
+    }
+
+    fn with_settings(&self, text: &[u8], file: &str) -> Result<Arc<dyn Task>, TaskError> {
+        self.0.with_settings(text, file)
+    }
+
+    fn scene(&self, seed: Seed) -> Result<SceneSpec, TaskError> {
+        self.0.scene(seed)
+    }
+
+    fn grasps(&self, scene: &Scene, part: usize) -> Vec<Grasp> {
+        self.0.grasps(scene, part)
+    }
+
+    fn demonstrator(&self, seed: Seed, demo: usize) -> Box<dyn Demonstrator> {
+        self.0.demonstrator(seed, demo)
+    }
+
+    fn judge(&self, scene: &Scene) -> Judgement {
+        self.0.judge(scene)
+    }
+
+    fn min_actions(&self) -> usize {
+        0
+    }
+}
+
+#[test]
+fn a_task_without_actions_is_not_shown() {
+    let refused = demonstrate(&Nothing(Tower::default()), 1, Seed::new(1)).expect_err("nothing");
+    assert_eq!(refused.to_string(), "`min_actions` is 0; expected at least 1 action");
+}
+
 #[test]
 fn the_judge_looks_at_the_scene_alone() {
     let task = Tower::default();
@@ -255,7 +303,7 @@ fn settings_go_to_json_and_back_and_faults_are_named() {
     assert!(far.starts_with("tower.json, field `pad`: [2.0, 0.0]"), "{far}");
     assert!(refused("{\n\"pat\": 1}").starts_with("tower.json, line 2: unknown field `pat`"));
     let unknown = tasks::by_name("tower").map(|_| ()).expect_err("it is not built in").to_string();
-    assert!(unknown.contains("nuts-and-bolts"), "{unknown}");
+    assert!(unknown.contains("nuts-and-bolts (put a nut"), "{unknown}");
 }
 
 #[test]

@@ -72,7 +72,7 @@ function begin() {
     const summary = DATA.run?.summary;
     byId("title").textContent = `symbolt run: ${DATA.run?.goal ?? "goal unknown"}`;
     if (summary) {
-      byId("summary").textContent = `${summary.assembled} of ${summary.episodes} episodes assembled, `
+      byId("summary").textContent = `${summary.assembled} of ${summary.episodes} episodes solved, `
         + `${summary.demonstrations} demonstrations, ${summary.states} states and ${summary.operators} actions learned.`;
     }
     page = new RunPage(DATA, main);

@@ -64,6 +64,7 @@ function inWords(value) {
 
 // Figures whose names say too little.
 const FIGURES = {
+  assembled: "episodes solved",
   minimum_steps: "episodes in the least number of steps",
   least_steps: "the least number of steps",
   false_goals: "goals taken to be met that were not",
@@ -83,7 +84,7 @@ function figuresTable(summary) {
       const failed = value.map(({ episode, reason }) => `episode ${episode + 1}: ${inWords(reason)}`);
       return [name, failed.length ? failed.join("; ") : "none"];
     }
-    if (name === "interval95" && Array.isArray(value)) return ["share assembled, 95% interval", value.map((v) => `${(100 * v).toFixed(1)}%`).join(" to ")];
+    if (name === "interval95" && Array.isArray(value)) return ["share solved, 95% interval", value.map((v) => `${(100 * v).toFixed(1)}%`).join(" to ")];
     return [FIGURES[name] ?? name.replaceAll("_", " "), inWords(value)];
   });
   return table(["figure", "value"], rows);

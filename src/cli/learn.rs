@@ -12,7 +12,7 @@ use symbolt::task::{Domain, Origin, Recording, StateId};
 
 use super::Outcome;
 use super::args::LearnArgs;
-use super::output::{Grid, Progress, emit, emit_json, mm, refuse_existing, use_threads};
+use super::output::{Grid, Progress, counted, emit, emit_json, mm, refuse_existing, use_threads};
 use super::watch::ProgressLine;
 
 pub(crate) fn learn(args: &LearnArgs) -> Result<Outcome, Error> {
@@ -132,7 +132,8 @@ pub(crate) fn tables(learned: &Learned) -> String {
     }
     if !grid.is_empty() {
         let (failed, all) = (report.failed(), report.attempts.len());
-        let _ = writeln!(text, "{failed} of {all} attempts failed:\n\n{grid}");
+        let all = counted(all, "attempt");
+        let _ = writeln!(text, "{failed} of {all} failed:\n\n{grid}");
     }
     let mut grid =
         Grid::new(&["kind", ">poses", ">x m", ">y m", ">z m", "seen at (demo, snapshot)"]);
@@ -150,43 +151,12 @@ pub(crate) fn tables(learned: &Learned) -> String {
     text
 }
 
-/// States and operators of a domain, as tables.
+/// States and operators of a domain, as tables; only what there is, for a domain written in code has no geometry and
+/// no counts.
 pub(crate) fn domain_tables(domain: &Domain) -> String {
     let mut text = String::new();
-    let mut grid = Grid::new(&[
-        "state", "kind", "origin", ">poses", ">x m", ">y m", ">z m", ">sd x mm", ">sd y mm",
-        ">sd z mm",
-    ]);
-    for (state, learned) in domain.states().iter().filter_map(|s| Some((s, s.learned.as_ref()?))) {
-        let [x, y, z] = learned.mean.position.map(|v| format!("{v:.4}"));
-        let [sx, sy, sz] = learned.spread().map(mm);
-        let origin = match learned.origin {
-            Origin::Found => "found",
-            Origin::Placed => "placed",
-        };
-        let (name, kind) = (state.name.clone(), state.kind.clone());
-        grid.row([name, kind, origin.into(), learned.count.to_string(), x, y, z, sx, sy, sz]);
-    }
-    let _ = writeln!(text, "{} states:\n\n{grid}", domain.states().len());
-    let mut grid =
-        Grid::new(&["action", ">instances", "needs", "brings about", "never seen before it"]);
-    for operator in domain.operators() {
-        let before = operator.evidence.as_ref().map_or(&[][..], |e| &e.before);
-        let count = |state: StateId| before.get(state.index()).copied().unwrap_or(0);
-        let needs: Vec<String> = operator
-            .preconditions
-            .iter()
-            .map(|p| format!("{} ({}/{})", domain[*p].name, count(*p), operator.instances()))
-            .collect();
-        grid.row([
-            operator.name.clone(),
-            operator.instances().to_string(),
-            needs.join(", "),
-            domain.names(&operator.effects).join(", "),
-            domain.names(&operator.absent).join(", "),
-        ]);
-    }
-    let _ = writeln!(text, "{} actions:\n\n{grid}", domain.operators().len());
+    section(&mut text, &counted(domain.states().len(), "state"), &state_table(domain));
+    section(&mut text, &counted(domain.operators().len(), "action"), &action_table(domain));
     let mut grid = Grid::new(&["kind", ">threshold mm", ">next merge mm"]);
     let provenance = domain.provenance();
     for clusters in provenance.map_or(&[][..], |p| &p.clusters) {
@@ -194,11 +164,86 @@ pub(crate) fn domain_tables(domain: &Domain) -> String {
         let next = clusters.next_merge_m.map_or_else(|| "-".into(), mm);
         grid.row([clusters.kind.clone(), threshold, next]);
     }
-    let given = provenance.and_then(|p| p.threshold_m).is_some();
-    let given = if given { "given" } else { "found from the data" };
-    let _ = writeln!(text, "Clustering thresholds ({given}):\n\n{grid}");
+    if !grid.is_empty() {
+        let given = provenance.and_then(|p| p.threshold_m).is_some();
+        let given = if given { "given" } else { "found from the data" };
+        section(&mut text, &format!("Clustering thresholds ({given})"), &grid);
+    }
     if let Some(goal) = domain.goal_name() {
         let _ = writeln!(text, "Goal of the demonstrations: {goal}\n");
     }
     text
+}
+
+/// A title with its table, if that has rows.
+fn section(text: &mut String, title: &str, grid: &Grid) {
+    let _ = match grid.is_empty() {
+        true => writeln!(text, "{title}\n"),
+        false => writeln!(text, "{title}:\n\n{grid}"),
+    };
+}
+
+fn state_table(domain: &Domain) -> Grid {
+    if domain.states().iter().all(|state| state.learned.is_none()) {
+        let mut grid = Grid::new(&["state", "kind"]);
+        for state in domain.states() {
+            grid.row([state.name.clone(), state.kind.clone()]);
+        }
+        return grid;
+    }
+    let mut grid = Grid::new(&[
+        "state", "kind", "origin", ">poses", ">x m", ">y m", ">z m", ">sd x mm", ">sd y mm",
+        ">sd z mm",
+    ]);
+    for state in domain.states() {
+        let mut row = vec![state.name.clone(), state.kind.clone()];
+        if let Some(learned) = &state.learned {
+            let origin = match learned.origin {
+                Origin::Found => "found",
+                Origin::Placed => "placed",
+            };
+            row.extend([origin.into(), learned.count.to_string()]);
+            row.extend(learned.mean.position.map(|v| format!("{v:.4}")));
+            row.extend(learned.spread().map(mm));
+        } else {
+            row.resize(10, "-".into());
+        }
+        grid.row(row);
+    }
+    grid
+}
+
+fn action_table(domain: &Domain) -> Grid {
+    let operators = domain.operators();
+    let learned = operators.iter().any(|o| o.evidence.is_some());
+    // Of an action that was not learned, nothing was seen.
+    let absent = if learned { "never seen before it" } else { "needs absent" };
+    let with_absent = learned || operators.iter().any(|o| !o.absent.is_empty());
+    let mut columns = vec!["action"];
+    columns.extend(learned.then_some(">instances"));
+    columns.extend(["needs", "brings about"]);
+    columns.extend(with_absent.then_some(absent));
+    let mut grid = Grid::new(&columns);
+    for operator in operators {
+        let evidence = operator.evidence.as_ref();
+        let need = |state: &StateId| {
+            let name = &domain[*state].name;
+            evidence.map_or_else(
+                || name.clone(),
+                |e| {
+                    let count = e.before.get(state.index()).copied().unwrap_or(0);
+                    format!("{name} ({count}/{})", e.instances)
+                },
+            )
+        };
+        let needs: Vec<String> = operator.preconditions.iter().map(need).collect();
+        let mut row = vec![operator.name.clone()];
+        if learned {
+            row.push(evidence.map_or_else(|| "-".into(), |e| e.instances.to_string()));
+        }
+        row.extend([needs.join(", "), domain.names(&operator.effects).join(", ")]);
+        row.extend(with_absent.then(|| domain.names(&operator.absent).join(", ")));
+        grid.row(row);
+    }
+    grid
 }

@@ -42,6 +42,9 @@ const TRIALS: &str = "trials.bin";
 /// The report on a run's folder, on an experiment's, or on a folder of experiments' folders. Costs the reading of
 /// the files and, for a run of a minute, about 20 ms.
 ///
+/// The replay draws the scene anew from the task's name and settings: a run of a task that
+/// [`tasks::all`](crate::task::tasks::all) does not name is shown without it, and the page says so.
+///
 /// # Errors
 /// [`TaskError::NothingToReport`] if the folder holds none of the files; [`TaskError::File`] if it cannot be read.
 pub fn report(folder: &Path) -> Result<Report, TaskError> {

@@ -81,7 +81,7 @@ impl Tally {
         self.decision_ms.get((share * last as f64).round() as usize).copied()
     }
 
-    /// The 95% interval of the rate of assembled episodes.
+    /// The 95% interval of the rate of solved episodes.
     pub fn interval95(&self) -> [f64; 2] {
         Rate::new(self.solved as u64, self.episodes as u64).interval95()
     }

@@ -157,12 +157,12 @@ pub enum TaskError {
         choices: Vec<String>,
     },
     /// A task that does not exist.
-    #[error("there is no task `{name}`; the tasks are: {}", .choices.join(", "))]
+    #[error("there is no task `{name}`; the tasks are: {}", described(.choices))]
     UnknownTask {
         /// What was asked for.
         name: String,
-        /// What exists.
-        choices: Vec<String>,
+        /// Name and description of each that exists.
+        choices: Vec<(&'static str, &'static str)>,
     },
     /// A figure that cannot be drawn.
     #[error("the figure cannot be drawn: {reason}")]
@@ -196,4 +196,10 @@ pub enum TaskError {
 
 fn near(nearest: &Option<String>) -> String {
     nearest.as_ref().map_or_else(String::new, |name| format!(" (did you mean `{name}`?)"))
+}
+
+fn described(choices: &[(&str, &str)]) -> String {
+    let choices: Vec<String> =
+        choices.iter().map(|(name, what)| format!("{name} ({what})")).collect();
+    choices.join(", ")
 }

@@ -15,6 +15,9 @@ const MAX_NAME: usize = 200;
 /// Greatest difference from 1 of the norm of an orientation.
 const NORM_TOLERANCE: f64 = 1e-3;
 
+/// Greatest entry of a covariance, either way: no two coordinates of a recording, each at most 1e6 m, vary more.
+const MAX_COVARIANCE: f64 = 4e12;
+
 /// Whether `name` can name a state or an action: it has to stand in expressions.
 pub(crate) fn is_symbol(name: &str) -> bool {
     let mut chars = name.chars();
@@ -41,18 +44,8 @@ pub(super) fn check(
         check_lists(operator, states)
             .and_then(|()| check_evidence(operator, states.len()))
             .map_err(|why| format!("action `{}` {why}", operator.name))?;
-        if operator.parameters.is_empty() {
-            return Err(format!("action `{}` has no object to act upon", operator.name));
-        }
-        for parameter in &operator.parameters {
-            let Operator { name, .. } = operator;
-            if !kinds.contains(parameter.kind.as_str()) {
-                return Err(format!(
-                    "action `{name}` manipulates `{}`, which has no state",
-                    parameter.kind
-                ));
-            }
-        }
+        check_parameters(operator, &kinds)
+            .map_err(|why| format!("action `{}` {why}", operator.name))?;
     }
     match goal {
         Some(goal) if goal.index() >= states.len() => {
@@ -92,6 +85,30 @@ fn check_geometry(name: &str, learned: &LearnedState) -> Result<(), String> {
     if (0..6).any(|i| covariance[i][i] < 0.0) {
         return Err(format!("state `{name}` has a negative variance"));
     }
+    if let Some(value) = covariance.iter().flatten().find(|v| v.abs() > MAX_COVARIANCE) {
+        return Err(format!(
+            "state `{name}` has {value:e} in its covariance; the most is {MAX_COVARIANCE:e}"
+        ));
+    }
+    Ok(())
+}
+
+fn check_parameters(operator: &Operator, kinds: &HashSet<&str>) -> Result<(), String> {
+    if operator.parameters.is_empty() {
+        return Err("has no object to act upon".into());
+    }
+    let mut names = HashSet::new();
+    for (index, parameter) in operator.parameters.iter().enumerate() {
+        if parameter.name.is_empty() {
+            return Err(format!("has no name for parameter {}", index + 1));
+        }
+        if !names.insert(&parameter.name) {
+            return Err(format!("has two parameters called `{}`", parameter.name));
+        }
+        if !kinds.contains(parameter.kind.as_str()) {
+            return Err(format!("manipulates `{}`, which has no state", parameter.kind));
+        }
+    }
     Ok(())
 }
 
@@ -125,10 +142,11 @@ fn check_lists(operator: &Operator, states: &[State]) -> Result<(), String> {
         let to = name(operator.to).unwrap_or("?");
         return Err(format!("puts into `{to}` but does not list it as effect"));
     }
-    match operator.preconditions.iter().find(|p| operator.absent.contains(p)) {
-        Some(both) => {
-            Err(format!("needs `{}` both present and absent", name(*both).unwrap_or("?")))
-        }
+    if let Some(both) = operator.preconditions.iter().find(|p| operator.absent.contains(p)) {
+        return Err(format!("needs `{}` both present and absent", name(*both).unwrap_or("?")));
+    }
+    match operator.effects.iter().find(|e| operator.removes.contains(e)) {
+        Some(both) => Err(format!("both causes and ends `{}`", name(*both).unwrap_or("?"))),
         None => Ok(()),
     }
 }

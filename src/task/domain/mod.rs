@@ -70,9 +70,10 @@ impl Domain {
     /// A domain of checked tables; `provenance` says what it was learned from, if it was.
     ///
     /// # Errors
-    /// [`TaskError::BadDomain`] if a name is bad or used twice; if an operator has no parameter, names
-    /// a state that is not there, lists one twice or does not list `to` among its effects; if the goal is
-    /// no state; if a number is not finite.
+    /// [`TaskError::BadDomain`] if a name is bad or used twice; if an operator has no parameter, or one without a
+    /// name, with another's name or of a kind that no state has; if it names a state that is not there, lists one
+    /// twice, needs one both present and absent, both causes and ends one, or does not list `to` among its effects;
+    /// if the goal is no state; if a number is not finite, or a covariance greater than any recording's.
     pub fn new(
         states: Vec<State>,
         operators: Vec<Operator>,

@@ -34,7 +34,7 @@ const PATIENCE: usize = 4;
 /// skills.
 ///
 /// # Errors
-/// As [`Task::scene`] and [`Scene::new`].
+/// As [`Task::scene`] and [`Scene::new`]; [`TaskError::Setting`] for a task that needs no action.
 pub fn demonstrate(task: &dyn Task, demos: usize, seed: Seed) -> Result<Demonstrated, TaskError> {
     demonstrate_observed(task, demos, seed, &mut Ignore)
 }
@@ -57,6 +57,11 @@ pub fn demonstrate_observed(
         steps: 0,
         simulated_s: 0.0,
     };
+    if task.min_actions() == 0 {
+        // The demonstrator would never be asked.
+        let (name, expected) = ("min_actions", "at least 1 action");
+        return Err(TaskError::Setting { name, value: "0".into(), expected });
+    }
     // Settings that make no scene are refused even where nothing is shown.
     task.scene(seed)?.check()?;
     for demo in 0..demos {

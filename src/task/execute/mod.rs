@@ -27,7 +27,7 @@ use crate::task::tasks::{self, Task};
 pub use activity::{ActivityRecorder, ModuleSamples};
 pub use demonstrate::{Demonstrated, demonstrate, demonstrate_observed};
 pub use recorder::Recorder;
-pub use world::AssemblyWorld;
+pub use world::EpisodeWorld;
 
 /// How episodes are run.
 #[derive(Debug, Clone)]
@@ -119,8 +119,8 @@ pub struct Episode {
 /// Runs one episode towards `goal`; `seed` draws the scene and the drops.
 ///
 /// # Errors
-/// As [`EpisodeSpec::check`]; [`TaskError::Unknown`] for a goal that is no state of the planner's domain; [`TaskError::Sim`] if the
-/// graph does not fit the world.
+/// As [`EpisodeSpec::check`]; [`TaskError::Setting`] for a goal that is no state of the planner's domain;
+/// [`TaskError::Sim`] if the graph does not fit the world.
 pub fn episode(
     planner: &Arc<Planner>,
     grounding: Grounding,
@@ -146,7 +146,7 @@ pub fn episode_observed(
     seed: Seed,
     observer: &mut dyn Observer,
 ) -> Result<Episode, TaskError> {
-    let world = AssemblyWorld::new(planner.clone(), grounding, goal, spec)?;
+    let world = EpisodeWorld::new(planner.clone(), grounding, goal, spec)?;
     let run = RunConfig::seeded(seed).in_world(world).with_threads(Threads::Pool);
     let mut sim = Simulator::new(planner.graph().clone(), run)?;
     observer.observe(&Event::EpisodeBegan { goal: &planner.domain()[goal].name });
@@ -154,7 +154,7 @@ pub fn episode_observed(
     // The world gives up by itself; this is only to be sure.
     let limit = SimDuration::from_millis((spec.limit_s * 1e3) as u64 + 120_000);
     sim.run_until(limit, |view| {
-        let Some(world) = AssemblyWorld::of(view.world()) else {
+        let Some(world) = EpisodeWorld::of(view.world()) else {
             return ControlFlow::Break(StopReason::Condition("another world"));
         };
         teller.tell(world, observer);
@@ -164,7 +164,7 @@ pub fn episode_observed(
             None => ControlFlow::Continue(()),
         }
     })?;
-    let Some(world) = AssemblyWorld::of(sim.world()) else {
+    let Some(world) = EpisodeWorld::of(sim.world()) else {
         return Err(TaskError::BadDomain { reason: "the world was exchanged".into() });
     };
     let episode = world.report();
@@ -184,7 +184,7 @@ struct Teller {
 }
 
 impl Teller {
-    fn tell(&mut self, world: &AssemblyWorld, observer: &mut dyn Observer) {
+    fn tell(&mut self, world: &EpisodeWorld, observer: &mut dyn Observer) {
         let Some(scene) = world.scene() else { return };
         if scene.steps() == self.steps {
             return;
@@ -218,7 +218,7 @@ impl Teller {
     }
 }
 
-impl AssemblyWorld {
+impl EpisodeWorld {
     /// What has happened so far.
     fn report(&self) -> Episode {
         let (scene, log) = (self.scene(), self.log());

@@ -68,7 +68,7 @@ struct Live {
 }
 
 /// A world in which an executor does what a planner graph decides.
-pub struct AssemblyWorld {
+pub struct EpisodeWorld {
     planner: Arc<Planner>,
     classifier: Classifier,
     recorder: Recorder,
@@ -81,11 +81,11 @@ pub struct AssemblyWorld {
 /// Steps for which the graph is not asked between two questions.
 const REST: u32 = 5;
 
-impl AssemblyWorld {
+impl EpisodeWorld {
     /// A world that wants `goal`; it comes to life when it is reset.
     ///
     /// # Errors
-    /// As [`EpisodeSpec::check`]; [`TaskError::Unknown`] for a goal that is no state.
+    /// As [`EpisodeSpec::check`]; [`TaskError::Setting`] for a goal that is no state of the planner's domain.
     pub fn new(
         planner: Arc<Planner>,
         grounding: Grounding,
@@ -303,7 +303,7 @@ fn fault(error: impl std::fmt::Display) -> WorldError {
     WorldError::new(error.to_string())
 }
 
-impl World for AssemblyWorld {
+impl World for EpisodeWorld {
     fn period(&self) -> SimDuration {
         SimDuration::from_millis(self.step_ms)
     }

@@ -40,14 +40,14 @@ mod registry {
     /// A task, with its default settings.
     ///
     /// # Errors
-    /// [`TaskError::UnknownTask`], naming those there are.
+    /// [`TaskError::UnknownTask`], listing those there are.
     pub fn by_name(name: &str) -> Result<Arc<dyn Task>, TaskError> {
         let all = all();
         match all.iter().find(|task| task.name() == name) {
             Some(task) => Ok(task.clone()),
             None => Err(TaskError::UnknownTask {
                 name: name.into(),
-                choices: all.iter().map(|task| task.name().into()).collect(),
+                choices: all.iter().map(|task| (task.name(), task.description())).collect(),
             }),
         }
     }

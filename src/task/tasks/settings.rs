@@ -2,7 +2,7 @@
 
 use serde::de::DeserializeOwned;
 
-use crate::task::error::{InputFault, TaskError};
+use crate::task::error::{InputFault, TaskError, json_problem};
 
 /// Reads a task's settings from the text of a JSON object that came from `name`, and checks them.
 ///
@@ -27,10 +27,8 @@ pub fn parse_settings<T: DeserializeOwned>(
         return Err(fault(Some(1), "", "it is no JSON object".into(), expected).into());
     }
     let settings: T = serde_json::from_slice(text).map_err(|error| {
-        let problem = error.to_string();
-        let problem = problem.split(" at line ").next().unwrap_or_default().to_owned();
         let line = (error.line() > 0).then(|| error.line());
-        fault(line, "", problem, "a task's settings, as `symbolt config` prints them")
+        fault(line, "", json_problem(&error), "a task's settings, as `symbolt config` prints them")
     })?;
     match check(&settings) {
         Err(TaskError::Setting { name: field, value, expected }) => {

@@ -21,7 +21,7 @@ pub trait Task: Debug + Send + Sync {
     /// A short name in lower case with hyphens: `nuts-and-bolts`.
     fn name(&self) -> &'static str;
 
-    /// What is to be done, in one line.
+    /// What is to be done, in one line: it stands beside the name where tasks are listed.
     fn description(&self) -> &'static str;
 
     /// The settings as a JSON object: what `symbolt config` prints and `run.json` holds.
@@ -51,7 +51,7 @@ pub trait Task: Debug + Send + Sync {
     /// Whether the scene is as it should be in the end. Neither the learner nor the executor asks.
     fn judge(&self, scene: &Scene) -> Judgement;
 
-    /// The least number of pick and place actions that solve it.
+    /// The least number of pick and place actions that solve it: at least 1.
     fn min_actions(&self) -> usize;
 
     /// What a person does to the scene in the midst of an episode, where the task offers that.

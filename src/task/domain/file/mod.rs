@@ -3,11 +3,13 @@
 //! In the file a state is referred to by its name, for people to read. Version 2 is written; version 1,
 //! in which every state had geometry, is still read.
 
+mod shape;
 mod v1;
 
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use crate::files::read_file;
 use crate::spa::nearest_name;
@@ -22,12 +24,6 @@ const FORMAT: &str = "symbolt-domain";
 
 /// The version of the file's layout that is written.
 const VERSION: u64 = 2;
-
-#[derive(Deserialize)]
-struct Header {
-    format: Option<String>,
-    version: Option<u64>,
-}
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -107,27 +103,21 @@ impl Domain {
             problem,
             expected: expected.into(),
         };
-        let json = |error: serde_json::Error| {
+        let json = |error: serde_json::Error, field: String| {
             let problem = format!("{} (column {})", json_problem(&error), error.column());
-            fault(Some(error.line()), "", problem, "a domain as `learn` writes it")
+            fault(Some(error.line()), &field, problem, "a domain as `learn` writes it")
         };
-        // The header first: another version may have other fields.
-        let header: Header = serde_json::from_slice(bytes).map_err(json)?;
-        if header.format.as_deref() != Some(FORMAT) {
-            let problem = header.format.map_or("it is missing".into(), |f| format!("it is `{f}`"));
-            return Err(fault(None, "format", problem, &format!("`{FORMAT}`")).into());
-        }
-        let parsed: DomainFile = match header.version {
-            Some(VERSION) => serde_json::from_slice(bytes).map_err(json)?,
-            Some(v1::VERSION) => {
-                serde_json::from_slice::<v1::DomainFile>(bytes).map_err(json)?.into()
-            }
-            other => {
-                let problem = other.map_or("it is missing".into(), |v| format!("it is {v}"));
-                let (old, new) = (v1::VERSION, VERSION);
-                let expected = format!("{old} or {new}, the versions that this program reads");
-                return Err(fault(None, "version", problem, &expected).into());
-            }
+        let value: Value = serde_json::from_slice(bytes).map_err(|e| json(e, String::new()))?;
+        let shaped = |f: FieldFault| fault(None, &f.field, f.problem, &f.expected);
+        let version = shape::check(&value).map_err(shaped)?;
+        // From the text once more and not from the value, for the line, and because the value keeps only the last of
+        // two fields of one name.
+        let parsed: DomainFile = if version == v1::VERSION {
+            let parsed = serde_json::from_slice::<v1::DomainFile>(bytes);
+            parsed.map_err(|e| json(e, v1::faulty_field(&value)))?.into()
+        } else {
+            let faulty = || shape::faulty_field::<StateEntry, OperatorEntry>(&value);
+            serde_json::from_slice(bytes).map_err(|e| json(e, faulty()))?
         };
         let invalid = |reason: String| {
             TaskError::from(fault(None, "", reason, "a domain that does not contradict itself"))
@@ -135,10 +125,7 @@ impl Domain {
         // Names first: where one is bad, what refers to it is not the fault to tell.
         let states = parsed.states.iter().map(|s| &s.name);
         check_names(states.chain(parsed.operators.iter().map(|o| &o.name))).map_err(invalid)?;
-        let resolved = parsed.resolve();
-        let resolved =
-            resolved.map_err(|f| TaskError::from(fault(None, &f.field, f.problem, &f.expected)))?;
-        let Resolved { states, operators, goal, provenance } = resolved;
+        let Resolved { states, operators, goal, provenance } = parsed.resolve().map_err(shaped)?;
         Self::new(states, operators, goal, provenance).map_err(|error| match error {
             TaskError::BadDomain { reason } => invalid(reason),
             other => other,

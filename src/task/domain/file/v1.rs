@@ -1,8 +1,9 @@
 //! Version 1 of the domain's file: every domain was learned, and every state had geometry.
 
 use serde::Deserialize;
+use serde_json::Value;
 
-use super::{OperatorEntry, StateEntry};
+use super::{OperatorEntry, StateEntry, shape};
 use crate::task::domain::{Evidence, LearnedState, Origin, Parameter, Pose, Provenance};
 
 /// The version of this layout.
@@ -45,6 +46,11 @@ struct Operator {
     absent: Vec<String>,
     removes: Vec<String>,
     evidence: Evidence,
+}
+
+/// The first entry that cannot be read.
+pub(super) fn faulty_field(file: &Value) -> String {
+    shape::faulty_field::<State, Operator>(file)
 }
 
 impl From<DomainFile> for super::DomainFile {
