@@ -30,7 +30,7 @@ const OPTIONAL: [&str; 3] = ["provenance", "learned", "evidence"];
 pub(super) fn check(file: &Value) -> Result<u64, FieldFault> {
     let fault = |field: &str, found: Option<&Value>, expected: String| FieldFault {
         field: field.into(),
-        problem: found.map_or_else(|| "it is missing".into(), |value| found_instead(value)),
+        problem: found.map_or_else(|| "it is missing".into(), found_instead),
         expected,
     };
     if !file.is_object() {
