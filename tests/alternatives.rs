@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 
 use rand::RngExt;
 use symbolt::neurons::{LifSpec, Population, PopulationPlan};
-use symbolt::sim::Seed;
+use symbolt::sim::{Seed, SimDuration, Threads};
 use symbolt::task::planner::{Choice, Planner, PlannerSpec, Why};
 use symbolt::task::{
     ActionId, Commitment, Domain, DomainBuilder, Obstacle, StateId, Verdict, WorldState,
@@ -93,7 +93,7 @@ fn the_graph_agrees_with_the_reference_planner_where_states_have_several_causes(
                     decision.choices.iter().any(|d| d.state == c.state && d.action != c.action)
                 };
                 abandoned += usize::from(decision.choices.iter().any(again));
-                assert!(decision.choices.iter().all(|c| c.why != Why::Noise), "{decision:?}");
+                assert!(decision.choices.iter().all(|c| c.why != Why::Imprecision), "{decision:?}");
             }
         }
         println!(
@@ -238,4 +238,91 @@ fn several_causes_are_chosen_from_in_spiking_neurons_too() {
             assert!(right.accepts(decision.verdict), "{world:?}: {decision:?}");
         }
     }
+}
+
+/// `causes` ways to one state, each with `needs` preconditions of its own.
+fn ways(causes: usize, needs: usize) -> Domain {
+    (0..causes)
+        .fold(DomainBuilder::new(), |domain, cause| {
+            let needs: Vec<String> = (0..needs).map(|need| format!("N{cause}_{need}")).collect();
+            domain.action(&format!("WAY_{cause}"), needs.iter().map(String::as_str), ["GOAL"])
+        })
+        .build()
+        .expect("valid")
+}
+
+/// How often neurons choose another cause than the rule, of how many choices: where one cause can be done and every
+/// other lacks one precondition, and where all can be done.
+fn against_the_rule(
+    population: Population,
+    (causes, needs): (usize, usize),
+    seeds: std::ops::RangeInclusive<u64>,
+) -> [(usize, usize); 2] {
+    let domain = ways(causes, needs);
+    let goal = domain.state("GOAL").expect("there");
+    let mut counts = [(0, 0); 2];
+    for seed in seeds {
+        let spec = PlannerSpec { dimensions: 128, max_similarity: 0.2, ..PlannerSpec::default() };
+        let plan = PopulationPlan::all(population);
+        let planner = Planner::with_plan(&domain, spec, &plan, Seed::new(seed)).expect("builds");
+        for able in (0..causes).map(Some).chain([None]) {
+            let lacks = |cause: usize, need: usize| need == 0 && able.is_some_and(|a| a != cause);
+            let held = (0..causes).flat_map(|c| (0..needs).map(move |n| (c, n)));
+            let held = held.filter(|(c, n)| !lacks(*c, *n)).map(|(c, n)| format!("N{c}_{n}"));
+            let held: Vec<String> = held.collect();
+            let world = domain.world(held.iter().map(String::as_str)).expect("states");
+            let decision = planner.decide(&world, goal).expect("decides");
+            let right = acceptable_answers(&domain, &world, goal, planner.spec().rules());
+            assert!(right.accepts(decision.verdict), "{seed}, {able:?}: {decision:?}");
+            let first = decision.choices[0].action.index();
+            let count = &mut counts[usize::from(able.is_none())];
+            *count = (count.0 + usize::from(first != able.unwrap_or(0)), count.1 + 1);
+        }
+    }
+    counts
+}
+
+#[test]
+#[ignore = "a measurement, printed for the guide"]
+fn how_often_neurons_choose_against_the_rule() {
+    for (name, population) in [
+        ("direct", Population::Direct),
+        ("rate", Population::Rate(LifSpec::default())),
+        ("lif", Population::Lif(LifSpec::default())),
+    ] {
+        for shape in [(2, 1), (3, 2)] {
+            let [needs, ties] = against_the_rule(population, shape, 1..=8);
+            println!("{name} {shape:?}: one needs less {needs:?}, ties {ties:?}");
+        }
+    }
+}
+
+#[test]
+fn neurons_mostly_choose_the_cause_that_lacks_nothing() {
+    let rate = Population::Rate(LifSpec::default());
+    let lif = Population::Lif(LifSpec::default());
+    // Measured: none of 16 in either mode. Of equals only the verdict is certain.
+    for (population, most) in [(Population::Direct, 0), (rate, 1), (lif, 2)] {
+        let [(wrong, of), (others, _)] = against_the_rule(population, (2, 1), 1..=8);
+        assert!(of == 16 && wrong <= most, "{population}: {wrong} of {of}");
+        assert!(population != Population::Direct || others == 0, "{others} ties");
+    }
+}
+
+#[test]
+fn a_decision_in_spiking_neurons_has_the_same_bits_on_any_threads() {
+    let (domain, spec) = (tea(), PlannerSpec { max_similarity: 0.2, ..PlannerSpec::default() });
+    let lif = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    let goal = domain.state("TEA_READY").expect("there");
+    let world = domain.world(["LEAVES_IN_POT", "POWER", "CUP_UNDER"]).expect("states");
+    let mut planner = Planner::with_plan(&domain, spec, &lif, Seed::new(1)).expect("builds");
+    let mut by = Vec::new();
+    for threads in [Threads::Serial, Threads::Pool] {
+        planner = planner.with_threads(threads);
+        let decision = planner.decide(&world, goal).expect("decides");
+        let mut sim = planner.simulator(&world, goal).expect("starts");
+        sim.run_for(SimDuration::from_millis(100)).expect("runs");
+        by.push((decision, sim.checkpoint().expect("it can be saved")));
+    }
+    assert!(by[0] == by[1]);
 }

@@ -46,6 +46,7 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
         choice: choice("choice", &args.choice, &CHOICES)?,
         sim_ms: (args.sim_seconds * 1e3).round() as u64,
         seed: Seed::new(args.common.seed),
+        ..Standard::default()
     };
     let progress = Progress::new(&args.common);
     progress.say(format!("building {}", args.model));

@@ -117,7 +117,10 @@ fn why_text(choice: &Choice) -> String {
         Why::FewestUnmet { unmet: 0 } => format!("{}, as of no other cause", lacking(0)),
         Why::FewestUnmet { unmet } => format!("{}, fewer than of any other cause", lacking(unmet)),
         Why::Preferred { unmet } => format!("{}, and it is preferred among equals", lacking(unmet)),
-        _ => "noise decided".into(),
+        Why::Imprecision => {
+            "the neurons' precision decided: it was not the best by the rule".into()
+        }
+        _ => "for a reason without words".into(),
     }
 }
 

@@ -87,6 +87,8 @@ pub struct Standard {
     pub sim_ms: u64,
     /// The seed of neurons, pointers and inputs.
     pub seed: Seed,
+    /// Who computes the ticks of the run. Quality is the same either way, the time is not.
+    pub threads: Threads,
 }
 
 impl Default for Standard {
@@ -98,6 +100,7 @@ impl Default for Standard {
             choice: SelectRule::WinnerTakeAll { level: 0.5 },
             sim_ms: 1_000,
             seed: Seed::new(1),
+            threads: Threads::Pool,
         }
     }
 }
@@ -215,12 +218,12 @@ impl Built {
         self.build_s
     }
 
-    /// Runs the network on the threads of the pool and measures its speed and quality.
+    /// Runs the network on the threads that its settings name and measures its speed and quality.
     ///
     /// # Errors
     /// [`TaskError::Sim`] if a value is not finite.
     pub fn run(&self) -> Result<Measured, TaskError> {
-        let run = RunConfig::seeded(self.spec.seed).with_threads(Threads::Pool);
+        let run = RunConfig::seeded(self.spec.seed).with_threads(self.spec.threads);
         let mut sim = Simulator::new(self.graph.clone(), run)?;
         // Quality is measured in the first 300 ms. The rest only measures time, and its recordings are dropped.
         let begun = Instant::now();

@@ -45,6 +45,8 @@ pub struct EpisodeSpec {
     pub perturbation: Option<Perturbation>,
     /// Simulated milliseconds between frames kept for pictures; `None` to keep none.
     pub frame_ms: Option<u64>,
+    /// Who computes the planner graph's ticks. The episode is the same either way.
+    pub threads: Threads,
 }
 
 impl Default for EpisodeSpec {
@@ -56,6 +58,7 @@ impl Default for EpisodeSpec {
             most_skills: 30,
             perturbation: None,
             frame_ms: None,
+            threads: Threads::Pool,
         }
     }
 }
@@ -147,7 +150,7 @@ pub fn episode_observed(
     observer: &mut dyn Observer,
 ) -> Result<Episode, TaskError> {
     let world = EpisodeWorld::new(planner.clone(), grounding, goal, spec)?;
-    let run = RunConfig::seeded(seed).in_world(world).with_threads(Threads::Pool);
+    let run = RunConfig::seeded(seed).in_world(world).with_threads(spec.threads);
     let mut sim = Simulator::new(planner.graph().clone(), run)?;
     observer.observe(&Event::EpisodeBegan { goal: &planner.domain()[goal].name });
     let mut teller = Teller::default();

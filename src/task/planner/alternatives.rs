@@ -5,21 +5,32 @@
 //!                     the states that hold ------^     ^-- inhibited: actions ruled out
 //! ```
 //!
-//! A cause of the state in question has a utility of 0.8 to 1.2: less for every precondition that does not hold,
+//! A cause of the state in question has a utility of 0.8 to 1.6: less for every precondition that does not hold,
 //! and, among causes that lack equally many, less the later it stands in [`Domain::causes`]. What causes something
-//! else stays at 0.4 or below, and below the level of the contest. States with one cause have no part in it.
+//! else stays at 0.3 or below, where neurons do not take part in the contest. States with one cause have no part in
+//! it.
+//!
+//! In direct mode the fewest unmet preconditions win, and a tie goes to the first of the causes. Neurons keep that
+//! rule only as precisely as they represent utilities. With 50 neurons an item, over 8 seeds: where one cause could
+//! be done and the others lacked one precondition, rates chose another in 0 of 16 cases with 2 causes of 1
+//! precondition and in 0 of 24 with 3 causes of 2; spiking neurons in 0 of 16 and 1 of 24. Where all could be done,
+//! rates did not take the first in 0 of 8 and 1 of 8, spiking neurons in 3 of 8 and 5 of 8: among equals, do not rely
+//! on the order. The verdict does not suffer: a cause that turns out impossible is ruled out.
 
 use super::encode::{ActionSpace, Encoded, StateSpace};
 use super::graph::RECOGNISED;
 use crate::neurons::SelectRule;
-use crate::sim::{AsPointer, In, Module, Out, Pointer, Real, Scope, Synapse, Vector};
+use crate::sim::{AsPointer, Constant, In, Module, Out, Pointer, Real, Scope, Synapse, Vector};
 use crate::spa::{CleanupMemory, Linear, PointerValue, Selection, VocabError};
 use crate::task::domain::{ActionId, Domain, StateId};
 
 /// Utility of a cause that lacks most and is preferred least.
 const MIN_CAUSE_UTILITY: Real = 0.8;
 /// By how much the utilities of the causes of one state can differ.
-const RANGE: Real = 0.4;
+const RANGE: Real = 0.8;
+/// What is taken from the utility of every action, and given back to the causes of the state in question: the
+/// preconditions that hold count for all actions, and must not let others into the contest.
+const REST: Real = 0.5;
 
 /// The module.
 pub(super) struct CauseContest {
@@ -77,7 +88,7 @@ impl CauseContest {
                 let preference = (causes.len() - 1 - rank) as Real / causes.len() as Real;
                 let spared = (widest - needs(*action)) as Real;
                 utilities[row * actions + action.index()] =
-                    MIN_CAUSE_UTILITY + step * (spared + preference);
+                    REST + MIN_CAUSE_UTILITY + step * (spared + preference);
             }
         }
         for action in causes() {
@@ -113,6 +124,8 @@ impl Module for CauseContest {
         let actions = self.pointers.iter().map(PointerValue::as_pointer);
         let pointer = scope.add("pointer", Linear::combination(space, actions));
         scope.connect(&which.items, &causes.input, none);
+        let rest = scope.add("rest", Constant::vector(&vec![-REST; self.actions]));
+        scope.connect(&rest, &contest.utilities, none);
         scope.connect(&causes.output, &contest.utilities, none);
         scope.connect(&support.output, &contest.utilities, none);
         scope.connect(&contest.items, &pointer.input, none);

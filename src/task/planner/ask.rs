@@ -106,6 +106,7 @@ pub struct Planner {
     pub(super) recalled: Out<Vector>,
     pub(super) ruled_out: Option<Out<Vector>>,
     modules: Vec<ModuleView>,
+    threads: Threads,
 }
 
 /// What worlds and goals have to be.
@@ -176,7 +177,17 @@ impl Planner {
             recalled,
             ruled_out,
             modules,
+            threads: Threads::Pool,
         })
+    }
+
+    /// Sets who computes the ticks of this planner's own runs: [`simulator`](Self::simulator),
+    /// [`decide`](Self::decide), [`plan`](Self::plan) and [`first_shown`](Self::first_shown). The answers have the
+    /// same bits either way. [`Threads::Pool`] unless set; [`Threads::Serial`] suits a caller that asks many planners
+    /// at once. Runs in a scene take [`EpisodeSpec::threads`](crate::task::execute::EpisodeSpec::threads) instead.
+    pub fn with_threads(mut self, threads: Threads) -> Self {
+        self.threads = threads;
+        self
     }
 
     /// The domain.
@@ -237,7 +248,7 @@ impl Planner {
         };
         Ok(Simulator::new(
             self.graph.clone(),
-            RunConfig::default().in_world(board).with_threads(Threads::Pool),
+            RunConfig::default().in_world(board).with_threads(self.threads),
         )?)
     }
 

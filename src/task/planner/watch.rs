@@ -39,8 +39,8 @@ pub enum Why {
         /// How many are unmet.
         unmet: usize,
     },
-    /// Another should have won: noise in spiking neurons decided.
-    Noise,
+    /// The precision of the neurons decided: by the rule another is the best. Never in direct mode.
+    Imprecision,
 }
 
 /// Notes when the graph's items last changed while a state is in question.
@@ -101,7 +101,7 @@ impl<'p> Watch<'p> {
             _ if among == 1 => Why::OnlyOneLeft,
             (Some(first), None) if *first == action => Why::FewestUnmet { unmet: own },
             (Some(first), Some(_)) if *first == action => Why::Preferred { unmet: own },
-            _ => Why::Noise,
+            _ => Why::Imprecision,
         };
         self.choices.push(Choice { question, state, action, among, why });
     }
