@@ -410,7 +410,7 @@ fn a_recording() -> Vec<u8> {
         ..SyntheticDemonstrations::default()
     };
     let made = spec.record(Seed::new(3)).expect("sound");
-    made.recording.to_jsonl(Some(&made.labels)).into_bytes()
+    made.recording.to_jsonl(Some(&made.labels)).expect("plain data").into_bytes()
 }
 
 #[test]

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use proptest::prelude::*;
-use symbolt::sim::{Seed, VocabTag};
+use symbolt::sim::{PointerRef, Seed, VocabTag};
 use symbolt::spa::{
     Algebra, Hrr, VocabError, VocabularyBuilder, cosine_of_slices, dot, norm, random_pointer,
 };
@@ -247,8 +247,14 @@ fn vocabularies_that_cannot_be_are_refused() {
         assert!(matches!(build(new(16).pointer(name)), VocabError::BadName { .. }), "{name}");
     }
     assert!(matches!(build(new(64).pointers(["A", "A"])), VocabError::Duplicate { .. }));
-    assert!(matches!(build(new(64).vector("A", &[1.0])), VocabError::BadVector { .. }));
-    assert!(matches!(build(new(2).vector("A", &[1.0, f32::NAN])), VocabError::BadVector { .. }));
+    assert!(matches!(
+        build(new(64).vector("A", &PointerRef::<Things>::from_raw(&[1.0]))),
+        VocabError::BadVector { .. }
+    ));
+    assert!(matches!(
+        build(new(2).vector("A", &PointerRef::<Things>::from_raw(&[1.0, f32::NAN]))),
+        VocabError::BadVector { .. }
+    ));
     // Ten vectors of four dimensions cannot all be nearly orthogonal; the error says what came closest.
     let crowded = build(new(4).pointers((0..10).map(|i| format!("N{i}"))));
     let VocabError::TooSimilar { dim: 4, best, ref nearest, .. } = crowded else {

@@ -5,7 +5,7 @@
 use std::collections::BTreeSet;
 
 use rand::RngExt;
-use symbolt::sim::Seed;
+use symbolt::sim::{Seed, SimError};
 use symbolt::task::planner::{Planner, PlannerSpec, Unbinding};
 use symbolt::task::tasks::nuts_and_bolts::{Order, SyntheticDemonstrations};
 use symbolt::task::{
@@ -287,6 +287,23 @@ fn the_same_seed_gives_the_same_bits_and_another_seed_others() {
     };
     assert_eq!(run(1), run(1));
     assert_ne!(run(1), run(2));
+}
+
+#[test]
+fn a_question_refuses_the_checkpoint_of_another() {
+    let domain = paper_domain();
+    let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1)).expect("builds");
+    let (world, goal) = both_on_the_table(&domain);
+    let start = |world: &WorldState, goal| planner.simulator(world, goal).expect("starts");
+    let checkpoint = start(&world, goal).checkpoint().expect("it can be saved");
+    start(&world, goal).restore(&checkpoint).expect("the same question");
+    let fewer = domain.world(["NUT_ON_TABLE"]).expect("states");
+    let another = domain.state("NUT_IN_JIG").expect("a state");
+    for (world, goal) in [(&fewer, goal), (&world, another)] {
+        let refused = start(world, goal).restore(&checkpoint).expect_err("another question");
+        assert!(matches!(refused, SimError::World { .. }), "{refused:?}");
+        assert!(refused.to_string().contains("another world state or goal"), "{refused}");
+    }
 }
 
 #[test]

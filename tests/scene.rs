@@ -5,7 +5,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use symbolt::sim::{RunConfig, Seed, SimDuration, Simulator};
+use symbolt::sim::{RunConfig, Seed, SimDuration, SimError, Simulator};
 use symbolt::task::event::{Doing, Ended, SkillOutcome, SkillReport};
 use symbolt::task::execute::{EpisodeSpec, EpisodeWorld, Perturbation, episode};
 use symbolt::task::learn::{Settings, learn};
@@ -175,6 +175,28 @@ fn a_snapshot_in_mid_grasp_goes_on_as_if_nothing_had_happened() {
     copy.run_for(SimDuration::from_millis(4_000)).expect("runs");
     assert_eq!(poses(&copy), poses(&original));
     assert_ne!(poses(&copy), held);
+}
+
+#[test]
+fn a_world_refuses_the_save_of_a_scene_with_another_number_of_parts() {
+    let (domain, planner) = taught();
+    let goal = domain.goal().expect("there");
+    let start = |nuts: usize| {
+        let task = Arc::new(NutsAndBolts { nuts, ..NutsAndBolts::default() });
+        let spec = EpisodeSpec { task, ..EpisodeSpec::default() };
+        let world = AssemblyWorld::new(planner.clone(), Grounding::default(), goal, &spec);
+        let run = RunConfig::seeded(Seed::new(3)).in_world(world.expect("sound"));
+        Simulator::new(planner.graph().clone(), run).expect("starts")
+    };
+    let (mut one, two) = (start(1), start(2));
+    let own = one.checkpoint().expect("it can be saved");
+    let others = two.checkpoint().expect("it can be saved");
+    let refused = one.restore(&others).expect_err("another scene");
+    assert!(matches!(refused, SimError::World { .. }), "{refused:?}");
+    let expected = "the saved scene has 3 parts; expected 2, as in the world's own task";
+    assert!(refused.to_string().contains(expected), "{refused}");
+    assert_eq!(one.checkpoint().expect("it can be saved"), own);
+    one.restore(&own).expect("its own");
 }
 
 #[test]

@@ -118,7 +118,7 @@ fn learning_never_sees_the_labels() {
         7,
     );
     let read = |labels: Option<&symbolt::task::Labels>| {
-        let text = made.recording.to_jsonl(labels);
+        let text = made.recording.to_jsonl(labels).expect("plain data");
         let (recording, _) = symbolt::task::Recording::parse(text.as_bytes(), "x").expect("sound");
         learn(&recording, &Settings::default()).expect("learns")
     };

@@ -5,11 +5,11 @@
 use symbolt::neurons::{PathPattern, Population, PopulationPlan};
 use symbolt::sim::{
     Add, BuildError, BuildErrors, Constant, EmitIo, Fingerprint, Graph, GraphBuilder, In,
-    InputSpec, LayerRequest, Node, NodePorts, Out, OutputSpec, Pointer, PointerRef, PortDecl,
+    InputSpec, Kind, LayerRequest, Node, NodePorts, Out, OutputSpec, Pointer, PointerRef, PortDecl,
     ProbeSpec, Scalar, Scope, Seed, SimDuration, StepCx, Synapse, Timebase, Vector, VocabTag,
     WorldLink,
 };
-use symbolt::spa::{Bind, Vocabulary, VocabularyBuilder};
+use symbolt::spa::{Bind, Linear, Vocabulary, VocabularyBuilder};
 
 struct Parts;
 impl VocabTag for Parts {
@@ -239,6 +239,52 @@ fn time_constants_and_periods_that_cannot_be_counted() {
     assert_eq!(all.len(), 3, "{all:?}");
     assert!(matches!(all[0], BuildError::BadSynapse { .. }));
     assert!(all[1..].iter().all(|f| matches!(f, BuildError::BadProbe { .. })));
+}
+
+/// The only fault besides the missing source is the node `map`'s own, whose text says this.
+fn refused(module: Linear<impl Kind, impl Kind>, expected: &str) {
+    let mut graph = GraphBuilder::new();
+    graph.add("map", module);
+    let all = faults(graph);
+    let [fault @ BuildError::Refused { node, .. }, BuildError::Unfed { .. }] = &all[..] else {
+        panic!("{all:?}")
+    };
+    let text = fault.to_string();
+    assert!(node == "map" && text.contains("`map`") && text.contains(expected), "{text}");
+}
+
+#[test]
+fn pointers_of_another_dimension_than_the_space() {
+    let parts = parts(1);
+    let (nut, long) = (parts.get("NUT").expect("there"), [1.0; 64]);
+    let keys = || [nut, PointerRef::from_raw(&long)];
+    let expected = "pointer 2 has 64 dimensions; expected 32";
+    refused(Linear::similarities(parts.space(), keys()), expected);
+    refused(Linear::combination(parts.space(), keys()), expected);
+    // Both nodes still have a port number for each pointer, so that nothing else is reported.
+    let mut graph = GraphBuilder::new();
+    let similar = graph.add("similar", Linear::similarities(parts.space(), keys()));
+    let recalled = graph.add("recalled", Linear::combination(parts.space(), keys()));
+    let given = graph.add("given", Constant::pointer(parts.space(), &nut));
+    graph.connect(&given, &similar.input, Synapse::None);
+    graph.connect(&similar.output, &recalled.input, Synapse::None);
+    let all = faults(graph);
+    assert_eq!(all.len(), 2, "{all:?}");
+    assert!(all.iter().all(|f| matches!(f, BuildError::Refused { .. })));
+}
+
+#[test]
+fn a_matrix_whose_last_row_is_not_whole() {
+    let expected = "7 numbers are not whole rows of 4; expected a multiple of 4";
+    refused(Linear::rows(4, vec![1.0; 7]), expected);
+    refused(Linear::weighted_rows(4, vec![1.0; 7]), expected);
+    let mut graph = GraphBuilder::new();
+    let given = graph.add("given", Constant::vector(&[1.0; 4]));
+    let rows = graph.add("rows", Linear::rows(4, vec![1.0; 8]));
+    let weighted = graph.add("weighted", Linear::weighted_rows(4, vec![1.0; 8]));
+    graph.connect(&given, &rows.input, Synapse::None);
+    graph.connect(&rows.output, &weighted.input, Synapse::None);
+    build(graph).expect("whole rows");
 }
 
 #[test]

@@ -104,7 +104,7 @@ fn ready(args: &BenchArgs, spec: &Standard, model: Model) -> Result<Ready, Error
     }
     let built = spec.build(model)?;
     let peak_mb = peak_rss_mb();
-    let bytes = built.solved().encode();
+    let bytes = built.solved().encode()?;
     if let Some(path) = &args.save {
         let overwrite = if args.force { Overwrite::Allowed } else { Overwrite::Never };
         write_atomic(path, &bytes, overwrite)?;

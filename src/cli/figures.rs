@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use symbolt::report::RunFacts;
 use symbolt::sim::Seed;
 use symbolt::study::Tally;
@@ -64,7 +64,7 @@ impl Figures<'_> {
             scene: task.settings(),
             scene_seed: scene_seed.value(),
             recorded: args.record_episode - 1,
-            summary: self.figures_json(args).as_object().cloned().unwrap_or_default(),
+            summary: self.figures_json(args),
             modules,
             populations,
         }
@@ -73,13 +73,16 @@ impl Figures<'_> {
     /// What `--json` prints: the run's figures, and what differs between machines and runs.
     pub fn summary(&self, args: &RunArgs, folder: &Path) -> Value {
         let mut summary = self.figures_json(args);
-        summary["real_time_factor"] = json!(self.real_time(self.loop_s));
-        summary["physics_real_time_factor"] = json!(self.real_time(self.physics_s));
-        summary["out"] = json!(folder.display().to_string());
-        summary
+        let own = [
+            ("real_time_factor", json!(self.real_time(self.loop_s))),
+            ("physics_real_time_factor", json!(self.real_time(self.physics_s))),
+            ("out", json!(folder.display().to_string())),
+        ];
+        summary.extend(own.map(|(name, figure)| (name.to_owned(), figure)));
+        Value::Object(summary)
     }
 
-    fn figures_json(&self, args: &RunArgs) -> Value {
+    fn figures_json(&self, args: &RunArgs) -> Map<String, Value> {
         let tally = self.tally;
         let failures: Vec<Value> = tally
             .failures
@@ -93,33 +96,37 @@ impl Figures<'_> {
                 json!({"action": action, "outcome": outcome, "times": times})
             })
             .collect();
-        json!({
-            "episodes": tally.episodes,
-            "assembled": tally.solved,
-            "interval95": tally.interval95(),
-            "minimum_steps": tally.minimum_steps,
-            "least_steps": self.least,
-            "false_goals": tally.false_goals,
-            "picks": tally.picks,
-            "drops": tally.drops,
-            "replans": tally.replans,
-            "replans_after": replans,
-            "strays": tally.unexplained,
-            "ended_with_strays": tally.ended_unexplained,
-            "meddled": tally.perturbed,
-            "decision_ms": {
-                "median": tally.decision_quantile(0.5),
-                "p95": tally.decision_quantile(0.95),
-            },
-            "slip_mm": 1e3 * tally.slip_m,
-            "physics_steps": tally.steps,
-            "mode": args.planner.mode,
-            "failures": failures,
-            "demonstrations": self.shown.recording.demos.len(),
-            "demonstrations_assembled": self.shown.solved,
-            "states": self.learned.domain.states().len(),
-            "operators": self.learned.domain.operators().len(),
-        })
+        let figures = [
+            ("episodes", json!(tally.episodes)),
+            ("assembled", json!(tally.solved)),
+            ("interval95", json!(tally.interval95())),
+            ("minimum_steps", json!(tally.minimum_steps)),
+            ("least_steps", json!(self.least)),
+            ("false_goals", json!(tally.false_goals)),
+            ("picks", json!(tally.picks)),
+            ("drops", json!(tally.drops)),
+            ("replans", json!(tally.replans)),
+            ("replans_after", json!(replans)),
+            ("strays", json!(tally.unexplained)),
+            ("ended_with_strays", json!(tally.ended_unexplained)),
+            ("meddled", json!(tally.perturbed)),
+            (
+                "decision_ms",
+                json!({
+                    "median": tally.decision_quantile(0.5),
+                    "p95": tally.decision_quantile(0.95),
+                }),
+            ),
+            ("slip_mm", json!(1e3 * tally.slip_m)),
+            ("physics_steps", json!(tally.steps)),
+            ("mode", json!(args.planner.mode)),
+            ("failures", json!(failures)),
+            ("demonstrations", json!(self.shown.recording.demos.len())),
+            ("demonstrations_assembled", json!(self.shown.solved)),
+            ("states", json!(self.learned.domain.states().len())),
+            ("operators", json!(self.learned.domain.operators().len())),
+        ];
+        figures.into_iter().map(|(name, figure)| (name.to_owned(), figure)).collect()
     }
 
     pub fn text(&self, args: &RunArgs, folder: &Path, goal: &str, total_s: f64) -> String {

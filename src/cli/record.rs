@@ -48,7 +48,7 @@ fn demonstrated(args: &RecordArgs) -> Result<(String, Value), Error> {
     }
     if args.scene {
         let (seen, _) = Recorder::default().look(&Scene::new(task.scene(seed)?)?);
-        return Ok(single(seen));
+        return single(seen);
     }
     let progress = Progress::new(&args.common);
     let count = args.demos.demos;
@@ -59,7 +59,7 @@ fn demonstrated(args: &RecordArgs) -> Result<(String, Value), Error> {
         "assembled": made.solved,
         "simulated_s": made.simulated_s,
     });
-    Ok((made.recording.to_jsonl(None), summary))
+    Ok((made.recording.to_jsonl(None)?, summary))
 }
 
 /// By the kinematic generator.
@@ -67,7 +67,7 @@ fn synthetic(args: &RecordArgs) -> Result<(String, Value), Error> {
     let synthetic = args.synthetic.synthetic(&args.demos);
     let seed = Seed::new(args.common.seed);
     if args.scene {
-        return Ok(single(synthetic.scene(seed)?));
+        return single(synthetic.scene(seed)?);
     }
     let made = synthetic.record(seed)?;
     let summary = json!({
@@ -77,10 +77,10 @@ fn synthetic(args: &RecordArgs) -> Result<(String, Value), Error> {
         "lost": made.lost,
         "assembled": made.assembled,
     });
-    Ok((made.recording.to_jsonl(args.labels.then_some(&made.labels)), summary))
+    Ok((made.recording.to_jsonl(args.labels.then_some(&made.labels))?, summary))
 }
 
-fn single(scene: Snapshot) -> (String, Value) {
+fn single(scene: Snapshot) -> Result<(String, Value), Error> {
     let summary = json!({"objects": scene.objects.len()});
-    (scene.to_json() + "\n", summary)
+    Ok((scene.to_json()? + "\n", summary))
 }

@@ -94,9 +94,9 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let frames = episodes.get(recorded).map_or(&[][..], |(e, _)| &e.frames);
     let trace: String = episodes.iter().map(|(_, tracer)| tracer.text()).collect();
     let contents = [
-        shown.recording.to_jsonl(None).into_bytes(),
+        shown.recording.to_jsonl(None)?.into_bytes(),
         domain.to_json()?.into_bytes(),
-        (scene.to_json() + "\n").into_bytes(),
+        (scene.to_json()? + "\n").into_bytes(),
         trace.into_bytes(),
         Arrays::of(frames, &activity).to_npz()?,
         format!("{:#}\n", json!(facts)).into_bytes(),

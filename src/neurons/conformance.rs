@@ -15,7 +15,7 @@ use super::bank::{Bank, Draft, Ensemble, Firing, Shape};
 use super::decode::Points;
 use super::model::Lif;
 use super::tuning::Neurons;
-use crate::sim::{Real, Synapse, Threads};
+use crate::sim::{Real, SimDuration, Threads, lowpass_decay};
 
 const DT_S: f64 = 0.001;
 const TICKS: usize = 1_000;
@@ -173,7 +173,7 @@ fn shifts(ours: &Array2<u8>, theirs: &Array2<u8>) -> Vec<(usize, usize, usize)> 
 
 /// Runs a fixture in banks; `tune` may spoil them.
 fn in_banks(fixture: &Fixture, tune: impl Fn(&mut Bank)) -> ([Array2<u8>; 2], [Array2<f64>; 2]) {
-    let decay = Synapse::lowpass_ms(5).decay(DT_S).unwrap_or_default();
+    let decay = lowpass_decay(SimDuration::from_millis(5), DT_S);
     let mut banks = fixture.populations.each_ref().map(bank);
     banks.iter_mut().for_each(tune);
     let mut states = banks.each_ref().map(|bank| vec![0.0 as Real; bank.state_len()]);

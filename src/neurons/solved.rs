@@ -60,7 +60,7 @@ impl Kept {
 ///     graph
 /// };
 /// let graph = describe().build(Timebase::default(), &plan, Seed::new(1))?;
-/// let bytes = SolvedModel::of(&graph).encode();
+/// let bytes = SolvedModel::of(&graph).encode()?;
 ///
 /// let solved = SolvedModel::decode(&bytes)?;
 /// assert_eq!(solved.neurons(), 400);
@@ -104,6 +104,12 @@ pub enum SolvedError {
     /// A file whose numbers do not match their checksum.
     #[error("its numbers do not match their checksum; expected an undamaged file")]
     Damaged,
+    /// A model that cannot be put into a file.
+    #[error("its first line cannot be written as JSON: {reason}")]
+    Unwritable {
+        /// Serde's reason.
+        reason: String,
+    },
     /// A population of an impossible shape.
     #[error(
         "layer `{path}` has a population of an impossible shape; expected ensembles of 1 to 10000 neurons"
@@ -154,12 +160,16 @@ struct Header {
 }
 
 impl Header {
-    fn checksum(&self, payload: &[u8]) -> u32 {
+    fn checksum(&self, payload: &[u8]) -> Result<u32, SolvedError> {
         let mut hasher = crc32fast::Hasher::new();
-        hasher.update(&serde_json::to_vec(&self.layers).unwrap_or_default());
+        hasher.update(&json_bytes(&self.layers)?);
         hasher.update(payload);
-        hasher.finalize()
+        Ok(hasher.finalize())
     }
+}
+
+fn json_bytes(value: &impl Serialize) -> Result<Vec<u8>, SolvedError> {
+    serde_json::to_vec(value).map_err(|e| SolvedError::Unwritable { reason: e.to_string() })
 }
 
 /// What is read of a file before its version is known to be ours.
@@ -208,7 +218,11 @@ impl SolvedModel {
     }
 
     /// As bytes, to be written to a file. Costs a copy.
-    pub fn encode(&self) -> Vec<u8> {
+    ///
+    /// # Errors
+    /// [`SolvedError::Unwritable`] if what describes the numbers cannot be put into JSON, which no model has
+    /// shown yet.
+    pub fn encode(&self) -> Result<Vec<u8>, SolvedError> {
         let mut payload = Vec::new();
         let mut entries = BTreeMap::new();
         for (path, kept) in &self.layers {
@@ -229,12 +243,11 @@ impl SolvedModel {
         }
         let mut header =
             Header { format: FORMAT.into(), version: VERSION, layers: entries, checksum: 0 };
-        header.checksum = header.checksum(&payload);
-        // A map of numbers and names always has a JSON text.
-        let mut bytes = serde_json::to_vec(&header).unwrap_or_default();
+        header.checksum = header.checksum(&payload)?;
+        let mut bytes = json_bytes(&header)?;
         bytes.push(b'\n');
         bytes.extend(payload);
-        bytes
+        Ok(bytes)
     }
 
     /// Whether bytes begin as such a file does.
@@ -285,7 +298,7 @@ impl SolvedModel {
         }
         let (fours, _) = payload.as_chunks::<4>();
         let finite = fours.iter().all(|four| Real::from_le_bytes(*four).is_finite());
-        if header.checksum(payload) != header.checksum || !finite {
+        if header.checksum(payload)? != header.checksum || !finite {
             return Err(SolvedError::Damaged);
         }
         let mut rest = payload;

@@ -10,6 +10,12 @@ use super::world::WorldSave;
 
 /// The state of a run after a tick: the arenas, the tick and the world's own save. Recordings are not part
 /// of it.
+///
+/// It carries a fingerprint of its graph, by which [`Simulator::restore`] refuses those of others. Two things the
+/// fingerprint cannot see. A function in direct mode is known by its values at 257 evenly spaced points within
+/// its layer's radius: functions that differ only between these points or beyond the radius count as the same.
+/// And the world is opaque to the engine: the save is the world's own, and only
+/// [`World::restore`](super::World::restore) can tell that it is not of such a world.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Checkpoint {
@@ -62,9 +68,9 @@ impl Simulator {
     /// gives the same bits as in the run that it was taken from.
     ///
     /// # Errors
-    /// [`SimError::ForeignCheckpoint`] if it was taken from a graph with other nodes, ports, parameters or edges, and
-    /// [`SimError::World`] if the world does not know its own save; the arenas then stay as they
-    /// were.
+    /// [`SimError::ForeignCheckpoint`] if it was taken from a graph with other nodes, ports, parameters or edges (of
+    /// functions in direct mode only sampled values are compared, see [`Checkpoint`]), and [`SimError::World`] if the
+    /// world, which vouches for its own save, refuses it; the arenas then stay as they were.
     pub fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), SimError> {
         let fits = checkpoint.graph == self.graph.fingerprint
             && checkpoint.signals.len() == self.arenas.signals.len()

@@ -13,7 +13,7 @@ use super::node::{Node, OutSlot, Slot};
 use super::port::{PortDecl, ScratchSpec, StateSpec};
 use super::seed::Seed;
 use super::span::Span;
-use super::synapse::Synapse;
+use super::synapse::{Synapse, lowpass_decay};
 use super::time::{SimDuration, Timebase};
 
 /// A node that passed the checks.
@@ -194,7 +194,7 @@ impl Wires {
                         filters.push(FilterPlan {
                             source: Source::of(out),
                             held: held.take(out.span.len()),
-                            decay: edge.via.decay(checked.time.dt_s()).unwrap_or_default(),
+                            decay: lowpass_decay(tau, checked.time.dt_s()),
                         });
                         filters.len() - 1
                     });

@@ -54,6 +54,8 @@ pub(crate) use seed::{FNV_START, fnv1a, fnv1a_word};
 pub use simulator::{SimView, Simulator};
 pub use synapse::Synapse;
 pub(crate) use synapse::decayed;
+#[cfg(test)]
+pub(crate) use synapse::lowpass_decay;
 pub use threads::Threads;
 pub use time::{SimDuration, Timebase};
 pub use world::{ScriptedWorld, World, WorldLink, WorldSave};

@@ -33,9 +33,14 @@ impl Synapse {
     pub(crate) fn decay(self, dt_s: f64) -> Option<Real> {
         match self {
             Self::None => None,
-            Self::Lowpass { tau } => Some((-dt_s / tau.as_secs_f64()).exp() as Real),
+            Self::Lowpass { tau } => Some(lowpass_decay(tau, dt_s)),
         }
     }
+}
+
+/// The decay per tick of `dt_s` seconds of a low-pass with time constant `tau`.
+pub(crate) fn lowpass_decay(tau: SimDuration, dt_s: f64) -> Real {
+    (-dt_s / tau.as_secs_f64()).exp() as Real
 }
 
 /// Magnitudes below this are set to zero in filters: the square root of the least normal number, 2^-63.
@@ -68,7 +73,7 @@ mod tests {
 
     #[test]
     fn a_step_input_gives_the_closed_form() {
-        let decay = Synapse::lowpass_ms(5).decay(0.001).unwrap_or_default();
+        let decay = lowpass_decay(SimDuration::from_millis(5), 0.001);
         let mut held = [0.0f32];
         let mut worst = 0.0f64;
         for k in 1..=60 {
@@ -83,7 +88,7 @@ mod tests {
     #[test]
     fn a_filter_without_input_reaches_zero_and_is_never_subnormal() {
         for millis in [1, 5, 100, 1000] {
-            let decay = Synapse::lowpass_ms(millis).decay(0.001).unwrap_or_default();
+            let decay = lowpass_decay(SimDuration::from_millis(millis), 0.001);
             // The last is a subnormal input, which would be held as one.
             let mut held = [1.0f32, -1.0, 1e-3, Real::MAX, 1e-40];
             let input = [0.0, 0.0, 0.0, 0.0, 1e-40];

@@ -11,7 +11,7 @@ use super::algebra::{Algebra, Hrr, Workspace, dot, normalize};
 use super::error::{VocabError, nearest_name};
 use super::expr::{self, Expr};
 use super::pointer::PointerValue;
-use crate::sim::{PointerRef, Real, Seed, Space, VocabTag};
+use crate::sim::{AsPointer, PointerRef, Real, Seed, Space, VocabTag};
 
 /// Most vectors drawn for one name before giving up on the similarity ceiling.
 const MAX_ATTEMPTS: u64 = 20_000;
@@ -116,9 +116,43 @@ impl<V: VocabTag> VocabularyBuilder<V> {
         self
     }
 
-    /// Adds a vector of the caller's own, as it is.
-    pub fn vector(mut self, name: impl Into<String>, values: &[Real]) -> Self {
-        self.entries.push((name.into(), Entry::Given(values.to_vec())));
+    /// Adds a pointer of the caller's own, as it is; numbers from outside as [`PointerRef::from_raw`].
+    ///
+    /// ```
+    /// # use symbolt::sim::{PointerRef, Seed, VocabTag};
+    /// # use symbolt::spa::VocabularyBuilder;
+    /// # struct Parts;
+    /// # impl VocabTag for Parts { const NAME: &'static str = "parts"; }
+    /// # struct Actions;
+    /// # impl VocabTag for Actions { const NAME: &'static str = "actions"; }
+    /// let parts = VocabularyBuilder::<Parts>::new(64, Seed::new(1)).pointer("NUT").build()?;
+    /// let actions = VocabularyBuilder::<Actions>::new(64, Seed::new(1)).pointer("GRASP").build()?;
+    /// let more = VocabularyBuilder::<Parts>::new(64, Seed::new(2))
+    ///     .vector("X", &parts.get("NUT")?)
+    ///     .vector("ZERO", &PointerRef::<Parts>::from_raw(&[0.0; 64]))
+    ///     .build()?;
+    /// assert_eq!(more.get("X")?.to_vec(), parts.get("NUT")?.to_vec());
+    /// assert_eq!(actions.len(), 1);
+    /// # Ok::<(), symbolt::spa::VocabError>(())
+    /// ```
+    ///
+    /// ```compile_fail
+    /// # use symbolt::sim::{PointerRef, Seed, VocabTag};
+    /// # use symbolt::spa::VocabularyBuilder;
+    /// # struct Parts;
+    /// # impl VocabTag for Parts { const NAME: &'static str = "parts"; }
+    /// # struct Actions;
+    /// # impl VocabTag for Actions { const NAME: &'static str = "actions"; }
+    /// let parts = VocabularyBuilder::<Parts>::new(64, Seed::new(1)).pointer("NUT").build()?;
+    /// let actions = VocabularyBuilder::<Actions>::new(64, Seed::new(1)).pointer("GRASP").build()?;
+    /// let more = VocabularyBuilder::<Parts>::new(64, Seed::new(2))
+    ///     .vector("X", &actions.get("GRASP")?)
+    ///     .vector("ZERO", &PointerRef::<Parts>::from_raw(&[0.0; 64]))
+    ///     .build()?;
+    /// # Ok::<(), symbolt::spa::VocabError>(())
+    /// ```
+    pub fn vector(mut self, name: impl Into<String>, value: &impl AsPointer<V>) -> Self {
+        self.entries.push((name.into(), Entry::Given(value.as_pointer().to_vec())));
         self
     }
 

@@ -16,6 +16,8 @@ pub struct Linear<A: Kind, B: Kind> {
     input: InputSpec<A>,
     output: OutputSpec<B>,
     map: Box<dyn LinearMap>,
+    /// What is wrong with the numbers that the map was made of.
+    fault: Option<String>,
 }
 
 /// Input and output of a [`Linear`].
@@ -29,12 +31,18 @@ pub struct LinearPorts<A: Kind, B: Kind> {
 impl<A: Kind, B: Kind> Linear<A, B> {
     /// `map` between ports of the given kinds; `build` reports widths that do not fit.
     pub fn new(input: InputSpec<A>, output: OutputSpec<B>, map: Box<dyn LinearMap>) -> Self {
-        Self { input, output, map }
+        Self { input, output, map, fault: None }
+    }
+
+    fn with_fault(mut self, fault: Option<String>) -> Self {
+        self.fault = fault;
+        self
     }
 }
 
 impl<A: VocabTag> Linear<Pointer<A>, Vector> {
-    /// The dot products of a pointer of `space` with each of `keys`, in their order.
+    /// The dot products of a pointer of `space` with each of `keys`, in their order; `build` refuses a key of
+    /// another dimension.
     ///
     /// ```
     /// # use symbolt::sim::{Seed, VocabTag};
@@ -65,46 +73,80 @@ impl<A: VocabTag> Linear<Pointer<A>, Vector> {
         space: &Space<A>,
         keys: impl IntoIterator<Item = PointerRef<'p, A>>,
     ) -> Self {
-        let matrix = stacked(keys);
-        let count = matrix.len() / space.width().max(1);
+        let (matrix, fault) = stacked(space, keys);
         let map = Rows { matrix, dim: space.width() };
+        let count = map.output_width();
         Self::new(InputSpec::pointer(space), OutputSpec::vector(count), Box::new(map))
+            .with_fault(fault)
     }
 }
 
 impl<B: VocabTag> Linear<Vector, Pointer<B>> {
     /// The sum of `values`, pointers of `space`, each times a number of the input; those times zero cost
-    /// nothing.
+    /// nothing. `build` refuses a value of another dimension.
     pub fn combination<'p>(
         space: &Space<B>,
         values: impl IntoIterator<Item = PointerRef<'p, B>>,
     ) -> Self {
-        let matrix = stacked(values);
-        let count = matrix.len() / space.width().max(1);
+        let (matrix, fault) = stacked(space, values);
         let map = WeightedRows { matrix, dim: space.width() };
+        let count = map.input_width();
         Self::new(InputSpec::vector(count), OutputSpec::pointer(space), Box::new(map))
+            .with_fault(fault)
     }
 }
 
-/// Pointers as the rows of a matrix.
-fn stacked<'p, V: VocabTag>(pointers: impl IntoIterator<Item = PointerRef<'p, V>>) -> Vec<Real> {
-    pointers.into_iter().flat_map(|pointer| pointer.values().iter().copied()).collect()
+/// Pointers as the rows of a matrix, and what is wrong with the first one that has another dimension than the
+/// space. Its row is zero, so that the node has the ports that are connected and the fault is the only one.
+fn stacked<'p, V: VocabTag>(
+    space: &Space<V>,
+    pointers: impl IntoIterator<Item = PointerRef<'p, V>>,
+) -> (Vec<Real>, Option<String>) {
+    let dim = space.width();
+    let (mut matrix, mut fault) = (Vec::new(), None);
+    for (index, pointer) in pointers.into_iter().enumerate() {
+        if pointer.len() == dim {
+            matrix.extend_from_slice(&pointer);
+            continue;
+        }
+        matrix.resize(matrix.len() + dim, 0.0);
+        fault = fault.or_else(|| {
+            let (number, found) = (index + 1, pointer.len());
+            Some(format!(
+                "pointer {number} has {found} dimensions; expected {dim}, those of {space}"
+            ))
+        });
+    }
+    (matrix, fault)
+}
+
+/// What is wrong with a matrix whose last row of `width` numbers is not whole.
+fn broken_row(width: usize, matrix: &[Real]) -> Option<String> {
+    let (numbers, over) = (matrix.len(), matrix.len() % width.max(1));
+    (over != 0).then(|| {
+        format!("{numbers} numbers are not whole rows of {width}; expected a multiple of {width}")
+    })
 }
 
 impl Linear<Vector, Vector> {
-    /// The dot products of a vector of `width` numbers with the rows of a row-major matrix.
+    /// The dot products of a vector of `width` numbers with the rows of a row-major matrix; `build` refuses one
+    /// whose last row is not whole.
     pub fn rows(width: usize, matrix: Vec<Real>) -> Self {
-        let count = matrix.len() / width.max(1);
+        let fault = broken_row(width, &matrix);
         let map = Rows { matrix, dim: width };
+        let count = map.output_width();
         Self::new(InputSpec::vector(width), OutputSpec::vector(count), Box::new(map))
+            .with_fault(fault)
     }
 
     /// The sum of the rows of a row-major matrix of `width` columns, each times a number of the input; rows
-    /// times zero cost nothing.
+    /// times zero cost nothing. `build` refuses a matrix whose last row is not whole.
     pub fn weighted_rows(width: usize, matrix: Vec<Real>) -> Self {
-        let count = matrix.len() / width.max(1);
+        let fault = broken_row(width, &matrix);
         let map = WeightedRows { matrix, dim: width };
+        let count = map.input_width();
         Self::new(InputSpec::vector(count), OutputSpec::vector(width), Box::new(map))
+            .with_fault(fault)
     }
 }
 
@@ -119,6 +161,9 @@ impl Linear<Vector, Scalar> {
 
 impl<A: Kind, B: Kind> Node for Linear<A, B> {
     fn declare(&self, ports: &mut PortDecl) {
+        if let Some(fault) = &self.fault {
+            ports.fault(fault.clone());
+        }
         let (takes, gives) = (
             AnyInput::from(self.input.clone()).width(),
             AnyOutput::from(self.output.clone()).width(),

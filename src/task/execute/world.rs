@@ -134,6 +134,23 @@ impl EpisodeWorld {
         }
     }
 
+    /// Refuses a save whose scene cannot be one of this world's task.
+    fn check_own(&self, live: &Live) -> Result<(), WorldError> {
+        let own = self.spec.task.scene(live.seed).map_err(fault)?;
+        let saved = live.scene.spec();
+        for (what, saved, own) in [
+            ("parts", live.scene.part_count(), own.parts.len()),
+            ("kinds of parts", saved.kinds.len(), own.kinds.len()),
+        ] {
+            if saved != own {
+                return Err(fault(format_args!(
+                    "the saved scene has {saved} {what}; expected {own}, as in the world's own task"
+                )));
+            }
+        }
+        Ok(())
+    }
+
     /// What the task's judge says of the scene.
     pub(super) fn judge(&self, scene: &Scene) -> Judgement {
         self.spec.task.judge(scene)
@@ -361,7 +378,11 @@ impl World for EpisodeWorld {
     }
 
     fn restore(&mut self, saved: &WorldSave) -> Result<(), WorldError> {
-        self.live = postcard::from_bytes(&saved.0).map_err(fault)?;
+        let live: Option<Live> = postcard::from_bytes(&saved.0).map_err(fault)?;
+        if let Some(live) = &live {
+            self.check_own(live)?;
+        }
+        self.live = live;
         Ok(())
     }
 }

@@ -403,10 +403,15 @@ impl World for Board {
     }
 
     fn save(&self) -> Result<WorldSave, WorldError> {
-        Ok(WorldSave(Vec::new()))
+        Ok(WorldSave(self.senses.iter().flat_map(|sense| sense.to_le_bytes()).collect()))
     }
 
-    fn restore(&mut self, _saved: &WorldSave) -> Result<(), WorldError> {
-        Ok(())
+    fn restore(&mut self, saved: &WorldSave) -> Result<(), WorldError> {
+        if *saved == self.save()? {
+            return Ok(());
+        }
+        let reason =
+            "the save shows another world state or goal; expected the planner's own question";
+        Err(WorldError::new(reason))
     }
 }

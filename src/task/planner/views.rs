@@ -1,7 +1,7 @@
 //! What the modules of a planner graph hold, as numbers beside names: for traces and pictures.
 
 use super::graph::PlanningPorts;
-use crate::sim::{Kind, Out, Real, SimView};
+use crate::sim::{Out, Pointer, Real, SimView, Vector, VocabTag};
 use crate::spa::{Vocabulary, dots, norm};
 use crate::task::domain::Domain;
 use crate::task::error::TaskError;
@@ -40,9 +40,9 @@ impl ModuleView {
         (self.reads)(view, out);
     }
 
-    fn pointer<K: Kind, V: crate::sim::VocabTag>(
+    fn pointer<V: VocabTag>(
         name: &'static str,
-        of: &Out<K>,
+        of: &Out<Pointer<V>>,
         vocabulary: &Vocabulary<V>,
         names: &[String],
     ) -> Result<Self, TaskError> {
@@ -61,7 +61,7 @@ impl ModuleView {
         Ok(Self { name, names, shows, reads: Box::new(reads) })
     }
 
-    fn items<K: Kind>(name: &'static str, of: &Out<K>, names: &[String]) -> Self {
+    fn items(name: &'static str, of: &Out<Vector>, names: &[String]) -> Self {
         let of = of.clone();
         let reads = move |view: &SimView<'_>, out: &mut [Real]| {
             out.copy_from_slice(&view.value(&of)[..out.len()]);

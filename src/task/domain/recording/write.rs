@@ -4,6 +4,8 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
+use crate::task::error::TaskError;
+
 use super::{Labels, ObjectPose, Recording, Snapshot, SnapshotEvent};
 
 #[derive(Serialize)]
@@ -50,15 +52,17 @@ impl<'a> Line<'a> {
         }
     }
 
-    fn text(&self) -> String {
-        // Only maps with keys other than strings, and numbers that a recording cannot hold, fail.
-        serde_json::to_string(self).unwrap_or_default()
+    fn text(&self, what: &'static str) -> Result<String, TaskError> {
+        serde_json::to_string(self).map_err(|source| TaskError::Json { what, source })
     }
 }
 
 impl Recording {
     /// The recording as text, one JSON object a line; `labels` adds a person's names for actions.
-    pub fn to_jsonl(&self, labels: Option<&Labels>) -> String {
+    ///
+    /// # Errors
+    /// [`TaskError::Json`] if it cannot be put into JSON, which no recording has shown yet.
+    pub fn to_jsonl(&self, labels: Option<&Labels>) -> Result<String, TaskError> {
         let mut text = String::new();
         for (d, demo) in self.demos.iter().enumerate() {
             for (s, snapshot) in demo.snapshots.iter().enumerate() {
@@ -71,16 +75,19 @@ impl Recording {
                         .and_then(Option::as_deref),
                     ..Line::of(snapshot)
                 };
-                let _ = writeln!(text, "{}", line.text());
+                let _ = writeln!(text, "{}", line.text("the recording")?);
             }
         }
-        text
+        Ok(text)
     }
 }
 
 impl Snapshot {
     /// The snapshot as one JSON object, as `plan --scene` reads it.
-    pub fn to_json(&self) -> String {
-        Line::of(self).text()
+    ///
+    /// # Errors
+    /// [`TaskError::Json`] if it cannot be put into JSON, which no snapshot has shown yet.
+    pub fn to_json(&self) -> Result<String, TaskError> {
+        Line::of(self).text("the scene")
     }
 }
