@@ -184,7 +184,7 @@ fn a_world_refuses_the_save_of_a_scene_with_another_number_of_parts() {
     let start = |nuts: usize| {
         let task = Arc::new(NutsAndBolts { nuts, ..NutsAndBolts::default() });
         let spec = EpisodeSpec { task, ..EpisodeSpec::default() };
-        let world = AssemblyWorld::new(planner.clone(), Grounding::default(), goal, &spec);
+        let world = EpisodeWorld::new(planner.clone(), Grounding::default(), goal, &spec);
         let run = RunConfig::seeded(Seed::new(3)).in_world(world.expect("sound"));
         Simulator::new(planner.graph().clone(), run).expect("starts")
     };
