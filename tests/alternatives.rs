@@ -283,7 +283,7 @@ fn against_the_rule(
 }
 
 #[test]
-#[ignore = "a measurement, printed for the guide"]
+#[ignore = "long; prints the figures of the guide"]
 fn how_often_neurons_choose_against_the_rule() {
     for (name, population) in [
         ("direct", Population::Direct),
@@ -293,6 +293,9 @@ fn how_often_neurons_choose_against_the_rule() {
         for shape in [(2, 1), (3, 2)] {
             let [needs, ties] = against_the_rule(population, shape, 1..=8);
             println!("{name} {shape:?}: one needs less {needs:?}, ties {ties:?}");
+            // Measured: none but 1 of 24 in LIF with three causes of two needs.
+            let most = if name == "direct" { 0 } else { needs.1 / 8 };
+            assert!(needs.1 >= 16 && needs.0 <= most, "{name} {shape:?}: {needs:?}");
         }
     }
 }

@@ -61,7 +61,7 @@ struct Live {
     phase: Phase,
     present: WorldState,
     /// Parts that were in no state when last looked at.
-    stray: Vec<bool>,
+    in_no_state: Vec<bool>,
     log: Log,
     seed: Seed,
     perturbed: bool,
@@ -227,16 +227,17 @@ impl Live {
         let states = mind.classifier.classify_all(&seen);
         self.present = mind.classifier.world_of(&states);
         // Of the parts: landmarks have no states.
-        let mut stray = vec![true; self.scene.part_count()];
+        let mut in_no_state = vec![true; self.scene.part_count()];
         for (state, part) in states.iter().zip(&parts) {
             if let (Some(_), Some(part)) = (state.state, part) {
-                stray[*part] = false;
+                in_no_state[*part] = false;
             }
         }
-        let newly = stray.iter().zip(&self.stray).filter(|(now, before)| **now && !**before);
+        let newly =
+            in_no_state.iter().zip(&self.in_no_state).filter(|(now, before)| **now && !**before);
         self.log.unexplained += newly.count();
-        self.log.in_no_state = stray.iter().filter(|s| **s).count();
-        self.stray = stray;
+        self.log.in_no_state = in_no_state.iter().filter(|s| **s).count();
+        self.in_no_state = in_no_state;
         self.phase = Phase::Ask { since_step: self.scene.steps() };
     }
 
@@ -365,7 +366,7 @@ impl World for EpisodeWorld {
             robot: Robot::default(),
             phase: Phase::Rest { left: REST },
             present: self.planner.domain().empty_world(),
-            stray: vec![false; parts],
+            in_no_state: vec![false; parts],
             log: Log::default(),
             seed,
             perturbed: false,
