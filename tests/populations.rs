@@ -7,32 +7,19 @@ use std::sync::Arc;
 use symbolt::neurons::{Lif, LifSpec, Population, PopulationPlan, SelectRule};
 use symbolt::sim::{
     Constant, GraphBuilder, Pointer, ProbeId, ProbeSpec, Real, RunConfig, Seed, SimDuration,
-    Simulator, Stimulus, Synapse, Threads, Timebase, VocabTag,
+    Simulator, Stimulus, Synapse, Threads, Timebase,
 };
 use symbolt::spa::{
-    BasalGanglia, Bind, CleanupMemory, GoalBuffer, State, Vocabulary, VocabularyBuilder,
-    cosine_of_slices as cosine,
+    BasalGanglia, Bind, CleanupMemory, GoalBuffer, State, cosine_of_slices as cosine,
 };
 use symbolt::study::standard::{Model, Standard};
 use symbolt::task::planner::{Planner, PlannerSpec, Unbinding};
 use symbolt::task::{Domain, DomainBuilder, WorldState, acceptable_answers};
 
-struct Things;
-impl VocabTag for Things {
-    const NAME: &'static str = "things";
-}
+#[path = "support/things.rs"]
+mod support;
 
-fn vocabulary(dim: usize) -> Vocabulary<Things> {
-    VocabularyBuilder::new(dim, Seed::new(1)).pointers(["A", "B", "C"]).build().expect("room")
-}
-
-fn lif() -> PopulationPlan {
-    PopulationPlan::all(Population::Lif(LifSpec::default()))
-}
-
-fn rate() -> PopulationPlan {
-    PopulationPlan::all(Population::Rate(LifSpec::default()))
-}
+use support::{Things, lif, rate, vocabulary};
 
 type Probes = [ProbeId<Pointer<Things>>; 2];
 

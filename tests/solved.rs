@@ -2,29 +2,15 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use symbolt::neurons::{LifSpec, Population, PopulationPlan, SelectRule, SolvedError, SolvedModel};
-use symbolt::sim::{
-    BuildErrors, Constant, Graph, GraphBuilder, Real, Seed, Synapse, Timebase, VocabTag,
-};
-use symbolt::spa::{BasalGanglia, CleanupMemory, Vocabulary, VocabularyBuilder};
+use symbolt::neurons::{PopulationPlan, SelectRule, SolvedError, SolvedModel};
+use symbolt::sim::{BuildErrors, Constant, Graph, GraphBuilder, Real, Seed, Synapse, Timebase};
+use symbolt::spa::{BasalGanglia, CleanupMemory};
 use symbolt::study::standard::{Model, Standard};
 
-struct Things;
-impl VocabTag for Things {
-    const NAME: &'static str = "things";
-}
+#[path = "support/things.rs"]
+mod support;
 
-fn vocabulary(dim: usize) -> Vocabulary<Things> {
-    VocabularyBuilder::new(dim, Seed::new(1)).pointers(["A", "B", "C"]).build().expect("room")
-}
-
-fn lif() -> PopulationPlan {
-    PopulationPlan::all(Population::Lif(LifSpec::default()))
-}
-
-fn rate() -> PopulationPlan {
-    PopulationPlan::all(Population::Rate(LifSpec::default()))
-}
+use support::{lif, rate, vocabulary};
 
 fn choice(plan: &PopulationPlan, seed: u64, actions: usize) -> Result<Graph, BuildErrors> {
     let mut graph = GraphBuilder::new();

@@ -17,6 +17,8 @@
 //! rates did not take the first in 0 of 8 and 1 of 8, spiking neurons in 3 of 8 and 5 of 8: among equals, do not rely
 //! on the order. The verdict does not suffer: a cause that turns out impossible is ruled out.
 
+use std::sync::Arc;
+
 use super::encode::{ActionSpace, Encoded, StateSpace};
 use super::graph::RECOGNISED;
 use crate::neurons::SelectRule;
@@ -42,7 +44,7 @@ pub(super) struct CauseContest {
     support: Vec<Real>,
     /// A row for each action: its pointer.
     pointers: Vec<PointerValue<ActionSpace>>,
-    encoded: std::sync::Arc<Encoded>,
+    encoded: Arc<Encoded>,
 }
 
 /// Its ports.
@@ -66,10 +68,7 @@ pub(super) fn states_with_several_causes(domain: &Domain) -> Vec<StateId> {
 
 impl CauseContest {
     /// The contest over a domain; `None` if no state has several causes.
-    pub fn of(
-        domain: &Domain,
-        encoded: &std::sync::Arc<Encoded>,
-    ) -> Result<Option<Self>, VocabError> {
+    pub fn of(domain: &Domain, encoded: &Arc<Encoded>) -> Result<Option<Self>, VocabError> {
         let several = states_with_several_causes(domain);
         if several.is_empty() {
             return Ok(None);

@@ -18,6 +18,8 @@
 //! Every module is one 5 ms synapse; from goal buffer to choice there are six, seven through the contest. At D = 256 a tick of the
 //! nut-and-bolt graph takes 6 to 8 microseconds.
 
+use std::sync::Arc;
+
 use super::executive::{Executive, Timing};
 use super::parts::{Required, Violated, states_required, unbind_by_products};
 use super::recall::{Circumstances, Recall};
@@ -116,7 +118,7 @@ pub struct PlanningGraph {
     precondition: PointerValue<StateSpace>,
     nothing: PointerValue<StateSpace>,
     spec: PlannerSpec,
-    encoded: std::sync::Arc<Encoded>,
+    encoded: Arc<Encoded>,
     goal: CleanupMemory<StateSpace>,
     focus: CleanupMemory<StateSpace>,
     recall: Recall,
@@ -167,7 +169,7 @@ impl PlanningGraph {
     /// action's preconditions cannot be told from other states once they are bound and unbound.
     pub fn new(
         domain: &Domain,
-        encoded: std::sync::Arc<Encoded>,
+        encoded: Arc<Encoded>,
         spec: PlannerSpec,
     ) -> Result<Self, TaskError> {
         if domain.operators().is_empty() {

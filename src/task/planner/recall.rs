@@ -1,5 +1,7 @@
 //! Recalling the action that causes the state in question: from a memory, or by a contest among several causes.
 
+use std::sync::Arc;
+
 use super::alternatives::CauseContest;
 use super::encode::{ActionSpace, Encoded, StateSpace};
 use super::graph::RECOGNISED;
@@ -78,7 +80,7 @@ pub(super) struct Circumstances<'a> {
 
 impl Recall {
     /// The causes of a domain that has an action.
-    pub fn of(domain: &Domain, encoded: &std::sync::Arc<Encoded>) -> Result<Self, TaskError> {
+    pub fn of(domain: &Domain, encoded: &Arc<Encoded>) -> Result<Self, TaskError> {
         let memory = CauseMemory::of(domain, encoded)?;
         let contest = CauseContest::of(domain, encoded)?;
         match (memory, contest) {
