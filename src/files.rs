@@ -2,6 +2,8 @@
 //!
 //! Every room may use this one; it uses none.
 
+pub mod npz;
+
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 

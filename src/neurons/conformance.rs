@@ -5,16 +5,15 @@
 //! loop, with its series for logarithm and exponential, a spike in ten thousand may come a tick earlier or
 //! later.
 
-use std::fs::File;
 use std::path::Path;
 
-use ndarray::{Array1, Array2, Ix1, Ix2};
-use ndarray_npy::NpzReader;
+use ndarray::{Array2, Ix1, Ix2};
 
 use super::bank::{Bank, Draft, Ensemble, Firing, Shape};
 use super::decode::Points;
 use super::model::Lif;
 use super::tuning::Neurons;
+use crate::files::npz::NpzReader;
 use crate::sim::{Real, SimDuration, Threads, lowpass_decay};
 
 const DT_S: f64 = 0.001;
@@ -38,17 +37,15 @@ struct Fixture {
 
 fn fixture(name: &str) -> Fixture {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/conformance");
-    let file = File::open(folder.join(format!("{name}.npz"))).expect("a fixture");
-    let mut npz = NpzReader::new(file).expect("arrays");
-    let mut matrix =
-        |key: &str| -> Array2<f64> { npz.by_name::<_, Ix2>(key).expect("a matrix of doubles") };
+    let bytes = std::fs::read(folder.join(format!("{name}.npz"))).expect("a fixture");
+    let mut npz = NpzReader::new(&bytes).expect("arrays");
+    let mut matrix = |key: &str| npz.read::<f64, Ix2>(key).expect("a matrix of doubles");
     let (input, middle, output) = (matrix("input"), matrix("middle"), matrix("output"));
     let populations = ["first", "second"].map(|place| {
-        let encoders: Array2<f64> = npz.by_name::<_, Ix2>(&format!("{place}_encoders")).expect("");
-        let decoders: Array2<f64> = npz.by_name::<_, Ix2>(&format!("{place}_decoders")).expect("");
+        let encoders = npz.read::<f64, Ix2>(&format!("{place}_encoders")).expect("");
+        let decoders = npz.read::<f64, Ix2>(&format!("{place}_decoders")).expect("");
         let mut vector = |key: &str| -> Vec<f64> {
-            let values: Array1<f64> = npz.by_name::<_, Ix1>(&format!("{place}_{key}")).expect("");
-            values.to_vec()
+            npz.read::<f64, Ix1>(&format!("{place}_{key}")).expect("a vector").to_vec()
         };
         let neurons = Neurons {
             dims: encoders.ncols(),
@@ -60,7 +57,7 @@ fn fixture(name: &str) -> Fixture {
             neurons,
             outputs: decoders.nrows(),
             decoders: decoders.t().iter().copied().collect(),
-            spikes: npz.by_name::<_, Ix2>(&format!("{place}_spikes")).expect("spikes"),
+            spikes: npz.read::<u8, Ix2>(&format!("{place}_spikes")).expect("spikes"),
         }
     });
     Fixture { populations, input, middle, output }

@@ -2,15 +2,14 @@
 //!
 //! `D = (A^T A + m s^2 I)^-1 A^T F` with rates A at m points (a row a point), values F wanted there and `s` the
 //! regularisation times the greatest rate (Eliasmith and Anderson 2003, chapter 2; the scaling by the
-//! greatest rate is Nengo's `LstsqL2`, so that one figure fits both). Solved by Cholesky in double precision
-//! (`faer`).
+//! greatest rate is Nengo's `LstsqL2`, so that one figure fits both). Solved by the Cholesky factor of the system
+//! ([`dense`]).
 
-use faer::linalg::matmul::triangular::{self, BlockStructure};
-use faer::linalg::solvers::Solve;
-use faer::traits::RealField;
-use faer::{Mat, Par, Side};
 use multiversion::multiversion;
+use ndarray::linalg::general_mat_mul;
+use ndarray::{Array2, NdFloat};
 
+use super::dense;
 use super::model::{Lif, TuningError};
 use super::tuning::Neurons;
 
@@ -25,9 +24,9 @@ pub(crate) struct Points {
 }
 
 /// The numbers that a system is solved in.
-pub(crate) trait Precision: RealField + Copy + PartialOrd {
+pub(crate) trait Precision: NdFloat {
     fn of(value: f64) -> Self;
-    fn to_f64(self) -> f64;
+    fn double(self) -> f64;
     /// Currents to rates, in place.
     fn rates(lif: &Lif, currents: &mut [Self]);
 }
@@ -37,7 +36,7 @@ impl Precision for f64 {
         value
     }
 
-    fn to_f64(self) -> f64 {
+    fn double(self) -> f64 {
         self
     }
 
@@ -53,7 +52,7 @@ impl Precision for f32 {
         value as Self
     }
 
-    fn to_f64(self) -> f64 {
+    fn double(self) -> f64 {
         f64::from(self)
     }
 
@@ -83,18 +82,20 @@ fn rates_f32(tau_ref: f32, tau_rc: f32, currents: &mut [f32]) {
 /// Bits of the root of 1/2.
 const ROOT_HALF: u32 = 0x3f35_04f3;
 
-/// Rates of the neurons at points, a column a point: the transpose of A.
-pub(crate) fn rates<T: Precision>(lif: &Lif, neurons: &Neurons, values: &[f64]) -> Mat<T> {
+/// Rates of the neurons at points, a row a point: the matrix A.
+pub(crate) fn rates<T: Precision>(lif: &Lif, neurons: &Neurons, values: &[f64]) -> Array2<T> {
     let (dims, count) = (neurons.dims, neurons.count());
     let points = values.len() / dims;
-    let gained =
-        Mat::from_fn(count, dims, |n, k| T::of(neurons.gains[n] * neurons.encoders[n * dims + k]));
-    let values = Mat::from_fn(dims, points, |k, at| T::of(values[at * dims + k]));
-    let mut out = Mat::from_fn(count, points, |n, _| T::of(neurons.biases[n]));
-    let (one, add) = (T::of(1.0), faer::Accum::Add);
-    faer::linalg::matmul::matmul(out.as_mut(), add, &gained, &values, one, Par::Seq);
-    for point in 0..points {
-        T::rates(lif, out.col_as_slice_mut(point));
+    let gained = Array2::from_shape_fn((count, dims), |(n, k)| {
+        T::of(neurons.gains[n] * neurons.encoders[n * dims + k])
+    });
+    let values = Array2::from_shape_fn((points, dims), |(at, k)| T::of(values[at * dims + k]));
+    let mut out = Array2::from_shape_fn((points, count), |(_, n)| T::of(neurons.biases[n]));
+    general_mat_mul(T::one(), &values, &gained.t(), T::one(), &mut out);
+    for mut point in out.rows_mut() {
+        if let Some(currents) = point.as_slice_mut() {
+            T::rates(lif, currents);
+        }
     }
     out
 }
@@ -127,35 +128,21 @@ fn solve_in<T: Precision>(
     regularisation: f64,
 ) -> Result<Vec<f64>, TuningError> {
     let at = rates::<T>(lif, neurons, &points.values);
-    let (count, m) = (at.nrows(), at.ncols());
-    let greatest = at.col_iter().flat_map(|c| c.iter().map(|r| r.to_f64())).fold(0.0, f64::max);
+    let (m, count) = at.dim();
+    let greatest = at.iter().map(|rate| rate.double()).fold(0.0, f64::max);
     let noise = (regularisation * greatest).powi(2) * m as f64;
-    let mut gram = Mat::<T>::zeros(count, count);
-    triangular::matmul(
-        gram.as_mut(),
-        BlockStructure::TriangularLower,
-        faer::Accum::Replace,
-        at.as_ref(),
-        BlockStructure::Rectangular,
-        at.transpose(),
-        BlockStructure::Rectangular,
-        T::of(1.0),
-        Par::Seq,
-    );
+    let mut gram = Array2::<T>::zeros((count, count));
+    dense::add_gram(T::one(), at.view(), T::zero(), gram.view_mut());
     for i in 0..count {
         // A neuron that never fires has a row of zeros: its decoder is then zero.
         gram[(i, i)] += T::of(noise.max(1e-12));
     }
-    let wanted =
-        Mat::from_fn(m, points.outputs, |p, k| T::of(points.wanted[p * points.outputs + k]));
-    let upper = at.as_ref() * &wanted;
-    let factor = gram.llt(Side::Lower).map_err(|_| TuningError::Unsolvable { neurons: count })?;
-    let solved = factor.solve(&upper);
-    let mut out = Vec::with_capacity(count * points.outputs);
-    for neuron in 0..count {
-        out.extend((0..points.outputs).map(|k| solved[(neuron, k)].to_f64()));
-    }
-    Ok(out)
+    let wanted = Array2::from_shape_fn((points.outputs, m), |(k, p)| {
+        T::of(points.wanted[p * points.outputs + k])
+    });
+    let mut solved = wanted.dot(&at);
+    dense::solve(&mut gram, &mut solved).ok_or(TuningError::Unsolvable { neurons: count })?;
+    Ok(solved.t().iter().map(|decoder| decoder.double()).collect())
 }
 
 #[cfg(test)]
@@ -187,7 +174,7 @@ mod tests {
         let at = rates::<f64>(&lif, &neurons, &points.values);
         let off: f64 = (0..400)
             .map(|p| {
-                let value: f64 = (0..count).map(|n| at[(n, p)] * decoders[n]).sum();
+                let value: f64 = (0..count).map(|n| at[(p, n)] * decoders[n]).sum();
                 (value - points.values[p]).powi(2)
             })
             .sum();
@@ -200,16 +187,16 @@ mod tests {
         let points = line(200);
         let decoders = solve(&lif, &neurons, &points, 0.1).expect("solvable");
         let at = rates::<f64>(&lif, &neurons, &points.values);
-        let greatest = (0..40).flat_map(|n| (0..200).map(move |p| (n, p))).map(|i| at[i]);
+        let greatest = at.iter().copied();
         let noise = (0.1 * greatest.fold(0.0, f64::max)).powi(2) * 200.0;
         for row in 0..40 {
             let fitted: f64 = (0..40)
                 .map(|n| {
-                    let gram: f64 = (0..200).map(|p| at[(row, p)] * at[(n, p)]).sum();
+                    let gram: f64 = (0..200).map(|p| at[(p, row)] * at[(p, n)]).sum();
                     (gram + if n == row { noise } else { 0.0 }) * decoders[n]
                 })
                 .sum();
-            let wanted: f64 = (0..200).map(|p| at[(row, p)] * points.values[p]).sum();
+            let wanted: f64 = (0..200).map(|p| at[(p, row)] * points.values[p]).sum();
             assert!((fitted - wanted).abs() < 1e-6 * wanted.abs().max(1.0), "{row}");
         }
     }

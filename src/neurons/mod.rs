@@ -9,6 +9,7 @@ mod bank;
 #[cfg(test)]
 mod conformance;
 mod decode;
+mod dense;
 mod direct;
 mod layer;
 mod lower;

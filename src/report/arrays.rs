@@ -11,15 +11,13 @@
 //! | `spikes_t` | N | simulated seconds |
 //! | `spikes_row` | N | the neuron's row, counted over the populations of `run.json` |
 
-use std::io::Cursor;
-
-use ndarray::{Array, Array1, Array2, Array3, Dimension, Ix1, Ix2, Ix3, OwnedRepr};
-use ndarray_npy::{NpzReader, NpzWriter, ReadNpzError};
+use ndarray::{Array, Array1, Array2, Array3, Dimension, Ix1, Ix2, Ix3};
 use serde_json::{Value, json};
 
 use super::facts::{ModuleFacts, RunFacts};
 use super::page::base64;
 use super::trace::MAX_EPISODE_S;
+use crate::files::npz::{NpzError, NpzReader, NpzWriter};
 use crate::task::TaskError;
 use crate::task::event::SceneFrame;
 use crate::task::execute::ActivityRecorder;
@@ -45,19 +43,18 @@ const PREFIX: &str = "module_";
 /// apart.
 const ROUGHLY_S: f64 = 0.1;
 
-type Npz<'b> = NpzReader<Cursor<&'b [u8]>>;
 type Frames = (Array1<f64>, Array2<f32>, Array2<f32>, Array3<f32>);
 
 /// An array of doubles.
-fn numbers(npz: &mut Npz<'_>, name: &str) -> Result<Array1<f64>, String> {
-    let read = npz.by_name::<OwnedRepr<f64>, Ix1>(name);
+fn numbers(npz: &mut NpzReader<'_>, name: &str) -> Result<Array1<f64>, String> {
+    let read = npz.read::<f64, Ix1>(name);
     read.map_err(|error| format!("{name} cannot be read ({error})"))
 }
 
 /// An array in single precision, also of a file that has it in double.
-fn singles<D: Dimension>(npz: &mut Npz<'_>, name: &str) -> Result<Array<f32, D>, String> {
-    let read = npz.by_name::<OwnedRepr<f32>, D>(name).or_else(|error| {
-        let double = npz.by_name::<OwnedRepr<f64>, D>(name);
+fn singles<D: Dimension>(npz: &mut NpzReader<'_>, name: &str) -> Result<Array<f32, D>, String> {
+    let read = npz.read::<f32, D>(name).or_else(|error| {
+        let double = npz.read::<f64, D>(name);
         double.map(|values| values.mapv(|v| v as f32)).map_err(|_| error)
     });
     read.map_err(|error| format!("{name} cannot be read ({error})"))
@@ -112,21 +109,19 @@ impl Arrays {
         self.pack().map_err(|error| TaskError::Figure { reason: error.to_string() })
     }
 
-    fn pack(&self) -> Result<Vec<u8>, ndarray_npy::WriteNpzError> {
-        let mut bytes = Vec::new();
-        let mut npz = NpzWriter::new_compressed(Cursor::new(&mut bytes));
-        npz.add_array("frames_t", &self.frames_t)?;
-        npz.add_array("frames_angles", &self.angles)?;
-        npz.add_array("frames_fingers", &self.fingers)?;
-        npz.add_array("frames_parts", &self.parts)?;
-        npz.add_array("modules_t", &self.modules_t)?;
+    fn pack(&self) -> Result<Vec<u8>, NpzError> {
+        let mut npz = NpzWriter::new();
+        npz.add("frames_t", &self.frames_t)?;
+        npz.add("frames_angles", &self.angles)?;
+        npz.add("frames_fingers", &self.fingers)?;
+        npz.add("frames_parts", &self.parts)?;
+        npz.add("modules_t", &self.modules_t)?;
         for (name, values) in &self.modules {
-            npz.add_array(format!("{PREFIX}{name}"), values)?;
+            npz.add(&format!("{PREFIX}{name}"), values)?;
         }
-        npz.add_array("spikes_t", &self.spikes_t)?;
-        npz.add_array("spikes_row", &self.spikes_row)?;
-        npz.finish()?;
-        Ok(bytes)
+        npz.add("spikes_t", &self.spikes_t)?;
+        npz.add("spikes_row", &self.spikes_row)?;
+        npz.finish()
     }
 
     /// Reads the bytes of a file, and a sentence on each part of it that cannot be read or does not belong together: the
@@ -135,8 +130,7 @@ impl Arrays {
     /// # Errors
     /// A sentence, if it is no file of arrays.
     pub fn from_npz(bytes: &[u8]) -> Result<(Self, Vec<String>), String> {
-        let damaged = |error: ReadNpzError| format!("it is damaged ({error})");
-        let mut npz = NpzReader::new(Cursor::new(bytes)).map_err(damaged)?;
+        let mut npz = NpzReader::new(bytes).map_err(|error| error.to_string())?;
         let (mut arrays, mut odd) = (Self::empty(), Vec::new());
         match Self::read_frames(&mut npz) {
             Ok(frames) => {
@@ -148,7 +142,7 @@ impl Arrays {
             Ok(times) => arrays.modules_t = times,
             Err(why) => odd.push(why),
         }
-        for name in npz.names().map_err(damaged)? {
+        for name in npz.names() {
             let Some(module) = name.strip_prefix(PREFIX) else { continue };
             let samples = arrays.modules_t.len();
             let values = singles::<Ix2>(&mut npz, &name).and_then(|values| match values.nrows() {
@@ -164,7 +158,7 @@ impl Arrays {
                 }
             }
         }
-        let rows = npz.by_name::<OwnedRepr<u32>, Ix1>("spikes_row");
+        let rows = npz.read::<u32, Ix1>("spikes_row");
         let rows = rows.map_err(|error| format!("spikes_row cannot be read ({error})"));
         match numbers(&mut npz, "spikes_t").and_then(|times| rows.map(|rows| (times, rows))) {
             Ok((times, rows)) if times.len() == rows.len() => {
@@ -176,7 +170,7 @@ impl Arrays {
         Ok((arrays, odd))
     }
 
-    fn read_frames(npz: &mut Npz<'_>) -> Result<Frames, String> {
+    fn read_frames(npz: &mut NpzReader<'_>) -> Result<Frames, String> {
         let frames = (
             numbers(npz, "frames_t")?,
             singles::<Ix2>(npz, "frames_angles")?,
