@@ -32,6 +32,7 @@ mod synapse;
 mod threads;
 mod tick;
 mod time;
+mod unoptimised;
 mod world;
 
 pub use builder::{EdgeId, GraphBuilder, Module, Scope};
@@ -58,4 +59,5 @@ pub(crate) use synapse::decayed;
 pub(crate) use synapse::lowpass_decay;
 pub use threads::Threads;
 pub use time::{SimDuration, Timebase};
+pub(crate) use unoptimised::warn as warn_if_unoptimised;
 pub use world::{ScriptedWorld, World, WorldLink, WorldSave};

@@ -77,6 +77,7 @@ impl Simulator {
     /// If the run's world does not fit the graph's link, its period is no whole number of ticks,
     /// the noise scale is not a finite number of at least 0, or the world cannot be reset.
     pub fn new(graph: Arc<Graph>, run: RunConfig) -> Result<Self, SimError> {
+        super::warn_if_unoptimised();
         if !run.noise.is_finite() || run.noise < 0.0 {
             return Err(SimError::BadNoise { scale: run.noise });
         }

@@ -4,7 +4,7 @@
 //! the executor know nothing else.
 
 use super::recorder::Recorder;
-use crate::sim::Seed;
+use crate::sim::{Seed, warn_if_unoptimised};
 use crate::task::domain::{Demonstration, Recording, SnapshotEvent};
 use crate::task::error::TaskError;
 use crate::task::event::{Event, Ignore, Observer, SkillReport, Touch, Touched};
@@ -50,6 +50,7 @@ pub fn demonstrate_observed(
     seed: Seed,
     observer: &mut dyn Observer,
 ) -> Result<Demonstrated, TaskError> {
+    warn_if_unoptimised();
     let mut out = Demonstrated {
         recording: Recording::default(),
         skills: Vec::new(),

@@ -1,0 +1,31 @@
+//! Warns once when the crate was compiled without optimisation: a plain `cargo run` in another crate does that.
+
+/// Prints to standard error, once in a process, that the crate is slow as compiled and what to add to `Cargo.toml`.
+/// Does nothing in an optimised build.
+pub(crate) fn warn() {
+    #[cfg(unoptimised)]
+    {
+        static ONCE: std::sync::Once = std::sync::Once::new();
+        ONCE.call_once(|| eprintln!("{WARNING}"));
+    }
+}
+
+#[cfg(any(unoptimised, test))]
+const WARNING: &str = "\
+warning: symbolt is compiled without optimisation and runs about 30 times slower than it can.
+Use `cargo run --release`, or add to the Cargo.toml of your program:
+    [profile.dev.package.\"*\"]
+    opt-level = 3";
+
+#[cfg(test)]
+mod tests {
+    use super::WARNING;
+
+    #[test]
+    fn the_front_page_gives_the_same_lines_for_cargo_toml() {
+        let page = include_str!("../../README.md");
+        let lines: Vec<&str> = WARNING.lines().skip(2).map(str::trim).collect();
+        assert_eq!(lines.len(), 2);
+        assert!(page.contains(&lines.join("\n")), "README.md lacks\n{}", lines.join("\n"));
+    }
+}
