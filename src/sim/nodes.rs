@@ -91,7 +91,7 @@ impl<K: Kind> Module for Constant<K> {
 /// // 0 until 10 ms, then 1, and 0 again from 20 ms on.
 /// let pulse = Stimulus::scalar(0.0)
 ///     .from(SimDuration::from_millis(10), &[1.0])
-///     .silent_from(SimDuration::from_millis(20));
+///     .from(SimDuration::from_millis(20), &[0.0]);
 /// # let _ = pulse;
 /// ```
 pub struct Stimulus<K: Kind> {
@@ -162,7 +162,7 @@ impl<V: VocabTag> Stimulus<Pointer<V>> {
         self.then(time, &value.as_pointer())
     }
 
-    /// From `time` on, the zero vector.
+    /// Changes the pointer to the zero vector at `time`.
     pub fn silent_from(self, time: SimDuration) -> Self {
         let width = self.rest.len();
         self.then(time, &vec![0.0; width])
