@@ -1,6 +1,6 @@
-//! Whole files: reading them, and writing them atomically.
+//! Reads whole files and writes them atomically.
 //!
-//! Every room may use this one; it uses none.
+//! All modules of the crate may use this one; it uses none of them.
 
 pub mod npz;
 
@@ -13,26 +13,26 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum FileError {
-    /// The system refused.
+    /// The operating system refused an operation.
     #[error("cannot {what} {}", path.display())]
     Io {
-        /// `read`, `write`, `make` or `remove`.
+        /// Operation: `read`, `write`, `make` or `remove`.
         what: &'static str,
-        /// The file or folder.
+        /// File or folder.
         path: PathBuf,
-        /// The system's reason.
+        /// Reason of the operating system.
         source: std::io::Error,
     },
-    /// An output that exists already.
+    /// The output file already exists.
     #[error("{} exists already; choose another name, or force it", path.display())]
     Exists {
-        /// The file.
+        /// Output file.
         path: PathBuf,
     },
 }
 
 impl FileError {
-    /// Turns the system's reason into an error that names the operation and the path.
+    /// Returns a function that turns an operating-system error into a [`FileError`] with operation and path.
     ///
     /// ```
     /// use symbolt::files::FileError;
@@ -47,20 +47,20 @@ impl FileError {
     }
 }
 
-/// Whether an existing file may be replaced.
+/// Says whether an existing file may be replaced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Overwrite {
-    /// Refuse.
+    /// Keep the file and return an error.
     #[default]
     Never,
-    /// Replace it.
+    /// Replace the file.
     Allowed,
 }
 
-/// All bytes of a file, or of standard input for `-`.
+/// Reads a file, or standard input for the path `-`.
 ///
 /// # Errors
-/// [`FileError::Io`] if it cannot be read.
+/// [`FileError::Io`] if the file cannot be read.
 pub fn read_file(path: &Path) -> Result<Vec<u8>, FileError> {
     let failed = FileError::io("read", path);
     if path.as_os_str() == "-" {
@@ -71,26 +71,25 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>, FileError> {
     std::fs::read(path).map_err(failed)
 }
 
-/// All bytes of an ordinary file, or of standard input for `-`. For files whose format has no end of its own: a
-/// device or a pipe might never end.
+/// Reads a regular file, or standard input for the path `-`. Refuses devices and pipes, which might never end.
 ///
 /// # Errors
-/// [`FileError::Io`] if it is a device, a pipe or a socket, or cannot be read.
+/// [`FileError::Io`] if the path is a device, a pipe or a socket, or if the file cannot be read.
 pub fn read_ordinary_file(path: &Path) -> Result<Vec<u8>, FileError> {
     let special = path.metadata().is_ok_and(|m| !m.is_file() && !m.is_dir());
     if special && path.as_os_str() != "-" {
-        let source = std::io::Error::other("it is no ordinary file");
+        let source = std::io::Error::other("it is not a regular file");
         return Err(FileError::Io { what: "read", path: path.into(), source });
     }
     read_file(path)
 }
 
-/// Writes a file atomically: to a temporary file in the same folder, which is then renamed. A reader sees the old
-/// content or the new one, never a part.
+/// Writes a file atomically: writes a temporary file in the same folder and renames it. A reader sees the old content or
+/// the complete new content.
 ///
 /// # Errors
-/// [`FileError::Exists`] if it exists and must not be replaced; [`FileError::Io`] if it cannot be written. Neither
-/// leaves anything behind.
+/// [`FileError::Exists`] if the file exists and must not be replaced. [`FileError::Io`] if the file cannot be written.
+/// After an error, no temporary file is left behind.
 pub fn write_atomic(
     path: &Path,
     content: impl AsRef<[u8]>,
@@ -99,11 +98,11 @@ pub fn write_atomic(
     if overwrite == Overwrite::Never && path.exists() {
         return Err(FileError::Exists { path: path.into() });
     }
-    // A link stays a link, and its target is replaced. Devices and pipes are refused.
+    // Replace the target of a link, not the link.
     let resolved = path.canonicalize().ok();
     let path = resolved.as_deref().unwrap_or(path);
     if path.exists() && !path.is_file() {
-        let source = std::io::Error::other("it is no ordinary file");
+        let source = std::io::Error::other("it is not a regular file");
         return Err(FileError::Io { what: "write", path: path.into(), source });
     }
     let failed = FileError::io("write", path);
@@ -131,7 +130,7 @@ pub fn write_atomic(
     Ok(())
 }
 
-/// A temporary file is private to its owner; one that will be renamed into place needs the usual permissions.
+/// Temporary files are private to their owner. A file that is renamed into place needs the usual permissions.
 trait PermissionsLikeANewFile {
     fn permissions_like_a_new_file(&mut self) -> &mut Self;
 }

@@ -1,4 +1,4 @@
-//! What a tick does, when things arrive, and how a run is steered, saved and stopped.
+//! Ticks: order and delay of values, sums, probes, threads, worlds, faults and stop conditions.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
@@ -34,7 +34,7 @@ fn an_edge_without_a_synapse_costs_no_tick_and_one_with_a_synapse_or_a_register_
     let read =
         |i: usize| -> Vec<f32> { sim.samples(&probes[i]).iter().map(|(_, v)| v[0]).collect() };
     assert_eq!(read(0), [10.0, 11.0, 12.0]);
-    // The initial value is seen in the first tick, what is written in a tick in the next.
+    // Readers see the initial value in the first tick, and each written value one tick later.
     assert_eq!(read(2), [10.0, 11.0, 12.0]);
     let (a, filtered) = ((-0.2f64).exp() as f32, read(1));
     assert_eq!(filtered[0], 0.0);
@@ -45,7 +45,7 @@ fn an_edge_without_a_synapse_costs_no_tick_and_one_with_a_synapse_or_a_register_
 
 #[test]
 fn a_registered_output_behind_a_synapse_costs_one_tick_in_all() {
-    // Population plus filtered edge commit together: the filter latches what was just written.
+    // The filter reads the value that was just written, so the two delays count as one.
     let mut graph = GraphBuilder::new();
     let counter = graph.node("counter", Counter);
     let sum = graph.add("sum", Add::scalar());
@@ -94,7 +94,7 @@ fn a_filtered_loop_integrates() {
     sim.run_for(MS(1000)).expect("runs");
     let values: Vec<f32> = sim.samples(&probe).iter().map(|(_, v)| v[0]).collect();
     assert_eq!(values.len(), 1000);
-    // y' = u / tau while the input lasts: each tick adds 1 - a.
+    // y' = u / tau while the input lasts, so each tick adds 1 - a.
     let expected = 10.0 * (1.0 - (-0.01f64).exp()) as f32;
     assert!(
         (values[11] - expected).abs() < 1e-5 && (values[999] - expected).abs() < 1e-4,
@@ -102,7 +102,7 @@ fn a_filtered_loop_integrates() {
     );
 }
 
-/// Breaks in a given tick.
+/// A node that fails in tick `at`: with a value that is not a number, or with a fault.
 struct Breaks {
     at: u64,
     how: &'static str,
@@ -197,7 +197,8 @@ fn probes_sample_by_period_keep_the_last_and_have_filters_of_their_own() {
     assert!((f64::from(smooth[9]) - expected).abs() < 1e-5);
 }
 
-/// Shows by which thread of a pool it is run, 0 for none, and whether it may share its work.
+/// Outputs the number of the pool thread that runs it, counted from 1 (0 outside a pool), and whether it may share its
+/// work.
 struct Whose;
 impl Node for Whose {
     fn declare(&self, ports: &mut PortDecl) {
@@ -224,10 +225,10 @@ fn the_setting_of_the_run_and_not_the_calling_thread_says_who_computes_a_tick() 
     };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("a pool");
     assert_eq!(by(Threads::Serial), (false, false));
-    // Within a pool a serial run stays on the thread that it was started on, and shares nothing.
+    // Within a pool, a serial run stays on its thread and shares no work.
     assert_eq!(pool.install(|| by(Threads::Serial)), (true, false));
     assert_eq!(pool.install(|| by(Threads::Pool)), (true, true));
-    // From outside, a run with the pool goes there, unless the pool has but one thread.
+    // A run started outside the pool moves into it, unless the pool has only one thread.
     assert_eq!(by(Threads::Pool), (rayon::current_num_threads() > 1, true));
 }
 
@@ -262,7 +263,7 @@ fn a_world_is_stepped_by_its_period_and_its_senses_are_held_between() {
         ControlFlow::Continue(())
     })
     .expect("runs");
-    // A sense after tick k is what the next tick sees: the second entry shows after 4 ticks.
+    // A sense read at the end of a tick is visible in the next tick, so the second entry appears after 4 ticks.
     assert_eq!(shown, [1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0, 3.0, 3.0, 3.0]);
 }
 
@@ -274,7 +275,7 @@ fn a_world_gets_the_command_of_the_tick_in_which_it_is_due() {
     let saved = sim.world().map(|w| w.save().expect("it can be saved")).expect("there is a world");
     let mut copy = script();
     symbolt::sim::World::restore(&mut copy, &saved).expect("its own save");
-    // Ticks 3 and 7 are the last of a period; the counter then shows 13 and 17; unfed inputs are zero.
+    // Ticks 3 and 7 end a period; the counter then shows 13 and 17. The unconnected input is zero.
     assert_eq!(copy.commands(), [vec![13.0, 0.0, 0.0], vec![17.0, 0.0, 0.0]]);
 }
 
@@ -283,10 +284,12 @@ fn worlds_that_do_not_fit_are_refused() {
     let (graph, ..) = with_world();
     let refuse = |run: RunConfig| Simulator::new(graph.clone(), run).err().map(|e| e.to_string());
     let none = refuse(RunConfig::default());
-    assert_eq!(none.as_deref(), Some("the graph has a world link but the run gives no world"));
+    let expected =
+        "the graph links to a world but the run has none; add one with `RunConfig::in_world`";
+    assert_eq!(none.as_deref(), Some(expected));
     let narrow = ScriptedWorld::new(MS(4), vec![vec![1.0]], 3);
     let text = refuse(RunConfig::default().in_world(narrow)).unwrap_or_default();
-    assert_eq!(text, "the world has 1 sense values but the link `world` has 2");
+    assert_eq!(text, "the world has 1 sense values but the world link `world` has 2");
     let slow = ScriptedWorld::new(SimDuration::from_micros(4_166), vec![vec![1.0, 2.0]], 3);
     let text = refuse(RunConfig::default().in_world(slow)).unwrap_or_default();
     assert!(text.contains("not a whole number of ticks"), "{text}");

@@ -1,15 +1,17 @@
-//! One case for every way in which a graph can be described wrongly, and what the message says.
+//! One case for each fault of a graph description, with its message.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use symbolt::neurons::{PathPattern, Population, PopulationPlan};
+use symbolt::neurons::{PathPattern, Population, PopulationPlan, SelectRule};
 use symbolt::sim::{
     Add, BuildError, BuildErrors, Constant, EmitIo, Fingerprint, Graph, GraphBuilder, In,
-    InputSpec, Kind, LayerRequest, Node, NodePorts, Out, OutputSpec, Pointer, PointerRef, PortDecl,
-    ProbeSpec, Scalar, Scope, Seed, SimDuration, StepCx, Synapse, Timebase, Vector, VocabTag,
-    WorldLink,
+    InputSpec, Kind, LayerRequest, Module, Node, NodePorts, Noise, Out, OutputSpec, Pointer,
+    PointerRef, PortDecl, ProbeSpec, Scalar, Scope, Seed, SimDuration, StepCx, Synapse, Timebase,
+    Vector, VocabTag, WorldLink,
 };
-use symbolt::spa::{Bind, Linear, Vocabulary, VocabularyBuilder};
+use symbolt::spa::{
+    Bind, CleanupMemory, Linear, Superpose, Unbind, UnbindFixed, Vocabulary, VocabularyBuilder,
+};
 
 struct Parts;
 impl VocabTag for Parts {
@@ -32,7 +34,7 @@ fn faults(graph: GraphBuilder) -> Vec<BuildError> {
     build(graph).expect_err("the description is wrong").0
 }
 
-/// The only fault, and its text.
+/// Returns the only fault and its message.
 fn only(graph: GraphBuilder) -> (BuildError, String) {
     let mut all = faults(graph);
     assert_eq!(all.len(), 1, "{all:?}");
@@ -41,7 +43,7 @@ fn only(graph: GraphBuilder) -> (BuildError, String) {
     (fault, text)
 }
 
-/// A node of one input and one output.
+/// A node with one input and one output.
 struct Pass(usize);
 impl Node for Pass {
     fn declare(&self, ports: &mut PortDecl) {
@@ -67,9 +69,162 @@ fn an_empty_graph() {
 #[test]
 fn two_nodes_of_one_path() {
     let mut graph = GraphBuilder::new();
+    let line = line!();
     graph.add("a", Constant::scalar(1.0));
     graph.add("a", Constant::scalar(2.0));
-    assert_eq!(only(graph).0, BuildError::DuplicatePath { path: "a".into() });
+    let (fault, text) = only(graph);
+    let [first, second] = [1, 2].map(|after| format!("tests/wiring.rs:{}", line + after));
+    let expected =
+        format!("`a` is added twice, at {first} and at {second}; give one of them another name");
+    assert_eq!(text, expected);
+    assert_eq!(fault, BuildError::DuplicatePath { path: "a".into(), first, second });
+}
+
+/// A module whose nodes have the given names.
+struct Group(&'static [&'static str]);
+impl Module for Group {
+    type Ports = ();
+    fn expand(self, scope: &mut Scope<'_>) {
+        for name in self.0 {
+            scope.add(name, Constant::scalar(1.0));
+        }
+    }
+}
+
+#[test]
+fn two_modules_of_one_name_are_one_fault_even_if_their_nodes_differ() {
+    let duplicates = |graph: GraphBuilder| -> Vec<String> {
+        let path = |fault: BuildError| match fault {
+            BuildError::DuplicatePath { path, .. } => path,
+            other => panic!("{other}"),
+        };
+        faults(graph).into_iter().map(path).collect()
+    };
+    // The nodes are `m/a` and `m/b`, so no two nodes have the same path.
+    let mut graph = GraphBuilder::new();
+    graph.add("m", Group(&["a"]));
+    graph.add("m", Group(&["b"]));
+    assert_eq!(duplicates(graph), ["m"]);
+    // Equal modules are reported once, without their inner nodes.
+    let mut graph = GraphBuilder::new();
+    graph.add("m", Group(&["a", "b"]));
+    graph.add("m", Group(&["a", "b"]));
+    assert_eq!(duplicates(graph), ["m"]);
+    // A module and a node, each way round.
+    let mut graph = GraphBuilder::new();
+    graph.add("m", Group(&["a"]));
+    graph.node("m", WorldLink::new().sense("s", OutputSpec::scalar()));
+    graph.node("n", WorldLink::new().sense("s", OutputSpec::scalar()));
+    graph.add("n", Group(&["a"]));
+    assert_eq!(duplicates(graph), ["m", "n"]);
+    // Inside a module the full path is named.
+    struct Outer;
+    impl Module for Outer {
+        type Ports = ();
+        fn expand(self, scope: &mut Scope<'_>) {
+            scope.add("m", Group(&["a"]));
+            scope.add("m", Group(&["b"]));
+        }
+    }
+    let mut graph = GraphBuilder::new();
+    graph.add("outer", Outer);
+    graph.add("m", Group(&["a"]));
+    assert_eq!(duplicates(graph), ["outer/m"]);
+    // Two nodes at the path of one module.
+    struct Twice;
+    impl Module for Twice {
+        type Ports = ();
+        fn expand(self, scope: &mut Scope<'_>) {
+            scope.leaf(WorldLink::new().sense("s", OutputSpec::scalar()));
+            scope.leaf(WorldLink::new().sense("s", OutputSpec::scalar()));
+        }
+    }
+    let mut graph = GraphBuilder::new();
+    graph.add("twice", Twice);
+    assert_eq!(duplicates(graph), ["twice"]);
+}
+
+#[test]
+fn an_input_without_a_connection_is_named_as_in_the_port_struct() {
+    let parts = parts(1);
+    let nut = parts.get("NUT").expect("there");
+    let mut graph = GraphBuilder::new();
+    graph.add("bind", Bind::new(&parts));
+    graph.add("unbind", Unbind::new(&parts));
+    graph.add("nut", Constant::pointer(parts.space(), &nut));
+    let texts: Vec<String> = faults(graph).iter().map(ToString::to_string).collect();
+    let expected = ["bind.a", "bind.b", "unbind.bound", "unbind.role"].map(|port| {
+        format!(
+            "the input `{port}` is not connected; outputs that fit: `bind.output`, `nut.out`, `unbind.output`"
+        )
+    });
+    assert_eq!(texts, expected);
+}
+
+#[test]
+fn every_module_names_its_inputs_as_in_its_port_struct() {
+    let parts = parts(1);
+    let winner = SelectRule::WinnerTakeAll { level: 0.3 };
+    let mut graph = GraphBuilder::new();
+    graph.add("cleanup", CleanupMemory::new(&parts, ["NUT"], winner).expect("there"));
+    graph.add("fixed", UnbindFixed::new(&parts, "NUT").expect("there"));
+    graph.add("noise", Noise::scalar(0.1));
+    graph.add("superpose", Superpose::new(&parts, &[1.0, 0.5]));
+    let unfed: Vec<String> = faults(graph)
+        .into_iter()
+        .map(|fault| match fault {
+            BuildError::Unfed { port, .. } => port,
+            other => panic!("{other}"),
+        })
+        .collect();
+    assert_eq!(
+        unfed,
+        [
+            "cleanup.input",
+            "fixed.input",
+            "noise.input",
+            "superpose.inputs[0]",
+            "superpose.inputs[1]"
+        ]
+    );
+}
+
+#[test]
+fn the_name_of_the_outermost_module_counts_and_finds_the_output_too() {
+    struct Outer(Vocabulary<Parts>);
+    impl Module for Outer {
+        type Ports = In<Pointer<Parts>>;
+        fn expand(self, scope: &mut Scope<'_>) -> Self::Ports {
+            let bind = scope.add("bind", Bind::new(&self.0));
+            let value = self.0.get("NUT").expect("there");
+            let nut = scope.add("nut", Constant::pointer(self.0.space(), &value));
+            scope.connect(&nut, &bind.b, Synapse::None);
+            scope.output("bound", bind.output);
+            scope.input("given", bind.a)
+        }
+    }
+    let mut graph = GraphBuilder::new();
+    let given = graph.add("outer", Outer(parts(1)));
+    let (fault, text) = only(graph);
+    assert!(matches!(&fault, BuildError::Unfed { port, .. } if port == "outer.given"), "{text}");
+    // The same in a handle of another builder.
+    let mut graph = GraphBuilder::new();
+    let own = parts(1);
+    let nut = Constant::pointer(own.space(), &own.get("NUT").expect("there"));
+    let nut = graph.add("nut", nut);
+    graph.connect(&nut, &given, Synapse::None);
+    let (_, text) = only(graph);
+    assert!(text.contains("the input `outer.given` belongs to another"), "{text}");
+
+    let mut graph = GraphBuilder::new();
+    let nut = graph.add("nut", Constant::pointer(own.space(), &own.get("NUT").expect("there")));
+    let given = graph.add("outer", Outer(own));
+    graph.connect(&nut, &given, Synapse::None);
+    let graph = build(graph).expect("sound");
+    for name in ["outer.bound", "outer/bind/back.out", "nut.out"] {
+        assert!(graph.output(name).is_ok(), "{name}");
+    }
+    assert!(graph.output("outer/bind.output").is_err());
 }
 
 #[test]
@@ -89,7 +244,9 @@ fn a_port_that_is_not_there_names_those_that_are() {
     graph.connect(&one, &node.input("inn"), Synapse::None);
     graph.connect(&one, &node.input("in"), Synapse::None);
     let (_, text) = only(graph);
-    assert!(text.contains("`node` has no input `inn`") && text.contains("in: vector"), "{text}");
+    let expected =
+        "the node `node` has no input `inn` of kind vector; its inputs are: `in: vector`";
+    assert_eq!(text, expected);
 }
 
 #[test]
@@ -108,11 +265,12 @@ fn a_handle_of_another_builder() {
     let mut other = GraphBuilder::new();
     let foreign = other.add("one", Constant::vector(&[1.0]));
     let mut graph = GraphBuilder::new();
-    let own = graph.add("one", Constant::vector(&[1.0]));
     let (input, _) = pass(&mut graph, "node", 1);
-    graph.connect(&own, &input, Synapse::None);
     graph.connect(&foreign, &input, Synapse::None);
-    assert!(matches!(only(graph).0, BuildError::ForeignHandle { direction: "output", .. }));
+    // The input is not reported as unconnected.
+    let (fault, text) = only(graph);
+    assert!(matches!(fault, BuildError::ForeignHandle { direction: "output", .. }));
+    assert!(text.starts_with("the output `one.out` belongs to another `GraphBuilder`"), "{text}");
 }
 
 #[test]
@@ -126,7 +284,7 @@ fn widths_that_differ_name_both_ends_and_what_would_fit() {
     graph.connect(&three, &input, Synapse::None);
     let (fault, text) = only(graph);
     assert!(matches!(fault, BuildError::WidthMismatch { from_width: 3, to_width: 2, .. }));
-    for part in ["`three.out` has width 3", "`node.in` takes width 2", "`sum.in`", "`two.out`"] {
+    for part in ["`three.out` has width 3", "`node.in` takes width 2", "`sum.input`", "`two.out`"] {
         assert!(text.contains(part), "{part} in {text}");
     }
 }
@@ -141,7 +299,7 @@ fn two_vocabularies_of_one_tag_name_both_and_the_way_across() {
     graph.connect(&nut, &bind.a, Synapse::None);
     graph.connect(&own, &bind.b, Synapse::None);
     let (_, text) = only(graph);
-    for part in ["seed 1", "seed 2", "`own.out`", "a node between", "bind/left.in"] {
+    for part in ["seed 1", "seed 2", "`own.out`", "a node between", "`bind.a` takes pointers"] {
         assert!(text.contains(part), "{part} in {text}");
     }
 }
@@ -186,7 +344,7 @@ fn a_population_on_an_edge_without_a_synapse() {
     };
     let (fault, text) = only(describe(Synapse::None));
     assert!(matches!(fault, BuildError::Unfiltered { .. }));
-    assert!(text.contains("`bare/layer.out`") && text.contains("`sum.in`"), "{text}");
+    assert!(text.contains("`bare/layer.out`") && text.contains("`sum.input`"), "{text}");
     assert!(build(describe(Synapse::lowpass_ms(5))).is_ok());
 }
 
@@ -241,7 +399,7 @@ fn time_constants_and_periods_that_cannot_be_counted() {
     assert!(all[1..].iter().all(|f| matches!(f, BuildError::BadProbe { .. })));
 }
 
-/// The only fault besides the missing source is the node `map`'s own, whose text says this.
+/// Checks that the node `map` reports its parameters with a message that contains `expected`.
 fn refused(module: Linear<impl Kind, impl Kind>, expected: &str) {
     let mut graph = GraphBuilder::new();
     graph.add("map", module);
@@ -261,7 +419,7 @@ fn pointers_of_another_dimension_than_the_space() {
     let expected = "pointer 2 has 64 dimensions; expected 32";
     refused(Linear::similarities(parts.space(), keys()), expected);
     refused(Linear::combination(parts.space(), keys()), expected);
-    // Both nodes still have a port number for each pointer, so that nothing else is reported.
+    // Both nodes still have one number per pointer on their ports, so no other fault is reported.
     let mut graph = GraphBuilder::new();
     let similar = graph.add("similar", Linear::similarities(parts.space(), keys()));
     let recalled = graph.add("recalled", Linear::combination(parts.space(), keys()));

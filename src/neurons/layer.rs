@@ -276,24 +276,29 @@ pub trait Layers {
 }
 
 impl Layers for Scope<'_> {
+    #[track_caller]
     fn represent<K: Kind>(&mut self, name: &str, layer: Represent) -> LayerPorts<K> {
         ports(&self.layer(name, layer))
     }
 
+    #[track_caller]
     fn represent_gated<K: Kind>(&mut self, name: &str, layer: Represent) -> GatedPorts<K> {
         let node = self.layer(name, layer.gated());
         GatedPorts { input: node.input("in"), open: node.input("open"), output: node.output("out") }
     }
 
+    #[track_caller]
     fn map(&mut self, name: &str, layer: Map) -> LayerPorts<Vector> {
         ports(&self.layer(name, layer))
     }
 
+    #[track_caller]
     fn product(&mut self, name: &str, layer: Product) -> ProductPorts {
         let node = self.layer(name, layer);
         ProductPorts { a: node.input("a"), b: node.input("b"), output: node.output("out") }
     }
 
+    #[track_caller]
     fn select(&mut self, name: &str, layer: Select) -> SelectPorts {
         let node = self.layer(name, layer);
         SelectPorts {

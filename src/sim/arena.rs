@@ -1,18 +1,18 @@
-//! The numbers of a running graph: a few flat vectors whose ranges the layout fixed.
+//! The arenas: a few flat vectors that hold all numbers of a run. The layout fixes the ranges.
 
 use super::graph::{Sizes, Source};
 use super::node::{Complex, Real};
 
-/// Everything that changes while a graph runs, except the world.
+/// All numbers that change during a run, except those of the world.
 #[derive(Debug, Clone)]
 pub(crate) struct Arenas {
     /// Outputs written in emit, in the order of emits.
     pub signals: Vec<Real>,
-    /// Registered outputs as last written in advance.
+    /// Registered outputs as last written.
     pub registered: Vec<Real>,
-    /// What inputs see during a tick: registered outputs as of its start, then the edge filters.
+    /// Values that stay constant during a tick: registered outputs at its start, then the filters of connections.
     pub held: Vec<Real>,
-    /// Sums of several sources.
+    /// Sums of several sources, and zeros for unconnected inputs.
     pub gathered: Vec<Real>,
     pub reals: Vec<Real>,
     pub words: Vec<u32>,
@@ -21,7 +21,7 @@ pub(crate) struct Arenas {
     pub scratch: ScratchArena,
 }
 
-/// Working memory lent to one node at a time.
+/// Scratch memory, lent to one node at a time.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ScratchArena {
     pub reals: Vec<Real>,
@@ -50,7 +50,7 @@ impl Arenas {
         }
     }
 
-    /// All zeros, as before init. Scratch is left alone: nothing may rely on its contents.
+    /// Sets all numbers to zero. Scratch memory stays as it is, because no node may rely on its contents.
     pub fn clear(&mut self) {
         for arena in [
             &mut self.signals,
@@ -66,12 +66,12 @@ impl Arenas {
         self.longs.fill(0);
     }
 
-    /// Shows the registered outputs to the next tick.
+    /// Makes the registered outputs visible to the next tick.
     pub fn commit_registered(&mut self) {
         self.held[..self.registered.len()].copy_from_slice(&self.registered);
     }
 
-    /// The latest values at a source.
+    /// Returns the latest values of a source.
     pub fn source(&self, source: Source) -> &[Real] {
         match source {
             Source::Signal(span) => &self.signals[span.of()],
@@ -79,14 +79,14 @@ impl Arenas {
         }
     }
 
-    /// Whether every signal, registered output and filter is a finite number.
+    /// Returns whether every signal, registered output and filter is a finite number.
     pub fn all_finite(&self) -> bool {
         finite(&self.signals) && finite(&self.registered) && finite(&self.held)
     }
 }
 
-/// Whether all numbers are finite, without a branch for each: a number times zero is zero unless
-/// it is infinite or not a number, and eight independent sums let the compiler use wide registers.
+/// Returns whether all numbers are finite, without a branch per number. A number times zero is zero, unless the number is
+/// infinite or not a number. Eight independent sums let the compiler use wide registers.
 fn finite(values: &[Real]) -> bool {
     let mut sums = [0.0f32; 8];
     let chunks = values.chunks_exact(8);

@@ -1,6 +1,7 @@
-//! Describing a graph: adding modules and nodes, connecting ports, placing probes.
+//! The graph builder: adds modules and nodes, connects their ports and places probes.
 
 use std::marker::PhantomData;
+use std::panic::Location;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -19,29 +20,62 @@ use super::synapse::Synapse;
 use super::time::Timebase;
 use super::world::WorldLink;
 
-/// Tells builders apart, so that a handle of one is refused by another. It numbers builders within
-/// the process and enters no result.
+/// The next builder's number, unique within the process. Builders use it to refuse each other's handles.
+/// Results do not depend on it.
 static NEXT_BUILDER: AtomicU64 = AtomicU64::new(0);
 
-/// A part of a graph that is itself made of parts.
+/// A named group of nodes with ports of its own.
 ///
-/// A module is a plain description; [`expand`](Module::expand) writes its nodes and inner edges
-/// into a scope and hands out its ports.
+/// A module is a plain description. Its [`expand`](Module::expand) adds nodes, layers and other modules to a
+/// [`Scope`], connects them, and returns the handles that users of the module connect to.
+///
+/// ```
+/// use symbolt::sim::{Add, GraphBuilder, In, Module, Noise, Out, Scalar, Scope, Synapse};
+///
+/// /// Adds numbers, then noise.
+/// struct NoisySum {
+///     sd: f32,
+/// }
+///
+/// struct NoisySumPorts {
+///     input: In<Scalar>,
+///     output: Out<Scalar>,
+/// }
+///
+/// impl Module for NoisySum {
+///     type Ports = NoisySumPorts;
+///
+///     fn expand(self, scope: &mut Scope<'_>) -> NoisySumPorts {
+///         let sum = scope.add("sum", Add::scalar());
+///         let noise = scope.add("noise", Noise::scalar(self.sd));
+///         scope.connect(&sum.output, &noise.input, Synapse::None);
+///         NoisySumPorts {
+///             input: scope.input("input", sum.input),
+///             output: scope.output("output", noise.output),
+///         }
+///     }
+/// }
+///
+/// let mut graph = GraphBuilder::new();
+/// let blur = graph.add("blur", NoisySum { sd: 0.1 }); // adds the nodes `blur/sum` and `blur/noise`
+/// graph.connect(&blur.output, &blur.input, Synapse::lowpass_ms(5));
+/// ```
 pub trait Module {
-    /// The handles by which the module is connected.
+    /// The handles of the module's ports.
     type Ports;
 
-    /// Adds the module's nodes to `scope`. Faults are noted there, never returned.
+    /// Adds the module's nodes to `scope` and returns its ports. Faults are reported by
+    /// [`GraphBuilder::build`]; see [`Scope::refuse`].
     fn expand(self, scope: &mut Scope<'_>) -> Self::Ports;
 }
 
-/// The number of an edge, in the order of connection.
+/// The index of a connection, in the order of [`connect`](GraphBuilder::connect) calls.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct EdgeId(pub usize);
 
-/// The description of a graph. [`build`](GraphBuilder::build) consumes it.
+/// The description of a graph. [`build`](GraphBuilder::build) turns it into a [`Graph`].
 ///
-/// Adding, connecting and probing never fail: faults are noted, and `build` returns them all.
+/// Adding, connecting and probing never fail. The builder collects faults, and `build` returns all of them.
 ///
 /// ```
 /// use symbolt::prelude::*;
@@ -69,30 +103,33 @@ impl Default for GraphBuilder {
 }
 
 impl GraphBuilder {
-    /// An empty description.
+    /// Starts an empty description.
     pub fn new() -> Self {
         let builder = NEXT_BUILDER.fetch_add(1, Ordering::Relaxed);
         Self { draft: Draft { builder, ..Draft::default() } }
     }
 
-    /// Adds a module under `name` and returns its ports.
+    /// Adds a module under `name` and returns its ports. Two additions with the same name are a fault.
+    #[track_caller]
     pub fn add<M: Module>(&mut self, name: &str, module: M) -> M::Ports {
         self.root().add(name, module)
     }
 
-    /// Adds a single node under `name`.
+    /// Adds a single node under `name` and returns its ports. Two additions with the same name are a fault.
+    #[track_caller]
     pub fn node(&mut self, name: &str, node: impl Node + 'static) -> NodePorts {
         self.root().node(name, node)
     }
 
-    /// Adds the link to the world (at most one a graph).
+    /// Adds the link to the world under `name`. A graph has at most one.
+    #[track_caller]
     pub fn world(&mut self, name: &str, link: WorldLink) -> NodePorts {
         self.root().world(name, link)
     }
 
-    /// Connects two ports of one kind.
+    /// Connects an output to an input of the same kind.
     ///
-    /// A number fits where a number is wanted:
+    /// A scalar output fits a scalar input:
     ///
     /// ```
     /// use symbolt::prelude::*;
@@ -102,7 +139,8 @@ impl GraphBuilder {
     /// graph.connect(&one, &sum.input, Synapse::None);
     /// ```
     ///
-    /// A vector does not (and neither does a pointer of another vocabulary):
+    /// A vector output does not fit a scalar input, and a pointer does not fit an input of another vocabulary.
+    /// Such a program does not compile:
     ///
     /// ```compile_fail
     /// use symbolt::prelude::*;
@@ -114,13 +152,15 @@ impl GraphBuilder {
     pub fn connect<K: Kind>(&mut self, from: &Out<K>, to: &In<K>, via: Synapse) -> EdgeId {
         let from = self.resolve(&from.port, "output");
         let to = self.resolve(&to.port, "input");
-        if let (Some(from), Some(to)) = (from, to) {
-            self.draft.edges.push(EdgeDraft { from, to, via });
+        match (from, to) {
+            (Some(from), Some(to)) => self.draft.edges.push(EdgeDraft { from, to, via }),
+            (None, Some(to)) => self.draft.excused.push(to),
+            (_, None) => {}
         }
         EdgeId(self.draft.edges.len().saturating_sub(1))
     }
 
-    /// Records an output while the graph runs.
+    /// Records an output during every run.
     pub fn probe<K: Kind>(&mut self, of: &Out<K>, spec: ProbeSpec) -> ProbeId<K> {
         let index = self.draft.probes.len();
         if let Some(of) = self.resolve(&of.port, "output") {
@@ -129,13 +169,15 @@ impl GraphBuilder {
         ProbeId { index, builder: self.draft.builder, kind: PhantomData }
     }
 
-    /// Checks the description, turns requested layers into nodes by `plan`, and freezes the graph.
+    /// Checks the description, turns each requested layer into a node as `plan` says, and returns the
+    /// immutable graph.
     ///
-    /// `seed` is the build seed: who the neurons and pointers are. Noise has a seed of its own,
-    /// given with the run. Costs O(nodes log nodes + edges) beside what `plan` does.
+    /// `seed` is the build seed. It decides all random parameters of the layers, such as encoders. Noise
+    /// has a separate seed, the run seed in [`RunConfig`](super::RunConfig). Costs O(nodes log nodes + edges)
+    /// in addition to the work of `plan`.
     ///
     /// # Errors
-    /// Every fault of the description, together.
+    /// All faults of the description, together.
     pub fn build(
         self,
         time: Timebase,
@@ -146,16 +188,16 @@ impl GraphBuilder {
     }
 
     fn root(&mut self) -> Scope<'_> {
-        Scope { builder: self, path: String::new() }
+        Scope { builder: self, path: String::new(), repeated: false }
     }
 
     fn resolve(&mut self, port: &PortRef, direction: &'static str) -> Option<(usize, usize)> {
         match port {
-            PortRef::Known { builder, node, port } if *builder == self.draft.builder => {
+            PortRef::Known { builder, node, port, .. } if *builder == self.draft.builder => {
                 Some((*node, *port))
             }
-            PortRef::Known { node, port, .. } => {
-                let port = format!("node {node}, port {port}");
+            PortRef::Known { name, .. } => {
+                let port = name.to_string();
                 self.draft.faults.push(BuildError::ForeignHandle { direction, port });
                 None
             }
@@ -173,58 +215,97 @@ impl GraphBuilder {
     }
 }
 
-/// A place in the tree of paths to which a module adds its parts.
+/// The place in a graph to which a module adds its nodes.
+///
+/// A scope has a path. The node `sum` in the scope `planner/goal` has the path `planner/goal/sum`.
 pub struct Scope<'a> {
     builder: &'a mut GraphBuilder,
     path: String,
+    /// Whether this path was added before. Names inside it may then repeat too; that is not reported again.
+    repeated: bool,
 }
 
 impl Scope<'_> {
-    /// Adds a module inside this scope.
+    /// Adds a module inside this scope and returns its ports.
+    #[track_caller]
     pub fn add<M: Module>(&mut self, name: &str, module: M) -> M::Ports {
-        let path = self.child(name);
-        module.expand(&mut Scope { builder: self.builder, path })
+        let (path, repeated) = self.child(name);
+        module.expand(&mut Scope { builder: self.builder, path, repeated })
     }
 
-    /// Adds a single node inside this scope.
+    /// Adds a single node inside this scope and returns its ports.
+    #[track_caller]
     pub fn node(&mut self, name: &str, node: impl Node + 'static) -> NodePorts {
         let mut ports = PortDecl::default();
         node.declare(&mut ports);
         self.push(name, Body::Node(Box::new(node)), ports)
     }
 
-    /// Adds a single node at the scope's own path, for modules that are one node.
+    /// Adds a node at the scope's own path, for a module that is a single node.
+    #[track_caller]
     pub fn leaf(&mut self, node: impl Node + 'static) -> NodePorts {
         let mut ports = PortDecl::default();
         node.declare(&mut ports);
+        let draft = &mut self.builder.draft;
+        let here = Location::caller();
+        if let Some(first) = draft.leaves.insert(self.path.clone(), here)
+            && !self.repeated
+        {
+            draft.faults.push(added_twice(&self.path, first, here));
+        }
         self.push_at(self.path.clone(), Body::Node(Box::new(node)), ports)
     }
 
-    /// Asks for a layer that the plan turns into a node when the graph is built.
+    /// Requests a layer. The plan turns it into a node when the graph is built.
+    #[track_caller]
     pub fn layer(&mut self, name: &str, request: impl LayerRequest) -> NodePorts {
         let mut ports = PortDecl::default();
         request.declare(&mut ports);
         self.push(name, Body::Layer(Box::new(request)), ports)
     }
 
-    /// Adds the link to the world.
+    /// Adds the link to the world. A graph has at most one.
+    #[track_caller]
     pub fn world(&mut self, name: &str, link: WorldLink) -> NodePorts {
         let mut ports = PortDecl::default();
         link.declare(&mut ports);
         self.push(name, Body::World(link), ports)
     }
 
-    /// Connects two ports of one kind.
+    /// Connects an output to an input of the same kind.
     pub fn connect<K: Kind>(&mut self, from: &Out<K>, to: &In<K>, via: Synapse) -> EdgeId {
         self.builder.connect(from, to, via)
     }
 
-    /// Records an output while the graph runs.
+    /// Records an output during every run.
     pub fn probe<K: Kind>(&mut self, of: &Out<K>, spec: ProbeSpec) -> ProbeId<K> {
         self.builder.probe(of, spec)
     }
 
-    /// Notes that the module cannot be built as described; `build` reports it under this path.
+    /// Makes the input of an inner node the module's own input `name`. Faults then name the port as users
+    /// of the module know it, `bind.a` instead of `bind/left.in`. Use the name of the field in the module's
+    /// port struct.
+    pub fn input<K: Kind>(&mut self, name: &str, port: In<K>) -> In<K> {
+        let exposed = self.expose(name, port.port, |ports, index, name| {
+            if let Some(port) = ports.inputs.get_mut(index) {
+                port.exposed = Some(name);
+            }
+        });
+        In::new(exposed)
+    }
+
+    /// Makes the output of an inner node the module's own output `name`, as [`input`](Scope::input) does.
+    /// [`Graph::output`] finds the output under both names.
+    pub fn output<K: Kind>(&mut self, name: &str, port: Out<K>) -> Out<K> {
+        let exposed = self.expose(name, port.port, |ports, index, name| {
+            if let Some(port) = ports.outputs.get_mut(index) {
+                port.exposed = Some(name);
+            }
+        });
+        Out::new(exposed)
+    }
+
+    /// Reports that the module cannot be built as described. `build` returns the reason with this path.
     pub fn refuse(&mut self, reason: impl Into<String>) {
         self.builder
             .draft
@@ -232,24 +313,52 @@ impl Scope<'_> {
             .push(BuildError::Refused { node: self.path.clone(), reason: reason.into() });
     }
 
-    /// The path of this scope, empty at the root.
+    /// Returns the path of this scope, empty at the root.
     pub fn path(&self) -> &str {
         &self.path
     }
 
-    fn child(&mut self, name: &str) -> String {
-        let good = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
-        if name.is_empty() || !name.chars().all(good) {
-            self.builder
-                .draft
-                .faults
-                .push(BuildError::BadName { parent: self.path.clone(), name: name.into() });
+    /// Gives a port the name `exposed` in this scope. Faulty handles and handles of other builders stay as they are.
+    fn expose(
+        &mut self,
+        exposed: &str,
+        handle: PortRef,
+        note: impl FnOnce(&mut PortDecl, usize, Arc<str>),
+    ) -> PortRef {
+        let draft = &mut self.builder.draft;
+        match handle {
+            PortRef::Known { builder, node, port, .. } if builder == draft.builder => {
+                let name: Arc<str> = format!("{}.{exposed}", self.path).into();
+                note(&mut draft.nodes[node].ports, port, name.clone());
+                PortRef::Known { builder, node, port, name }
+            }
+            other => other,
         }
-        if self.path.is_empty() { name.into() } else { format!("{}/{name}", self.path) }
     }
 
+    /// Returns the path of `name` in this scope, and whether this path or an enclosing one was added before.
+    #[track_caller]
+    fn child(&mut self, name: &str) -> (String, bool) {
+        let good = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
+        let draft = &mut self.builder.draft;
+        if name.is_empty() || !name.chars().all(good) {
+            let (parent, name) = (self.path.clone(), name.into());
+            draft.faults.push(BuildError::BadName { parent, name });
+        }
+        let path = if self.path.is_empty() { name.into() } else { format!("{}/{name}", self.path) };
+        let here = Location::caller();
+        let first = draft.added.insert(path.clone(), here);
+        if let Some(first) = first
+            && !self.repeated
+        {
+            draft.faults.push(added_twice(&path, first, here));
+        }
+        (path, self.repeated || first.is_some())
+    }
+
+    #[track_caller]
     fn push(&mut self, name: &str, body: Body, ports: PortDecl) -> NodePorts {
-        let path = self.child(name);
+        let (path, _) = self.child(name);
         self.push_at(path, body, ports)
     }
 
@@ -273,4 +382,9 @@ impl Scope<'_> {
         self.builder.draft.nodes.push(NodeDraft { path, body, ports });
         handle
     }
+}
+
+fn added_twice(path: &str, first: &Location<'_>, second: &Location<'_>) -> BuildError {
+    let line = |at: &Location<'_>| format!("{}:{}", at.file(), at.line());
+    BuildError::DuplicatePath { path: path.into(), first: line(first), second: line(second) }
 }

@@ -1,7 +1,7 @@
-//! Checks a description as a whole, reports all faults together, and hands a valid one to layout.
+//! Checks a description, reports all its faults together, and passes a valid one to the layout.
 
 use std::cmp::Reverse;
-use std::collections::{BTreeMap, BinaryHeap, HashMap};
+use std::collections::{BTreeMap, BinaryHeap};
 
 use super::draft::{Body, Draft, EdgeDraft, NodeDraft};
 use super::error::{BuildError, BuildErrors};
@@ -11,13 +11,13 @@ use super::kind::Shape;
 use super::layout::{self, Checked, CheckedNode};
 use super::lowering::{Lowering, PendingLayer};
 use super::node::Node;
-use super::port::PortDecl;
+use super::port::{InputDecl, OutputDecl, PortDecl};
 use super::probe::Capacity;
 use super::seed::Seed;
 use super::synapse::Synapse;
 use super::time::{SimDuration, Timebase};
 
-/// Turns a description into a graph, or reports everything that is wrong with it.
+/// Turns a description into a graph, or returns all its faults.
 pub(crate) fn freeze(
     mut draft: Draft,
     time: Timebase,
@@ -25,7 +25,6 @@ pub(crate) fn freeze(
     seed: Seed,
 ) -> Result<Graph, BuildErrors> {
     let mut faults = std::mem::take(&mut draft.faults);
-    check_paths(&draft.nodes, &mut faults);
     if draft.nodes.is_empty() && faults.is_empty() {
         faults.push(BuildError::Empty);
     }
@@ -45,7 +44,7 @@ pub(crate) fn freeze(
     }
     let lowered = lower(&draft.nodes, plan, time, seed, &mut faults);
     check_edges(&draft.nodes, &draft.edges, &mut faults);
-    check_arity(&draft.nodes, &draft.edges, &mut faults);
+    check_arity(&draft, &mut faults);
     check_probes(&draft, time, &mut faults);
 
     let mut lowered = lowered.into_iter();
@@ -56,7 +55,7 @@ pub(crate) fn freeze(
             Body::World(link) => (Box::new(link), node.ports, true),
             Body::Layer(_) => match lowered.next() {
                 Some((body, ports)) => (body, ports, false),
-                // Lowering failed and has said so; the request's own ports serve the other checks.
+                // Lowering failed and reported why. The request's ports serve the other checks.
                 None => (Box::new(Absent), node.ports, false),
             },
         };
@@ -79,19 +78,7 @@ pub(crate) fn freeze(
     layout::lay_out(checked).map_err(|fault| BuildErrors(vec![fault]))
 }
 
-/// Notes a fault for every path used more than once.
-fn check_paths(nodes: &[NodeDraft], faults: &mut Vec<BuildError>) {
-    let mut seen: HashMap<&str, usize> = HashMap::new();
-    for node in nodes {
-        let count = seen.entry(&node.path).or_default();
-        *count += 1;
-        if *count == 2 {
-            faults.push(BuildError::DuplicatePath { path: node.path.clone() });
-        }
-    }
-}
-
-/// Stands for a layer whose lowering failed, while the remaining checks run.
+/// Replaces a layer whose lowering failed, so that the remaining checks can run.
 struct Absent;
 
 impl Node for Absent {
@@ -100,7 +87,8 @@ impl Node for Absent {
     fn fingerprint(&self, _hash: &mut Fingerprint) {}
 }
 
-/// Puts nodes, edges and their numbers into an order that does not depend on the order of adding.
+/// Sorts nodes and connections by path, so that the order of addition does not matter. Returns the new index of each
+/// node.
 fn sort_by_path(draft: &mut Draft) -> Vec<usize> {
     let mut rank: Vec<usize> = (0..draft.nodes.len()).collect();
     rank.sort_by(|a, b| draft.nodes[*a].path.cmp(&draft.nodes[*b].path).then(a.cmp(b)));
@@ -113,6 +101,9 @@ fn sort_by_path(draft: &mut Draft) -> Vec<usize> {
     for edge in &mut draft.edges {
         edge.from.0 = place[edge.from.0];
         edge.to.0 = place[edge.to.0];
+    }
+    for input in &mut draft.excused {
+        input.0 = place[input.0];
     }
     for probe in &mut draft.probes {
         probe.of.0 = place[probe.of.0];
@@ -176,31 +167,52 @@ fn lower(
         for reason in &ports.faults {
             faults.push(BuildError::Refused { node: layer.path.into(), reason: reason.clone() });
         }
-        // What the request says about its edges holds in every mode.
+        // A layer needs the same synapses in every mode.
         for (now, asked) in ports.outputs.iter_mut().zip(&asked.outputs) {
             now.spec.filtered_only = asked.spec.filtered_only;
+            now.exposed = asked.exposed.clone();
         }
         out.push((body, ports));
     }
     out
 }
 
-fn port_path(node: &NodeDraft, port: &str) -> String {
-    format!("{}.{port}", node.path)
+/// The name of an input in messages: the exposed name, or node path and port name.
+fn input_name(node: &NodeDraft, port: &InputDecl) -> String {
+    port_name(node, &port.name, port.exposed.as_deref())
+}
+
+/// The name of an output in messages.
+fn output_name(node: &NodeDraft, port: &OutputDecl) -> String {
+    port_name(node, &port.name, port.exposed.as_deref())
+}
+
+fn port_name(node: &NodeDraft, port: &str, exposed: Option<&str>) -> String {
+    exposed.map_or_else(|| format!("{}.{port}", node.path), Into::into)
 }
 
 fn space_name(shape: &Shape) -> String {
     shape.space.as_ref().map_or_else(|| "no space".into(), ToString::to_string)
 }
 
-/// Outputs of a given kind and shape, as choices for a message.
-fn fitting_outputs(nodes: &[NodeDraft], input: &super::port::InputDecl) -> Vec<String> {
+/// Returns whether `port` is a valid choice in a message about the port `of`: a port in the same module or in an
+/// enclosing one. Inner ports of other modules are not.
+fn is_visible(port: &str, of: &str) -> bool {
+    let scope = |name: &str| name.rfind('/').unwrap_or(0);
+    let (outer, inner) = (&port[..scope(port)], &of[..scope(of)]);
+    outer.is_empty()
+        || inner.strip_prefix(outer).is_some_and(|r| r.is_empty() || r.starts_with('/'))
+}
+
+/// The visible outputs of the kind and shape of `input`, as choices for a message.
+fn fitting_outputs(nodes: &[NodeDraft], input: &InputDecl, name: &str) -> Vec<String> {
     let mut found = Vec::new();
     for node in nodes {
         for output in &node.ports.outputs {
+            let other = output_name(node, output);
             let fits = output.kind == input.kind && output.shape.fits(&input.shape);
-            if fits {
-                found.push(port_path(node, &output.name));
+            if fits && is_visible(&other, name) {
+                found.push(other);
             }
         }
     }
@@ -213,16 +225,17 @@ fn check_edges(nodes: &[NodeDraft], edges: &[EdgeDraft], faults: &mut Vec<BuildE
         let (from_node, to_node) = (&nodes[edge.from.0], &nodes[edge.to.0]);
         let output = &from_node.ports.outputs[edge.from.1];
         let input = &to_node.ports.inputs[edge.to.1];
-        let from = port_path(from_node, &output.name);
-        let to = port_path(to_node, &input.name);
+        let from = output_name(from_node, output);
+        let to = input_name(to_node, input);
         if output.shape.width != input.shape.width {
             let mut inputs = Vec::new();
             for (n, node) in nodes.iter().enumerate() {
                 for (p, other) in node.ports.inputs.iter().enumerate() {
                     let open = other.sum || !fed.contains(&(n, p));
                     let fits = other.kind == output.kind && other.shape.fits(&output.shape);
-                    if open && fits {
-                        inputs.push(port_path(node, &other.name));
+                    let name = input_name(node, other);
+                    if open && fits && is_visible(&name, &from) {
+                        inputs.push(name);
                     }
                 }
             }
@@ -232,7 +245,7 @@ fn check_edges(nodes: &[NodeDraft], edges: &[EdgeDraft], faults: &mut Vec<BuildE
                 to: to.clone(),
                 to_width: input.shape.width,
                 inputs,
-                outputs: fitting_outputs(nodes, input),
+                outputs: fitting_outputs(nodes, input, &to),
             });
         } else if !output.shape.same_space(&input.shape) {
             faults.push(BuildError::SpaceMismatch {
@@ -240,7 +253,7 @@ fn check_edges(nodes: &[NodeDraft], edges: &[EdgeDraft], faults: &mut Vec<BuildE
                 from_space: space_name(&output.shape),
                 to: to.clone(),
                 to_space: space_name(&input.shape),
-                outputs: fitting_outputs(nodes, input),
+                outputs: fitting_outputs(nodes, input, &to),
             });
         }
         match edge.via {
@@ -255,11 +268,12 @@ fn check_edges(nodes: &[NodeDraft], edges: &[EdgeDraft], faults: &mut Vec<BuildE
     }
 }
 
-fn check_arity(nodes: &[NodeDraft], edges: &[EdgeDraft], faults: &mut Vec<BuildError>) {
+fn check_arity(draft: &Draft, faults: &mut Vec<BuildError>) {
+    let (nodes, edges) = (&draft.nodes[..], &draft.edges[..]);
     let mut sources: BTreeMap<(usize, usize), Vec<String>> = BTreeMap::new();
     for edge in edges {
         let from = &nodes[edge.from.0];
-        let name = port_path(from, &from.ports.outputs[edge.from.1].name);
+        let name = output_name(from, &from.ports.outputs[edge.from.1]);
         sources.entry(edge.to).or_default().push(name);
     }
     for (n, node) in nodes.iter().enumerate() {
@@ -267,14 +281,15 @@ fn check_arity(nodes: &[NodeDraft], edges: &[EdgeDraft], faults: &mut Vec<BuildE
             match sources.get(&(n, p)) {
                 Some(many) if many.len() > 1 && !input.sum => {
                     faults.push(BuildError::TooManySources {
-                        to: port_path(node, &input.name),
+                        to: input_name(node, input),
                         sources: many.clone(),
                     });
                 }
-                None if !input.optional => faults.push(BuildError::Unfed {
-                    port: port_path(node, &input.name),
-                    outputs: fitting_outputs(nodes, input),
-                }),
+                None if !input.optional && !draft.excused.contains(&(n, p)) => {
+                    let port = input_name(node, input);
+                    let outputs = fitting_outputs(nodes, input, &port);
+                    faults.push(BuildError::Unfed { port, outputs });
+                }
                 _ => {}
             }
         }
@@ -284,23 +299,25 @@ fn check_arity(nodes: &[NodeDraft], edges: &[EdgeDraft], faults: &mut Vec<BuildE
 fn check_probes(draft: &Draft, time: Timebase, faults: &mut Vec<BuildError>) {
     for probe in &draft.probes {
         let node = &draft.nodes[probe.of.0];
-        let port = port_path(node, &node.ports.outputs[probe.of.1].name);
+        let port = output_name(node, &node.ports.outputs[probe.of.1]);
         if let Err(wrong) = time.ticks(probe.spec.period) {
             faults.push(BuildError::BadProbe { port: port.clone(), reason: wrong.to_string() });
         }
         if probe.spec.capacity == Capacity::Last(0) {
-            let reason = "it keeps the last 0 samples; at least 1 is needed".into();
+            let reason = "its capacity is 0 samples; use at least 1".into();
             faults.push(BuildError::BadProbe { port: port.clone(), reason });
         }
         if matches!(probe.spec.filter, Synapse::Lowpass { tau } if tau.is_zero()) {
-            let reason = "its filter has a time constant of zero; use more than 0".into();
+            let reason =
+                "its filter has a time constant of zero; use a longer one, or `Synapse::None`"
+                    .into();
             faults.push(BuildError::BadProbe { port, reason });
         }
     }
 }
 
-/// The order of emits, every node after those whose outputs it reads in the same tick; ties by
-/// path. Notes a fault for every set of nodes that wait for each other.
+/// Returns the order in which nodes emit: each node after those whose outputs it reads in the same tick, ties by
+/// path. Reports a fault for each loop.
 fn emit_order(
     nodes: &[CheckedNode],
     edges: &[EdgeDraft],
@@ -332,8 +349,8 @@ fn emit_order(
     }
     let mut told = vec![false; nodes.len()];
     for start in (0..nodes.len()).filter(|n| waiting[*n] > 0) {
-        // Every node that never became ready has one before it that did not either, so walking
-        // backwards must run into a loop, or into nodes whose loop has been told already.
+        // A node that never became ready reads another such node. Walking backwards therefore ends in a loop, or in
+        // nodes whose loop has been reported.
         let mut trail: Vec<usize> = Vec::new();
         let mut at = start;
         while !told[at] {

@@ -1,4 +1,4 @@
-//! Checkpoints: everything that a run needs to continue from a tick.
+//! Checkpoints: the saved state of a run.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,14 +8,15 @@ use super::seed::Seed;
 use super::simulator::Simulator;
 use super::world::WorldSave;
 
-/// The state of a run after a tick: the arenas, the tick and the world's own save. Recordings are not part
-/// of it.
+/// The state of a run after a tick: all values, the tick, the run seed, the noise scale and the saved world. The samples
+/// of probes are not included.
 ///
-/// It carries a fingerprint of its graph, by which [`Simulator::restore`] refuses those of others. Two things the
-/// fingerprint cannot see. A function in direct mode is known by its values at 257 evenly spaced points within
-/// its layer's radius: functions that differ only between these points or beyond the radius count as the same.
-/// And the world is opaque to the engine: the save is the world's own, and only
-/// [`World::restore`](super::World::restore) can tell that it is not of such a world.
+/// A checkpoint carries the fingerprint of its graph, and [`Simulator::restore`] refuses checkpoints of other graphs.
+/// The fingerprint has two limits:
+///
+/// - It samples a function in direct mode at 257 evenly spaced points within the layer's radius. Functions that differ
+///   only between these points or beyond the radius count as the same.
+/// - It does not cover the world. Only [`World::restore`](super::World::restore) can detect a save of another world.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Checkpoint {
@@ -34,14 +35,14 @@ pub struct Checkpoint {
 }
 
 impl Checkpoint {
-    /// Ticks done when it was taken.
+    /// Returns the number of completed ticks.
     pub fn tick(&self) -> u64 {
         self.tick
     }
 }
 
 impl Simulator {
-    /// Takes a checkpoint. Allocates.
+    /// Takes a checkpoint of the current state. Allocates.
     ///
     /// # Errors
     /// [`SimError::World`] if the world cannot be saved.
@@ -64,13 +65,13 @@ impl Simulator {
         })
     }
 
-    /// Returns to the tick of `checkpoint`, with its run seed and noise; recordings are emptied. Running on
-    /// gives the same bits as in the run that it was taken from.
+    /// Returns to the state of `checkpoint`, with its run seed and noise scale, and deletes the samples of all probes.
+    /// Running on gives the same bits as the run that the checkpoint was taken from.
     ///
     /// # Errors
-    /// [`SimError::ForeignCheckpoint`] if it was taken from a graph with other nodes, ports, parameters or edges (of
-    /// functions in direct mode only sampled values are compared, see [`Checkpoint`]), and [`SimError::World`] if the
-    /// world, which vouches for its own save, refuses it; the arenas then stay as they were.
+    /// [`SimError::ForeignCheckpoint`] if the checkpoint was taken from a graph with another fingerprint (see
+    /// [`Checkpoint`]), or with a world if this run has none, or the reverse. [`SimError::World`] if the world refuses
+    /// its save. In both cases the values of the graph stay as they are.
     pub fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), SimError> {
         let fits = checkpoint.graph == self.graph.fingerprint
             && checkpoint.signals.len() == self.arenas.signals.len()

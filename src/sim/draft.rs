@@ -1,4 +1,7 @@
-//! A description as plain data: filled by the builder, checked, then laid out.
+//! A graph's description as plain data: the builder fills it, then it is checked and laid out.
+
+use std::collections::HashMap;
+use std::panic::Location;
 
 use super::error::BuildError;
 use super::lowering::LayerRequest;
@@ -8,32 +11,38 @@ use super::probe::ProbeSpec;
 use super::synapse::Synapse;
 use super::world::WorldLink;
 
-/// All that was added to a builder, in the order of adding.
+/// Everything added to a builder, in the order of addition.
 #[derive(Default)]
 pub(crate) struct Draft {
-    /// The number of the builder, by which its handles are known.
+    /// The builder's number. Every handle of this builder carries it.
     pub builder: u64,
+    /// Where in the program each path was added.
+    pub added: HashMap<String, &'static Location<'static>>,
+    /// Where in the program the node at each scope's own path was added, by [`Scope::leaf`](super::Scope::leaf).
+    pub leaves: HashMap<String, &'static Location<'static>>,
     pub nodes: Vec<NodeDraft>,
     pub edges: Vec<EdgeDraft>,
+    /// Inputs connected to a faulty output. The output is reported, so these inputs do not count as unconnected.
+    pub excused: Vec<(usize, usize)>,
     pub probes: Vec<ProbeDraft>,
     pub faults: Vec<BuildError>,
 }
 
-/// What stands at a path.
+/// What a described node becomes.
 pub(crate) enum Body {
     Node(Box<dyn Node>),
     Layer(Box<dyn LayerRequest>),
     World(WorldLink),
 }
 
-/// A node as it was added.
+/// A node of a description.
 pub(crate) struct NodeDraft {
     pub path: String,
     pub body: Body,
     pub ports: PortDecl,
 }
 
-/// An edge between an output and an input, each given by node and port.
+/// A connection from an output to an input. Both ends are (node, port) indices.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct EdgeDraft {
     pub from: (usize, usize),
@@ -41,7 +50,7 @@ pub(crate) struct EdgeDraft {
     pub via: Synapse,
 }
 
-/// A probe on an output, given by node and port.
+/// A probe on the output with the (node, port) indices `of`.
 pub(crate) struct ProbeDraft {
     pub of: (usize, usize),
     pub spec: ProbeSpec,

@@ -1,4 +1,4 @@
-//! Every way in which describing, building or running a graph can fail.
+//! Errors in durations, in descriptions of graphs and in runs.
 
 use std::fmt;
 
@@ -10,21 +10,21 @@ use super::time::SimDuration;
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ConfigError {
-    /// A span that the clock cannot count.
+    /// A duration that is not a whole number of ticks.
     #[error("{span} is not a whole number of ticks of {tick}; use a multiple of {tick}")]
     Indivisible {
-        /// The span asked for.
+        /// The duration given.
         span: SimDuration,
-        /// The clock's tick.
+        /// The length of a tick.
         tick: SimDuration,
     },
-    /// A tick of no length or of more than a second.
+    /// A tick of zero length, or longer than a second.
     #[error("a tick of {tick} is not usable; choose more than 0 and at most 1 s")]
     BadTick {
-        /// The tick asked for.
+        /// The tick given.
         tick: SimDuration,
     },
-    /// A number that is no span of time.
+    /// A number of seconds that is negative, too large or not finite.
     #[error("{seconds} s is not a duration; expected a finite number from 0 to 1e12")]
     NotADuration {
         /// The number given.
@@ -33,27 +33,38 @@ pub enum ConfigError {
 }
 
 /// One fault in the description of a graph. [`BuildErrors`] collects all of them.
+///
+/// Faults name a port as `module.port` if its module exposes the port (see
+/// [`Scope::input`](super::Scope::input)), and otherwise as `node.port`.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum BuildError {
-    /// Two nodes of one path.
-    #[error("two nodes are named `{path}`; every path must be unique")]
+    /// Two modules or nodes with the same path.
+    #[error("`{path}` is added twice, at {first} and at {second}; give one of them another name")]
     DuplicatePath {
         /// The path used twice.
         path: String,
+        /// File and line of the earlier addition.
+        first: String,
+        /// File and line of the later addition.
+        second: String,
     },
-    /// A name with a character that paths and patterns need for themselves.
+    /// A name that is empty or contains a character reserved for paths and patterns.
     #[error(
-        "`{name}` (under `{parent}`) cannot be a name; use letters, digits, `_`, `-` and `.`, at least one of them"
+        "`{name}`{} is not a valid name; use one or more of the characters a-z, A-Z, 0-9, `_`, `-` and `.`",
+        inside(parent)
     )]
     BadName {
-        /// The enclosing path.
+        /// The path of the enclosing module, empty at the root.
         parent: String,
         /// The name given.
         name: String,
     },
-    /// A port asked for by a name or kind that the node does not have.
-    #[error("`{node}` has no {direction} `{port}` of kind {kind}; it has: {}", list(choices))]
+    /// A port looked up by a name or kind that the node does not have.
+    #[error(
+        "the node `{node}` has no {direction} `{port}` of kind {kind}; its {direction}s are: {}",
+        list(choices)
+    )]
     UnknownPort {
         /// The node's path.
         node: String,
@@ -63,132 +74,134 @@ pub enum BuildError {
         port: String,
         /// The kind asked for.
         kind: String,
-        /// The ports it has in that direction.
+        /// The node's ports in that direction, as `name: kind`.
         choices: Vec<String>,
     },
-    /// A handle that belongs to another builder.
+    /// A handle from another builder.
     #[error(
-        "the {direction} `{port}` was made by another builder; use a handle that this builder gave out"
+        "the {direction} `{port}` belongs to another `GraphBuilder`; use a handle that this builder returned"
     )]
     ForeignHandle {
         /// `input` or `output`.
         direction: &'static str,
-        /// What the handle calls itself.
+        /// The port's name in the other builder.
         port: String,
     },
-    /// Ends of an edge with different numbers of components.
+    /// A connection between ports of different widths.
     #[error(
-        "`{from}` has width {from_width} but `{to}` takes width {to_width}; inputs of width {from_width}: {}; outputs of width {to_width}: {}",
-        list(inputs),
-        list(outputs)
+        "`{from}` has width {from_width} but `{to}` takes width {to_width}; outputs of width {to_width}: {}; free inputs of width {from_width}: {}",
+        list(outputs),
+        list(inputs)
     )]
     WidthMismatch {
-        /// The source port's path.
+        /// The source port.
         from: String,
-        /// Its width.
+        /// The width of the source port.
         from_width: usize,
-        /// The target port's path.
+        /// The target port.
         to: String,
-        /// Its width.
+        /// The width of the target port.
         to_width: usize,
-        /// Unfed inputs that this source would fit.
+        /// Free inputs that fit the source port.
         inputs: Vec<String>,
-        /// Outputs that would fit this target.
+        /// Outputs that fit the target port.
         outputs: Vec<String>,
     },
-    /// Ends of an edge in different vector spaces.
+    /// A connection between pointers of different vocabularies.
     #[error(
-        "`{from}` lives in {from_space} but `{to}` takes {to_space}; outputs that fit: {}; to cross on purpose, put a node between them that takes the one space and gives the other",
+        "`{from}` carries pointers of {from_space} but `{to}` takes pointers of {to_space}; outputs that fit: {}; to convert on purpose, put a node between them that takes the first and returns the second",
         list(outputs)
     )]
     SpaceMismatch {
-        /// The source port's path.
+        /// The source port.
         from: String,
-        /// Its space.
+        /// The space of the source port.
         from_space: String,
-        /// The target port's path.
+        /// The target port.
         to: String,
-        /// Its space.
+        /// The space of the target port.
         to_space: String,
-        /// Outputs that would fit this target.
+        /// Outputs that fit the target port.
         outputs: Vec<String>,
     },
-    /// A second source on an input that takes one.
+    /// More than one connection to an input that takes one.
     #[error(
-        "`{to}` takes one source but is fed by {}; keep one of them, or add them with an `Add` node",
+        "`{to}` takes one connection but has {}: from {}; keep one, or sum the sources with an `Add` module",
+        sources.len(),
         list(sources)
     )]
     TooManySources {
-        /// The target port's path.
+        /// The target port.
         to: String,
-        /// All its sources.
+        /// All sources connected to it.
         sources: Vec<String>,
     },
-    /// A required input without a source.
-    #[error("`{port}` is not fed; outputs that fit: {}", list(outputs))]
+    /// A required input without a connection.
+    #[error("the input `{port}` is not connected; outputs that fit: {}", list(outputs))]
     Unfed {
-        /// The port's path.
+        /// The input.
         port: String,
-        /// Outputs of its width and space.
+        /// Outputs of the same kind, width and space.
         outputs: Vec<String>,
     },
-    /// An output that needs a synapse on every edge, on an edge without one.
+    /// A connection without a synapse from an output that requires one.
     #[error(
-        "every edge from `{from}` needs a synapse, but it reaches `{to}` without one; give the edge a low-pass synapse"
+        "`{from}` is connected to `{to}` without a synapse, but every connection from `{from}` needs one; use `Synapse::lowpass_ms(5)`, for example"
     )]
     Unfiltered {
-        /// The source port's path.
+        /// The source port.
         from: String,
-        /// The target port's path.
+        /// The target port.
         to: String,
     },
-    /// A loop in which nothing costs a tick.
+    /// A loop of nodes that need each other's outputs in the same tick.
     #[error(
-        "a loop without a synapse or a registered output: {}; give one of its edges a low-pass synapse", path.join(" -> ")
+        "these nodes form a loop without delay: {}; give one of the connections between them a low-pass synapse",
+        arrows(path)
     )]
     AlgebraicLoop {
-        /// The paths along the loop, the first repeated at the end.
+        /// The nodes along the loop. The last is the first again.
         path: Vec<String>,
     },
-    /// A synapse that cannot be discretised.
+    /// A synapse with a time constant of zero.
     #[error(
-        "the edge `{from}` -> `{to}` has a time constant of zero; use `Synapse::None` or more than 0"
+        "the connection from `{from}` to `{to}` has a time constant of zero; use a longer one, or `Synapse::None`"
     )]
     BadSynapse {
-        /// The source port's path.
+        /// The source port.
         from: String,
-        /// The target port's path.
+        /// The target port.
         to: String,
     },
-    /// A probe that cannot be recorded.
-    #[error("the probe on `{port}`: {reason}")]
+    /// A probe that cannot record.
+    #[error("the probe on `{port}` cannot record: {reason}")]
     BadProbe {
-        /// The probed port's path.
+        /// The probed port.
         port: String,
-        /// What is wrong with it.
+        /// Why the probe cannot record.
         reason: String,
     },
-    /// A node that refuses its own parameters.
+    /// A module or node that rejects its own parameters.
     #[error("`{node}`: {reason}")]
     Refused {
-        /// The node's path.
+        /// The path of the module or node.
         node: String,
-        /// The reason, as the node states it.
+        /// The reason given by the module or node.
         reason: String,
     },
-    /// A requested layer that cannot become a node, or a part of the plan that fits no layer.
+    /// A requested layer that cannot become a node, or an entry of the plan that matches no layer.
     #[error("`{path}`: {reason}{}", offered(choices))]
     Lowering {
-        /// The request's path or the plan's pattern.
+        /// The path of the layer, or the pattern of the plan.
         path: String,
         /// What is wrong.
         reason: String,
-        /// What could stand there instead.
+        /// Valid choices.
         choices: Vec<String>,
     },
     /// A second link to a world.
     #[error(
-        "`{second}` links to a world but `{first}` does already; a graph has at most one world"
+        "`{first}` and `{second}` both link to a world; a graph has at most one world, so remove one of them"
     )]
     SecondWorld {
         /// The first link's path.
@@ -199,22 +212,34 @@ pub enum BuildError {
     /// A graph without nodes.
     #[error("the graph has no nodes; add at least one")]
     Empty,
-    /// More numbers than the engine addresses.
-    #[error("the graph needs {numbers} numbers, more than {limit}")]
+    /// More values than the engine can address.
+    #[error(
+        "the graph needs room for {numbers} values of one type, more than {limit}; use fewer or narrower nodes"
+    )]
     TooLarge {
-        /// How many it needs.
+        /// Values needed.
         numbers: usize,
-        /// How many can be addressed.
+        /// Values that can be addressed.
         limit: usize,
     },
 }
 
-/// The end of a message that offers choices; empty without any.
+/// ` (in `parent`)`, empty at the root.
+fn inside(parent: &str) -> String {
+    if parent.is_empty() { String::new() } else { format!(" (in `{parent}`)") }
+}
+
+/// The nodes of a loop, joined by arrows.
+fn arrows(path: &[String]) -> String {
+    path.iter().map(|node| format!("`{node}`")).collect::<Vec<_>>().join(" -> ")
+}
+
+/// The end of a message that offers choices. Empty if there are none.
 fn offered(choices: &[String]) -> String {
     if choices.is_empty() { String::new() } else { format!("; valid choices: {}", list(choices)) }
 }
 
-/// Names joined for a message. A long list is cut, and the number left out is named.
+/// Names joined for a message. A long list is cut and ends with the number left out.
 fn list(items: &[String]) -> String {
     const MAX_SHOWN: usize = 12;
     if items.is_empty() {
@@ -229,7 +254,7 @@ fn list(items: &[String]) -> String {
     }
 }
 
-/// All faults of a description, reported together.
+/// All faults of one description.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BuildErrors(pub Vec<BuildError>);
 
@@ -250,7 +275,7 @@ impl std::error::Error for BuildErrors {}
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("{reason}")]
 pub struct NodeFault {
-    /// The reason, as the node states it.
+    /// The reason given by the node.
     pub reason: String,
 }
 
@@ -258,12 +283,12 @@ pub struct NodeFault {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("{reason}")]
 pub struct WorldError {
-    /// The reason, as the world states it.
+    /// The reason given by the world.
     pub reason: String,
 }
 
 impl WorldError {
-    /// A fault with the given reason.
+    /// Creates an error with the given reason.
     pub fn new(reason: impl Into<String>) -> Self {
         Self { reason: reason.into() }
     }
@@ -273,57 +298,57 @@ impl WorldError {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SimError {
-    /// A span or clock that does not fit.
+    /// A duration that does not fit the clock.
     #[error(transparent)]
     Config(#[from] ConfigError),
-    /// A value that is not a number, or infinite.
+    /// An output value that is infinite or not a number.
     #[error("`{path}.{port}` became {value} in tick {tick}")]
     NonFinite {
         /// The node's path.
         path: String,
         /// The port's name.
         port: String,
-        /// The value found.
+        /// The value.
         value: f32,
-        /// The tick in which it appeared.
+        /// The tick in which the value appeared.
         tick: u64,
     },
-    /// A node that could not complete a tick.
+    /// A node that failed during a tick.
     #[error("`{path}` failed in tick {tick}: {source}")]
     Node {
         /// The node's path.
         path: String,
         /// The tick.
         tick: u64,
-        /// The node's own report.
+        /// The node's error.
         source: NodeFault,
     },
-    /// A world that could not continue.
+    /// A world that failed.
     #[error("the world failed in tick {tick}: {source}")]
     World {
         /// The tick.
         tick: u64,
-        /// The world's own report.
+        /// The world's error.
         source: WorldError,
     },
-    /// The graph has a world link and the run no world, or the reverse.
-    #[error("the graph has {} world link but the run gives {} world", if *.linked {"a"} else {"no"}, if *.given {"a"} else {"no"})]
+    /// A graph with a world link in a run without a world, or the reverse.
+    #[error("{}", if *.linked { "the graph links to a world but the run has none; add one with `RunConfig::in_world`" } else { "the run has a world but the graph has no link to one; add a link with `GraphBuilder::world`" })]
     WorldMissing {
         /// Whether the graph has a link.
         linked: bool,
-        /// Whether the run gives a world.
+        /// Whether the run has a world.
         given: bool,
     },
-    /// A world whose numbers of senses or commands differ from the link's.
-    #[error("the world has {world} {what} values but the link `{link}` has {graph}")]
+    /// A world whose number of sense or command values differs from that of the graph's link.
+    #[error("the world has {world} {what} values but the world link `{link}` has {graph}")]
     WorldShape {
         /// The link's path.
         link: String,
         /// `sense` or `command`.
         what: &'static str,
-        /// The world's number.
+        /// Number of values of the world.
         world: usize,
-        /// The link's number.
+        /// Number of values of the link.
         graph: usize,
     },
     /// A noise scale that is negative or not finite.
@@ -332,27 +357,28 @@ pub enum SimError {
         /// The scale given.
         scale: f32,
     },
-    /// A checkpoint of a graph with another fingerprint, or of a run with a world where this one has none.
+    /// A checkpoint from a graph with another fingerprint, or from a run with a world if this run has none (or the
+    /// reverse).
     #[error(
-        "the checkpoint was taken from a graph with other nodes, parameters, clock or build seed"
+        "the checkpoint belongs to another graph or run; nodes, parameters, connections, tick, build seed and the presence of a world must be the same"
     )]
     ForeignCheckpoint,
-    /// A path or port that the graph does not have.
+    /// An output that the graph does not have.
     #[error("the graph has no output `{asked}`; it has: {}", list(choices))]
     UnknownOutput {
-        /// What was asked for.
+        /// The name asked for.
         asked: String,
-        /// The outputs that exist.
+        /// All outputs of the graph.
         choices: Vec<String>,
     },
-    /// Storage for a probe that could not be had.
+    /// Too little memory for the samples of a probe.
     #[error(
-        "no memory for {samples} more samples of probe `{port}`; give it a capacity or a longer period"
+        "too little memory for {samples} more samples of the probe on `{port}`; limit its capacity or use a longer period"
     )]
     ProbeStorage {
-        /// The probed port's path.
+        /// The probed port.
         port: String,
-        /// How many samples were to be stored.
+        /// Number of samples to be stored.
         samples: usize,
     },
 }

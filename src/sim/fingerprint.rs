@@ -1,12 +1,12 @@
-//! A hash of what a graph is made of, by which a checkpoint knows the graph that it belongs to.
+//! Fingerprints of graphs, used to match checkpoints with their graphs.
 
 use super::node::Real;
 use super::seed::{FNV_START, fnv1a, fnv1a_word};
 
-/// A 64-bit hash that nodes add their parameters to.
+/// A 64-bit hash of a graph. Nodes add their parameters to it.
 ///
-/// Every value is hashed with its length, so that two lists never run into one another. The hash is for
-/// telling graphs apart, not for defence against forgery.
+/// Texts and lists are hashed with their length, so moving a value from one list to the next changes the hash. The hash
+/// tells graphs apart; it does not protect against forgery.
 ///
 /// ```
 /// use symbolt::sim::Fingerprint;
@@ -41,12 +41,12 @@ impl Fingerprint {
         self
     }
 
-    /// Adds a number by its bits.
+    /// Adds the bits of a number.
     pub fn real(&mut self, value: f64) -> &mut Self {
         self.number(value.to_bits())
     }
 
-    /// Adds numbers by their bits. Costs one multiplication a number.
+    /// Adds the bits of several numbers. Costs one multiplication per number.
     pub fn reals(&mut self, values: &[Real]) -> &mut Self {
         self.number(values.len() as u64);
         for value in values {
@@ -55,7 +55,7 @@ impl Fingerprint {
         self
     }
 
-    /// The hash of all that was added.
+    /// Returns the hash.
     pub fn value(self) -> u64 {
         self.0
     }

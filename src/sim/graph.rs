@@ -1,4 +1,4 @@
-//! A frozen graph: immutable, shared by simulators, all places in the arenas fixed.
+//! The built graph: immutable, shared by simulators, with a fixed place in the arenas for every number.
 
 use std::any::Any;
 use std::fmt::Write as _;
@@ -7,21 +7,21 @@ use super::error::SimError;
 use super::handle::{Out, PortRef};
 use super::kind::Kind;
 use super::node::{Node, OutSlot, Slot};
-use super::port::{PortDecl, ScratchSpec};
+use super::port::{OutputDecl, PortDecl, ScratchSpec};
 use super::probe::Capacity;
 use super::seed::Seed;
 use super::span::Span;
 use super::synapse::Synapse;
 use super::time::Timebase;
 
-/// Where a filter or probe reads: this tick's signals, or registered outputs as just written.
+/// The values that a filter or probe reads: the signals of this tick, or the registered outputs as just written.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Source {
     Signal(Span),
     Registered(Span),
 }
 
-/// Adds several sources up before a node reads them.
+/// A sum of several sources, computed before a node reads it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct GatherPlan {
     pub into: Span,
@@ -36,7 +36,7 @@ pub(crate) struct FilterPlan {
     pub decay: f32,
 }
 
-/// What is known of a node and not needed in a tick.
+/// Information about a node that a tick does not need.
 pub(crate) struct NodeInfo {
     pub path: String,
     pub ports: PortDecl,
@@ -47,12 +47,12 @@ pub(crate) struct NodeInfo {
     pub longs: Span,
 }
 
-/// What a tick needs of a node in one phase, small and in the order of use: with a thousand nodes
-/// the plans are what streams through the cache.
+/// What a tick needs to know of a node in one phase. Plans are small and stored in the order of use, because with a
+/// thousand nodes they are most of what streams through the cache.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PhasePlan {
     pub node: u32,
-    /// The node's own range of the arena that it writes in this phase.
+    /// The node's range in the arena that it writes in this phase.
     pub own: Span,
     /// In [`Graph::outs`].
     pub outs: Span,
@@ -60,12 +60,12 @@ pub(crate) struct PhasePlan {
     pub slots: Span,
     /// In [`Graph::gathers`].
     pub gathers: Span,
-    /// Whether any of the next three is not empty.
+    /// Whether the node has state: `reals`, `words` or `longs`.
     pub stateful: bool,
     pub reals: Span,
     pub words: Span,
     pub longs: Span,
-    /// Lengths of scratch: reals, doubles, complexes, words.
+    /// Sizes of scratch memory: reals, doubles, complexes, words.
     pub scratch: [u32; 4],
 }
 
@@ -111,12 +111,12 @@ pub(crate) struct Sizes {
     pub scratch: ScratchSpec,
 }
 
-/// A graph ready to run. It never changes; simulators share it by `Arc`.
+/// A built graph, ready to run. It is immutable; simulators share it by [`Arc`](std::sync::Arc).
 pub struct Graph {
     pub(crate) builder: u64,
-    /// From the builder's node number to the place in `nodes`.
+    /// The index in `nodes` of each of the builder's nodes.
     pub(crate) handles: Vec<usize>,
-    /// In the order of emits, as all that follows.
+    /// In the order of emits, as all further lists.
     pub(crate) nodes: Vec<NodeInfo>,
     pub(crate) bodies: Vec<Box<dyn Node>>,
     pub(crate) emits: Vec<PhasePlan>,
@@ -133,7 +133,7 @@ pub struct Graph {
     pub(crate) time: Timebase,
     pub(crate) seed: Seed,
     pub(crate) fingerprint: u64,
-    /// Whether a node can use several threads.
+    /// Whether any node can share its work among threads.
     pub(crate) parallel: bool,
 }
 
@@ -143,53 +143,53 @@ impl std::fmt::Debug for Graph {
     }
 }
 
-/// An output found by its path, for observers that have no typed handle.
+/// An output found by name, for observers without a typed handle.
 #[derive(Debug, Clone, Copy)]
 pub struct OutputRef {
     pub(crate) source: Source,
 }
 
-/// A node whose units have events, for observers.
+/// A node whose units have events, such as a population of spiking neurons.
 #[derive(Debug, Clone, Copy)]
 pub struct EventSource {
     pub(crate) node: usize,
-    /// How many units it has.
+    /// Number of units.
     pub units: usize,
 }
 
 impl Graph {
-    /// The clock.
+    /// Returns the clock.
     pub fn timebase(&self) -> Timebase {
         self.time
     }
 
-    /// The build seed.
+    /// Returns the build seed.
     pub fn seed(&self) -> Seed {
         self.seed
     }
 
-    /// How many nodes there are.
+    /// Returns the number of nodes.
     pub fn node_count(&self) -> usize {
         self.nodes.len()
     }
 
-    /// How many edges there are.
+    /// Returns the number of connections.
     pub fn edge_count(&self) -> usize {
         self.edges.len()
     }
 
-    /// The nodes' paths, in the order in which they emit.
+    /// Returns the paths of all nodes, in the order in which they emit.
     pub fn paths(&self) -> impl Iterator<Item = &str> {
         self.nodes.iter().map(|n| n.path.as_str())
     }
 
-    /// The nodes with their paths, for those who know a node's own type.
+    /// Returns all nodes with their paths. A caller that knows a node's type can downcast it.
     pub fn parts(&self) -> impl Iterator<Item = (&str, &dyn Any)> {
         let bodies = self.bodies.iter().map(|body| &**body as &dyn Any);
         self.paths().zip(bodies)
     }
 
-    /// All nodes whose units have events, with their paths, in the order in which they emit.
+    /// Returns the nodes whose units have events, with their paths, in the order in which they emit.
     pub fn event_sources(&self) -> impl Iterator<Item = (&str, EventSource)> {
         self.paths().zip(&self.bodies).enumerate().filter_map(|(node, (path, body))| {
             let units = body.units();
@@ -197,17 +197,18 @@ impl Graph {
         })
     }
 
-    /// Every output as `path.port`, in the order in which they are written.
+    /// Returns the names of all outputs as `path.port`, node by node in the order in which nodes emit.
     pub fn outputs(&self) -> impl Iterator<Item = String> + '_ {
         self.nodes
             .iter()
             .flat_map(|n| n.ports.outputs.iter().map(move |o| format!("{}.{}", n.path, o.name)))
     }
 
-    /// Finds the output `path.port`.
+    /// Finds an output by node path and port name (`bind/back.out`), or by the name that its module gives it
+    /// (`bind.output`).
     ///
     /// # Errors
-    /// [`SimError::UnknownOutput`], listing those that exist.
+    /// [`SimError::UnknownOutput`], with a list of all outputs, if there is no such output.
     pub fn output(&self, name: &str) -> Result<OutputRef, SimError> {
         if let Some((path, port)) = name.rsplit_once('.')
             && let Some(node) = self.nodes.iter().find(|n| n.path == path)
@@ -215,12 +216,18 @@ impl Graph {
         {
             return Ok(OutputRef { source: Source::of(node.outs[index]) });
         }
+        for node in &self.nodes {
+            let named = |o: &OutputDecl| o.exposed.as_deref() == Some(name);
+            if let Some(index) = node.ports.outputs.iter().position(named) {
+                return Ok(OutputRef { source: Source::of(node.outs[index]) });
+            }
+        }
         Err(SimError::UnknownOutput { asked: name.into(), choices: self.outputs().collect() })
     }
 
     pub(crate) fn source<K: Kind>(&self, out: &Out<K>) -> Option<Source> {
         match &out.port {
-            PortRef::Known { builder, node, port } if *builder == self.builder => {
+            PortRef::Known { builder, node, port, .. } if *builder == self.builder => {
                 let plan = &self.nodes[*self.handles.get(*node)?];
                 Some(Source::of(*plan.outs.get(*port)?))
             }
@@ -228,8 +235,8 @@ impl Graph {
         }
     }
 
-    /// The graph as text for Graphviz: a box for each node, clusters for modules, an edge label
-    /// for each synapse; dashed edges cost a tick.
+    /// Returns the graph in the DOT language of Graphviz. Nodes are boxes with their output width, modules are clusters,
+    /// and connections are labelled with their ports and time constants. A dashed connection delays by one tick.
     pub fn to_dot(&self) -> String {
         let mut by_path: Vec<usize> = (0..self.nodes.len()).collect();
         by_path.sort_by(|a, b| self.nodes[*a].path.cmp(&self.nodes[*b].path));

@@ -1,4 +1,4 @@
-//! Typed handles of ports, by which a description connects them.
+//! Typed handles of ports, used to connect them.
 
 use std::any::TypeId;
 use std::fmt;
@@ -7,20 +7,20 @@ use std::sync::Arc;
 
 use super::kind::Kind;
 
-/// Where a handle points: a port of a node of one builder, or a name that was not found.
+/// The port that a handle refers to, or a port name that was not found.
 #[derive(Debug, Clone)]
 pub(crate) enum PortRef {
-    Known { builder: u64, node: usize, port: usize },
+    Known { builder: u64, node: usize, port: usize, name: Arc<str> },
     Unknown { node: String, port: String, kind: String, choices: Vec<String> },
 }
 
-/// A handle to an output of kind `K`.
+/// A handle to an output port of kind `K`.
 pub struct Out<K: Kind> {
     pub(crate) port: PortRef,
     kind: PhantomData<fn() -> K>,
 }
 
-/// A handle to an input of kind `K`.
+/// A handle to an input port of kind `K`.
 pub struct In<K: Kind> {
     pub(crate) port: PortRef,
     kind: PhantomData<fn(K)>,
@@ -62,10 +62,10 @@ impl<K: Kind> fmt::Debug for In<K> {
     }
 }
 
-/// The ports of an added node, looked up by name.
+/// The ports of a node, looked up by name.
 ///
-/// A name or kind that the node does not have gives a handle that makes `build` report the fault
-/// together with the ports that exist.
+/// Looking up a name or kind that the node does not have returns a faulty handle. If it is used, `build` reports the
+/// fault with the ports that exist.
 #[derive(Debug, Clone)]
 pub struct NodePorts {
     pub(crate) builder: u64,
@@ -76,17 +76,17 @@ pub struct NodePorts {
 }
 
 impl NodePorts {
-    /// The input called `name`.
+    /// Returns the input `name`.
     pub fn input<K: Kind>(&self, name: &str) -> In<K> {
         In::new(self.find::<K>(&self.inputs, name))
     }
 
-    /// The output called `name`.
+    /// Returns the output `name`.
     pub fn output<K: Kind>(&self, name: &str) -> Out<K> {
         Out::new(self.find::<K>(&self.outputs, name))
     }
 
-    /// The node's full path.
+    /// Returns the node's full path.
     pub fn path(&self) -> &str {
         &self.path
     }
@@ -94,7 +94,10 @@ impl NodePorts {
     fn find<K: Kind>(&self, ports: &[(String, TypeId, String)], name: &str) -> PortRef {
         let kind = TypeId::of::<K>();
         match ports.iter().position(|(n, k, _)| n == name && *k == kind) {
-            Some(port) => PortRef::Known { builder: self.builder, node: self.node, port },
+            Some(port) => {
+                let name = format!("{}.{name}", self.path).into();
+                PortRef::Known { builder: self.builder, node: self.node, port, name }
+            }
             None => PortRef::Unknown {
                 node: self.path.clone(),
                 port: name.into(),

@@ -1,4 +1,4 @@
-//! What can flow through a port: numbers, vectors, and pointers typed by vocabulary.
+//! Kinds of ports: scalars, vectors, and pointers of a vocabulary.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -8,16 +8,16 @@ use std::sync::Arc;
 use super::fingerprint::Fingerprint;
 use super::node::Real;
 
-/// What flows through a port. A handle of one kind does not fit a port of another: the compiler
-/// refuses the connection.
+/// The kind of value on a port: [`Scalar`], [`Vector`] or [`Pointer`]. A connection between ports of different kinds
+/// does not compile.
 pub trait Kind: 'static {
-    /// The numbers of one port in one tick, as an observer gets them: a slice, or a typed pointer.
+    /// The value of a port in one tick: a slice of numbers, or a [`PointerRef`].
     type Value<'a>: Copy + Deref<Target = [Real]>;
 
-    /// A readable name for messages and pictures.
+    /// Returns a readable name for messages.
     fn label() -> String;
 
-    /// A port's numbers as a value of this kind.
+    /// Wraps the numbers of a port as a value of this kind.
     fn value(numbers: &[Real]) -> Self::Value<'_>;
 }
 
@@ -25,18 +25,27 @@ pub trait Kind: 'static {
 #[derive(Debug, Clone, Copy)]
 pub enum Scalar {}
 
-/// A plain vector of numbers without a vocabulary.
+/// Several numbers that belong to no vocabulary.
 #[derive(Debug, Clone, Copy)]
 pub enum Vector {}
 
-/// A semantic pointer of the vocabularies tagged `V`.
+/// A semantic pointer of a vocabulary with the tag `V`.
 #[derive(Debug, Clone, Copy)]
 pub struct Pointer<V: VocabTag>(PhantomData<fn() -> V>);
 
-/// Marks a family of vector spaces at compile time. Two instances of one tag are told apart at
-/// build time, by their [`Space`].
+/// A compile-time tag for vocabularies. Pointers with different tags cannot be connected. Two vocabularies with the
+/// same tag are distinguished by their [`Space`] when the graph is built.
+///
+/// ```
+/// use symbolt::sim::VocabTag;
+///
+/// struct Parts;
+/// impl VocabTag for Parts {
+///     const NAME: &'static str = "parts";
+/// }
+/// ```
 pub trait VocabTag: 'static {
-    /// The name used in messages.
+    /// The name of the tag in messages.
     const NAME: &'static str;
 }
 
@@ -76,20 +85,20 @@ impl<V: VocabTag> Kind for Pointer<V> {
     }
 }
 
-/// A borrowed pointer of the vocabularies tagged `V`. It can be read as a slice.
+/// A borrowed pointer of a vocabulary with the tag `V`. It dereferences to a slice.
 pub struct PointerRef<'a, V: VocabTag> {
     values: &'a [Real],
     tag: PhantomData<fn() -> V>,
 }
 
 impl<'a, V: VocabTag> PointerRef<'a, V> {
-    /// Takes the caller's word that these are components of a pointer of `V`. For vectors that come from
-    /// outside; what a vocabulary or a probe gives out is typed already.
+    /// Wraps components from outside the crate as a pointer of `V`. The caller guarantees that they belong to such
+    /// a vocabulary; nothing is checked.
     pub fn from_raw(values: &'a [Real]) -> Self {
         Self { values, tag: PhantomData }
     }
 
-    /// The components, for as long as they are borrowed.
+    /// Returns the components.
     pub fn values(self) -> &'a [Real] {
         self.values
     }
@@ -111,9 +120,9 @@ impl<V: VocabTag> Deref for PointerRef<'_, V> {
     }
 }
 
-/// Anything that is a pointer of the vocabularies tagged `V`, owned or borrowed.
+/// An owned or borrowed pointer of a vocabulary with the tag `V`.
 pub trait AsPointer<V: VocabTag> {
-    /// The pointer, borrowed.
+    /// Borrows the pointer.
     fn as_pointer(&self) -> PointerRef<'_, V>;
 }
 
@@ -129,7 +138,7 @@ impl<V: VocabTag> fmt::Debug for PointerRef<'_, V> {
     }
 }
 
-/// The identity of a vector space: the engine compares it and knows nothing else about it.
+/// The identity of a vector space. The engine only compares identities.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct SpaceId {
     id: u64,
@@ -138,13 +147,13 @@ pub(crate) struct SpaceId {
 }
 
 impl SpaceId {
-    /// Whether `other` is this very space (labels are not compared).
+    /// Returns whether `other` is the same space. Labels are not compared.
     pub fn same_as(&self, other: &Self) -> bool {
         self.id == other.id && self.width == other.width
     }
 }
 
-/// A vector space of the family `V`: what makes a port one of that family.
+/// The vector space of a vocabulary with the tag `V`. Ports that carry its pointers are declared with it.
 #[derive(Debug)]
 pub struct Space<V: VocabTag> {
     id: SpaceId,
@@ -158,7 +167,8 @@ impl<V: VocabTag> Clone for Space<V> {
 }
 
 impl<V: VocabTag> Space<V> {
-    /// A space of `width` dimensions. Spaces are the same when their `id` and width are.
+    /// Creates a space of `width` dimensions. Two spaces are the same if `id` and width are the same; `label` appears
+    /// in messages only.
     pub fn new(id: u64, width: usize, label: impl Into<Arc<str>>) -> Self {
         Self { id: SpaceId { id, width, label: label.into() }, tag: PhantomData }
     }
@@ -167,12 +177,12 @@ impl<V: VocabTag> Space<V> {
         &self.id
     }
 
-    /// The number of dimensions.
+    /// Returns the number of dimensions.
     pub fn width(&self) -> usize {
         self.id.width
     }
 
-    /// Whether `other` is this very space (labels are not compared).
+    /// Returns whether `other` is the same space. Labels are not compared.
     pub fn same_as<W: VocabTag>(&self, other: &Space<W>) -> bool {
         self.id.same_as(&other.id)
     }
@@ -190,7 +200,7 @@ impl fmt::Display for SpaceId {
     }
 }
 
-/// Width and space of a port, without its name.
+/// Width and space of a port.
 #[derive(Debug, Clone)]
 pub(crate) struct Shape {
     pub width: usize,
@@ -198,12 +208,12 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
-    /// Whether width and space are the same.
+    /// Returns whether width and space are the same.
     pub fn fits(&self, other: &Self) -> bool {
         self.width == other.width && self.same_space(other)
     }
 
-    /// Whether both are of one space, or both of none.
+    /// Returns whether both have the same space, or both have none.
     pub fn same_space(&self, other: &Self) -> bool {
         match (&self.space, &other.space) {
             (Some(a), Some(b)) => a.same_as(b),

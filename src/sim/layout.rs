@@ -1,4 +1,4 @@
-//! Lays a valid description out in arenas: where every signal, filter and state stands.
+//! Lays out a valid description: gives every signal, filter and state its place in the arenas.
 
 use std::collections::HashMap;
 
@@ -27,15 +27,15 @@ pub(crate) struct CheckedNode {
 /// A description that passed the checks.
 pub(crate) struct Checked {
     pub builder: u64,
-    /// By path.
+    /// Sorted by path.
     pub nodes: Vec<CheckedNode>,
-    /// By target, then source path.
+    /// Sorted by target, then by source.
     pub edges: Vec<EdgeDraft>,
     pub probes: Vec<ProbeDraft>,
     pub order: Vec<usize>,
     pub time: Timebase,
     pub seed: Seed,
-    /// From the builder's node number to the place in `nodes`.
+    /// The index in `nodes` of each of the builder's nodes.
     pub moved: Vec<usize>,
 }
 
@@ -52,17 +52,17 @@ impl Cursor {
     }
 }
 
-/// Puts `items` at the end of `all` and says where they stand.
+/// Appends `items` to `all` and returns their range.
 fn append<T: Clone>(all: &mut Vec<T>, items: &[T]) -> Span {
     let start = all.len();
     all.extend_from_slice(items);
     Span { start: start as u32, end: all.len() as u32 }
 }
 
-/// The greatest size of an arena: spans are 32-bit.
+/// Greatest size of an arena, because spans are 32-bit.
 const LIMIT: usize = u32::MAX as usize;
 
-/// Gives every number of a valid description its place.
+/// Builds the graph of a valid description.
 pub(crate) fn lay_out(checked: Checked) -> Result<Graph, BuildError> {
     let fingerprint = fingerprint(&checked);
     let parallel = checked.nodes.iter().any(|node| node.ports.parallel);
@@ -123,14 +123,14 @@ pub(crate) fn lay_out(checked: Checked) -> Result<Graph, BuildError> {
     })
 }
 
-/// Where outputs stand, by node.
+/// The places of all outputs, by node.
 struct Places {
     outs: Vec<Vec<OutSlot>>,
-    /// A node's own range of signals, and of registered outputs.
+    /// Each node's ranges of signals and of registered outputs.
     own: Vec<(Span, Span)>,
     signals: Cursor,
     registered: Cursor,
-    /// The most that any node needs.
+    /// The greatest size that any node needs.
     scratch: ScratchSpec,
 }
 
@@ -167,17 +167,17 @@ impl Places {
     }
 }
 
-/// Filters, and what feeds every input.
+/// Filters, and the sources of every input.
 struct Wires {
     filters: Vec<FilterPlan>,
-    /// By node and input.
+    /// Indexed by node and input.
     sources: Vec<Vec<Vec<Slot>>>,
     /// Registered outputs, then filters.
     held: Cursor,
 }
 
 impl Wires {
-    /// Edges from one output with one time constant share a filter.
+    /// Connections from one output with the same time constant share a filter.
     fn of(checked: &Checked, places: &Places) -> Self {
         let mut held = Cursor(places.registered.0);
         let mut filters: Vec<FilterPlan> = Vec::new();
@@ -207,7 +207,7 @@ impl Wires {
     }
 }
 
-/// What a tick does with each node, in the order of emits.
+/// The plans of all nodes, in the order of emits.
 #[derive(Default)]
 struct Plans {
     emits: Vec<PhasePlan>,
@@ -251,7 +251,7 @@ impl Plans {
         (plans, infos, bodies)
     }
 
-    /// Adds the plans of the next node, and returns that of its emit.
+    /// Adds the plans of the next node and returns its plan for emit.
     fn add(
         &mut self,
         node: &CheckedNode,
@@ -309,7 +309,7 @@ impl Plans {
         emit
     }
 
-    /// Where a node's inputs are read, and the sums to be made before it emits and before it advances.
+    /// Returns where the node reads its inputs, and the sums to compute before its emit and before its advance.
     fn inputs(
         &mut self,
         ports: &PortDecl,
@@ -358,8 +358,8 @@ fn probe_plans(
     probes.iter().map(plan).collect()
 }
 
-/// A hash of everything that decides what the numbers of a checkpoint mean: the clock, the nodes with their
-/// ports and parameters, edges, and probes' filters.
+/// Hashes everything that gives the numbers of a checkpoint their meaning: the build seed, the tick, the nodes with
+/// their ports and parameters, the connections, and the filters of the probes.
 fn fingerprint(checked: &Checked) -> u64 {
     let mut hash = Fingerprint::default();
     hash.text("symbolt graph 2")

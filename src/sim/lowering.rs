@@ -1,6 +1,7 @@
-//! Layers that are described now and become nodes when the graph is built.
+//! Layers: requests that become nodes when the graph is built.
 //!
-//! The engine knows what is requested and what comes out; a [`Lowering`] decides what each becomes.
+//! A module requests a layer, and a [`Lowering`] decides which node computes it. The engine knows only the request and
+//! the resulting node.
 
 use std::any::Any;
 
@@ -9,42 +10,43 @@ use super::port::PortDecl;
 use super::seed::Seed;
 use super::time::Timebase;
 
-/// A layer that a module asked for without saying how it is to be computed.
+/// A request for a layer. It does not say how the layer is computed.
 ///
-/// Its ports are fixed here and are the same in every mode, so a graph's wiring, delays and seeds
-/// do not depend on the mode.
+/// The request fixes the layer's ports. They are the same in direct, rate and spiking mode, so the connections,
+/// delays and seeds of a graph do not depend on the mode.
 pub trait LayerRequest: Any + Send + Sync {
-    /// The ports of the layer, whatever it becomes. State and scratch are ignored.
+    /// Declares the ports of the layer. State and scratch are ignored.
     fn declare(&self, ports: &mut PortDecl);
 }
 
-/// A request with the place that it was made from.
+/// A request for a layer, with its path and seed.
 pub struct PendingLayer<'a> {
     /// The layer's full path.
     pub path: &'a str,
-    /// What was asked for; the lowering knows its concrete types.
+    /// The request. The lowering can downcast it to the types that it knows.
     pub request: &'a dyn LayerRequest,
-    /// The build seed at this path.
+    /// The build seed derived for this path.
     pub seed: Seed,
 }
 
-/// Why a request could not become a node, or a plan does not fit the graph.
+/// A request that could not become a node, or a plan that does not fit the graph.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LoweringFault {
-    /// The request's path, or the pattern that matches nothing.
+    /// The path of the request, or the pattern that matches no layer.
     pub path: String,
     /// What is wrong.
     pub reason: String,
-    /// What could stand there instead.
+    /// Valid choices.
     pub choices: Vec<String>,
 }
 
-/// Turns every requested layer of a graph into a node.
+/// Turns the requested layers of a graph into nodes.
 pub trait Lowering {
-    /// One node for each request, in their order, with the ports that the request declares.
+    /// Returns one node for each request, in the order of `layers`. Each node must have the ports that its request
+    /// declares.
     ///
     /// # Errors
-    /// All faults together.
+    /// All faults, together.
     fn lower(
         &self,
         layers: &[PendingLayer<'_>],

@@ -1,12 +1,81 @@
-//! The engine: ticks, ports, nodes, synapses, the graph builder and its checks, the simulator.
+//! The engine: graphs of nodes that exchange numbers, tick by tick. It knows no symbols, neurons or robots.
 //!
-//! Three types, one after the other: a [`GraphBuilder`] describes, [`GraphBuilder::build`] consumes
-//! it into an immutable [`Graph`], and a [`Simulator`] runs the graph with arenas of its own.
-//! Nothing here knows symbols, neurons or robots.
+//! # Describe, build, run
 //!
-//! Two things differ from the usual shape of such engines. Unfiltered inputs are not copied: signals
-//! stand in topological order, so a node reads earlier ones in place while it writes its own, without
-//! `unsafe`. And edges that leave one output with one time constant share a filter.
+//! A [`GraphBuilder`] describes a graph: it adds modules and nodes, connects their ports and places probes.
+//! [`GraphBuilder::build`] checks the description and returns an immutable [`Graph`], or all faults at once. A
+//! [`Simulator`] runs the graph. Several simulators can share one graph; each owns all numbers that change.
+//!
+//! ```
+//! use symbolt::prelude::*;
+//!
+//! // Describe: a constant number that passes through a low-pass filter.
+//! let mut graph = GraphBuilder::new();
+//! let input = graph.add("input", Constant::scalar(1.0));
+//! let output = graph.add("output", Add::scalar());
+//! graph.connect(&input, &output.input, Synapse::lowpass_ms(5));
+//! let probe = graph.probe(&output.output, ProbeSpec::default());
+//!
+//! // Build.
+//! let graph = graph.build(Timebase::default(), &PopulationPlan::direct(), Seed::new(1))?;
+//!
+//! // Run for 20 ticks of 1 ms.
+//! let mut sim = Simulator::new(graph.into(), RunConfig::default())?;
+//! sim.run_for(SimDuration::from_millis(20))?;
+//! let (time_s, value) = sim.samples(&probe).last().ok_or("no sample")?;
+//! assert_eq!(time_s, 0.02);
+//! assert!(value[0] > 0.95);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Nodes, modules and paths
+//!
+//! A [`Node`] computes outputs from inputs and from its state. A [`Module`] is a named group of nodes. Names nest: the
+//! node `left` of the module `bind` has the path `bind/left`. Every name can be used once in its module. A path and a
+//! port name an output (`bind/left.out`), as [`Graph::output`] expects it.
+//!
+//! # Ports and kinds
+//!
+//! Nodes and modules have inputs and outputs, together called ports. Every port has a [`Kind`]: [`Scalar`] is one number,
+//! [`Vector`] several, and [`Pointer`] a semantic pointer of one vocabulary. The handles [`Out`] and [`In`] carry the kind
+//! as a type, so a connection between different kinds does not compile. Widths and vocabularies are checked by `build`.
+//!
+//! An input takes exactly one connection unless its node declares otherwise: an input can add several sources
+//! ([`InputSpec::sum`]) or do without any ([`InputSpec::optional`]).
+//!
+//! # Ticks
+//!
+//! Simulated time advances in ticks of equal length, 1 ms by default ([`Timebase`]). Each tick has two phases:
+//!
+//! 1. Emit: every node computes its outputs from its inputs and its state. Nodes emit in topological order, so a value
+//!    passes through a whole chain of nodes within one tick.
+//! 2. Advance: nodes with state or registered outputs update them for the next tick.
+//!
+//! Three things delay a value by one tick:
+//!
+//! - A low-pass [`Synapse`] on the connection.
+//! - A registered output ([`OutputSpec::registered`]). It is written in advance and visible to readers one tick later.
+//! - An input that its node reads in advance only ([`InputSpec::at_advance`]). It affects the node's outputs from the
+//!   next tick on.
+//!
+//! Every loop in a graph needs at least one of them; `build` reports a loop that has none.
+//!
+//! # Seeds
+//!
+//! Random numbers depend on two seeds. The build seed decides the parameters of layers, such as encoders. The run seed
+//! ([`RunConfig`]) decides noise and what is random in the world. Each node derives a seed of its own from its path (see
+//! [`Seed::derive`]), so adding a node does not change the random numbers of others. The same seeds give the same bits.
+//!
+//! # The world
+//!
+//! A graph can link to one [`World`], such as a physics scene, that runs in the same simulated time. The
+//! world reads commands from the graph and writes its senses to it, once per period.
+//!
+//! # How it differs from similar engines
+//!
+//! Connections without a synapse copy nothing: outputs are stored in topological order, so a node reads the outputs of
+//! earlier nodes in place while it writes its own, without `unsafe` code. Connections from one output with the same time
+//! constant share one filter. No tick allocates memory.
 
 mod arena;
 mod builder;

@@ -1,4 +1,4 @@
-//! The node trait and the views of the engine's arenas that a node is lent.
+//! The node trait, and the views of the engine's memory that a node gets during a tick.
 
 use std::any::Any;
 use std::marker::PhantomData;
@@ -13,17 +13,22 @@ use super::span::Span;
 use super::threads::Threads;
 use super::time::{SimDuration, Timebase};
 
-/// The number type of the running arenas.
+/// The number type of all signals.
 pub type Real = f32;
 
-/// A complex number of the running arenas.
+/// A complex number in scratch memory.
 pub type Complex = rustfft::num_complex::Complex<f32>;
 
-/// A part of a graph: immutable while it runs, all its changing numbers lent by the engine.
+/// The smallest part of a graph: it computes outputs from inputs and state.
 ///
-/// In one tick the engine calls [`emit`](Node::emit) on every node in topological order, then
-/// [`advance`](Node::advance) on every node that has state, registered outputs or inputs read at
-/// advance. Neither may allocate, lock or log.
+/// A node is immutable while the graph runs. The engine owns its state and lends it during each tick, so the engine can
+/// reset, save and restore every node.
+///
+/// In each tick the engine first calls [`emit`](Node::emit) on every node that has ordinary (not registered) outputs,
+/// in topological order. It then calls [`advance`](Node::advance) on every node that has state, registered outputs or
+/// inputs read in advance. Neither method may allocate, lock or log.
+///
+/// This node has an input and an output of three numbers:
 ///
 /// ```
 /// use symbolt::sim::{EmitIo, Fingerprint, InputSpec, Node, OutputSpec, PortDecl, StepCx};
@@ -43,53 +48,56 @@ pub type Complex = rustfft::num_complex::Complex<f32>;
 /// }
 /// ```
 pub trait Node: Any + Send + Sync {
-    /// Says which ports, state and scratch the node has. Called while the graph is described and
-    /// once more when it is built; both must agree.
+    /// Declares the node's ports, state and scratch memory. May be called more than once and must always declare the
+    /// same.
     fn declare(&self, ports: &mut PortDecl);
 
-    /// Adds the node's own parameters to `hash`: every number that decides what the node does with its
-    /// state, and nothing that its ports show already. A checkpoint is refused by a graph of another
-    /// fingerprint, so a parameter that is left out lets a checkpoint into a graph in which it means something else.
+    /// Adds the node's parameters to `hash`: every number that affects the node's results, except what its ports
+    /// already show.
+    ///
+    /// A graph refuses checkpoints of graphs with another fingerprint. If a parameter is left out, the graph accepts
+    /// checkpoints that were taken with another value of it.
     fn fingerprint(&self, hash: &mut Fingerprint);
 
-    /// The name of the node's type, a part of the fingerprint. Leave it as it is.
+    /// Returns the name of the node's type, a part of the fingerprint. Do not override this method.
     fn type_name(&self) -> &'static str {
         std::any::type_name::<Self>()
     }
 
-    /// Writes the state and the registered outputs that a fresh run starts from. All are zero
-    /// before. Called by `Simulator::new` and `reset`.
+    /// Writes the initial state and registered outputs, which are zero before the call. Called by
+    /// [`Simulator::new`](super::Simulator::new) and [`Simulator::reset`](super::Simulator::reset).
     fn init(&self, state: &mut StateMut<'_>, registered: &mut Outputs<'_>) {
         let _ = (state, registered);
     }
 
-    /// Computes the outputs of this tick from state and inputs.
+    /// Computes the outputs of this tick from inputs and state.
     fn emit(&self, cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
         let _ = (cx, io);
     }
 
-    /// Commits state and registered outputs.
+    /// Updates state and registered outputs for the next tick.
     ///
     /// # Errors
-    /// A [`NodeFault`] ends the run, naming the node and the tick.
+    /// A [`NodeFault`] ends the run. The run's error names the node and the tick.
     fn advance(&self, cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
         let _ = (cx, io);
         Ok(())
     }
 
-    /// How many units of the node an observer can ask for events, one by one; most nodes have none.
+    /// Returns the number of units that have events, such as neurons that spike. Most nodes have none.
     fn units(&self) -> usize {
         0
     }
 
-    /// Whether `unit`, less than [`units`](Node::units), had an event in the tick that left this state.
+    /// Returns whether `unit` had an event in the tick that produced this state. `unit` is less than
+    /// [`units`](Node::units).
     fn event(&self, state: &StateRef<'_>, unit: usize) -> bool {
         let _ = (state, unit);
         false
     }
 }
 
-/// The tick in which a node is called.
+/// The context of a call in one tick.
 #[derive(Debug, Clone, Copy)]
 pub struct StepCx<'a> {
     pub(crate) tick: u64,
@@ -101,34 +109,33 @@ pub struct StepCx<'a> {
 }
 
 impl StepCx<'_> {
-    /// The number of ticks already done.
+    /// Returns the number of completed ticks.
     pub fn tick(&self) -> u64 {
         self.tick
     }
 
-    /// The length of a tick in seconds.
+    /// Returns the length of a tick in seconds.
     pub fn dt_s(&self) -> f64 {
         self.time.dt_s()
     }
 
-    /// Simulated time at the start of this tick.
+    /// Returns the simulated time at the start of this tick.
     pub fn time(&self) -> SimDuration {
         self.time.span(self.tick)
     }
 
-    /// The run's multiplier of every noise amplitude: 0 for none, 1 as described.
+    /// Returns the run's factor for all noise amplitudes: 0 for no noise, 1 for noise as described.
     pub fn noise_scale(&self) -> Real {
         self.noise_scale
     }
 
-    /// Whether a node may share its work with the pool that it runs in. The result must have the same bits
-    /// either way.
+    /// Returns the threads that may compute the node. With [`Threads::Pool`] the node may share its work among the threads
+    /// of the Rayon pool. The results must have the same bits either way.
     pub fn threads(&self) -> Threads {
         self.threads
     }
 
-    /// A generator whose stream is a function of run seed, node path and tick alone. Costs no
-    /// allocation.
+    /// Returns a random number generator that depends only on run seed, node path and tick. Does not allocate.
     pub fn rng(&self) -> ChaCha8Rng {
         let mut rng = self.node_seed.rng();
         rng.set_stream(self.tick);
@@ -136,16 +143,16 @@ impl StepCx<'_> {
     }
 }
 
-/// A resolved input: where in the arenas its numbers stand.
+/// The place of an input's numbers in the arenas.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Slot {
-    /// Written by an earlier node of this tick.
+    /// Written in this tick by an earlier node.
     Signal(Span),
-    /// A registered output, a filter or a sense: constant during the tick.
+    /// A registered output, a filter or a sense, constant during the tick.
     Held(Span),
-    /// A sum gathered just before, or zeros for an input without a source.
+    /// A sum of several sources, or zeros for an unconnected input.
     Gathered(Span),
-    /// Read in the other phase.
+    /// Readable in the other phase only.
     OtherPhase,
 }
 
@@ -159,11 +166,11 @@ pub struct Inputs<'a> {
 }
 
 impl<'a> Inputs<'a> {
-    /// The numbers of input `index` (the order of declaration). Zeros if it has no source.
+    /// Returns the numbers of input `index`, counted in the order of declaration. An unconnected input reads zeros.
     ///
     /// # Panics
-    /// If the node has no such input, or reads an input of the other phase: both are mistakes in
-    /// the node's own code.
+    /// If the node has no such input, or if emit reads an input declared [`at_advance`](super::InputSpec::at_advance).
+    /// Both are mistakes in the node's code.
     #[inline]
     pub fn get(&self, index: usize) -> &'a [Real] {
         match self.slots[index] {
@@ -174,17 +181,17 @@ impl<'a> Inputs<'a> {
         }
     }
 
-    /// The first number of input `index`.
+    /// Returns the first number of input `index`.
     ///
     /// # Panics
-    /// As [`Inputs::get`].
+    /// As for [`Inputs::get`].
     #[inline]
     pub fn scalar(&self, index: usize) -> Real {
         self.get(index)[0]
     }
 }
 
-/// The outputs of a node in one phase of a tick: those written in emit, or those registered.
+/// The outputs of a node in one phase of a tick: in emit the ordinary outputs, in advance the registered ones.
 #[derive(Debug)]
 pub struct Outputs<'a> {
     pub(crate) spans: &'a [OutSlot],
@@ -193,7 +200,7 @@ pub struct Outputs<'a> {
     pub(crate) values: &'a mut [Real],
 }
 
-/// Where an output stands, and in which arena.
+/// The place of an output's numbers, and the arena that holds them.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct OutSlot {
     pub span: Span,
@@ -201,12 +208,12 @@ pub(crate) struct OutSlot {
 }
 
 impl Outputs<'_> {
-    /// The numbers of output `index` (the order of declaration), to be written. A registered
-    /// output still holds what was last written to it.
+    /// Returns the numbers of output `index`, counted in the order of declaration, for writing. A registered output
+    /// still holds its latest value.
     ///
     /// # Panics
-    /// If the node has no such output, or it belongs to the other phase: both are mistakes in the
-    /// node's own code.
+    /// If the node has no such output, or if the output belongs to the other phase. Both are mistakes in the node's
+    /// code.
     #[inline]
     pub fn get_mut(&mut self, index: usize) -> &mut [Real] {
         let slot = self.spans[index];
@@ -218,70 +225,70 @@ impl Outputs<'_> {
     /// Writes one number to output `index`.
     ///
     /// # Panics
-    /// As [`Outputs::get_mut`].
+    /// As for [`Outputs::get_mut`].
     #[inline]
     pub fn set(&mut self, index: usize, value: Real) {
         self.get_mut(index)[0] = value;
     }
 }
 
-/// A node's state, read in emit.
+/// A node's state, for reading.
 #[derive(Debug, Clone, Copy)]
 pub struct StateRef<'a> {
-    /// Single-precision numbers.
+    /// Single-precision values.
     pub reals: &'a [Real],
-    /// 32-bit counters.
+    /// 32-bit integers.
     pub words: &'a [u32],
-    /// 64-bit counters.
+    /// 64-bit integers.
     pub longs: &'a [u64],
 }
 
-/// A node's state, written in init and advance.
+/// A node's state, for writing.
 #[derive(Debug)]
 pub struct StateMut<'a> {
-    /// Single-precision numbers.
+    /// Single-precision values.
     pub reals: &'a mut [Real],
-    /// 32-bit counters.
+    /// 32-bit integers.
     pub words: &'a mut [u32],
-    /// 64-bit counters.
+    /// 64-bit integers.
     pub longs: &'a mut [u64],
 }
 
-/// Working memory. Its contents are undefined at every call, and no checkpoint holds it.
+/// Scratch memory. Its contents are undefined at the start of every call.
 #[derive(Debug)]
 pub struct Scratch<'a> {
-    /// Single-precision numbers.
+    /// Single-precision values.
     pub reals: &'a mut [Real],
-    /// Double-precision numbers.
+    /// Double-precision values.
     pub doubles: &'a mut [f64],
-    /// Complex numbers.
+    /// Complex values.
     pub complexes: &'a mut [Complex],
-    /// 32-bit words.
+    /// 32-bit integers.
     pub words: &'a mut [u32],
 }
 
-/// What a node is lent in emit.
+/// The inputs, outputs, state and scratch memory of a node in emit.
 #[derive(Debug)]
 pub struct EmitIo<'a> {
-    /// Inputs read in emit.
+    /// Inputs that are readable in emit.
     pub inputs: Inputs<'a>,
-    /// Outputs written in emit.
+    /// Ordinary outputs.
     pub outputs: Outputs<'a>,
-    /// The state as of the last advance.
+    /// State after the previous tick.
     pub state: StateRef<'a>,
-    /// Working memory.
+    /// Scratch memory.
     pub scratch: Scratch<'a>,
 }
 
-/// What a node is lent in advance.
+/// The inputs, outputs, state and scratch memory of a node in advance.
 #[derive(Debug)]
 pub struct AdvanceIo<'a> {
-    /// Inputs read at advance, and with them those read in emit: all values of this tick.
+    /// All inputs, with their values of this tick.
     pub inputs: Inputs<'a>,
     /// Registered outputs.
     pub outputs: Outputs<'a>,
-    /// The state, to be committed.
+    /// State, to be updated for the next tick.
     pub state: StateMut<'a>,
-    /// Working memory.
+    /// Scratch memory.
     pub scratch: Scratch<'a>,
 }

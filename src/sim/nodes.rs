@@ -1,4 +1,4 @@
-//! The few nodes that know no symbols: constants, scripted stimuli, sums, noise.
+//! The basic modules: constants, stimuli, sums and noise.
 
 use rand::RngExt;
 use rand_distr::StandardNormal;
@@ -11,30 +11,32 @@ use super::node::{EmitIo, Node, Real, StepCx};
 use super::port::{AnyOutput, InputSpec, OutputSpec, PortDecl};
 use super::time::SimDuration;
 
-/// Values that never change. Costs one copy a tick; adds no tick of delay.
+/// An output with a constant value.
+///
+/// Adding it to a graph returns the output's handle. Costs one copy per tick.
 pub struct Constant<K: Kind> {
     spec: OutputSpec<K>,
     values: Vec<Real>,
 }
 
 impl Constant<Scalar> {
-    /// One number.
+    /// Creates a constant number.
     pub fn scalar(value: Real) -> Self {
         Self { spec: OutputSpec::scalar(), values: vec![value] }
     }
 }
 
 impl Constant<Vector> {
-    /// A vector.
+    /// Creates a constant vector.
     pub fn vector(values: &[Real]) -> Self {
         Self { spec: OutputSpec::vector(values.len()), values: values.to_vec() }
     }
 }
 
 impl<V: VocabTag> Constant<Pointer<V>> {
-    /// A pointer of `space`; any other length is a fault that `build` reports.
+    /// Creates a constant pointer of `space`. `build` reports a `value` with another number of dimensions.
     ///
-    /// A pointer of one vocabulary stands where one of that vocabulary is wanted,
+    /// The value must have the same tag as the space:
     ///
     /// ```
     /// # use symbolt::sim::{Constant, PointerRef, Space, VocabTag};
@@ -48,7 +50,7 @@ impl<V: VocabTag> Constant<Pointer<V>> {
     /// Constant::pointer(&parts, &nut);
     /// ```
     ///
-    /// and where one of another is wanted, the program does not compile:
+    /// A value with another tag does not compile:
     ///
     /// ```compile_fail
     /// # use symbolt::sim::{Constant, PointerRef, Space, VocabTag};
@@ -80,8 +82,18 @@ impl<K: Kind> Module for Constant<K> {
     }
 }
 
-/// Values on a schedule: what holds from the start, then at given times something else. Costs
-/// one copy a tick; adds no tick of delay.
+/// An output whose value changes at given times.
+///
+/// Adding it to a graph returns the output's handle. Costs one copy per tick.
+///
+/// ```
+/// use symbolt::sim::{SimDuration, Stimulus};
+/// // 0 until 10 ms, then 1, and 0 again from 20 ms on.
+/// let pulse = Stimulus::scalar(0.0)
+///     .from(SimDuration::from_millis(10), &[1.0])
+///     .from(SimDuration::from_millis(20), &[0.0]);
+/// # let _ = pulse;
+/// ```
 pub struct Stimulus<K: Kind> {
     spec: OutputSpec<K>,
     rest: Vec<Real>,
@@ -90,36 +102,36 @@ pub struct Stimulus<K: Kind> {
 }
 
 impl Stimulus<Scalar> {
-    /// One number, `value` from the start.
+    /// Creates a number that starts as `value`.
     pub fn scalar(value: Real) -> Self {
         Self::new(OutputSpec::scalar(), vec![value])
     }
 
-    /// From `time` on, `values`, one number. Times must be given in increasing order.
+    /// Changes the number to `values[0]` at `time`. Each time must be later than the one before.
     pub fn from(self, time: SimDuration, values: &[Real]) -> Self {
         self.then(time, values)
     }
 }
 
 impl Stimulus<Vector> {
-    /// A vector, `values` from the start.
+    /// Creates a vector that starts as `values`.
     pub fn vector(values: &[Real]) -> Self {
         Self::new(OutputSpec::vector(values.len()), values.to_vec())
     }
 
-    /// From `time` on, `values`. Times must be given in increasing order.
+    /// Changes the vector to `values` at `time`. Each time must be later than the one before.
     pub fn from(self, time: SimDuration, values: &[Real]) -> Self {
         self.then(time, values)
     }
 }
 
 impl<V: VocabTag> Stimulus<Pointer<V>> {
-    /// A pointer of `space`, `value` from the start.
+    /// Creates a pointer of `space` that starts as `value`.
     pub fn pointer(space: &Space<V>, value: &impl AsPointer<V>) -> Self {
         Self::new(OutputSpec::pointer(space), value.as_pointer().to_vec())
     }
 
-    /// From `time` on, `value`, as for every other kind in order of time.
+    /// Changes the pointer to `value` at `time`. Each time must be later than the one before.
     ///
     /// ```
     /// # use symbolt::sim::{PointerRef, SimDuration, Space, Stimulus, VocabTag};
@@ -132,6 +144,8 @@ impl<V: VocabTag> Stimulus<Pointer<V>> {
     /// let grasp = PointerRef::<Actions>::from_raw(&[0.0, 1.0]);
     /// Stimulus::pointer(&parts, &nut).from(SimDuration::from_millis(5), &nut);
     /// ```
+    ///
+    /// A value with another tag does not compile:
     ///
     /// ```compile_fail
     /// # use symbolt::sim::{PointerRef, SimDuration, Space, Stimulus, VocabTag};
@@ -148,7 +162,7 @@ impl<V: VocabTag> Stimulus<Pointer<V>> {
         self.then(time, &value.as_pointer())
     }
 
-    /// From `time` on, the zero vector.
+    /// Changes the pointer to the zero vector at `time`.
     pub fn silent_from(self, time: SimDuration) -> Self {
         let width = self.rest.len();
         self.then(time, &vec![0.0; width])
@@ -172,14 +186,16 @@ impl<K: Kind> Node for Stimulus<K> {
         let width = AnyOutput::from(self.spec.clone()).width();
         for values in self.entries.iter().chain([&self.rest]) {
             if values.len() != width {
-                ports.fault(format!("{} values are given for a width of {width}", values.len()));
+                ports.fault(format!("{} values are given; the width is {width}", values.len()));
             }
             if values.iter().any(|v| !v.is_finite()) {
-                ports.fault("a value is not a finite number");
+                ports.fault("a value is infinite or not a number; use finite values");
             }
         }
         if self.starts.windows(2).any(|w| w[0] >= w[1]) {
-            ports.fault("the times of a stimulus must increase");
+            ports.fault(
+                "the times of a stimulus must increase; give the changes in the order of time",
+            );
         }
         ports.output("out", self.spec.clone());
     }
@@ -207,36 +223,36 @@ impl<K: Kind> Module for Stimulus<K> {
     }
 }
 
-/// Input and output of an [`Add`].
+/// Ports of an [`Add`].
 pub struct AddPorts<K: Kind> {
-    /// Takes any number of sources.
+    /// Takes any number of connections.
     pub input: In<K>,
-    /// Their sum, in the order of the sources' paths.
+    /// The sum of all connected values, added in the order of the sources' paths.
     pub output: Out<K>,
 }
 
-/// Adds any number of sources. No tick of delay.
+/// Adds the values of any number of connections, without delay.
 pub struct Add<K: Kind> {
     input: InputSpec<K>,
     output: OutputSpec<K>,
 }
 
 impl Add<Scalar> {
-    /// A sum of numbers.
+    /// Creates a sum of numbers.
     pub fn scalar() -> Self {
         Self { input: InputSpec::scalar().sum(), output: OutputSpec::scalar() }
     }
 }
 
 impl Add<Vector> {
-    /// A sum of vectors of `width`.
+    /// Creates a sum of vectors with `width` components.
     pub fn vector(width: usize) -> Self {
         Self { input: InputSpec::vector(width).sum(), output: OutputSpec::vector(width) }
     }
 }
 
 impl<V: VocabTag> Add<Pointer<V>> {
-    /// A sum of pointers of `space`.
+    /// Creates a sum of pointers of `space`.
     pub fn pointer(space: &Space<V>) -> Self {
         Self { input: InputSpec::pointer(space).sum(), output: OutputSpec::pointer(space) }
     }
@@ -259,22 +275,25 @@ impl<K: Kind> Module for Add<K> {
 
     fn expand(self, scope: &mut Scope<'_>) -> AddPorts<K> {
         let node = scope.leaf(self);
-        AddPorts { input: node.input("in"), output: node.output("out") }
+        AddPorts {
+            input: scope.input("input", node.input("in")),
+            output: scope.output("output", node.output("out")),
+        }
     }
 }
 
-/// Input and output of a [`Noise`].
+/// Ports of a [`Noise`].
 pub struct NoisePorts<K: Kind> {
-    /// What is to be disturbed.
+    /// The value without noise.
     pub input: In<K>,
-    /// It, with noise added.
+    /// The value with noise added.
     pub output: Out<K>,
 }
 
-/// Adds independent Gaussian noise to every component in every tick. No tick of delay.
+/// Adds independent Gaussian noise to every component in every tick, without delay.
 ///
-/// The noise is a function of run seed, path and tick alone, and is multiplied by the run's noise
-/// scale: at 0 the output equals the input bit for bit.
+/// The noise depends only on run seed, path and tick. It is multiplied by the run's noise scale
+/// ([`RunConfig::noise`](super::RunConfig::noise)). At scale 0 the output has the same bits as the input.
 pub struct Noise<K: Kind> {
     input: InputSpec<K>,
     output: OutputSpec<K>,
@@ -282,21 +301,22 @@ pub struct Noise<K: Kind> {
 }
 
 impl Noise<Scalar> {
-    /// Noise of standard deviation `sd` on a number.
+    /// Creates noise with standard deviation `sd` for a number.
     pub fn scalar(sd: Real) -> Self {
         Self { input: InputSpec::scalar(), output: OutputSpec::scalar(), sd }
     }
 }
 
 impl Noise<Vector> {
-    /// Noise of standard deviation `sd` on every component of a vector.
+    /// Creates noise with standard deviation `sd` for each of the `width` components of a vector.
     pub fn vector(width: usize, sd: Real) -> Self {
         Self { input: InputSpec::vector(width), output: OutputSpec::vector(width), sd }
     }
 }
 
 impl<V: VocabTag> Noise<Pointer<V>> {
-    /// Noise of norm about `sigma` on a pointer: `sigma / sqrt(D)` a component.
+    /// Creates noise with a norm of about `sigma` for a pointer of D dimensions: the standard deviation of each
+    /// component is `sigma / sqrt(D)`.
     pub fn pointer(space: &Space<V>, sigma: Real) -> Self {
         let sd = sigma / (space.width() as Real).sqrt();
         Self { input: InputSpec::pointer(space), output: OutputSpec::pointer(space), sd }
@@ -306,7 +326,10 @@ impl<V: VocabTag> Noise<Pointer<V>> {
 impl<K: Kind> Node for Noise<K> {
     fn declare(&self, ports: &mut PortDecl) {
         if !self.sd.is_finite() || self.sd < 0.0 {
-            ports.fault(format!("a noise of {} is not a finite number of at least 0", self.sd));
+            ports.fault(format!(
+                "a standard deviation of {} is not usable; use a finite number of at least 0",
+                self.sd
+            ));
         }
         ports.input("in", self.input.clone()).output("out", self.output.clone());
     }
@@ -335,6 +358,9 @@ impl<K: Kind> Module for Noise<K> {
 
     fn expand(self, scope: &mut Scope<'_>) -> NoisePorts<K> {
         let node = scope.leaf(self);
-        NoisePorts { input: node.input("in"), output: node.output("out") }
+        NoisePorts {
+            input: scope.input("input", node.input("in")),
+            output: scope.output("output", node.output("out")),
+        }
     }
 }

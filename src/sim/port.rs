@@ -1,11 +1,12 @@
-//! What a node declares about its ports, its state and its working memory.
+//! Declarations of a node: its ports, state and scratch memory.
 
 use std::any::TypeId;
 use std::marker::PhantomData;
+use std::sync::Arc;
 
 use super::kind::{Kind, Pointer, Scalar, Shape, Space, SpaceId, Vector, VocabTag};
 
-/// How an input is read and fed, when its kind is known at run time only.
+/// An [`InputSpec`] without the kind as a type, for kinds known only at run time.
 #[derive(Debug, Clone)]
 pub struct AnyInput {
     pub(crate) kind: TypeId,
@@ -16,7 +17,7 @@ pub struct AnyInput {
     pub(crate) optional: bool,
 }
 
-/// How an output is written, when its kind is known at run time only.
+/// An [`OutputSpec`] without the kind as a type, for kinds known only at run time.
 #[derive(Debug, Clone)]
 pub struct AnyOutput {
     pub(crate) kind: TypeId,
@@ -26,15 +27,19 @@ pub struct AnyOutput {
     pub(crate) filtered_only: bool,
 }
 
-/// How an input is read and fed; made by [`InputSpec::scalar`], [`InputSpec::vector`] or
+/// The properties of an input. Created by [`InputSpec::scalar`], [`InputSpec::vector`] or
 /// [`InputSpec::pointer`].
+///
+/// By default an input is read in emit and takes exactly one connection.
 pub struct InputSpec<K: Kind> {
     any: AnyInput,
     kind: PhantomData<fn() -> K>,
 }
 
-/// How an output is written; made by [`OutputSpec::scalar`], [`OutputSpec::vector`] or
+/// The properties of an output. Created by [`OutputSpec::scalar`], [`OutputSpec::vector`] or
 /// [`OutputSpec::pointer`].
+///
+/// By default an output is written in emit and its readers see it in the same tick.
 pub struct OutputSpec<K: Kind> {
     any: AnyOutput,
     kind: PhantomData<fn() -> K>,
@@ -53,19 +58,20 @@ impl<K: Kind> InputSpec<K> {
         Self { any, kind: PhantomData }
     }
 
-    /// Read only when the node commits its state, so that it takes no part in the order of emits.
+    /// Makes the input readable in advance only. The node then emits without waiting for the input's source, so a
+    /// connection to this input can close a loop without a synapse.
     pub fn at_advance(mut self) -> Self {
         self.any.at_advance = true;
         self
     }
 
-    /// Takes any number of sources and adds them, in the order of their paths.
+    /// Lets the input take any number of connections. Their values are added in the order of the sources' paths.
     pub fn sum(mut self) -> Self {
         self.any.sum = true;
         self
     }
 
-    /// May stay without a source; it then reads zeros.
+    /// Lets the input stay unconnected. It then reads zeros.
     pub fn optional(mut self) -> Self {
         self.any.optional = true;
         self
@@ -73,21 +79,21 @@ impl<K: Kind> InputSpec<K> {
 }
 
 impl InputSpec<Scalar> {
-    /// One number, read in emit, from exactly one source.
+    /// Declares an input of one number.
     pub fn scalar() -> Self {
         Self::with(1, None)
     }
 }
 
 impl InputSpec<Vector> {
-    /// `width` numbers, read in emit, from exactly one source.
+    /// Declares an input of `width` numbers.
     pub fn vector(width: usize) -> Self {
         Self::with(width, None)
     }
 }
 
 impl<V: VocabTag> InputSpec<Pointer<V>> {
-    /// A pointer of `space`, read in emit, from exactly one source.
+    /// Declares an input for pointers of `space`.
     pub fn pointer(space: &Space<V>) -> Self {
         Self::with(space.width(), Some(space.id().clone()))
     }
@@ -105,13 +111,13 @@ impl<K: Kind> OutputSpec<K> {
         Self { any, kind: PhantomData }
     }
 
-    /// Written when the node commits its state and seen one tick later.
+    /// Makes this a registered output: the node writes it in advance, and readers see it one tick later.
     pub fn registered(mut self) -> Self {
         self.any.registered = true;
         self
     }
 
-    /// Requires a synapse on every edge that leaves it.
+    /// Requires a synapse on every connection from this output.
     pub fn filtered_only(mut self) -> Self {
         self.any.filtered_only = true;
         self
@@ -119,21 +125,21 @@ impl<K: Kind> OutputSpec<K> {
 }
 
 impl OutputSpec<Scalar> {
-    /// One number, written in emit.
+    /// Declares an output of one number.
     pub fn scalar() -> Self {
         Self::with(1, None)
     }
 }
 
 impl OutputSpec<Vector> {
-    /// `width` numbers, written in emit.
+    /// Declares an output of `width` numbers.
     pub fn vector(width: usize) -> Self {
         Self::with(width, None)
     }
 }
 
 impl<V: VocabTag> OutputSpec<Pointer<V>> {
-    /// A pointer of `space`, written in emit.
+    /// Declares an output for pointers of `space`.
     pub fn pointer(space: &Space<V>) -> Self {
         Self::with(space.width(), Some(space.id().clone()))
     }
@@ -164,19 +170,19 @@ impl<K: Kind> From<OutputSpec<K>> for AnyOutput {
 }
 
 impl AnyInput {
-    /// Whether what flows in belongs to a space, as pointers do.
+    /// Returns whether the input takes pointers.
     pub fn is_pointer(&self) -> bool {
         self.shape.space.is_some()
     }
 
-    /// Numbers a tick.
+    /// Returns the number of values on the port.
     pub fn width(&self) -> usize {
         self.shape.width
     }
 }
 
 impl AnyOutput {
-    /// Numbers a tick.
+    /// Returns the number of values on the port.
     pub fn width(&self) -> usize {
         self.shape.width
     }
@@ -185,12 +191,16 @@ impl AnyOutput {
 #[derive(Debug, Clone)]
 pub(crate) struct InputDecl {
     pub name: String,
+    /// The full name given by the outermost module that exposes the port.
+    pub exposed: Option<Arc<str>>,
     pub spec: AnyInput,
 }
 
 #[derive(Debug, Clone)]
 pub(crate) struct OutputDecl {
     pub name: String,
+    /// The full name given by the outermost module that exposes the port.
+    pub exposed: Option<Arc<str>>,
     pub spec: AnyOutput,
 }
 
@@ -208,33 +218,34 @@ impl std::ops::Deref for OutputDecl {
     }
 }
 
-/// How many numbers of each type a node keeps from tick to tick.
+/// Size of a node's state: the values that it keeps from tick to tick.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct StateSpec {
-    /// Single-precision numbers.
+    /// Number of single-precision values.
     pub reals: usize,
-    /// 32-bit counters.
+    /// Number of 32-bit integers.
     pub words: usize,
-    /// 64-bit counters.
+    /// Number of 64-bit integers.
     pub longs: usize,
 }
 
-/// How many numbers of each type a node needs while it runs; nothing is kept between calls.
+/// Size of a node's scratch memory. Its contents are not kept between calls.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct ScratchSpec {
-    /// Single-precision numbers.
+    /// Number of single-precision values.
     pub reals: usize,
-    /// Double-precision numbers.
+    /// Number of double-precision values.
     pub doubles: usize,
-    /// Single-precision complex numbers.
+    /// Number of single-precision complex values.
     pub complexes: usize,
-    /// 32-bit words.
+    /// Number of 32-bit integers.
     pub words: usize,
 }
 
-/// What a node says of itself, once: ports in order, state, scratch, and faults.
+/// A node's declaration of its ports, state, scratch memory and faults.
 ///
-/// The order of declaration is the index by which the node reads and writes its ports.
+/// Inputs are numbered from 0 in the order of declaration, and so are outputs. The node uses these indices to read
+/// and write its ports.
 #[derive(Debug, Default)]
 pub struct PortDecl {
     pub(crate) inputs: Vec<InputDecl>,
@@ -251,7 +262,7 @@ impl PortDecl {
     pub fn input(&mut self, name: &str, spec: impl Into<AnyInput>) -> &mut Self {
         let spec = spec.into();
         self.check(name, spec.shape.width, self.inputs.iter().any(|p| p.name == name));
-        self.inputs.push(InputDecl { name: name.into(), spec });
+        self.inputs.push(InputDecl { name: name.into(), exposed: None, spec });
         self
     }
 
@@ -259,37 +270,37 @@ impl PortDecl {
     pub fn output(&mut self, name: &str, spec: impl Into<AnyOutput>) -> &mut Self {
         let spec = spec.into();
         self.check(name, spec.shape.width, self.outputs.iter().any(|p| p.name == name));
-        self.outputs.push(OutputDecl { name: name.into(), spec });
+        self.outputs.push(OutputDecl { name: name.into(), exposed: None, spec });
         self
     }
 
-    /// Asks for state; a node with state is advanced in every tick.
+    /// Requests state. A node with state is advanced in every tick.
     pub fn state(&mut self, state: StateSpec) -> &mut Self {
         self.state = state;
         self
     }
 
-    /// Asks for scratch.
+    /// Requests scratch memory.
     pub fn scratch(&mut self, scratch: ScratchSpec) -> &mut Self {
         self.scratch = scratch;
         self
     }
 
-    /// Asks to be advanced in every tick although the node has neither state, nor inputs read at
-    /// advance, nor registered outputs (a node that only watches for faults).
+    /// Requests a call of [`Node::advance`](super::Node::advance) in every tick. Nodes with state, registered
+    /// outputs or inputs read in advance do not need this request. It serves nodes that only watch for faults.
     pub fn advances(&mut self) -> &mut Self {
         self.always_advance = true;
         self
     }
 
-    /// Says that the node is large enough to share its work among threads, which it does by Rayon while
+    /// Declares that the node can share its work among threads. It does so with Rayon if
     /// [`StepCx::threads`](super::StepCx::threads) is [`Threads::Pool`](super::Threads::Pool).
     pub fn parallel(&mut self) -> &mut Self {
         self.parallel = true;
         self
     }
 
-    /// Reports a parameter that cannot work; `build` returns it with all other faults.
+    /// Reports an invalid parameter. `build` returns the reason with all other faults.
     pub fn fault(&mut self, reason: impl Into<String>) -> &mut Self {
         self.faults.push(reason.into());
         self
@@ -304,7 +315,7 @@ impl PortDecl {
         }
     }
 
-    /// Whether the two declarations offer the same ports (state and scratch may differ).
+    /// Returns whether both declarations have the same ports. State and scratch may differ.
     pub(crate) fn same_ports(&self, other: &Self) -> bool {
         let input = |(a, b): (&InputDecl, &InputDecl)| {
             a.name == b.name && a.kind == b.kind && a.sum == b.sum && a.shape.fits(&b.shape)

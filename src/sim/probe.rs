@@ -1,4 +1,4 @@
-//! Probes: recordings of an output that never feed back into the graph.
+//! Probes: recordings of outputs. They do not affect the graph.
 
 use std::marker::PhantomData;
 
@@ -7,40 +7,40 @@ use super::node::Real;
 use super::synapse::Synapse;
 use super::time::SimDuration;
 
-/// How many samples a probe keeps.
+/// The number of samples that a probe keeps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Capacity {
-    /// Every sample.
+    /// All samples.
     #[default]
     All,
-    /// The latest samples, this many.
+    /// The given number of latest samples, at least 1.
     Last(usize),
 }
 
-/// What a probe records.
+/// The settings of a probe. The default records the unfiltered value in every tick and keeps all samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ProbeSpec {
-    /// Time between samples; zero means every tick.
+    /// Simulated time between samples. Zero means one sample per tick.
     pub period: SimDuration,
-    /// A filter of the probe's own, run in every tick.
+    /// Filter in front of the probe, updated in every tick.
     pub filter: Synapse,
-    /// How many samples to keep.
+    /// Number of samples to keep.
     pub capacity: Capacity,
 }
 
 impl ProbeSpec {
-    /// Every sample, unfiltered, one every `period`.
+    /// Records one sample every `period`, unfiltered, and keeps all samples.
     pub fn every(period: SimDuration) -> Self {
         Self { period, ..Self::default() }
     }
 
-    /// Adds a low-pass of the probe's own.
+    /// Filters the value before it is sampled.
     pub fn filtered(mut self, filter: Synapse) -> Self {
         self.filter = filter;
         self
     }
 
-    /// Keeps the latest `samples` only.
+    /// Keeps only the latest `samples` samples, at least 1.
     pub fn last(mut self, samples: usize) -> Self {
         self.capacity = Capacity::Last(samples);
         self
@@ -73,7 +73,7 @@ impl<K: Kind> std::fmt::Debug for ProbeId<K> {
 pub(crate) struct Recording {
     pub ticks: Vec<u64>,
     pub values: Vec<Real>,
-    /// Index of the oldest sample once a ring is full.
+    /// Index of the oldest sample, 0 until the capacity is reached.
     pub head: usize,
 }
 
@@ -84,7 +84,7 @@ impl Recording {
         self.head = 0;
     }
 
-    /// Stores a sample; storage was reserved before, so this never allocates.
+    /// Stores a sample. Memory was reserved before, so this never allocates.
     pub fn push(&mut self, end_tick: u64, value: &[Real], capacity: Capacity) {
         match capacity {
             Capacity::Last(most) if self.ticks.len() >= most => {
@@ -124,22 +124,23 @@ impl<K: Kind> std::fmt::Debug for Samples<'_, K> {
 }
 
 impl<'a, K: Kind> Samples<'a, K> {
-    /// How many samples there are.
+    /// Returns the number of samples.
     pub fn len(&self) -> usize {
         self.recording.ticks.len()
     }
 
-    /// Whether there are none.
+    /// Returns whether there are no samples.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Numbers per sample.
+    /// Returns the number of values per sample.
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// The `index`-th sample, oldest first: simulated seconds at the end of its tick, and values.
+    /// Returns sample number `index`, counted from the oldest: the simulated time in seconds at the end of the sample's
+    /// tick, and the value. Returns `None` if there are fewer samples.
     pub fn get(&self, index: usize) -> Option<(f64, K::Value<'a>)> {
         let len = self.len();
         if index >= len {
@@ -151,12 +152,12 @@ impl<'a, K: Kind> Samples<'a, K> {
         Some((time, K::value(numbers)))
     }
 
-    /// The newest sample.
+    /// Returns the latest sample, as [`get`](Self::get) does.
     pub fn last(&self) -> Option<(f64, K::Value<'a>)> {
         self.len().checked_sub(1).and_then(|i| self.get(i))
     }
 
-    /// All samples, oldest first.
+    /// Returns all samples, oldest first, each as [`get`](Self::get) does.
     pub fn iter(&self) -> impl Iterator<Item = (f64, K::Value<'a>)> + use<'a, K> {
         let this = *self;
         (0..self.len()).filter_map(move |i| this.get(i))

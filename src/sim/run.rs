@@ -1,4 +1,4 @@
-//! What a run is given beside the graph, and how it says that it ended.
+//! The settings of a run, and the report on how it ended.
 
 use std::ops::ControlFlow;
 
@@ -8,16 +8,22 @@ use super::threads::Threads;
 use super::time::SimDuration;
 use super::world::World;
 
-/// What a run brings beside the graph.
+/// The settings of a run: seed, noise, world and threads.
+///
+/// ```
+/// use symbolt::sim::{RunConfig, Seed};
+/// let quiet = RunConfig::seeded(Seed::new(7)).with_noise(0.0);
+/// assert!(quiet.world.is_none());
+/// ```
 pub struct RunConfig {
-    /// The run seed: noise and the world.
+    /// Run seed. It decides noise and everything random in the world.
     pub seed: Seed,
-    /// A multiplier of every noise amplitude in the graph; 1 leaves them as described, 0 must
-    /// give exactly the noise-free graph.
+    /// Factor for all noise amplitudes in the graph, at least 0. At 0 the results are those of a graph without noise; at 1
+    /// noise is as described.
     pub noise: Real,
-    /// The world, if the graph has a link to one.
+    /// World. Required if the graph links to one, and otherwise not allowed.
     pub world: Option<Box<dyn World>>,
-    /// Who computes a tick; it decides the speed and no bit of the result.
+    /// Threads that compute a tick. They affect the speed, never the results.
     pub threads: Threads,
 }
 
@@ -28,50 +34,50 @@ impl Default for RunConfig {
 }
 
 impl RunConfig {
-    /// A run with `seed` and noise as described, without a world.
+    /// Creates settings with the run seed `seed`, noise scale 1 and no world.
     pub fn seeded(seed: Seed) -> Self {
         Self { seed, ..Self::default() }
     }
 
-    /// Adds a world.
+    /// Sets the world.
     pub fn in_world(mut self, world: impl World + 'static) -> Self {
         self.world = Some(Box::new(world));
         self
     }
 
-    /// Sets who computes a tick.
+    /// Sets the threads that compute a tick.
     pub fn with_threads(mut self, threads: Threads) -> Self {
         self.threads = threads;
         self
     }
 
-    /// Sets the multiplier of every noise amplitude.
+    /// Sets the factor for all noise amplitudes.
     pub fn with_noise(mut self, scale: Real) -> Self {
         self.noise = scale;
         self
     }
 }
 
-/// Why a run came to its end.
+/// The reason why a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum StopReason {
-    /// The time given was used up.
+    /// The run lasted for the full time limit.
     TimeUp,
-    /// The caller's condition held; the caller's own word for it.
+    /// The stop condition held. The text is the name that the condition gave.
     Condition(&'static str),
 }
 
-/// What a stop condition returns: go on, or stop and why.
+/// The result of a stop condition: continue, or stop with a reason.
 pub type Stop = ControlFlow<StopReason>;
 
-/// How a run went.
+/// The report on a finished run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RunReport {
-    /// Why it ended.
+    /// Reason why the run ended.
     pub reason: StopReason,
-    /// How many ticks it took.
+    /// Number of ticks.
     pub ticks: u64,
-    /// How much simulated time that is.
+    /// Simulated time of these ticks.
     pub span: SimDuration,
 }

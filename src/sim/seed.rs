@@ -1,4 +1,4 @@
-//! Seeds derived from (seed, path, role), so that adding a node reseeds no other node.
+//! Seeds. Each node's seed derives from its path, so adding a node does not change the seeds of other nodes.
 
 use std::fmt;
 
@@ -6,11 +6,11 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use serde::{Deserialize, Serialize};
 
-/// The root of every random choice: 64 bits, from which others are derived by name.
+/// The seed of random choices: 64 bits. Further seeds derive from it by name.
 ///
-/// The derivation is this project's own and part of its contract: 64-bit FNV-1a over
-/// `path 0xFF role`, started from the mixed parent seed and finished with the SplitMix64 mixer
-/// (Steele, Lea and Flood 2014). It depends on names alone, never on the order of construction.
+/// The derivation depends on names only, never on the order of construction. It is fixed: 64-bit FNV-1a over
+/// `path 0xFF role`, started from the mixed parent seed and finished with the SplitMix64 mixer (Steele, Lea and Flood
+/// 2014).
 ///
 /// ```
 /// use symbolt::sim::Seed;
@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 #[serde(transparent)]
 pub struct Seed(u64);
 
-/// The SplitMix64 output function: a bijection of 64-bit words that mixes every bit into every bit.
+/// The output function of SplitMix64: a bijection of 64-bit words in which every input bit affects every output bit.
 pub(crate) const fn mix64(word: u64) -> u64 {
     let mut z = word.wrapping_add(0x9E37_79B9_7F4A_7C15);
     z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -30,31 +30,31 @@ pub(crate) const fn mix64(word: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// Where 64-bit FNV-1a starts.
+/// The start value of 64-bit FNV-1a.
 pub(crate) const FNV_START: u64 = 0xCBF2_9CE4_8422_2325;
 
-/// 64-bit FNV-1a, continued from `hash`.
+/// Continues the 64-bit FNV-1a hash `hash` over `bytes`.
 pub(crate) fn fnv1a(hash: u64, bytes: &[u8]) -> u64 {
     bytes.iter().fold(hash, |hash, byte| fnv1a_word(hash, u64::from(*byte)))
 }
 
-/// One step of it, over a byte or a wider word.
+/// One step of 64-bit FNV-1a, over a byte or a wider word.
 pub(crate) fn fnv1a_word(hash: u64, word: u64) -> u64 {
     (hash ^ word).wrapping_mul(0x0000_0100_0000_01B3)
 }
 
 impl Seed {
-    /// A root seed.
+    /// Creates a seed from its 64 bits.
     pub const fn new(value: u64) -> Self {
         Self(value)
     }
 
-    /// The 64 bits.
+    /// Returns the 64 bits.
     pub const fn value(self) -> u64 {
         self.0
     }
 
-    /// The seed of `role` at `path`, a pure function of the three.
+    /// Returns the seed for `role` at `path`. It depends only on this seed, `path` and `role`.
     pub fn derive(self, path: &str, role: &str) -> Self {
         let mut hash = mix64(self.0) ^ FNV_START;
         hash = fnv1a(hash, path.as_bytes());
@@ -63,13 +63,13 @@ impl Seed {
         Self(mix64(hash))
     }
 
-    /// The seed of the `index`-th trial, population or draw of `role`.
+    /// Returns the seed for the trial, population or draw number `index` of `role`.
     pub fn derive_index(self, role: &str, index: u64) -> Self {
         Self(mix64(self.derive("", role).0 ^ mix64(index)))
     }
 
-    /// A generator at the start of this seed's stream (ChaCha with 8 rounds, whose output is
-    /// documented as portable). Costs no allocation.
+    /// Returns a random number generator with this seed: ChaCha with 8 rounds, whose output is the same on every
+    /// platform. Does not allocate.
     pub fn rng(self) -> ChaCha8Rng {
         let mut key = [0u8; 32];
         let mut word = self.0;
@@ -97,7 +97,7 @@ mod tests {
 
     #[test]
     fn the_derivation_is_pinned() {
-        // Part of the contract: a change here changes every published result.
+        // A change here changes every published result.
         assert_eq!(Seed::new(1).derive("planner/goal", "noise").value(), 8_290_046_766_323_288_215);
         assert_eq!(Seed::new(1).rng().random::<u32>(), 467_601_059);
     }

@@ -1,6 +1,6 @@
-//! Running a graph: runs and their reports, values and samples, reset.
+//! The simulator: runs a graph and gives access to values and samples.
 //!
-//! Storage for probes that keep everything is reserved between blocks of ticks, so that no tick allocates.
+//! Memory for samples is reserved between blocks of ticks, so that no tick allocates.
 
 use std::marker::PhantomData;
 use std::ops::ControlFlow;
@@ -19,40 +19,40 @@ use super::threads::Threads;
 use super::time::SimDuration;
 use super::world::World;
 
-/// What a stop condition can look at after a tick.
+/// The view of a run that a stop condition gets after each tick.
 pub struct SimView<'a> {
     sim: &'a Simulator,
 }
 
 impl<'a> SimView<'a> {
-    /// Ticks done since the start.
+    /// Returns the number of completed ticks.
     pub fn tick(&self) -> u64 {
         self.sim.tick
     }
 
-    /// Simulated time since the start.
+    /// Returns the simulated time since the start.
     pub fn time(&self) -> SimDuration {
         self.sim.graph.time.span(self.sim.tick)
     }
 
-    /// The values of an output after this tick (a registered output: as just written). Empty for
-    /// a handle of another graph.
+    /// Returns the value of an output in this tick. For a registered output this is the value just written, which
+    /// readers see in the next tick. Empty for a handle of another graph.
     pub fn value<K: Kind>(&self, of: &Out<K>) -> K::Value<'a> {
         self.sim.value(of)
     }
 
-    /// As [`Simulator::event`].
+    /// Returns whether a unit had an event in this tick, as [`Simulator::event`] does.
     pub fn event(&self, of: EventSource, unit: usize) -> bool {
         self.sim.event(of, unit)
     }
 
-    /// The world of this run.
+    /// Returns the world of this run, if it has one.
     pub fn world(&self) -> Option<&'a dyn World> {
         self.sim.world()
     }
 }
 
-/// A running graph: shares the graph, owns every number that changes.
+/// A run of a graph. It shares the graph and owns all numbers that change.
 pub struct Simulator {
     pub(crate) graph: Arc<Graph>,
     pub(crate) arenas: Arenas,
@@ -67,15 +67,15 @@ pub struct Simulator {
     pub(super) command: Vec<Real>,
 }
 
-/// Ticks between two reservations of probe storage.
+/// Ticks between two reservations of memory for samples.
 const BLOCK: u64 = 4096;
 
 impl Simulator {
-    /// A run of `graph` from its first tick, its world reset.
+    /// Creates a run of `graph` at tick 0, and resets the world.
     ///
     /// # Errors
-    /// If the run's world does not fit the graph's link, its period is no whole number of ticks,
-    /// the noise scale is not a finite number of at least 0, or the world cannot be reset.
+    /// If the world does not fit the graph's link, the world's period is not a whole number of ticks, the noise scale is
+    /// not a finite number of at least 0, or the world cannot be reset.
     pub fn new(graph: Arc<Graph>, run: RunConfig) -> Result<Self, SimError> {
         super::warn_if_unoptimised();
         if !run.noise.is_finite() || run.noise < 0.0 {
@@ -109,7 +109,7 @@ impl Simulator {
         Ok(sim)
     }
 
-    /// Returns to the first tick and empties the recordings. What follows has the bits of a fresh run.
+    /// Returns to tick 0 and empties the recordings. The next run has the same bits as a run of a new simulator.
     ///
     /// # Errors
     /// If the world cannot be reset.
@@ -142,45 +142,45 @@ impl Simulator {
         Ok(())
     }
 
-    /// Makes `seed` the run seed; the world keeps its state.
+    /// Changes the run seed. The world keeps its state.
     pub(crate) fn reseed(&mut self, seed: Seed) {
         self.seed = seed;
         self.node_seeds = self.graph.nodes.iter().map(|n| seed.derive(&n.path, "noise")).collect();
     }
 
-    /// The graph.
+    /// Returns the graph.
     pub fn graph(&self) -> &Arc<Graph> {
         &self.graph
     }
 
-    /// Ticks done since the start.
+    /// Returns the number of completed ticks.
     pub fn tick(&self) -> u64 {
         self.tick
     }
 
-    /// Simulated seconds since the start.
+    /// Returns the simulated time since the start, in seconds.
     pub fn time_s(&self) -> f64 {
         self.tick as f64 * self.graph.time.dt_s()
     }
 
-    /// The world of this run.
+    /// Returns the world of this run, if it has one.
     pub fn world(&self) -> Option<&dyn World> {
         self.world.as_deref()
     }
 
-    /// Runs for `span`.
+    /// Runs for `span` of simulated time.
     ///
     /// # Errors
-    /// If `span` is no whole number of ticks, a node or the world fails, or a value is not finite.
+    /// If `span` is not a whole number of ticks, a node or the world fails, or a value becomes infinite or not a number.
     pub fn run_for(&mut self, span: SimDuration) -> Result<RunReport, SimError> {
         self.run_until(span, |_| ControlFlow::Continue(()))
     }
 
-    /// Runs until `stop` breaks, looked at after every tick, or for `limit` at most. With
-    /// [`Threads::Pool`] `stop` may be called on another thread than the caller's.
+    /// Runs until `stop` returns [`ControlFlow::Break`], but at most for `limit`. `stop` is called after every tick, with
+    /// [`Threads::Pool`] possibly on another thread.
     ///
     /// # Errors
-    /// As [`Simulator::run_for`].
+    /// As for [`Simulator::run_for`].
     pub fn run_until(
         &mut self,
         limit: SimDuration,
@@ -188,8 +188,7 @@ impl Simulator {
     ) -> Result<RunReport, SimError> {
         let limit = self.graph.time.ticks(limit)?;
         let outside = rayon::current_thread_index().is_none();
-        // Entering the pool once a run costs some microseconds; a node that shared its work from
-        // outside would pay them in every tick.
+        // Entering the pool costs some microseconds: here once per run, in the node once per tick.
         if outside && self.threads() == Threads::Pool && rayon::current_num_threads() > 1 {
             rayon::scope(|_| self.run_ticks(limit, stop))
         } else {
@@ -197,7 +196,7 @@ impl Simulator {
         }
     }
 
-    /// Who computes a tick of this graph.
+    /// The threads that compute a tick of this graph.
     pub(super) fn threads(&self) -> Threads {
         if self.graph.parallel { self.threads } else { Threads::Serial }
     }
@@ -224,19 +223,19 @@ impl Simulator {
         Ok(RunReport { reason, ticks: done, span: self.graph.time.span(done) })
     }
 
-    /// The values of an output after the last tick (a registered output: as just written). Empty
-    /// for a handle of another graph.
+    /// Returns the value of an output in the last tick. For a registered output this is the value just written, which
+    /// readers see in the next tick. Empty for a handle of another graph.
     pub fn value<K: Kind>(&self, of: &Out<K>) -> K::Value<'_> {
         K::value(self.graph.source(of).map_or(&[], |source| self.arenas.source(source)))
     }
 
-    /// The values of an output found by path.
+    /// Returns the values of an output that [`Graph::output`] found.
     pub fn value_of(&self, of: OutputRef) -> &[Real] {
         self.arenas.source(of.source)
     }
 
-    /// Whether a unit of a node of this graph, counted from 0, had an event in the last tick.
-    /// `false` for a unit that the node does not have.
+    /// Returns whether unit number `unit` of a node had an event in the last tick. Units are counted from 0. Returns
+    /// `false` for a unit that the node does not have. `of` must come from this graph.
     pub fn event(&self, of: EventSource, unit: usize) -> bool {
         let (Some(node), Some(body)) =
             (self.graph.nodes.get(of.node), self.graph.bodies.get(of.node))
@@ -251,7 +250,7 @@ impl Simulator {
         unit < body.units() && self.tick > 0 && body.event(&state, unit)
     }
 
-    /// What a probe has recorded. Empty for a handle of another graph.
+    /// Returns the samples of a probe. Empty for a handle of another graph.
     pub fn samples<K: Kind>(&self, probe: &ProbeId<K>) -> Samples<'_, K> {
         static NONE: Recording = Recording { ticks: Vec::new(), values: Vec::new(), head: 0 };
         let own = probe.builder == self.graph.builder;
@@ -262,12 +261,12 @@ impl Simulator {
         Samples { recording, width, dt_s: self.graph.time.dt_s(), kind: PhantomData }
     }
 
-    /// Forgets what all probes have recorded.
+    /// Deletes the samples of all probes.
     pub fn clear_recordings(&mut self) {
         self.recordings.iter_mut().for_each(Recording::clear);
     }
 
-    /// Makes room for the samples of `ticks` more ticks.
+    /// Reserves memory for the samples of `ticks` more ticks.
     fn reserve(&mut self, ticks: u64) -> Result<(), SimError> {
         for (plan, recording) in self.graph.probes.iter().zip(&mut self.recordings) {
             let coming = (ticks / plan.period_ticks + 1) as usize;
@@ -290,7 +289,7 @@ impl Simulator {
     }
 }
 
-/// How many ticks a period of `world` lasts, if it fits the link of `graph`.
+/// Returns the period of `world` in ticks, if the world fits the link of `graph`.
 fn fit_world(graph: &Graph, world: &dyn World) -> Result<u64, SimError> {
     let Some(link) = &graph.world else {
         return Err(SimError::WorldMissing { linked: false, given: true });

@@ -1,8 +1,8 @@
-//! Ranges of the arenas.
+//! Index ranges in the arenas.
 
 use std::ops::Range;
 
-/// A range of `u32` bounds, half the size of a `Range<usize>`.
+/// A range with `u32` bounds, half the size of a `Range<usize>`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Span {
     pub start: u32,

@@ -1,35 +1,37 @@
-//! Edge filters: none, or a first-order low-pass with the input held over a tick.
+//! Synapses: the filters of connections.
 
 use super::node::Real;
 use super::time::SimDuration;
 
-/// What an edge does to what flows along it.
+/// The filter of a connection: none, or a first-order low-pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Synapse {
-    /// Nothing; the edge costs no tick.
+    /// No filter. The value arrives in the same tick.
     #[default]
     None,
-    /// `y[k+1] = a y[k] + (1 - a) u[k]` with `a = exp(-dt / tau)` and `y[0] = 0`: the exact
-    /// response of a first-order exponential synapse to an input held over each tick. The edge
-    /// costs one tick.
+    /// A first-order low-pass filter, which also delays the value by one tick.
+    ///
+    /// With input `u`, output `y` and tick `dt` it computes `y[k+1] = a y[k] + (1 - a) u[k]`, where
+    /// `a = exp(-dt / tau)` and `y[0] = 0`. This is the exact response of an exponential synapse to an input that is
+    /// constant during each tick.
     Lowpass {
-        /// The time constant.
+        /// Time constant, more than zero.
         tau: SimDuration,
     },
 }
 
 impl Synapse {
-    /// A low-pass with time constant `tau` (zero is refused by `build`).
+    /// Creates a low-pass with time constant `tau`. `build` reports a time constant of zero.
     pub const fn lowpass(tau: SimDuration) -> Self {
         Self::Lowpass { tau }
     }
 
-    /// A low-pass with a time constant in whole milliseconds.
+    /// Creates a low-pass with a time constant in milliseconds.
     pub const fn lowpass_ms(millis: u64) -> Self {
         Self::Lowpass { tau: SimDuration::from_millis(millis) }
     }
 
-    /// The decay per tick of `dt_s` seconds, `None` without a filter.
+    /// Returns the decay per tick of `dt_s` seconds, or `None` without a filter.
     pub(crate) fn decay(self, dt_s: f64) -> Option<Real> {
         match self {
             Self::None => None,
@@ -38,28 +40,28 @@ impl Synapse {
     }
 }
 
-/// The decay per tick of `dt_s` seconds of a low-pass with time constant `tau`.
+/// Returns the decay per tick of `dt_s` seconds of a low-pass with time constant `tau`.
 pub(crate) fn lowpass_decay(tau: SimDuration, dt_s: f64) -> Real {
     (-dt_s / tau.as_secs_f64()).exp() as Real
 }
 
-/// Magnitudes below this are set to zero in filters: the square root of the least normal number, 2^-63.
+/// Filters set magnitudes below this bound to zero. It is 2^-63, the square root of the smallest normal number.
 ///
-/// A filter without input would decay to a subnormal number and stay there, since rounding undoes the last
-/// steps, and many processors compute with subnormal numbers many times more slowly. Above this bound the product of
-/// any two filtered values is a normal number too. It lies 12 orders of magnitude below the rounding of a
+/// Without the bound, a filter without input would decay to a subnormal number and stay there, because rounding undoes
+/// the last steps. Computing with subnormal numbers is much slower on many processors. Above the bound, even the product
+/// of two filtered values is a normal number. The bound is 12 orders of magnitude below the rounding error of a
 /// signal of order 1.
 const NEGLIGIBLE: Real = 1.0 / (1u64 << 63) as Real;
 
-/// One step of a first-order low-pass: `a y + (1 - a) u`, and exactly zero once that is below 1e-19.
-/// Values that are not finite pass through.
+/// Returns the next value of a first-order low-pass, `a y + (1 - a) u`, or zero if its magnitude is below 2^-63 (about
+/// 1.1e-19). Infinite values and values that are not a number pass through.
 #[inline]
 pub(crate) fn decayed(decay: Real, y: Real, u: Real) -> Real {
     let next = decay * y + (1.0 - decay) * u;
     if next.abs() < NEGLIGIBLE { 0.0 } else { next }
 }
 
-/// One step of the filter over a slice.
+/// Advances the low-pass filters in `held` by one step.
 #[inline]
 pub(crate) fn latch(decay: Real, input: &[Real], held: &mut [Real]) {
     for (y, u) in held.iter_mut().zip(input) {
@@ -89,7 +91,7 @@ mod tests {
     fn a_filter_without_input_reaches_zero_and_is_never_subnormal() {
         for millis in [1, 5, 100, 1000] {
             let decay = lowpass_decay(SimDuration::from_millis(millis), 0.001);
-            // The last is a subnormal input, which would be held as one.
+            // The last input is subnormal and would keep its filter subnormal.
             let mut held = [1.0f32, -1.0, 1e-3, Real::MAX, 1e-40];
             let input = [0.0, 0.0, 0.0, 0.0, 1e-40];
             // ln(3.4e38 / 1.1e-19) = 132 time constants.
@@ -113,7 +115,7 @@ mod tests {
 
     #[test]
     fn an_euler_step_would_be_caught() {
-        // The wrong variant: a = 1 - dt/tau misses the closed form by far more than the tolerance.
+        // With a = 1 - dt/tau the error is far above the tolerance.
         let mut held = [0.0f32];
         latch(1.0 - 1.0 / 5.0, &[2.0], &mut held);
         let exact = 2.0 * (1.0 - (-1.0f64 / 5.0).exp());

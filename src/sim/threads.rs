@@ -1,13 +1,13 @@
-//! Who computes a tick: a setting of the run, never a matter of the thread that called.
+//! The threads that compute a tick. They are a setting of the run and do not depend on the calling thread.
 
-/// Who computes a tick. The results have the same bits either way.
+/// The threads that compute a tick. The results have the same bits either way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Threads {
-    /// The calling thread alone.
+    /// Only the calling thread.
     #[default]
     Serial,
-    /// The threads of a Rayon pool: of the one that the caller runs in, else of the global one. Large nodes
-    /// share their work among them, and a run from outside the pool is moved into it. A graph without a node
-    /// that declares itself [`parallel`](super::PortDecl::parallel) runs as with `Serial`.
+    /// The threads of a Rayon pool: the pool that the caller runs in, otherwise the global pool. Nodes that
+    /// declare themselves [`parallel`](super::PortDecl::parallel) share their work among these threads. A graph without
+    /// such nodes runs as with `Serial`.
     Pool,
 }

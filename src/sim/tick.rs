@@ -1,9 +1,10 @@
 //! One tick of a running graph.
 //!
-//! Emit in topological order, advance, latch registered outputs and edge filters, check that all numbers are
-//! finite, step the world if it is due, sample the probes. Nothing here allocates.
+//! A tick does these steps in this order: emit, advance, update the filters of connections, check that all numbers are
+//! finite, step the world if its period ends, make registered outputs visible to the next tick, sample the probes. Nothing
+//! here allocates.
 //!
-//! Cost: a node that copies one number takes about 20 ns a tick, a filter about 0.1 ns a component
+//! Cost: a node that copies one number takes about 20 ns per tick, and a filter about 0.1 ns per component
 //! (`graph/tick` in the benches).
 
 use std::marker::PhantomData;
@@ -20,7 +21,7 @@ use super::span::Span;
 use super::synapse::latch;
 
 impl Simulator {
-    /// One tick.
+    /// Runs one tick.
     pub(super) fn step(&mut self) -> Result<(), SimError> {
         let threads = self.threads();
         let Self { graph, arenas, tick, noise, node_seeds, .. } = self;
@@ -33,7 +34,7 @@ impl Simulator {
             node_seed: Seed::new(0),
             graph: PhantomData,
         };
-        // Locals that nothing else can alias: without them every access goes through two pointers.
+        // Without these locals, which nothing can alias, every access goes through two pointers.
         let (bodies, slots, outs) = (&graph.bodies[..], &graph.slots[..], &graph.outs[..]);
         let seeds = &node_seeds[..];
         let (signals, registered) = (&mut arenas.signals[..], &mut arenas.registered[..]);
@@ -113,7 +114,7 @@ impl Simulator {
         Ok(())
     }
 
-    /// Steps the world at the end of its period and shows what it senses.
+    /// Steps the world at the end of its period and reads its senses.
     fn step_world(&mut self) -> Result<(), SimError> {
         let tick = self.tick;
         let (Some(link), Some(world)) = (&self.graph.world, &mut self.world) else {
@@ -167,7 +168,7 @@ impl Simulator {
         }
     }
 
-    /// Finds the first port that holds a value that is not finite.
+    /// Returns an error that names the first output with a value that is not finite.
     fn blame_non_finite(&self) -> SimError {
         let tick = self.tick;
         for node in &self.graph.nodes {
@@ -184,13 +185,18 @@ impl Simulator {
                 }
             }
         }
-        // Finite outputs of both signs near the largest float can still overflow in a filter.
-        SimError::NonFinite { path: "an edge".into(), port: "filter".into(), value: f32::NAN, tick }
+        // All outputs are finite, but values near the largest float can still overflow in a filter.
+        SimError::NonFinite {
+            path: "a connection".into(),
+            port: "filter".into(),
+            value: f32::NAN,
+            tick,
+        }
     }
 }
 
 impl Graph {
-    /// Adds sources up for a node about to run, in the order of their paths.
+    /// Sums the sources of a node's inputs, in the order of the sources' paths.
     #[inline]
     fn gather(&self, which: Span, signals: &[Real], held: &[Real], gathered: &mut [Real]) {
         for plan in &self.gathers[which.of()] {

@@ -1,4 +1,4 @@
-//! Simulated time: integer microseconds for spans, integer ticks for the clock.
+//! Simulated time: durations in whole microseconds, and the clock that counts ticks.
 
 use std::fmt;
 
@@ -6,10 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use super::error::ConfigError;
 
-/// A span of simulated time, in whole microseconds.
+/// A duration of simulated time, in whole microseconds.
 ///
-/// Seconds as floating point appear only at the edges ([`SimDuration::as_secs_f64`]); inside the
-/// engine time is counted in ticks, so it never drifts.
+/// The engine counts time in whole ticks, so time does not drift. Seconds as floating-point numbers appear only where
+/// values enter or leave ([`SimDuration::from_secs_f64`], [`SimDuration::as_secs_f64`]).
 ///
 /// ```
 /// use symbolt::sim::SimDuration;
@@ -26,25 +26,25 @@ pub struct SimDuration {
 }
 
 impl SimDuration {
-    /// No time at all.
+    /// A duration of zero.
     pub const ZERO: Self = Self { micros: 0 };
 
-    /// A span of `micros` microseconds.
+    /// Creates a duration of `micros` microseconds.
     pub const fn from_micros(micros: u64) -> Self {
         Self { micros }
     }
 
-    /// A span of `millis` milliseconds (saturating at about 584,000 years).
+    /// Creates a duration of `millis` milliseconds. Saturates at about 584,000 years.
     pub const fn from_millis(millis: u64) -> Self {
         Self { micros: millis.saturating_mul(1_000) }
     }
 
-    /// A span of `secs` whole seconds (saturating).
+    /// Creates a duration of `secs` seconds. Saturates at about 584,000 years.
     pub const fn from_secs(secs: u64) -> Self {
         Self { micros: secs.saturating_mul(1_000_000) }
     }
 
-    /// The nearest whole number of microseconds to `secs` seconds.
+    /// Creates a duration of `secs` seconds, rounded to the nearest microsecond.
     ///
     /// # Errors
     /// [`ConfigError::NotADuration`] if `secs` is negative, not finite, or above 10^12 s.
@@ -55,22 +55,22 @@ impl SimDuration {
         Ok(Self { micros: (secs * 1e6).round() as u64 })
     }
 
-    /// Whole microseconds.
+    /// Returns the duration in microseconds.
     pub const fn as_micros(self) -> u64 {
         self.micros
     }
 
-    /// Seconds.
+    /// Returns the duration in seconds.
     pub fn as_secs_f64(self) -> f64 {
         self.micros as f64 * 1e-6
     }
 
-    /// Milliseconds.
+    /// Returns the duration in milliseconds.
     pub fn as_millis_f64(self) -> f64 {
         self.micros as f64 * 1e-3
     }
 
-    /// Whether the span is empty.
+    /// Returns whether the duration is zero.
     pub const fn is_zero(self) -> bool {
         self.micros == 0
     }
@@ -86,7 +86,7 @@ impl fmt::Display for SimDuration {
     }
 }
 
-/// The length of one tick; the default is 1 ms.
+/// The clock of a graph: the length of a tick, 1 ms by default.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Timebase {
     tick: SimDuration,
@@ -99,7 +99,7 @@ impl Default for Timebase {
 }
 
 impl Timebase {
-    /// A clock whose tick lasts `tick`.
+    /// Creates a clock with ticks of length `tick`.
     ///
     /// # Errors
     /// [`ConfigError::BadTick`] if `tick` is zero or longer than one second.
@@ -110,20 +110,20 @@ impl Timebase {
         Ok(Self { tick })
     }
 
-    /// The span of one tick.
+    /// Returns the length of a tick.
     pub const fn tick(&self) -> SimDuration {
         self.tick
     }
 
-    /// The span of one tick, in seconds.
+    /// Returns the length of a tick in seconds.
     pub fn dt_s(&self) -> f64 {
         self.tick.as_secs_f64()
     }
 
-    /// How many ticks `span` lasts.
+    /// Returns the number of ticks in `span`, without rounding.
     ///
     /// # Errors
-    /// [`ConfigError::Indivisible`] if `span` is not a whole number of ticks: nothing is rounded.
+    /// [`ConfigError::Indivisible`] if `span` is not a whole number of ticks.
     pub fn ticks(&self, span: SimDuration) -> Result<u64, ConfigError> {
         if !span.micros.is_multiple_of(self.tick.micros) {
             return Err(ConfigError::Indivisible { span, tick: self.tick });
@@ -131,7 +131,7 @@ impl Timebase {
         Ok(span.micros / self.tick.micros)
     }
 
-    /// The simulated time that `ticks` ticks take.
+    /// Returns the simulated time of `ticks` ticks.
     pub fn span(&self, ticks: u64) -> SimDuration {
         SimDuration::from_micros(ticks.saturating_mul(self.tick.micros))
     }

@@ -1,4 +1,4 @@
-//! The world beside the graph: stepped in the same simulated time, sensed and commanded by it.
+//! The world: a system outside the graph that runs in the same simulated time.
 
 use std::any::Any;
 
@@ -12,57 +12,58 @@ use super::port::{AnyInput, AnyOutput, InputSpec, OutputSpec, PortDecl};
 use super::seed::Seed;
 use super::time::SimDuration;
 
-/// A world's own account of its state, opaque to the engine.
+/// The saved state of a world. Only the world can interpret it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct WorldSave(pub Vec<u8>);
 
-/// Something outside the graph that lives in the same simulated time: a physics scene, a fake.
+/// A system outside the graph that runs in the same simulated time, such as a physics scene.
 ///
-/// Every [`period`](World::period) the engine calls [`advance`](World::advance) with the values on
-/// the link's inputs and then [`sense`](World::sense), whose values stand on the link's outputs
-/// until the next period. Code that knows the type of its world can downcast it through [`Any`].
+/// A graph connects to its world through a [`WorldLink`]. At the end of each [`period`](World::period) the engine calls
+/// [`advance`](World::advance) with the values of the link's inputs, and then [`sense`](World::sense). The link's outputs
+/// hold the sensed values until the end of the next period. The first values are sensed at the start of a run. Code that
+/// knows the type of a world can downcast it through [`Any`].
 pub trait World: Send + Any {
-    /// How often the world steps; a whole number of ticks.
+    /// Returns the simulated time between two steps of the world, a whole number of ticks.
     fn period(&self) -> SimDuration;
 
-    /// How many numbers [`sense`](World::sense) writes.
+    /// Returns the number of values that [`sense`](World::sense) writes.
     fn sense_width(&self) -> usize;
 
-    /// How many numbers [`advance`](World::advance) takes.
+    /// Returns the number of values that [`advance`](World::advance) takes.
     fn command_width(&self) -> usize;
 
-    /// Writes what can be seen now.
+    /// Writes what the world shows at this moment.
     fn sense(&self, out: &mut [Real]);
 
-    /// Advances by one period with `command` applied.
+    /// Applies `command` and advances by one period.
     ///
     /// # Errors
     /// A [`WorldError`] ends the run.
     fn advance(&mut self, command: &[Real]) -> Result<(), WorldError>;
 
-    /// Starts afresh.
+    /// Returns to the start. `seed` decides everything random in the world.
     ///
     /// # Errors
     /// A [`WorldError`] if the world cannot be set up.
     fn reset(&mut self, seed: Seed) -> Result<(), WorldError>;
 
-    /// Everything needed to continue from here.
+    /// Saves everything needed to continue from this moment.
     ///
     /// # Errors
-    /// A [`WorldError`] if the world cannot be saved as it is.
+    /// A [`WorldError`] if the world cannot be saved at this moment.
     fn save(&self) -> Result<WorldSave, WorldError>;
 
-    /// Goes back to a saved moment.
+    /// Returns to a saved moment.
     ///
     /// # Errors
-    /// A [`WorldError`] if the save is not one of this world's.
+    /// A [`WorldError`] if `saved` does not come from such a world.
     fn restore(&mut self, saved: &WorldSave) -> Result<(), WorldError>;
 }
 
-/// The node by which a graph sees and commands its world.
+/// The node through which a graph senses and commands its world.
 ///
-/// The world's sense values are its outputs, in the order in which they were added; the world's
-/// command is its inputs, likewise.
+/// Its outputs are the world's senses and its inputs are the world's commands. The values of the world are split among
+/// these ports in the order in which the ports were added.
 ///
 /// ```
 /// use symbolt::sim::{GraphBuilder, InputSpec, OutputSpec, Scalar, Vector, WorldLink};
@@ -83,18 +84,18 @@ pub struct WorldLink {
 }
 
 impl WorldLink {
-    /// A link without ports.
+    /// Creates a link without ports.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Adds values that the world shows.
+    /// Adds an output for values that the world shows.
     pub fn sense<K: Kind>(mut self, name: &str, spec: OutputSpec<K>) -> Self {
         self.senses.push((name.into(), spec.registered().into()));
         self
     }
 
-    /// Adds values that the world is told. They may stay unfed and are zero then.
+    /// Adds an input for values that the world receives. If it stays unconnected, the world receives zeros.
     pub fn command<K: Kind>(mut self, name: &str, spec: InputSpec<K>) -> Self {
         self.commands.push((name.into(), spec.at_advance().optional().into()));
         self
@@ -114,8 +115,7 @@ impl Node for WorldLink {
     fn fingerprint(&self, _hash: &mut Fingerprint) {}
 }
 
-/// A world for tests and examples: it shows a fixed script, one entry a period (the last one
-/// stays), and remembers every command it was given.
+/// A world for tests and examples. It shows a fixed script, one entry per period, and records every command.
 #[derive(Debug, Clone)]
 pub struct ScriptedWorld {
     period: SimDuration,
@@ -127,20 +127,20 @@ pub struct ScriptedWorld {
 }
 
 impl ScriptedWorld {
-    /// A world that shows `senses[0]` first and the next entry after each `period`.
+    /// Creates a world that shows `senses[0]` first and the next entry after each `period`. The last entry stays.
     ///
-    /// Entries shorter than the first are padded with zeros; an empty script shows nothing.
+    /// Entries shorter than the first are padded with zeros. A world with an empty script has no senses.
     pub fn new(period: SimDuration, senses: Vec<Vec<Real>>, command_width: usize) -> Self {
         Self { period, senses, commands: Vec::new(), command_width, step: 0, fail_at: None }
     }
 
-    /// Makes the world fail when it is advanced for the `step`-th time (counted from 0).
+    /// Makes the world fail at step number `step`, counted from 0.
     pub fn failing_at(mut self, step: usize) -> Self {
         self.fail_at = Some(step);
         self
     }
 
-    /// The commands given so far.
+    /// Returns all commands received so far, one per period.
     pub fn commands(&self) -> &[Vec<Real>] {
         &self.commands
     }
@@ -192,7 +192,7 @@ impl World for ScriptedWorld {
     }
 
     fn restore(&mut self, saved: &WorldSave) -> Result<(), WorldError> {
-        let broken = || WorldError::new("not a save of this scripted world");
+        let broken = || WorldError::new("the save does not come from this scripted world");
         let (step, rest) = saved.0.split_first_chunk::<8>().ok_or_else(broken)?;
         let step = u64::from_le_bytes(*step) as usize;
         let values: Vec<Real> =

@@ -82,9 +82,9 @@ impl Module for BasalGanglia {
         let chosen = scope.add("chosen", Add::vector(n));
         scope.connect(&thalamus.output, &chosen.input, FEED_FORWARD);
         BasalGangliaPorts {
-            utilities: utilities.input,
-            chosen: chosen.output,
-            thalamus: thalamus.output,
+            utilities: scope.input("utilities", utilities.input),
+            chosen: scope.output("chosen", chosen.output),
+            thalamus: scope.output("thalamus", thalamus.output),
         }
     }
 }

@@ -70,7 +70,11 @@ impl<V: VocabTag> Module for Bind<V> {
         scope.connect(&left.output, &products.a, Synapse::None);
         scope.connect(&right.output, &products.b, Synapse::None);
         scope.connect(&products.output, &back.input, self.synapse);
-        BindPorts { a: left.input, b: right.input, output: back.output }
+        BindPorts {
+            a: scope.input("a", left.input),
+            b: scope.input("b", right.input),
+            output: scope.output("output", back.output),
+        }
     }
 }
 
@@ -143,7 +147,11 @@ impl<V: VocabTag> Module for Unbind<V> {
         );
         let bind = scope.add("bind", self.bind);
         scope.connect(&inverse.output, &bind.b, Synapse::None);
-        UnbindPorts { bound: bind.a, role: inverse.input, output: bind.output }
+        UnbindPorts {
+            bound: scope.input("bound", bind.a),
+            role: scope.input("role", inverse.input),
+            output: scope.output("output", bind.output),
+        }
     }
 }
 

@@ -93,6 +93,10 @@ impl<V: VocabTag> Module for Gate<V> {
         let gated: GatedPorts<Pointer<V>> = scope.represent_gated("population", layer);
         let output = scope.add("output", Add::pointer(&self.space));
         scope.connect(&gated.output, &output.input, self.synapse);
-        GatePorts { input: gated.input, open: gated.open, output: output.output }
+        GatePorts {
+            input: scope.input("input", gated.input),
+            open: scope.input("open", gated.open),
+            output: scope.output("output", output.output),
+        }
     }
 }

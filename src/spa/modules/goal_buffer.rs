@@ -120,9 +120,9 @@ impl<V: VocabTag> Module for GoalBuffer<V> {
         scope.connect(&gate.output, &drive.inputs[0], Synapse::None);
         scope.connect(&drive.output, &held.input, Synapse::None);
         GoalBufferPorts {
-            input: difference.inputs[0].clone(),
-            open: gate.open,
-            output: output.output,
+            input: scope.input("input", difference.inputs[0].clone()),
+            open: scope.input("open", gate.open),
+            output: scope.output("output", output.output),
         }
     }
 }

@@ -195,7 +195,10 @@ impl<A: Kind, B: Kind> Module for Linear<A, B> {
 
     fn expand(self, scope: &mut Scope<'_>) -> LinearPorts<A, B> {
         let node = scope.leaf(self);
-        LinearPorts { input: node.input("in"), output: node.output("out") }
+        LinearPorts {
+            input: scope.input("input", node.input("in")),
+            output: scope.output("output", node.output("out")),
+        }
     }
 }
 
@@ -323,8 +326,10 @@ impl<V: VocabTag> Module for Superpose<V> {
         let count = self.weights.len();
         let node = scope.leaf(self);
         SuperposePorts {
-            inputs: (0..count).map(|i| node.input(&format!("in{i}"))).collect(),
-            output: node.output("out"),
+            inputs: (0..count)
+                .map(|i| scope.input(&format!("inputs[{i}]"), node.input(&format!("in{i}"))))
+                .collect(),
+            output: scope.output("output", node.output("out")),
         }
     }
 }
@@ -370,6 +375,9 @@ impl<A: Kind, B: Kind> Module for Reinterpret<A, B> {
 
     fn expand(self, scope: &mut Scope<'_>) -> ReinterpretPorts<A, B> {
         let node = scope.leaf(self);
-        LinearPorts { input: node.input("in"), output: node.output("out") }
+        LinearPorts {
+            input: scope.input("input", node.input("in")),
+            output: scope.output("output", node.output("out")),
+        }
     }
 }

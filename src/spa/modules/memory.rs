@@ -87,10 +87,10 @@ impl<A: VocabTag, B: VocabTag> Module for AssociativeMemory<A, B> {
         scope.connect(&select.output, &active.input, self.synapse);
         scope.connect(&active.output, &recall.input, Synapse::None);
         MemoryPorts {
-            input: similarity.input,
-            inhibit: select.inhibit,
-            output: recall.output,
-            items: active.output,
+            input: scope.input("input", similarity.input),
+            inhibit: scope.input("inhibit", select.inhibit),
+            output: scope.output("output", recall.output),
+            items: scope.output("items", active.output),
         }
     }
 }

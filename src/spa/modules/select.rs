@@ -41,6 +41,10 @@ impl Module for Selection {
         let select = scope.select("select", Select::new(self.items, self.rule));
         let items = scope.add("items", Add::vector(self.items));
         scope.connect(&select.output, &items.input, self.synapse);
-        SelectionPorts { utilities: select.input, inhibit: select.inhibit, items: items.output }
+        SelectionPorts {
+            utilities: scope.input("utilities", select.input),
+            inhibit: scope.input("inhibit", select.inhibit),
+            items: scope.output("items", items.output),
+        }
     }
 }

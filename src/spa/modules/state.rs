@@ -59,6 +59,9 @@ impl<V: VocabTag> Module for State<V> {
         if let Some(recurrent) = self.recurrent {
             scope.connect(&held.output, &held.input, recurrent);
         }
-        StatePorts { input: held.input, output: output.output }
+        StatePorts {
+            input: scope.input("input", held.input),
+            output: scope.output("output", output.output),
+        }
     }
 }

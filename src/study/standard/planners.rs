@@ -169,7 +169,11 @@ impl<V: VocabTag> Module for Slot<'_, V> {
         let gate = scope.add("gate", Gate::new(self.vocabulary));
         let memory = scope.add("memory", State::new(self.vocabulary).recurrent(RECURRENT));
         scope.connect(&gate.output, &memory.input, Synapse::None);
-        SlotPorts { input: gate.input, open: gate.open, output: memory.output }
+        SlotPorts {
+            input: scope.input("input", gate.input),
+            open: scope.input("open", gate.open),
+            output: scope.output("output", memory.output),
+        }
     }
 }
 

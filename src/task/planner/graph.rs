@@ -335,11 +335,11 @@ impl Module for PlanningGraph {
         }
         scope.connect(&gate.output, &motor.input, none);
         PlanningPorts {
-            ready: executive.ready,
-            present: present.input,
-            goal: goal.input,
-            action: motor.output,
-            actions: motor.items,
+            ready: scope.input("ready", executive.ready),
+            present: scope.input("present", present.input),
+            goal: scope.input("goal", goal.input),
+            action: scope.output("action", motor.output),
+            actions: scope.output("actions", motor.items),
             trace: executive.trace,
             goal_buffer: buffer.output,
             cause: recalled.pointer,
