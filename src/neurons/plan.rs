@@ -21,7 +21,7 @@ pub struct LifSpec {
     /// Least and greatest maximum rate, in Hz; above 0 and below `1 / tau_ref`. Drawn uniformly. Default: 200 to 400.
     pub max_rates: [f64; 2],
     /// Least and greatest intercept of neurons of one dimension; at least -1 and below 1. Drawn uniformly.
-    /// Default: -1 to 0.9.
+    /// Pointers, selections and [`Map::above`](super::Map::above) choose their own intercepts. Default: -1 to 0.9.
     pub intercepts: [f64; 2],
     /// Number of neurons per dimension of a pointer. Default: 50.
     pub per_dimension: usize,

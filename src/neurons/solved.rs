@@ -36,9 +36,9 @@ impl Kept {
 
 /// The solved populations of a graph, by the paths of their layers.
 ///
-/// Decoder solves take most of the time of building a neural graph. A solved model saves them: take it
-/// from a built graph ([`SolvedModel::of`]), save it ([`encode`](Self::encode)), load it ([`read`](Self::read)), and
-/// hand it to the plan ([`PopulationPlan::solved`](super::PopulationPlan::solved)).
+/// Building a neural graph solves for all decoders. A solved model saves that work the next time: take it from a built
+/// graph ([`SolvedModel::of`]), write it to a file ([`encode`](Self::encode)), load it ([`read`](Self::read)) and hand
+/// it to the plan ([`PopulationPlan::solved`](super::PopulationPlan::solved)).
 ///
 /// ```
 /// use symbolt::neurons::{

@@ -1,6 +1,74 @@
-//! Vector-symbolic algebra, vocabularies, and the modules that semantic pointers flow through.
+//! The Semantic Pointer Architecture: vector-symbolic algebra, vocabularies and the modules of a graph.
 //!
-//! Nothing here knows tasks or robots.
+//! This module serves two uses. Vectors can be bound, compared and cleaned up directly, without a graph; and
+//! a graph can be built of modules through which semantic pointers flow, in exact arithmetic or in spiking neurons.
+//!
+//! # Algebra on vectors
+//!
+//! - [`VocabularyBuilder`] and [`Vocabulary`]: named pointers of one space, and expressions over them. Pointers of
+//!   two vocabularies have different types, so mixing them up does not compile.
+//! - [`Hrr`]: binding by circular convolution, behind the trait [`Algebra`].
+//! - [`cosine`]: similarity of two pointers.
+//! - [`ItemMemory`]: the stored vector most similar to a query, exact and fast for many items.
+//! - [`PairDecoder`]: all fillers of a sum of role-filler pairs.
+//!
+//! # Modules of a graph
+//!
+//! | module | what it does | in nengo_spa |
+//! |---|---|---|
+//! | [`State`] | represents a pointer; with a recurrent synapse, remembers it | `State` |
+//! | [`Bind`], [`Unbind`] | binds or unbinds two changing pointers | `Bind` |
+//! | [`UnbindFixed`] | unbinds a fixed role | `~` and `*` with a symbol |
+//! | [`Superpose`] | adds pointers with weights | `Superposition`, `+` |
+//! | [`CleanupMemory`], [`AssociativeMemory`] | chooses stored pointers by similarity | `ThresholdingAssocMem`, `WTAAssocMem`, `IAAssocMem` |
+//! | [`Selection`] | chooses among utilities by a rule | `Thresholding`, `WTA`, `IA` |
+//! | [`BasalGanglia`] | chooses the action of greatest utility | `BasalGanglia` with `Thalamus` |
+//! | [`Gate`] | lets a pointer pass or silences it | gated routes of `ActionSelection` |
+//! | [`GoalBuffer`] | stores its input while its gate is open, then holds it | |
+//! | [`Linear`], [`Reinterpret`] | a fixed linear map; a change of vocabulary | transforms; `reinterpret` |
+//!
+//! # Example
+//!
+//! A graph that answers what colour is in a scene, by unbinding and cleanup:
+//!
+//! ```
+//! use symbolt::neurons::SelectRule;
+//! use symbolt::prelude::*;
+//! use symbolt::sim::VocabTag;
+//! use symbolt::spa::{CleanupMemory, UnbindFixed, VocabularyBuilder, cosine};
+//!
+//! struct Things;
+//! impl VocabTag for Things {
+//!     const NAME: &'static str = "things";
+//! }
+//!
+//! let things = VocabularyBuilder::<Things>::new(256, Seed::new(1))
+//!     .pointers(["RED", "BLUE", "CIRCLE", "COLOUR", "SHAPE"])
+//!     .build()?;
+//! let scene = things.parse("COLOUR * RED + SHAPE * CIRCLE")?;
+//!
+//! let mut graph = GraphBuilder::new();
+//! let scene = graph.add("scene", Constant::pointer(things.space(), &scene));
+//! let colour = graph.add("colour", UnbindFixed::new(&things, "COLOUR")?);
+//! let rule = SelectRule::WinnerTakeAll { level: 0.3 };
+//! let cleanup = graph.add("cleanup", CleanupMemory::new(&things, ["RED", "BLUE", "CIRCLE"], rule)?);
+//! graph.connect(&scene, &colour.input, Synapse::None);
+//! graph.connect(&colour.output, &cleanup.input, Synapse::None);
+//!
+//! let plan = PopulationPlan::direct();
+//! let graph = graph.build(Timebase::default(), &plan, Seed::new(1))?;
+//! let mut sim = Simulator::new(graph.into(), RunConfig::default())?;
+//! sim.run_for(SimDuration::from_millis(50))?;
+//! assert!(cosine(&sim.value(&cleanup.output), &things.get("RED")?) > 0.99);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # What this module does not do
+//!
+//! - [`Hrr`] is the only algebra it provides; others can implement [`Algebra`].
+//! - Vocabularies are frozen when built. A running graph learns no pointers.
+//! - It has no rule language like nengo_spa's `ActionSelection`: connect utilities to [`BasalGanglia`] yourself.
+//! - It knows no tasks or robots.
 
 mod algebra;
 mod error;
