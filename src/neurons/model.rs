@@ -23,7 +23,9 @@ pub enum TuningError {
         expected: String,
     },
     /// A decoder solve that failed.
-    #[error("cannot solve for the decoders of {neurons} neurons; expected a larger `regularisation`")]
+    #[error(
+        "cannot solve for the decoders of {neurons} neurons; expected a larger `regularisation`"
+    )]
     Unsolvable {
         /// Number of neurons in the ensemble.
         neurons: usize,

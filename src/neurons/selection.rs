@@ -25,17 +25,9 @@ enum Rivalry {
     /// Not at all: the threshold rule.
     None,
     /// Each item inhibits all others in proportion to its own utility.
-    Contest {
-        contest: Kept,
-        decay: Real,
-    },
+    Contest { contest: Kept, decay: Real },
     /// Each item gathers evidence. The first to reach the threshold silences all others.
-    Race {
-        accumulators: Kept,
-        decay: Real,
-        hold: Real,
-        gain: Real,
-    },
+    Race { accumulators: Kept, decay: Real, hold: Real, gain: Real },
 }
 
 impl Rivalry {

@@ -91,7 +91,7 @@ impl ItemMemory {
         }
         if dim == 0 || !rows.len().is_multiple_of(dim) {
             return Err(bad(format!(
-                "{} numbers are not whole vectors of {dim}; expected at least 1 dimension and a multiple of it",
+                "{} numbers for vectors of {dim} dimensions; expected whole vectors of at least 1 dimension",
                 rows.len()
             )));
         }
@@ -225,8 +225,8 @@ impl ItemMemory {
 
     /// Finds all stored vectors whose dot product with `query` is at least `level`, in the order of their indices.
     ///
-    /// Returns none if a component of `query` is not finite. Costs as much as [`best`](Self::best), plus one exact dot
-    /// product per vector found.
+    /// The result is empty if a component of `query` is not finite. Costs as much as [`best`](Self::best), plus one exact
+    /// dot product per vector that may reach the level.
     ///
     /// # Panics
     /// If `query` does not have `dim` components.
