@@ -93,9 +93,9 @@ impl Map {
 }
 
 impl Map {
-    /// States that the function is zero below `least`, so that no neuron need fire there. Direct mode ignores it.
+    /// States that the function is zero below `least`, so that no neuron fires there. Direct mode ignores this.
     ///
-    /// Neurons clamp `least / radius` to -0.99 to 0.9.
+    /// In neurons, `least / radius` is limited to the range from -0.99 to 0.9.
     pub fn above(mut self, least: Real) -> Self {
         self.above = Some(least);
         self
@@ -171,7 +171,7 @@ pub enum SelectRule {
     },
     /// Chooses the first item that has gathered enough evidence.
     ///
-    /// Each item integrates the excess of its utility over `level`, with time constant `tau`. The first item whose
+    /// Each item's evidence integrates the excess of its utility over `level`; `tau` sets the speed. The first item whose
     /// evidence reaches 0.8 is chosen, and holds the evidence of all others at zero until its own has drained
     /// (Gosmann, Voelker and Eliasmith, "A spiking independent accumulator model for winner-take-all computation",
     /// 2017). This is slower than [`WinnerTakeAll`](Self::WinnerTakeAll) but never chooses two items at once.

@@ -1,8 +1,8 @@
-//! Neural layers: what a module asks for, and how each layer is computed.
+//! Neural layers, and the plan that decides how each layer is computed.
 //!
-//! This is the Neural Engineering Framework (Eliasmith and Anderson, "Neural Engineering", 2003) as a library
-//! of four layers. A module requests a layer; a plan decides afterwards whether neurons or exact arithmetic
-//! compute it. The graph, its delays and its seeds are the same in every mode.
+//! This is the Neural Engineering Framework (Eliasmith and Anderson, "Neural Engineering", 2003) as a library of four
+//! layers. A module requests a layer without saying how it is computed. When the graph is built, a plan assigns
+//! neurons or exact arithmetic to each layer. The connections, delays and seeds of the graph are the same either way.
 //!
 //! # Layers
 //!

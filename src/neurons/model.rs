@@ -40,9 +40,11 @@ pub(crate) fn refuse(
     TuningError::Setting { name, value: value.to_string(), expected: expected.to_string() }
 }
 
-/// A leaky integrate-and-fire neuron with a refractory period.
+/// A leaky integrate-and-fire neuron with a refractory period (Eliasmith and Anderson, "Neural Engineering", 2003,
+/// chapter 4).
 ///
-/// The default has `tau_rc` of 20 ms and `tau_ref` of 2 ms.
+/// The resting voltage is 0 and the threshold is 1; currents are in the same unit. By default the membrane time
+/// constant is 20 ms and the refractory period 2 ms.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Lif {
     /// Membrane time constant, in seconds (above 0).

@@ -21,7 +21,11 @@ pub struct LifSpec {
     /// Least and greatest maximum rate, in Hz; above 0 and below `1 / tau_ref`. Drawn uniformly. Default: 200 to 400.
     pub max_rates: [f64; 2],
     /// Least and greatest intercept of neurons of one dimension; at least -1 and below 1. Drawn uniformly.
-    /// Pointers, selections and [`Map::above`](super::Map::above) choose their own intercepts. Default: -1 to 0.9.
+    /// Default: -1 to 0.9.
+    ///
+    /// Selections and [`Map::above`](super::Map::above) draw intercepts above their level. Pointers draw them from the
+    /// distribution of cosines between random directions (Gosmann and Eliasmith, "Optimizing semantic pointer
+    /// representations for symbol-like processing in spiking neural networks", 2016).
     pub intercepts: [f64; 2],
     /// Number of neurons per dimension of a pointer. Default: 50.
     pub per_dimension: usize,
@@ -35,6 +39,9 @@ pub struct LifSpec {
     /// Number of neurons per item of a selection. Default: 50.
     pub per_item: usize,
     /// Regularisation of the decoder solve, as a fraction of the greatest rate (above 0, finite). Default: 0.1.
+    ///
+    /// Decoders are `(A^T A + m s^2 I)^-1 A^T F`, with rates A and target values F at m evaluation points, and s this
+    /// number times the greatest rate (Eliasmith and Anderson 2003, chapter 2; `reg` of Nengo's `LstsqL2`).
     pub regularisation: f64,
     /// Factor on all numbers of neurons (above 0). Default: 1.
     pub scale: f64,
@@ -195,14 +202,15 @@ fn name_matches(part: &str, name: &str) -> bool {
     rest.ends_with(last)
 }
 
-/// The mode of every layer of a graph: a default, and exceptions by path. The last pattern that matches counts.
+/// The mode of every layer of a graph: a default, and exceptions by path. If several patterns match a path, the last
+/// one counts.
 ///
 /// A pattern that matches no layer is a fault when the graph is built, so a misspelt ablation cannot go unnoticed.
 ///
 /// ```
 /// use symbolt::neurons::{LifSpec, Population, PopulationPlan};
 ///
-/// // Spiking neurons everywhere, except exact arithmetic in every layer called `bind` and below it.
+/// // Spiking neurons everywhere, except exact arithmetic in every module called `bind`.
 /// let plan = PopulationPlan::all(Population::Lif(LifSpec::default()))
 ///     .with("**/bind/**".parse()?, Population::Direct);
 /// assert_eq!(plan.population("planner/bind/products"), Population::Direct);

@@ -21,7 +21,7 @@ fn points() -> Points {
     Points { wanted: values.clone(), values, outputs: 1 }
 }
 
-/// One ensemble of one dimension that decodes its own input.
+/// One ensemble of one dimension that decodes the identity.
 fn bank(count: usize, seed: Seed, firing: Firing) -> Bank {
     let shape = Shape { ensembles: 1, neurons: count, dims: 1, outputs: 1 };
     let draft =

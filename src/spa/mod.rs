@@ -1,16 +1,16 @@
 //! The Semantic Pointer Architecture: vector-symbolic algebra, vocabularies and the modules of a graph.
 //!
-//! This module serves two uses. Vectors can be bound, compared and cleaned up directly, without a graph; and
-//! a graph can be built of modules through which semantic pointers flow, in exact arithmetic or in spiking neurons.
+//! The algebra binds, compares and cleans up vectors directly, without a graph. The modules make up a graph through
+//! which semantic pointers flow, in exact arithmetic or in spiking neurons.
 //!
 //! # Algebra on vectors
 //!
 //! - [`VocabularyBuilder`] and [`Vocabulary`]: named pointers of one space, and expressions over them. Pointers of
 //!   two vocabularies have different types, so mixing them up does not compile.
-//! - [`Hrr`]: binding by circular convolution, behind the trait [`Algebra`].
-//! - [`cosine`]: similarity of two pointers.
-//! - [`ItemMemory`]: the stored vector most similar to a query, exact and fast for many items.
-//! - [`PairDecoder`]: all fillers of a sum of role-filler pairs.
+//! - [`Hrr`]: binding and unbinding by circular convolution. It implements the trait [`Algebra`].
+//! - [`cosine`]: the similarity of two pointers.
+//! - [`ItemMemory`]: finds the stored vector most similar to a query, exactly and fast.
+//! - [`PairDecoder`]: decodes all fillers of a sum of role-filler pairs.
 //!
 //! # Modules of a graph
 //!
@@ -25,11 +25,15 @@
 //! | [`BasalGanglia`] | chooses the action of greatest utility | `BasalGanglia` with `Thalamus` |
 //! | [`Gate`] | lets a pointer pass or silences it | gated routes of `ActionSelection` |
 //! | [`GoalBuffer`] | stores its input while its gate is open, then holds it | |
-//! | [`Linear`], [`Reinterpret`] | a fixed linear map; a change of vocabulary | transforms; `reinterpret` |
+//! | [`Linear`] | applies a fixed linear map | transforms |
+//! | [`Reinterpret`] | passes a pointer on as one of another vocabulary | `reinterpret` |
+//!
+//! Every module filters the output of its own populations, with a synapse of 5 ms unless its docs say otherwise. You
+//! can therefore connect its outputs without a synapse. The delay of a module is the same in every mode.
 //!
 //! # Example
 //!
-//! A graph that answers what colour is in a scene, by unbinding and cleanup:
+//! This graph reads the colour out of a scene, by unbinding and cleanup:
 //!
 //! ```
 //! use symbolt::neurons::SelectRule;

@@ -45,6 +45,11 @@ pub struct Filler {
 ///
 /// The roles are known. Every filler is one of the decoder's items. All vectors have a norm of about 1.
 ///
+/// The decoder reads all fillers together, by soft interference cancellation: for each role it subtracts the expected
+/// values of all other pairs, and repeats this until the weights of the items settle. It reads more fillers correctly
+/// than unbinding one role at a time (multistage detection with soft decisions: Divsalar, Simon and Raphaeli 1998;
+/// Tanaka and Okada 2005).
+///
 /// ```
 /// use symbolt::sim::Seed;
 /// use symbolt::spa::{Algebra, Hrr, PairDecoder, random_pointer};

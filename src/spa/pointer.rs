@@ -32,7 +32,8 @@ impl<V: VocabTag> PointerValue<V> {
         self.values
     }
 
-    /// Returns the expression that the pointer is the value of.
+    /// Returns the expression that the pointer is the value of; `given values` for one made by
+    /// [`from_raw`](Self::from_raw).
     pub fn expression(&self) -> &str {
         &self.expression
     }

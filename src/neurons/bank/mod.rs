@@ -2,10 +2,10 @@
 //!
 //! # Memory layout
 //!
-//! A bank is a structure of arrays. Encoders are scaled by gain and radius and stored per ensemble, in groups of
-//! 32 neurons (8 if the ensemble has one dimension), with one row per dimension. Encoding therefore reads memory
-//! from front to back. Biases, voltages and refractory times have one array each. Neurons that never fire pad
-//! every ensemble to whole groups.
+//! A bank is a structure of arrays. The array of encoders, each times gain / radius, is ordered by ensemble, then by
+//! group of 32 neurons (8 if the ensemble has one dimension), then by dimension. Encoding therefore reads memory from
+//! front to back. Biases, voltages and refractory times have one array each. Neurons that never fire pad every ensemble
+//! to whole groups.
 //!
 //! # Passes
 //!
@@ -16,9 +16,9 @@
 //!
 //! # Memory traffic
 //!
-//! Per neuron and tick, a scalar bank reads 16 bytes (encoder, bias, voltage, refractory time) and writes 8. A
-//! bank of d dimensions reads 4 d bytes of encoders, and 4 d bytes of decoders for each neuron that fires
-//! (about one in ten). This traffic bounds the speed of banks that do not fit the caches.
+//! Per neuron and tick, a scalar bank reads 16 bytes (encoder, bias, voltage, refractory time) and writes 8. A bank of
+//! d dimensions reads 4 d bytes of encoders instead of 4, and 4 d bytes of decoders for each neuron that fires (about
+//! one in ten). This traffic limits the speed of banks that do not fit the caches.
 //!
 //! # Measured time
 //!
