@@ -98,7 +98,7 @@ impl Lif {
     /// `1 / tau_ref`.
     pub fn gain_bias(&self, max_rate: f64, intercept: f64) -> Result<(f64, f64), TuningError> {
         if !(-1.0..1.0).contains(&intercept) {
-            return Err(refuse("intercept", intercept, "-1 up to, not including, 1"));
+            return Err(refuse("intercept", intercept, "at least -1 and below 1"));
         }
         let limit = if self.tau_ref_s > 0.0 { 1.0 / self.tau_ref_s } else { f64::INFINITY };
         if !(max_rate > 0.0 && max_rate < limit) {

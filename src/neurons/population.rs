@@ -157,7 +157,7 @@ fn count(of: f64, scale: f64) -> Result<usize, TuningError> {
     if (1.0..=MAX_NEURONS).contains(&count) {
         Ok(count as usize)
     } else {
-        Err(refuse("neurons", format!("{count} an ensemble"), format!("1 to {MAX_NEURONS}")))
+        Err(refuse("neurons", format!("{count} per ensemble"), format!("1 to {MAX_NEURONS}")))
     }
 }
 
@@ -196,7 +196,7 @@ impl Maker<'_> {
         }
         let [low, high] = intercepts;
         if !(*low >= -1.0 && low <= high && *high < 1.0) {
-            let expected = "two numbers in rising order from -1 up to, not including, 1";
+            let expected = "two numbers in rising order, at least -1 and below 1";
             return Err(refuse("intercepts", format!("{low} to {high}"), expected));
         }
         Ok(())

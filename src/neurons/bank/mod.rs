@@ -165,14 +165,14 @@ impl Bank {
     ) -> Result<Self, TuningError> {
         lif.check()?;
         if shape.neurons == 0 || shape.ensembles == 0 || shape.dims == 0 {
-            return Err(refuse("neurons", shape.neurons, "at least 1 an ensemble"));
+            return Err(refuse("neurons", shape.neurons, "at least 1 per ensemble"));
         }
         if dt_s > lif.tau_ref_s && firing == Firing::Spikes {
             let expected = format!("at most the refractory period of {} s", lif.tau_ref_s);
             return Err(refuse("tick", format!("{dt_s} s"), expected));
         }
         if dt_s > MAX_TICK * lif.tau_rc_s {
-            let expected = format!("at most {MAX_TICK} of tau_rc, {} s", MAX_TICK * lif.tau_rc_s);
+            let expected = format!("at most {MAX_TICK} of tau_rc ({} s)", MAX_TICK * lif.tau_rc_s);
             return Err(refuse("tick", format!("{dt_s} s"), expected));
         }
         if !(regularisation.is_finite() && regularisation > 0.0) {
