@@ -171,8 +171,8 @@ pub enum SelectRule {
     },
     /// Chooses the first item that has gathered enough evidence.
     ///
-    /// Each item's evidence integrates the excess of its utility over `level`; `tau` sets the speed. The first item whose
-    /// evidence reaches 0.8 is chosen, and holds the evidence of all others at zero until its own has drained
+    /// Each item's evidence integrates the excess of its utility over `level`; `tau` sets the speed. The first item
+    /// whose evidence reaches 0.8 is chosen, and holds the evidence of all others at zero until its own has drained
     /// (Gosmann, Voelker and Eliasmith, "A spiking independent accumulator model for winner-take-all computation",
     /// 2017). This is slower than [`WinnerTakeAll`](Self::WinnerTakeAll) but never chooses two items at once.
     IndependentAccumulators {

@@ -165,8 +165,8 @@ impl PairDecoder {
     /// Decodes the filler of every role, in the order of the roles. If a component of `sum` is not finite, all
     /// weights are 0.
     ///
-    /// Costs at most [`ROUNDS`](Self::ROUNDS) x roles x (6 transforms + items x dimensions products), with twice as many
-    /// products while all items still have weight. Allocates nothing.
+    /// Costs at most [`ROUNDS`](Self::ROUNDS) x roles x (6 transforms + items x dimensions products), with twice as
+    /// many products while all items still have weight. Allocates nothing.
     ///
     /// # Panics
     /// If `sum` does not have the decoder's number of dimensions.

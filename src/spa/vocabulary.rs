@@ -119,8 +119,8 @@ impl<V: VocabTag> VocabularyBuilder<V> {
         self
     }
 
-    /// Adds a given pointer unchanged. [`PointerRef::from_raw`] makes one from numbers; [`build`](Self::build) checks that
-    /// they are finite and as many as the vocabulary has dimensions.
+    /// Adds a given pointer unchanged. [`PointerRef::from_raw`] makes one from numbers; [`build`](Self::build) checks
+    /// that they are finite and as many as the vocabulary has dimensions.
     ///
     /// ```
     /// # use symbolt::sim::{PointerRef, Seed, VocabTag};

@@ -60,8 +60,8 @@ pub trait Algebra: Send + Sync + fmt::Debug {
     /// If `a` has another length than `scratch` was made for, or another algebra made `scratch`.
     fn make_unitary(&self, a: &mut [Real], scratch: &mut Workspace);
 
-    /// Splits the binding of two changing vectors of `dim` components into linear maps and elementwise products, so that
-    /// neurons can compute it. Allocates.
+    /// Splits the binding of two changing vectors of `dim` components into linear maps and elementwise products, so
+    /// that neurons can compute it. Allocates.
     fn product_form(&self, dim: usize) -> ProductForm;
 
     /// Returns binding with the vector `fixed` as a linear map. Allocates.

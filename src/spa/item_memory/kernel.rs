@@ -17,8 +17,8 @@ pub(super) const GROUP: usize = 8;
 
 /// Greatest magnitude in a row's code.
 ///
-/// Among the pairs of `ROW_MAX` and [`QUERY_MAX`] for which four sums of two products fit 16 bits, this one has the least
-/// sum of quantisation errors.
+/// Among the pairs of `ROW_MAX` and [`QUERY_MAX`] for which four sums of two products fit 16 bits, this one has the
+/// least sum of quantisation errors.
 pub(super) const ROW_MAX: i16 = 44;
 /// Greatest magnitude in a query's code.
 pub(super) const QUERY_MAX: i16 = 46;
@@ -92,9 +92,9 @@ const BOUND_SLACK: Real = 1.001;
 
 /// Screens every row of a block for `Q` queries, 1 or [`GROUP`].
 ///
-/// `codes` holds `queries.len()` lines per row, with values from 1 to `ROW_MAX + OFFSET`. `queries` holds, for each line of
-/// a row, the corresponding line of every query, with magnitudes up to `QUERY_MAX`. `visit` gets every row whose
-/// screened similarity plus its error bound reaches `screening.best`.
+/// `codes` holds `queries.len()` lines per row, with values from 1 to `ROW_MAX + OFFSET`. `queries` holds, for each
+/// line of a row, the corresponding line of every query, with magnitudes up to `QUERY_MAX`. `visit` gets every row
+/// whose screened similarity plus its error bound reaches `screening.best`.
 pub(super) fn screen_block<const Q: usize>(
     codes: &[Line],
     facts: &[RowFacts],

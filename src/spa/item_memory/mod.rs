@@ -153,8 +153,8 @@ impl ItemMemory {
 
     /// Finds the stored vector with the greatest dot product with `query`; of several equal ones, the first.
     ///
-    /// Returns `None` if the memory is empty or a component of `query` is not finite. Costs O(len x dim) byte operations
-    /// and a few exact dot products. Allocates.
+    /// Returns `None` if the memory is empty or a component of `query` is not finite. Costs O(len x dim) byte
+    /// operations and a few exact dot products. Allocates.
     ///
     /// # Panics
     /// If `query` does not have `dim` components.
@@ -227,8 +227,8 @@ impl ItemMemory {
 
     /// Finds all stored vectors whose dot product with `query` is at least `level`, in the order of their indices.
     ///
-    /// The result is empty if a component of `query` is not finite. Costs as much as [`best`](Self::best), plus one exact
-    /// dot product per vector that may reach the level.
+    /// The result is empty if a component of `query` is not finite. Costs as much as [`best`](Self::best), plus one
+    /// exact dot product per vector that may reach the level.
     ///
     /// # Panics
     /// If `query` does not have `dim` components.

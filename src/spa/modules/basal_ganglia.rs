@@ -20,8 +20,8 @@ const GABA: Synapse = Synapse::lowpass_ms(8);
 /// Weights, thresholds and slopes are those of Gurney, Prescott and Redgrave (2001), as simplified for spiking
 /// neurons by Stewart, Choo and Eliasmith (2010).
 ///
-/// Synapses on the way: 2 ms for excitation, 8 ms for inhibition, 5 ms to the thalamus and 5 ms on the output. Connections
-/// between all pairs of actions cost O(actions^2) per tick.
+/// Synapses on the way: 2 ms for excitation, 8 ms for inhibition, 5 ms to the thalamus and 5 ms on the output.
+/// Connections between all pairs of actions cost O(actions^2) per tick.
 pub struct BasalGanglia {
     actions: usize,
 }

@@ -58,7 +58,8 @@ impl<V: VocabTag> GoalBuffer<V> {
         self
     }
 
-    /// Replaces the feed-forward synapse of the gate and the output (default 5 ms). Slower synapses also weaken the drive.
+    /// Replaces the feed-forward synapse of the gate and the output (default 5 ms). Slower synapses also weaken the
+    /// drive.
     pub fn synapse(mut self, synapse: Synapse) -> Self {
         self.synapse = synapse;
         self
@@ -72,9 +73,9 @@ impl<V: VocabTag> GoalBuffer<V> {
 
     /// Replaces the weight of the recurrent connection (default 1).
     ///
-    /// Below 1 the held value decays with the time constant `tau / (1 - weight)`, where `tau` is that of the recurrent
-    /// synapse. Above 1 the value would grow up to the radius. Anything but a finite number is a fault when the graph is
-    /// built.
+    /// Below 1 the held value decays with the time constant `tau / (1 - weight)`, where `tau` is that of the
+    /// recurrent synapse. Above 1 the value would grow up to the radius. Anything but a finite number is a fault when
+    /// the graph is built.
     pub fn retention(mut self, weight: Real) -> Self {
         self.retention = weight;
         self
@@ -84,8 +85,8 @@ impl<V: VocabTag> GoalBuffer<V> {
 impl<V: VocabTag> GoalBuffer<V> {
     /// Returns the strongest drive at which the held value overshoots by at most 4%.
     ///
-    /// With memory m, gate g, input u and gain G, `tau_r m' = G g` and `tau_f g' = u - m - g`. The damping ratio of this
-    /// system is `sqrt(tau_r / (G tau_f)) / 2`, which is 0.707 for the gain chosen here.
+    /// With memory m, gate g, input u and gain G, `tau_r m' = G g` and `tau_f g' = u - m - g`. The damping ratio of
+    /// this system is `sqrt(tau_r / (G tau_f)) / 2`, which is 0.707 for the gain chosen here.
     fn gain(&self) -> Real {
         let gain = match (self.recurrent, self.synapse) {
             (Synapse::Lowpass { tau: slow }, Synapse::Lowpass { tau: fast }) => {

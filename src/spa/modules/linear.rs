@@ -27,8 +27,8 @@ pub struct LinearPorts<A: Kind, B: Kind> {
 }
 
 impl<A: Kind, B: Kind> Linear<A, B> {
-    /// Makes a node that applies `map` between ports of the given kinds. If the widths of map and ports differ, building
-    /// the graph reports a fault.
+    /// Makes a node that applies `map` between ports of the given kinds. If the widths of map and ports differ,
+    /// building the graph reports a fault.
     pub fn new(input: InputSpec<A>, output: OutputSpec<B>, map: Box<dyn LinearMap>) -> Self {
         Self { input, output, map, fault: None }
     }
