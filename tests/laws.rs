@@ -1,4 +1,4 @@
-//! Laws of the algebra and of vocabularies, for any dimension, and wrong variants that must be caught.
+//! Laws of the algebra and of vocabularies for any number of dimensions, and wrong variants that the tests must catch.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
@@ -39,7 +39,7 @@ fn far(a: &[f32], b: &[f32]) -> f32 {
     a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max)
 }
 
-/// Dimensions of every kind: tiny, odd, prime, powers of two.
+/// Numbers of dimensions of every kind: tiny, odd, prime, powers of two.
 fn dims() -> impl Strategy<Value = usize> {
     prop_oneof![
         Just(2),
@@ -98,7 +98,7 @@ proptest! {
         let bound = bind(&role, &b);
         prop_assert!((norm(&bound) - norm(&b)).abs() < 1e-5);
         prop_assert!(far(&bind(&bound, &inverse(&role)), &b) < 1e-5);
-        // With a vector that is not unitary it is only approximate.
+        // Unbinding a vector that is not unitary is only approximate.
         if a.len() >= 64 {
             prop_assert!(far(&bind(&bind(&a, &b), &inverse(&a)), &b) > 1e-3);
         }
@@ -255,7 +255,7 @@ fn vocabularies_that_cannot_be_are_refused() {
         build(new(2).vector("A", &PointerRef::<Things>::from_raw(&[1.0, f32::NAN]))),
         VocabError::BadVector { .. }
     ));
-    // Ten vectors of four dimensions cannot all be nearly orthogonal; the error says what came closest.
+    // Ten vectors of four dimensions cannot all be nearly orthogonal. The error names the nearest pointer.
     let crowded = build(new(4).pointers((0..10).map(|i| format!("N{i}"))));
     let VocabError::TooSimilar { dim: 4, best, ref nearest, .. } = crowded else {
         panic!("{crowded}")

@@ -1,4 +1,4 @@
-//! The modules of the semantic pointer architecture: nodes, outputs, delays, and inputs that match nothing.
+//! Tests of each module: topology, output, delay and misses.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
@@ -82,7 +82,7 @@ fn bind_and_unbind_are_those_of_the_algebra_one_synapse_later() {
     let bound = graph.probe(&bind.output, ProbeSpec::default());
     let taken = graph.probe(&unbind.output, ProbeSpec::default());
     let graph = build(graph);
-    // The nodes: two maps, the products, and the map back.
+    // The module's nodes: two maps, the products, and the map back.
     let paths: Vec<&str> = graph.paths().filter(|p| p.starts_with("bind/")).collect();
     assert_eq!(paths, ["bind/back", "bind/left", "bind/products", "bind/right"]);
     let products = graph.output("bind/products.out").expect("there");
@@ -167,17 +167,17 @@ fn cleanup_finds_the_winner_or_everything_above_its_level_or_nothing() {
     assert_eq!(noisy.active(), [1]);
     let clean = noisy.sim.samples(&noisy.output).last().expect("there").1;
     assert!(cosine(&clean, &v.get("B").expect("there")) > 0.9999);
-    // A superposition: one winner, or both above the level.
+    // A superposition: the winner alone, or both items above the level.
     assert_eq!(ask(&v, WINNER, "A + 0.9 * C", None).active(), [0]);
     assert_eq!(ask(&v, EVERY, "A + 0.9 * C", None).active(), [0, 2]);
-    // If nothing matches, no item is active and the output is zero.
+    // A miss chooses nothing and gives a zero pointer.
     let miss = ask(&v, EVERY, "0.3 * A", None);
     assert!(miss.active().is_empty());
     assert_eq!(norm(&miss.sim.samples(&miss.output).last().expect("there").1), 0.0);
     // An inhibited item is not chosen.
     assert_eq!(ask(&v, WINNER, "A + 0.9 * C", Some(&[1.0, 0.0, 0.0, 0.0])).active(), [2]);
     assert_eq!(ask(&v, EVERY, "A + 0.9 * C", Some(&[0.0, 0.0, 1.0, 0.0])).active(), [0]);
-    // Without the cleanup the pointer is far from B.
+    // Ablation: without the cleanup the pointer remains noisy.
     let noise = v.parse("0.6 * B + 0.4 * A * C").expect("read");
     assert!(cosine(&noise, &v.get("B").expect("there")) < 0.9);
 }
@@ -233,7 +233,7 @@ fn a_goal_buffer_follows_while_it_is_open_and_holds_while_it_is_closed() {
     let ms = SimDuration::from_millis;
     let (a, b) = (v.get("A").expect("there"), v.get("B").expect("there"));
     let mut graph = GraphBuilder::new();
-    // A is shown for 60 ms with the gate open for 40; then B, for which the gate opens at 600 ms.
+    // The input is A for 60 ms, then B. The gate is open for the first 40 ms and again from 600 to 640 ms.
     let input = graph.add("input", Stimulus::pointer(v.space(), &a).from(ms(60), &b));
     let open = graph.add(
         "open",
@@ -247,16 +247,16 @@ fn a_goal_buffer_follows_while_it_is_open_and_holds_while_it_is_closed() {
     let samples = sim.samples(&out);
     let at = |t: usize| samples.get(t - 1).expect("there").1;
     assert_eq!(samples.len(), 900);
-    // After two feed-forward synapses (10 ms) the output resembles the input.
+    // After two feed-forward synapses the output resembles the input.
     assert!(cosine(&at(12), &a) > 0.99 && norm(&at(12)) > 0.5);
-    // The closed buffer holds A and does not drift in direct mode.
+    // In direct mode the closed buffer holds its value without drift.
     assert!(cosine(&at(120), &a) > 0.999);
     assert!((norm(&at(120)) - 1.0).abs() < 0.1, "{}", norm(&at(120)));
     assert!((norm(&at(590)) / norm(&at(120)) - 1.0).abs() < 1e-3);
-    // B replaces A.
+    // After the gate reopens, B replaces A.
     assert!(cosine(&at(612), &b) > 0.7);
     assert!(cosine(&at(890), &b) > 0.99 && (norm(&at(890)) - 1.0).abs() < 0.1);
-    // Nothing of A is left.
+    // No memory of A is left.
     assert!(cosine(&at(890), &a).abs() < 0.2);
 }
 
@@ -267,7 +267,7 @@ fn a_goal_buffer_with_slow_synapses_does_not_turn_round_what_it_held_before() {
     let [a, b] = ["A", "B"].map(|name| v.get(name).expect("there"));
     for tau in [5, 20, 40] {
         for open_ms in [40, 80, 120, 200] {
-            // The buffer takes A for one second, then B for `open_ms`.
+            // The buffer stores A for a second, then B for `open_ms`.
             let (change, end) = (1_000, 1_000 + open_ms);
             let mut graph = GraphBuilder::new();
             let input = Stimulus::pointer(v.space(), &a).from(ms(change), &b);
@@ -281,7 +281,7 @@ fn a_goal_buffer_with_slow_synapses_does_not_turn_round_what_it_held_before() {
             let held = sim.value(&buffer.output);
             let before = norm(&held) * cosine(&held, &a);
             assert!(before > -0.1, "{tau} ms, open for {open_ms}: {before} of A is left");
-            // B replaces A completely if the gate is open for 8 time constants.
+            // Open for eight time constants, the buffer holds B alone.
             if open_ms >= 8 * tau {
                 let taken = norm(&held) * cosine(&held, &b);
                 assert!((taken - 1.0).abs() < 0.12 && before < 0.12, "{tau}: {taken} {before}");

@@ -1,4 +1,4 @@
-//! Solved populations as files: the same bits, and refusal of what does not fit or is damaged.
+//! Solved models as files: a loaded model has the same bits, and unsuitable or damaged files are refused.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
@@ -54,7 +54,7 @@ fn a_model_of_another_seed_size_or_mode_is_refused_with_the_layers_path() {
     assert!(missing.contains("memory/select") && missing.contains("no such layer"), "{missing}");
 }
 
-/// What the build of two modules from another graph's populations is refused with.
+/// The error of building a memory from the populations of another graph.
 fn two_modules_from(plan: &PopulationPlan) -> String {
     let parts = vocabulary(64);
     let mut graph = GraphBuilder::new();
@@ -96,7 +96,7 @@ fn a_model_file_cut_short_damaged_or_of_another_version_is_refused() {
     let newer = with("\"version\":1", "\"version\":2");
     assert!(matches!(newer, Err(SolvedError::Version { found: 2 })), "{newer:?}");
     assert!(matches!(with("symbolt-solved", "nengo"), Err(SolvedError::Format { .. })));
-    // A header that fits the length but not the network, or is not what was written.
+    // Headers that match neither the checksum nor, some of them, the length.
     for (from, to) in [
         ("\"firing\":\"spikes\"", "\"firing\":\"rates\""),
         ("\"outputs\":1", "\"outputs\":2"),

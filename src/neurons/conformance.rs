@@ -1,9 +1,9 @@
-//! Spikes and outputs beside those that Nengo computes from the same parameters and inputs.
+//! Compares spikes and outputs with those that Nengo computes from the same parameters and inputs.
 //!
-//! `tests/conformance/fixtures.py` wrote the fixtures (Nengo 4.1): two populations in a row with a synapse between
-//! them, for one second. In double precision every spike comes in its tick; in the single precision of the hot
-//! loop, with its series for logarithm and exponential, a spike in ten thousand may come a tick earlier or
-//! later.
+//! `tests/conformance/fixtures.py` wrote the fixtures with Nengo 4.1. Each fixture runs two ensembles in a row,
+//! joined by a synapse, for one second. In double precision every spike falls in the same tick as Nengo's. The hot
+//! loop works in single precision, with series for logarithm and exponential; there one spike in ten thousand may
+//! fall one tick earlier or later.
 
 use std::path::Path;
 
@@ -19,7 +19,7 @@ use crate::sim::{Real, SimDuration, Threads, lowpass_decay};
 const DT_S: f64 = 0.001;
 const TICKS: usize = 1_000;
 
-/// Parameters of a population, its spikes (a row a tick), and its decoders (a row a neuron).
+/// Parameters of an ensemble, its decoders (one row per neuron) and its spikes (one row per tick).
 struct Population {
     neurons: Neurons,
     decoders: Vec<f64>,
@@ -30,7 +30,7 @@ struct Population {
 struct Fixture {
     populations: [Population; 2],
     input: Array2<f64>,
-    /// What the second population is given: the first's output behind the synapse.
+    /// Input of the second ensemble: the output of the first, filtered by the synapse.
     middle: Array2<f64>,
     output: Array2<f64>,
 }
@@ -63,7 +63,7 @@ fn fixture(name: &str) -> Fixture {
     Fixture { populations, input, middle, output }
 }
 
-/// One population in double precision.
+/// One ensemble, stepped in double precision.
 struct Exact<'a> {
     population: &'a Population,
     voltages: Vec<f64>,
@@ -76,7 +76,7 @@ impl<'a> Exact<'a> {
         Self { population, voltages: vec![0.0; count], refractory: vec![0.0; count] }
     }
 
-    /// Who fires, and what is decoded from it.
+    /// Steps by one tick. Returns which neurons fired and the decoded value.
     fn step(&mut self, value: &[f64]) -> (Vec<bool>, Vec<f64>) {
         let Population { neurons, decoders, outputs, .. } = self.population;
         let (lif, mut out) = (Lif::default(), vec![0.0; *outputs]);
@@ -96,7 +96,7 @@ impl<'a> Exact<'a> {
     }
 }
 
-/// The same population in a bank.
+/// The same ensemble as a bank.
 fn bank(population: &Population) -> Bank {
     let Population { neurons, decoders, outputs, .. } = population;
     let shape =
@@ -143,7 +143,7 @@ fn in_double_precision_every_spike_is_nengos() {
     }
 }
 
-/// Ticks at which each neuron fires.
+/// Ticks in which each neuron fires.
 fn times(fired: &Array2<u8>) -> Vec<Vec<usize>> {
     let train = |column: ndarray::ArrayView1<'_, u8>| -> Vec<usize> {
         (0..TICKS).filter(|tick| column[*tick] == 1).collect()
@@ -151,12 +151,11 @@ fn times(fired: &Array2<u8>) -> Vec<Vec<usize>> {
     fired.columns().into_iter().map(train).collect()
 }
 
-/// Spikes that come a tick earlier or later, as (neuron, tick here, tick there). Anything else
-/// fails.
+/// Spikes that fall one tick earlier or later, as (neuron, our tick, Nengo's tick). Panics at any larger difference.
 fn shifts(ours: &Array2<u8>, theirs: &Array2<u8>) -> Vec<(usize, usize, usize)> {
     let mut all = Vec::new();
     for (neuron, (a, b)) in times(ours).iter().zip(times(theirs)).enumerate() {
-        // One that is due in the last tick can fall behind the end.
+        // A spike due in the last tick can fall past the end.
         assert!(a.len().abs_diff(b.len()) <= 1, "neuron {neuron}: {} and {}", a.len(), b.len());
         for (a, b) in a.iter().zip(b) {
             assert!(a.abs_diff(b) <= 1, "neuron {neuron}: tick {a} instead of {b}");
@@ -168,7 +167,7 @@ fn shifts(ours: &Array2<u8>, theirs: &Array2<u8>) -> Vec<(usize, usize, usize)> 
     all
 }
 
-/// Runs a fixture in banks; `tune` may spoil them.
+/// Runs a fixture in banks. `tune` may change the banks first, to make a wrong variant.
 fn in_banks(fixture: &Fixture, tune: impl Fn(&mut Bank)) -> ([Array2<u8>; 2], [Array2<f64>; 2]) {
     let decay = lowpass_decay(SimDuration::from_millis(5), DT_S);
     let mut banks = fixture.populations.each_ref().map(bank);
@@ -239,7 +238,7 @@ fn in_the_hot_loop_at_most_one_spike_in_ten_thousand_shifts() {
 
 #[test]
 fn a_refractory_period_a_tenth_too_long_would_be_caught() {
-    // The wrong variant: so many spikes are late that trains no longer match one to one.
+    // The wrong variant: so many spikes are late that the spike trains no longer match one to one.
     let fixture = fixture("scalar");
     let (spikes, _) = in_banks(&fixture, |bank| bank.lengthen_refractory_period(1.1));
     let count = |spikes: &Array2<u8>| spikes.iter().filter(|s| **s == 1).count();

@@ -1,9 +1,10 @@
-//! Decoders: regularised least squares from the neurons' rates to the values wanted.
+//! Decoders: regularised least squares from the neurons' rates to the target values.
 //!
-//! `D = (A^T A + m s^2 I)^-1 A^T F` with rates A at m points (a row a point), values F wanted there and `s` the
-//! regularisation times the greatest rate (Eliasmith and Anderson 2003, chapter 2; the scaling by the
-//! greatest rate is Nengo's `LstsqL2`, so that one figure fits both). Solved by the Cholesky factor of the system
-//! ([`dense`]).
+//! `D = (A^T A + m s^2 I)^-1 A^T F`, where A holds the rates at m evaluation points (one row per point), F the target
+//! values there, and `s` is the regularisation times the greatest rate (Eliasmith and Anderson 2003, chapter 2).
+//! Scaling by the greatest rate follows Nengo's `LstsqL2`, so the same regularisation means the same in both. A
+//! Cholesky factorisation ([`dense`]) solves the system, in single precision where that is accurate enough and in
+//! double precision elsewhere.
 
 use multiversion::multiversion;
 use ndarray::linalg::general_mat_mul;
@@ -13,21 +14,21 @@ use super::dense;
 use super::model::{Lif, TuningError};
 use super::tuning::Neurons;
 
-/// Values, and the functions of them that are wanted, at which decoders are solved for.
+/// Evaluation points and the target values there.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Points {
-    /// A row a point, within about the unit ball.
+    /// Represented values, one row per point, roughly within the unit ball.
     pub values: Vec<f64>,
-    /// A row a point.
+    /// Target values, one row of `outputs` numbers per point.
     pub wanted: Vec<f64>,
     pub outputs: usize,
 }
 
-/// The numbers that a system is solved in.
+/// Floating-point types in which a system can be solved.
 pub(crate) trait Precision: NdFloat {
     fn of(value: f64) -> Self;
     fn double(self) -> f64;
-    /// Currents to rates, in place.
+    /// Replaces currents by firing rates.
     fn rates(lif: &Lif, currents: &mut [Self]);
 }
 
@@ -61,8 +62,10 @@ impl Precision for f32 {
     }
 }
 
-/// [`Lif::rate`] of many currents in wide instructions, to about 1e-5 of the rate: the logarithm is taken
-/// from the exponent and, between the roots of 1/2 and 2, as `2 artanh((q - 1) / (q + 1))` by its series.
+/// Computes [`Lif::rate`] of many currents in wide instructions, with a relative error of about 1e-5.
+///
+/// The logarithm is split: the exponent gives one part, and the series of `2 artanh((q - 1) / (q + 1))` gives the
+/// logarithm of the mantissa q, which lies between the square roots of 1/2 and 2.
 #[multiversion(targets("x86_64+avx2+fma", "x86_64+avx2", "x86_64+sse4.1"))]
 fn rates_f32(tau_ref: f32, tau_rc: f32, currents: &mut [f32]) {
     for current in currents {
@@ -79,10 +82,10 @@ fn rates_f32(tau_ref: f32, tau_rc: f32, currents: &mut [f32]) {
     }
 }
 
-/// Bits of the root of 1/2.
+/// Bits of the square root of 1/2.
 const ROOT_HALF: u32 = 0x3f35_04f3;
 
-/// Rates of the neurons at points, a row a point: the matrix A.
+/// Returns the neurons' rates at the points, one row per point: the matrix A.
 pub(crate) fn rates<T: Precision>(lif: &Lif, neurons: &Neurons, values: &[f64]) -> Array2<T> {
     let (dims, count) = (neurons.dims, neurons.count());
     let points = values.len() / dims;
@@ -100,14 +103,14 @@ pub(crate) fn rates<T: Precision>(lif: &Lif, neurons: &Neurons, values: &[f64]) 
     out
 }
 
-/// Condition of a system, bounded by the neurons over the square of the regularisation, up to which it is
-/// solved in single precision: the error stays far below what the regularisation itself leaves.
+/// Condition number up to which a system is solved in single precision. The bound is the number of neurons
+/// divided by the square of the regularisation; below it, rounding adds far less error than the regularisation does.
 const SINGLE: f64 = 1e6;
 
-/// Decoders, a row a neuron: a rate times its row, summed over the neurons, is the value decoded.
+/// Solves for decoders, one row per neuron. The decoded value is the sum over all neurons of rate times row.
 ///
-/// Costs about `m n^2 + n^3 / 3` operations for n neurons and m points; in single precision where the
-/// regularisation leaves that no trace, at twice the speed.
+/// Costs about `m n^2 + n^3 / 3` operations for n neurons and m points. Single precision is twice as fast and is used
+/// where the regularisation hides its rounding.
 pub(crate) fn solve(
     lif: &Lif,
     neurons: &Neurons,
@@ -134,7 +137,7 @@ fn solve_in<T: Precision>(
     let mut gram = Array2::<T>::zeros((count, count));
     dense::add_gram(T::one(), at.view(), T::zero(), gram.view_mut());
     for i in 0..count {
-        // A neuron that never fires has a row of zeros: its decoder is then zero.
+        // A neuron that never fires has a row of zeros. The added term then makes its decoder zero.
         gram[(i, i)] += T::of(noise.max(1e-12));
     }
     let wanted = Array2::from_shape_fn((points.outputs, m), |(k, p)| {
@@ -166,7 +169,7 @@ mod tests {
         Points { wanted: values.clone(), values, outputs: 1 }
     }
 
-    /// Root mean square error without noise, and the length of the decoders.
+    /// Root mean square error without noise, and the sum of the squared decoders.
     fn errors(count: usize, seed: u64, regularisation: f64) -> (f64, f64) {
         let (lif, neurons) = scalar(count, seed);
         let points = line(400);
@@ -201,8 +204,8 @@ mod tests {
         }
     }
 
-    /// Eliasmith and Anderson 2003, section 2.3: with hardly any regularisation the static distortion falls
-    /// as the square of the number of neurons, and the term of the noise as the number.
+    /// Eliasmith and Anderson 2003, section 2.3: the static distortion (measured with hardly any regularisation) falls
+    /// with the square of the number of neurons, the noise term with the number of neurons.
     #[test]
     fn distortion_falls_as_the_square_of_the_neurons_and_noise_as_their_number() {
         let median = |count: usize, regularisation: f64, which: fn((f64, f64)) -> f64| {

@@ -1,4 +1,4 @@
-//! The layers as exact functions, with the delays of a population and none of its noise.
+//! Direct mode: the layers as exact functions, with the delays of a population but without its noise.
 
 use crate::sim::{
     AdvanceIo, Fingerprint, LayerRequest, Node, NodeFault, PortDecl, Real, StateSpec, StepCx,
@@ -6,7 +6,7 @@ use crate::sim::{
 
 use super::layer::{EVIDENCE_THRESHOLD, INHIBITION, Map, Product, Represent, Select, SelectRule};
 
-/// Passes its input on, scaled back to the radius where it exceeds it, times its gate if it has one.
+/// Passes its input on. Scales it back to the radius if its norm exceeds the radius, and by the gate if there is one.
 pub(crate) struct DirectRepresent(pub Represent);
 
 impl Node for DirectRepresent {
@@ -44,7 +44,7 @@ impl Node for DirectMap {
         self.0.declare(ports);
     }
 
-    /// A function is known by its values at evenly spaced points.
+    /// Hashes the function's values at evenly spaced points, because the function itself cannot be hashed.
     fn fingerprint(&self, hash: &mut Fingerprint) {
         let (half, radius) = (128i16, self.0.radius);
         let at = |i: i16| radius * Real::from(i) / Real::from(half);
@@ -127,7 +127,7 @@ impl Node for DirectSelect {
                     let gathered = *evidence + rate * (utility - level) - INHIBITION * inhibit;
                     *evidence = gathered.clamp(0.0, 1.0);
                 }
-                // Of several that reach the threshold in the same tick, the one with the most evidence.
+                // If several items reach the threshold in one tick, the one with the most evidence wins.
                 let first = (0..evidence.len())
                     .filter(|i| evidence[*i] >= EVIDENCE_THRESHOLD)
                     .reduce(|best, i| if evidence[i] > evidence[best] { i } else { best });

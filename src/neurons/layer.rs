@@ -1,7 +1,7 @@
-//! The four layers that a module can ask for, whatever computes them.
+//! The four layers that a module can request, independent of what computes them.
 //!
-//! A layer computes when the tick commits its state, from the inputs of the tick, and every edge that leaves
-//! it has a synapse: it costs one tick in every mode.
+//! A layer computes at the end of a tick, from the tick's inputs, and every connection that leaves it has a
+//! synapse. It therefore costs one tick in every mode.
 
 use std::sync::Arc;
 
@@ -10,10 +10,13 @@ use crate::sim::{
     OutputSpec, PortDecl, Real, Scalar, Scope, SimDuration, Vector,
 };
 
-/// Asks for a population that holds a value of any kind.
+/// A request for a population that represents a scalar, vector or pointer.
 ///
-/// Takes any number of sources. As a population saturates, the direct form clamps: a value whose
-/// Euclidean norm exceeds `radius` is scaled back to it.
+/// The input adds any number of sources. In direct mode a value whose Euclidean norm exceeds `radius` is scaled back
+/// to `radius`, as a neural population would saturate there.
+///
+/// In neurons, a pointer gets ensembles of at most [`LifSpec::sub_dimensions`](super::LifSpec::sub_dimensions)
+/// dimensions; a vector gets one ensemble per component, and `radius` then limits each component.
 #[derive(Debug, Clone)]
 pub struct Represent {
     pub(crate) input: AnyInput,
@@ -23,7 +26,9 @@ pub struct Represent {
 }
 
 impl Represent {
-    /// A population for values of the given ports' kind, of norm up to `radius` (above 0).
+    /// Requests a population for values of the ports' kind with a norm of up to `radius`.
+    ///
+    /// `radius` must be a finite number above 0; anything else is a fault when the graph is built.
     pub fn new<K: Kind>(input: InputSpec<K>, output: OutputSpec<K>, radius: Real) -> Self {
         Self {
             input: input.sum().at_advance().into(),
@@ -33,7 +38,8 @@ impl Represent {
         }
     }
 
-    /// Adds an input `open`: at 1 the value passes, at 0 the population is silenced.
+    /// Adds a gate, the scalar input `open`: at 1 the value passes, at 0 the population is silenced. Values outside
+    /// 0 to 1 count as the nearer end.
     pub fn gated(mut self) -> Self {
         self.gated = true;
         self
@@ -42,7 +48,7 @@ impl Represent {
 
 fn check_radius(radius: Real, ports: &mut PortDecl) {
     if !radius.is_finite() || radius <= 0.0 {
-        ports.fault(format!("a radius of {radius} is not a finite number above 0"));
+        ports.fault(format!("the radius is {radius}; expected a finite number above 0"));
     }
 }
 
@@ -56,10 +62,12 @@ impl LayerRequest for Represent {
     }
 }
 
-/// A function of one number, as [`Map`] applies it to each component.
+/// A function of one number. [`Map`] applies it to each component.
 pub type ScalarFunction = Arc<dyn Fn(Real) -> Real + Send + Sync>;
 
-/// Asks for one function of each component of a vector.
+/// A request for one function, applied to each component of a vector.
+///
+/// In neurons each component has an ensemble of its own, so the function sees no other component.
 #[derive(Clone)]
 pub struct Map {
     pub(crate) width: usize,
@@ -70,13 +78,14 @@ pub struct Map {
 }
 
 impl Map {
-    /// `function` applied to each of `width` components on its own.
+    /// Requests `function` of each of `width` components. The input adds any number of sources.
     pub fn each(width: usize, function: impl Fn(Real) -> Real + Send + Sync + 'static) -> Self {
         Self { width, radius: 1.0, above: None, size: 1.0, function: Arc::new(function) }
     }
 
-    /// The magnitude up to which components are represented (above 0; 1 unless told). The direct form
-    /// has no such bound.
+    /// Sets the greatest magnitude of a component that neurons represent. Direct mode has no such limit.
+    ///
+    /// The default is 1. Anything but a finite number above 0 is a fault when the graph is built.
     pub fn radius(mut self, radius: Real) -> Self {
         self.radius = radius;
         self
@@ -84,14 +93,17 @@ impl Map {
 }
 
 impl Map {
-    /// Below `least` the function is zero, and so is every neuron's firing. The direct form does not
-    /// need to be told.
+    /// States that the function is zero below `least`, so that no neuron fires there. Direct mode ignores this.
+    ///
+    /// In neurons, `least / radius` is limited to the range from -0.99 to 0.9.
     pub fn above(mut self, least: Real) -> Self {
         self.above = Some(least);
         self
     }
 
-    /// Multiplies the number of neurons (above 0; 1 unless told).
+    /// Multiplies the number of neurons by `share` (above 0; the default is 1).
+    ///
+    /// Each ensemble must end up with 1 to 10,000 neurons; anything else is a fault when the graph is built.
     pub fn size(mut self, share: Real) -> Self {
         self.size = share;
         self
@@ -107,7 +119,10 @@ impl LayerRequest for Map {
     }
 }
 
-/// Asks for the products of `pairs` pairs of numbers.
+/// A request for the products of pairs of numbers: `out[i] = a[i] b[i]`.
+///
+/// In neurons each product is the difference of two squares,
+/// `a b = ((a + b) / 2)^2 - ((a - b) / 2)^2` (Gosmann, "Precise multiplications with the NEF", 2015).
 #[derive(Debug, Clone)]
 pub struct Product {
     pub(crate) pairs: usize,
@@ -115,13 +130,16 @@ pub struct Product {
 }
 
 impl Product {
-    /// `pairs` independent products.
+    /// Requests `pairs` independent products. Each input takes one source.
     pub fn new(pairs: usize) -> Self {
         Self { pairs, radius: 1.0 }
     }
 
-    /// The magnitude up to which half of the factors' sum and difference are represented (above 0; 1
-    /// unless told). The direct form has no such bound.
+    /// Sets the greatest magnitude of `(a + b) / 2` and `(a - b) / 2` that neurons represent. Direct mode has no
+    /// such limit.
+    ///
+    /// The default is 1, enough for factors between -1 and 1. Anything but a finite number above 0 is a fault when
+    /// the graph is built.
     pub fn radius(mut self, radius: Real) -> Self {
         self.radius = radius;
         self
@@ -138,32 +156,34 @@ impl LayerRequest for Product {
     }
 }
 
-/// Which items a [`Select`] turns on.
+/// The rule by which a [`Select`] chooses items from their utilities.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SelectRule {
-    /// Every item whose utility reaches `level`.
+    /// Chooses every item whose utility is at least `level`.
     Threshold {
-        /// The least utility that turns an item on.
+        /// Least utility of a chosen item (finite).
         level: Real,
     },
-    /// The item of greatest utility, if it reaches `level`; of equal ones the first.
+    /// Chooses the item of greatest utility if that is at least `level`. In direct mode the first of equal items wins.
     WinnerTakeAll {
-        /// The least utility that can win.
+        /// Least utility of a chosen item (finite).
         level: Real,
     },
-    /// Each item gathers how much its utility exceeds `level`, over `tau`; the first that has gathered 0.8 is
-    /// chosen, and empties all others until its own evidence has drained (Gosmann, Voelker and
-    /// Eliasmith, "A spiking independent accumulator model for winner-take-all computation", 2017). Slower than
-    /// [`WinnerTakeAll`](Self::WinnerTakeAll), and never chooses two items at once.
+    /// Chooses the first item that has gathered enough evidence.
+    ///
+    /// Each item's evidence integrates the excess of its utility over `level`; `tau` sets the speed. The first item
+    /// whose evidence reaches 0.8 is chosen, and holds the evidence of all others at zero until its own has drained
+    /// (Gosmann, Voelker and Eliasmith, "A spiking independent accumulator model for winner-take-all computation",
+    /// 2017). This is slower than [`WinnerTakeAll`](Self::WinnerTakeAll) but never chooses two items at once.
     IndependentAccumulators {
-        /// The utility above which evidence is gathered, and below which it drains.
+        /// Utility above which evidence grows and below which it drains (finite).
         level: Real,
-        /// The time in which a utility of 1 above the level gathers evidence of 1 (above zero).
+        /// Time in which a utility of 1 above the level gathers evidence of 1 (above zero).
         tau: SimDuration,
     },
 }
 
-/// The evidence at which an item is chosen.
+/// Evidence at which an item is chosen.
 pub(crate) const EVIDENCE_THRESHOLD: Real = 0.8;
 
 impl SelectRule {
@@ -187,18 +207,20 @@ impl SelectRule {
     }
 }
 
-/// Asks for a choice among `items` utilities: 1 for a chosen item, 0 for the others.
+/// A request for a choice among utilities. The output is 1 for a chosen item and 0 for the others.
 #[derive(Debug, Clone)]
 pub struct Select {
     pub(crate) items: usize,
     pub(crate) rule: SelectRule,
 }
 
-/// How much an inhibition of 1 takes from a utility: enough to silence any similarity.
+/// Amount that an inhibition of 1 subtracts from a utility: enough to silence any similarity.
 pub(crate) const INHIBITION: Real = 4.0;
 
 impl Select {
-    /// A choice among `items` by `rule`.
+    /// Requests a choice among `items` utilities by `rule`.
+    ///
+    /// A level that is not finite, or an accumulator time constant of zero, is a fault when the graph is built.
     pub fn new(items: usize, rule: SelectRule) -> Self {
         Self { items, rule }
     }
@@ -207,12 +229,13 @@ impl Select {
 impl LayerRequest for Select {
     fn declare(&self, ports: &mut PortDecl) {
         if !self.rule.level().is_finite() {
-            ports.fault("the level of a selection must be a finite number");
+            let level = self.rule.level();
+            ports.fault(format!("the selection level is {level}; expected a finite number"));
         }
         if let SelectRule::IndependentAccumulators { tau, .. } = self.rule
             && tau == SimDuration::from_millis(0)
         {
-            ports.fault("the time constant of accumulators must be above zero");
+            ports.fault("the accumulators' time constant `tau` is 0; expected a time above 0");
         }
         ports
             .input("in", InputSpec::vector(self.items).sum().at_advance())
@@ -223,55 +246,60 @@ impl LayerRequest for Select {
 
 /// Ports of a layer with one input.
 pub struct LayerPorts<K: Kind> {
-    /// What goes in; any number of sources.
+    /// Input of the layer, the sum of any number of sources.
     pub input: In<K>,
-    /// What comes out; every edge from here needs a synapse.
+    /// Output of the layer. Every connection from it needs a synapse.
     pub output: Out<K>,
 }
 
 /// Ports of a gated [`Represent`] layer.
 pub struct GatedPorts<K: Kind> {
-    /// What goes in; any number of sources.
+    /// Value to be represented, the sum of any number of sources.
     pub input: In<K>,
-    /// 1 to let the value pass, 0 to silence it; any number of sources.
+    /// Gate: 1 lets the value pass, 0 silences it. The sum of any number of sources.
     pub open: In<Scalar>,
-    /// What comes out; every edge from here needs a synapse.
+    /// Represented value. Every connection from it needs a synapse.
     pub output: Out<K>,
 }
 
 /// Ports of a [`Product`] layer.
 #[derive(Debug, Clone)]
 pub struct ProductPorts {
-    /// The first factors.
+    /// First factors, one per pair; one source.
     pub a: In<Vector>,
-    /// The second factors.
+    /// Second factors, one per pair; one source.
     pub b: In<Vector>,
-    /// The products; every edge from here needs a synapse.
+    /// Products, one per pair. Every connection from it needs a synapse.
     pub output: Out<Vector>,
 }
 
 /// Ports of a [`Select`] layer.
 #[derive(Debug, Clone)]
 pub struct SelectPorts {
-    /// The utilities; any number of sources.
+    /// Utilities, one per item; the sum of any number of sources.
     pub input: In<Vector>,
-    /// An inhibition of 1 silences an item; may stay unfed.
+    /// Inhibition, one number per item: 1 silences the item. May stay unconnected.
     pub inhibit: In<Vector>,
-    /// 1 for a chosen item; every edge from here needs a synapse.
+    /// Activity, one number per item: 1 if chosen, else 0. Every connection from it needs a synapse.
     pub output: Out<Vector>,
 }
 
-/// What a module asks of its scope.
+/// Adds neural layers to a [`Scope`], the place where a module adds its parts.
+///
+/// `name` becomes the last part of the layer's path. It must be unique in its scope; [`PopulationPlan`] patterns
+/// match the whole path. All settings are checked when the graph is built.
+///
+/// [`PopulationPlan`]: super::PopulationPlan
 pub trait Layers {
-    /// A population that holds a value.
+    /// Adds a population that represents a value.
     fn represent<K: Kind>(&mut self, name: &str, layer: Represent) -> LayerPorts<K>;
-    /// A population that holds a value while its gate is open.
+    /// Adds a population behind a gate. It represents its input while the gate is open.
     fn represent_gated<K: Kind>(&mut self, name: &str, layer: Represent) -> GatedPorts<K>;
-    /// A function of each component.
+    /// Adds a function of each component.
     fn map(&mut self, name: &str, layer: Map) -> LayerPorts<Vector>;
-    /// Products of pairs of numbers.
+    /// Adds products of pairs of numbers.
     fn product(&mut self, name: &str, layer: Product) -> ProductPorts;
-    /// A choice among utilities.
+    /// Adds a choice among utilities.
     fn select(&mut self, name: &str, layer: Select) -> SelectPorts;
 }
 

@@ -1,4 +1,4 @@
-//! The one table that says what each requested layer becomes in each mode.
+//! Lowering: turns each requested layer into a node, according to its mode.
 
 use std::any::Any;
 use std::collections::BTreeMap;
@@ -43,7 +43,7 @@ impl Lowering for PopulationPlan {
                     continue;
                 }
                 Err(Refused::Unknown) => (
-                    "this layer is not one that the populations know".into(),
+                    "populations cannot compute this layer".into(),
                     ["Represent", "Map", "Product", "Select"].map(String::from).into(),
                 ),
                 Err(Refused::Population(Refusal::Tuning(error))) => (error.to_string(), Vec::new()),
@@ -52,8 +52,8 @@ impl Lowering for PopulationPlan {
                     ("the solved model has no such layer".into(), paths)
                 }
                 Err(Refused::Population(Refusal::Unfit(Unfit::Mismatch))) => {
-                    let reason = "the solved model's population for it was made from another seed, tick, \
-                                  tuning, size or function";
+                    let reason = "the solved model's population was made from another seed, tick, tuning, \
+                                  size or function; expected a model solved for this graph";
                     (reason.into(), Vec::new())
                 }
             };
@@ -74,7 +74,7 @@ impl From<Refusal> for Refused {
     }
 }
 
-/// The table: a row a layer, a column a mode.
+/// Makes the node of one layer: one branch per layer, one arm per mode.
 fn lower_one(
     population: Population,
     solved: Option<&SolvedModel>,
@@ -115,7 +115,9 @@ fn lower_one(
 }
 
 impl SolvedModel {
-    /// The populations of a built graph. Direct layers have none. Shares memory with the graph.
+    /// Returns the populations of all neural layers of `graph`; layers in direct mode have none.
+    ///
+    /// Shares memory with the graph: nothing is copied.
     pub fn of(graph: &Graph) -> Self {
         let mut layers = BTreeMap::new();
         for (path, part) in graph.parts() {

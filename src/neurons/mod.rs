@@ -1,9 +1,73 @@
-//! Layers that modules ask for, and the one table that says what each becomes.
+//! Neural layers, and the plan that decides how each layer is computed.
 //!
-//! A module asks its scope to [`represent`](Layers::represent) a value, to [`map`](Layers::map) it
-//! through a function, for [`product`](Layers::product)s, or to [`select`](Layers::select) among
-//! utilities. A [`PopulationPlan`] says by path how each is computed. Only this module asks for the mode.
-//! Nothing here knows symbols.
+//! This is the Neural Engineering Framework (Eliasmith and Anderson, "Neural Engineering", 2003) as a library of four
+//! layers. A module requests a layer without saying how it is computed. When the graph is built, a plan assigns
+//! neurons or exact arithmetic to each layer. The connections, delays and seeds of the graph are the same either way.
+//!
+//! # Layers
+//!
+//! The trait [`Layers`] adds these requests to every [`Scope`](crate::sim::Scope):
+//!
+//! | request | what the layer computes | description |
+//! |---|---|---|
+//! | [`represent`](Layers::represent) | its input, limited to a radius; optionally behind a gate | [`Represent`] |
+//! | [`map`](Layers::map) | a function of each component | [`Map`] |
+//! | [`product`](Layers::product) | products of pairs of numbers | [`Product`] |
+//! | [`select`](Layers::select) | a choice among utilities | [`Select`], [`SelectRule`] |
+//!
+//! # Modes
+//!
+//! A [`PopulationPlan`] assigns a [`Population`] to each layer, by the layer's path:
+//!
+//! - [`Population::Direct`]: the exact function;
+//! - [`Population::Rate`]: rate neurons, with the distortion of a population but no spikes;
+//! - [`Population::Lif`]: spiking leaky integrate-and-fire neurons.
+//!
+//! [`LifSpec`] sets the number and tuning of the neurons, [`Lif`] their time constants. A [`SolvedModel`] keeps
+//! neurons and decoders, so that another run need not solve for them again.
+//!
+//! # Example
+//!
+//! One ensemble of 100 spiking neurons squares a number:
+//!
+//! ```
+//! use symbolt::neurons::{LayerPorts, Layers, LifSpec, Map};
+//! use symbolt::prelude::*;
+//! use symbolt::sim::Vector;
+//!
+//! struct Square;
+//! impl Module for Square {
+//!     type Ports = LayerPorts<Vector>;
+//!     fn expand(self, scope: &mut Scope<'_>) -> LayerPorts<Vector> {
+//!         scope.map("neurons", Map::each(1, |x| x * x))
+//!     }
+//! }
+//!
+//! let mut graph = GraphBuilder::new();
+//! let input = graph.add("input", Constant::vector(&[0.8]));
+//! let square = graph.add("square", Square);
+//! graph.connect(&input, &square.input, Synapse::None);
+//! let probe = graph.probe(
+//!     &square.output,
+//!     ProbeSpec::default().filtered(Synapse::lowpass_ms(20)),
+//! );
+//!
+//! let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
+//! let graph = graph.build(Timebase::default(), &plan, Seed::new(1))?;
+//! let mut sim = Simulator::new(graph.into(), RunConfig::default())?;
+//! sim.run_for(SimDuration::from_millis(300))?;
+//! let (_, squared) = sim.samples(&probe).last().expect("one sample per tick");
+//! assert!((squared[0] - 0.64).abs() < 0.05);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # What this module does not do
+//!
+//! - It knows no symbols: semantic pointers and their algebra are in the module `spa`, which builds on this one.
+//! - It has one neuron model, [`Lif`], and no learning rules: decoders are solved when the graph is built.
+//! - Ensembles cannot be connected neuron to neuron. All connections carry decoded values.
+//! - It reads no Nengo models. Spikes and decoded values agree with Nengo's for equal parameters, which the
+//!   tests check; the random draws of the two programs differ.
 
 mod bank;
 #[cfg(test)]

@@ -1,31 +1,33 @@
-//! The leaky integrate-and-fire neuron: its rate, the current that gives a rate, and one exact step.
+//! The leaky integrate-and-fire neuron: its rate, its gain and bias, and one exact step.
 //!
-//! Voltages are in units of the threshold, which is 1 over a resting voltage of 0; currents likewise, so that
-//! a current of 1 is the least that makes the neuron fire (Eliasmith and Anderson, "Neural Engineering", 2003,
-//! chapter 4; the correction of spike times within a step: Shelley and Tao, "Efficient and accurate
-//! time-stepping schemes for integrate-and-fire neuronal networks", 2001).
+//! The resting voltage is 0 and the threshold is 1. Currents are in the same unit, so a neuron fires at currents
+//! above 1 (Eliasmith and Anderson, "Neural Engineering", 2003, chapter 4). Spike times are corrected within a
+//! step (Shelley and Tao, "Efficient and accurate time-stepping schemes for integrate-and-fire neuronal networks",
+//! 2001).
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// What is wrong with a population's description.
+/// An invalid description of a population.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum TuningError {
-    /// A number outside its range.
+    /// A setting outside its range.
     #[error("`{name}` is {value}; expected {expected}")]
     Setting {
-        /// The setting.
+        /// Name of the setting.
         name: &'static str,
-        /// What was given.
+        /// The value that was given.
         value: String,
-        /// What can be given.
+        /// The values that are allowed.
         expected: String,
     },
-    /// Decoders that could not be solved for.
-    #[error("the decoders of {neurons} neurons cannot be solved for; expected more regularisation")]
+    /// A decoder solve that failed.
+    #[error(
+        "cannot solve for the decoders of {neurons} neurons; expected a larger `regularisation`"
+    )]
     Unsolvable {
-        /// Neurons of the ensemble.
+        /// Number of neurons in the ensemble.
         neurons: usize,
     },
 }
@@ -38,7 +40,11 @@ pub(crate) fn refuse(
     TuningError::Setting { name, value: value.to_string(), expected: expected.to_string() }
 }
 
-/// A leaky integrate-and-fire neuron with a refractory period.
+/// A leaky integrate-and-fire neuron with a refractory period (Eliasmith and Anderson, "Neural Engineering", 2003,
+/// chapter 4).
+///
+/// The resting voltage is 0 and the threshold is 1; currents are in the same unit. By default the membrane time
+/// constant is 20 ms and the refractory period 2 ms.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Lif {
     /// Membrane time constant, in seconds (above 0).
@@ -57,7 +63,7 @@ impl Lif {
     /// Checks the time constants.
     ///
     /// # Errors
-    /// [`TuningError::Setting`].
+    /// [`TuningError::Setting`] if a time constant is not finite or outside its range.
     pub fn check(&self) -> Result<(), TuningError> {
         if !(self.tau_rc_s.is_finite() && self.tau_rc_s > 0.0) {
             return Err(refuse("tau_rc_s", self.tau_rc_s, "a finite number of seconds above 0"));
@@ -72,8 +78,8 @@ impl Lif {
         Ok(())
     }
 
-    /// Spikes a second at a constant current: `1 / (tau_ref + tau_rc ln(1 + 1 / (J - 1)))`, 0 for a
-    /// current of at most 1.
+    /// Returns the firing rate at the constant current J, in Hz: `1 / (tau_ref + tau_rc ln(1 + 1 / (J - 1)))`, or 0
+    /// if J is at most 1.
     pub fn rate(&self, current: f64) -> f64 {
         if current > 1.0 {
             1.0 / (self.tau_ref_s + self.tau_rc_s * (1.0 / (current - 1.0)).ln_1p())
@@ -82,15 +88,17 @@ impl Lif {
         }
     }
 
-    /// The gain and bias with which a neuron begins to fire where the represented value along its encoder
-    /// is `intercept`, and fires `max_rate` times a second where it is 1.
+    /// Returns the gain and bias of a neuron with the given maximum rate (Hz) and intercept.
+    ///
+    /// With x the represented value along the neuron's encoder, in units of the radius, the neuron begins to fire at
+    /// x = `intercept` and fires at `max_rate` at x = 1. The current is `gain x + bias`.
     ///
     /// # Errors
-    /// [`TuningError::Setting`] for an intercept outside [-1, 1) or a rate that is not between 0 and the
-    /// refractory period's `1 / tau_ref`.
+    /// [`TuningError::Setting`] if the intercept is outside [-1, 1), or the rate is not above 0 and below
+    /// `1 / tau_ref`.
     pub fn gain_bias(&self, max_rate: f64, intercept: f64) -> Result<(f64, f64), TuningError> {
         if !(-1.0..1.0).contains(&intercept) {
-            return Err(refuse("intercept", intercept, "-1 up to, not including, 1"));
+            return Err(refuse("intercept", intercept, "at least -1 and below 1"));
         }
         let limit = if self.tau_ref_s > 0.0 { 1.0 / self.tau_ref_s } else { f64::INFINITY };
         if !(max_rate > 0.0 && max_rate < limit) {
@@ -102,10 +110,10 @@ impl Lif {
         Ok((gain, 1.0 - gain * intercept))
     }
 
-    /// One step of `dt_s` seconds at a constant current, in double precision: whether the neuron fires.
+    /// Steps the neuron by `dt_s` seconds at a constant current, in double precision. Returns whether it fires.
     ///
-    /// `voltage` and `refractory_s`, what is left of the refractory period, are carried on. A spike's
-    /// moment within the step is taken into account: the refractory period begins there.
+    /// `voltage` and `refractory_s` (the rest of the refractory period, in seconds) are the neuron's state; start both
+    /// at 0. The refractory period begins at the moment of the spike within the step.
     pub fn step(&self, dt_s: f64, current: f64, voltage: &mut f64, refractory_s: &mut f64) -> bool {
         *refractory_s -= dt_s;
         let free_s = (dt_s - *refractory_s).clamp(0.0, dt_s);

@@ -1,4 +1,4 @@
-//! Which population computes which layer: a mode for the whole graph and exceptions by path.
+//! Population plans: the mode of each layer, as a default for the graph and exceptions by path.
 
 use std::fmt;
 use std::str::FromStr;
@@ -9,34 +9,41 @@ use thiserror::Error;
 use super::model::Lif;
 use super::solved::SolvedModel;
 
-/// How many neurons a layer gets, and what they are like. The defaults are those of the standard
-/// networks of `symbolt bench`.
+/// The number and tuning of a layer's neurons. The defaults are those of the standard networks of `symbolt bench`.
 ///
-/// A number outside its range is a fault of the build, with the path of the layer: an ensemble can have 1
-/// to 10,000 neurons, and the tick must not be longer than the refractory period or a quarter of the
-/// membrane time constant.
+/// Ranges are checked when the graph is built. A fault names the layer's path. Besides the ranges below, an ensemble
+/// must have 1 to 10,000 neurons, and the tick must not exceed a quarter of the membrane time constant nor, in spiking
+/// mode, the refractory period.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LifSpec {
-    /// Time constants.
+    /// Neuron model: the time constants.
     pub model: Lif,
-    /// Least and greatest rate at the end of a neuron's range, in Hz (above 0, below one a
-    /// refractory period); drawn evenly.
+    /// Least and greatest maximum rate, in Hz; above 0 and below `1 / tau_ref`. Drawn uniformly. Default: 200 to 400.
     pub max_rates: [f64; 2],
-    /// Least and greatest intercept (-1 up to, not including, 1) of neurons of one dimension; drawn evenly.
+    /// Least and greatest intercept of neurons of one dimension; at least -1 and below 1. Drawn uniformly.
+    /// Default: -1 to 0.9.
+    ///
+    /// Selections and [`Map::above`](super::Map::above) draw intercepts above their level. Pointers draw them from the
+    /// distribution of cosines between random directions (Gosmann and Eliasmith, "Optimizing semantic pointer
+    /// representations for symbol-like processing in spiking neural networks", 2016).
     pub intercepts: [f64; 2],
-    /// Neurons a dimension of a pointer.
+    /// Number of neurons per dimension of a pointer. Default: 50.
     pub per_dimension: usize,
-    /// Greatest number of dimensions of one ensemble of a pointer.
+    /// Greatest number of dimensions in one ensemble of a pointer. The greatest divisor of the pointer's width
+    /// up to this number is used. Default: 16.
     pub sub_dimensions: usize,
-    /// Neurons of a function or representation of one number.
+    /// Number of neurons per component of a function or of a represented vector. Default: 100.
     pub per_function: usize,
-    /// Neurons of a product, half in each of its squares.
+    /// Number of neurons per product, half of them for each of its two squares. Default: 200.
     pub per_product: usize,
-    /// Neurons of an item of a selection.
+    /// Number of neurons per item of a selection. Default: 50.
     pub per_item: usize,
-    /// Regularisation of the decoders, in units of the greatest rate (above 0, finite).
+    /// Regularisation of the decoder solve, as a fraction of the greatest rate (above 0, finite). Default: 0.1.
+    ///
+    /// Decoders are `(A^T A + m s^2 I)^-1 A^T F`, with rates A and target values F at m evaluation points, and s this
+    /// number times the greatest rate (Eliasmith and Anderson 2003, chapter 2; `reg` of Nengo's `LstsqL2`).
     pub regularisation: f64,
-    /// A factor on all these numbers of neurons (above 0).
+    /// Factor on all numbers of neurons (above 0). Default: 1.
     pub scale: f64,
 }
 
@@ -57,29 +64,30 @@ impl Default for LifSpec {
     }
 }
 
-/// How a layer is computed.
+/// How a layer is computed: its mode, and the neurons if it has any.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub enum Population {
-    /// The exact function, with the delays of a population.
+    /// Direct mode: the exact function, with the delays of a population.
     #[default]
     Direct,
-    /// Neurons whose output is their firing rate: a population's tuning and distortion without its spikes.
+    /// Rate mode: neurons whose output is their firing rate. They have the tuning and distortion of a population but
+    /// no spikes.
     Rate(LifSpec),
-    /// Leaky integrate-and-fire neurons that spike.
+    /// Spiking mode: leaky integrate-and-fire neurons.
     Lif(LifSpec),
 }
 
 impl Population {
-    /// The modes that exist, by the names that [`FromStr`] takes.
+    /// Names of the modes, as [`FromStr`] reads them. Parsed modes have the default [`LifSpec`].
     pub const NAMES: &'static [&'static str] = &["direct", "rate", "lif"];
 }
 
-/// A mode that does not exist.
+/// The error for a mode that does not exist.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("there is no mode `{asked}`; the modes are: {}", Population::NAMES.join(", "))]
 pub struct UnknownMode {
-    /// What was asked for.
+    /// Name that was given.
     pub asked: String,
 }
 
@@ -106,7 +114,7 @@ impl fmt::Display for Population {
     }
 }
 
-/// A set of paths: `*` stands for any part of one name, `**` for any number of names.
+/// A pattern that matches paths: `*` stands for any part of one name, `**` for any number of names, also none.
 ///
 /// ```
 /// use symbolt::neurons::PathPattern;
@@ -122,13 +130,13 @@ pub struct PathPattern {
     parts: Vec<String>,
 }
 
-/// A pattern that cannot match any path.
+/// The error for text that is not a path pattern.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error(
-    "`{pattern}` is not a path pattern; expected names joined by `/`, each with `*` for any letters, or `**` for any names"
+    "`{pattern}` is not a path pattern; expected names joined by `/`, where `*` stands for any characters of a name and `**` for any names"
 )]
 pub struct PatternError {
-    /// The pattern given.
+    /// Text that was given.
     pub pattern: String,
 }
 
@@ -156,10 +164,10 @@ impl fmt::Display for PathPattern {
 }
 
 impl PathPattern {
-    /// Whether `path` belongs to the set. Costs O(pattern x path) at worst.
+    /// Returns whether the pattern matches all of `path`. Costs at most O(length of pattern x length of path).
     pub fn matches(&self, path: &str) -> bool {
         let names: Vec<&str> = path.split('/').collect();
-        // reach[i]: the parts so far can match the first i names.
+        // reach[i]: the pattern's parts so far can match the first i names.
         let mut reach = vec![false; names.len() + 1];
         reach[0] = true;
         for part in &self.parts {
@@ -180,7 +188,7 @@ impl PathPattern {
     }
 }
 
-/// Whether `name` matches `part`, in which `*` stands for any letters.
+/// Returns whether `name` matches `part`, in which `*` stands for any characters.
 fn name_matches(part: &str, name: &str) -> bool {
     let pieces: Vec<&str> = part.split('*').collect();
     let [first, middle @ .., last] = pieces.as_slice() else { return part == name };
@@ -194,9 +202,21 @@ fn name_matches(part: &str, name: &str) -> bool {
     rest.ends_with(last)
 }
 
-/// The mode of every layer of a graph: a default, and exceptions of which the last match counts.
+/// The mode of every layer of a graph: a default, and exceptions by path. If several patterns match a path, the last
+/// one counts.
 ///
-/// A pattern that matches no layer is a fault of the build: a misspelt ablation must not pass.
+/// A pattern that matches no layer is a fault when the graph is built, so a misspelt ablation cannot go unnoticed.
+///
+/// ```
+/// use symbolt::neurons::{LifSpec, Population, PopulationPlan};
+///
+/// // Spiking neurons everywhere, except exact arithmetic in every module called `bind`.
+/// let plan = PopulationPlan::all(Population::Lif(LifSpec::default()))
+///     .with("**/bind/**".parse()?, Population::Direct);
+/// assert_eq!(plan.population("planner/bind/products"), Population::Direct);
+/// assert_ne!(plan.population("planner/goal"), Population::Direct);
+/// # Ok::<(), symbolt::neurons::PatternError>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PopulationPlan {
     pub(crate) default: Population,
@@ -205,30 +225,32 @@ pub struct PopulationPlan {
 }
 
 impl PopulationPlan {
-    /// The direct mode everywhere.
+    /// Makes a plan of direct mode everywhere.
     pub fn direct() -> Self {
         Self::all(Population::Direct)
     }
 
-    /// One mode everywhere.
+    /// Makes a plan of one mode everywhere.
     pub fn all(default: Population) -> Self {
         Self { default, overrides: Vec::new(), solved: None }
     }
 
-    /// Another mode for the layers whose path matches `pattern`.
+    /// Adds an exception: the layers whose path matches `pattern` get `population`.
     pub fn with(mut self, pattern: PathPattern, population: Population) -> Self {
         self.overrides.push((pattern, population));
         self
     }
 
-    /// Takes the populations of all neural layers from `solved` instead of solving for them. A layer that
-    /// it does not have, or that was solved from anything else, is a fault of the build.
+    /// Takes the populations of all neural layers from `solved` instead of solving for them.
+    ///
+    /// Building the graph then fails if `solved` lacks a layer, or has one that was solved from another seed, tick,
+    /// tuning, size or function.
     pub fn solved(mut self, solved: impl Into<Arc<SolvedModel>>) -> Self {
         self.solved = Some(solved.into());
         self
     }
 
-    /// The mode of the layer at `path`.
+    /// Returns the mode of the layer at `path`.
     pub fn population(&self, path: &str) -> Population {
         self.overrides
             .iter()

@@ -1,10 +1,10 @@
-//! The layers as populations of neurons: how the neurons of each are tuned, and the nodes that run them.
+//! Representations, functions and products as populations: the tuning of their neurons, and their nodes.
 //!
-//! - A pointer is represented by sub-ensembles of at most [`LifSpec::sub_dimensions`] dimensions, a plain
-//!   vector by one ensemble a component.
-//! - A product is made of two squares, `a b = ((a + b) / 2)^2 - ((a - b) / 2)^2`, each in one dimension
+//! - Ensembles of at most [`LifSpec::sub_dimensions`] dimensions represent a pointer. One ensemble per component
+//!   represents a plain vector.
+//! - Two squares make a product, `a b = ((a + b) / 2)^2 - ((a - b) / 2)^2`, each in an ensemble of one dimension
 //!   (Gosmann, "Precise multiplications with the NEF", 2015).
-//! - A selection is in `selection.rs`.
+//! - `selection.rs` holds selections.
 
 use std::sync::Arc;
 
@@ -22,18 +22,18 @@ use crate::sim::{
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// What all populations of one layer are built from.
+/// Everything that the populations of one layer are built from.
 pub(crate) struct Maker<'a> {
     pub spec: &'a LifSpec,
     pub firing: Firing,
     pub dt_s: f64,
     pub path: &'a str,
     pub seed: Seed,
-    /// Where populations are taken from instead of being solved.
+    /// Source of populations that are already solved.
     pub solved: Option<&'a SolvedModel>,
 }
 
-/// Why a layer has no population.
+/// Why a layer could not get a population.
 pub(crate) enum Refusal {
     Tuning(TuningError),
     Unfit(Unfit),
@@ -45,7 +45,7 @@ impl From<TuningError> for Refusal {
     }
 }
 
-/// A layer that is one bank: a representation or a function.
+/// The node of a representation or a function: one bank.
 pub(crate) struct Neural {
     ports: Box<dyn LayerRequest>,
     kept: Kept,
@@ -95,7 +95,7 @@ impl Node for Neural {
     }
 }
 
-/// Products of pairs, as differences of squares.
+/// The node of products: differences of squares.
 pub(crate) struct NeuralProduct {
     layer: Product,
     kept: Kept,
@@ -149,7 +149,7 @@ impl Node for NeuralProduct {
     }
 }
 
-/// The most neurons of one ensemble: the matrix to be solved for more would take gigabytes.
+/// Greatest number of neurons in one ensemble. The decoder solve for more would need gigabytes of memory.
 const MAX_NEURONS: f64 = 10_000.0;
 
 fn count(of: f64, scale: f64) -> Result<usize, TuningError> {
@@ -157,13 +157,13 @@ fn count(of: f64, scale: f64) -> Result<usize, TuningError> {
     if (1.0..=MAX_NEURONS).contains(&count) {
         Ok(count as usize)
     } else {
-        Err(refuse("neurons", format!("{count} an ensemble"), format!("1 to {MAX_NEURONS}")))
+        Err(refuse("neurons", format!("{count} per ensemble"), format!("1 to {MAX_NEURONS}")))
     }
 }
 
 impl Maker<'_> {
-    /// A bank solved for, or taken from a model that was solved from the same. `marks` are the
-    /// numbers by which this bank differs from others of the same role.
+    /// Solves for a bank, or takes it from the solved model. `marks` are the numbers in which this bank differs from
+    /// other banks of the same role; they enter its fingerprint.
     fn bank(
         &self,
         shape: Shape,
@@ -183,7 +183,7 @@ impl Maker<'_> {
         Ok(Kept { bank: Arc::new(bank), fingerprint })
     }
 
-    /// Checks the ranges that neurons are drawn from, whatever the draws would be.
+    /// Checks the ranges that neurons are drawn from, so that an invalid range fails for every seed.
     fn check(&self) -> Result<(), TuningError> {
         let LifSpec { model, max_rates: [low, high], intercepts, .. } = self.spec;
         model.check()?;
@@ -196,13 +196,13 @@ impl Maker<'_> {
         }
         let [low, high] = intercepts;
         if !(*low >= -1.0 && low <= high && *high < 1.0) {
-            let expected = "two numbers in rising order from -1 up to, not including, 1";
+            let expected = "two numbers in rising order, at least -1 and below 1";
             return Err(refuse("intercepts", format!("{low} to {high}"), expected));
         }
         Ok(())
     }
 
-    /// A hash of everything that the tuning and the decoders follow from.
+    /// Hashes everything that determines the tuning and the decoders.
     fn fingerprint(&self, shape: Shape, role: &str, marks: &[f64]) -> u64 {
         let LifSpec { model, max_rates, intercepts, regularisation, .. } = self.spec;
         let rates = if self.firing == Firing::Rates { 1.0 } else { 0.0 };
@@ -220,9 +220,10 @@ impl Maker<'_> {
         self.spec.max_rates[0]..=self.spec.max_rates[1]
     }
 
-    /// Neurons of one dimension, half of them firing upwards and half downwards, their intercepts spread
-    /// evenly: one of each half in each of as many equal parts of the range, which leaves
-    /// less distortion than as many independent draws.
+    /// Draws neurons of one dimension. Half of them have the encoder 1, the others -1.
+    ///
+    /// The range of intercepts is cut into as many equal parts as there are pairs of neurons; each pair draws its
+    /// intercepts from one part. This leaves less distortion than independent draws.
     fn scalar(&self, count: usize, seed: Seed) -> Result<Neurons, TuningError> {
         let [low, high] = self.spec.intercepts;
         let (mut signs, mut parts) = (0..count, 0..count);
@@ -240,7 +241,7 @@ impl Maker<'_> {
         )
     }
 
-    /// One ensemble a component of a plain vector, and a function of each.
+    /// Makes one ensemble per component of a plain vector, which computes a function of that component.
     fn components(
         &self,
         width: usize,
@@ -271,13 +272,13 @@ impl Maker<'_> {
         Ok(Neural { ports: Box::new(layer.clone()), kept, gated: layer.gated })
     }
 
-    /// Sub-ensembles of a pointer.
+    /// Makes the ensembles of a pointer.
     fn pointer(&self, width: usize, radius: f64) -> Result<Kept, Refusal> {
         let most = self.spec.sub_dimensions.clamp(1, width);
         let dims = (1..=most).rev().find(|d| width.is_multiple_of(*d)).unwrap_or(1);
         let neurons = count(self.spec.per_dimension as f64 * dims as f64, self.spec.scale)?;
         let shape = Shape { ensembles: width / dims, neurons, dims, outputs: dims };
-        // Where the parts of unit pointers lie, and a little beyond.
+        // The usual norm of a unit pointer's part; the ensemble represents a little more than that.
         let usual = (dims as f64 / width as f64).sqrt();
         let ball = radius * usual * POINTER_ROOM;
         let points = (neurons * 3 / 2).clamp(300, 2_000);
@@ -329,7 +330,7 @@ impl Maker<'_> {
         Ok(NeuralProduct { layer: layer.clone(), kept })
     }
 
-    /// One ensemble a component whose neurons are silent below a value, and a function above it.
+    /// Makes one ensemble per component, whose neurons are silent below `from` and compute a function above it.
     pub(super) fn above(
         &self,
         (width, per): (usize, f64),
@@ -351,7 +352,7 @@ impl Maker<'_> {
                 let share: f64 = rng.random();
                 match spread {
                     Spread::Even => low + (0.95 - low) * share,
-                    // Most neurons answer soon above the level.
+                    // Most neurons begin to fire just above the level.
                     Spread::Near => (low - (1.0 - share).ln() * NEAR_LEVEL).min(0.95),
                 }
             };
@@ -365,16 +366,18 @@ impl Maker<'_> {
     }
 }
 
-/// How intercepts lie above a level.
+/// How intercepts are distributed above a level.
 #[derive(Clone, Copy)]
 pub(super) enum Spread {
+    /// Uniformly up to 0.95 of the radius.
     Even,
+    /// Exponentially, most of them just above the level.
     Near,
 }
 
-/// Mean distance of intercepts from the level, in units of the radius.
+/// Mean distance of intercepts from the level for [`Spread::Near`], in units of the radius.
 const NEAR_LEVEL: f64 = 0.1;
-/// Points at which functions of one number are solved for.
+/// Number of evaluation points for functions of one number.
 const SCALAR_POINTS: usize = 300;
-/// How far beyond the usual length of a pointer's part its ensemble reaches.
+/// Radius of a pointer's ensemble, in units of the usual norm of the part that it represents.
 const POINTER_ROOM: f64 = 1.2;

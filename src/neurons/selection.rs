@@ -1,8 +1,9 @@
-//! Selections as populations: a contest of utilities, a race of evidence, or a threshold alone.
+//! Selections as populations: a threshold, a contest of utilities, or a race of evidence.
 //!
-//! Each item has two ensembles. One says 1 above the level and nothing below. In a contest the other inhibits all
-//! other items in proportion to its own utility, so that the greatest one silences the rest; in a race the
-//! other gathers evidence by a recurrent synapse.
+//! Each item has an ensemble that decodes to 1 above the level and is silent below it. A contest (winner-take-all)
+//! adds a second ensemble per item, which inhibits all other items in proportion to its own utility, so that the
+//! greatest utility silences the rest. A race (independent accumulators) adds one that gathers evidence through a
+//! recurrent synapse.
 
 use super::layer::{EVIDENCE_THRESHOLD, INHIBITION, Select, SelectRule};
 use super::population::{Maker, Refusal, Spread};
@@ -12,28 +13,21 @@ use crate::sim::{
     StateMut, StateRef, StateSpec, StepCx, decayed,
 };
 
-/// A choice among utilities.
+/// The node of a selection.
 pub(crate) struct NeuralSelect {
     layer: Select,
     chosen: Kept,
     rivalry: Rivalry,
 }
 
-/// How items keep one another from being chosen.
+/// How items inhibit each other.
 enum Rivalry {
+    /// Not at all: the threshold rule.
     None,
-    /// Ensembles that inhibit all others in proportion to their own utility.
-    Contest {
-        contest: Kept,
-        decay: Real,
-    },
-    /// Ensembles that gather evidence; the first to reach the threshold silences all others.
-    Race {
-        accumulators: Kept,
-        decay: Real,
-        hold: Real,
-        gain: Real,
-    },
+    /// Each item inhibits all others in proportion to its own utility.
+    Contest { contest: Kept, decay: Real },
+    /// Each item gathers evidence. The first to reach the threshold silences all others.
+    Race { accumulators: Kept, decay: Real, hold: Real, gain: Real },
 }
 
 impl Rivalry {
@@ -46,7 +40,7 @@ impl Rivalry {
         }
     }
 
-    /// How many numbers of state each item has, besides those of its neurons.
+    /// Length of each item's state, without the state of its neurons.
     fn held(&self) -> usize {
         match self {
             Self::None => 0,
@@ -62,17 +56,17 @@ impl NeuralSelect {
     }
 }
 
-/// How much of the winner's utility, or of its being chosen, is taken from all others.
+/// Weight of the inhibition between items: on a rival's utility in a contest, on its activity in a race.
 const RIVALRY: Real = 2.0;
-/// Time constant of that inhibition, in seconds.
+/// Time constant of the inhibition between items, in seconds.
 const RIVALRY_TAU_S: f64 = 0.005;
-/// Share of the level above which an item takes part in the contest.
+/// Utility above which an item takes part in the contest, as a fraction of the level.
 const CONTENDING: f64 = 0.6;
-/// Share of an item's neurons that are in the contest.
+/// Fraction of an item's neurons that take part in the contest.
 const CONTEST_SHARE: f64 = 0.4;
-/// Share of an item's neurons that gather evidence.
+/// Fraction of an item's neurons that gather evidence.
 const RACE_SHARE: f64 = 0.7;
-/// Time constant of the synapse by which evidence is kept, in seconds.
+/// Time constant of the recurrent synapse that holds the evidence, in seconds.
 const EVIDENCE_TAU_S: f64 = 0.1;
 
 impl Node for NeuralSelect {
@@ -90,7 +84,7 @@ impl Node for NeuralSelect {
         }
     }
 
-    /// What stands between the populations follows from the rule, the tick and constants.
+    /// Hashes the rule and the populations. The weights between populations follow from these and the tick.
     fn fingerprint(&self, hash: &mut Fingerprint) {
         self.layer.rule.fingerprint(hash);
         for kept in std::iter::once(&self.chosen).chain(self.rivalry.bank()) {
@@ -134,7 +128,7 @@ impl Node for NeuralSelect {
                 let (evidence, held) = held.split_at_mut(items);
                 let (filtered, winning) = held.split_at_mut(items);
                 let (level, all) = (self.layer.rule.level(), winning.iter().sum::<Real>());
-                // What each item has gathered, unless another has reached the threshold or it is inhibited.
+                // Each item's evidence, less the inhibition from a chosen rival and from outside.
                 let own = evidence.iter().zip(&*winning).zip(inhibit);
                 for (said, ((evidence, own), inhibit)) in said.iter_mut().zip(own) {
                     *said = evidence - RIVALRY * (all - own) - INHIBITION * inhibit;
@@ -168,7 +162,7 @@ impl Node for NeuralSelect {
 impl Maker<'_> {
     pub fn select(&self, layer: &Select) -> Result<NeuralSelect, Refusal> {
         let level = f64::from(layer.rule.level());
-        // Utilities are cosines, and sums of a few of them.
+        // Utilities are cosines or sums of a few cosines.
         let radius = level.max(0.0) + 0.7;
         let (items, per) = (layer.items, self.spec.per_item as f64);
         let chosen = |share: f64, level: f64, radius: f64| {

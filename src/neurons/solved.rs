@@ -1,9 +1,9 @@
-//! Solved populations kept in a file: the neurons and decoders of a graph's layers, to be used again bit for bit.
+//! Solved models: the neurons and decoders of a graph's layers, for reuse bit for bit.
 //!
-//! A file is one line of JSON, which says what follows, and then 32-bit floating point numbers, little-endian: for
-//! each population encoders, biases and decoders. A population carries a fingerprint of all that it was solved
-//! from (path, seed, tick, time constants, tuning, the wanted function at its points); a graph that wants
-//! another one is told so instead of running with neurons that are not its own.
+//! A file begins with one line of JSON that describes the rest. Then follow 32-bit floating-point numbers,
+//! little-endian: encoders, biases and decoders of each population. A population carries a fingerprint of everything
+//! it was solved from (path, seed, tick, time constants, tuning, target function at its evaluation points). A
+//! graph refuses a population whose fingerprint is not the one it needs.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ use super::bank::{Bank, Consts, Firing, Shape, rests};
 use crate::files::{FileError, read_ordinary_file};
 use crate::sim::{Real, Seed};
 
-/// A population with what it was solved from.
+/// A population with the fingerprint of everything it was solved from.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Kept {
     pub bank: Arc<Bank>,
@@ -25,8 +25,8 @@ pub(crate) struct Kept {
 }
 
 impl Kept {
-    /// Writes the state that a run starts from: voltages anywhere between rest and threshold, so that neurons
-    /// do not fire in step.
+    /// Writes the state at the start of a run. Voltages are random between rest and threshold, so that neurons do not
+    /// fire in synchrony.
     pub fn init(&self, state: &mut [Real]) {
         let voltages = state.len() / 2;
         let mut rng = Seed::new(self.fingerprint).derive("", "voltages").rng();
@@ -35,6 +35,10 @@ impl Kept {
 }
 
 /// The solved populations of a graph, by the paths of their layers.
+///
+/// Building a neural graph solves for all decoders. A solved model saves that work the next time: take it from a built
+/// graph ([`SolvedModel::of`]), write it to a file ([`encode`](Self::encode)), load it ([`read`](Self::read)) and hand
+/// it to the plan ([`PopulationPlan::solved`](super::PopulationPlan::solved)).
 ///
 /// ```
 /// use symbolt::neurons::{
@@ -73,41 +77,41 @@ pub struct SolvedModel {
     pub(super) layers: BTreeMap<String, Vec<Kept>>,
 }
 
-/// What is wrong with a file of solved populations.
+/// An error in the content of a solved model's file.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum SolvedError {
     /// A file of another format.
     #[error(
-        "it does not begin as a file of solved populations does: {reason}; expected a line of JSON with `\"format\":\"{FORMAT}\"`"
+        "not a file of solved populations: {reason}; expected a first line of JSON with `\"format\":\"{FORMAT}\"`"
     )]
     Format {
-        /// Why its first line could not be read.
+        /// Why the first line could not be read.
         reason: String,
     },
     /// A file of another version of the format.
-    #[error("it has version {found}; expected version {VERSION}, the one that this program writes")]
+    #[error("the file has version {found} of the format; expected version {VERSION}")]
     Version {
-        /// The file's.
+        /// Version of the file.
         found: u64,
     },
     /// A file that is too short or too long.
     #[error(
-        "{found} bytes follow its first line; expected {expected}: it was cut short or added to"
+        "{found} bytes follow the first line; expected {expected}: the file is truncated or has extra bytes"
     )]
     Length {
-        /// What is there.
+        /// Number of bytes after the first line.
         found: usize,
-        /// What the first line states.
+        /// Number of bytes that the first line states.
         expected: usize,
     },
-    /// A file whose numbers do not match their checksum.
-    #[error("its numbers do not match their checksum; expected an undamaged file")]
+    /// A file whose numbers do not match their checksum, or are not finite.
+    #[error("the numbers do not match their checksum; expected an undamaged file")]
     Damaged,
-    /// A model that cannot be put into a file.
-    #[error("its first line cannot be written as JSON: {reason}")]
+    /// A model whose description cannot be written as JSON.
+    #[error("cannot write the first line as JSON: {reason}")]
     Unwritable {
-        /// Serde's reason.
+        /// Reason that the JSON writer gives.
         reason: String,
     },
     /// A population of an impossible shape.
@@ -115,34 +119,34 @@ pub enum SolvedError {
         "layer `{path}` has a population of an impossible shape; expected ensembles of 1 to 10000 neurons"
     )]
     Shape {
-        /// The layer.
+        /// Path of the layer.
         path: String,
     },
 }
 
-/// Why a file of solved populations cannot be used.
+/// The error of reading a solved model from a file.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SolvedFileError {
     /// The file cannot be read.
     #[error(transparent)]
     File(#[from] FileError),
-    /// Its content is not what was written.
+    /// The file's content is invalid.
     #[error("{}: {source}", file.display())]
     Content {
-        /// The file.
+        /// Path of the file.
         file: PathBuf,
-        /// What is wrong.
+        /// Error in the content.
         source: SolvedError,
     },
 }
 
-/// Why a layer cannot take its population from a model.
+/// Why a layer cannot take its population from a solved model.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Unfit {
-    /// The model has no such layer.
+    /// The model has no layer of this path.
     Missing,
-    /// It was solved from something else.
+    /// The model's population has another fingerprint or shape.
     Mismatch,
 }
 
@@ -155,7 +159,7 @@ struct Header {
     format: String,
     version: u64,
     layers: BTreeMap<String, Vec<Entry>>,
-    /// Of the line without it, and of the numbers.
+    /// CRC-32 of `layers` as JSON and of all numbers.
     checksum: u32,
 }
 
@@ -172,7 +176,7 @@ fn json_bytes(value: &impl Serialize) -> Result<Vec<u8>, SolvedError> {
     serde_json::to_vec(value).map_err(|e| SolvedError::Unwritable { reason: e.to_string() })
 }
 
-/// What is read of a file before its version is known to be ours.
+/// The part of the first line that every version of the format has.
 #[derive(Deserialize)]
 struct Beginning {
     format: String,
@@ -191,7 +195,7 @@ struct Entry {
 }
 
 impl Entry {
-    /// How many encoders, biases and decoders follow; nothing if there cannot be so many.
+    /// Numbers of encoders, biases and decoders. `None` if the shape is impossible.
     fn lengths(&self) -> Option<[usize; 3]> {
         let shape = self.shape;
         let possible = (1..=10_000).contains(&shape.neurons)
@@ -206,22 +210,21 @@ impl Entry {
 }
 
 impl SolvedModel {
-    /// The paths of the layers.
+    /// Returns the paths of the layers, in alphabetical order.
     pub fn paths(&self) -> impl Iterator<Item = &str> {
         self.layers.keys().map(String::as_str)
     }
 
-    /// How many neurons there are.
+    /// Returns the number of neurons in all layers.
     pub fn neurons(&self) -> usize {
         let shapes = self.layers.values().flatten().map(|kept| kept.bank.shape);
         shapes.map(|shape| shape.ensembles * shape.neurons).sum()
     }
 
-    /// As bytes, to be written to a file. Costs a copy.
+    /// Returns the content of a file that [`read`](Self::read) can load. Costs one copy of the model.
     ///
     /// # Errors
-    /// [`SolvedError::Unwritable`] if what describes the numbers cannot be put into JSON, which no model has
-    /// shown yet.
+    /// [`SolvedError::Unwritable`] if the first line cannot be written as JSON. No known model causes this.
     pub fn encode(&self) -> Result<Vec<u8>, SolvedError> {
         let mut payload = Vec::new();
         let mut entries = BTreeMap::new();
@@ -250,29 +253,30 @@ impl SolvedModel {
         Ok(bytes)
     }
 
-    /// Whether bytes begin as such a file does.
+    /// Returns whether `bytes` begin like the file of a solved model.
     pub fn recognises(bytes: &[u8]) -> bool {
         bytes.starts_with(format!("{{\"format\":\"{FORMAT}\"").as_bytes())
     }
 
-    /// Reads a file that holds what [`encode`](Self::encode) wrote, or standard input for `-`.
+    /// Reads a file with the bytes of [`encode`](Self::encode). The path `-` reads standard input.
     ///
     /// # Errors
-    /// [`SolvedFileError::File`] if it is no ordinary file or cannot be read; [`SolvedFileError::Content`] if it is
-    /// not such a file, of this version and undamaged.
+    /// [`SolvedFileError::File`] if `path` is not an ordinary file or cannot be read;
+    /// [`SolvedFileError::Content`] if the content is of another format or version, or damaged.
     pub fn read(path: &Path) -> Result<Self, SolvedFileError> {
         let content = |source| SolvedFileError::Content { file: path.into(), source };
         Self::decode(&read_ordinary_file(path)?).map_err(content)
     }
 
-    /// Reads what [`encode`](Self::encode) wrote.
+    /// Decodes the bytes of [`encode`](Self::encode).
     ///
     /// # Errors
-    /// [`SolvedError`], for anything else.
+    /// [`SolvedError::Format`], [`Version`](SolvedError::Version), [`Length`](SolvedError::Length),
+    /// [`Shape`](SolvedError::Shape) or [`Damaged`](SolvedError::Damaged) if the bytes are anything else.
     pub fn decode(bytes: &[u8]) -> Result<Self, SolvedError> {
         let not_one = |reason: String| SolvedError::Format { reason };
         let end = bytes.iter().position(|b| *b == b'\n');
-        let end = end.ok_or_else(|| not_one("it has no line".into()))?;
+        let end = end.ok_or_else(|| not_one("it has no first line".into()))?;
         let (line, payload) = (&bytes[..end], &bytes[end + 1..]);
         let start: Beginning =
             serde_json::from_slice(line).map_err(|error| not_one(error.to_string()))?;
@@ -334,7 +338,7 @@ impl SolvedModel {
         Ok(Self { layers })
     }
 
-    /// The population of the layer at `path` that was solved from this and has this form.
+    /// Returns the population of the layer at `path` that has this fingerprint, shape, output and constants.
     pub(super) fn find(
         &self,
         path: &str,

@@ -1,4 +1,4 @@
-//! Populations against what theory says of them: drift of a memory, and error of spiking decoding over size.
+//! Compares populations with theory: the drift of a memory, and the error of spiking decoding for growing ensembles.
 
 use super::bank::{Bank, Draft, Firing, Shape};
 use super::decode::{self, Points};
@@ -21,7 +21,7 @@ fn points() -> Points {
     Points { wanted: values.clone(), values, outputs: 1 }
 }
 
-/// One ensemble of one dimension that says the number it is given.
+/// One ensemble of one dimension that decodes the identity.
 fn bank(count: usize, seed: Seed, firing: Firing) -> Bank {
     let shape = Shape { ensembles: 1, neurons: count, dims: 1, outputs: 1 };
     let draft =
@@ -29,8 +29,7 @@ fn bank(count: usize, seed: Seed, firing: Firing) -> Bank {
     Bank::build(&Lif::default(), DT_S, shape, (firing, 0.1), seed, draft).expect("solvable")
 }
 
-/// What the ensemble of [`bank`] says at a constant value, in the mean: from rates and decoders, by the
-/// closed form.
+/// The mean decoded value of the ensemble of [`bank`] at a constant input, from the closed form of the rates.
 fn said(count: usize, seed: Seed) -> impl Fn(f64) -> f64 {
     let neurons = neurons(count, seed.derive_index("ensemble", 0));
     let lif = Lif::default();
@@ -45,12 +44,12 @@ fn said(count: usize, seed: Seed) -> impl Fn(f64) -> f64 {
     }
 }
 
-/// Where a value held by a recurrent synapse of 100 ms is after a second.
+/// The value that a recurrent synapse of 100 ms holds after one second.
 fn held(bank: &Bank, start: f64) -> f64 {
     let decay = (-DT_S / 0.1f64).exp() as Real;
     let (mut state, mut value, mut out) =
         (vec![0.0; bank.state_len()], start as Real, [0.0 as Real]);
-    // The neurons get going before the value is let go.
+    // The neurons settle for 100 ms before the recurrent synapse takes over.
     for tick in 0..1_100 {
         bank.step(Threads::Serial, (&[value], 1.0), &mut state, &mut out);
         if tick >= 100 {
@@ -60,7 +59,7 @@ fn held(bank: &Bank, start: f64) -> f64 {
     f64::from(value)
 }
 
-/// A memory drifts as its decoding is wrong: `dx/dt = (f(x) - x) / tau` with `f` what is decoded at `x`
+/// A memory drifts by the error of its decoding: `dx/dt = (f(x) - x) / tau`, where `f(x)` is the value decoded at `x`
 /// (Eliasmith and Anderson 2003, section 8.2).
 #[test]
 fn a_memory_drifts_by_the_error_of_its_decoding() {
@@ -77,7 +76,7 @@ fn a_memory_drifts_by_the_error_of_its_decoding() {
             }
             let by_rates = held(&rates, start);
             assert!((by_rates - x).abs() < 2e-3, "{seed} {start}: {by_rates} instead of {x}");
-            // Spikes add jitter to the drift, not another drift.
+            // Spikes add jitter but no further drift.
             let by_spikes = held(&spikes, start);
             assert!((by_spikes - x).abs() < 0.08, "{seed} {start}: {by_spikes} instead of {x}");
             moved += (by_rates - start).abs();
@@ -88,7 +87,7 @@ fn a_memory_drifts_by_the_error_of_its_decoding() {
     assert!(of_large < 0.5 * moved, "more neurons drift less: {of_large} {moved}");
 }
 
-/// Mean square error of a constant decoded from spikes behind a synapse of 10 ms.
+/// Mean square error of a constant that is decoded from spikes and filtered by a synapse of 10 ms.
 fn spiking_error(count: usize, seed: Seed) -> f64 {
     let bank = bank(count, seed, Firing::Spikes);
     let decay = (-DT_S / 0.01f64).exp() as Real;
@@ -106,8 +105,9 @@ fn spiking_error(count: usize, seed: Seed) -> f64 {
     square / 1_200.0
 }
 
-/// With spikes the error falls between the static distortion's square of the neurons and the first power that
-/// independent spikes would give (Eliasmith and Anderson 2003, sections 2.3 and 4.4). Measured: about -1.3.
+/// The error of spiking decoding falls with a power of the number of neurons. The power lies between 2, that of the
+/// static distortion, and 1, that of independent spikes (Eliasmith and Anderson 2003, sections 2.3 and 4.4).
+/// Measured slope: about -1.3.
 #[test]
 fn the_error_of_spiking_decoding_falls_with_the_neurons() {
     let median = |count: usize| {

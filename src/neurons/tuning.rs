@@ -1,8 +1,8 @@
-//! Tuning of neurons: encoders, gains and biases, and the points at which decoders are solved.
+//! Tuning of neurons: encoders, gains and biases, and the evaluation points of pointers.
 //!
-//! Intercepts of pointers are drawn as cosines are distributed between random directions, so that each
-//! neuron fires for about as many of the values that occur (Gosmann and Eliasmith, "Optimizing semantic
-//! pointer representations for symbol-like processing in spiking neural networks", 2016).
+//! Intercepts for pointers follow the distribution of the cosine between random directions. Each neuron then
+//! fires for about the same share of the values that occur (Gosmann and Eliasmith, "Optimizing semantic pointer
+//! representations for symbol-like processing in spiking neural networks", 2016).
 
 use std::ops::RangeInclusive;
 
@@ -11,8 +11,8 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::model::{Lif, TuningError};
 
-/// Neurons of one ensemble: unit encoders, a row a neuron, and the current `gain (e . x) + bias` at a
-/// value `x` within the unit ball.
+/// The neurons of one ensemble. At a value x within the unit ball, a neuron with unit encoder e gets the current
+/// `gain (e . x) + bias`. `encoders` has one row of `dims` numbers per neuron.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Neurons {
     pub dims: usize,
@@ -26,7 +26,7 @@ impl Neurons {
         self.gains.len()
     }
 
-    /// Draws neurons: encoder and intercept by the given functions, rates evenly from `max_rates`.
+    /// Draws neurons: encoders and intercepts from the given functions, maximum rates uniformly from `max_rates`.
     pub fn draw<R: Rng>(
         lif: &Lif,
         (count, dims): (usize, usize),
@@ -53,7 +53,7 @@ impl Neurons {
     }
 }
 
-/// A direction drawn evenly from the sphere.
+/// Draws a direction uniformly from the sphere.
 pub(crate) fn on_sphere<R: Rng>(rng: &mut R, out: &mut [f64]) {
     loop {
         out.iter_mut().for_each(|v| *v = StandardNormal.sample(rng));
@@ -65,14 +65,14 @@ pub(crate) fn on_sphere<R: Rng>(rng: &mut R, out: &mut [f64]) {
     }
 }
 
-/// One direction or the other.
+/// Draws 1 or -1.
 #[cfg(test)]
 pub(crate) fn either_way<R: Rng>(rng: &mut R, out: &mut [f64]) {
     out.fill(if rng.random::<bool>() { 1.0 } else { -1.0 });
 }
 
-/// The cosine between two directions drawn evenly in `dims` dimensions; below 0.95, so that every neuron
-/// fires for some values.
+/// Draws the cosine between two random directions in `dims` dimensions. At most 0.95, so that every neuron fires for
+/// some values.
 pub(crate) fn cosine<R: Rng>(rng: &mut R, dims: usize) -> f64 {
     let first: f64 = StandardNormal.sample(rng);
     let rest: f64 = (1..dims)
@@ -84,7 +84,7 @@ pub(crate) fn cosine<R: Rng>(rng: &mut R, dims: usize) -> f64 {
     (first / (first * first + rest).sqrt().max(1e-12)).clamp(-0.999, 0.95)
 }
 
-/// `count` of a pointer's `total` dimensions: where the sub-vectors of unit pointers lie.
+/// Draws a part of a random unit pointer: `out.len()` of its `total` dimensions.
 pub(crate) fn part_of_pointer<R: Rng>(rng: &mut R, out: &mut [f64], total: usize) {
     let rest: f64 = (out.len()..total)
         .map(|_| {
@@ -105,8 +105,8 @@ mod tests {
 
     #[test]
     fn cosines_have_the_variance_of_random_directions() {
-        // The mean square is 1 / dims; of 20,000 draws it is off by 4 standard errors in less than one
-        // of 10,000 seeds.
+        // The mean square is 1 / dims. With 20,000 draws it is off by 4 standard errors for fewer than one seed
+        // in 10,000.
         let mut rng = Seed::new(1).rng();
         for dims in [2, 18, 258] {
             let mean: f64 = (0..20_000).map(|_| cosine(&mut rng, dims).powi(2)).sum::<f64>() / 2e4;

@@ -1,91 +1,91 @@
-//! Every way in which vocabularies, expressions and modules can be used wrongly.
+//! Errors of vocabularies, expressions and memories.
 
 use thiserror::Error;
 
-/// A vocabulary, expression or memory that cannot be made.
+/// An error of making a vocabulary, expression or memory.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum VocabError {
-    /// A dimension that the algebra cannot use.
+    /// A number of dimensions that the algebra cannot use.
     #[error("{dim} dimensions cannot be used; choose from {min} to {max}")]
     Dimension {
-        /// The dimension asked for.
+        /// Number of dimensions that was given.
         dim: usize,
-        /// The smallest that can be used.
+        /// Least number of dimensions.
         min: usize,
-        /// The largest that can be used.
+        /// Greatest number of dimensions.
         max: usize,
     },
-    /// A ceiling on similarity outside its range.
+    /// A similarity ceiling outside its range.
     #[error("a similarity ceiling of {ceiling} cannot be used; choose more than 0 and at most 1")]
     Ceiling {
-        /// The ceiling asked for.
+        /// Ceiling that was given.
         ceiling: f32,
     },
-    /// A name that expressions could not read.
+    /// A name that cannot stand in an expression.
     #[error(
         "`{name}` cannot name a pointer; use an upper-case letter, then letters, digits and `_`"
     )]
     BadName {
-        /// The name given.
+        /// Name that was given.
         name: String,
     },
-    /// A name given twice.
-    #[error("`{name}` is in the vocabulary already")]
+    /// A name that was given twice.
+    #[error("the vocabulary already has `{name}`; choose another name")]
     Duplicate {
-        /// The name given.
+        /// Name that was given.
         name: String,
     },
-    /// Vectors that cannot be drawn far enough apart.
+    /// Random vectors that all exceed the similarity ceiling.
     #[error(
-        "no vector of {dim} dimensions for `{name}` stays within a similarity of {ceiling} to all {others} others: the best of {attempts} tries has {best:.3} to `{nearest}`; use more dimensions or a higher ceiling"
+        "none of {attempts} random vectors of {dim} dimensions for `{name}` keeps its similarity to the {others} others within {ceiling}; the best reaches {best:.3} to `{nearest}`; use more dimensions or a higher ceiling"
     )]
     TooSimilar {
-        /// The pointer that could not be placed.
+        /// Name of the pointer that could not be drawn.
         name: String,
-        /// The dimension.
+        /// Number of dimensions.
         dim: usize,
-        /// The ceiling to be kept.
+        /// Similarity ceiling.
         ceiling: f32,
-        /// How many pointers there were already.
+        /// Number of pointers that the vocabulary already had.
         others: usize,
-        /// How many vectors were tried.
+        /// Number of vectors that were drawn.
         attempts: usize,
-        /// The greatest similarity (in magnitude) of the best of them.
+        /// Greatest similarity, in magnitude, of the best vector.
         best: f32,
-        /// To which pointer.
+        /// Name of the pointer to which the best vector has that similarity.
         nearest: String,
     },
     /// A name that the vocabulary does not have.
     #[error("the vocabulary `{vocabulary}` has no `{name}`{}; it has: {}", near(.nearest), .choices.join(", "))]
     Unknown {
-        /// The vocabulary's name.
+        /// Name of the vocabulary.
         vocabulary: String,
-        /// The name asked for.
+        /// Name that was asked for.
         name: String,
-        /// The most similar name, if one is close.
+        /// Most similar name, if one is close.
         nearest: Option<String>,
-        /// All names.
+        /// All names of the vocabulary.
         choices: Vec<String>,
     },
-    /// An expression that cannot be read.
+    /// An expression that cannot be parsed.
     #[error("cannot read the expression at character {at}: {problem}, expected {expected}\n  {text}\n  {:>width$}", "^", width = at + 1)]
     Syntax {
-        /// The expression.
+        /// Text of the expression.
         text: String,
-        /// The place, counted in characters from 0.
+        /// Position of the error, in characters from 0.
         at: usize,
-        /// What stands there.
+        /// Description of the text at that position.
         problem: String,
-        /// What could stand there.
+        /// Description of the text that was expected.
         expected: &'static str,
     },
-    /// A vector of another length, or with a value that is no finite number.
+    /// A vector of the wrong length or with a component that is not finite, or a memory without items.
     #[error("`{name}`: {reason}")]
     BadVector {
-        /// Whose vector.
+        /// Name of the vector or memory.
         name: String,
-        /// What is wrong with it.
+        /// Description of the error.
         reason: String,
     },
 }
@@ -94,8 +94,8 @@ fn near(nearest: &Option<String>) -> String {
     nearest.as_ref().map_or_else(String::new, |name| format!(" (did you mean `{name}`?)"))
 }
 
-/// The name in `choices` that differs from `name` by the fewest edits, if that is few enough to be
-/// a slip.
+/// Returns the name in `choices` that differs from `name` by the fewest edits, if so few edits suggest a typing
+/// error.
 pub(crate) fn nearest_name<'a>(
     name: &str,
     choices: impl Iterator<Item = &'a str>,
@@ -107,7 +107,7 @@ pub(crate) fn nearest_name<'a>(
         .map(|(_, choice)| choice.to_owned())
 }
 
-/// Levenshtein distance.
+/// Returns the Levenshtein distance.
 fn edits(a: &str, b: &str) -> usize {
     let b: Vec<char> = b.chars().collect();
     let mut row: Vec<usize> = (0..=b.len()).collect();

@@ -1,7 +1,7 @@
 //! Expressions over the names of a vocabulary, such as `PRECONDITION * (NUT_IN_JIG + BOLT_IN_JIG)`.
 //!
-//! `+` and `-` add, `*` binds (or scales, if one side is a number), `~` inverts, unary `-` negates;
-//! `*` ties closer than `+`. Names are never invented: an unknown one is an error.
+//! `+` and `-` add and subtract. `*` binds two pointers, or scales a pointer by a number. `~` inverts and a leading `-`
+//! negates. `*` binds more tightly than `+` and `-`. An unknown name is an error; expressions never create names.
 
 use super::error::VocabError;
 
@@ -15,13 +15,13 @@ pub(crate) enum Expr {
     },
     Negate(Box<Expr>),
     Invert(Box<Expr>, usize),
-    /// Both sides and the place of the operator.
+    /// Both sides and the position of the operator.
     Add(Box<Expr>, Box<Expr>, usize),
     Subtract(Box<Expr>, Box<Expr>, usize),
     Times(Box<Expr>, Box<Expr>),
 }
 
-/// The deepest nesting of parentheses and prefix operators.
+/// Greatest depth of nested parentheses and prefix operators.
 const MAX_DEPTH: usize = 64;
 
 /// Parses `text`. Costs O(length).
@@ -35,7 +35,7 @@ pub(crate) fn parse(text: &str) -> Result<Expr, VocabError> {
     Ok(expr)
 }
 
-/// Whether `name` can stand in an expression.
+/// Returns whether `name` can stand in an expression.
 pub(crate) fn is_name(name: &str) -> bool {
     let mut chars = name.chars();
     chars.next().is_some_and(|c| c.is_ascii_uppercase())

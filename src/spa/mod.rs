@@ -1,6 +1,78 @@
-//! Vector-symbolic algebra, vocabularies, and the modules that semantic pointers flow through.
+//! The Semantic Pointer Architecture: vector-symbolic algebra, vocabularies and the modules of a graph.
 //!
-//! Nothing here knows tasks or robots.
+//! The algebra binds, compares and cleans up vectors directly, without a graph. The modules make up a graph through
+//! which semantic pointers flow, in exact arithmetic or in spiking neurons.
+//!
+//! # Algebra on vectors
+//!
+//! - [`VocabularyBuilder`] and [`Vocabulary`]: named pointers of one space, and expressions over them. Pointers of
+//!   two vocabularies have different types, so mixing them up does not compile.
+//! - [`Hrr`]: binding and unbinding by circular convolution. It implements the trait [`Algebra`].
+//! - [`cosine`]: the similarity of two pointers.
+//! - [`ItemMemory`]: finds the stored vector most similar to a query, exactly and fast.
+//! - [`PairDecoder`]: decodes all fillers of a sum of role-filler pairs.
+//!
+//! # Modules of a graph
+//!
+//! | module | what it does | in nengo_spa |
+//! |---|---|---|
+//! | [`State`] | represents a pointer; with a recurrent synapse, remembers it | `State` |
+//! | [`Bind`], [`Unbind`] | binds or unbinds two changing pointers | `Bind` |
+//! | [`UnbindFixed`] | unbinds a fixed role | `~` and `*` with a symbol |
+//! | [`Superpose`] | adds pointers with weights | `Superposition`, `+` |
+//! | [`CleanupMemory`], [`AssociativeMemory`] | chooses stored pointers by similarity | `ThresholdingAssocMem`, `WTAAssocMem`, `IAAssocMem` |
+//! | [`Selection`] | chooses among utilities by a rule | `Thresholding`, `WTA`, `IA` |
+//! | [`BasalGanglia`] | chooses the action of greatest utility | `BasalGanglia` with `Thalamus` |
+//! | [`Gate`] | lets a pointer pass or silences it | gated routes of `ActionSelection` |
+//! | [`GoalBuffer`] | stores its input while its gate is open, then holds it | |
+//! | [`Linear`] | applies a fixed linear map | transforms |
+//! | [`Reinterpret`] | passes a pointer on as one of another vocabulary | `reinterpret` |
+//!
+//! Every module filters the output of its own populations, with a synapse of 5 ms unless its docs say otherwise. You
+//! can therefore connect its outputs without a synapse. The delay of a module is the same in every mode.
+//!
+//! # Example
+//!
+//! This graph reads the colour out of a scene, by unbinding and cleanup:
+//!
+//! ```
+//! use symbolt::neurons::SelectRule;
+//! use symbolt::prelude::*;
+//! use symbolt::sim::VocabTag;
+//! use symbolt::spa::{CleanupMemory, UnbindFixed, VocabularyBuilder, cosine};
+//!
+//! struct Things;
+//! impl VocabTag for Things {
+//!     const NAME: &'static str = "things";
+//! }
+//!
+//! let things = VocabularyBuilder::<Things>::new(256, Seed::new(1))
+//!     .pointers(["RED", "BLUE", "CIRCLE", "COLOUR", "SHAPE"])
+//!     .build()?;
+//! let scene = things.parse("COLOUR * RED + SHAPE * CIRCLE")?;
+//!
+//! let mut graph = GraphBuilder::new();
+//! let scene = graph.add("scene", Constant::pointer(things.space(), &scene));
+//! let colour = graph.add("colour", UnbindFixed::new(&things, "COLOUR")?);
+//! let rule = SelectRule::WinnerTakeAll { level: 0.3 };
+//! let cleanup = graph.add("cleanup", CleanupMemory::new(&things, ["RED", "BLUE", "CIRCLE"], rule)?);
+//! graph.connect(&scene, &colour.input, Synapse::None);
+//! graph.connect(&colour.output, &cleanup.input, Synapse::None);
+//!
+//! let plan = PopulationPlan::direct();
+//! let graph = graph.build(Timebase::default(), &plan, Seed::new(1))?;
+//! let mut sim = Simulator::new(graph.into(), RunConfig::default())?;
+//! sim.run_for(SimDuration::from_millis(50))?;
+//! assert!(cosine(&sim.value(&cleanup.output), &things.get("RED")?) > 0.99);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # What this module does not do
+//!
+//! - [`Hrr`] is the only algebra it provides; others can implement [`Algebra`].
+//! - Vocabularies are frozen when built. A running graph learns no pointers.
+//! - It has no rule language like nengo_spa's `ActionSelection`: connect utilities to [`BasalGanglia`] yourself.
+//! - It knows no tasks or robots.
 
 mod algebra;
 mod error;

@@ -1,40 +1,54 @@
-//! Reading all fillers out of a sum of bound pairs whose roles are known, by soft interference cancellation.
+//! Decodes all fillers of a sum of role-filler pairs at once, by soft interference cancellation.
 //!
-//! Unbinding one role and taking the most similar item (linear read-out) is disturbed by all other pairs. A decoder
-//! that takes its own wrong readings out of the sum makes it worse. This one takes out what it expects of each
-//! pair: weights over the items, which are small and nearly even while nothing is known, so that an overloaded
-//! sum is left nearly as it is. For each role in turn, with what all other pairs are expected to be taken
-//! out, an item's log likelihood under Gaussian interference of variance v a component is
-//! `(a . r - |a|^2 / 2) / v` for the bound pair `a` and the rest `r`; half of the way is gone to the
-//! weights that follow. `v` is what is still unknown of the other pairs, and at least what the sum leaves
-//! unexplained. It is multistage detection with soft decisions, from receivers for many users of one channel
-//! (Divsalar, Simon and Raphaeli 1998; Tanaka and Okada 2005 for its analysis), with vocabularies for alphabets.
-//! How much more is read right than by linear read-out is what the experiment `capacity` counts.
+//! The usual read-out unbinds one role and takes the most similar item (linear read-out). All other pairs disturb
+//! it. Subtracting pairs that were already read helps only if they were read correctly; wrong readings add to
+//! the disturbance.
+//!
+//! This decoder subtracts the expected value of each pair. It keeps a weight for every item of every role. While
+//! little is known, the weights are small and nearly equal, so an overloaded sum stays nearly unchanged.
+//!
+//! The decoder visits one role after another. Let r be the sum minus the expected values of all other pairs. With
+//! Gaussian interference of variance v per component, an item whose bound pair is a has the log likelihood
+//! `(a . r - |a|^2 / 2) / v`. The role's weights move half of the way to the normalised likelihoods. The variance
+//! v is what is still unknown of the other pairs, but at least what the sum leaves unexplained.
+//!
+//! The method is multistage detection with soft decisions, known from receivers for several users of one channel
+//! (Divsalar, Simon and Raphaeli 1998; Tanaka and Okada 2005 for its analysis), with a vocabulary as the
+//! alphabet. The experiment `capacity` compares it with linear read-out.
 
 use super::algebra::{Algebra, Hrr, Workspace, dot};
 use super::error::VocabError;
 use super::item_memory::dots;
 use crate::sim::Real;
 
-/// How far the weights go towards what follows from the other pairs' in one turn.
+/// Fraction of the way that weights move towards their new values in one turn.
 const DAMPING: Real = 0.5;
-/// Weights that change by less than this in a round have converged.
+/// Change of a weight in one round below which the decoder has converged.
 const TOLERANCE: Real = 1e-3;
-/// The least variance, of all components together: what rounding leaves.
+/// Least variance, summed over all components: an allowance for rounding.
 const MIN_VARIANCE: Real = 1e-3;
 
-/// What is bound to a role.
+/// The item that is bound to a role, as a [`PairDecoder`] reads it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Filler {
-    /// The item, by its place.
+    /// Index of the item among the decoder's items.
     pub item: usize,
-    /// Its weight, 0 to 1, that of all items together being 1. It orders readings by how sure they are and is no
-    /// probability: of overloaded sums more readings are right than the weights say, of others fewer.
+    /// Weight of the item, 0 to 1. The weights of all items for one role add up to 1 (all are 0 if the sum was not
+    /// finite).
+    ///
+    /// Greater weights mark more reliable readings, but a weight is not a probability. In overloaded sums more
+    /// readings are right than the weights suggest; in other sums, fewer.
     pub weight: Real,
 }
 
-/// A decoder of sums `role * filler + role * filler + ...` (holographic reduced representations) whose roles are known and
-/// whose fillers are some of its items, all of a length about 1.
+/// A decoder of sums `ROLE1 * FILLER1 + ROLE2 * FILLER2 + ...` of holographic reduced representations.
+///
+/// The roles are known. Every filler is one of the decoder's items. All vectors have a norm of about 1.
+///
+/// The decoder reads all fillers together, by soft interference cancellation: for each role it subtracts the expected
+/// values of all other pairs, and repeats this until the weights of the items settle. It reads more fillers correctly
+/// than unbinding one role at a time (multistage detection with soft decisions: Divsalar, Simon and Raphaeli 1998;
+/// Tanaka and Okada 2005).
 ///
 /// ```
 /// use symbolt::sim::Seed;
@@ -61,15 +75,17 @@ pub struct PairDecoder {
     roles: Vec<Real>,
     inverses: Vec<Real>,
     items: Vec<Real>,
-    /// Squared lengths of all bound pairs, `roles x items`.
+    /// Squared norms of all bound pairs, `roles x items`.
     lengths: Vec<Real>,
-    /// `roles x items`.
+    /// Weight of each item for each role, `roles x items`.
     weights: Vec<Real>,
-    /// What each pair is expected to be, `roles x dim`.
+    /// Expected value of each pair, `roles x dim`.
     expected: Vec<Real>,
-    /// What of each pair is still unknown: the squared length that its weights leave.
+    /// Squared norm of each pair that its weights leave unknown.
     unknown: Vec<Real>,
+    /// The sum minus the expected values of all pairs.
     unexplained: Vec<Real>,
+    /// The same with the current pair's expected value added again.
     rest: Vec<Real>,
     unbound: Vec<Real>,
     filler: Vec<Real>,
@@ -79,22 +95,27 @@ pub struct PairDecoder {
 }
 
 impl PairDecoder {
-    /// The most rounds over all roles.
+    /// Greatest number of rounds over all roles.
     pub const ROUNDS: usize = 24;
 
-    /// A decoder; `roles` and `items` are row-major with `dim` numbers each. Costs 3 transforms a role and item and roles x
-    /// items x `dim` products; allocates all that reading needs.
+    /// Makes a decoder for vectors of `dim` components. `roles` and `items` are row-major, with `dim` numbers per
+    /// vector.
+    ///
+    /// Costs 3 transforms per role and per item, and roles x items x `dim` products. Allocates all memory that reading
+    /// needs.
     ///
     /// # Errors
-    /// [`VocabError::Dimension`]; [`VocabError::BadVector`] if roles or items are no whole number of vectors, or none,
-    /// or a value is not finite.
+    /// [`VocabError::Dimension`] if the algebra cannot use `dim`; [`VocabError::BadVector`] if `roles` or `items` is
+    /// empty, is not a whole number of vectors, or has a component that is not finite.
     pub fn new(dim: usize, roles: &[Real], items: &[Real]) -> Result<Self, VocabError> {
         Hrr.check_dim(dim)?;
         for (name, rows) in [("roles", roles), ("items", items)] {
             let bad = |reason| Err(VocabError::BadVector { name: name.into(), reason });
             if rows.is_empty() || !rows.len().is_multiple_of(dim) {
-                let are = format!("{} numbers are no vectors of {dim} dimensions", rows.len());
-                return bad(are);
+                let numbers = rows.len();
+                return bad(format!(
+                    "{numbers} numbers are not whole vectors of {dim}; expected a multiple of {dim} above 0"
+                ));
             }
             if let Some(at) = rows.iter().position(|v| !v.is_finite()) {
                 let (component, row) = (at % dim, at / dim);
@@ -106,7 +127,7 @@ impl PairDecoder {
         for (role, inverse) in roles.chunks_exact(dim).zip(inverses.chunks_exact_mut(dim)) {
             Hrr.inverse_into(role, inverse);
         }
-        // A bound pair's squared length is the product of its parts' correlations with themselves.
+        // The squared norm of a bound pair is the dot product of the autocorrelations of its two parts.
         let mut inverse = vec![0.0; dim];
         let mut with_itself = |part: &[Real], out: &mut [Real]| {
             Hrr.inverse_into(part, &mut inverse);
@@ -141,14 +162,17 @@ impl PairDecoder {
         })
     }
 
-    /// The filler of every role, in the roles' order. Costs at most [`ROUNDS`](Self::ROUNDS) x roles x (6 transforms +
-    /// items x dimensions products, twice that while all items have weight); allocates nothing. If a component of the sum is
-    /// not a finite number, all weights are 0.
+    /// Decodes the filler of every role, in the order of the roles. If a component of `sum` is not finite, all
+    /// weights are 0.
+    ///
+    /// Costs at most [`ROUNDS`](Self::ROUNDS) x roles x (6 transforms + items x dimensions products), with twice as
+    /// many products while all items still have weight. Allocates nothing.
     ///
     /// # Panics
-    /// If `sum` has another number of components.
+    /// If `sum` does not have the decoder's number of dimensions.
     pub fn read(&mut self, sum: &[Real]) -> &[Filler] {
-        assert!(sum.len() == self.dim, "the sum has the decoder's dimensions");
+        let (found, dim) = (sum.len(), self.dim);
+        assert!(found == dim, "the sum has {found} components; expected {dim}");
         self.weights.fill(0.0);
         self.expected.fill(0.0);
         self.unknown.fill(1.0);
@@ -171,7 +195,8 @@ impl PairDecoder {
         &self.read
     }
 
-    /// One pair's weights towards what follows from the others'; the greatest change of one.
+    /// Moves one pair's weights towards the values that follow from all other pairs. Returns the greatest change of a
+    /// weight.
     fn turn(&mut self, pair: usize) -> Real {
         let (dim, count) = (self.dim, self.scores.len());
         let weights = &mut self.weights[pair * count..][..count];
@@ -223,7 +248,7 @@ mod tests {
         (from..from + count).flat_map(|i| random_pointer(dim, Seed::new(i))).collect()
     }
 
-    /// The sum of the first pairs, and noise of length `sigma`.
+    /// The sum of the first pairs, plus noise of norm `sigma`.
     fn sum(dim: usize, roles: &[Real], items: &[Real], sigma: Real) -> Vec<Real> {
         let mut sum = random_pointer(dim, Seed::new(999));
         sum.iter_mut().for_each(|v| *v *= sigma);
@@ -254,8 +279,8 @@ mod tests {
 
     #[test]
     fn weights_say_how_sure_a_reading_is() {
-        // Overloaded sums of nine pairs in 32 dimensions with noise, 300 of them: readings by weight, and how many of
-        // them are right.
+        // 300 overloaded sums of nine pairs in 32 dimensions, with noise. Each bin counts the readings of similar
+        // weight, and how many of them are right.
         let mut bins = [[0.0; 2]; 4];
         for trial in 0..300 {
             let (roles, items) = (vectors(100 * trial, 9, 32), vectors(100 * trial + 9, 40, 32));
@@ -266,7 +291,7 @@ mod tests {
             }
         }
         let [lowest, low, high, highest] = bins.map(|[all, right]| right / all);
-        // At least 180 readings a bin: three standard errors are at most 11 points.
+        // With at least 180 readings per bin, three standard errors are at most 11 percentage points.
         assert!(bins.iter().all(|[all, _]| *all >= 100.0), "{bins:?}");
         assert!(lowest < 0.45 && highest > 0.95, "{bins:?}");
         assert!(lowest + 0.1 < low && low + 0.05 < high && high < highest, "{bins:?}");

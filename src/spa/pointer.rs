@@ -1,4 +1,4 @@
-//! Pointers outside a graph: owned values, typed by vocabulary.
+//! Owned pointers outside a graph, typed by vocabulary.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -6,7 +6,9 @@ use std::ops::Deref;
 
 use crate::sim::{AsPointer, PointerRef, Real, VocabTag};
 
-/// An owned pointer, with the expression that it is the value of.
+/// An owned pointer of vocabulary `V`, with the expression that it is the value of.
+///
+/// Dereferences to its components, one per dimension.
 pub struct PointerValue<V: VocabTag> {
     values: Vec<Real>,
     expression: String,
@@ -18,18 +20,20 @@ impl<V: VocabTag> PointerValue<V> {
         Self { values, expression, tag: PhantomData }
     }
 
-    /// Takes the caller's word that these are components of a pointer of `V`. For vectors that come from
-    /// outside; what a vocabulary gives out is typed already.
+    /// Makes a pointer of `V` from components, without checking them.
+    ///
+    /// Meant for vectors from outside the program. Pointers that a vocabulary returns are typed already.
     pub fn from_raw(values: Vec<Real>) -> Self {
         Self { values, expression: "given values".into(), tag: PhantomData }
     }
 
-    /// The components.
+    /// Returns the components, one per dimension.
     pub fn into_values(self) -> Vec<Real> {
         self.values
     }
 
-    /// Where the pointer comes from.
+    /// Returns the expression that the pointer is the value of; `given values` for one made by
+    /// [`from_raw`](Self::from_raw).
     pub fn expression(&self) -> &str {
         &self.expression
     }

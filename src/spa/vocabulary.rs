@@ -1,4 +1,4 @@
-//! Vocabularies: named vectors of one space, made once from a seed and then frozen.
+//! Vocabularies: named pointers of one space, drawn once from a seed and then frozen.
 
 use std::collections::HashMap;
 use std::marker::PhantomData;
@@ -13,17 +13,18 @@ use super::expr::{self, Expr};
 use super::pointer::PointerValue;
 use crate::sim::{AsPointer, PointerRef, Real, Seed, Space, VocabTag};
 
-/// Most vectors drawn for one name before giving up on the similarity ceiling.
+/// Greatest number of vectors drawn for one name before the similarity ceiling counts as unreachable.
 const MAX_ATTEMPTS: u64 = 20_000;
 
-/// A random unit vector: independent normal components, then scaled to length 1.
+/// Draws a random unit vector of `dim` components, uniformly on the sphere.
 ///
-/// This is uniform on the sphere. Any `dim`; a pure function of `dim` and `seed`.
+/// The components are independent normal numbers, scaled to norm 1. The result depends only on `dim` (any number)
+/// and `seed`.
 pub fn random_pointer(dim: usize, seed: Seed) -> Vec<Real> {
     draw_pointer(dim, &mut seed.rng())
 }
 
-/// A random unit vector, drawn from a generator that goes on: `dim` normal numbers in single precision.
+/// Draws a random unit vector from `rng`: `dim` normal numbers in single precision, scaled to norm 1.
 pub(crate) fn draw_pointer<R: Rng>(dim: usize, rng: &mut R) -> Vec<Real> {
     let mut vector: Vec<Real> = (0..dim).map(|_| rng.sample(StandardNormal)).collect();
     normalize(&mut vector);
@@ -37,7 +38,7 @@ enum Entry {
     Defined(String),
 }
 
-/// Collects names, then [`build`](VocabularyBuilder::build)s a [`Vocabulary`].
+/// Collects the names and settings of a [`Vocabulary`]; [`build`](VocabularyBuilder::build) then draws the pointers.
 ///
 /// ```
 /// use symbolt::sim::{Seed, VocabTag};
@@ -66,8 +67,8 @@ pub struct VocabularyBuilder<V: VocabTag> {
 }
 
 impl<V: VocabTag> VocabularyBuilder<V> {
-    /// A vocabulary of `dim` dimensions with holographic reduced representations and a similarity
-    /// ceiling of 0.1. The dimension is checked by [`build`](Self::build).
+    /// Starts a vocabulary of `dim` dimensions, with holographic reduced representations ([`Hrr`]) and a similarity
+    /// ceiling of 0.1. [`build`](Self::build) checks `dim`.
     pub fn new(dim: usize, seed: Seed) -> Self {
         Self {
             dim,
@@ -85,38 +86,41 @@ impl<V: VocabTag> VocabularyBuilder<V> {
         self
     }
 
-    /// Keeps the cosine of any two random pointers within `-ceiling..=ceiling` (more than 0, at
-    /// most 1).
+    /// Sets the similarity ceiling: the greatest magnitude of the dot product between a random pointer and any pointer
+    /// added before it. It must be above 0 and at most 1; [`build`](Self::build) checks it.
     pub fn max_similarity(mut self, ceiling: Real) -> Self {
         self.ceiling = Some(ceiling);
         self
     }
 
-    /// Takes random pointers as they come.
+    /// Removes the similarity ceiling: the first vector drawn for a name is taken.
     pub fn any_similarity(mut self) -> Self {
         self.ceiling = None;
         self
     }
 
-    /// Adds a random unit vector.
+    /// Adds a random unit vector called `name`.
+    ///
+    /// A name is an upper-case letter followed by letters, digits and `_`. [`build`](Self::build) checks it.
     pub fn pointer(mut self, name: impl Into<String>) -> Self {
         self.entries.push((name.into(), Entry::Random));
         self
     }
 
-    /// Adds random unit vectors.
+    /// Adds a random unit vector for each name.
     pub fn pointers<N: Into<String>>(mut self, names: impl IntoIterator<Item = N>) -> Self {
         self.entries.extend(names.into_iter().map(|n| (n.into(), Entry::Random)));
         self
     }
 
-    /// Adds a random unitary vector: binding with it can be undone exactly.
+    /// Adds a random unitary vector. Unbinding it is exact, so it is a good role.
     pub fn unitary(mut self, name: impl Into<String>) -> Self {
         self.entries.push((name.into(), Entry::Unitary));
         self
     }
 
-    /// Adds a pointer of the caller's own, as it is; numbers from outside as [`PointerRef::from_raw`].
+    /// Adds a given pointer unchanged. [`PointerRef::from_raw`] makes one from numbers; [`build`](Self::build) checks
+    /// that they are finite and as many as the vocabulary has dimensions.
     ///
     /// ```
     /// # use symbolt::sim::{PointerRef, Seed, VocabTag};
@@ -135,6 +139,8 @@ impl<V: VocabTag> VocabularyBuilder<V> {
     /// assert_eq!(actions.len(), 1);
     /// # Ok::<(), symbolt::spa::VocabError>(())
     /// ```
+    ///
+    /// A pointer of another vocabulary does not compile:
     ///
     /// ```compile_fail
     /// # use symbolt::sim::{PointerRef, Seed, VocabTag};
@@ -156,21 +162,25 @@ impl<V: VocabTag> VocabularyBuilder<V> {
         self
     }
 
-    /// Adds the value of an expression over the names before it, as it is.
+    /// Adds the value of an expression over the names added before. The value is not normalised.
     pub fn define(mut self, name: impl Into<String>, expression: impl Into<String>) -> Self {
         self.entries.push((name.into(), Entry::Defined(expression.into())));
         self
     }
 
-    /// Draws all vectors, in the order of the names.
+    /// Draws all pointers, in the order in which their names were added.
     ///
-    /// A name's draws depend on the seed, the tag and the name; which of them is taken, on the
-    /// similarities to the names before it. Costs O(names^2 D), and many times that when the
-    /// ceiling is tight.
+    /// The vectors drawn for a name depend on the seed, the vocabulary's tag, the dimension and the name. The first one
+    /// within the similarity ceiling is taken, which also depends on the names before it. Costs O(names^2 D) for
+    /// D dimensions, and many times that if the ceiling is tight.
     ///
     /// # Errors
-    /// A dimension that the algebra refuses, a ceiling outside `(0, 1]` or one that cannot be met,
-    /// a bad or repeated name, an expression that cannot be evaluated.
+    /// - [`VocabError::Dimension`] if the algebra cannot use the dimension;
+    /// - [`VocabError::Ceiling`] if the ceiling is not above 0 and at most 1;
+    /// - [`VocabError::TooSimilar`] if 20,000 draws for a name do not meet the ceiling;
+    /// - [`VocabError::BadName`] or [`VocabError::Duplicate`] if a name is invalid or repeated;
+    /// - [`VocabError::BadVector`] if a given or computed vector has the wrong length or is not finite;
+    /// - [`VocabError::Syntax`] or [`VocabError::Unknown`] if an expression cannot be evaluated.
     pub fn build(self) -> Result<Vocabulary<V>, VocabError> {
         self.algebra.check_dim(self.dim)?;
         if let Some(ceiling) = self.ceiling
@@ -226,22 +236,22 @@ impl<V: VocabTag> VocabularyBuilder<V> {
 
 fn check_vector(name: &str, values: Vec<Real>, dim: usize) -> Result<Vec<Real>, VocabError> {
     let reason = if values.len() != dim {
-        format!("{} values are given for {dim} dimensions", values.len())
-    } else if let Some(bad) = values.iter().find(|v| !v.is_finite()) {
-        format!("a component is {bad}")
+        format!("the vector has {} components; expected {dim}", values.len())
+    } else if let Some(at) = values.iter().position(|v| !v.is_finite()) {
+        format!("component {at} is {}; expected a finite number", values[at])
     } else {
         return Ok(values);
     };
     Err(VocabError::BadVector { name: name.into(), reason })
 }
 
-/// Named vectors of one space. Frozen: neither names nor vectors change.
+/// Named pointers of one space. Neither names nor pointers change after [`VocabularyBuilder::build`].
 pub struct Vocabulary<V: VocabTag> {
     space: Space<V>,
     algebra: Arc<dyn Algebra>,
     names: Vec<String>,
     index: HashMap<String, usize>,
-    /// One row a name.
+    /// Row-major, one row per name.
     vectors: Vec<Real>,
     tag: PhantomData<fn() -> V>,
 }
@@ -253,61 +263,62 @@ impl<V: VocabTag> std::fmt::Debug for Vocabulary<V> {
 }
 
 impl<V: VocabTag> Vocabulary<V> {
-    /// The space in which the pointers live; ports are typed by it.
+    /// Returns the space of the pointers. The ports of a graph are typed by it.
     pub fn space(&self) -> &Space<V> {
         &self.space
     }
 
-    /// The number of dimensions.
+    /// Returns the number of dimensions.
     pub fn dim(&self) -> usize {
         self.space.width()
     }
 
-    /// How many names there are.
+    /// Returns the number of names.
     pub fn len(&self) -> usize {
         self.names.len()
     }
 
-    /// Whether there are no names.
+    /// Returns whether there are no names.
     pub fn is_empty(&self) -> bool {
         self.names.is_empty()
     }
 
-    /// The names, in the order in which they were added.
+    /// Returns the names, in the order in which they were added.
     pub fn names(&self) -> &[String] {
         &self.names
     }
 
-    /// The algebra.
+    /// Returns the algebra.
     pub fn algebra(&self) -> &Arc<dyn Algebra> {
         &self.algebra
     }
 
-    /// All vectors, row by row in the order of [`names`](Self::names): `len x dim` numbers.
+    /// Returns all vectors as a row-major matrix, one row of `dim` numbers per name, in the order of
+    /// [`names`](Self::names).
     pub fn matrix(&self) -> &[Real] {
         &self.vectors
     }
 
-    /// The vector of the `index`-th name.
+    /// Returns the pointer of the `index`-th name, `None` if there are not so many names.
     pub fn vector(&self, index: usize) -> Option<PointerRef<'_, V>> {
         let dim = self.dim();
         self.vectors.get(index * dim..(index + 1) * dim).map(PointerRef::from_raw)
     }
 
-    /// The vector called `name`.
+    /// Returns the pointer called `name`.
     ///
     /// # Errors
-    /// [`VocabError::Unknown`], listing the names.
+    /// [`VocabError::Unknown`] if there is no such name; the error lists all names.
     pub fn get(&self, name: &str) -> Result<PointerRef<'_, V>, VocabError> {
         let index = self.position(name)?;
         let dim = self.dim();
         Ok(PointerRef::from_raw(&self.vectors[index * dim..(index + 1) * dim]))
     }
 
-    /// The place of `name` among [`names`](Self::names).
+    /// Returns the index of `name` in [`names`](Self::names).
     ///
     /// # Errors
-    /// [`VocabError::Unknown`], listing the names.
+    /// [`VocabError::Unknown`] if there is no such name; the error lists all names.
     pub fn position(&self, name: &str) -> Result<usize, VocabError> {
         self.index.get(name).copied().ok_or_else(|| VocabError::Unknown {
             vocabulary: V::NAME.into(),
@@ -317,12 +328,15 @@ impl<V: VocabTag> Vocabulary<V> {
         })
     }
 
-    /// The value of an expression such as `PRECONDITION * (NUT_IN_JIG + BOLT_IN_JIG)`; not
-    /// normalised. Allocates.
+    /// Evaluates an expression such as `PRECONDITION * (NUT_IN_JIG + BOLT_IN_JIG)`.
+    ///
+    /// `+` and `-` add and subtract, `*` binds two pointers or scales one by a number, `~` inverts, a leading `-`
+    /// negates, and parentheses group. The value is not normalised. Allocates.
     ///
     /// # Errors
-    /// [`VocabError::Syntax`] with the place, or [`VocabError::Unknown`] for a name that the
-    /// vocabulary does not have.
+    /// - [`VocabError::Syntax`] if the text is not an expression with at least one name; the error shows the position;
+    /// - [`VocabError::Unknown`] if a name is not in the vocabulary;
+    /// - [`VocabError::BadVector`] if the value is not finite.
     pub fn parse(&self, text: &str) -> Result<PointerValue<V>, VocabError> {
         let expr = expr::parse(text)?;
         let mut work = self.algebra.scratch(self.dim());

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Parameters, inputs, spikes and outputs of ensembles as Nengo computes them, for the tests of
-`src/neurons/conformance.rs`.
+"""Writes the fixtures of `src/neurons/conformance.rs`: parameters, inputs, spikes and outputs of ensembles, as Nengo
+computes them.
 
 Usage: fixtures.py FOLDER             writes the fixtures
-       fixtures.py FOLDER --compare   fails if what Nengo computes now is not what FOLDER holds
+       fixtures.py FOLDER --compare   fails if the fixtures in FOLDER differ from what Nengo computes now
 
-Needs nengo, numpy and scipy. Nothing of Nengo is used but its public interface and its results.
+Needs nengo, numpy and scipy. Uses only Nengo's public interface and its results.
 """
 
 import pathlib
@@ -18,7 +18,7 @@ DT = 0.001
 STEPS = 1000
 SYNAPSE = 0.005
 
-# name: dimensions, neurons, function of the value (None: itself), amplitude of the input
+# name: dimensions, neurons, decoded function (None: the identity), amplitude of the input
 CASES = {
     "scalar": (1, 100, None, 0.9),
     "square": (1, 100, lambda x: x**2, 0.9),
@@ -27,7 +27,7 @@ CASES = {
 
 
 def signal(dims, amplitude, seed):
-    """A few slow sine waves a dimension, which anybody can compute again from this row."""
+    """Returns a signal of three slow sine waves per dimension, reproducible from the seed."""
     rng = np.random.RandomState(seed)
     rates = rng.uniform(0.5, 4.0, size=(3, dims))
     phases = rng.uniform(0, 2 * np.pi, size=(3, dims))
@@ -37,7 +37,7 @@ def signal(dims, amplitude, seed):
 
 
 def one(name, seed=7):
-    """An ensemble that is driven, and a second one that is driven by what it says."""
+    """Runs two ensembles: a signal drives the first, and its decoded output drives the second."""
     dims, neurons, function, amplitude = CASES[name]
     given = signal(dims, amplitude, seed)
     with nengo.Network(seed=seed) as net:
@@ -90,10 +90,10 @@ def main():
                 else:
                     same = np.allclose(now[key], before[key], rtol=1e-9, atol=1e-12)
                 if not same:
-                    print(f"{path}: `{key}` is not what nengo {nengo.__version__} computes")
+                    print(f"{path}: `{key}` differs from what nengo {nengo.__version__} computes")
                     bad += 1
     if compare and not bad:
-        print(f"the fixtures are what nengo {nengo.__version__} computes")
+        print(f"the fixtures agree with nengo {nengo.__version__}")
     sys.exit(1 if bad else 0)
 
 

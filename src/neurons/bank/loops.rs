@@ -1,17 +1,19 @@
-//! The loops over a bank's neurons: currents, voltages and spikes, and what is decoded.
+//! The loops over a bank's neurons: currents, voltages, spikes and decoding.
 
 use multiversion::multiversion;
 
 use super::{BLOCK, Consts, NARROW, Shape, WIDE};
 use crate::sim::Real;
 
-/// What the loops read.
+/// The input of the loops: a bank's constants and the values of one tick.
 pub(super) struct Work<'a> {
     pub(super) consts: Consts,
     pub(super) shape: Shape,
+    /// Current added to every neuron; below 0 while a gate closes.
     pub(super) shift: Real,
-    /// Square of a value with which no neuron can be made to fire.
+    /// Squared norm of the input up to which `shift` keeps every neuron from firing; below 0 if it does not.
     pub(super) quiet: Real,
+    /// For each ensemble, the input below which no neuron gets a current above 0.
     pub(super) rests: &'a [Real],
     pub(super) encoders: &'a [Real],
     pub(super) biases: &'a [Real],
@@ -19,8 +21,10 @@ pub(super) struct Work<'a> {
     pub(super) values: &'a [Real],
 }
 
-/// The hot loop. Each pass is one that compilers turn into wide instructions: no pass branches but the
-/// last, over the spikes of ensembles with several outputs.
+/// Steps spiking neurons for one tick: the hot loop.
+///
+/// Compilers turn every pass into wide instructions, because none of them branches. The exception is the last pass
+/// of ensembles with several outputs, which visits only the neurons that fired.
 #[multiversion(targets("x86_64+avx2", "x86_64+sse4.1"))]
 pub(super) fn spikes(work: &Work<'_>, v: &mut [Real], r: &mut [Real], out: &mut [Real]) {
     let Consts { dt, per_tau, tau_rc, tau_ref } = work.consts;
@@ -35,8 +39,8 @@ pub(super) fn spikes(work: &Work<'_>, v: &mut [Real], r: &mut [Real], out: &mut 
         let encoders = &work.encoders[index * padded * dims..(index + 1) * padded * dims];
         let decoders = &work.decoders[index * padded * outputs..(index + 1) * padded * outputs];
         out.fill(0.0);
-        // An ensemble at rest whose currents stay below 0 stays there: the same bits as below, for a fraction
-        // of the reading.
+        // An ensemble at rest stays at rest while its currents are below 0. Skipping it gives the same bits as
+        // the passes below and reads far less memory.
         let resting = work.shift <= 0.0 && value[0] < work.rests[index];
         let silenced = value.iter().map(|x| x * x).sum::<Real>() <= work.quiet;
         if (resting || silenced) && at_rest(v, r) {
@@ -57,12 +61,12 @@ pub(super) fn spikes(work: &Work<'_>, v: &mut [Real], r: &mut [Real], out: &mut 
                 let free = dt - left;
                 let free = if free < dt { free } else { dt };
                 let z = if free > 0.0 { free } else { 0.0 } * per_tau;
-                // 1 - exp(-z), z at most MAX_TICK.
+                // The series of 1 - exp(-z); z is at most MAX_TICK.
                 let decay = z
                     * (1.0
                         - z * 0.5 * (1.0 - z * (1.0 / 3.0) * (1.0 - z * 0.25 * (1.0 - z * 0.2))));
                 let next = *v + (c - *v) * decay;
-                // Since the spike: tau_rc ln(1 - (v - 1) / (J - 1)), by its series.
+                // The time since the spike is -tau_rc ln(1 - (v - 1) / (J - 1)); `log` is the series without tau_rc.
                 let over = (next - 1.0) / (c - 1.0);
                 let tail = 1.0 / 4.0 + over * (1.0 / 5.0 + over * (1.0 / 6.0 + over * (1.0 / 7.0)));
                 let log = over * (1.0 + over * (1.0 / 2.0 + over * (1.0 / 3.0 + over * tail)));
@@ -74,7 +78,7 @@ pub(super) fn spikes(work: &Work<'_>, v: &mut [Real], r: &mut [Real], out: &mut 
                 *fired = u32::from(spike).wrapping_neg();
             }
             if outputs == 1 {
-                // A mask instead of a condition: a sum under a condition becomes a store under one.
+                // A mask, because compilers turn a conditional sum into a conditional store.
                 let eights = fired.chunks_exact(NARROW).zip(decoders.chunks_exact(NARROW));
                 for (fired, decoders) in eights {
                     for i in 0..NARROW {
@@ -91,14 +95,14 @@ pub(super) fn spikes(work: &Work<'_>, v: &mut [Real], r: &mut [Real], out: &mut 
     }
 }
 
-/// Whether all voltages and refractory times are zero.
+/// Returns whether all voltages and refractory times are zero.
 #[inline(always)]
 pub(super) fn at_rest(v: &[Real], r: &[Real]) -> bool {
     let bits = |all: &[Real]| all.iter().fold(0, |bits, x| bits | x.to_bits());
     bits(v) | bits(r) == 0
 }
 
-/// Currents: biases, and encoders times the value.
+/// Computes the currents: bias plus shift plus encoder times value.
 #[inline(always)]
 pub(super) fn encode(
     encoders: &[Real],
@@ -131,7 +135,7 @@ pub(super) fn encode(
     }
 }
 
-/// Adds the decoders, a row a neuron, of those that fired.
+/// Adds the decoders (one row per neuron) of the neurons that fired.
 #[inline(always)]
 pub(super) fn add_rows(fired: &[u32], decoders: &[Real], out: &mut [Real]) {
     let outputs = out.len();
@@ -152,7 +156,7 @@ pub(super) fn add_rows(fired: &[u32], decoders: &[Real], out: &mut [Real]) {
     }
 }
 
-/// As many spikes as on average, in every tick.
+/// Computes the outputs of rate neurons: each neuron contributes its firing rate times its decoders.
 pub(super) fn rates(work: &Work<'_>, out: &mut [Real]) {
     let Consts { tau_rc, tau_ref, .. } = work.consts;
     let Shape { dims, outputs, .. } = work.shape;

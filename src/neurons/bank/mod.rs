@@ -1,25 +1,40 @@
-//! The hot loop: banks of small ensembles of equal shape, encoded, stepped and decoded together.
+//! Banks: many small ensembles of equal shape that are encoded, stepped and decoded together.
 //!
-//! A bank's numbers stand as structure of arrays: for each ensemble and each group of 32 neurons (8 in one
-//! dimension) the encoders, a row a dimension, scaled by gain and radius, so that encoding reads memory from
-//! front to back; then biases, voltages and refractory times, padded with neurons that never fire. Passes
-//! over a block compute currents, then voltages and a mask of those that fired. With several outputs only the
-//! decoders of these are added up (event-driven); with one output a masked sum costs less than
-//! finding them. An ensemble at rest that nothing can wake is passed over, with the same bits.
+//! # Memory layout
 //!
-//! # Where the time goes
+//! A bank is a structure of arrays. The array of encoders, each times gain / radius, is ordered by ensemble, then by
+//! group of 32 neurons (8 if the ensemble has one dimension), then by dimension. Encoding therefore reads memory from
+//! front to back. Biases, voltages and refractory times have one array each. Neurons that never fire pad every ensemble
+//! to whole groups.
 //!
-//! Per neuron and tick a scalar bank reads 16 bytes (encoder, bias, voltage, refractory time) and writes 8; a
-//! bank of d dimensions reads 4 d bytes more of encoders, and 4 d of decoders for the tenth that fires. That is
-//! the bound for banks that do not fit the caches: a core of the machine of the figures (a shared EPYC at
-//! about 2.4 GHz) reads 40 to 50 GB/s from its last cache and 15 GB/s from memory, both cores 28 GB/s.
-//! Measured there: 2.2 to 2.5 ns a neuron and tick in scalar banks of 100,000 neurons (a bare loop over voltages
-//! takes 0.5 ns, the reading alone 0.4 to 0.6 ns), 4.6 to 5 ns with sixteen dimensions (1.6 ns of reading from the
-//! last cache). Most of it is arithmetic: the decay within a refractory period, and the moment of a spike, which
-//! has a division, are computed for every neuron, since a branch for the tenth that fires is
-//! mispredicted more dearly; with sixteen dimensions a third is encoding and a fifth waits for the decoders
-//! of those that fired. A network of 341,450 neurons no longer fits the caches: its 22 MB of encoders are
-//! 0.8 ms a tick at the bandwidth of both cores.
+//! # Passes
+//!
+//! One pass over a block of neurons computes currents. A second computes voltages and a mask of the neurons that
+//! fired. The third decodes. With several outputs it adds the decoders of the neurons that fired and of no others
+//! (event-driven); with one output a masked sum over all neurons costs less than finding those that fired. The
+//! loop skips an ensemble at rest that its input cannot wake; the bits are the same as without skipping.
+//!
+//! # Memory traffic
+//!
+//! Per neuron and tick, a scalar bank reads 16 bytes (encoder, bias, voltage, refractory time) and writes 8. A bank of
+//! d dimensions reads 4 d bytes of encoders instead of 4, and 4 d bytes of decoders for each neuron that fires (about
+//! one in ten). This traffic limits the speed of banks that do not fit the caches.
+//!
+//! # Measured time
+//!
+//! On a shared EPYC at about 2.4 GHz, one core reads 40 to 50 GB/s from its last cache and 15 GB/s from memory;
+//! two cores together read 28 GB/s from memory.
+//!
+//! | bank | time per neuron and tick | for comparison |
+//! |---|---|---|
+//! | scalar, 100,000 neurons | 2.2 to 2.5 ns | a bare loop over voltages: 0.5 ns; reading alone: 0.4 to 0.6 ns |
+//! | sixteen dimensions | 4.6 to 5 ns | reading from the last cache alone: 1.6 ns |
+//!
+//! Most of the time is arithmetic. The decay within a refractory period and the moment of a spike (a division) are
+//! computed for every neuron: a branch for the tenth that fires would cost more, because it is often mispredicted.
+//! With sixteen dimensions, a third of the time is encoding and a fifth is waiting for the decoders of the neurons
+//! that fired. A network of 341,450 neurons does not fit the caches: reading its 22 MB of encoders takes 0.8 ms per
+//! tick at the bandwidth of both cores.
 
 mod loops;
 #[cfg(test)]
@@ -34,13 +49,13 @@ use super::model::{Lif, TuningError, refuse};
 use super::tuning::Neurons;
 use crate::sim::{Real, Seed, Threads};
 
-/// What a bank's neurons send.
+/// The kind of output that a bank's neurons send.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Firing {
-    /// Spikes.
+    /// Spikes. A spike counts as a rate of 1 / dt for one tick.
     Spikes,
-    /// Their firing rates.
+    /// Firing rates, in Hz.
     Rates,
 }
 
@@ -49,24 +64,24 @@ pub(crate) enum Firing {
 #[serde(deny_unknown_fields)]
 pub(crate) struct Shape {
     pub ensembles: usize,
-    /// Neurons of one ensemble.
+    /// Number of neurons in one ensemble.
     pub neurons: usize,
-    /// Dimensions of the value that one ensemble represents.
+    /// Number of dimensions of the value that one ensemble represents.
     pub dims: usize,
-    /// Numbers decoded from one ensemble.
+    /// Number of values decoded from one ensemble.
     pub outputs: usize,
 }
 
 /// One ensemble before its decoders are solved.
 pub(crate) struct Draft {
     pub neurons: Neurons,
-    /// Length of the values that the unit ball stands for.
+    /// Radius: the norm of a value that lies on the rim of the unit ball.
     pub radius: f64,
-    /// In units of the radius; the wanted values are not.
+    /// Evaluation points, in units of the radius. The target values are not divided by the radius.
     pub points: Points,
 }
 
-/// What the loops need of the model and the clock.
+/// Constants that the loops take from the neuron model and the tick.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Consts {
@@ -87,7 +102,7 @@ impl Consts {
     }
 }
 
-/// Many ensembles of equal shape.
+/// Ensembles of equal shape with all their parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Bank {
     pub(super) shape: Shape,
@@ -95,49 +110,51 @@ pub(crate) struct Bank {
     pub(super) encoders: Vec<Real>,
     pub(super) biases: Vec<Real>,
     pub(super) decoders: Vec<Real>,
-    /// A current that silences every neuron.
+    /// Magnitude of the negative current that silences every neuron.
     pub(super) silencing: Real,
-    /// Square of the value up to which that current does.
+    /// Squared norm of the input up to which the silencing current is strong enough.
     pub(super) quiet: Real,
-    /// For each ensemble the value below which no neuron gets a current above 0. Follows from the rest.
+    /// For each ensemble, the input below which no neuron gets a current above 0. Follows from the other fields.
     pub(super) rests: Vec<Real>,
     pub(super) consts: Consts,
 }
 
 impl Shape {
-    /// Neurons whose encoders stand together, a row a dimension.
+    /// Number of neurons in one group of encoders.
     fn lanes(&self) -> usize {
         if self.dims == 1 { NARROW } else { WIDE }
     }
 
-    /// Neurons of one ensemble with those that fill up the last group.
+    /// Number of neurons in one ensemble, including those that pad its last group.
     pub(super) fn padded(&self) -> usize {
         self.neurons.next_multiple_of(self.lanes())
     }
 
-    /// Where the encoder of a neuron for a dimension stands among those of its ensemble.
+    /// Index of a neuron's encoder for a dimension, within its ensemble's encoders.
     fn encoder_at(&self, neuron: usize, dimension: usize) -> usize {
         let lanes = self.lanes();
         (neuron / lanes * self.dims + dimension) * lanes + neuron % lanes
     }
 }
 
-/// Numbers in the widest registers that are used.
+/// Neurons encoded together in ensembles of one dimension: the width of the widest registers in use.
 const NARROW: usize = 8;
-/// Neurons that are encoded together where there are several dimensions.
+/// Neurons encoded together in ensembles of several dimensions.
 const WIDE: usize = 32;
-/// Neurons whose currents are kept at hand.
+/// Neurons in one block: their currents stay in the first-level cache between passes.
 const BLOCK: usize = 128;
 
-/// The least number of neurons for which a second thread is worth its cost.
+/// Number of neurons above which a second thread is worth its cost.
 const MIN_SHARED_NEURONS: usize = 6_000;
 
-/// The longest tick, in membrane time constants, for which the series of the decay is right to 1e-6.
+/// Longest tick, in membrane time constants, for which the series of the decay is accurate to 1e-6.
 const MAX_TICK: f64 = 0.25;
 
 impl Bank {
-    /// Draws and solves a bank; `draft` makes each ensemble from its number and seed. In parallel over the
-    /// ensembles, with the same result whatever the thread count.
+    /// Draws the neurons of a bank and solves for their decoders.
+    ///
+    /// `draft` makes one ensemble from its index and seed. Ensembles are solved in parallel; the result does not
+    /// depend on the number of threads.
     pub fn build(
         lif: &Lif,
         dt_s: f64,
@@ -148,14 +165,14 @@ impl Bank {
     ) -> Result<Self, TuningError> {
         lif.check()?;
         if shape.neurons == 0 || shape.ensembles == 0 || shape.dims == 0 {
-            return Err(refuse("neurons", shape.neurons, "at least 1 an ensemble"));
+            return Err(refuse("neurons", shape.neurons, "at least 1 per ensemble"));
         }
         if dt_s > lif.tau_ref_s && firing == Firing::Spikes {
             let expected = format!("at most the refractory period of {} s", lif.tau_ref_s);
             return Err(refuse("tick", format!("{dt_s} s"), expected));
         }
         if dt_s > MAX_TICK * lif.tau_rc_s {
-            let expected = format!("at most {MAX_TICK} of tau_rc, {} s", MAX_TICK * lif.tau_rc_s);
+            let expected = format!("at most {MAX_TICK} of tau_rc ({} s)", MAX_TICK * lif.tau_rc_s);
             return Err(refuse("tick", format!("{dt_s} s"), expected));
         }
         if !(regularisation.is_finite() && regularisation > 0.0) {
@@ -173,7 +190,7 @@ impl Bank {
         Ok(Self::assemble(lif, dt_s, (shape, firing), &solved))
     }
 
-    /// Lays ensembles out one after another.
+    /// Joins the ensembles' arrays, one ensemble after another.
     pub(super) fn assemble(
         lif: &Lif,
         dt_s: f64,
@@ -197,15 +214,15 @@ impl Bank {
         }
     }
 
-    /// Whether a neuron fired in the tick that left this state: only then more than one refractory
-    /// period is left.
+    /// Returns whether a neuron fired in the tick that left this state. More than one refractory period is left
+    /// only then.
     pub fn spiked(&self, state: &[Real], neuron: usize) -> bool {
         let (each, per) = (self.shape.neurons, self.shape.padded());
         let refractory = &state[state.len() / 2..];
         refractory[neuron / each * per + neuron % each] > self.consts.tau_ref
     }
 
-    /// Neurons that spike.
+    /// Number of neurons that spike: all of them, or none in rate mode.
     pub fn spiking(&self) -> usize {
         match self.firing {
             Firing::Spikes => self.shape.ensembles * self.shape.neurons,
@@ -213,7 +230,7 @@ impl Bank {
         }
     }
 
-    /// Numbers of state: voltages, then refractory times.
+    /// Length of the state: all voltages, then all refractory times. 0 in rate mode.
     pub fn state_len(&self) -> usize {
         match self.firing {
             Firing::Spikes => 2 * self.shape.ensembles * self.shape.padded(),
@@ -221,12 +238,14 @@ impl Bank {
         }
     }
 
-    /// Whether there are enough neurons for several threads.
+    /// Returns whether the bank has enough neurons for several threads.
     pub fn parallel(&self) -> bool {
         self.shape.ensembles > 1 && self.shape.ensembles * self.shape.padded() > MIN_SHARED_NEURONS
     }
 
-    /// One tick: `values` holds a row an ensemble, and so does `out`; `open` between 0, silenced, and 1.
+    /// Steps the bank by one tick.
+    ///
+    /// `values` and `out` have one row per ensemble. `open` is the gate: 0 silences every neuron, 1 leaves them alone.
     pub fn step(
         &self,
         threads: Threads,
@@ -260,13 +279,14 @@ pub(super) struct Ensemble {
 }
 
 impl Ensemble {
-    /// From neurons, and decoders a row a neuron, to what each spike (or spike a second) is worth.
+    /// Lays out one ensemble. `solved` holds the decoders of rates in Hz, one row per neuron. `per_spike` is the rate
+    /// that one unit of output stands for: 1 / dt for a spike, 1 for a rate.
     pub(super) fn lay_out(draft: &Draft, solved: &[f64], shape: Shape, per_spike: f64) -> Self {
         let (dims, count, padded) = (shape.dims, shape.neurons, shape.padded());
         let neurons = &draft.neurons;
         let mut encoders = vec![0.0; padded * dims];
         let mut decoders = vec![0.0; padded * shape.outputs];
-        // A current that pulls what fills up below rest for ever.
+        // A negative current keeps the padding neurons from ever firing.
         let mut biases = vec![-1.0; padded];
         let mut silencing = 0.0f64;
         for neuron in 0..count {
@@ -300,7 +320,8 @@ struct Slice<'a> {
 }
 
 impl Slice<'_> {
-    /// Ensembles do not look at one another, so halves give the same bits as the whole.
+    /// Steps the range, in two halves on two threads if it is large enough. Ensembles are independent, so the
+    /// halves give the same bits as the whole.
     fn run(self, shift: Real, share: bool) {
         let (shape, padded) = (self.bank.shape, self.bank.shape.padded());
         if share && self.count > 1 && self.count * padded > MIN_SHARED_NEURONS {
@@ -343,8 +364,9 @@ impl Slice<'_> {
     }
 }
 
-/// Values below which every neuron of an ensemble stays at rest, if there are any: where there is one
-/// dimension and all encoders point upwards.
+/// Returns, for each ensemble, the input below which no neuron gets a current above 0.
+///
+/// It is minus infinity unless the ensemble has one dimension and only positive encoders.
 pub(super) fn rests(shape: Shape, encoders: &[Real], biases: &[Real]) -> Vec<Real> {
     if shape.dims > 1 {
         return vec![Real::NEG_INFINITY; shape.ensembles];
@@ -352,7 +374,7 @@ pub(super) fn rests(shape: Shape, encoders: &[Real], biases: &[Real]) -> Vec<Rea
     let per = shape.padded();
     let least = |(encoders, biases): (&[Real], &[Real])| {
         let below = |(encoder, bias): (&Real, &Real)| match (*encoder > 0.0, *bias < 0.0) {
-            // A little less than where the current is 0, for the rounding of the current.
+            // The input at which the current is 0, less an allowance for rounding.
             (true, _) => -bias / encoder - 1e-3 * (1.0 + (bias / encoder).abs()),
             (false, true) if *encoder == 0.0 => Real::INFINITY,
             _ => Real::NEG_INFINITY,

@@ -1,37 +1,39 @@
-//! Linear maps between vectors, applied by nodes without a tick of delay.
+//! Linear maps between vectors. Nodes apply them without a tick of delay.
 
 use crate::sim::{Fingerprint, Real, Scratch, ScratchSpec};
 
-/// A linear map: the parts of a binding that need no neurons.
+/// A linear map between vectors, such as the parts of a binding that need no neurons.
 pub trait LinearMap: Send + Sync {
-    /// Numbers taken.
+    /// Returns the length of the input.
     fn input_width(&self) -> usize;
 
-    /// Numbers given.
+    /// Returns the length of the output.
     fn output_width(&self) -> usize;
 
-    /// The working memory that [`apply_into`](LinearMap::apply_into) is lent.
+    /// Returns the size of the working memory that [`apply_into`](LinearMap::apply_into) needs.
     fn scratch(&self) -> ScratchSpec;
 
-    /// Adds what the map is to `hash`: a name of its own, and its numbers.
+    /// Adds the map's identity to `hash`: a name that no other kind of map has, and all its numbers.
     fn fingerprint(&self, hash: &mut Fingerprint);
 
-    /// `out = M input`. Does not allocate.
+    /// Applies the map: `out = M input`. `scratch` has the size that [`scratch`](LinearMap::scratch) returns. Must not
+    /// allocate.
     fn apply_into(&self, input: &[Real], out: &mut [Real], scratch: &mut Scratch<'_>);
 }
 
-/// A binding taken apart: `bind(a, b) = back(left(a) * right(b))` with elementwise products. The
-/// products are all that a population has to compute.
+/// A binding split into linear maps and elementwise products: `bind(a, b) = back(left(a) * right(b))`.
+///
+/// Only the products need neurons.
 pub struct ProductForm {
-    /// How many products there are.
+    /// Number of products.
     pub pairs: usize,
-    /// What the halves of the factors' sums and differences stay below for random unit vectors, but for
-    /// about one of a hundred: the range that a population for the products should have.
+    /// Radius for a population that computes the products. For random unit vectors a and b, about 99 of 100 values of
+    /// (x + y) / 2 and (x - y) / 2 lie within it, with x and y the factors of one product.
     pub magnitude: Real,
-    /// From the first vector to the first factors.
+    /// Map from the first vector to the first factors.
     pub left: Box<dyn LinearMap>,
-    /// From the second vector to the second factors.
+    /// Map from the second vector to the second factors.
     pub right: Box<dyn LinearMap>,
-    /// From the products to the bound vector.
+    /// Map from the products to the bound vector.
     pub back: Box<dyn LinearMap>,
 }

@@ -1,4 +1,4 @@
-//! The operations on vectors that a vector-symbolic architecture is made of.
+//! The operations of a vector-symbolic architecture: binding, inverse, similarity.
 
 mod hrr;
 mod linear;
@@ -12,8 +12,9 @@ pub use linear::{LinearMap, ProductForm};
 use super::error::VocabError;
 use crate::sim::{AsPointer, Real, VocabTag};
 
-/// Working memory of an algebra at one dimension: its plans and buffers, made once by
-/// [`Algebra::scratch`] and reused, so that no operation allocates.
+/// The working memory of an algebra for one number of dimensions: transform plans and buffers.
+///
+/// Make it once with [`Algebra::scratch`] and reuse it, so that no operation allocates.
 pub struct Workspace(pub(crate) Box<dyn Any + Send + Sync>);
 
 impl fmt::Debug for Workspace {
@@ -22,61 +23,63 @@ impl fmt::Debug for Workspace {
     }
 }
 
-/// A vector-symbolic algebra: how two vectors are bound into one and how that is undone.
+/// A vector-symbolic algebra: it binds two vectors into one, and unbinds them again.
 ///
-/// All slices of one call have the length for which the workspace was made.
+/// All slices of one call must have the length for which the workspace was made.
 pub trait Algebra: Send + Sync + fmt::Debug {
-    /// The algebra's name, part of the identity of every vocabulary.
+    /// Returns the name of the algebra. It is part of every vocabulary's identity.
     fn name(&self) -> &'static str;
 
-    /// Whether vectors of `dim` components can be used.
+    /// Checks that the algebra can use vectors of `dim` components.
     ///
     /// # Errors
-    /// [`VocabError::Dimension`] with the reason.
+    /// [`VocabError::Dimension`] if it cannot; the error gives the valid range.
     fn check_dim(&self, dim: usize) -> Result<(), VocabError>;
 
-    /// Plans and buffers for `dim` components, a dimension that [`check_dim`](Algebra::check_dim)
-    /// accepts. Allocates.
+    /// Makes a workspace for vectors of `dim` components, a number that [`check_dim`](Algebra::check_dim) accepts.
+    /// Allocates.
     fn scratch(&self, dim: usize) -> Workspace;
 
-    /// `out = a (*) b`.
+    /// Binds `a` and `b`: `out = a (*) b`.
     ///
     /// # Panics
-    /// If a slice has another length than `scratch` was made for, or `scratch` is another
-    /// algebra's: a mistake in the calling code.
+    /// If a slice has another length than `scratch` was made for, or another algebra made `scratch`.
     fn bind_into(&self, a: &[Real], b: &[Real], out: &mut [Real], scratch: &mut Workspace);
 
-    /// The inverse of `a` under binding; each algebra says whether it is exact. Linear in `a`.
+    /// Writes the inverse of `a` under binding to `out`. It is linear in `a`. Each algebra documents whether it is
+    /// exact.
     fn inverse_into(&self, a: &[Real], out: &mut [Real]);
 
-    /// The identity of binding: `a (*) identity = a`.
+    /// Writes the identity of binding to `out`: `a (*) identity = a`.
     fn identity_into(&self, out: &mut [Real]);
 
-    /// Replaces `a` by the nearest vector whose binding preserves lengths and whose
+    /// Replaces `a` by the nearest unitary vector: binding with it preserves norms, and its
     /// [`inverse_into`](Algebra::inverse_into) is exact.
     ///
     /// # Panics
-    /// As [`bind_into`](Algebra::bind_into).
+    /// If `a` has another length than `scratch` was made for, or another algebra made `scratch`.
     fn make_unitary(&self, a: &mut [Real], scratch: &mut Workspace);
 
-    /// The binding of two running vectors as linear maps around elementwise products. Allocates.
+    /// Splits the binding of two changing vectors of `dim` components into linear maps and elementwise products, so
+    /// that neurons can compute it. Allocates.
     fn product_form(&self, dim: usize) -> ProductForm;
 
-    /// Binding with the vector `fixed`, a linear map. Allocates.
+    /// Returns binding with the vector `fixed` as a linear map. Allocates.
     fn bind_with(&self, fixed: &[Real]) -> Box<dyn LinearMap>;
 }
 
-/// Euclidean length of `a`, summed in double precision.
+/// Returns the Euclidean norm of `a`, summed in double precision.
 pub fn norm(a: &[Real]) -> Real {
     a.iter().map(|v| f64::from(*v) * f64::from(*v)).sum::<f64>().sqrt() as Real
 }
 
-/// Dot product of `a` and `b`, summed in double precision.
+/// Returns the dot product of `a` and `b`, summed in double precision. If the lengths differ, the surplus components of
+/// the longer one are ignored.
 pub fn dot(a: &[Real], b: &[Real]) -> Real {
     a.iter().zip(b).map(|(x, y)| f64::from(*x) * f64::from(*y)).sum::<f64>() as Real
 }
 
-/// Cosine of the angle between two pointers of one vocabulary, -1 to 1; 0 if either is zero.
+/// Returns the cosine similarity of two pointers of one vocabulary, -1 to 1; 0 if either pointer is zero.
 ///
 /// ```
 /// # use symbolt::sim::{Seed, VocabTag};
@@ -91,7 +94,7 @@ pub fn dot(a: &[Real], b: &[Real]) -> Real {
 /// # Ok::<(), symbolt::spa::VocabError>(())
 /// ```
 ///
-/// Pointers of two vocabularies are not comparable, and the program does not compile:
+/// Comparing pointers of two vocabularies does not compile:
 ///
 /// ```compile_fail
 /// # use symbolt::sim::{Seed, VocabTag};
@@ -109,13 +112,13 @@ pub fn cosine<V: VocabTag>(a: &impl AsPointer<V>, b: &impl AsPointer<V>) -> Real
     cosine_of_slices(&a.as_pointer(), &b.as_pointer())
 }
 
-/// Cosine of the angle between two vectors of any origin, -1 to 1; 0 if either is zero.
+/// Returns the cosine similarity of two vectors of equal length, -1 to 1; 0 if either vector is zero.
 pub fn cosine_of_slices(a: &[Real], b: &[Real]) -> Real {
     let lengths = norm(a) * norm(b);
     if lengths > 0.0 { dot(a, b) / lengths } else { 0.0 }
 }
 
-/// Scales `a` to length 1; a zero vector stays as it is.
+/// Scales `a` to norm 1. A zero vector stays zero.
 pub fn normalize(a: &mut [Real]) {
     let length = norm(a);
     if length > 0.0 {

@@ -1,32 +1,31 @@
 //! The inner loops of the item memory: integer screening and single-precision dot products.
 //!
-//! The screening runs on AVX2 where the processor has it. That is the crate's only `unsafe` code;
-//! written portably the same loop is four times slower, because compilers do not find the
-//! multiply-add of unsigned and signed bytes.
+//! Screening uses AVX2 if the processor has it. This is the crate's only `unsafe` code. The portable loop is four times
+//! slower, because compilers do not find the multiply-add of unsigned and signed bytes.
 #![allow(unsafe_code)]
 
 use multiversion::multiversion;
 
 use crate::sim::Real;
 
-/// Codes in a line.
+/// Number of codes in a line.
 pub(super) const LINE: usize = 128;
 
-/// Queries screened together against one row: their sums and one line of the row fit the sixteen
-/// registers of AVX2, and their totals one register.
+/// Number of queries screened together against one row. Their sums and one line of the row fit the sixteen registers
+/// of AVX2; their totals fit one register.
 pub(super) const GROUP: usize = 8;
 
 /// Greatest magnitude in a row's code.
 ///
-/// Together with [`QUERY_MAX`] it makes the sum of both quantisation errors least, under the bound that
-/// four sums of two products fit 16 bits.
+/// Among the pairs of `ROW_MAX` and [`QUERY_MAX`] for which four sums of two products fit 16 bits, this one has the
+/// least sum of quantisation errors.
 pub(super) const ROW_MAX: i16 = 44;
 /// Greatest magnitude in a query's code.
 pub(super) const QUERY_MAX: i16 = 46;
-/// What is added to a row's code, so that it is never negative.
+/// Number added to a row's code, so that it is never negative.
 pub(super) const OFFSET: i16 = 45;
 
-/// A line of codes, aligned so that no load crosses a cache line.
+/// A line of codes. The alignment keeps every load within one cache line.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 pub(super) struct Line(pub [i8; LINE]);
@@ -37,30 +36,30 @@ impl Line {
     }
 }
 
-/// What the screening needs to know of a row.
+/// The properties of a row that screening needs.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RowFacts {
     /// Value of one step of the code.
     pub step: Real,
-    /// Length of the row.
+    /// Norm of the row.
     pub norm: Real,
-    /// Length of what the code leaves out.
+    /// Norm of the quantisation error.
     pub rest: Real,
 }
 
-/// A group of queries under screening, one lane a query. Lanes without a query never hit.
+/// A group of queries under screening, one lane per query. Lanes without a query never hit.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(32))]
 pub(super) struct Screening {
-    /// What the rows' offset adds to the integer dot products.
+    /// Part of the integer dot product that the rows' offset adds.
     pub bias: [i32; GROUP],
     /// Value of one step of the code.
     pub step: [Real; GROUP],
-    /// Length of the quantised query.
+    /// Upper bound on the norm of the quantised query.
     pub norm: [Real; GROUP],
-    /// Length of what the code leaves out, and an allowance for rounding.
+    /// Norm of the query's quantisation error, plus an allowance for rounding.
     pub rest: [Real; GROUP],
-    /// What a row has to reach.
+    /// Similarity that a row must be able to reach to hit.
     pub best: [Real; GROUP],
 }
 
@@ -76,25 +75,26 @@ impl Default for Screening {
     }
 }
 
-/// A row that may be good enough for some query of a group.
+/// A row that may be similar enough to some query of a group.
 pub(super) struct Hit<'a> {
-    /// Its place in the block.
+    /// Index of the row in the block.
     pub row: usize,
-    /// A bit for each query.
+    /// Bit mask of the queries that the row hits.
     pub queries: u32,
-    /// For each query, what the row's similarity is at most.
+    /// For each query, an upper bound on the row's similarity.
     pub reach: [Real; GROUP],
-    /// To raise what later rows have to reach.
+    /// The screening, so that a visitor can raise `best` for later rows.
     pub screening: &'a mut Screening,
 }
 
-/// Rounding in the bound itself.
+/// Factor that covers rounding in the bound itself.
 const BOUND_SLACK: Real = 1.001;
 
 /// Screens every row of a block for `Q` queries, 1 or [`GROUP`].
 ///
-/// `codes` holds `lines` lines a row, values 1 to [`ROW_MAX`]` + `[`OFFSET`]; `queries` holds for each
-/// line of a row those of all queries, values within [`QUERY_MAX`]. `visit` gets every row whose screened similarity and bound together reach `screening.best`.
+/// `codes` holds `queries.len()` lines per row, with values from 1 to `ROW_MAX + OFFSET`. `queries` holds, for each
+/// line of a row, the corresponding line of every query, with magnitudes up to `QUERY_MAX`. `visit` gets every row
+/// whose screened similarity plus its error bound reaches `screening.best`.
 pub(super) fn screen_block<const Q: usize>(
     codes: &[Line],
     facts: &[RowFacts],
@@ -104,7 +104,7 @@ pub(super) fn screen_block<const Q: usize>(
 ) {
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") {
-        // SAFETY: the processor was just found to have AVX2, the only feature the function asks for.
+        // SAFETY: the processor has AVX2, as just checked; the function needs no other feature.
         unsafe { avx2::screen_block(codes, facts, queries, screening, visit) };
         return;
     }
@@ -157,7 +157,7 @@ mod avx2 {
         unsafe { _mm256_loadu_ps(lanes.as_ptr()) }
     }
 
-    /// The sum of each register, one a lane.
+    /// Returns the sum of each register, one per lane.
     #[target_feature(enable = "avx2")]
     fn totals<const Q: usize>(sums: [__m256i; Q]) -> __m256i {
         let zero = _mm256_setzero_si256();
@@ -179,7 +179,7 @@ mod avx2 {
         screening: &mut Screening,
         visit: &mut impl FnMut(Hit<'_>),
     ) {
-        // Four sums of two products are added in 16 bits.
+        // Four sums of two products must fit 16 bits.
         const {
             let most = 8 * (ROW_MAX + OFFSET) as i32 * QUERY_MAX as i32;
             assert!(LINE == 128 && most <= i16::MAX as i32);
@@ -225,10 +225,10 @@ mod avx2 {
     }
 }
 
-/// Dot products of `query` with every row of `rows`, in single precision.
+/// Writes the dot products of `query` with every row of `rows` to `out`, in single precision.
 ///
-/// Thirty-two running sums without fused operations: the bits do not depend on the width of the
-/// processor's registers.
+/// Thirty-two running sums without fused multiply-adds make the bits independent of the width of the processor's
+/// registers.
 #[multiversion(targets("x86_64+avx2", "x86_64+sse4.1"))]
 pub(crate) fn dots(rows: &[Real], query: &[Real], out: &mut [Real]) {
     const LANES: usize = 32;

@@ -1,16 +1,21 @@
 //! The item memory behind large cleanups: finds the stored vector most similar to a query.
 //!
-//! Every stored vector is kept twice: in single precision, and quantised to 89 steps. A query is
-//! quantised to 93 steps, and integer dot products with the small copies (a quarter of the memory
-//! traffic, four times the arithmetic per instruction) screen the items: an item is looked at in full
-//! only if its screened similarity, plus a bound on the quantisation error, exceeds the best
-//! exact similarity found so far. With `m` an item, `q` the query and hats for the quantised,
-//! `q.m = q^.m^ + q^.(m - m^) + (q - q^).m`, so the error is at most
-//! `|q^| |m - m^| + |q - q^| |m|` (Cauchy and Schwarz). The answer is therefore the exact one, always.
+//! # Method
 //!
-//! Costs: a single query reads one byte a component and is bound by memory, in a quarter to a third of
-//! the time it takes to read the single-precision copy; a batch is bound by integer multiply-adds, twice as
-//! fast as a single-precision matrix product (`memory` in the benches).
+//! The memory keeps every vector (item) twice: in single precision, and quantised to 89 steps. It quantises a query to
+//! 93 steps and screens all items with integer dot products. These read a quarter of the memory and do four times the
+//! arithmetic per instruction. The exact similarity of an item is computed only if its screened similarity, plus a
+//! bound on the quantisation error, reaches the best exact similarity found so far.
+//!
+//! Let `m` be an item, `q` the query, and `m^` and `q^` their quantised forms. Then
+//! `q.m = q^.m^ + q^.(m - m^) + (q - q^).m`, so the quantisation error is at most
+//! `|q^| |m - m^| + |q - q^| |m|` (Cauchy-Schwarz inequality). The search therefore always finds the exact answer.
+//!
+//! # Cost
+//!
+//! Memory traffic limits a single query. It reads one byte per component, and takes a quarter to a third of the time of
+//! reading the single-precision copy. Integer multiply-adds limit a batch of queries, which is twice as fast as a
+//! single-precision matrix product (bench `memory`).
 
 mod kernel;
 
@@ -20,16 +25,20 @@ use kernel::{GROUP, Hit, LINE, Line, OFFSET, QUERY_MAX, ROW_MAX, RowFacts, Scree
 use super::error::VocabError;
 use crate::sim::Real;
 
-/// A stored vector found.
+/// A stored vector that a search found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Match {
-    /// Its row.
+    /// Index of the vector.
     pub index: usize,
-    /// Its dot product with the query, in single precision.
+    /// Dot product of the vector with the query, in single precision.
     pub similarity: Real,
 }
 
-/// Stored vectors, searched for the one most similar to a query.
+/// A store of vectors that finds the one most similar to a query, by the dot product.
+///
+/// A search screens quantised copies of all vectors with integer arithmetic, and computes the exact similarity only of
+/// those that can still be the best. Its answer is always the exact one. A single query takes a quarter to a third of
+/// the time of reading all vectors in single precision; batches of queries are several times faster still.
 ///
 /// ```
 /// use symbolt::sim::Seed;
@@ -47,49 +56,50 @@ pub struct ItemMemory {
     /// Row-major, `len x dim`.
     rows: Vec<Real>,
     codes: Vec<Line>,
-    /// Lines of code a row.
+    /// Number of lines of code per row.
     lines: usize,
     facts: Vec<RowFacts>,
 }
 
-/// A query, quantised.
+/// A quantised query.
 struct Screen {
     code: Vec<Line>,
-    /// What the rows' offset adds to every integer dot product.
+    /// Part of every integer dot product that the rows' offset adds.
     bias: i32,
     step: Real,
-    /// Length of the quantised query.
+    /// Upper bound on the norm of the quantised query.
     norm: Real,
-    /// Length of what the code leaves out.
+    /// Norm of the quantisation error.
     rest: Real,
     /// Allowance for rounding in the exact similarities.
     rounding: Real,
 }
 
-/// Greatest dimension whose integer dot products fit 32 bits: 89 x 46 x 500,000 < 2^31.
+/// Greatest number of dimensions for which integer dot products fit 32 bits: 89 x 46 x 500,000 < 2^31.
 const MAX_DIM: usize = 500_000;
 
 impl ItemMemory {
-    /// Stores `rows`, row-major with `dim` numbers each. Costs two passes over them and a quarter
-    /// more memory.
+    /// Stores `rows`, a row-major matrix with `dim` numbers per vector (1 to 500,000). No rows make an empty memory.
+    ///
+    /// Costs two passes over the rows and a quarter more memory than the rows themselves.
     ///
     /// # Errors
-    /// [`VocabError::BadVector`] if `dim` is zero, the rows are no whole number of vectors, or a
-    /// value is not finite.
+    /// [`VocabError::BadVector`] if `dim` is out of range, `rows` is not a whole number of vectors, or a component is
+    /// not finite.
     pub fn new(rows: Vec<Real>, dim: usize) -> Result<Self, VocabError> {
         let bad = |reason: String| VocabError::BadVector { name: "item memory".into(), reason };
         if dim > MAX_DIM {
-            return Err(bad(format!("{dim} dimensions; at most {MAX_DIM} can be screened")));
+            return Err(bad(format!("{dim} dimensions; expected 1 to {MAX_DIM}")));
         }
         if dim == 0 || !rows.len().is_multiple_of(dim) {
             return Err(bad(format!(
-                "{} numbers are no whole number of vectors of {dim} dimensions",
+                "{} numbers for vectors of {dim} dimensions; expected whole vectors of at least 1 dimension",
                 rows.len()
             )));
         }
         if let Some(at) = rows.iter().position(|v| !v.is_finite()) {
             return Err(bad(format!(
-                "component {} of vector {} is {}",
+                "component {} of vector {} is {}; expected a finite number",
                 at % dim,
                 at / dim,
                 rows[at]
@@ -107,37 +117,44 @@ impl ItemMemory {
         Ok(Self { dim, rows, codes, lines, facts })
     }
 
-    /// How many vectors are stored.
+    /// Returns the number of stored vectors.
     pub fn len(&self) -> usize {
         self.facts.len()
     }
 
-    /// Whether none is stored.
+    /// Returns whether the memory is empty.
     pub fn is_empty(&self) -> bool {
         self.facts.is_empty()
     }
 
-    /// Numbers a vector.
+    /// Returns the number of components of a vector.
     pub fn dim(&self) -> usize {
         self.dim
     }
 
-    /// The stored vector `index`.
+    /// Returns the stored vector `index`, `None` if there is no such vector.
     pub fn row(&self, index: usize) -> Option<&[Real]> {
         self.rows.get(index * self.dim..(index + 1) * self.dim)
     }
 
-    /// The dot products of `query` with all stored vectors, into `out`.
+    /// Writes the dot products of `query` with all stored vectors to `out`, without screening. Does not allocate.
     ///
     /// # Panics
-    /// If `query` does not have `dim` components, or `out` not one number for each stored vector.
+    /// If `query` does not have `dim` components, or `out` does not have one number per stored vector.
     pub fn similarities_into(&self, query: &[Real], out: &mut [Real]) {
-        assert!(query.len() == self.dim && out.len() == self.len(), "lengths fit the memory");
+        assert!(
+            query.len() == self.dim && out.len() == self.len(),
+            "expected a query of {} components and room for {} similarities",
+            self.dim,
+            self.len()
+        );
         dots(&self.rows, query, out);
     }
 
-    /// The stored vector with the greatest dot product with `query`, of equal ones the first.
-    /// `None` if nothing is stored or a component is not finite.
+    /// Finds the stored vector with the greatest dot product with `query`; of several equal ones, the first.
+    ///
+    /// Returns `None` if the memory is empty or a component of `query` is not finite. Costs O(len x dim) byte
+    /// operations and a few exact dot products. Allocates.
     ///
     /// # Panics
     /// If `query` does not have `dim` components.
@@ -145,20 +162,25 @@ impl ItemMemory {
         self.search::<1>(&[query]).pop().flatten()
     }
 
-    /// [`best`](Self::best) for many queries, `dim` numbers each, several times faster than one by
-    /// one.
+    /// Finds the [`best`](Self::best) stored vector for each of many queries, several times faster than one by one.
+    ///
+    /// `queries` is row-major, with `dim` numbers per query. The result has one entry per query.
     ///
     /// # Panics
-    /// If `queries` is no whole number of vectors of `dim` components.
+    /// If `queries` is not a whole number of vectors of `dim` components.
     pub fn best_batch(&self, queries: &[Real]) -> Vec<Option<Match>> {
-        assert!(queries.len().is_multiple_of(self.dim), "queries are whole vectors");
+        assert!(
+            queries.len().is_multiple_of(self.dim),
+            "expected whole queries of {} components",
+            self.dim
+        );
         let queries: Vec<&[Real]> = queries.chunks_exact(self.dim).collect();
         self.search::<GROUP>(&queries)
     }
 
-    /// The best row for each query, screened `Q` queries at a time.
+    /// Finds the best row for each query, screening `Q` queries at a time.
     fn search<const Q: usize>(&self, queries: &[&[Real]]) -> Vec<Option<Match>> {
-        /// Rows whose codes stay in the first-level cache while the queries pass over them.
+        /// Size of a block of codes, which stays in the first-level cache while all queries pass over it.
         const BLOCK_BYTES: usize = 16 * 1024;
         let screens: Vec<Option<Screen>> = queries.iter().map(|q| self.screen(q)).collect();
         let mut found: Vec<Search> = vec![Search::default(); queries.len()];
@@ -179,7 +201,7 @@ impl ItemMemory {
                         let (row, reach) = (first + hit.row, hit.reach[lane]);
                         let search = &mut found[*query];
                         if reach > search.highest {
-                            // The most promising row so far: how good it is raises the bar.
+                            // The most promising row so far: its exact similarity raises the bar.
                             search.highest = reach;
                             search.take(self.look(row, queries[*query]));
                             hit.screening.best[lane] =
@@ -194,7 +216,7 @@ impl ItemMemory {
         }
         for (search, query) in found.iter_mut().zip(queries) {
             for (row, reach) in std::mem::take(&mut search.later) {
-                // Most rows put off were overtaken by a better one since.
+                // By now a better row has ruled out most of the postponed ones.
                 if search.best.is_none_or(|b| reach >= b.similarity) {
                     search.take(self.look(row, query));
                 }
@@ -203,7 +225,10 @@ impl ItemMemory {
         found.into_iter().map(|s| s.best).collect()
     }
 
-    /// Every stored vector whose dot product with `query` is at least `level`, in order of rows.
+    /// Finds all stored vectors whose dot product with `query` is at least `level`, in the order of their indices.
+    ///
+    /// The result is empty if a component of `query` is not finite. Costs as much as [`best`](Self::best), plus one
+    /// exact dot product per vector that may reach the level.
     ///
     /// # Panics
     /// If `query` does not have `dim` components.
@@ -234,7 +259,8 @@ impl ItemMemory {
 
     /// Quantises a query; `None` if a component is not finite.
     fn screen(&self, query: &[Real]) -> Option<Screen> {
-        assert!(query.len() == self.dim, "a query has as many components as the memory");
+        let (found, dim) = (query.len(), self.dim);
+        assert!(found == dim, "the query has {found} components; expected {dim}");
         if query.iter().any(|v| !v.is_finite()) {
             return None;
         }
@@ -251,7 +277,7 @@ impl ItemMemory {
             step: quantised.step,
             norm: full + quantised.rest,
             rest: quantised.rest,
-            // Rounding of the exact products: 32 running sums of D / 32 terms each, then their sum.
+            // Bounds the rounding of exact products: 32 running sums of D / 32 terms each, then their sum.
             rounding: full * ((self.dim / 32 + 40) as Real) * 2.0 * Real::EPSILON,
         })
     }
@@ -261,9 +287,9 @@ impl ItemMemory {
 #[derive(Clone)]
 struct Search {
     best: Option<Match>,
-    /// The greatest upper bound met so far.
+    /// Greatest upper bound so far.
     highest: Real,
-    /// Rows put off, with their upper bounds.
+    /// Postponed rows with their upper bounds.
     later: Vec<(usize, Real)>,
 }
 
@@ -274,7 +300,7 @@ impl Default for Search {
 }
 
 impl Search {
-    /// Takes a row if it is better than the best, or as good and before it.
+    /// Takes a row if it is better than the best so far, or equal to it and earlier in the memory.
     fn take(&mut self, found: Match) {
         let better = self.best.is_none_or(|best| {
             found.similarity > best.similarity
@@ -288,10 +314,10 @@ impl Search {
 
 /// Queries that are screened together.
 struct Group<'q, const Q: usize> {
-    /// Which queries they are.
+    /// Indices of the queries.
     members: &'q [usize],
     screening: Screening,
-    /// Line by line, the codes of all.
+    /// Codes of all queries, line by line.
     codes: Vec<[Line; Q]>,
 }
 
@@ -318,7 +344,7 @@ struct Quantised {
     rest: Real,
 }
 
-/// Rounds `values` to whole steps of at most `most` in magnitude.
+/// Quantises `values` to whole numbers of steps, at most `most` in magnitude. Calls `put` with each index and number.
 fn quantise(values: &[Real], most: Real, mut put: impl FnMut(usize, i16)) -> Quantised {
     let peak = values.iter().fold(0.0, |peak: Real, v| peak.max(v.abs()));
     let step = if peak > 0.0 { (peak / most).max(Real::MIN_POSITIVE) } else { 1.0 };
@@ -363,7 +389,7 @@ mod tests {
             let memory = memory(items, dim);
             let mut queries = Vec::new();
             for i in 0..50 {
-                // Nonsense, noisy items, huge and tiny ones.
+                // Pure noise and noisy items, at three scales.
                 let noise = random_pointer(dim, Seed::new(90_000 + i));
                 let item = memory.row(i as usize % memory.len()).unwrap_or(&noise);
                 let scale = [1.0, 1e-20, 1e15][i as usize % 3];

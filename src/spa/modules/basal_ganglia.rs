@@ -1,11 +1,10 @@
 //! Action selection by basal ganglia and thalamus.
 //!
-//! Five nuclei of rectified populations disinhibit the action of greatest utility. Weights, thresholds and slopes
-//! are those of Gurney, Prescott and Redgrave, "A computational model of action selection in the basal
-//! ganglia" (2001), as simplified for spiking neurons by Stewart, Choo and Eliasmith, "Dynamic behaviour of
-//! a spiking model of action selection in the basal ganglia" (2010); excitation has a synapse of 2 ms,
-//! inhibition one of 8 ms, and what leaves the basal ganglia for the thalamus one of 5 ms, as any
-//! connection between modules.
+//! Five nuclei of rectified populations disinhibit the action of greatest utility. Weights, thresholds and slopes are
+//! those of Gurney, Prescott and Redgrave, "A computational model of action selection in the basal ganglia" (2001),
+//! as simplified for spiking neurons by Stewart, Choo and Eliasmith, "Dynamic behaviour of a spiking model of action
+//! selection in the basal ganglia" (2010). Excitation has a synapse of 2 ms, inhibition one of 8 ms. Connections from
+//! the basal ganglia to the thalamus have 5 ms, like any connection between modules.
 
 use super::FEED_FORWARD;
 use super::linear::Linear;
@@ -15,23 +14,29 @@ use crate::sim::{Add, Constant, In, Module, Out, Real, Scope, Synapse, Vector};
 const AMPA: Synapse = Synapse::lowpass_ms(2);
 const GABA: Synapse = Synapse::lowpass_ms(8);
 
-/// Chooses the action of greatest utility: utilities of 0.3 to 1 go in, about 1 comes out for the chosen
-/// action and 0 for all others.
+/// Basal ganglia and thalamus: chooses the action of greatest utility.
+///
+/// Takes one utility per action, between 0.3 and 1. Gives about 1 for the chosen action and 0 for all others.
+/// Weights, thresholds and slopes are those of Gurney, Prescott and Redgrave (2001), as simplified for spiking
+/// neurons by Stewart, Choo and Eliasmith (2010).
+///
+/// Synapses on the way: 2 ms for excitation, 8 ms for inhibition, 5 ms to the thalamus and 5 ms on the output.
+/// Connections between all pairs of actions cost O(actions^2) per tick.
 pub struct BasalGanglia {
     actions: usize,
 }
 
 /// Ports of a [`BasalGanglia`].
 pub struct BasalGangliaPorts {
-    /// One utility an action; any number of sources.
+    /// Utilities, one per action; the sum of any number of sources.
     pub utilities: In<Vector>,
-    /// About 1 for the chosen action, 0 for the others.
+    /// Activity of each action: about 1 if chosen, else 0.
     pub chosen: Out<Vector>,
-    /// The same before its synapse: every edge from here needs one.
+    /// Output of the thalamus: `chosen` before its synapse. Every connection from it needs a synapse.
     pub thalamus: Out<Vector>,
 }
 
-/// A weighted copy of every component, and of their sum.
+/// Returns a square matrix with `own + all` on its diagonal and `all` elsewhere.
 fn mixing(actions: usize, own: Real, all: Real) -> Vec<Real> {
     (0..actions * actions)
         .map(|i| all + if i / actions == i % actions { own } else { 0.0 })
@@ -39,7 +44,7 @@ fn mixing(actions: usize, own: Real, all: Real) -> Vec<Real> {
 }
 
 impl BasalGanglia {
-    /// A choice among `actions`.
+    /// Makes a choice among `actions` actions.
     pub fn new(actions: usize) -> Self {
         Self { actions }
     }
@@ -57,7 +62,7 @@ impl Module for BasalGanglia {
         let (d1, d2) = (nucleus("striatum_d1", 0.2), nucleus("striatum_d2", 0.2));
         let (stn, gpe) = (nucleus("stn", -0.25), nucleus("gpe", -0.2));
         let gpi = nucleus("gpi", -0.2);
-        // Excited by a constant, inhibited by all actions but the chosen one.
+        // A constant excites every action; the output nucleus inhibits all actions but the chosen one.
         let thalamus: LayerPorts<Vector> =
             scope.map("thalamus", Map::each(n, |x| x.clamp(0.0, 1.0)).above(0.0).size(0.5));
         let utilities = scope.add("utilities", Add::vector(n));

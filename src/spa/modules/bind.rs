@@ -1,8 +1,8 @@
-//! Binding and unbinding, of two running pointers or of one with a fixed role.
+//! Binding and unbinding of two changing pointers, or of a changing pointer with a fixed role.
 //!
-//! Two running pointers are bound by a layer of products between linear maps (for holographic
-//! reduced representations 2 D + 4 of them, Plate 1995 in the half spectrum); the layer's synapse is
-//! the module's delay. Binding with a fixed vector is linear and costs no tick.
+//! A layer of products between linear maps binds two changing pointers. Holographic reduced representations need
+//! 2 D + 4 products (Plate 1995, in the half spectrum). The module's delay is the layer's synapse. Binding with a
+//! fixed vector is linear and costs no tick.
 
 use std::sync::Arc;
 
@@ -17,7 +17,10 @@ use crate::spa::algebra::{Algebra, LinearMap};
 use crate::spa::error::VocabError;
 use crate::spa::vocabulary::Vocabulary;
 
-/// Binds two running pointers: `out = a (*) b`, one synapse (5 ms) later.
+/// Binds two changing pointers: `out = a (*) b`, one synapse (5 ms) later.
+///
+/// In neurons, a layer of products computes the binding: 2 D + 4 of them for [`Hrr`](crate::spa::Hrr) of D (even)
+/// dimensions.
 pub struct Bind<V: VocabTag> {
     space: Space<V>,
     algebra: Arc<dyn Algebra>,
@@ -26,16 +29,16 @@ pub struct Bind<V: VocabTag> {
 
 /// Ports of a [`Bind`].
 pub struct BindPorts<V: VocabTag> {
-    /// The first pointer.
+    /// First pointer; one source.
     pub a: In<Pointer<V>>,
-    /// The second pointer.
+    /// Second pointer; one source.
     pub b: In<Pointer<V>>,
-    /// Both, bound.
+    /// The two pointers bound.
     pub output: Out<Pointer<V>>,
 }
 
 impl<V: VocabTag> Bind<V> {
-    /// A binding in the space of `vocabulary`, by its algebra.
+    /// Makes a binding in the space of `vocabulary`, by its algebra.
     pub fn new(vocabulary: &Vocabulary<V>) -> Self {
         Self {
             space: vocabulary.space().clone(),
@@ -44,7 +47,7 @@ impl<V: VocabTag> Bind<V> {
         }
     }
 
-    /// Replaces the synapse behind the products.
+    /// Replaces the synapse on the output of the products (default 5 ms).
     pub fn synapse(mut self, synapse: Synapse) -> Self {
         self.synapse = synapse;
         self
@@ -78,36 +81,37 @@ impl<V: VocabTag> Module for Bind<V> {
     }
 }
 
-/// Takes a running role out of a running pointer: `out = bound (*) inverse(role)`, one synapse
-/// (5 ms) later.
+/// Unbinds a changing role from a changing pointer: `out = bound (*) inverse(role)`, one synapse (5 ms) later.
+///
+/// Costs as much as [`Bind`]; the inverse is a linear map without a tick of delay.
 pub struct Unbind<V: VocabTag> {
     bind: Bind<V>,
 }
 
 /// Ports of an [`Unbind`].
 pub struct UnbindPorts<V: VocabTag> {
-    /// The pointer to be taken apart.
+    /// Bound pointer; one source.
     pub bound: In<Pointer<V>>,
-    /// The role to be taken out.
+    /// Role to unbind; one source.
     pub role: In<Pointer<V>>,
-    /// What was bound to the role, and noise.
+    /// Pointer that was bound to the role, with noise unless the inverse is exact.
     pub output: Out<Pointer<V>>,
 }
 
 impl<V: VocabTag> Unbind<V> {
-    /// An unbinding in the space of `vocabulary`, by its algebra.
+    /// Makes an unbinding in the space of `vocabulary`, by its algebra.
     pub fn new(vocabulary: &Vocabulary<V>) -> Self {
         Self { bind: Bind::new(vocabulary) }
     }
 
-    /// Replaces the synapse behind the products.
+    /// Replaces the synapse on the output of the products (default 5 ms).
     pub fn synapse(mut self, synapse: Synapse) -> Self {
         self.bind.synapse = synapse;
         self
     }
 }
 
-/// The algebra's inverse as a map.
+/// The algebra's inverse as a linear map.
 struct Inverse {
     algebra: Arc<dyn Algebra>,
     dim: usize,
@@ -155,8 +159,9 @@ impl<V: VocabTag> Module for Unbind<V> {
     }
 }
 
-/// Takes a fixed role out of a running pointer: `out = bound (*) inverse(role)`, without a tick of
-/// delay, as a linear map.
+/// Unbinds a fixed role from a changing pointer: `out = bound (*) inverse(role)`.
+///
+/// This is a linear map: it needs no neurons and costs no tick of delay.
 pub struct UnbindFixed<V: VocabTag> {
     space: Space<V>,
     map: Box<dyn LinearMap>,
@@ -166,10 +171,10 @@ pub struct UnbindFixed<V: VocabTag> {
 pub type UnbindFixedPorts<V> = LinearPorts<Pointer<V>, Pointer<V>>;
 
 impl<V: VocabTag> UnbindFixed<V> {
-    /// Unbinds the value of the expression `role` over `vocabulary`.
+    /// Makes an unbinding of the value of `role`, an expression over `vocabulary`.
     ///
     /// # Errors
-    /// If the expression cannot be read or names something that the vocabulary does not have.
+    /// As [`Vocabulary::parse`]: an invalid expression, or a name that the vocabulary does not have.
     pub fn new(vocabulary: &Vocabulary<V>, role: &str) -> Result<Self, VocabError> {
         let role = vocabulary.parse(role)?;
         let mut inverse = vec![0.0; vocabulary.dim()];

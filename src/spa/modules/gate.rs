@@ -1,13 +1,13 @@
-//! A gate: a pointer passes while a scalar is 1 and is silenced while it is 0.
+//! A gate: lets a pointer pass while a scalar is 1, and silences it while the scalar is 0.
 
 use super::{FEED_FORWARD, population};
 use crate::neurons::{GatedPorts, Layers};
 use crate::sim::{Add, In, Module, Out, Pointer, Real, Scalar, Scope, Space, Synapse, VocabTag};
 use crate::spa::vocabulary::Vocabulary;
 
-/// Lets a pointer pass while its gate is open, one synapse (5 ms) later.
+/// A gate: lets a pointer pass while it is open, one synapse (5 ms) later.
 ///
-/// As everywhere, a pointer of one vocabulary goes where one of that vocabulary is wanted,
+/// Pointers are typed by vocabulary. A gate of `Parts` takes a pointer of `Parts`:
 ///
 /// ```
 /// # use symbolt::prelude::*;
@@ -27,7 +27,7 @@ use crate::spa::vocabulary::Vocabulary;
 /// # Ok::<(), symbolt::spa::VocabError>(())
 /// ```
 ///
-/// and where one of another is wanted, the program does not compile:
+/// A gate of `Actions` does not, and the program does not compile:
 ///
 /// ```compile_fail
 /// # use symbolt::prelude::*;
@@ -54,16 +54,17 @@ pub struct Gate<V: VocabTag> {
 
 /// Ports of a [`Gate`].
 pub struct GatePorts<V: VocabTag> {
-    /// What may pass; any number of sources.
+    /// Pointer to let pass; the sum of any number of sources.
     pub input: In<Pointer<V>>,
-    /// 1 to open, 0 to close; values between scale.
+    /// Gate: 1 is open, 0 is closed; the sum of any number of sources. Values outside 0 to 1 count as the nearer end.
+    /// In direct mode, values between 0 and 1 scale the pointer; neurons respond more steeply.
     pub open: In<Scalar>,
-    /// What has passed.
+    /// Pointer that has passed.
     pub output: Out<Pointer<V>>,
 }
 
 impl<V: VocabTag> Gate<V> {
-    /// A gate for pointers of `vocabulary` of norm up to 1.
+    /// Makes a gate for pointers of `vocabulary` with a norm of up to 1.
     pub fn new(vocabulary: &Vocabulary<V>) -> Self {
         Self::in_space(vocabulary.space())
     }
@@ -72,13 +73,15 @@ impl<V: VocabTag> Gate<V> {
         Self { space: space.clone(), radius: 1.0, synapse: FEED_FORWARD }
     }
 
-    /// Represents pointers of norm up to `radius`.
+    /// Sets the radius: the greatest norm of a pointer that passes unchanged.
+    ///
+    /// The default is 1. Anything but a finite number above 0 is a fault when the graph is built.
     pub fn radius(mut self, radius: Real) -> Self {
         self.radius = radius;
         self
     }
 
-    /// Replaces the synapse behind the gate's population.
+    /// Replaces the synapse on the output (default 5 ms).
     pub fn synapse(mut self, synapse: Synapse) -> Self {
         self.synapse = synapse;
         self

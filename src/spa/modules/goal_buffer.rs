@@ -1,4 +1,4 @@
-//! A goal buffer: a memory that takes up its input while its gate is open and holds it after.
+//! A goal buffer: a memory that stores its input while its gate is open and holds it afterwards.
 
 use super::{FEED_FORWARD, Gate, RECURRENT, population};
 use crate::neurons::{LayerPorts, Layers};
@@ -8,14 +8,17 @@ use crate::spa::vocabulary::Vocabulary;
 
 /// A gated memory for one pointer.
 ///
-/// A population holds its value through a recurrent synapse (100 ms). While the gate is open, ten
-/// times the difference between input and held value drives it, so that the output follows the
-/// input within two feed-forward synapses (5 ms each) and the held value within 10% after 40 ms. Slower feed-forward
-/// synapses have a weaker drive, in proportion, and take as much longer: at ten times the difference the loop of
-/// gate and memory would ring, and take up what it held before with the opposite sign.
-/// Closed, the direct form holds its value unchanged. Its clamp, where a spiking form saturates, is
-/// a norm of 3: the drive that charges the slow synapse passes through the same population, and a lower
-/// clamp charges it more slowly.
+/// A population holds its value through a recurrent synapse (100 ms). While the gate is open, ten times the difference
+/// between input and held value drives the population. The output then follows the input within two feed-forward
+/// synapses (5 ms each). The held value is within 10% of the input after 40 ms. While the gate is closed, direct mode
+/// holds the value unchanged; neurons add a slow drift.
+///
+/// With slower feed-forward synapses the drive is proportionally weaker, and storing takes proportionally longer. At
+/// ten times the difference, the loop of gate and memory would ring: it would store the previous value with the
+/// opposite sign.
+///
+/// The radius is 3, because the drive that charges the slow synapse passes through the same population. Direct mode
+/// clamps at the radius; neurons saturate there. A smaller radius charges the synapse more slowly.
 pub struct GoalBuffer<V: VocabTag> {
     space: Space<V>,
     radius: Real,
@@ -26,19 +29,19 @@ pub struct GoalBuffer<V: VocabTag> {
 
 /// Ports of a [`GoalBuffer`].
 pub struct GoalBufferPorts<V: VocabTag> {
-    /// What is taken up while the gate is open.
+    /// Pointer to store while the gate is open; one source.
     pub input: In<Pointer<V>>,
-    /// 1 to take up, 0 to hold.
+    /// Gate: 1 stores the input, 0 holds the stored value.
     pub open: In<Scalar>,
-    /// What is held.
+    /// Pointer that the memory holds.
     pub output: Out<Pointer<V>>,
 }
 
-/// The greatest factor by which the difference between input and memory drives the memory.
+/// Greatest factor by which the difference between input and memory drives the memory.
 const MAX_GAIN: f64 = 10.0;
 
 impl<V: VocabTag> GoalBuffer<V> {
-    /// A memory for pointers of `vocabulary` of norm about 1.
+    /// Makes a memory for pointers of `vocabulary` with a norm of about 1.
     pub fn new(vocabulary: &Vocabulary<V>) -> Self {
         Self {
             space: vocabulary.space().clone(),
@@ -49,26 +52,30 @@ impl<V: VocabTag> GoalBuffer<V> {
         }
     }
 
-    /// Replaces the clamp.
+    /// Replaces the radius (default 3). Anything but a finite number above 0 is a fault when the graph is built.
     pub fn radius(mut self, radius: Real) -> Self {
         self.radius = radius;
         self
     }
 
-    /// Replaces the synapse on the way in.
+    /// Replaces the feed-forward synapse of the gate and the output (default 5 ms). Slower synapses also weaken the
+    /// drive.
     pub fn synapse(mut self, synapse: Synapse) -> Self {
         self.synapse = synapse;
         self
     }
 
-    /// Replaces the synapse by which the value is held.
+    /// Replaces the recurrent synapse that holds the value (default 100 ms).
     pub fn recurrent(mut self, recurrent: Synapse) -> Self {
         self.recurrent = recurrent;
         self
     }
 
-    /// Replaces the weight by which the value is fed back, 0 to 1: below 1 it fades, with a time constant of
-    /// the recurrent synapse's over one less the weight; above 1 it would grow up to the clamp.
+    /// Replaces the weight of the recurrent connection (default 1).
+    ///
+    /// Below 1 the held value decays with the time constant `tau / (1 - weight)`, where `tau` is that of the
+    /// recurrent synapse. Above 1 the value would grow up to the radius. Anything but a finite number is a fault when
+    /// the graph is built.
     pub fn retention(mut self, weight: Real) -> Self {
         self.retention = weight;
         self
@@ -76,8 +83,10 @@ impl<V: VocabTag> GoalBuffer<V> {
 }
 
 impl<V: VocabTag> GoalBuffer<V> {
-    /// The strongest drive at which the held value overshoots by 4% and no more. With memory m, gate g and gain G,
-    /// `tau_r m' = G g` and `tau_f g' = u - m - g`, whose damping is `sqrt(tau_r / (G tau_f)) / 2`: 0.707 here.
+    /// Returns the strongest drive at which the held value overshoots by at most 4%.
+    ///
+    /// With memory m, gate g, input u and gain G, `tau_r m' = G g` and `tau_f g' = u - m - g`. The damping ratio of
+    /// this system is `sqrt(tau_r / (G tau_f)) / 2`, which is 0.707 for the gain chosen here.
     fn gain(&self) -> Real {
         let gain = match (self.recurrent, self.synapse) {
             (Synapse::Lowpass { tau: slow }, Synapse::Lowpass { tau: fast }) => {

@@ -1,6 +1,4 @@
-//! Linear nodes: fixed maps, rows of a matrix, weighted sums, changes of vocabulary.
-//!
-//! None of them costs a tick.
+//! Linear nodes: fixed maps, matrices, weighted sums and changes of vocabulary. None of them costs a tick.
 
 use crate::sim::{
     AnyInput, AnyOutput, EmitIo, Fingerprint, In, InputSpec, Kind, Module, Node, Out, OutputSpec,
@@ -11,25 +9,26 @@ use crate::spa::algebra::LinearMap;
 use crate::spa::item_memory::dots;
 use crate::spa::vocabulary::Vocabulary;
 
-/// A node that applies a linear map, without a tick of delay.
+/// A node that applies a fixed linear map, without a tick of delay.
 pub struct Linear<A: Kind, B: Kind> {
     input: InputSpec<A>,
     output: OutputSpec<B>,
     map: Box<dyn LinearMap>,
-    /// What is wrong with the numbers that the map was made of.
+    /// Fault in the numbers that the map was made from.
     fault: Option<String>,
 }
 
 /// Input and output of a [`Linear`].
 pub struct LinearPorts<A: Kind, B: Kind> {
-    /// What the map is applied to.
+    /// Input of the map; one source.
     pub input: In<A>,
-    /// What it gives.
+    /// Output of the map.
     pub output: Out<B>,
 }
 
 impl<A: Kind, B: Kind> Linear<A, B> {
-    /// `map` between ports of the given kinds; `build` reports widths that do not fit.
+    /// Makes a node that applies `map` between ports of the given kinds. If the widths of map and ports differ,
+    /// building the graph reports a fault.
     pub fn new(input: InputSpec<A>, output: OutputSpec<B>, map: Box<dyn LinearMap>) -> Self {
         Self { input, output, map, fault: None }
     }
@@ -41,8 +40,9 @@ impl<A: Kind, B: Kind> Linear<A, B> {
 }
 
 impl<A: VocabTag> Linear<Pointer<A>, Vector> {
-    /// The dot products of a pointer of `space` with each of `keys`, in their order; `build` refuses a key of
-    /// another dimension.
+    /// Makes a node that gives the dot products of a pointer of `space` with each of `keys`, in their order.
+    ///
+    /// A key with another number of dimensions is a fault when the graph is built. Costs O(keys x dimensions) per tick.
     ///
     /// ```
     /// # use symbolt::sim::{Seed, VocabTag};
@@ -56,6 +56,8 @@ impl<A: VocabTag> Linear<Pointer<A>, Vector> {
     /// Linear::similarities(parts.space(), [parts.get("NUT")?]);
     /// # Ok::<(), symbolt::spa::VocabError>(())
     /// ```
+    ///
+    /// Keys of another vocabulary do not compile:
     ///
     /// ```compile_fail
     /// # use symbolt::sim::{Seed, VocabTag};
@@ -82,8 +84,10 @@ impl<A: VocabTag> Linear<Pointer<A>, Vector> {
 }
 
 impl<B: VocabTag> Linear<Vector, Pointer<B>> {
-    /// The sum of `values`, pointers of `space`, each times a number of the input; those times zero cost
-    /// nothing. `build` refuses a value of another dimension.
+    /// Makes a node that gives a weighted sum of `values`, pointers of `space`. The input has one weight per value.
+    ///
+    /// A value of weight zero costs nothing; every other costs O(dimensions) per tick. A value with another number of
+    /// dimensions is a fault when the graph is built.
     pub fn combination<'p>(
         space: &Space<B>,
         values: impl IntoIterator<Item = PointerRef<'p, B>>,
@@ -96,8 +100,9 @@ impl<B: VocabTag> Linear<Vector, Pointer<B>> {
     }
 }
 
-/// Pointers as the rows of a matrix, and what is wrong with the first one that has another dimension than the
-/// space. Its row is zero, so that the node has the ports that are connected and the fault is the only one.
+/// Stacks pointers as the rows of a matrix. Also returns the fault of the first pointer whose number of dimensions is
+/// not that of `space`. The row of such a pointer is zero, so that the ports keep their widths and the graph has no
+/// further faults.
 fn stacked<'p, V: VocabTag>(
     space: &Space<V>,
     pointers: impl IntoIterator<Item = PointerRef<'p, V>>,
@@ -120,7 +125,7 @@ fn stacked<'p, V: VocabTag>(
     (matrix, fault)
 }
 
-/// What is wrong with a matrix whose last row of `width` numbers is not whole.
+/// Returns the fault of a matrix whose last row has fewer than `width` numbers.
 fn broken_row(width: usize, matrix: &[Real]) -> Option<String> {
     let (numbers, over) = (matrix.len(), matrix.len() % width.max(1));
     (over != 0).then(|| {
@@ -129,8 +134,10 @@ fn broken_row(width: usize, matrix: &[Real]) -> Option<String> {
 }
 
 impl Linear<Vector, Vector> {
-    /// The dot products of a vector of `width` numbers with the rows of a row-major matrix; `build` refuses one
-    /// whose last row is not whole.
+    /// Makes a node that gives the dot products of a vector of `width` numbers with the rows of `matrix`.
+    ///
+    /// `matrix` is row-major, with `width` numbers per row; an incomplete row is a fault when the graph is built. Costs
+    /// O(rows x width) per tick.
     pub fn rows(width: usize, matrix: Vec<Real>) -> Self {
         let fault = broken_row(width, &matrix);
         let map = Rows { matrix, dim: width };
@@ -139,8 +146,10 @@ impl Linear<Vector, Vector> {
             .with_fault(fault)
     }
 
-    /// The sum of the rows of a row-major matrix of `width` columns, each times a number of the input; rows
-    /// times zero cost nothing. `build` refuses a matrix whose last row is not whole.
+    /// Makes a node that gives a weighted sum of the rows of `matrix`. The input has one weight per row.
+    ///
+    /// `matrix` is row-major, with `width` numbers per row; an incomplete row is a fault when the graph is built. A row
+    /// of weight zero costs nothing; every other costs O(width) per tick.
     pub fn weighted_rows(width: usize, matrix: Vec<Real>) -> Self {
         let fault = broken_row(width, &matrix);
         let map = WeightedRows { matrix, dim: width };
@@ -151,7 +160,7 @@ impl Linear<Vector, Vector> {
 }
 
 impl Linear<Vector, Scalar> {
-    /// The dot product of a vector with `weights`.
+    /// Makes a node that gives the dot product of a vector with `weights`.
     pub fn weighted_sum(weights: Vec<Real>) -> Self {
         let dim = weights.len();
         let map = Rows { matrix: weights, dim };
@@ -170,7 +179,7 @@ impl<A: Kind, B: Kind> Node for Linear<A, B> {
         );
         if (takes, gives) != (self.map.input_width(), self.map.output_width()) {
             ports.fault(format!(
-                "a map from {} to {} numbers stands between ports of {takes} and {gives}",
+                "the map takes {} and gives {} numbers; the ports take {takes} and give {gives}",
                 self.map.input_width(),
                 self.map.output_width()
             ));
@@ -230,7 +239,7 @@ impl LinearMap for Rows {
     }
 }
 
-/// The sum of the rows of a matrix, each times a number.
+/// A weighted sum of the rows of a matrix.
 struct WeightedRows {
     matrix: Vec<Real>,
     dim: usize,
@@ -265,9 +274,9 @@ impl LinearMap for WeightedRows {
     }
 }
 
-/// Adds pointers of one vocabulary, each times a weight of its own.
+/// Adds pointers of one vocabulary, each with a weight. Needs no neurons and costs no tick.
 ///
-/// With a population in the way use [`Gate`](super::Gate) or a memory; a sum needs none.
+/// [`State`](super::State) represents a sum in neurons.
 pub struct Superpose<V: VocabTag> {
     space: Space<V>,
     weights: Vec<Real>,
@@ -275,14 +284,16 @@ pub struct Superpose<V: VocabTag> {
 
 /// Ports of a [`Superpose`].
 pub struct SuperposePorts<V: VocabTag> {
-    /// One input for each weight.
+    /// Inputs, one per weight; one source each.
     pub inputs: Vec<In<Pointer<V>>>,
-    /// The weighted sum.
+    /// Weighted sum of the inputs.
     pub output: Out<Pointer<V>>,
 }
 
 impl<V: VocabTag> Superpose<V> {
-    /// A sum of as many pointers of `vocabulary` as there are `weights`.
+    /// Makes a sum of as many pointers of `vocabulary` as there are `weights`.
+    ///
+    /// A weight that is not finite is a fault when the graph is built.
     pub fn new(vocabulary: &Vocabulary<V>, weights: &[Real]) -> Self {
         Self::weights(vocabulary.space(), weights)
     }
@@ -294,8 +305,8 @@ impl<V: VocabTag> Superpose<V> {
 
 impl<V: VocabTag> Node for Superpose<V> {
     fn declare(&self, ports: &mut PortDecl) {
-        if self.weights.iter().any(|w| !w.is_finite()) {
-            ports.fault("a weight is not a finite number");
+        if let Some(at) = self.weights.iter().position(|w| !w.is_finite()) {
+            ports.fault(format!("weight {at} is {}; expected a finite number", self.weights[at]));
         }
         for index in 0..self.weights.len() {
             let spec = InputSpec::<Pointer<V>>::pointer(&self.space);
@@ -334,8 +345,9 @@ impl<V: VocabTag> Module for Superpose<V> {
     }
 }
 
-/// Passes values on unchanged under another kind or space of the same width: the explicit way to
-/// cross vocabularies without any maths.
+/// Passes values on unchanged, as another kind of port or a pointer of another vocabulary.
+///
+/// Use it to cross vocabularies on purpose: a direct connection between vocabularies does not compile. Costs no tick.
 pub struct Reinterpret<A: Kind, B: Kind> {
     input: InputSpec<A>,
     output: OutputSpec<B>,
@@ -345,7 +357,7 @@ pub struct Reinterpret<A: Kind, B: Kind> {
 pub type ReinterpretPorts<A, B> = LinearPorts<A, B>;
 
 impl<A: Kind, B: Kind> Reinterpret<A, B> {
-    /// From one kind of port to another of the same width.
+    /// Makes a node from one kind of port to another. Different widths are a fault when the graph is built.
     pub fn new(input: InputSpec<A>, output: OutputSpec<B>) -> Self {
         Self { input, output }
     }
@@ -358,7 +370,9 @@ impl<A: Kind, B: Kind> Node for Reinterpret<A, B> {
             AnyOutput::from(self.output.clone()).width(),
         );
         if takes != gives {
-            ports.fault(format!("{takes} numbers cannot be read as {gives}"));
+            ports.fault(format!(
+                "the input has width {takes} but the output has width {gives}; expected equal widths"
+            ));
         }
         ports.input("in", self.input.clone()).output("out", self.output.clone());
     }

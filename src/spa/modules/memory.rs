@@ -1,4 +1,4 @@
-//! Cleanup and associative memory: similarity to keys, a choice among them, the values of the chosen.
+//! Cleanup and associative memory: compares a pointer with keys, chooses among them, and recalls the chosen values.
 
 use super::FEED_FORWARD;
 use super::linear::Linear;
@@ -10,24 +10,28 @@ use crate::spa::error::VocabError;
 use crate::spa::pointer::PointerValue;
 use crate::spa::vocabulary::Vocabulary;
 
-/// Ports of a memory with keys of `A` and values of `B`.
+/// Ports of a memory with keys of vocabulary `A` and values of vocabulary `B`.
 pub struct MemoryPorts<A: VocabTag, B: VocabTag> {
-    /// What the keys are compared with; one source.
+    /// Pointer to compare with the keys; one source.
     pub input: In<Pointer<A>>,
-    /// An inhibition of 1 keeps an item from being chosen; may stay unfed. One number an item.
+    /// Inhibition, one number per item: 1 keeps the item from being chosen. May stay unconnected.
     pub inhibit: In<Vector>,
-    /// The sum of the values of the chosen items.
+    /// Sum of the values of the chosen items.
     pub output: Out<Pointer<B>>,
-    /// How active each item is: 1 when chosen. One number an item.
+    /// Activity, one number per item: 1 if chosen, else 0.
     pub items: Out<Vector>,
 }
 
-/// Maps a pointer that is similar to a stored key to the value stored with that key.
+/// An associative memory: maps a pointer to the values stored with the keys that it is similar to.
 ///
-/// The similarity (dot product) of the input to every key feeds a selection, and each chosen item's value
-/// is added to the output, one synapse (5 ms) later. With the threshold rule several items can be chosen
-/// at once, so a superposition of keys gives the superposition of their values; with winner-take-all
-/// only the most similar. Below the level nothing is chosen and the output is zero: a miss.
+/// The memory computes the similarity (dot product) of the input to every key. A [`SelectRule`] chooses items by
+/// similarity. The output is the sum of the values of the chosen items, one synapse (5 ms) later.
+///
+/// [`SelectRule::Threshold`] can choose several items, so a superposition of keys gives the superposition of
+/// their values. [`SelectRule::WinnerTakeAll`] chooses only the most similar key. If all similarities are below the
+/// level, the memory chooses nothing and the output is zero: a miss.
+///
+/// Comparing and recalling cost O(items x dimensions) per tick.
 pub struct AssociativeMemory<A: VocabTag, B: VocabTag> {
     keys: Space<A>,
     values: Space<B>,
@@ -37,11 +41,11 @@ pub struct AssociativeMemory<A: VocabTag, B: VocabTag> {
 }
 
 impl<A: VocabTag, B: VocabTag> AssociativeMemory<A, B> {
-    /// A memory of pairs of expressions: a key over `keys` and a value over `values`.
+    /// Makes a memory of pairs of expressions: a key over `keys` and a value over `values`.
     ///
     /// # Errors
-    /// If an expression cannot be read or names something that its vocabulary does not have, or if
-    /// there is no pair at all.
+    /// As [`Vocabulary::parse`] for an invalid expression or unknown name; [`VocabError::BadVector`] if there are no
+    /// pairs.
     pub fn new<'p>(
         keys: &Vocabulary<A>,
         values: &Vocabulary<B>,
@@ -53,7 +57,7 @@ impl<A: VocabTag, B: VocabTag> AssociativeMemory<A, B> {
             .map(|(key, value)| Ok((keys.parse(key)?, values.parse(value)?)))
             .collect::<Result<_, VocabError>>()?;
         if pairs.is_empty() {
-            let reason = "a memory needs at least one item".into();
+            let reason = "the memory has no items; expected at least one".into();
             return Err(VocabError::BadVector { name: "memory".into(), reason });
         }
         Ok(Self {
@@ -65,7 +69,7 @@ impl<A: VocabTag, B: VocabTag> AssociativeMemory<A, B> {
         })
     }
 
-    /// Replaces the synapse behind the selection.
+    /// Replaces the synapse on the output of the selection (default 5 ms).
     pub fn synapse(mut self, synapse: Synapse) -> Self {
         self.synapse = synapse;
         self
@@ -95,18 +99,18 @@ impl<A: VocabTag, B: VocabTag> Module for AssociativeMemory<A, B> {
     }
 }
 
-/// Replaces a noisy or superposed pointer by the stored pointers that it is similar to.
+/// A cleanup memory: replaces a noisy or superposed pointer by the stored pointers that it is similar to.
 ///
-/// An associative memory whose values are its keys.
+/// It is an [`AssociativeMemory`] whose values are its keys.
 pub struct CleanupMemory<V: VocabTag> {
     memory: AssociativeMemory<V, V>,
 }
 
 impl<V: VocabTag> CleanupMemory<V> {
-    /// A cleanup over the named pointers of `vocabulary`.
+    /// Makes a cleanup memory of the named pointers of `vocabulary`.
     ///
     /// # Errors
-    /// If a name is unknown, or none is given.
+    /// [`VocabError::Unknown`] if the vocabulary does not have a name; [`VocabError::BadVector`] if `names` is empty.
     pub fn new<'n>(
         vocabulary: &Vocabulary<V>,
         names: impl IntoIterator<Item = &'n str>,
@@ -120,7 +124,7 @@ impl<V: VocabTag> CleanupMemory<V> {
         Ok(Self { memory: AssociativeMemory::new(vocabulary, vocabulary, pairs, rule)? })
     }
 
-    /// Replaces the synapse behind the selection.
+    /// Replaces the synapse on the output of the selection (default 5 ms).
     pub fn synapse(mut self, synapse: Synapse) -> Self {
         self.memory = self.memory.synapse(synapse);
         self

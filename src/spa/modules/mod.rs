@@ -1,8 +1,8 @@
-//! The modules that semantic pointers flow through.
+//! The modules of a graph that semantic pointers flow through.
 //!
-//! One convention holds for all: a module filters the output of its own populations (5 ms unless it
-//! says otherwise), so whatever it hands out may be connected without a synapse. A module's delay is
-//! therefore stated in its own doc, and is the same whatever computes its layers.
+//! Every module filters the output of its own populations, with a synapse of 5 ms unless its doc says otherwise. Its
+//! outputs can therefore be connected without a synapse. Each module's doc states its delay, which is the same in
+//! every mode.
 
 mod basal_ganglia;
 mod bind;
@@ -25,13 +25,13 @@ pub use state::{State, StatePorts};
 use crate::neurons::Represent;
 use crate::sim::{InputSpec, OutputSpec, Pointer, Real, Space, Synapse, VocabTag};
 
-/// The synapse on the output of a module's populations unless the module is told otherwise.
+/// Default synapse on the output of a module's populations: a low-pass of 5 ms.
 pub const FEED_FORWARD: Synapse = Synapse::lowpass_ms(5);
 
-/// The synapse by which a memory holds its value unless it is told otherwise.
+/// Default recurrent synapse of a memory: a low-pass of 100 ms.
 pub const RECURRENT: Synapse = Synapse::lowpass_ms(100);
 
-/// A request for a population of pointers of `space` of norm up to `radius`.
+/// Requests a population for pointers of `space` with a norm of up to `radius`.
 fn population<V: VocabTag>(space: &Space<V>, radius: Real) -> Represent {
     let (input, output) = (InputSpec::pointer(space), OutputSpec::pointer(space));
     Represent::new::<Pointer<V>>(input, output, radius)

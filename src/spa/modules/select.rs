@@ -1,10 +1,11 @@
-//! Selection among utilities, as the basal ganglia and thalamus do.
+//! Selection among utilities by a rule.
 
 use super::FEED_FORWARD;
 use crate::neurons::{Layers, Select, SelectRule};
 use crate::sim::{Add, In, Module, Out, Scope, Synapse, Vector};
 
-/// Chooses among utilities: 1 for what is chosen, one synapse (5 ms) later.
+/// Chooses among utilities by a [`SelectRule`]. The output is 1 for a chosen item and 0 for the others, one synapse
+/// (5 ms) later.
 pub struct Selection {
     items: usize,
     rule: SelectRule,
@@ -13,21 +14,21 @@ pub struct Selection {
 
 /// Ports of a [`Selection`].
 pub struct SelectionPorts {
-    /// One utility an item; any number of sources.
+    /// Utilities, one per item; the sum of any number of sources.
     pub utilities: In<Vector>,
-    /// An inhibition of 1 keeps an item from being chosen; may stay unfed.
+    /// Inhibition, one number per item: 1 keeps the item from being chosen. May stay unconnected.
     pub inhibit: In<Vector>,
-    /// How active each item is: 1 when chosen.
+    /// Activity, one number per item: 1 if chosen, else 0.
     pub items: Out<Vector>,
 }
 
 impl Selection {
-    /// A choice among `items` utilities by `rule`.
+    /// Makes a choice among `items` utilities by `rule`.
     pub fn new(items: usize, rule: SelectRule) -> Self {
         Self { items, rule, synapse: FEED_FORWARD }
     }
 
-    /// Replaces the synapse behind the choice.
+    /// Replaces the synapse on the output of the choice (default 5 ms).
     pub fn synapse(mut self, synapse: Synapse) -> Self {
         self.synapse = synapse;
         self

@@ -1,11 +1,13 @@
-//! A pointer held by a population: as it comes, or kept by a recurrent synapse.
+//! A population that represents one pointer and, with a recurrent synapse, remembers it.
 
 use super::{FEED_FORWARD, population};
 use crate::neurons::{LayerPorts, Layers};
 use crate::sim::{Add, In, Module, Out, Pointer, Real, Scope, Space, Synapse, VocabTag};
 use crate::spa::vocabulary::Vocabulary;
 
-/// A population for one pointer; with a recurrent synapse an integrator that keeps what it was given.
+/// A population that represents one pointer, one synapse (5 ms) later.
+///
+/// With a [`recurrent`](Self::recurrent) synapse it is an integrator: it remembers its input.
 pub struct State<V: VocabTag> {
     space: Space<V>,
     radius: Real,
@@ -15,33 +17,37 @@ pub struct State<V: VocabTag> {
 
 /// Ports of a [`State`].
 pub struct StatePorts<V: VocabTag> {
-    /// What is represented; any number of sources.
+    /// Pointer to represent; the sum of any number of sources.
     pub input: In<Pointer<V>>,
-    /// The same, one synapse later.
+    /// Represented pointer, one synapse later.
     pub output: Out<Pointer<V>>,
 }
 
 impl<V: VocabTag> State<V> {
-    /// A population for pointers of `vocabulary` of norm up to 1.
+    /// Makes a population for pointers of `vocabulary` with a norm of up to 1.
     pub fn new(vocabulary: &Vocabulary<V>) -> Self {
         let space = vocabulary.space().clone();
         Self { space, radius: 1.0, synapse: FEED_FORWARD, recurrent: None }
     }
 
-    /// Feeds the value back with weight 1 through `synapse`, so that it stays when the input goes: an
-    /// input held for the synapse's time constant is taken up whole.
+    /// Feeds the value back with weight 1 through `synapse`, so that it remains when the input ends.
+    ///
+    /// The population integrates its input: an input that lasts for the synapse's time constant is stored with its full
+    /// norm.
     pub fn recurrent(mut self, synapse: Synapse) -> Self {
         self.recurrent = Some(synapse);
         self
     }
 
-    /// Represents pointers of norm up to `radius`.
+    /// Sets the radius: the greatest norm of a pointer that is represented unchanged.
+    ///
+    /// The default is 1. Anything but a finite number above 0 is a fault when the graph is built.
     pub fn radius(mut self, radius: Real) -> Self {
         self.radius = radius;
         self
     }
 
-    /// Replaces the synapse on the way out.
+    /// Replaces the synapse on the output (default 5 ms).
     pub fn synapse(mut self, synapse: Synapse) -> Self {
         self.synapse = synapse;
         self
