@@ -10,15 +10,15 @@ pub enum SkillOutcome {
     Placed,
     /// The part was lost while it was carried.
     Dropped,
-    /// The fingers closed and the hand lifted, but the part was not grasped.
+    /// The part was not in the hand after the fingers closed or after lifting.
     Missed,
     /// The arm hit something and stopped.
     Blocked,
     /// Another part was in the way at the target; the held part was put back.
     Occupied,
-    /// No grasp and path move the part to its target. Nothing has moved.
+    /// The robot found no grasp and collision-free path that bring the part to its target.
     Unreachable,
-    /// A stage or the whole skill exceeded its time limit.
+    /// The skill exceeded its time limit.
     #[serde(rename = "timed out")]
     TimedOut,
 }
