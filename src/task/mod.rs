@@ -6,8 +6,8 @@
 //!    in the Rapier scene.
 //! 2. **Learn a domain.** [`learn::learn`] infers states and operators from a [`Recording`] and returns a [`Domain`].
 //!    To write a domain in code instead, use [`DomainBuilder`].
-//! 3. **Plan.** A [`Classifier`] finds the state of each object in a [`Snapshot`] and returns the [`WorldState`].
-//!    A [`planner::Planner`] answers each question with a [`Verdict`]: the next action, goal met, or stuck.
+//! 3. **Plan.** A [`Classifier`] finds the state of each object in a scene, given as a [`Snapshot`], and returns the
+//!    [`WorldState`]. A [`planner::Planner`] then gives its [`Verdict`]: the next action, goal met, or stuck.
 //! 4. **Execute.** [`execute::episode`] runs the closed loop in the scene: look, decide, act, repeat.
 //!
 //! # Submodules
@@ -26,8 +26,8 @@
 //!
 //! The `physics` feature enables `robot`, `scene`, `skill` and `execute`.
 //!
-//! A submodule depends only on submodules above it in the table. Of the first four, `robot`, `scene` and `skill` use
-//! only poses, recordings and events. Experiments, reports and the command line are outside `task`.
+//! A submodule depends only on submodules above it in the table. `robot`, `scene` and `skill` do not depend on `learn`
+//! and `planner`. Experiments, reports and the command line are outside `task`.
 
 pub mod domain;
 mod error;

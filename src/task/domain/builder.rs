@@ -30,9 +30,9 @@ pub struct DomainBuilder {
 #[derive(Debug, Clone)]
 struct Action {
     name: String,
-    needs: Vec<StateId>,
+    preconditions: Vec<StateId>,
     absent: Vec<StateId>,
-    causes: Vec<StateId>,
+    effects: Vec<StateId>,
 }
 
 impl DomainBuilder {
@@ -58,15 +58,15 @@ impl DomainBuilder {
         self
     }
 
-    /// Adds an action with its preconditions (`needs`) and effects (`causes`). There must be at least one effect; the
+    /// Adds an action with its preconditions and effects. There must be at least one effect; the
     /// first is the state that the action moves its object into ([`Operator::to`]).
     pub fn action<'n>(
         self,
         name: &str,
-        needs: impl IntoIterator<Item = &'n str>,
-        causes: impl IntoIterator<Item = &'n str>,
+        preconditions: impl IntoIterator<Item = &'n str>,
+        effects: impl IntoIterator<Item = &'n str>,
     ) -> Self {
-        self.action_unless(name, needs, [], causes)
+        self.action_unless(name, preconditions, [], effects)
     }
 
     /// Adds an action like [`action`](Self::action) that also requires the states `absent` not to hold. A planner
@@ -74,14 +74,14 @@ impl DomainBuilder {
     pub fn action_unless<'n>(
         mut self,
         name: &str,
-        needs: impl IntoIterator<Item = &'n str>,
+        preconditions: impl IntoIterator<Item = &'n str>,
         absent: impl IntoIterator<Item = &'n str>,
-        causes: impl IntoIterator<Item = &'n str>,
+        effects: impl IntoIterator<Item = &'n str>,
     ) -> Self {
-        let needs = needs.into_iter().map(|n| self.note(n)).collect();
+        let preconditions = preconditions.into_iter().map(|n| self.note(n)).collect();
         let absent = absent.into_iter().map(|n| self.note(n)).collect();
-        let causes = causes.into_iter().map(|n| self.note(n)).collect();
-        self.actions.push(Action { name: name.into(), needs, absent, causes });
+        let effects = effects.into_iter().map(|n| self.note(n)).collect();
+        self.actions.push(Action { name: name.into(), preconditions, absent, effects });
         self
     }
 
@@ -99,7 +99,7 @@ impl DomainBuilder {
     /// As [`Domain::new`]; also [`TaskError::BadDomain`] for an action without effects.
     pub fn build(self) -> Result<Domain, TaskError> {
         let mut operators = Vec::new();
-        for Action { name, needs: preconditions, absent, causes: effects } in self.actions {
+        for Action { name, preconditions, absent, effects } in self.actions {
             let Some(to) = effects.first().copied() else {
                 let reason = format!("action `{name}` has no effects; expected at least one");
                 return Err(TaskError::BadDomain { reason });

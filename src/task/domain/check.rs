@@ -57,7 +57,7 @@ pub(super) fn check(
 
 /// The valid numbers of states, in words.
 fn below(states: usize) -> String {
-    format!("expected a number below {states}, the number of states")
+    format!("expected a number below {states}, as there are {states} states")
 }
 
 /// Returns the first invalid or repeated name as a message.
@@ -66,8 +66,8 @@ pub(super) fn check_names<'n>(all: impl Iterator<Item = &'n String>) -> Result<(
     for name in all {
         if !is_symbol(name) {
             return Err(format!(
-                "`{name}` cannot be a name; expected an upper-case letter, then letters, digits and `_`, at most \
-                 {MAX_NAME} characters, other than {}",
+                "`{name}` cannot be a name; expected an upper-case letter followed by letters, digits or `_` (ASCII, \
+                 at most {MAX_NAME} characters), and none of the reserved names {}",
                 RESERVED.join(", ")
             ));
         }
@@ -112,7 +112,10 @@ fn check_parameters(operator: &Operator, kinds: &HashSet<&str>) -> Result<(), St
     let mut names = HashSet::new();
     for (index, parameter) in operator.parameters.iter().enumerate() {
         if parameter.name.is_empty() {
-            return Err(format!("has no name for parameter {}; expected a name", index + 1));
+            return Err(format!(
+                "has no name for parameter {}; expected a name such as `object`",
+                index + 1
+            ));
         }
         if !names.insert(&parameter.name) {
             return Err(format!(

@@ -8,7 +8,7 @@ use super::recording::Snapshot;
 use crate::task::domain::{Domain, LearnedState, Origin, State, StateId, WorldState};
 use crate::task::error::TaskError;
 
-/// Number of distinct poses that is enough to take their agreement in a coordinate as a constraint of the state.
+/// Smallest number of distinct poses whose agreement in a coordinate is taken as a constraint of the state.
 pub const MIN_DISTINCT: usize = 4;
 
 /// Parameters of the default rule for classifying objects, [`Grounding::Gated`].
@@ -25,7 +25,7 @@ pub const MIN_DISTINCT: usize = 4;
 ///   therefore has the prior's spread. A state whose poses agree within nanometres has at least the floor's spread, so
 ///   it does not reject every new pose.
 /// * **Broad coordinates.** A coordinate with a standard deviation of at least [`Self::broad_m`] is unconstrained and
-///   rejects nothing: a part anywhere on the table is on the table. For a state in which objects were found, not
+///   rejects nothing, so a part may lie anywhere on the table. For a state in which objects were found, not
 ///   placed ([`Origin::Found`]), the smaller [`Self::broad_found_m`] applies instead, because a few starting positions
 ///   can agree by chance. In 1 of 20 sets of five demonstrations, the bolt's five positions agreed to 8 mm in one
 ///   coordinate; with the larger value, bolts elsewhere on the table were in no state.
@@ -121,7 +121,7 @@ pub struct Grounded {
     pub distance: Option<f64>,
 }
 
-/// Finds the states of objects, by the states of a learned domain.
+/// Finds the state of each object in a scene, using the geometry of a learned domain.
 ///
 /// ```
 /// use symbolt::sim::Seed;

@@ -1,8 +1,8 @@
-//! Domains: the states that objects can be in, the operators that change them, and the recordings they come from.
+//! Domains and recordings: the symbolic description of a task, and the data that it is learned from.
 //!
-//! A [`Domain`] is a table of states and a table of operators. [`learn`](super::learn::learn) infers one from a
-//! recording, [`DomainBuilder`] builds one in code, and [`Domain::read`] reads one from a file. A planner needs nothing
-//! else to plan.
+//! A [`Domain`] is a table of states and a table of operators, which is all that a planner needs.
+//! [`learn`](super::learn::learn) infers a domain from a recording, [`DomainBuilder`] builds one in code, and
+//! [`Domain::read`] reads one from a file.
 //!
 //! * A **state** is a condition of one object, such as `NUT_IN_JIG`. It *holds* while at least one object is in it.
 //! * An **action** changes states. Its **operator** lists the **preconditions**, which must hold before the action,
@@ -134,7 +134,8 @@ impl Domain {
         (0..self.operators.len()).map(ActionId::new)
     }
 
-    /// Returns the goal: the state that the last action of most demonstrations reached. `None` if no goal is known.
+    /// Returns the goal of the demonstrations: the state that the last action of most of them reached. `None` if it is
+    /// unknown, as in a domain written in code.
     pub fn goal(&self) -> Option<StateId> {
         self.goal
     }

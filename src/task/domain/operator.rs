@@ -31,7 +31,7 @@ pub struct Operator {
     pub name: String,
     /// Objects that the action involves. The first is the object that it moves.
     pub parameters: Vec<Parameter>,
-    /// The state that the object most often leaves; `None` if it was in no state.
+    /// The state that the object most often leaves; `None` if it was never in a state.
     pub from: Option<StateId>,
     /// The state that the object enters; also listed in `effects`.
     pub to: StateId,

@@ -43,10 +43,10 @@ impl AcceptableAnswers {
 ///   preconditions that are all derivable. The derivable states are the smallest set with this property.
 /// * **Act.** If `g` is derivable, a *proof* of `g` selects one cause for each state that it needs, without cycles. An
 ///   action is correct if it can be done and belongs to a proof.
-/// * **Stuck.** If `g` is not derivable, the planner is stuck. Start at `g` and step from a state to the unmet
-///   preconditions of its causes, entering only states that are not derivable. Each obstacle of these states is
-///   correct: a state has no causes, a state leads back to itself, or a cause has no unmet precondition but a state
-///   that must be absent is in `W`.
+/// * **Stuck.** If `g` is not derivable, the correct answer is an obstacle. Start at `g` and step from a state to the
+///   unmet preconditions of its causes, entering only states that are not derivable. Every obstacle on the way is
+///   correct: a state without causes, a state that leads back to itself, or a cause that has no unmet precondition but
+///   requires a state in `W` to be absent.
 ///
 /// These rules are for [`Commitment::Proven`]. With [`Commitment::First`], the paper's rule, a planner follows one
 /// unmet precondition at a time and commits to the first action that can be done, even if other preconditions cannot

@@ -56,7 +56,7 @@ pub struct Touched {
 }
 
 impl Touched {
-    /// Stamps `touch` with simulated time `t`, in seconds.
+    /// Returns the event for `touch` at simulated time `t`, in seconds.
     pub fn at(t: f64, touch: Touch) -> Self {
         match touch {
             Touch::Contact(part) => Self { t, part, contact: true },
@@ -99,7 +99,7 @@ pub struct EpisodeReport {
     pub touches: Vec<Touched>,
     /// Number of parts in no state at the last look, including parts that fell off the table.
     pub in_no_state: usize,
-    /// Number of times that a look found a part in no state which the look before had not.
+    /// Number of times that a part was newly found in no state, compared with the previous look.
     pub unexplained: usize,
     /// Whether the requested perturbation was carried out.
     pub perturbed: bool,

@@ -1,7 +1,7 @@
 //! Progress events of learning, demonstrations, episodes and experiments, and observers that receive them.
 //!
-//! Functions that run for long, such as [`learn_observed`](super::learn::learn_observed), take an [`Observer`] and call
-//! it with each [`Event`] as it happens. Progress lines, traces and live views are observers. An observer cannot change
+//! Long-running functions, such as [`learn_observed`](super::learn::learn_observed), take an [`Observer`] and call it
+//! with each [`Event`] as it happens. Progress lines, traces and live views are observers. An observer cannot change
 //! the run, so the results are the same with or without it.
 //!
 //! To count dropped parts:

@@ -16,7 +16,7 @@ pub enum SkillOutcome {
     Blocked,
     /// Another part was in the way at the target; the held part was put back.
     Occupied,
-    /// The robot found no grasp and collision-free path that bring the part to its target.
+    /// The robot found no combination of grasp and collision-free path that brings the part to its target.
     Unreachable,
     /// The skill exceeded its time limit.
     #[serde(rename = "timed out")]

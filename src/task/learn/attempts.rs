@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn without_events_every_step_is_a_try_of_whatever_moved_most() {
+    fn without_events_every_step_is_an_attempt_with_the_part_that_moved_most() {
         let demo = Demonstration {
             number: 0,
             snapshots: vec![
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn with_events_a_try_lasts_from_contact_to_the_snapshot_after_the_release() {
+    fn with_events_an_attempt_lasts_from_contact_to_the_snapshot_after_the_release() {
         use SnapshotEvent::{Contact, End, Release, Start};
         let attempts = cut_all(vec![
             snapshot(Some(Start), None, &[0.0, 1.0]),
@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn a_part_that_slips_away_without_a_release_ends_its_try_at_the_next_contact() {
+    fn a_part_that_slips_away_without_a_release_ends_its_attempt_at_the_next_contact() {
         use SnapshotEvent::{Contact, Release};
         let attempts = cut_all(vec![
             snapshot(Some(Contact), Some(0), &[0.0, 1.0]),
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn two_contacts_with_one_part_are_two_tries_if_it_moved_between() {
+    fn two_contacts_with_one_part_are_two_attempts_if_it_moved_between() {
         use SnapshotEvent::Contact;
         let attempts = cut_all(vec![
             snapshot(Some(Contact), Some(0), &[0.0, 1.0]),
@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn events_without_objects_still_cut_tries() {
+    fn events_without_objects_still_cut_attempts() {
         use SnapshotEvent::{Contact, Release};
         let attempts = cut_all(vec![
             snapshot(Some(Contact), None, &[0.0, 1.0]),

@@ -21,13 +21,13 @@ pub(super) struct Inferred<'a> {
     pub clusters: &'a [Cluster],
     /// Clusters that are states, in the order of the domain's states.
     pub states: &'a [usize],
-    /// For each attempt, the cluster that it brought about, or why it failed.
+    /// For each attempt, the cluster in which it ended, or why it failed.
     pub judged: &'a [Result<usize, Failure>],
     pub operators: &'a [Operator],
 }
 
 impl Observations<'_> {
-    /// Returns for each attempt the cluster that it brought about, or why it failed, if the clusters `states` are the
+    /// Returns for each attempt the cluster in which it ended, or why it failed, if the clusters `states` are the
     /// states.
     fn judge(&self, states: &[usize], transitions: &Transitions) -> Vec<Result<usize, Failure>> {
         let judge = |(index, t): (usize, &Attempt)| {
@@ -144,7 +144,7 @@ impl Observations<'_> {
             .unwrap_or_default()
     }
 
-    /// Builds one operator for each state that an attempt brought about.
+    /// Builds one operator for each state in which a successful attempt ended.
     fn operators(
         &self,
         states: &[usize],
@@ -201,7 +201,7 @@ impl Observations<'_> {
         operators
     }
 
-    /// Returns the state that the last action of most demonstrations brought about.
+    /// Returns the state that the last action of most demonstrations reached.
     fn goal(&self, states: &[usize], judged: &[Result<usize, Failure>]) -> Option<StateId> {
         let mut last: BTreeMap<usize, usize> = BTreeMap::new();
         for (attempt, outcome) in self.attempts.iter().zip(judged) {

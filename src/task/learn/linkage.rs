@@ -16,8 +16,8 @@ pub struct Merge {
     pub first: usize,
     /// Second cluster, numbered in the same way.
     pub second: usize,
-    /// Linkage of the two clusters: the mean distance between a point of one and a point of the other, in the unit of
-    /// the points.
+    /// Linkage of the two clusters: the mean distance over all pairs of a point of the first and a point of the second,
+    /// in the unit of the points.
     pub height: f64,
 }
 
@@ -80,11 +80,13 @@ impl Dendrogram {
     }
 
     /// Returns the height of the first merge that a cut at `threshold` does not make: the lowest at or above it.
+    /// `None` if the cut makes all merges.
     pub fn next_merge(&self, threshold: f64) -> Option<f64> {
         self.merges.get(self.merges.partition_point(|m| m.height < threshold)).map(|m| m.height)
     }
 
-    /// Returns the height of the last merge that a cut at `threshold` makes: the highest below it.
+    /// Returns the height of the last merge that a cut at `threshold` makes: the highest below it. `None` if the cut
+    /// makes no merge.
     pub fn last_merge(&self, threshold: f64) -> Option<f64> {
         let made = self.merges.partition_point(|m| m.height < threshold);
         made.checked_sub(1).map(|i| self.merges[i].height)

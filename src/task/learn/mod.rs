@@ -10,16 +10,17 @@
 //! 1. **Track.** Objects are followed from snapshot to snapshot, even where ids shift because an object is lost.
 //! 2. **Cut.** Each demonstration is cut into attempts, from contact to release (II.A). Without events, every two
 //!    consecutive snapshots form an attempt.
-//! 3. **Cluster.** For each kind of object that moves, positions are compared by a p-norm with p = -2 ([`p_distance`],
-//!    equation 1) and merged by average linkage ([`Dendrogram`], II.E). Cutting the dendrogram at the clustering
-//!    threshold gives the clusters.
-//! 4. **Select states.** Clusters become states, except detours and clusters seen only around failed attempts. An
-//!    attempt fails if it achieves nothing ([`Failure`]).
+//! 3. **Cluster.** For each kind of object that moves, positions are compared by a p-norm, by default with p = -2
+//!    ([`p_distance`], equation 1), and merged by average linkage ([`Dendrogram`], II.E). Cutting the dendrogram at the
+//!    clustering threshold gives the clusters.
+//! 4. **Select states.** Clusters become states, except detours ([`Failure::Detour`]) and clusters seen only around
+//!    failed attempts.
 //! 5. **Model states.** Each state gets a robust mean pose and a Gaussian of position and orientation
 //!    ([`PoseGaussian`], II.E).
-//! 6. **Build operators.** Each state that an attempt brought about gets one action. Its [`Evidence`] counts the states
-//!    that held before and after each [`Instance`]. Preconditions are the states that held most often before, effects
-//!    those that began to hold most often (II.E, Tables I to III).
+//! 6. **Build operators.** Each state in which a successful attempt ended gets one action. The attempts that ended in
+//!    the state are the [`Instance`]s of the action. [`Evidence`] counts the states before and after them.
+//!    Preconditions are the states that held most often before, effects the states that began to hold most often
+//!    (II.E, Tables I to III).
 //! 7. **Choose the goal.** The goal is the state that the last action of most demonstrations reached.
 //!
 //! # Beyond the paper
@@ -27,7 +28,7 @@
 //! * The threshold is found from the data ([`Settings::threshold_m`]).
 //! * If the manipulated object was not recorded, it is inferred.
 //! * Failed attempts are recognised and teach no action.
-//! * Evidence also gives the states that were always absent before an action, and those that it ends.
+//! * An operator also lists the states that were always absent before its action, and the states that the action ends.
 //!
 //! [`Evidence`]: crate::task::domain::Evidence
 

@@ -139,7 +139,8 @@ impl Observations<'_> {
     }
 
     /// Corrects guesses of the manipulated part. If the guessed part stayed in its cluster and exactly one other part
-    /// moved to a cluster that was empty before, then that part was manipulated and the guessed one only knocked aside.
+    /// moved to a cluster that was empty before, then that part was manipulated and the guessed one was knocked
+    /// aside.
     /// Returns whether any guess changed.
     pub fn reconsider(&mut self) -> bool {
         let mut changed = false;

@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn an_action_with_two_needs_keeps_both() {
+    fn an_action_with_two_preconditions_keeps_both() {
         let evidence = Evidence::count(&[
             instance([1, 1, 1, 1, 0], [1, 1, 1, 0, 1]),
             instance([0, 0, 1, 1, 0], [0, 0, 1, 0, 1]),

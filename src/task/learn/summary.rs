@@ -26,8 +26,8 @@ pub enum Failure {
     PartLost,
     /// The object ended in a state that already held before the attempt, or in no state.
     NothingNew,
-    /// The object ended in a detour: a place where objects seldom stay, and which they skip at least as often on the
-    /// same way.
+    /// The object ended in a detour: a place where objects seldom stay, and which they bypass at least as often as they
+    /// pass through it.
     Detour,
     /// The object returned to a state that it had left earlier. This is no failure if the object stays there in at
     /// least half of the demonstrations.
@@ -111,7 +111,7 @@ impl Observations<'_> {
                     inferred: !t.declared,
                     outcome: match outcome.map(action) {
                         Ok(Some(action)) => AttemptOutcome::Action(action),
-                        // Unreachable: every state that an attempt brought about has an operator.
+                        // Unreachable: every state in which a successful attempt ended has an operator.
                         Ok(None) => AttemptOutcome::Failed(Failure::NothingNew),
                         Err(why) => AttemptOutcome::Failed(why),
                     },

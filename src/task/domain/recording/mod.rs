@@ -69,7 +69,7 @@ pub struct Recording {
     pub demos: Vec<Demonstration>,
 }
 
-/// A person's names for the actions about to start, one entry for each snapshot of each demonstration.
+/// A person's names for the actions about to start, by demonstration and snapshot; `None` where there is no label.
 pub type Labels = Vec<Vec<Option<String>>>;
 
 impl Recording {

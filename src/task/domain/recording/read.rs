@@ -36,7 +36,7 @@ struct RawObject {
 /// Largest difference of the norm of an orientation from 1, as files contain rounded numbers.
 const NORM_TOLERANCE: f64 = 1e-3;
 
-/// Largest magnitude of a coordinate, in metres. A larger value more likely has a wrong unit.
+/// Largest magnitude of a coordinate, in metres. Larger values are taken for a wrong unit.
 const FARTHEST: f64 = 1e6;
 
 /// Maximum length of an id or kind, in characters.
@@ -104,11 +104,11 @@ impl Recording {
                 continue;
             }
             let raw: RawSnapshot = parse_json(utf8(line, place)?, place)?;
-            let need = |field, value: Option<u64>| {
+            let required = |field, value: Option<u64>| {
                 value.ok_or_else(|| place.fault(field, "it is missing", "a whole number"))
             };
-            let number = need("demo", raw.demo)?;
-            let snapshot_number = need("snapshot", raw.snapshot)?;
+            let number = required("demo", raw.demo)?;
+            let snapshot_number = required("snapshot", raw.snapshot)?;
             let label = raw.next_action.clone();
             let snapshot = check_snapshot(raw, snapshot_number, place)?;
             let new = recording.demos.last().is_none_or(|d| d.number != number);
@@ -249,8 +249,8 @@ fn check_snapshot(raw: RawSnapshot, number: u64, place: Place<'_>) -> Result<Sna
         })?),
     };
     if matches!(raw.event, Some(SnapshotEvent::Start | SnapshotEvent::End)) && touched.is_some() {
-        let problem = "nothing is touched at a `start` or `end`";
-        return Err(place.fault("object", problem, "no such field with these events"));
+        let problem = "it is set although the event is `start` or `end`";
+        return Err(place.fault("object", problem, "no `object` with these events"));
     }
     Ok(Snapshot { number, time_s: raw.t, event: raw.event, object: touched, objects })
 }
