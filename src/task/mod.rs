@@ -10,6 +10,9 @@
 //!    [`WorldState`]. A [`planner::Planner`] then gives its [`Verdict`]: the next action, goal met, or stuck.
 //! 4. **Execute.** [`execute::episode`] runs the closed loop in the scene: look, decide, act, repeat.
 //!
+//! *The paper* is X. Yao, P. Blouw, S. Nair and B. Tripp, "Inferring symbols from demonstrations to support
+//! vector-symbolic planning in a robotic assembly task".
+//!
 //! # Submodules
 //!
 //! | submodule | contents |

@@ -1,7 +1,8 @@
 //! Learns a domain from demonstrations: states from the poses of objects, operators from the changes between states.
 //!
 //! [`learn`] takes a [`Recording`] and [`Settings`] and returns a [`Learned`]: the [`Domain`] and a [`LearnReport`]. It
-//! sees only poses and, if recorded, events and the objects touched. It is given no names, labels or state count.
+//! sees the kinds and poses of objects and, if recorded, the events and the objects touched. It is given no names,
+//! labels or state count.
 //!
 //! # Method
 //!
@@ -28,6 +29,7 @@
 //! * The threshold is found from the data ([`Settings::threshold_m`]).
 //! * If the manipulated object was not recorded, it is inferred.
 //! * Failed attempts are recognised and teach no action.
+//! * The goal is chosen from the demonstrations.
 //! * An operator also lists the states that were always absent before its action, and the states that the action ends.
 //!
 //! [`Evidence`]: crate::task::domain::Evidence
@@ -136,7 +138,9 @@ pub fn learn_observed(
     }
     let mut observed = Observations::observe(recording, settings, observer)?;
     if observed.kinds.is_empty() {
-        return Err(nothing("no object moved; expected at least one to move by 1 mm or more"));
+        return Err(nothing(
+            "no object moved; expected at least one object to move by 1 mm or more",
+        ));
     }
     if observed.attempts.is_empty() {
         return Err(nothing("no object was picked up and released; expected at least one attempt"));

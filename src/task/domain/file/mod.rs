@@ -126,8 +126,9 @@ impl Domain {
         };
         let invalid = |reason: String| {
             // Most reasons already say what was expected.
-            let (problem, expected) =
-                reason.split_once("; expected ").unwrap_or((&reason, "a consistent domain"));
+            let (problem, expected) = reason
+                .split_once("; expected ")
+                .unwrap_or((reason.as_str(), "a consistent domain"));
             TaskError::from(fault(None, "", problem.into(), expected))
         };
         // Names first: an invalid name must not be reported as a reference to an unknown state.

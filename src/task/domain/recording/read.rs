@@ -244,7 +244,11 @@ fn check_snapshot(raw: RawSnapshot, number: u64, place: Place<'_>) -> Result<Sna
         None => None,
         Some(id) => Some(*ids.get(id).ok_or_else(|| {
             let known: Vec<&str> = objects.iter().map(|o| &*o.id).collect();
-            let expected = format!("an id of this snapshot's objects: {}", known.join(", "));
+            let expected = if known.is_empty() {
+                "no `object`, as the snapshot has no objects".into()
+            } else {
+                format!("an id of this snapshot's objects: {}", known.join(", "))
+            };
             place.fault("object", format!("no object is called `{id}`"), expected)
         })?),
     };
