@@ -1,4 +1,5 @@
-//! Planning where a state has several causes: against the reference planner, and that against brute force.
+//! Planning with states that have several causes: compares the planner graph with the reference planner, and the
+//! reference planner with brute force.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
@@ -18,8 +19,8 @@ mod support;
 
 use support::{Tally, check};
 
-/// Random domains in which most states have one to three causes; with `circles`, some actions need a state
-/// further up.
+/// Returns a random domain in which most states have one to three causes. With `circles`, some actions have a later
+/// state as a precondition.
 fn domain_with_alternatives(seed: u64, states: usize, circles: bool) -> Domain {
     let mut rng = Seed::new(seed).derive("tests", "alternatives").rng();
     let name = |s: usize| format!("S{s}");
@@ -41,7 +42,7 @@ fn domain_with_alternatives(seed: u64, states: usize, circles: bool) -> Domain {
             }
             let absent: Vec<String> = absent.difference(&needs).copied().map(name).collect();
             let mut effects = vec![name(state)];
-            // Some actions bring about something else as well.
+            // Some actions have a second effect.
             let also = rng.random_range(bottom..states);
             if rng.random::<f64>() < 0.2 && also != state {
                 effects.push(name(also));
@@ -106,7 +107,7 @@ fn the_graph_agrees_with_the_reference_planner_where_states_have_several_causes(
     }
 }
 
-/// Every way of taking one cause for each state, tried out: the actions that belong to a proof of the goal.
+/// Tries every choice of one cause for each state. Returns the actions that belong to a proof of the goal.
 fn proven_by_brute_force(domain: &Domain, world: &WorldState, goal: StateId) -> BTreeSet<ActionId> {
     fn needed(
         domain: &Domain,
@@ -140,7 +141,7 @@ fn proven_by_brute_force(domain: &Domain, world: &WorldState, goal: StateId) -> 
         if needed(domain, world, &pick, goal, &mut Vec::new(), &mut actions) {
             found.extend(actions);
         }
-        // The next way, counting up.
+        // Count up to the next choice.
         let counts = |s: usize| domain.causes(StateId::new(s)).len().max(1);
         let Some(up) = (0..pick.len()).find(|s| pick[*s] + 1 < counts(*s)) else { return found };
         pick[up] += 1;
@@ -170,7 +171,7 @@ fn the_reference_planner_finds_what_trying_every_way_finds() {
     assert!(some > 1000 && none > 1000);
 }
 
-/// Tea from a kettle or from a machine.
+/// Returns a domain in which a kettle or a machine can heat the water for tea.
 fn tea() -> Domain {
     DomainBuilder::new()
         .action("BREW_TEA", ["WATER_HOT", "LEAVES_IN_POT"], ["TEA_READY"])
@@ -206,13 +207,13 @@ fn the_planner_says_which_cause_it_chose_and_why() {
     assert_eq!(verdict, act("HEAT_IN_MACHINE"));
     assert_eq!(choices, [chose("HEAT_IN_MACHINE", 2, Why::FewestUnmet { unmet: 0 })]);
 
-    // The kettle lacks as much and is preferred, but nothing fills it.
+    // Both causes lack one precondition. The kettle is preferred, but nothing fills it.
     let (verdict, choices) = ask(&["LEAVES_IN_POT", "POWER", "CUP_UNDER"]);
     assert_eq!(verdict, act("SWITCH_ON"));
     let kettle = chose("BOIL_WATER", 2, Why::Preferred { unmet: 1 });
     assert_eq!(choices, [kettle.clone(), chose("HEAT_IN_MACHINE", 1, Why::OnlyOneLeft)]);
 
-    // Neither can be had: what is in the way of the preferred one is reported.
+    // Neither cause can be done: the obstacle of the preferred cause is reported.
     let (verdict, _) = ask(&["LEAVES_IN_POT", "CUP_UNDER"]);
     let state = domain.state("KETTLE_FULL").expect("there");
     assert_eq!(verdict, Verdict::Stuck(Obstacle::NothingCauses { state }));
@@ -240,7 +241,7 @@ fn several_causes_are_chosen_from_in_spiking_neurons_too() {
     }
 }
 
-/// `causes` ways to one state, each with `needs` preconditions of its own.
+/// Returns a domain with a goal that has `causes` causes, each with `needs` separate preconditions.
 fn ways(causes: usize, needs: usize) -> Domain {
     (0..causes)
         .fold(DomainBuilder::new(), |domain, cause| {
@@ -251,8 +252,8 @@ fn ways(causes: usize, needs: usize) -> Domain {
         .expect("valid")
 }
 
-/// How often neurons choose another cause than the rule, of how many choices: where one cause can be done and every
-/// other lacks one precondition, and where all can be done.
+/// Counts the choices of neurons that differ from the rule, and all choices: first for worlds in which one cause can be
+/// done and every other lacks one precondition, then for worlds in which all causes can be done.
 fn against_the_rule(
     population: Population,
     (causes, needs): (usize, usize),
@@ -293,7 +294,7 @@ fn how_often_neurons_choose_against_the_rule() {
         for shape in [(2, 1), (3, 2)] {
             let [needs, ties] = against_the_rule(population, shape, 1..=8);
             println!("{name} {shape:?}: one needs less {needs:?}, ties {ties:?}");
-            // Measured: none but 1 of 24 in LIF with three causes of two needs.
+            // Measured: 1 of 24 in LIF with three causes of two preconditions, otherwise none.
             let most = if name == "direct" { 0 } else { needs.1 / 8 };
             assert!(needs.1 >= 16 && needs.0 <= most, "{name} {shape:?}: {needs:?}");
         }
@@ -304,7 +305,7 @@ fn how_often_neurons_choose_against_the_rule() {
 fn neurons_mostly_choose_the_cause_that_lacks_nothing() {
     let rate = Population::Rate(LifSpec::default());
     let lif = Population::Lif(LifSpec::default());
-    // Measured: none of 16 in either mode. Of equals only the verdict is certain.
+    // Measured: none of 16 in rate and LIF mode. If all causes can be done, only the verdict is certain.
     for (population, most) in [(Population::Direct, 0), (rate, 1), (lif, 2)] {
         let [(wrong, of), (others, _)] = against_the_rule(population, (2, 1), 1..=8);
         assert!(of == 16 && wrong <= most, "{population}: {wrong} of {of}");

@@ -1,4 +1,4 @@
-//! The event stream: events of demonstrations, learning, episodes and experiments, as observers receive them.
+//! The events that observers receive from demonstrations, learning, episodes and experiments.
 #![cfg(feature = "physics")]
 
 use std::sync::Arc;
@@ -19,7 +19,7 @@ use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
 use symbolt::task::tasks::{Demonstrator, Judgement, Step, Task};
 use symbolt::task::{Grounding, TaskError};
 
-/// Returns the kind of an event.
+/// Returns the name of an event's variant.
 fn name(event: &Event<'_>) -> &'static str {
     match event {
         Event::Learning(_) => "learning",
@@ -65,7 +65,7 @@ fn demonstrations_learning_and_an_episode_are_told_in_order_and_come_out_as_if_n
     let learned =
         learn_observed(&shown.recording, &Settings::default(), &mut listen).expect("learns");
     assert_eq!(learned, learn(&shown.recording, &Settings::default()).expect("learns"));
-    // Tracking, two kinds of objects, deciding.
+    // One event for tracking, one for clustering each of the two kinds, and one for deciding.
     assert_eq!(told, ["learning"; 4]);
 
     let domain = learned.domain;
@@ -102,7 +102,7 @@ fn demonstrations_learning_and_an_episode_are_told_in_order_and_come_out_as_if_n
     assert_eq!((owned, frames), (over.report.skills().count(), over.frames.len()));
     assert!(frames > 10);
     assert_eq!((told.first(), told.last()), (Some(&"episode began"), Some(&"episode ended")));
-    // Each skill begins right after its decision and ends before the next decision.
+    // Every skill begins right after its decision and ends before the next one.
     let acts: Vec<&str> = told.iter().copied().filter(|n| *n != "touched").collect();
     let mut begun = 0;
     for (index, name) in acts.iter().enumerate().filter(|(_, n)| **n == "skill began") {
@@ -133,11 +133,11 @@ fn an_experiment_tells_of_every_trial_that_is_done_and_last_of_all_of_them() {
     assert!(all > 0 && told.first() == Some(&(0, all)) && told.last() == Some(&(all, all)));
 }
 
-/// Nuts and bolts with a demonstrator whose first target is out of reach.
+/// The nuts-and-bolts task with a demonstrator that first tries a target out of reach.
 #[derive(Debug)]
 struct Overreaching(NutsAndBolts);
 
-/// A demonstrator that reaches too far once and then follows the inner demonstrator.
+/// Tries a target out of reach once, then follows the inner demonstrator.
 struct Reaching(Box<dyn Demonstrator>);
 
 impl Demonstrator for Reaching {

@@ -1,4 +1,4 @@
-//! Bad input: each with its clear error, nothing written, never a panic.
+//! Invalid input: every fault gives a clear error and never a panic.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
@@ -65,7 +65,7 @@ fn every_fault_names_file_line_field_and_what_was_expected() {
             (
                 "repeated id",
                 second(&line(0, 1, &[object("a", GOOD, UNIT), object("a", GOOD, UNIT)].join(","))),
-                &["objects[1].id", "`a` is there twice"],
+                &["objects[1].id", "`a` is used twice"],
             ),
             (
                 "out of order",
@@ -81,7 +81,7 @@ fn every_fault_names_file_line_field_and_what_was_expected() {
                     line(0, 1, &object("a", GOOD, UNIT)),
                 ]
                 .join("\n"),
-                &["line 3", "goes on after another"],
+                &["line 3", "continues after another"],
             ),
             (
                 "unknown field",
@@ -98,7 +98,7 @@ fn every_fault_names_file_line_field_and_what_was_expected() {
             (
                 "a kind that changes",
                 second(&line(0, 1, &object("a", GOOD, UNIT).replace("nut", "bolt"))),
-                &["`a` was a `nut` and is a `bolt` now"],
+                &["`a` has the kind `bolt`, but had the kind `nut` before"],
             ),
             (
                 "unknown event",
@@ -199,11 +199,11 @@ fn domains_that_are_not_sound_say_what_is_wrong() {
     let cases = [
         ("\"version\": 2", "\"version\": 3", "field `version`: it is 3"),
         ("\"symbolt-domain\"", "\"pddl\"", "it is `pddl`"),
-        ("\"goal\": \"BOLT_AT_NUT_POCKET\"", "\"goal\": \"HAPPINESS\"", "no state"),
-        ("\"name\": \"NUT_AT_START\"", "\"name\": \"BOLT_AT_START\"", "names two things"),
+        ("\"goal\": \"BOLT_AT_NUT_POCKET\"", "\"goal\": \"HAPPINESS\"", "is not a state"),
+        ("\"name\": \"NUT_AT_START\"", "\"name\": \"BOLT_AT_START\"", "is used twice"),
         ("\"name\": \"NUT_AT_START\"", "\"name\": \"nut\"", "cannot be a name"),
         ("\"name\": \"NUT_AT_START\"", "\"name\": \"NOTHING\"", "cannot be a name"),
-        ("\"name\": \"NUT_AT_START\"", "\"name\": \"ELSEWHERE\"", "is no state"),
+        ("\"name\": \"NUT_AT_START\"", "\"name\": \"ELSEWHERE\"", "is not a state"),
         (
             "\"to\": \"BOLT_AT_BOLT_HOLE\"",
             "\"to\": \"BOLT_AT_BOLT_HOLD\"",
@@ -224,7 +224,7 @@ fn domains_that_are_not_sound_say_what_is_wrong() {
     assert!(Domain::parse(cut, "d").is_err());
 }
 
-/// The domain's JSON with one value exchanged, where `at` is a JSON pointer.
+/// Replaces the value at the JSON pointer `at` and returns the error message.
 fn exchanged(text: &str, at: &str, value: Value) -> String {
     let mut file: Value = serde_json::from_str(text).expect("JSON");
     *file.pointer_mut(at).expect(at) = value;
@@ -254,7 +254,7 @@ fn what_has_to_be_an_object_is_nothing_else() {
     for (old, at, field) in cases {
         let text = if old.is_empty() { &text } else { old };
         let mut whole: Value = serde_json::from_str(text).expect("JSON");
-        // Its values in order, which serde would take for it.
+        // Serde would accept the field values in order instead of the object.
         let object = whole.pointer_mut(at).expect(at).take();
         let values: Vec<Value> = object.as_object().expect("an object").values().cloned().collect();
         for bad in [json!(values), json!(7), json!("seven")] {
@@ -292,7 +292,7 @@ fn values_of_a_wrong_type_are_named_by_their_field() {
     }
     assert!(exchanged(&text, "/format", json!(1)).contains("field `format`: it is 1"));
     assert!(exchanged(&text, "/version", json!("2")).contains("field `version`: it is `2`"));
-    // Of two fields with one name neither is silently dropped.
+    // A duplicate field is an error, not silently dropped.
     let twice = text.replacen("\"goal\":", "\"goal\": null, \"goal\":", 1);
     let refused = Domain::parse(twice.as_bytes(), "d.json").expect_err("twice").to_string();
     assert!(refused.contains("duplicate field `goal`"), "{refused}");
@@ -307,12 +307,16 @@ fn domains_that_contradict_themselves_are_refused() {
         file["operators"][0]["to"].clone()
     };
     let cases = [
-        ("/operators/0/parameters", json!([]), "has no object"),
+        ("/operators/0/parameters", json!([]), "has no parameters"),
         ("/operators/0/parameters", json!([object, object]), "two parameters called `object`"),
         ("/operators/0/parameters/0/name", json!(""), "no name for parameter 1"),
         ("/operators/0/parameters/0/kind", json!("teapot"), "`teapot`, which has no state"),
         ("/operators/0/parameters/0/kind", json!(""), "which has no state"),
-        ("/operators/0/removes", json!([effect]), "both causes and ends `BOLT_AT_BOLT_HOLE`"),
+        (
+            "/operators/0/removes",
+            json!([effect]),
+            "`BOLT_AT_BOLT_HOLE` in both `effects` and `removes`",
+        ),
         ("/states/0/learned/covariance/0/0", json!(1e13), "1e13 in its covariance"),
         ("/states/0/learned/covariance/2/1", json!(-1e300), "-1e300 in its covariance"),
     ];
@@ -322,7 +326,7 @@ fn domains_that_contradict_themselves_are_refused() {
     }
 }
 
-/// As version 0.1.0 wrote it, learned from five demonstrations.
+/// A domain file written by version 0.1.0, learned from five demonstrations.
 const VERSION_1: &str = include_str!("fixtures/domain_v1.json");
 
 #[test]
@@ -356,7 +360,7 @@ fn a_domain_of_version_1_is_read_and_written_as_version_2() {
     let new = old.to_json().expect("plain data");
     assert!(new.contains("\"version\": 2"));
     assert_eq!(Domain::parse(new.as_bytes(), "new.json").expect("it is read"), old);
-    // A fault of an old file is found as it was.
+    // Errors refer to the old layout.
     let broken = VERSION_1.replacen("\"distinct\"", "\"different\"", 1);
     let refused = Domain::parse(broken.as_bytes(), "old.json").expect_err("unknown field");
     assert!(refused.to_string().contains("unknown field `different`"), "{refused}");
@@ -393,9 +397,9 @@ fn a_person_can_rename_states_and_actions_and_nothing_else() {
     let refuse =
         |pairs: &[(String, String)]| domain.rename(pairs).expect_err("refused").to_string();
     assert!(refuse(&[pair("NUT_AT_STRAT", "X")]).contains("did you mean `NUT_AT_START`?"));
-    assert!(refuse(&[pair("NUT_AT_START", "BOLT_AT_START")]).contains("names two things"));
+    assert!(refuse(&[pair("NUT_AT_START", "BOLT_AT_START")]).contains("is used twice"));
     assert!(refuse(&[pair("NUT_AT_START", "no good")]).contains("cannot be a name"));
-    // Two names can change places.
+    // Two names can be swapped.
     let swapped = domain
         .rename(&[pair("NUT_AT_START", "BOLT_AT_START"), pair("BOLT_AT_START", "NUT_AT_START")])
         .expect("swaps");
@@ -475,7 +479,7 @@ proptest! {
     fn swapped_digits_are_learned_from_without_a_panic(
         changes in prop::collection::vec((any::<prop::sample::Index>(), 0u8..10), 1..30),
     ) {
-        // Digits only: the file stays readable, its numbers become nonsense.
+        // Changing only digits keeps the file readable, but makes its numbers meaningless.
         let mut bytes = a_recording();
         let digits: Vec<usize> = (0..bytes.len()).filter(|i| bytes[*i].is_ascii_digit()).collect();
         for (index, value) in &changes {

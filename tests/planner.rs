@@ -1,4 +1,4 @@
-//! The planner graph against the symbolic planner.
+//! Compares the planner graph with the reference planner.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
@@ -18,18 +18,18 @@ mod support;
 
 use support::{Tally, check};
 
-/// The paper's own domain (section II.E): single preconditions, and assembly with two.
+/// Returns the paper's domain (section II.E): two actions with one precondition each, and the assembly with two.
 fn paper_domain() -> Domain {
     DomainBuilder::of_the_paper().build().expect("the paper's domain is sound")
 }
 
-/// The beginning of the paper's task, and its goal.
+/// Returns the start of the paper's task and its goal.
 fn both_on_the_table(domain: &Domain) -> (WorldState, StateId) {
     let world = domain.world(["NUT_ON_TABLE", "BOLT_ON_TABLE"]).expect("states");
     (world, domain.state("BOLT_ASSEMBLED").expect("a state"))
 }
 
-/// A domain learned from nut-first demonstrations, whose preconditions chain.
+/// Returns a domain learned from nut-first demonstrations, whose preconditions form a chain.
 fn nut_first_domain() -> Domain {
     let synthetic =
         SyntheticDemonstrations { order: Order::NutFirst, ..SyntheticDemonstrations::default() };
@@ -37,7 +37,7 @@ fn nut_first_domain() -> Domain {
     learn::learn(&recording, &learn::Settings::default()).expect("it can be learned from").domain
 }
 
-/// Asks for every goal in every world; every answer must be one that the reference planner accepts.
+/// Checks that the reference planner accepts the answer for every goal in every world state.
 fn agree_everywhere(domain: &Domain, planner: &Planner, tally: &mut Tally) {
     let states = domain.states().len();
     for bits in 0..1u32 << states {
@@ -59,8 +59,8 @@ fn the_graph_agrees_with_the_reference_planner_on_the_papers_domain_over_20_seed
     }
     println!("paper's domain, 32 states x 5 goals x 20 seeds: {tally:?}");
     assert_eq!(tally.act + tally.met + tally.stuck, 32 * 5 * 20);
-    // By hand: a jig state can be had from the table in 8 of 16 worlds without it, the assembly in 3 x 3
-    // of 16; states on the table in none.
+    // Counted by hand, for the 16 worlds in which the goal does not hold: each jig state can be reached in 8, the
+    // assembly in 3 x 3 = 9, and states on the table in none.
     assert_eq!(
         tally,
         Tally { act: 20 * (8 + 8 + 9), met: 20 * 80, stuck: 20 * (16 + 16 + 8 + 8 + 7) }
@@ -82,8 +82,8 @@ fn the_graph_agrees_with_the_reference_planner_on_a_learned_domain_over_20_seeds
     assert!(tally.act > 0 && tally.stuck > 0);
 }
 
-/// Random chains (each state needs the one below it, or nothing) and trees (up to four states anywhere
-/// below); with `circles`, some actions need a state further up.
+/// Returns a random domain. In a chain, each action has the previous state as its precondition; in a tree, up to four
+/// earlier states. With `circles`, some actions have a later state as a precondition.
 fn generated_domain(seed: u64, states: usize, actions: usize, circles: bool) -> Domain {
     let mut rng = Seed::new(seed).derive("tests", "generated domain").rng();
     let name = |s: usize| format!("S{s}");
@@ -203,7 +203,7 @@ fn the_papers_rule_acts_on_the_first_action_that_can_be_done() {
     for seed in 0..5 {
         let planner = Planner::new(&domain, spec, Seed::new(seed)).expect("builds");
         agree_everywhere(&domain, &planner, &mut tally);
-        // Only a nut on the table: the assembly cannot be had, but the nut can be put into the jig.
+        // With only a nut on the table, the assembly cannot be reached, but the nut can be put into the jig.
         let world = domain.world(["NUT_ON_TABLE"]).expect("a state");
         let goal = domain.state("BOLT_ASSEMBLED").expect("there");
         let bolt = domain.state("BOLT_ON_TABLE").expect("there");
@@ -226,7 +226,7 @@ fn a_state_that_must_be_absent_blocks_an_occupied_jig() {
     let mut tally = Tally::default();
     agree_everywhere(&domain, &planner, &mut tally);
     assert!(tally.act > 0 && tally.stuck > 0);
-    // In the demonstrations the nut never went in while a bolt was in the jig. Here one is.
+    // In the demonstrations, no bolt was in the jig when the nut was put in. Here one is.
     let holds = ["NUT_AT_START", "BOLT_AT_START", "BOLT_AT_BOLT_HOLE"];
     let world = domain.world(holds).expect("states");
     let goal = domain.state("NUT_AT_NUT_POCKET").expect("there");

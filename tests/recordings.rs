@@ -1,7 +1,7 @@
-//! Learning from the recordings of the paper's authors, where they are to be had.
+//! Learning from the recordings of the paper's authors.
 //!
-//! The file is not ours to publish: set `SYMBOLT_RECORDINGS` to the folder that holds
-//! `nut_bolt_pybullet.jsonl`. Without it every test here says that it was skipped.
+//! The file is not published with symbolt. Set `SYMBOLT_RECORDINGS` to the folder that contains
+//! `nut_bolt_pybullet.jsonl`. Without it, every test here prints that it was skipped.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
@@ -50,8 +50,8 @@ const MEANS: [(&str, [f64; 3]); 5] = [
     ("bolt", [0.1256, 0.0644, -0.5296]),
 ];
 
-/// For each of the paper's states, the place of the learned one with its height and, where a part was put,
-/// its place.
+/// Returns the learned state for each of the paper's states: it has the same height and, for states in which a part was
+/// put, the same position.
 fn match_states(domain: &Domain) -> [StateId; 5] {
     let mut used = BTreeSet::new();
     let found = MEANS.map(|(kind, mean)| {
@@ -124,7 +124,7 @@ fn without_any_setting_the_whole_file_gives_five_states_and_three_operators() {
         .map(|t| (t.demo, t.before))
         .collect();
     assert_eq!(failed, [(4, 1), (5, 2)]);
-    // The bolt left standing makes no state; it is listed apart.
+    // The bolt left standing is no state; it is listed separately.
     assert_eq!(report.unexplained.len(), 1);
     assert_eq!(report.unexplained[0].seen, [(4, 0), (4, 1)]);
     assert!((report.unexplained[0].mean.position[1] - 0.0555).abs() < 1e-3);
@@ -144,15 +144,15 @@ fn every_complete_demonstration_alone_gives_the_same_five_states() {
         alone += 1;
     }
     assert_eq!(alone, 5);
-    // The two with failed tries as well, although they are not complete in the paper's sense.
+    // The two demonstrations with failed attempts teach the same, although they are incomplete in the paper's sense.
     for number in [4, 5] {
         let domain = learned(&recording.filter(|d| d.number == number), None).domain;
         match_states(&domain);
     }
 }
 
-/// What the state of every pose in the file is, told by height alone: heights are constants of the
-/// authors' scene.
+/// Returns the true state of a pose in the file, from its height alone: in the authors' scene each state has a fixed
+/// height.
 fn truth(kind: &str, pose: &Pose) -> Option<usize> {
     let height = pose.position[1];
     let near = |expected: f64| (height - expected).abs() < 4e-4;
@@ -166,7 +166,7 @@ fn truth(kind: &str, pose: &Pose) -> Option<usize> {
     }
 }
 
-/// Classifies every nut and bolt of the file; returns right ones, all, and those with a wrong state.
+/// Classifies every nut and bolt of the file. Returns the number of correct results, of all, and of wrong states.
 fn score(domain: &Domain, rule: Grounding, recording: &Recording) -> (usize, usize, usize) {
     let places = match_states(domain);
     let classifier = Classifier::new(domain, rule).expect("the rule is sound");
@@ -192,7 +192,7 @@ fn grounding_is_right_for_every_pose_of_the_file() {
     let Some((recording, _)) = recordings() else { return };
     let domain = learned(&recording, None).domain;
     assert_eq!(score(&domain, Grounding::default(), &recording), (169, 169, 0));
-    // The paper's rule has no answer "none": it misplaces just the two poses of the standing bolt.
+    // The paper's rule always finds a state, so it misplaces the two poses of the standing bolt.
     assert_eq!(score(&domain, Grounding::paper(), &recording), (167, 169, 2));
     for demo in complete(&recording).demos {
         let one = learned(&recording.filter(|d| d.number == demo.number), None).domain;
@@ -257,7 +257,7 @@ fn few_demonstrations_do_not_lift_the_table() {
         200 * domains
     );
     assert_eq!((domains, on), (5, 1000));
-    // A place that was seen once may be one in any coordinate: 1 in 100 agrees by chance to 5 mm.
+    // A pose seen once may be constrained in any coordinate, and 1 in 100 poses agrees with it by chance within 5 mm.
     assert!(above <= 40, "{above}");
 }
 

@@ -1,4 +1,4 @@
-//! Every way in which recordings, learning, domains and plans can fail.
+//! Errors of recordings, learning, domains, planning and execution.
 
 use std::path::PathBuf;
 
@@ -9,24 +9,23 @@ use crate::neurons::SolvedFileError;
 use crate::sim::{BuildErrors, SimError};
 use crate::spa::VocabError;
 
-/// Something in an input file that is not as it must be.
+/// A fault in an input file: where it is, what was found and what was expected.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("{file}{}: {problem}; expected {expected}", place(.line, .field))]
 pub struct InputFault {
-    /// The file, or whatever the text came from.
+    /// The file name, or another name for the source of the text.
     pub file: String,
-    /// The line, counted from 1, if the fault has one.
+    /// The line, counted from 1; `None` if the fault is not in a single line.
     pub line: Option<usize>,
-    /// The field, such as `objects[2].orientation`; empty if the fault has none.
+    /// The field, such as `objects[2].orientation`; empty if the fault is not in a single field.
     pub field: String,
     /// What was found.
     pub problem: String,
-    /// What should stand there.
+    /// What was expected instead.
     pub expected: String,
 }
 
-/// What serde found wrong with a JSON text, without the line and column that it appends: a fault has places of
-/// its own for these.
+/// Returns serde's message without its line and column, which [`InputFault`] reports separately.
 pub(super) fn json_problem(error: &serde_json::Error) -> String {
     let mut text = error.to_string();
     if let Some(at) = text.rfind(" at line ") {
@@ -40,156 +39,156 @@ fn place(line: &Option<usize>, field: &str) -> String {
     if field.is_empty() { line } else { format!("{line}, field `{field}`") }
 }
 
-/// What can go wrong between a recording and a plan.
+/// An error of recording, learning, planning or execution.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum TaskError {
-    /// A file that is not as it must be.
+    /// An input file has invalid content.
     #[error(transparent)]
     Input(#[from] InputFault),
-    /// Pointers with too few dimensions for what is bound into one of them.
+    /// The pointers have too few dimensions to decode every state that is bound into one of them.
     #[error(
-        "{dimensions} dimensions are too few: with the {states} states bound into `{action}`, `{other}` \
-         cannot be read out rightly; take more dimensions, or another seed"
+        "{dimensions} dimensions are too few: `{action}` binds {states} states, and `{other}` cannot be decoded \
+         correctly; use more dimensions or another seed"
     )]
     TooFewDimensions {
-        /// Dimensions of the pointers.
+        /// Number of dimensions of the pointers.
         dimensions: usize,
-        /// The action.
+        /// Name of the action.
         action: String,
-        /// How many states are bound into its deep pointer.
+        /// Number of states bound into the action's deep pointer.
         states: usize,
-        /// A state that would be read wrongly.
+        /// Name of a state that would be decoded incorrectly.
         other: String,
     },
-    /// A file that cannot be read or written.
+    /// A file cannot be read or written.
     #[error(transparent)]
     File(#[from] FileError),
-    /// A folder that holds neither a run nor an experiment.
+    /// A folder contains neither a run nor an experiment.
     #[error(
-        "{} holds nothing to report; expected a run's folder (run.json, trace.jsonl, ...), an experiment's \
-         (results.json), or one of experiments", folder.display()
+        "{} holds nothing to report; expected the folder of a run (run.json, trace.jsonl, ...), of an experiment \
+         (results.json) or of several experiments", folder.display()
     )]
     NothingToReport {
         /// The folder.
         folder: PathBuf,
     },
-    /// A setting that makes no sense.
+    /// A setting has an invalid value.
     #[error("`{name}` is {value}; expected {expected}")]
     Setting {
         /// The setting's name.
         name: &'static str,
-        /// What was given.
+        /// The value given.
         value: String,
-        /// What can be given.
+        /// The valid values.
         expected: &'static str,
     },
-    /// A setting outside its range.
+    /// A numeric setting is out of range.
     #[error("`{name}` is {value}; expected {least} to {most}")]
     Range {
         /// The setting's name.
         name: &'static str,
-        /// What was given.
+        /// The value given.
         value: f64,
-        /// The least that can be given.
+        /// The smallest valid value.
         least: f64,
-        /// The most.
+        /// The largest valid value.
         most: f64,
     },
-    /// A recording from which nothing can be learned.
+    /// The recording is valid, but contains nothing to learn from.
     #[error("nothing can be learned from this recording: {reason}")]
     NothingToLearn {
-        /// Why.
+        /// Why nothing can be learned.
         reason: String,
     },
-    /// More poses of one kind than can be clustered.
+    /// A kind has more poses than can be clustered.
     #[error(
-        "{poses} poses of `{kind}` would need {gigabytes:.0} GB of distances; the most is {most} poses"
+        "{poses} poses of `{kind}` would need {gigabytes:.0} GB for their distances; expected at most {most} poses"
     )]
     TooManyPoses {
-        /// The kind.
+        /// The kind of object.
         kind: String,
-        /// How many there are.
+        /// Number of poses of that kind.
         poses: usize,
-        /// How much memory their distances need.
+        /// Memory that the distance matrix would need, in gigabytes.
         gigabytes: f64,
-        /// How many can be clustered.
+        /// The largest number of poses that can be clustered.
         most: usize,
     },
-    /// A name that a domain does not have.
+    /// The domain has no state or action with this name.
     #[error("the domain has no {what} `{name}`{}; it has: {}", near(.nearest), .choices.join(", "))]
     Unknown {
-        /// `state`, `action` or `kind`.
+        /// What was looked up: `state`, `action` or `state or action`.
         what: &'static str,
-        /// What was asked for.
+        /// The name given.
         name: String,
         /// The most similar name, if one is close.
         nearest: Option<String>,
-        /// What exists.
+        /// The names that exist.
         choices: Vec<String>,
     },
-    /// Something that cannot be put into JSON.
+    /// A value cannot be written as JSON.
     #[error("{what} cannot be written as JSON")]
     Json {
-        /// What was to be written.
+        /// The value that was to be written, such as `the domain`.
         what: &'static str,
-        /// Serde's reason.
+        /// The error from serde.
         source: serde_json::Error,
     },
-    /// A domain that contradicts itself.
+    /// The domain contradicts itself or cannot be used.
     #[error("the domain is not valid: {reason}")]
     BadDomain {
-        /// What is wrong.
+        /// What is wrong with the domain.
         reason: String,
     },
-    /// A vocabulary that could not be made.
+    /// A vocabulary could not be built.
     #[error(transparent)]
     Vocabulary(#[from] VocabError),
-    /// A graph that could not be built.
+    /// A graph could not be built.
     #[error(transparent)]
     Build(#[from] BuildErrors),
-    /// An experiment that does not exist.
+    /// There is no experiment with this name.
     #[error("there is no experiment `{name}`; the experiments are: {}", .choices.join(", "))]
     UnknownExperiment {
-        /// What was asked for.
+        /// The name given.
         name: String,
-        /// What exists.
+        /// The names of all experiments.
         choices: Vec<String>,
     },
-    /// A task that does not exist.
+    /// There is no task with this name.
     #[error("there is no task `{name}`; the tasks are: {}", described(.choices))]
     UnknownTask {
-        /// What was asked for.
+        /// The name given.
         name: String,
-        /// Name and description of each that exists.
+        /// Name and description of every task.
         choices: Vec<(&'static str, &'static str)>,
     },
-    /// A figure that cannot be drawn.
+    /// A figure cannot be drawn.
     #[error("the figure cannot be drawn: {reason}")]
     Figure {
-        /// Why.
+        /// Why the figure cannot be drawn.
         reason: String,
     },
-    /// Shards that do not make a whole.
+    /// The shards do not add up to a complete experiment.
     #[error("cannot merge {}: {reason}", folder.display())]
     Merge {
-        /// The shard's folder, or the whole's.
+        /// The folder of the shard, or of the merged experiment.
         folder: PathBuf,
-        /// Why not.
+        /// Why the shards cannot be merged.
         reason: String,
     },
-    /// A file of solved populations that cannot be used.
+    /// A file of solved populations cannot be used.
     #[error(transparent)]
     Solved(#[from] SolvedFileError),
-    /// A simulation that could not run.
+    /// A simulation could not run.
     #[error(transparent)]
     Sim(#[from] SimError),
-    /// A planner that came to no decision in the time given.
-    #[error("the planner came to no decision within {limit_ms} simulated ms; it was {doing}")]
+    /// The planner reached no decision within its time limit.
+    #[error("the planner reached no decision within {limit_ms} simulated ms; it was still {doing}")]
     Undecided {
-        /// The time given, in simulated milliseconds.
+        /// The time limit, in simulated milliseconds.
         limit_ms: f64,
-        /// What it was doing last.
+        /// What the planner was doing at the limit, such as `recognising the goal`.
         doing: String,
     },
 }

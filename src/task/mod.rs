@@ -1,20 +1,36 @@
-//! From demonstrations to plans to a robot that carries them out.
+//! Learns tasks from demonstrations, plans them with a neural planner and executes them with a simulated robot.
 //!
-//! The rooms, bottom up. Each knows only those before it, and `.ci/arrows` checks it:
+//! A program usually goes through four steps:
 //!
-//! | room | what is in it |
+//! 1. **Get a recording.** [`Recording::read`] reads one from a file. [`demonstrate`] records scripted demonstrations
+//!    in the Rapier scene.
+//! 2. **Learn a domain.** [`learn::learn`] infers states and operators from a [`Recording`] and returns a [`Domain`].
+//!    To write a domain in code instead, use [`DomainBuilder`].
+//! 3. **Plan.** A [`Classifier`] finds the state of each object in a scene, given as a [`Snapshot`], and returns the
+//!    [`WorldState`]. A [`planner::Planner`] then gives its [`Verdict`]: the next action, goal met, or stuck.
+//! 4. **Execute.** [`execute::episode`] runs the closed loop in the scene: look, decide, act, repeat.
+//!
+//! *The paper* is X. Yao, P. Blouw, S. Nair and B. Tripp, "Inferring symbols from demonstrations to support
+//! vector-symbolic planning in a robotic assembly task".
+//!
+//! # Submodules
+//!
+//! | submodule | contents |
 //! |---|---|
-//! | [`domain`] | states, operators, recordings, grounding, and the symbolic reference planner |
-//! | [`event`] | what happens while something runs, and who listens |
-//! | [`learn`] | from recordings to a domain |
+//! | [`domain`] | states, operators, recordings, classification of objects, the reference planner |
+//! | [`event`] | progress events and observers |
+//! | [`learn`] | learning a domain from a recording |
 //! | [`planner`] | the planner graph over a domain |
 //! | [`robot`] | the arm: kinematics, paths, bodies |
-//! | [`scene`] | bodies in Rapier, with the robot among them |
-//! | [`skill`] | pick and place: grasps, ways without collisions, the controller |
-//! | [`tasks`] | what is true of one task alone: its parts, grasps, demonstrator and judge |
-//! | [`execute`] | demonstrations and the closed loop |
+//! | [`scene`] | the Rapier scene that contains the parts and the robot |
+//! | [`skill`] | pick and place: grasps, collision-free paths, the controller |
+//! | [`tasks`] | everything specific to one task: its parts, grasps, demonstrator and judge |
+//! | [`execute`] | recording demonstrations and running episodes |
 //!
-//! `robot`, `scene` and `skill` know of the others only poses and recordings. Nothing here knows experiments, pages or the command line.
+//! The `physics` feature enables `robot`, `scene`, `skill` and `execute`.
+//!
+//! A submodule depends only on submodules above it in the table. `robot`, `scene` and `skill` do not depend on `learn`
+//! and `planner`. Experiments, reports and the command line are outside `task`.
 
 pub mod domain;
 mod error;

@@ -1,4 +1,4 @@
-//! Domains written in code instead of learned: states and actions by name, without geometry.
+//! The builder for domains written in code: states and actions by name, without geometry.
 
 use super::ids::StateId;
 use super::operator::{Operator, Parameter};
@@ -8,8 +8,8 @@ use crate::task::error::TaskError;
 
 /// Builds a domain in code, for planning without geometry.
 ///
-/// States are those that are named, in the order in which they first are. All of them are states of one
-/// kind of object, [`DomainBuilder::KIND`]. Several actions may bring about one state.
+/// Naming a state adds it to the domain, in the order of first mention. All states belong to one kind of object,
+/// [`DomainBuilder::KIND`]. A state may have several causes.
 ///
 /// ```
 /// use symbolt::task::DomainBuilder;
@@ -30,16 +30,16 @@ pub struct DomainBuilder {
 #[derive(Debug, Clone)]
 struct Action {
     name: String,
-    needs: Vec<StateId>,
+    preconditions: Vec<StateId>,
     absent: Vec<StateId>,
-    causes: Vec<StateId>,
+    effects: Vec<StateId>,
 }
 
 impl DomainBuilder {
-    /// The kind of every object, as in untyped planning languages.
+    /// The kind of every object.
     pub const KIND: &'static str = "object";
 
-    /// The paper's own domain (section II.E): a nut and a bolt are put into the jig and assembled.
+    /// Returns a builder with the paper's domain (section II.E): put a nut and a bolt into the jig, then assemble them.
     pub fn of_the_paper() -> Self {
         Self::new()
             .action("PUT_NUT_IN_JIG", ["NUT_ON_TABLE"], ["NUT_IN_JIG"])
@@ -47,40 +47,41 @@ impl DomainBuilder {
             .action("ASSEMBLE", ["NUT_IN_JIG", "BOLT_IN_JIG"], ["BOLT_ASSEMBLED"])
     }
 
-    /// Without states and actions.
+    /// Returns a builder without states and actions.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Adds a state that no action needs or causes yet.
+    /// Adds a state, unless it was named before.
     pub fn state(mut self, name: &str) -> Self {
         self.note(name);
         self
     }
 
-    /// Adds an action: what it needs, and what it brings about (at least one state; the first is the one
-    /// that its object is put into).
+    /// Adds an action with its preconditions and effects. There must be at least one effect; the
+    /// first is the state that the action moves its object into ([`Operator::to`]).
     pub fn action<'n>(
         self,
         name: &str,
-        needs: impl IntoIterator<Item = &'n str>,
-        causes: impl IntoIterator<Item = &'n str>,
+        preconditions: impl IntoIterator<Item = &'n str>,
+        effects: impl IntoIterator<Item = &'n str>,
     ) -> Self {
-        self.action_unless(name, needs, [], causes)
+        self.action_unless(name, preconditions, [], effects)
     }
 
-    /// Adds an action that can be done only while some states are absent.
+    /// Adds an action like [`action`](Self::action) that also requires the states `absent` not to hold. A planner
+    /// checks these only if [`Rules::absent`](super::Rules::absent) is set.
     pub fn action_unless<'n>(
         mut self,
         name: &str,
-        needs: impl IntoIterator<Item = &'n str>,
+        preconditions: impl IntoIterator<Item = &'n str>,
         absent: impl IntoIterator<Item = &'n str>,
-        causes: impl IntoIterator<Item = &'n str>,
+        effects: impl IntoIterator<Item = &'n str>,
     ) -> Self {
-        let needs = needs.into_iter().map(|n| self.note(n)).collect();
+        let preconditions = preconditions.into_iter().map(|n| self.note(n)).collect();
         let absent = absent.into_iter().map(|n| self.note(n)).collect();
-        let causes = causes.into_iter().map(|n| self.note(n)).collect();
-        self.actions.push(Action { name: name.into(), needs, absent, causes });
+        let effects = effects.into_iter().map(|n| self.note(n)).collect();
+        self.actions.push(Action { name: name.into(), preconditions, absent, effects });
         self
     }
 
@@ -92,15 +93,15 @@ impl DomainBuilder {
         StateId::new(at)
     }
 
-    /// Checks the whole.
+    /// Checks the states and actions and builds the domain.
     ///
     /// # Errors
-    /// As [`Domain::new`]; an action that causes nothing likewise.
+    /// As [`Domain::new`]; also [`TaskError::BadDomain`] for an action without effects.
     pub fn build(self) -> Result<Domain, TaskError> {
         let mut operators = Vec::new();
-        for Action { name, needs: preconditions, absent, causes: effects } in self.actions {
+        for Action { name, preconditions, absent, effects } in self.actions {
             let Some(to) = effects.first().copied() else {
-                let reason = format!("action `{name}` causes nothing");
+                let reason = format!("action `{name}` has no effects; expected at least one");
                 return Err(TaskError::BadDomain { reason });
             };
             operators.push(Operator {

@@ -1,4 +1,4 @@
-//! Checks that a domain's tables do not contradict themselves.
+//! Checks that the tables of a domain are consistent.
 
 use std::collections::HashSet;
 
@@ -6,19 +6,19 @@ use super::ids::StateId;
 use super::operator::Operator;
 use super::state::{LearnedState, State};
 
-/// Names that planners use for themselves.
+/// Names that planners reserve for their own symbols.
 pub(crate) const RESERVED: [&str; 3] = ["PRECONDITION", "ABSENT", "NOTHING"];
 
-/// Longest name of a state or an action, in characters.
+/// Maximum length of a name of a state or an action, in characters.
 const MAX_NAME: usize = 200;
 
-/// Greatest difference from 1 of the norm of an orientation.
+/// Largest difference of the norm of an orientation from 1.
 const NORM_TOLERANCE: f64 = 1e-3;
 
-/// Greatest entry of a covariance, either way: no two coordinates of a recording, each at most 1e6 m, vary more.
+/// Largest magnitude of a covariance entry. No recording exceeds it, as coordinates are at most 1e6 m in magnitude.
 const MAX_COVARIANCE: f64 = 4e12;
 
-/// Whether `name` can name a state or an action: it has to stand in expressions.
+/// Returns whether `name` can name a state or an action. Names are used in vocabulary expressions.
 pub(crate) fn is_symbol(name: &str) -> bool {
     let mut chars = name.chars();
     chars.next().is_some_and(|c| c.is_ascii_uppercase())
@@ -27,7 +27,7 @@ pub(crate) fn is_symbol(name: &str) -> bool {
         && !RESERVED.contains(&name)
 }
 
-/// The first contradiction in a domain's tables, in words.
+/// Returns the first inconsistency in a domain's tables as a message: `<problem>` or `<problem>; expected <choices>`.
 pub(super) fn check(
     states: &[State],
     operators: &[Operator],
@@ -49,24 +49,32 @@ pub(super) fn check(
     }
     match goal {
         Some(goal) if goal.index() >= states.len() => {
-            Err(format!("the goal is state {}, and there are {}", goal.index(), states.len()))
+            Err(format!("the goal is state number {}; {}", goal.index(), below(states.len())))
         }
         _ => Ok(()),
     }
 }
 
-/// The first bad or repeated name, in words.
+/// The valid numbers of states, in words.
+fn below(states: usize) -> String {
+    format!("expected a number below {states}, as there are {states} states")
+}
+
+/// Returns the first invalid or repeated name as a message.
 pub(super) fn check_names<'n>(all: impl Iterator<Item = &'n String>) -> Result<(), String> {
     let mut names = HashSet::new();
     for name in all {
         if !is_symbol(name) {
             return Err(format!(
-                "`{name}` cannot be a name; use an upper-case letter, then letters, digits and `_`, other than {}",
+                "`{name}` cannot be a name; expected an upper-case letter followed by letters, digits or `_` (ASCII, \
+                 at most {MAX_NAME} characters), and none of the reserved names {}",
                 RESERVED.join(", ")
             ));
         }
         if !names.insert(name) {
-            return Err(format!("`{name}` names two things"));
+            return Err(format!(
+                "the name `{name}` is used twice; expected a unique name for every state and action"
+            ));
         }
     }
     Ok(())
@@ -76,18 +84,22 @@ fn check_geometry(name: &str, learned: &LearnedState) -> Result<(), String> {
     let LearnedState { mean, covariance, .. } = learned;
     let pose = mean.position.iter().chain(&mean.orientation);
     if pose.chain(covariance.iter().flatten()).any(|v| !v.is_finite()) {
-        return Err(format!("state `{name}` holds a number that is not finite"));
+        return Err(format!(
+            "state `{name}` has a number that is not finite; expected finite numbers"
+        ));
     }
     let norm = mean.orientation.iter().map(|v| v * v).sum::<f64>().sqrt();
     if (norm - 1.0).abs() > NORM_TOLERANCE {
-        return Err(format!("the orientation of state `{name}` has norm {norm}"));
+        return Err(format!(
+            "the orientation of state `{name}` has norm {norm}; expected 1 within {NORM_TOLERANCE}"
+        ));
     }
     if (0..6).any(|i| covariance[i][i] < 0.0) {
-        return Err(format!("state `{name}` has a negative variance"));
+        return Err(format!("state `{name}` has a negative variance; expected at least 0"));
     }
     if let Some(value) = covariance.iter().flatten().find(|v| v.abs() > MAX_COVARIANCE) {
         return Err(format!(
-            "state `{name}` has {value:e} in its covariance; the most is {MAX_COVARIANCE:e}"
+            "state `{name}` has {value:e} in its covariance; expected at most {MAX_COVARIANCE:e} in magnitude"
         ));
     }
     Ok(())
@@ -95,18 +107,30 @@ fn check_geometry(name: &str, learned: &LearnedState) -> Result<(), String> {
 
 fn check_parameters(operator: &Operator, kinds: &HashSet<&str>) -> Result<(), String> {
     if operator.parameters.is_empty() {
-        return Err("has no object to act upon".into());
+        return Err("has no parameters; expected at least the object that it moves".into());
     }
     let mut names = HashSet::new();
     for (index, parameter) in operator.parameters.iter().enumerate() {
         if parameter.name.is_empty() {
-            return Err(format!("has no name for parameter {}", index + 1));
+            return Err(format!(
+                "has no name for parameter {}; expected a name such as `object`",
+                index + 1
+            ));
         }
         if !names.insert(&parameter.name) {
-            return Err(format!("has two parameters called `{}`", parameter.name));
+            return Err(format!(
+                "has two parameters called `{}`; expected different names",
+                parameter.name
+            ));
         }
         if !kinds.contains(parameter.kind.as_str()) {
-            return Err(format!("manipulates `{}`, which has no state", parameter.kind));
+            let mut known: Vec<&str> = kinds.iter().copied().collect();
+            known.sort_unstable();
+            return Err(format!(
+                "has a parameter of kind `{}`, which has no states; expected one of the kinds: {}",
+                parameter.kind,
+                known.join(", ")
+            ));
         }
     }
     Ok(())
@@ -124,38 +148,49 @@ fn check_lists(operator: &Operator, states: &[State]) -> Result<(), String> {
         let mut seen = HashSet::new();
         for state in list {
             let Some(name) = name(*state) else {
-                let (index, count) = (state.index(), states.len());
-                return Err(format!("has state {index} among its {what}, and there are {count}"));
+                let (index, below) = (state.index(), below(states.len()));
+                return Err(format!("lists state number {index} in `{what}`; {below}"));
             };
             if !seen.insert(state) {
-                return Err(format!("has `{name}` twice among its {what}"));
+                return Err(format!("lists `{name}` twice in `{what}`; expected each state once"));
             }
         }
     }
     for state in operator.from.iter().chain([&operator.to]) {
         if name(*state).is_none() {
-            let (index, count) = (state.index(), states.len());
-            return Err(format!("moves from or to state {index}, and there are {count}"));
+            let (index, below) = (state.index(), below(states.len()));
+            return Err(format!("has state number {index} as `from` or `to`; {below}"));
         }
     }
     if !operator.effects.contains(&operator.to) {
         let to = name(operator.to).unwrap_or("?");
-        return Err(format!("puts into `{to}` but does not list it as effect"));
+        return Err(format!("has `{to}` as `to` but not in `effects`; expected it in both"));
     }
     if let Some(both) = operator.preconditions.iter().find(|p| operator.absent.contains(p)) {
-        return Err(format!("needs `{}` both present and absent", name(*both).unwrap_or("?")));
+        let name = name(*both).unwrap_or("?");
+        return Err(format!(
+            "lists `{name}` in both `preconditions` and `absent`; expected it in at most one"
+        ));
     }
     match operator.effects.iter().find(|e| operator.removes.contains(e)) {
-        Some(both) => Err(format!("both causes and ends `{}`", name(*both).unwrap_or("?"))),
+        Some(both) => {
+            let name = name(*both).unwrap_or("?");
+            Err(format!(
+                "lists `{name}` in both `effects` and `removes`; expected it in at most one"
+            ))
+        }
         None => Ok(()),
     }
 }
 
 fn check_evidence(operator: &Operator, states: usize) -> Result<(), String> {
     let Some(evidence) = &operator.evidence else { return Ok(()) };
-    let counts = [evidence.before.len(), evidence.change.len()];
-    if counts.iter().any(|n| *n != states) {
-        return Err(format!("has evidence for {counts:?} states of {states}"));
+    for (list, length) in [("before", evidence.before.len()), ("change", evidence.change.len())] {
+        if length != states {
+            return Err(format!(
+                "has {length} counts in `evidence.{list}`; expected {states}, one for each state"
+            ));
+        }
     }
     Ok(())
 }

@@ -1,16 +1,16 @@
-//! Distances between positions: p-norms with negative p, near when any one coordinate agrees.
+//! Distances between positions by p-norms. With negative p, two positions are close if they agree in any coordinate.
 
 use rayon::prelude::*;
 
 use crate::task::error::TaskError;
 
-/// The exponent of the paper (section II.E).
+/// Exponent p that the paper uses (section II.E).
 pub const PAPER_EXPONENT: f64 = -2.0;
 
-/// Checks an exponent: any finite number except 0.
+/// Checks an exponent of the p-norm.
 ///
 /// # Errors
-/// [`TaskError::Setting`] otherwise.
+/// [`TaskError::Setting`] if `p` is 0 or not finite.
 pub fn check_exponent(p: f64) -> Result<(), TaskError> {
     if p.is_finite() && p != 0.0 {
         return Ok(());
@@ -19,12 +19,11 @@ pub fn check_exponent(p: f64) -> Result<(), TaskError> {
     Err(TaskError::Setting { name: "p", value: p.to_string(), expected })
 }
 
-/// The p-norm of `u - v`: `(sum |u_i - v_i|^p)^(1/p)` (equation 1 of the paper).
+/// Returns the p-norm of `u - v`: `(sum |u_i - v_i|^p)^(1/p)` (equation 1 of the paper).
 ///
-/// With `p < 0` the result is below the least coordinate difference, so two positions are near as
-/// soon as one coordinate agrees. A difference of exactly zero makes its term infinite; the distance is then
-/// 0, the limit of the formula, whatever the other coordinates are: two poses that agree exactly in
-/// one coordinate cannot be told apart by it. Equal positions have distance 0 for any `p`.
+/// With `p < 0`, the distance is at most the smallest coordinate difference, so two positions are close as soon as one
+/// coordinate agrees. If a difference is exactly 0, the distance is 0, the limit of the formula, whatever the other
+/// differences are. Equal positions have distance 0 for any `p`.
 ///
 /// ```
 /// use symbolt::task::learn::p_distance;
@@ -34,7 +33,7 @@ pub fn check_exponent(p: f64) -> Result<(), TaskError> {
 /// ```
 ///
 /// # Panics
-/// If the two have different lengths.
+/// If `u` and `v` have different lengths.
 pub fn p_distance(u: &[f64], v: &[f64], p: f64) -> f64 {
     assert_eq!(u.len(), v.len(), "two positions have the same number of coordinates");
     if let ([u0, u1, u2], [v0, v1, v2]) = (u, v)
@@ -43,7 +42,7 @@ pub fn p_distance(u: &[f64], v: &[f64], p: f64) -> f64 {
         return inverse_square(u0 - v0, u1 - v1, u2 - v2);
     }
     let differences = || u.iter().zip(v).map(|(a, b)| (a - b).abs());
-    // Scaled by the coordinate that counts most, whose term is then 1: no power overflows.
+    // Scale by the dominant difference, so that its term is 1 and no power overflows.
     let scale = if p < 0.0 {
         differences().fold(f64::INFINITY, f64::min)
     } else {
@@ -56,11 +55,11 @@ pub fn p_distance(u: &[f64], v: &[f64], p: f64) -> f64 {
     scale * sum.powf(1.0 / p)
 }
 
-/// The case `p = -2` in three dimensions, with one root and one division:
-/// `(1/x + 1/y + 1/z)^(-1/2) = sqrt(x y z / (x y + y z + z x))` for the squares.
+/// The case `p = -2` in three dimensions, computed with one root and one quotient:
+/// `(1/x + 1/y + 1/z)^(-1/2) = sqrt(x y z / (x y + y z + z x))`, where x, y and z are the squared differences.
 #[inline]
 fn inverse_square(dx: f64, dy: f64, dz: f64) -> f64 {
-    // Scaled by the largest, so that no product underflows or overflows before the others.
+    // Scale by the largest difference, so that no product overflows or underflows too early.
     let most = dx.abs().max(dy.abs()).max(dz.abs());
     let scale = if most > 0.0 { 1.0 / most } else { 0.0 };
     let (x, y, z) = (dx * scale, dy * scale, dz * scale);
@@ -70,8 +69,9 @@ fn inverse_square(dx: f64, dy: f64, dz: f64) -> f64 {
     ratio.sqrt() * most
 }
 
-/// All pairwise distances of `points`, condensed: row by row above the diagonal,
-/// `n (n - 1) / 2` numbers. Computed on all threads of the current pool; the bits do not depend on how many.
+/// Returns all pairwise p-norm distances of `points` as a condensed matrix: the rows above the diagonal, one after the
+/// other, `n (n - 1) / 2` numbers. Uses all threads of the current rayon pool; the result does not depend on their
+/// number.
 pub fn distance_matrix(points: &[[f64; 3]], p: f64) -> Vec<f64> {
     let n = points.len();
     let mut condensed = vec![0.0; n * n.saturating_sub(1) / 2];
@@ -109,7 +109,7 @@ fn inverse_square_row(point: [f64; 3], others: &[[f64; 3]], row: &mut [f64]) {
 mod tests {
     use super::*;
 
-    /// The definition, literally.
+    /// The formula of the definition.
     fn formula(u: &[f64; 3], v: &[f64; 3], p: f64) -> f64 {
         u.iter().zip(v).map(|(a, b)| (a - b).abs().powf(p)).sum::<f64>().powf(1.0 / p)
     }
@@ -143,7 +143,7 @@ mod tests {
         for p in [-2.0, -0.5, 1.0, 2.0] {
             assert_eq!(p_distance(&u, &u, p), 0.0);
         }
-        // The limit: as the difference shrinks, the distance does.
+        // The limit: the distance shrinks with the difference.
         let nearly = p_distance(&u, &[0.9, 0.2 + 1e-12, -0.7], -2.0);
         assert!(nearly > 0.0 && nearly <= 1.001e-12, "{nearly}");
     }

@@ -1,25 +1,6 @@
-//! Grounding: which learned state an object is in, if any.
+//! Grounding: classifies an object by its pose, that is, finds the learned state that it is in.
 //!
-//! The default rule asks, for each state of the object's kind, how many standard deviations its
-//! position is away, over the coordinates that the state constrains, and answers *none* if that is more than
-//! [`GaussianGate::limit`] for every state.
-//!
-//! * A spread has a floor: for `d` distinct poses with sample variance `v` the variance used is
-//!   `max(floor^2, (prior^2 + (d - 1) v) / d)`. So a state seen once has the prior's spread, and parts
-//!   that were recorded at the same height to some nanometres do not make a state that nothing else is in.
-//! * A coordinate that spreads by [`GaussianGate::broad_m`] or more rejects nothing: a part lying anywhere on the
-//!   table is on the table. Of a state in which parts were found, nobody having put them there,
-//!   [`GaussianGate::broad_found_m`] is enough: in one of twenty sets of five demonstrations the five places of the
-//!   bolt had by chance one coordinate alike to 8 mm, and bolts elsewhere on the table were in no state.
-//! * A state in which parts were found, and of which fewer than [`MIN_DISTINCT`] distinct poses are known, may be broad
-//!   in coordinates that nobody has seen vary. There the deviations are combined as the paper combines
-//!   coordinates, by a p-norm with p = -2: near in one constrained coordinate is near, to within the floor.
-//! * If several states are within the limit, the one of greatest density is taken.
-//!
-//! A state without geometry, of a domain written in code, never grounds anything.
-//!
-//! Orientations are part of a state's Gaussian and of target poses, but not of this rule: parts are symmetric
-//! (a bolt in its hole may stand at any angle), and a few demonstrations do not show it.
+//! [`GaussianGate`] describes the default rule.
 
 use super::distance::{PAPER_EXPONENT, check_exponent, p_distance};
 use super::pose::Pose;
@@ -27,21 +8,47 @@ use super::recording::Snapshot;
 use crate::task::domain::{Domain, LearnedState, Origin, State, StateId, WorldState};
 use crate::task::error::TaskError;
 
-/// With this many distinct poses, a coordinate in which they agree is taken to be constrained.
+/// Smallest number of distinct poses whose agreement in a coordinate is taken as a constraint of the state.
 pub const MIN_DISTINCT: usize = 4;
 
-/// The default rule's numbers: how far from a learned Gaussian an object may be.
+/// Parameters of the default rule for classifying objects, [`Grounding::Gated`].
+///
+/// The rule measures the distance of the object's position from each state of its kind, in standard deviations over the
+/// coordinates that the state constrains. A state is accepted if the distance is at most [`Self::limit`]. If several
+/// states are accepted, the rule chooses the one with the highest probability density. If none is accepted, the object
+/// is in no state.
+///
+/// Demonstrations are few, so the standard deviations need care:
+///
+/// * **Floor and prior.** For a state with `d` distinct poses and sample variance `v`, the variance used is
+///   `max(floor^2, (prior^2 + (d - 1) v) / d)`, with [`Self::floor_m`] and [`Self::prior_m`]. A state seen once
+///   therefore has the prior's spread. A state whose poses agree within nanometres has at least the floor's spread, so
+///   it does not reject every new pose.
+/// * **Broad coordinates.** A coordinate with a standard deviation of at least [`Self::broad_m`] is unconstrained and
+///   rejects nothing, so a part may lie anywhere on the table. For a state in which objects were found, not
+///   placed ([`Origin::Found`]), the smaller [`Self::broad_found_m`] applies instead, because a few starting positions
+///   can agree by chance. In 1 of 20 sets of five demonstrations, the bolt's five positions agreed to 8 mm in one
+///   coordinate; with the larger value, bolts elsewhere on the table were in no state.
+/// * **Few poses.** A found state with fewer than [`MIN_DISTINCT`] distinct poses may be broad in a coordinate that no
+///   demonstration has varied. Its deviations are measured in units of the floor and combined by a p-norm with
+///   p = -2, as the paper combines coordinates. Such a state accepts an object that agrees with it in one constrained
+///   coordinate.
+///
+/// A state without geometry, as in a domain written in code, accepts no object.
+///
+/// The rule ignores orientation. Parts can be symmetric (a bolt may stand at any angle in its hole), and a few
+/// demonstrations do not show this. Orientation is still part of a state's Gaussian and of an action's target pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussianGate {
-    /// Least standard deviation of a coordinate, in metres.
+    /// Smallest standard deviation of a coordinate, in metres.
     pub floor_m: f64,
     /// Standard deviation of a state seen once, in metres.
     pub prior_m: f64,
-    /// Standard deviation from which on a coordinate rejects nothing, in metres.
+    /// Smallest standard deviation at which a coordinate rejects nothing, in metres.
     pub broad_m: f64,
-    /// The same for states in which parts were found, in metres.
+    /// The same as `broad_m`, but for states in which objects were found, in metres.
     pub broad_found_m: f64,
-    /// Greatest distance in standard deviations.
+    /// Largest accepted distance, in standard deviations.
     pub limit: f64,
 }
 
@@ -51,14 +58,15 @@ impl Default for GaussianGate {
     }
 }
 
-/// How an object's state is found.
+/// The rule that finds an object's state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Grounding {
-    /// The state of greatest density among those within the limit; none if none is.
+    /// Chooses the state with the highest probability density among those within [`GaussianGate::limit`], or no state
+    /// if none is. [`GaussianGate`] describes the rule.
     Gated(GaussianGate),
-    /// The paper's rule (section II.F): the state whose mean position is nearest by p-norm, however far.
+    /// Chooses the state whose mean position is nearest by p-norm, at any distance: the paper's rule (section II.F).
     Nearest {
-        /// The exponent.
+        /// Exponent of the p-norm.
         p: f64,
     },
 }
@@ -70,16 +78,16 @@ impl Default for Grounding {
 }
 
 impl Grounding {
-    /// The paper's rule with its exponent.
+    /// Returns the paper's rule, with its exponent of -2.
     pub fn paper() -> Self {
         Self::Nearest { p: PAPER_EXPONENT }
     }
 
-    /// Checks the rule's numbers.
+    /// Checks the rule's parameters.
     ///
     /// # Errors
-    /// [`TaskError::Setting`] for a spread or limit that is not a finite number above 0, or an
-    /// exponent that cannot be used.
+    /// [`TaskError::Setting`] if a parameter of [`GaussianGate`] is not a finite number above 0, or if the exponent is
+    /// 0 or not finite.
     pub fn check(&self) -> Result<(), TaskError> {
         match self {
             Self::Nearest { p } => check_exponent(*p),
@@ -103,17 +111,17 @@ impl Grounding {
     }
 }
 
-/// The state of one object.
+/// The result of classifying one object.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grounded {
-    /// The object's state, if it is in one.
+    /// The object's state; `None` if it is in no state.
     pub state: Option<StateId>,
-    /// The distance to that state, or to the nearest if it is in none: standard deviations for
-    /// the default rule, metres for the paper's. `None` if the kind has no states.
+    /// Distance to that state, or to the nearest state if the object is in none: in standard deviations for
+    /// [`Grounding::Gated`], in metres for [`Grounding::Nearest`]. `None` if the kind has no states with geometry.
     pub distance: Option<f64>,
 }
 
-/// A domain made ready to say in which states objects are.
+/// Finds the state of each object in a scene, using the geometry of a learned domain.
 ///
 /// ```
 /// use symbolt::sim::Seed;
@@ -131,7 +139,7 @@ pub struct Grounded {
 #[derive(Debug, Clone)]
 pub struct Classifier {
     rule: Grounding,
-    /// One a state of the domain, `None` for a state without geometry.
+    /// One model for each state of the domain; `None` for a state without geometry.
     states: Vec<Option<Model>>,
 }
 
@@ -140,7 +148,7 @@ struct Model {
     kind: String,
     mean: Pose,
     axes: [Axis; 3],
-    /// Whether agreement in one constrained coordinate is enough.
+    /// Whether agreement in a single constrained coordinate is enough.
     any: bool,
 }
 
@@ -151,7 +159,7 @@ struct Axis {
 }
 
 impl Classifier {
-    /// Prepares the states of `domain`.
+    /// Builds a classifier for the states of `domain`.
     ///
     /// # Errors
     /// As [`Grounding::check`].
@@ -163,7 +171,7 @@ impl Classifier {
         Ok(Self { rule, states })
     }
 
-    /// The state of an object of `kind` at `pose`.
+    /// Classifies an object of `kind` at `pose`.
     pub fn classify(&self, kind: &str, pose: &Pose) -> Grounded {
         let own = || {
             let models = self.states.iter().enumerate();
@@ -198,17 +206,17 @@ impl Classifier {
         }
     }
 
-    /// The states of all objects of a scene, in their order.
+    /// Classifies all objects of a scene, in order.
     pub fn classify_all(&self, scene: &Snapshot) -> Vec<Grounded> {
         scene.objects.iter().map(|o| self.classify(&o.kind, &o.pose)).collect()
     }
 
-    /// The states that hold in a scene: those in which some object is.
+    /// Returns the states that hold in a scene: those that at least one object is in.
     pub fn world_state(&self, scene: &Snapshot) -> WorldState {
         self.world_of(&self.classify_all(scene))
     }
 
-    /// The states that hold when objects are in these.
+    /// Returns the states that hold, given the results for all objects of a scene.
     pub fn world_of(&self, grounded: &[Grounded]) -> WorldState {
         let mut world = WorldState::empty(self.states.len());
         grounded.iter().filter_map(|g| g.state).for_each(|state| world.insert(state));
@@ -224,7 +232,7 @@ impl Model {
         let broad = if found { gate.broad_found_m } else { gate.broad_m };
         let axes = learned.spread().map(|sd| {
             let variance = (gate.prior_m.powi(2) + (distinct - 1.0) * sd * sd) / distinct;
-            // Where agreement in one coordinate is enough, it has to be close.
+            // If agreement in one coordinate is enough, it must be close: use the floor alone.
             let least = if any { 0.0 } else { variance.sqrt() };
             Axis { sd: least.max(gate.floor_m), free: learned.distinct >= 2 && sd >= broad }
         });
@@ -235,7 +243,7 @@ impl Model {
         (pose.position[axis] - self.mean.position[axis]).abs() / self.axes[axis].sd
     }
 
-    /// Standard deviations from the state over its constrained coordinates; 0 if it has none.
+    /// Distance to the state in standard deviations, over its constrained coordinates; 0 if it has none.
     fn distance(&self, pose: &Pose) -> f64 {
         let constrained: Vec<f64> = (0..3)
             .filter(|axis| !self.axes[*axis].free)
@@ -248,8 +256,8 @@ impl Model {
         constrained.iter().map(|z| z * z).sum::<f64>().sqrt()
     }
 
-    /// Log density up to a constant. A coordinate that does not reject although it is far off counts
-    /// as broad as it is far.
+    /// Log density, up to a constant. If a coordinate deviates strongly but does not reject the pose, its spread is
+    /// taken to be as large as the deviation.
     fn log_density(&self, pose: &Pose, limit: f64) -> f64 {
         (0..3)
             .map(|axis| {

@@ -1,41 +1,42 @@
-//! Ids of states and actions: places in one domain's tables, which no other number can be mistaken for.
+//! Ids of states and actions: typed indices into the tables of one domain.
 
 use serde::{Deserialize, Serialize};
 
-/// A state of a domain. Two domains number their states independently.
+/// The id of a state, valid for one domain.
 ///
-/// [`Domain::state`](super::Domain::state) finds it by name, and `domain[id]` is the state.
+/// [`Domain::state`](super::Domain::state) finds the id by name. `domain[id]` returns the [`State`](super::State).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct StateId(usize);
 
-/// An action of a domain: one of its operators. Two domains number their actions independently.
+/// The id of an action, valid for one domain.
 ///
-/// [`Domain::action`](super::Domain::action) finds it by name, and `domain[id]` is the operator.
+/// [`Domain::action`](super::Domain::action) finds the id by name. `domain[id]` returns the
+/// [`Operator`](super::Operator).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct ActionId(usize);
 
 impl StateId {
-    /// The state at this place of the domain's table, for building operators in code.
-    /// [`Domain::new`](super::Domain::new) checks that the place exists.
+    /// Returns the id of the state at `index` in the domain's table, for building operators in code.
+    /// [`Domain::new`](super::Domain::new) checks that the index exists.
     pub const fn new(index: usize) -> Self {
         Self(index)
     }
 
-    /// The state's place in the domain's table, from 0.
+    /// Returns the state's index in the domain's table, from 0.
     pub const fn index(self) -> usize {
         self.0
     }
 }
 
 impl ActionId {
-    /// The action at this place of the domain's table.
+    /// Returns the id of the action at `index` in the domain's table.
     pub const fn new(index: usize) -> Self {
         Self(index)
     }
 
-    /// The action's place in the domain's table, from 0.
+    /// Returns the action's index in the domain's table, from 0.
     pub const fn index(self) -> usize {
         self.0
     }

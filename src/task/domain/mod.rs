@@ -1,7 +1,27 @@
-//! A domain: states and operators, learned or written in code, with all that is needed to plan.
+//! Domains and recordings: the symbolic description of a task, and the data that it is learned from.
 //!
-//! Names stand once, in the tables of states and operators; everything else refers to them by
-//! [`StateId`] and [`ActionId`]. Poses, counts and provenance belong to learned domains only.
+//! A [`Domain`] is a table of states and a table of operators, which is all that a planner needs.
+//! [`learn`](super::learn::learn) infers a domain from a recording, [`DomainBuilder`] builds one in code, and
+//! [`Domain::read`] reads one from a file.
+//!
+//! * A **state** is a condition of one object, such as `NUT_IN_JIG`. It *holds* while at least one object is in it.
+//! * An **action** changes states. Its **operator** lists the **preconditions**, which must hold before the action,
+//!   and the **effects**, which hold after it.
+//! * A **cause** of a state is an action that has the state among its effects.
+//! * The **goal** is the state that a planner is asked to reach.
+//!
+//! | purpose | types |
+//! |---|---|
+//! | write a domain in code | [`DomainBuilder`] |
+//! | inspect a domain | [`State`], [`Operator`], [`Evidence`], [`LearnedState`], [`Provenance`] |
+//! | read and write recordings and scenes | [`Recording`], [`Demonstration`], [`Snapshot`], [`ObjectPose`], [`Pose`] |
+//! | find the states of objects | [`Classifier`], [`Grounding`], [`Grounded`] |
+//! | describe the states that hold | [`WorldState`] |
+//! | interpret a planner's answer | [`Verdict`], [`Obstacle`] |
+//! | check a planner's answer | [`acceptable_answers`] |
+//!
+//! Names are stored once, in the two tables. Everything else refers to states and actions by [`StateId`] and
+//! [`ActionId`]. Poses, counts and provenance exist only in learned domains.
 
 mod builder;
 mod check;
@@ -36,17 +56,17 @@ pub use world::WorldState;
 use crate::spa::nearest_name;
 use crate::task::error::TaskError;
 
-/// States and operators, checked as a whole.
+/// A checked set of states and operators.
 ///
-/// Index it with a [`StateId`] or an [`ActionId`]; an id of another domain may be out of range, and then
-/// indexing panics.
+/// `domain[id]` returns the [`State`] of a [`StateId`] or the [`Operator`] of an [`ActionId`]. Indexing with an id of
+/// another domain panics if the id is out of range.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Domain {
     states: Vec<State>,
     operators: Vec<Operator>,
     goal: Option<StateId>,
     provenance: Option<Provenance>,
-    /// For each state, the actions that cause it, preferred ones first.
+    /// Causes of each state, most preferred first.
     causes: Vec<Vec<ActionId>>,
 }
 
@@ -67,13 +87,20 @@ impl Index<ActionId> for Domain {
 }
 
 impl Domain {
-    /// A domain of checked tables; `provenance` says what it was learned from, if it was.
+    /// Checks the tables and builds a domain. `provenance` records how a learned domain was made.
     ///
     /// # Errors
-    /// [`TaskError::BadDomain`] if a name is bad or used twice; if an operator has no parameter, or one without a
-    /// name, with another's name or of a kind that no state has; if it names a state that is not there, lists one
-    /// twice, needs one both present and absent, both causes and ends one, or does not list `to` among its effects;
-    /// if the goal is no state; if a number is not finite, or a covariance greater than any recording's.
+    /// [`TaskError::BadDomain`] if
+    /// * a name is invalid or used twice,
+    /// * a learned state has a number that is not finite, an orientation that is not a unit quaternion, a negative
+    ///   variance, or a covariance larger than any recording can produce,
+    /// * an operator has no parameters, or a parameter has no name, the name of another parameter, or a kind without
+    ///   states,
+    /// * an operator refers to a state that does not exist or lists a state twice,
+    /// * an operator requires a state to be both present and absent, has a state in both `effects` and `removes`, or
+    ///   does not have `to` among its effects,
+    /// * the evidence of an operator does not have one entry for each state, or
+    /// * the goal is not a state.
     pub fn new(
         states: Vec<State>,
         operators: Vec<Operator>,
@@ -87,68 +114,69 @@ impl Domain {
         Ok(Self { states, operators, goal, provenance, causes })
     }
 
-    /// The states, in the order of their ids.
+    /// Returns the states, in the order of their ids.
     pub fn states(&self) -> &[State] {
         &self.states
     }
 
-    /// The operators, in the order of their ids.
+    /// Returns the operators, in the order of their ids.
     pub fn operators(&self) -> &[Operator] {
         &self.operators
     }
 
-    /// The ids of all states.
+    /// Returns the ids of all states.
     pub fn state_ids(&self) -> impl ExactSizeIterator<Item = StateId> + use<> {
         (0..self.states.len()).map(StateId::new)
     }
 
-    /// The ids of all actions.
+    /// Returns the ids of all actions.
     pub fn action_ids(&self) -> impl ExactSizeIterator<Item = ActionId> + use<> {
         (0..self.operators.len()).map(ActionId::new)
     }
 
-    /// The state that the last action of the demonstrations brought about.
+    /// Returns the goal of the demonstrations: the state that the last action of most of them reached. `None` if it is
+    /// unknown, as in a domain written in code.
     pub fn goal(&self) -> Option<StateId> {
         self.goal
     }
 
-    /// The goal's name.
+    /// Returns the name of the goal.
     pub fn goal_name(&self) -> Option<&str> {
         self.goal.map(|goal| self[goal].name.as_str())
     }
 
-    /// What the domain was learned from; `None` for a domain written in code.
+    /// Returns how the domain was learned; `None` for a domain written in code.
     pub fn provenance(&self) -> Option<&Provenance> {
         self.provenance.as_ref()
     }
 
-    /// The state called `name`.
+    /// Returns the id of the state called `name`.
     ///
     /// # Errors
-    /// [`TaskError::Unknown`], listing the states.
+    /// [`TaskError::Unknown`] if there is no such state; the error lists all states.
     pub fn state(&self, name: &str) -> Result<StateId, TaskError> {
         let names = self.states.iter().map(|s| s.name.as_str());
         find(name, "state", names).map(StateId::new)
     }
 
-    /// The action called `name`.
+    /// Returns the id of the action called `name`.
     ///
     /// # Errors
-    /// [`TaskError::Unknown`], listing the actions.
+    /// [`TaskError::Unknown`] if there is no such action; the error lists all actions.
     pub fn action(&self, name: &str) -> Result<ActionId, TaskError> {
         let names = self.operators.iter().map(|o| o.name.as_str());
         find(name, "action", names).map(ActionId::new)
     }
 
-    /// The names of states, in their order.
+    /// Returns the names of `states`, in the same order.
     pub fn names(&self, states: &[StateId]) -> Vec<&str> {
         states.iter().map(|s| self[*s].name.as_str()).collect()
     }
 
-    /// A world in which the named states hold and no others.
+    /// Returns the world state in which exactly the named states hold.
     ///
     /// # Errors
-    /// [`TaskError::Unknown`], listing the states.
+    /// [`TaskError::Unknown`] for a name that is not a state; the error lists all states.
     pub fn world<'n>(
         &self,
         hold: impl IntoIterator<Item = &'n str>,
@@ -160,16 +188,16 @@ impl Domain {
         Ok(world)
     }
 
-    /// A world in which no state holds.
+    /// Returns the world state in which no state holds.
     pub fn empty_world(&self) -> WorldState {
         WorldState::empty(self.states.len())
     }
 
-    /// How many things are in each state, in the states' order, as [`Planner::plan`](super::planner::Planner::plan)
-    /// takes it: a state is named once for each thing that is in it.
+    /// Counts the objects in each state, as input for [`Planner::plan`](super::planner::Planner::plan). `things` names
+    /// one state for each object. The result has one count for each state, in the order of their ids.
     ///
     /// # Errors
-    /// [`TaskError::Unknown`], listing the states.
+    /// [`TaskError::Unknown`] for a name that is not a state; the error lists all states.
     pub fn counts<'n>(
         &self,
         things: impl IntoIterator<Item = &'n str>,
@@ -181,21 +209,23 @@ impl Domain {
         Ok(counts)
     }
 
-    /// The actions that cause a state: all that have it among their effects, in the order in which a planner
-    /// prefers them. Actions by which a part is put into that state come before those that bring it about as a
-    /// further effect; then those demonstrated more often come first; then the order of the table decides.
+    /// Returns the causes of `state`: all actions that have it among their effects, most preferred first.
+    ///
+    /// Actions that move their object into the state ([`Operator::to`]) come before actions with the state as a side
+    /// effect. Among these, actions with more demonstrated instances come first. The order of the table decides ties.
     ///
     /// # Panics
-    /// If the state is of another domain and out of range.
+    /// If `state` belongs to another domain and is out of range.
     pub fn causes(&self, state: StateId) -> &[ActionId] {
         &self.causes[state.index()]
     }
 
-    /// The domain with other names for states and actions, given as pairs of old and new name.
+    /// Returns a copy of the domain with new names for some states and actions, given as pairs of old and new name.
+    /// All renames apply at once, so two names can be swapped.
     ///
     /// # Errors
-    /// If an old name is neither a state nor an action or is given twice, or if the new names make the
-    /// domain invalid.
+    /// [`TaskError::Unknown`] if an old name is neither a state nor an action; [`TaskError::BadDomain`] if an old name
+    /// is given twice or a new name is invalid or already used.
     pub fn rename(&self, renames: &[(String, String)]) -> Result<Self, TaskError> {
         let names = || {
             let states = self.states.iter().map(|s| s.name.as_str());
@@ -204,7 +234,8 @@ impl Domain {
         for (index, (old, _)) in renames.iter().enumerate() {
             find(old, "state or action", names())?;
             if renames[..index].iter().any(|(earlier, _)| earlier == old) {
-                let reason = format!("`{old}` is renamed twice");
+                let reason =
+                    format!("`{old}` is renamed twice; expected one new name for each old name");
                 return Err(TaskError::BadDomain { reason });
             }
         }

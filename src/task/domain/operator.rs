@@ -1,73 +1,76 @@
-//! Operators: what an action needs, does and was learned from.
+//! Operators: the preconditions and effects of actions, and the evidence behind them.
 
 use serde::{Deserialize, Serialize};
 
 use super::ids::StateId;
 
-/// Something that an action is done with.
+/// A parameter of an operator: an object that the action involves.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Parameter {
-    /// What it is to the action, such as [`Parameter::OBJECT`].
+    /// Name of the parameter, such as [`Parameter::OBJECT`].
     pub name: String,
-    /// The kind of object that can take its place.
+    /// Kind of the objects that the parameter stands for.
     pub kind: String,
 }
 
 impl Parameter {
-    /// The name of the first parameter of every operator: the object acted upon.
+    /// Name of the parameter for the object that the action moves.
     pub const OBJECT: &'static str = "object";
 
-    /// The object acted upon.
+    /// Returns a parameter for the object that the action moves.
     pub fn object(kind: impl Into<String>) -> Self {
         Self { name: Self::OBJECT.into(), kind: kind.into() }
     }
 }
 
-/// What an action needs and does, and what it was learned from.
+/// The preconditions and effects of an action, and the evidence for them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Operator {
-    /// The action's name: an upper-case letter, then letters, digits and `_`.
+    /// Name of the action: an upper-case letter, then letters, digits and `_`.
     pub name: String,
-    /// What it is done with: at least the object acted upon, which comes first.
+    /// Objects that the action involves. The first is the object that it moves.
     pub parameters: Vec<Parameter>,
-    /// The state that the object is usually taken from, if it was in one.
+    /// The state that the object most often leaves; `None` if it was never in a state.
     pub from: Option<StateId>,
-    /// The state that the object is put into, one of the effects.
+    /// The state that the object enters; also listed in `effects`.
     pub to: StateId,
-    /// States that must hold before.
+    /// States that must hold before the action.
     pub preconditions: Vec<StateId>,
-    /// States that hold after, `to` among them.
+    /// States that hold after the action.
     pub effects: Vec<StateId>,
-    /// States that never held before in the demonstrations; a planner may ask for their absence.
+    /// States that must be absent before the action, used only if [`Rules::absent`](super::Rules::absent) is set. In
+    /// a learned operator, these are the states that never held before the action.
     pub absent: Vec<StateId>,
-    /// States that it ends.
+    /// States that no longer hold after the action.
     pub removes: Vec<StateId>,
-    /// The counts behind the lists above, if it was learned from demonstrations.
+    /// Counts behind the lists above; `None` in a domain written in code.
     pub evidence: Option<Evidence>,
 }
 
 impl Operator {
-    /// The kind of the object acted upon: the first parameter's. Every operator of a
-    /// [`Domain`](super::Domain) has one; empty for an unchecked operator without parameters.
+    /// Returns the kind of the object that the action moves: the kind of the first parameter. Empty for an operator
+    /// without parameters, which [`Domain::new`](super::Domain::new) rejects.
     pub fn kind(&self) -> &str {
         self.parameters.first().map_or("", |object| &object.kind)
     }
 
-    /// How many instances were demonstrated; 0 for an operator that was not learned.
+    /// Returns the number of demonstrated instances of the action; 0 for an operator that was not learned.
     pub fn instances(&self) -> u32 {
         self.evidence.as_ref().map_or(0, |e| e.instances)
     }
 }
 
-/// The counts behind an operator, one entry a state, in the order of the domain's states.
+/// The counts behind an operator, over all demonstrated instances of its action. Each list has one entry for each state
+/// of the domain, in the same order.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Evidence {
-    /// How many instances there were.
+    /// Number of instances.
     pub instances: u32,
-    /// `sum G`: before how many of them the state held.
+    /// Number of instances before which the state held: `sum G` (section II.E of the paper).
     pub before: Vec<u32>,
-    /// `sum (H - G)`: after how many it newly held, less after how many it no longer held.
+    /// Number of instances in which the state began to hold, minus the number in which it ceased to hold:
+    /// `sum (H - G)` (section II.E).
     pub change: Vec<i32>,
 }

@@ -1,25 +1,25 @@
-//! Poses: positions in metres, orientations as unit quaternions, and their averages.
+//! Poses: positions in metres, orientations as unit quaternions, and mean orientations.
 
 use nalgebra::{Matrix4, Quaternion, SymmetricEigen, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// Position in metres and orientation as a unit quaternion `[x, y, z, w]`.
+/// A position and an orientation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pose {
-    /// Metres.
+    /// Position `[x, y, z]`, in metres.
     pub position: [f64; 3],
-    /// Unit quaternion, vector part first.
+    /// Orientation as a unit quaternion `[x, y, z, w]`.
     pub orientation: [f64; 4],
 }
 
 impl Pose {
-    /// A pose without rotation.
+    /// Returns the unrotated pose at `position`, in metres.
     pub fn at(position: [f64; 3]) -> Self {
         Self { position, orientation: [0.0, 0.0, 0.0, 1.0] }
     }
 
-    /// Straight-line distance between two positions, in metres.
+    /// Returns the Euclidean distance between the two positions, in metres.
     pub fn distance(&self, other: &Self) -> f64 {
         let square = |i: usize| (self.position[i] - other.position[i]).powi(2);
         (square(0) + square(1) + square(2)).sqrt()
@@ -35,12 +35,11 @@ pub(crate) fn quaternion_array(q: &UnitQuaternion<f64>) -> [f64; 4] {
     [q.i, q.j, q.k, q.w]
 }
 
-/// The average of orientations: the unit quaternion `q` that maximises `sum (q . q_i)^2`.
+/// Returns the mean orientation: the unit quaternion `q` that maximises `sum (q . q_i)^2`. `None` for an empty slice.
 ///
-/// It is the eigenvector of `sum q_i q_i^T` with the greatest eigenvalue (Markley, Cheng, Crassidis
-/// and Oshman, "Averaging quaternions", Journal of Guidance, Control, and Dynamics 30(4), 2007), so
-/// `q` and `-q`, the same rotation, count the same. `None` for an empty slice. Signed so that its
-/// largest component is positive.
+/// The mean is the eigenvector of `sum q_i q_i^T` with the largest eigenvalue (Markley, Cheng, Crassidis and Oshman,
+/// "Averaging quaternions", Journal of Guidance, Control, and Dynamics 30(4), 2007). It does not depend on the signs of
+/// the `q_i`: `q` and `-q` are the same rotation. The component of the mean with the largest magnitude is positive.
 pub fn mean_orientation(orientations: &[[f64; 4]]) -> Option<[f64; 4]> {
     if orientations.is_empty() {
         return None;
@@ -59,12 +58,12 @@ pub fn mean_orientation(orientations: &[[f64; 4]]) -> Option<[f64; 4]> {
     Some([mean[0], mean[1], mean[2], mean[3]])
 }
 
-/// The rotation that takes `from` to `to`, as a vector along its axis (in the frame of the scene) whose
-/// length is the angle, at most pi radians.
+/// Returns the rotation from `from` to `to` as a rotation vector in the scene's frame: its direction is the axis, its
+/// length the angle, at most pi radians.
 pub fn rotation_between(from: &Pose, to: &Pose) -> [f64; 3] {
     let turn: Vector3<f64> = (to.rotation() * from.rotation().inverse()).scaled_axis();
     let angle = turn.norm();
-    // The same rotation the short way round.
+    // The axis-angle form may turn by more than pi: take the equal rotation of at most pi.
     let turn = if angle > std::f64::consts::PI {
         turn * ((angle - std::f64::consts::TAU) / angle)
     } else {
@@ -96,7 +95,7 @@ mod tests {
 
     #[test]
     fn a_componentwise_mean_would_be_caught() {
-        // The wrong variant: with one sign flipped the components nearly cancel.
+        // The componentwise mean fails here: with one sign flipped, the components nearly cancel.
         let flipped = about_z(2.0).map(|v| -v);
         let naive: Vec<f64> =
             about_z(0.0).iter().zip(flipped).map(|(a, b)| (a + b) / 2.0).collect();

@@ -1,35 +1,36 @@
-//! What made a learned domain: program, settings, data.
+//! Provenance of a learned domain: program version, settings and data.
 
 use serde::{Deserialize, Serialize};
 
-/// How the clusters of one kind were cut.
+/// How the poses of one kind were divided into clusters.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct KindClusters {
-    /// The kind.
+    /// Kind of object.
     pub kind: String,
-    /// The threshold used, in metres; `null` if there was nothing to tell apart.
+    /// Clustering threshold used, in metres; `None` if no attempt changed the state of such an object, so that
+    /// all poses form one cluster.
     pub threshold_m: Option<f64>,
-    /// The height of the first merge that was not made, in metres.
+    /// Linkage of the first merge at or above the threshold, in metres; `None` if there is none.
     pub next_merge_m: Option<f64>,
 }
 
-/// What made a learned domain.
+/// How a learned domain was made: program version, settings and amount of data.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Provenance {
-    /// The program's version.
+    /// Version of symbolt.
     pub symbolt: String,
-    /// The seed given; learning itself draws nothing.
+    /// Seed given. Learning itself uses no random numbers.
     pub seed: u64,
-    /// The exponent of the distance.
+    /// Exponent of the p-norm distance.
     pub p: f64,
-    /// The threshold given, in metres; `null` if it was found from the data.
+    /// Clustering threshold given, in metres; `None` if it was found from the data.
     pub threshold_m: Option<f64>,
-    /// How many demonstrations were read.
+    /// Number of demonstrations in the recording.
     pub demonstrations: usize,
-    /// How many snapshots were read.
+    /// Number of snapshots in the recording.
     pub snapshots: usize,
-    /// The clusters of each kind that moved.
+    /// Clustering of each kind that moved.
     pub clusters: Vec<KindClusters>,
 }

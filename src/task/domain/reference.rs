@@ -1,21 +1,6 @@
-//! The reference planner: plain symbolic search that says which answers are right.
+//! The reference planner: a symbolic search that determines which answers are correct.
 //!
-//! What is right is defined here once, and the planner graph is tested against it. Let `W` be the states that
-//! hold and `g` the goal. A state outside `W` may have several causes ([`Domain::causes`]). An action *can be
-//! done* if all its preconditions are in `W` and (where absence is asked for) nothing that holds must be absent.
-//!
-//! * If `g` is in `W`, the goal is met.
-//! * The *derivable* states are the least set of states outside `W` that have a cause which can be done, or
-//!   one with some precondition outside `W` and all of those derivable. If `g` is not derivable, the goal is
-//!   stuck. Then every obstacle on a way down from `g` through states that are not derivable is right to report:
-//!   a state without causes; a cause whose preconditions all hold but which needs the absence of a state that
-//!   holds; a state that leads back to itself.
-//! * If `g` is derivable, a *proof* of `g` takes one cause for each state needed, without circles. An action is a
-//!   right next action if it can be done and belongs to some proof.
-//!
-//! That is commitment [`Proven`](Commitment::Proven). With [`First`](Commitment::First), the paper's rule, a
-//! planner follows one unmet precondition and acts as soon as an action can be done, whatever stands in the way of
-//! others. Then every action that can be done and lies on some way down from `g` is right as well.
+//! The planner graph is tested against it. [`acceptable_answers`] defines correctness.
 
 use std::collections::{BTreeSet, HashSet};
 
@@ -24,19 +9,19 @@ use super::verdict::{Commitment, Obstacle, Rules, Verdict};
 use super::world::WorldState;
 use crate::task::domain::Domain;
 
-/// All that a right planner may answer to one question.
+/// All correct answers to one question.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct AcceptableAnswers {
-    /// Whether the goal holds already; then nothing else is right.
+    /// Whether the goal already holds. If so, no other answer is correct.
     pub met: bool,
-    /// Actions that are right to do next.
+    /// Correct next actions.
     pub actions: BTreeSet<ActionId>,
-    /// Obstacles that are right to report.
+    /// Correct obstacles to report.
     pub obstacles: BTreeSet<Obstacle>,
 }
 
 impl AcceptableAnswers {
-    /// Whether this answer is among them.
+    /// Returns whether `verdict` is correct.
     pub fn accepts(&self, verdict: Verdict) -> bool {
         match verdict {
             Verdict::Met => self.met,
@@ -46,19 +31,42 @@ impl AcceptableAnswers {
     }
 }
 
-/// The right answers for `goal` in `world`. Where no states depend on each other in a circle the cost is
-/// polynomial in states and actions; circles of alternatives can make it exponential in their size.
+/// Returns all correct answers for `goal` in `world`.
+///
+/// This is the reference planner, a symbolic search against which the planner graph is tested. It defines correct
+/// answers as follows, where `W` is the set of states that hold and `g` is the goal. A precondition is *unmet* if it is
+/// not in `W`. An action *can be done* if it has no unmet precondition and, with [`Rules::absent`] set, none of the
+/// states that must be absent is in `W`.
+///
+/// * **Met.** If `g` is in `W`, the only correct answer is that the goal is met.
+/// * **Derivable.** A state outside `W` is *derivable* if it has a cause that can be done, or a cause with unmet
+///   preconditions that are all derivable. The derivable states are the smallest set with this property.
+/// * **Act.** If `g` is derivable, a *proof* of `g` selects one cause for each state that it needs, without cycles. An
+///   action is correct if it can be done and belongs to a proof.
+/// * **Stuck.** If `g` is not derivable, the correct answer is an obstacle. Start at `g` and step from a state to the
+///   unmet preconditions of its causes, entering only states that are not derivable. Every obstacle on the way is
+///   correct: a state without causes, a state that leads back to itself, or a cause that has no unmet precondition but
+///   requires a state in `W` to be absent.
+///
+/// These rules are for [`Commitment::Proven`]. With [`Commitment::First`], the paper's rule, a planner follows one
+/// unmet precondition at a time and commits to the first action that can be done, even if other preconditions cannot
+/// be reached. In that case, every action that can be done and is a cause of `g`, or of a state reached from `g`
+/// through unmet preconditions, is correct as well.
+///
+/// # Cost
+/// The cost is polynomial in the number of states and actions if no states depend on each other in a cycle. If states
+/// with several causes form cycles, the cost can be exponential in the size of the cycles.
 ///
 /// # Panics
-/// If `world` does not cover the domain's states, or `goal` is none of them.
+/// If `world` does not have as many states as `domain`, or if `goal` is out of range.
 pub fn acceptable_answers(
     domain: &Domain,
     world: &WorldState,
     goal: StateId,
     rules: Rules,
 ) -> AcceptableAnswers {
-    assert_eq!(world.states(), domain.states().len(), "a world of this domain");
-    assert!(goal.index() < world.states(), "the goal is a state");
+    assert_eq!(world.states(), domain.states().len(), "a world state of this domain");
+    assert!(goal.index() < world.states(), "the goal is a state of this domain");
     if world.holds(goal) {
         return AcceptableAnswers { met: true, ..AcceptableAnswers::default() };
     }
@@ -83,13 +91,13 @@ struct Search<'d> {
 }
 
 impl Search<'_> {
-    /// The preconditions of an action that do not hold.
+    /// Preconditions of `action` that do not hold.
     fn unmet(&self, action: ActionId) -> impl Iterator<Item = StateId> + '_ {
         let needed = self.domain[action].preconditions.iter();
         needed.copied().filter(|p| !self.world.holds(*p))
     }
 
-    /// The states that hold and must be absent before an action.
+    /// States that hold and must be absent before `action`.
     fn violated(&self, action: ActionId) -> impl Iterator<Item = StateId> + '_ {
         let absent = self.domain[action].absent.iter().filter(|_| self.rules.absent);
         absent.copied().filter(|s| self.world.holds(*s))
@@ -99,7 +107,7 @@ impl Search<'_> {
         self.unmet(action).next().is_none() && self.violated(action).next().is_none()
     }
 
-    /// The states that can be brought about without bringing about any of `without`.
+    /// States that are derivable without deriving any of `without`.
     fn derivable(&self, without: &[StateId]) -> BTreeSet<StateId> {
         let mut derivable = BTreeSet::new();
         loop {
@@ -123,8 +131,8 @@ impl Search<'_> {
         }
     }
 
-    /// The states that `from` leads to by one or more steps to unmet preconditions, through states that `keep`
-    /// takes.
+    /// States that are reached from `from` in one or more steps, each from a state to an unmet precondition of one of
+    /// its causes. Only states that satisfy `keep` are entered.
     fn below(&self, from: StateId, keep: &dyn Fn(StateId) -> bool) -> BTreeSet<StateId> {
         let mut below = BTreeSet::new();
         let mut open = vec![from];
@@ -177,12 +185,12 @@ impl Search<'_> {
 
 /// Walks down from the goal along all proofs.
 ///
-/// A cause belongs to a proof if its unmet preconditions are derivable without the states on the way down to
-/// it: proofs have no circles.
+/// A proof has no cycles, so a cause belongs to one only if its unmet preconditions are derivable without the states on
+/// the path from the goal to the cause.
 struct Proofs<'s, 'd> {
     search: &'s Search<'d>,
     below: Vec<BTreeSet<StateId>>,
-    /// States visited, with those states of the way there that they could lead back to: no others matter.
+    /// Visited states, each with the states on its path that it can lead back to. The rest of the path is irrelevant.
     visited: HashSet<(StateId, Vec<StateId>)>,
     actions: BTreeSet<ActionId>,
 }

@@ -1,4 +1,4 @@
-//! States of objects, and the geometry that learned states have.
+//! States of objects, and the geometry of learned states.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,44 +7,44 @@ use super::pose::Pose;
 /// A state that an object of one kind can be in.
 #[derive(Debug, Clone, PartialEq)]
 pub struct State {
-    /// The state's name: an upper-case letter, then letters, digits and `_`.
+    /// Name of the state: an upper-case letter, then letters, digits and `_`.
     pub name: String,
-    /// The kind of object.
+    /// Kind of the objects that can be in the state.
     pub kind: String,
-    /// Where objects in it lie, if it was learned from demonstrations; a state of a domain written
-    /// in code has no place, and no object is ever classified into it.
+    /// Geometry learned from demonstrations: where objects in the state lie. `None` in a domain written in code; no
+    /// object is ever classified into such a state.
     pub learned: Option<LearnedState>,
 }
 
-/// How the parts that are in a state came to be there.
+/// How objects came into a state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Origin {
-    /// They lay there when a demonstration began, or were knocked there.
+    /// The objects lay there when a demonstration began, or were knocked there.
     Found,
-    /// They were put there.
+    /// The objects were put there.
     Placed,
 }
 
-/// What demonstrations showed of a state.
+/// Geometry of a state, learned from demonstrations.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LearnedState {
-    /// How many poses it was learned from.
+    /// Number of poses that the state was learned from.
     pub count: usize,
-    /// How many of them differ by more than the movement of a resting part.
+    /// Number of distinct poses among these: consecutive poses of an object that moved less than 1 mm count once.
     pub distinct: usize,
-    /// How parts came into it.
+    /// How most objects came into the state.
     pub origin: Origin,
-    /// The robust mean pose.
+    /// Robust mean pose.
     pub mean: Pose,
-    /// Covariance about the mean: coordinates in metres, then rotation about the scene's axes in
-    /// radians.
+    /// Covariance about the mean: first the three coordinates in metres, then the rotations about the scene's three
+    /// axes in radians.
     pub covariance: [[f64; 6]; 6],
 }
 
 impl LearnedState {
-    /// Standard deviation of each coordinate, in metres.
+    /// Returns the standard deviation of each coordinate, in metres.
     pub fn spread(&self) -> [f64; 3] {
         std::array::from_fn(|i| self.covariance[i][i].max(0.0).sqrt())
     }

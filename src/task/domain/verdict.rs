@@ -1,4 +1,4 @@
-//! What planners are asked and what they answer, shared by every planner and the reference planner.
+//! Rules and verdicts, shared by the planner graph and the reference planner.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,52 +7,52 @@ use super::ids::{ActionId, StateId};
 /// When a planner commits to an action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Commitment {
-    /// When it is shown that everything needed for the goal can be brought about.
+    /// When every state needed for the goal is shown to be reachable.
     #[default]
     Proven,
-    /// When the first action that can be done is found (section II.F of the paper).
+    /// When it finds the first action that can be done (section II.F of the paper).
     First,
 }
 
-/// What a planner may look at.
+/// The rules that a planner follows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Rules {
-    /// When it commits.
+    /// When the planner commits to an action.
     pub commitment: Commitment,
-    /// Whether states that never held before an action must be absent.
+    /// Whether an action requires the states in [`Operator::absent`](super::Operator::absent) to be absent.
     pub absent: bool,
 }
 
-/// Why a goal cannot be had.
+/// Why a goal cannot be reached.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Obstacle {
     /// No action causes this state.
     NothingCauses {
-        /// The state.
+        /// The state without a cause.
         state: StateId,
     },
-    /// The action could be done but for a state that holds and must not.
+    /// All preconditions of the action hold, but so does a state that must be absent.
     MustBeAbsent {
         /// The action.
         action: ActionId,
-        /// The state that would have to be absent.
+        /// The state that holds and must be absent.
         state: StateId,
     },
-    /// The state is needed to bring itself about.
+    /// Reaching the state requires the state itself.
     NeedsItself {
-        /// The state.
+        /// The state that depends on itself.
         state: StateId,
     },
 }
 
-/// What a planner answers.
+/// A planner's answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
     /// Do this action next.
     Act(ActionId),
     /// The goal holds already.
     Met,
-    /// The goal cannot be had, and why.
+    /// The goal cannot be reached, for this reason.
     Stuck(Obstacle),
 }

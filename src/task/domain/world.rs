@@ -1,4 +1,4 @@
-//! Which states of a domain hold at one moment.
+//! The world state: the set of states that hold at one moment.
 
 use std::fmt;
 
@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use super::ids::StateId;
 
-/// The set of states that hold at one moment: the paper's *global state* (section II.E).
+/// The set of states that hold at one moment: the *global state vector* of the paper (section II.E).
 ///
-/// It covers every state of its domain. A state holds if at least one object is in it.
+/// It has one flag for each state of its domain. A state holds if at least one object is in it.
 ///
 /// ```
 /// use symbolt::task::DomainBuilder;
@@ -25,22 +25,22 @@ pub struct WorldState {
 }
 
 impl WorldState {
-    /// A world over so many states in which none holds.
+    /// Returns a world state over `states` states, none of which holds.
     pub fn empty(states: usize) -> Self {
         Self { holds: vec![false; states] }
     }
 
-    /// How many states it covers: as many as its domain has.
+    /// Returns the number of states covered: all states of the domain.
     pub fn states(&self) -> usize {
         self.holds.len()
     }
 
-    /// Whether the state holds; `false` for a state that is not covered.
+    /// Returns whether `state` holds; `false` for a state that is not covered.
     pub fn holds(&self, state: StateId) -> bool {
         self.holds.get(state.index()).copied().unwrap_or(false)
     }
 
-    /// Makes the state hold.
+    /// Adds `state` to the states that hold.
     ///
     /// # Panics
     /// If the state is not covered.
@@ -48,7 +48,7 @@ impl WorldState {
         self.holds[state.index()] = true;
     }
 
-    /// Makes the state not hold.
+    /// Removes `state` from the states that hold.
     ///
     /// # Panics
     /// If the state is not covered.
@@ -56,28 +56,28 @@ impl WorldState {
         self.holds[state.index()] = false;
     }
 
-    /// How many states hold.
+    /// Returns the number of states that hold.
     pub fn len(&self) -> usize {
         self.holds.iter().filter(|h| **h).count()
     }
 
-    /// Whether no state holds.
+    /// Returns whether no state holds.
     pub fn is_empty(&self) -> bool {
         !self.holds.contains(&true)
     }
 
-    /// The states that hold, in the domain's order.
+    /// Iterates over the states that hold, in the domain's order.
     pub fn iter(&self) -> impl Iterator<Item = StateId> + '_ {
         self.holds.iter().enumerate().filter(|(_, h)| **h).map(|(index, _)| StateId::new(index))
     }
 
-    /// One flag a state, in the domain's order.
+    /// Returns one flag for each state, in the domain's order.
     pub fn flags(&self) -> &[bool] {
         &self.holds
     }
 }
 
-/// A world from one flag a state, in the domain's order.
+/// Builds a world state from one flag for each state, in the domain's order.
 impl FromIterator<bool> for WorldState {
     fn from_iter<I: IntoIterator<Item = bool>>(flags: I) -> Self {
         Self { holds: flags.into_iter().collect() }

@@ -1,61 +1,62 @@
-//! What is told of an episode: decisions, touches, frames, and the report at its end.
+//! Episode events: decisions, contacts, frames, and the report at the end.
 
 use serde::{Deserialize, Serialize};
 
 use super::skill::{SkillOutcome, SkillReport, Touch};
 use crate::task::domain::{Obstacle, Pose};
 
-/// One moment of a scene, for pictures.
+/// A picture frame: the poses of robot and parts at one moment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SceneFrame {
-    /// Simulated seconds.
+    /// Simulated time, in seconds.
     pub t: f64,
-    /// The joints' angles, in radians.
+    /// Joint angles, in radians.
     pub angles: [f64; 7],
-    /// Each finger's distance from the middle, in metres.
+    /// Distance of each finger from the middle, in metres.
     pub fingers: [f64; 2],
-    /// The parts' poses, in the order of the scene's parts.
+    /// Poses of all parts, in the scene's order.
     pub parts: Vec<Pose>,
 }
 
-/// One answer of the planner graph.
+/// One decision of the planner graph, with the skill that followed it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Decided {
-    /// Simulated seconds when the question was put.
+    /// Simulated time at which the planner was asked, in seconds.
     pub asked_s: f64,
-    /// Simulated milliseconds until the answer, to the period of the physics.
+    /// Simulated time from question to decision, in milliseconds: a whole number of physics steps.
     pub took_ms: f64,
-    /// The states that held.
+    /// Names of the states that held when the planner was asked.
     pub holds: Vec<String>,
-    /// The action to be done; `None` if the goal was met or nothing can be done.
+    /// Name of the next action; `None` if the goal was met or the planner was stuck.
     pub action: Option<String>,
-    /// Whether the robot began to do it: not if something had changed meanwhile, or if there was no way.
+    /// Whether the robot began the action. It does not if the world state changed before the decision, if the
+    /// action's target is occupied or out of reach, or if the episode has used up its skills.
     pub begun: bool,
-    /// The skill that carried the action out, once it is over.
+    /// Report of the skill that executed the action; `None` until the skill ends.
     #[serde(default)]
     pub skill: Option<SkillReport>,
 }
 
 impl Decided {
-    /// How the action's skill ended; `None` for a decision that was not carried out to an end.
+    /// Returns how the action's skill ended; `None` if no skill was begun or finished for this decision.
     pub fn outcome(&self) -> Option<SkillOutcome> {
         self.skill.map(|skill| skill.outcome)
     }
 }
 
-/// The fingers and a part came together, or parted.
+/// The fingers made contact with a part or released it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Touched {
-    /// Simulated seconds.
+    /// Simulated time, in seconds.
     pub t: f64,
-    /// The part's place in the scene.
+    /// Index of the part in the scene.
     pub part: usize,
-    /// Whether they came together.
+    /// `true` for contact, `false` for release.
     pub contact: bool,
 }
 
 impl Touched {
-    /// A touch at a time in simulated seconds.
+    /// Returns the event for `touch` at simulated time `t`, in seconds.
     pub fn at(t: f64, touch: Touch) -> Self {
         match touch {
             Touch::Contact(part) => Self { t, part, contact: true },
@@ -69,72 +70,72 @@ impl Touched {
 pub enum Ended {
     /// The goal state held.
     GoalMet,
-    /// The planner found no way.
+    /// The planner was stuck.
     Stuck(Obstacle),
-    /// No part could be taken and put as the action wants.
+    /// The robot found no part that it could grasp and move to the action's target.
     NoWay {
-        /// The action.
+        /// Name of the action.
         action: String,
     },
-    /// Something lies where the action would put a part.
+    /// Another part of the same kind lies at the action's target.
     Occupied {
-        /// The action.
+        /// Name of the action.
         action: String,
     },
-    /// Simulated time or skills were used up.
+    /// The episode reached its limit of simulated time or of skills.
     GaveUp,
 }
 
-/// What happened in an episode.
+/// The report of one episode.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EpisodeReport {
-    /// How it ended.
+    /// How the episode ended.
     pub ended: Ended,
-    /// Whether the task's judge takes it to be solved.
+    /// Whether the task's judge finds the task solved.
     pub solved: bool,
-    /// Every decision, with the skill that followed it.
+    /// All decisions, each with the skill that followed it.
     pub decisions: Vec<Decided>,
-    /// Every touch of the fingers.
+    /// All contacts and releases.
     pub touches: Vec<Touched>,
-    /// Parts that were in no state when last looked at, or are gone from the table.
+    /// Number of parts in no state at the last look, including parts that fell off the table.
     pub in_no_state: usize,
-    /// Times that a part was found in no state that had not been so when looked at before.
+    /// Number of times that a part was newly found in no state, compared with the previous look.
     pub unexplained: usize,
-    /// Whether the perturbation that was asked for was done.
+    /// Whether the requested perturbation was carried out.
     pub perturbed: bool,
-    /// Steps of the physics.
+    /// Number of physics steps.
     pub steps: u64,
-    /// Simulated seconds.
+    /// Simulated duration, in seconds.
     pub simulated_s: f64,
 }
 
 impl EpisodeReport {
-    /// Every skill that is over, in order.
+    /// Returns the reports of all finished skills, in order.
     pub fn skills(&self) -> impl Iterator<Item = &SkillReport> {
         self.decisions.iter().filter_map(|d| d.skill.as_ref())
     }
 
-    /// Times a part left the hand on the way.
+    /// Returns the number of drops: skills that lost their part while carrying it.
     pub fn drops(&self) -> usize {
         self.skills().filter(|s| s.outcome == SkillOutcome::Dropped).count()
     }
 
-    /// Times a part was in the hand.
+    /// Returns the number of skills that grasped their part.
     pub fn picks(&self) -> usize {
         self.skills().filter(|s| s.picked).count()
     }
 
-    /// What was decided and how the skill that carried it out ended, in order.
+    /// Returns the action and outcome of every finished skill, in order.
     pub fn attempts(&self) -> impl Iterator<Item = (&str, SkillOutcome)> {
         self.decisions.iter().filter_map(|d| Some((d.action.as_deref()?, d.outcome()?)))
     }
 
-    /// Skills that did not put their part where they should: each is followed by a new decision.
+    /// Returns the number of re-plans: skills that did not place their part, each followed by a new decision.
     pub fn replans(&self) -> usize {
         self.skills().filter(|s| s.outcome != SkillOutcome::Placed).count()
     }
 
-    /// Whether the goal was taken to be met and is not.
+    /// Returns whether the planner reported the goal as met although the judge finds the task unsolved.
     pub fn false_goal(&self) -> bool {
         self.ended == Ended::GoalMet && !self.solved
     }

@@ -1,8 +1,10 @@
-//! What happens, told to whoever listens: one [`Event`] for learning, demonstrations, episodes and experiments.
+//! Progress events of learning, demonstrations, episodes and experiments, and observers that receive them.
 //!
-//! Whatever runs for long takes an [`Observer`] and tells it of each event as it happens. A progress line, a trace, a
-//! report's arrays and a live view are observers. Observers cannot change what they are told of, so a run gives
-//! the same results whoever listens.
+//! Long-running functions, such as [`learn_observed`](super::learn::learn_observed), take an [`Observer`] and call it
+//! with each [`Event`] as it happens. Progress lines, traces and live views are observers. An observer cannot change
+//! the run, so the results are the same with or without it.
+//!
+//! To count dropped parts:
 //!
 //! ```
 //! use symbolt::task::event::{Event, Observer};
@@ -26,121 +28,121 @@ use crate::sim::SimView;
 pub use episode::{Decided, Ended, EpisodeReport, SceneFrame, Touched};
 pub use skill::{SkillOutcome, SkillReport, Touch};
 
-/// Something that happened. Times are simulated seconds since the parts had settled.
+/// An event. Times are simulated seconds, counted from when the parts had settled on the table.
 #[derive(Clone, Copy)]
 #[non_exhaustive]
 pub enum Event<'a> {
-    /// The learner begins a step.
+    /// Learning begins a step.
     Learning(LearningStep<'a>),
     /// A demonstration begins.
     DemonstrationBegan {
-        /// Its number, from 0.
+        /// Number of the demonstration, from 0.
         number: usize,
-        /// How many are asked for.
+        /// Number of demonstrations requested.
         of: usize,
     },
-    /// A demonstration is over.
+    /// A demonstration has ended.
     DemonstrationEnded {
-        /// Its number, from 0.
+        /// Number of the demonstration, from 0.
         number: usize,
-        /// How many are asked for.
+        /// Number of demonstrations requested.
         of: usize,
-        /// Whether the task's judge takes the task for done.
+        /// Whether the task's judge finds the task solved.
         solved: bool,
     },
     /// The physics of a demonstration or an episode made one step.
     Stepped {
-        /// The time after the step.
+        /// Time after the step.
         time_s: f64,
     },
-    /// The fingers and a part came together, or parted.
+    /// The fingers made contact with a part or released it.
     Touched(Touched),
-    /// The robot begins to move a part.
+    /// The robot begins a skill.
     SkillBegan {
-        /// The time.
+        /// Time of the event.
         time_s: f64,
-        /// The decision that is carried out; `None` in a demonstration.
+        /// The decision that the skill executes; `None` in a demonstration.
         decision: Option<&'a Decided>,
     },
-    /// The robot is done with a part.
+    /// A skill has ended.
     ///
-    /// In a demonstration it comes without [`Event::SkillBegan`] for a part that cannot be taken or put there. It does not
-    /// come for a skill that is under way when an episode is given up.
+    /// In a demonstration, a skill that cannot begin ([`SkillOutcome::Unreachable`]) sends this event without a
+    /// [`Event::SkillBegan`]. A skill that is still running when its episode reaches a limit does not send it.
     SkillEnded {
-        /// The time.
+        /// Time of the event.
         time_s: f64,
-        /// How it ended.
+        /// The skill's report.
         report: &'a SkillReport,
-        /// The decision that was carried out, with its [`Decided::skill`]; `None` in a demonstration.
+        /// The decision that the skill executed, with [`Decided::skill`] set; `None` in a demonstration.
         decision: Option<&'a Decided>,
     },
     /// An episode begins.
     EpisodeBegan {
-        /// The state that is wanted.
+        /// Name of the goal state.
         goal: &'a str,
     },
     /// The planner graph made one tick.
     Ticked {
         /// The graph after the tick.
         view: &'a SimView<'a>,
-        /// What the episode's world is doing.
+        /// Current phase of the episode.
         doing: Doing<'a>,
     },
-    /// The planner graph has answered.
+    /// The planner graph has reached a decision.
     Decided(&'a Decided),
-    /// A frame for pictures was taken.
+    /// A picture frame was taken.
     Framed(&'a SceneFrame),
-    /// An episode is over.
+    /// An episode has ended.
     EpisodeEnded(&'a EpisodeReport),
-    /// So many of an experiment's trials are done.
+    /// An experiment has finished some of its trials.
     Trials {
-        /// Trials done, those of earlier runs included.
+        /// Number of finished trials, including those of earlier runs.
         done: u64,
-        /// Trials wanted.
+        /// Number of trials requested.
         of: u64,
     },
-    /// Something is not as it should be, but the work goes on.
+    /// A warning. The run continues.
     Warned(&'a str),
 }
 
-/// What the learner is about to do.
+/// The learning step that begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LearningStep<'a> {
-    /// It follows objects through the snapshots.
+    /// Tracking objects from snapshot to snapshot.
     Following {
-        /// How many snapshots.
+        /// Number of snapshots.
         snapshots: usize,
     },
-    /// It clusters the poses of a kind. The time grows with the square of their number.
+    /// Clustering the poses of one kind. The time grows with the square of the number of poses.
     Clustering {
-        /// The kind.
+        /// Name of the kind.
         kind: &'a str,
-        /// How many poses.
+        /// Number of poses.
         poses: usize,
     },
-    /// It decides what is a state, and counts what actions do.
+    /// Deciding which clusters are states, and counting preconditions and effects.
     Deciding,
 }
 
-/// What an episode's world is doing.
+/// Phase of an episode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Doing<'a> {
-    /// It waits for a look at the scene.
+    /// Waiting before the next look at the scene.
     Looking,
-    /// It asks the planner graph what to do.
+    /// Waiting for the planner graph's decision.
     Deciding,
-    /// The robot does this action.
+    /// The robot executes the action with this name.
     Acting(&'a str),
-    /// The episode is over.
+    /// The episode has ended.
     Over,
 }
 
-/// Is told of events.
+/// Receives events.
 ///
-/// A closure that takes `&Event` is one. [`Ignore`] ignores all. Several observers are told one after
-/// the other by [`Observers`].
+/// A closure that takes `&Event` is an observer. [`Ignore`] discards all events; [`Observers`] passes each event to
+/// several observers.
 pub trait Observer: Send {
-    /// Takes note of an event.
+    /// Receives one event.
     fn observe(&mut self, event: &Event<'_>);
 }
 
@@ -150,7 +152,7 @@ impl<F: FnMut(&Event<'_>) + Send> Observer for F {
     }
 }
 
-/// Ignores everything.
+/// An observer that discards all events.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Ignore;
 
@@ -158,7 +160,7 @@ impl Observer for Ignore {
     fn observe(&mut self, _event: &Event<'_>) {}
 }
 
-/// Tells several observers, in order.
+/// An observer that passes each event to several observers, in order.
 pub struct Observers<'o>(pub Vec<&'o mut dyn Observer>);
 
 impl Observer for Observers<'_> {

@@ -1,4 +1,4 @@
-//! What is told of a skill: touches while it runs, and how it ended.
+//! Skill events: contacts and releases while a skill runs, and the report at its end.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,19 +6,19 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SkillOutcome {
-    /// The part was let go at its target.
+    /// The part was released at its target.
     Placed,
-    /// The part left the hand on the way.
+    /// The part was lost while it was carried.
     Dropped,
-    /// The hand closed and lifted, and the part was not in it.
+    /// The part was not in the hand after the fingers closed or after lifting.
     Missed,
-    /// The arm ran into something and gave way.
+    /// The arm hit something and stopped.
     Blocked,
-    /// Another part had come to where it was to be put; it was put back.
+    /// Another part was in the way at the target; the held part was put back.
     Occupied,
-    /// There is no way to take the part and put it there.
+    /// The robot found no combination of grasp and collision-free path that brings the part to its target.
     Unreachable,
-    /// A wait took longer than it may.
+    /// The skill exceeded its time limit.
     #[serde(rename = "timed out")]
     TimedOut,
 }
@@ -37,24 +37,25 @@ impl std::fmt::Display for SkillOutcome {
     }
 }
 
-/// What a recorder wants to know.
+/// A change of contact between fingers and part, at which a snapshot is recorded. The number is the part's index in
+/// the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Touch {
-    /// Both pads press on the part.
+    /// Both finger pads press on the part.
     Contact(usize),
-    /// The part has been free of the pads for a tenth of a second.
+    /// Neither pad has touched the part for 0.1 s.
     Release(usize),
 }
 
-/// What a skill did.
+/// The result of one skill.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SkillReport {
-    /// The part's place in the scene.
+    /// Index of the part in the scene.
     pub part: usize,
-    /// How it ended.
+    /// How the skill ended.
     pub outcome: SkillOutcome,
-    /// Whether the part was in the hand at some time.
+    /// Whether the part was grasped at any time.
     pub picked: bool,
-    /// How far the part had moved in the hand between lifting and letting go, in metres.
+    /// Distance that the part slipped in the hand between lifting and release, in metres.
     pub slip_m: f64,
 }

@@ -1,35 +1,35 @@
-//! Cuts demonstrations into attempts and finds the object that each one manipulated.
+//! Cuts demonstrations into attempts and finds the object that each attempt manipulated.
 
 use super::tracks::Track;
 use crate::task::domain::distance::p_distance;
 use crate::task::domain::{Demonstration, SnapshotEvent};
 
-/// A part that stays within this distance has not moved, in metres: a knock, a slip in the hand and the
-/// settling of a resting part are below it.
+/// Smallest displacement that counts as movement, in metres. Slight knocks, slips in the hand and the settling of a
+/// resting part are smaller.
 pub const MOVED_M: f64 = 1e-3;
 
-/// One attempt: an object was taken up and let go.
+/// One attempt: an object was picked up and released.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Attempt {
-    /// The demonstration's place in the recording.
+    /// Index of the demonstration in the recording.
     pub demo: usize,
-    /// The snapshot before.
+    /// Index of the snapshot before the attempt.
     pub before: usize,
-    /// The snapshot after, when things had come to rest.
+    /// Index of the snapshot after the attempt, when the objects had come to rest.
     pub after: usize,
-    /// The track that was manipulated.
+    /// Track of the manipulated object, if known.
     pub track: Option<usize>,
-    /// Whether the recording says so itself.
+    /// Whether the recording names the manipulated object.
     pub declared: bool,
-    /// The snapshot of the release that ended it, if one did.
+    /// Index of the snapshot of the release, if the attempt ended with one.
     pub released: Option<usize>,
 }
 
 /// Cuts a demonstration into attempts.
 ///
-/// With events, an attempt lasts from a contact to the release of the same object, and is looked at in the
-/// snapshot after the release, since a part that was let go may still be falling. Without events,
-/// every two consecutive snapshots are an attempt.
+/// With events, an attempt lasts from a contact to the release of the same object. Its result is read from the
+/// snapshot after the release, because a released part may still be falling. Without events, every two consecutive
+/// snapshots form an attempt.
 pub(crate) fn cut(demo: usize, demonstration: &Demonstration, tracks: &[Track]) -> Vec<Attempt> {
     let snapshots = &demonstration.snapshots;
     let track_of =
@@ -61,8 +61,8 @@ pub(crate) fn cut(demo: usize, demonstration: &Demonstration, tracks: &[Track]) 
         };
         match (snapshot.event, held) {
             (Some(SnapshotEvent::Contact), None) => held = Some((now, touched)),
-            // Contact and no release before: the part got away unseen, unless the pads just lost and
-            // found it where it was.
+            // A second contact without a release ends the attempt, as the part has slipped away. The exception is a
+            // contact with the same part in the same place: the fingers lost it only for a moment.
             (Some(SnapshotEvent::Contact), Some((before, track))) => {
                 let same = track.is_some() && touched == track;
                 let moved = track.and_then(|t| tracks[t].moved(demonstration, before, now));
@@ -94,20 +94,22 @@ pub(crate) fn cut(demo: usize, demonstration: &Demonstration, tracks: &[Track]) 
 }
 
 impl Attempt {
-    /// The pose that a part may have had while still falling: demonstration, track and snapshot of its
-    /// release, if it is looked at again later.
+    /// The pose at the release, as (demonstration, track, snapshot), if a later snapshot shows the result. The part may
+    /// have been falling, so this pose is not clustered.
     pub fn falling(&self) -> Option<(usize, usize, usize)> {
         let snapshot = self.released.filter(|released| *released < self.after)?;
         Some((self.demo, self.track?, snapshot))
     }
 }
 
-/// A part that moved less than this share of the longest distance in an attempt was nudged, not manipulated.
+/// A part that moved less than this share of the longest distance in its attempt was nudged, not manipulated.
 const NUDGED: f64 = 0.2;
 
-/// A first guess at the manipulated object of an attempt. Of the parts that went farthest it is the one
-/// whose poses before and after are least alike by the p-norm: a part knocked across the table ends at
-/// its height, a manipulated one elsewhere. If none moved, it is a part that was lost meanwhile.
+/// Guesses the manipulated object of an attempt.
+///
+/// Of the parts that moved farthest, the guess is the one with the largest p-norm between its poses before and after: a
+/// part that was knocked across the table stays at the table's height, a manipulated part usually does not. If no part
+/// moved, the guess is a part that was lost during the attempt.
 pub(crate) fn guess(
     demo: &Demonstration,
     tracks: &[Track],
@@ -163,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn without_events_every_step_is_a_try_of_whatever_moved_most() {
+    fn without_events_every_step_is_an_attempt_with_the_part_that_moved_most() {
         let demo = Demonstration {
             number: 0,
             snapshots: vec![
@@ -180,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn with_events_a_try_lasts_from_contact_to_the_snapshot_after_the_release() {
+    fn with_events_an_attempt_lasts_from_contact_to_the_snapshot_after_the_release() {
         use SnapshotEvent::{Contact, End, Release, Start};
         let attempts = cut_all(vec![
             snapshot(Some(Start), None, &[0.0, 1.0]),
@@ -194,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn a_part_that_slips_away_without_a_release_ends_its_try_at_the_next_contact() {
+    fn a_part_that_slips_away_without_a_release_ends_its_attempt_at_the_next_contact() {
         use SnapshotEvent::{Contact, Release};
         let attempts = cut_all(vec![
             snapshot(Some(Contact), Some(0), &[0.0, 1.0]),
@@ -205,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn two_contacts_with_one_part_are_two_tries_if_it_moved_between() {
+    fn two_contacts_with_one_part_are_two_attempts_if_it_moved_between() {
         use SnapshotEvent::Contact;
         let attempts = cut_all(vec![
             snapshot(Some(Contact), Some(0), &[0.0, 1.0]),
@@ -217,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn events_without_objects_still_cut_tries() {
+    fn events_without_objects_still_cut_attempts() {
         use SnapshotEvent::{Contact, Release};
         let attempts = cut_all(vec![
             snapshot(Some(Contact), None, &[0.0, 1.0]),

@@ -2,8 +2,8 @@
 
 use crate::task::domain::{Pose, mean_orientation, rotation_between};
 
-/// A robust mean (section II.E of the paper): sort the values, drop the lowest and the highest
-/// `floor(n / 10)`, average the rest. 0 for no values.
+/// Returns the robust mean of `values` (section II.E of the paper): the mean without the `floor(n / 10)` lowest and the
+/// `floor(n / 10)` highest values. Returns 0 for no values. Sorts `values`.
 ///
 /// ```
 /// use symbolt::task::learn::robust_mean;
@@ -19,20 +19,19 @@ pub fn robust_mean(values: &mut [f64]) -> f64 {
     if kept.is_empty() { 0.0 } else { kept.iter().sum::<f64>() / kept.len() as f64 }
 }
 
-/// A Gaussian over poses.
+/// A six-dimensional Gaussian over poses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PoseGaussian {
-    /// The robust mean: position by [`robust_mean`] for each coordinate, orientation by
-    /// [`mean_orientation`] of the `n - floor(n / 10)` poses nearest to the mean of all.
+    /// Robust mean pose: each coordinate by [`robust_mean`], the orientation by [`mean_orientation`] of the
+    /// `n - floor(n / 10)` poses closest to the mean orientation of all.
     pub mean: Pose,
-    /// Covariance about that mean, `sum x x^T / (n - 1)`: three coordinates in metres, then the
-    /// three components of the rotation from the mean, about the axes of the scene, in radians. Zero for
-    /// a single pose.
+    /// Covariance about the mean, `sum x x^T / (n - 1)`: first the three coordinates in metres, then the rotations from
+    /// the mean about the scene's three axes in radians. Zero for a single pose.
     pub covariance: [[f64; 6]; 6],
 }
 
 impl PoseGaussian {
-    /// Fits poses; `None` for none.
+    /// Fits a Gaussian to `poses`; `None` if there are none.
     pub fn fit(poses: &[Pose]) -> Option<Self> {
         let n = poses.len();
         let mut position = [0.0; 3];
@@ -77,9 +76,9 @@ mod tests {
         let mut values: Vec<f64> = (0..20).map(f64::from).collect();
         values[19] = 1e9;
         values[0] = -1e9;
-        // 2 of 20 dropped at each end leaves 2..=17.
+        // Dropping 2 of 20 values at each end leaves 2 to 17.
         assert_eq!(robust_mean(&mut values), 9.5);
-        // Up to nine values nothing is dropped.
+        // With fewer than ten values, none is dropped.
         assert_eq!(robust_mean(&mut [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 9.0]), 1.0);
         assert_eq!(robust_mean(&mut []), 0.0);
     }

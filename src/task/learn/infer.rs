@@ -1,4 +1,4 @@
-//! Inference: which clusters are states, and what each action needs and does.
+//! Infers which clusters are states, and the preconditions and effects of each action.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -16,19 +16,19 @@ use crate::task::domain::{
 };
 use crate::task::error::TaskError;
 
-/// What was inferred, for the report.
+/// Inferred states and operators, as input for the report.
 pub(super) struct Inferred<'a> {
     pub clusters: &'a [Cluster],
-    /// The clusters that are states, in the order of the domain's states.
+    /// Clusters that are states, in the order of the domain's states.
     pub states: &'a [usize],
-    /// For each attempt, the cluster that it brought about, or why it failed.
+    /// For each attempt, the cluster in which it ended, or why it failed.
     pub judged: &'a [Result<usize, Failure>],
     pub operators: &'a [Operator],
 }
 
 impl Observations<'_> {
-    /// For each attempt, the cluster that it brought about, or why it failed, if the given clusters
-    /// are states.
+    /// Returns for each attempt the cluster in which it ended, or why it failed, if the clusters `states` are the
+    /// states.
     fn judge(&self, states: &[usize], transitions: &Transitions) -> Vec<Result<usize, Failure>> {
         let judge = |(index, t): (usize, &Attempt)| {
             let track = t.track.ok_or(Failure::NothingMoved)?;
@@ -46,7 +46,7 @@ impl Observations<'_> {
         self.attempts.iter().enumerate().map(judge).collect()
     }
 
-    /// Decides which clusters are states, and builds the domain and the report.
+    /// Decides which clusters are states, then builds the domain and the report.
     pub fn infer(&self, settings: &Settings) -> Result<Learned, TaskError> {
         let clusters = self.clusters();
         let mut states: Vec<usize> = (0..clusters.len()).collect();
@@ -90,7 +90,7 @@ impl Observations<'_> {
         Ok(Learned { domain, report })
     }
 
-    /// Clusters at the ends of failed attempts and of no action.
+    /// Returns the clusters that occur before or after failed attempts only.
     fn unexplained(&self, states: &[usize], judged: &[Result<usize, Failure>]) -> BTreeSet<usize> {
         let (mut used, mut failed) = (BTreeSet::new(), BTreeSet::new());
         for (attempt, outcome) in self.attempts.iter().zip(judged) {
@@ -129,7 +129,7 @@ impl Observations<'_> {
         models
     }
 
-    /// The objects of the first snapshot whose kind never moved.
+    /// Returns the objects of the first snapshot whose kind never moved.
     fn landmarks(&self) -> Vec<Landmark> {
         let first = self.recording.demos.iter().flat_map(|d| d.snapshots.first()).next();
         first
@@ -144,14 +144,14 @@ impl Observations<'_> {
             .unwrap_or_default()
     }
 
-    /// One operator for each state in which a part was let go.
+    /// Builds one operator for each state in which a successful attempt ended.
     fn operators(
         &self,
         states: &[usize],
         named: &[State],
         judged: &[Result<usize, Failure>],
     ) -> Vec<Operator> {
-        // States and actions share one space of names.
+        // A name must be unique among states and actions together.
         let mut names = Names::default();
         for state in named {
             names.take(&state.name);
@@ -201,7 +201,7 @@ impl Observations<'_> {
         operators
     }
 
-    /// The state that the last action of most demonstrations brought about.
+    /// Returns the state that the last action of most demonstrations reached.
     fn goal(&self, states: &[usize], judged: &[Result<usize, Failure>]) -> Option<StateId> {
         let mut last: BTreeMap<usize, usize> = BTreeMap::new();
         for (attempt, outcome) in self.attempts.iter().zip(judged) {
@@ -218,7 +218,7 @@ impl Observations<'_> {
     }
 }
 
-/// The state that a cluster became, if it became one.
+/// Returns the id of the state that a cluster became, if any.
 pub(super) fn state_of(cluster: usize, states: &[usize]) -> Option<StateId> {
     states.iter().position(|s| *s == cluster).map(StateId::new)
 }

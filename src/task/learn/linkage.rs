@@ -1,27 +1,27 @@
-//! Agglomerative clustering with average linkage, and flat cuts of its dendrogram.
+//! Agglomerative clustering with average linkage, and flat cuts of the dendrogram.
 //!
-//! The dendrogram is kodama's (nearest-neighbour chain, O(n^2) time). The flat cut follows the paper's tool:
-//! clusters whose linkage is at or above the threshold are not merged.
+//! The `kodama` crate computes the dendrogram with the nearest-neighbour chain algorithm in O(n^2) time. As in the tool
+//! that the paper uses, a flat cut merges only clusters whose linkage is below the threshold.
 
 use crate::task::domain::distance::distance_matrix;
 use crate::task::error::TaskError;
 
-/// Most points that are clustered: their distances take 1.6 GB.
+/// Maximum number of points that can be clustered. The distances of this many points take 1.6 GB.
 pub const MAX_POINTS: usize = 20_000;
 
-/// One merge of two clusters.
+/// One merge of two clusters in a [`Dendrogram`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Merge {
-    /// The first cluster: a point if below the number of points, else the merge with that number
-    /// less the number of points.
+    /// First cluster. With `n` points, a number `i < n` is point `i`; a number `n + m` is the result of merge `m`.
     pub first: usize,
-    /// The second cluster, numbered likewise.
+    /// Second cluster, numbered in the same way.
     pub second: usize,
-    /// The mean distance between their points.
+    /// Linkage of the two clusters: the mean distance over all pairs of a point of the first and a point of the second,
+    /// in the unit of the points.
     pub height: f64,
 }
 
-/// A full hierarchy of merges, lowest first.
+/// The complete hierarchy of merges of a set of points, in order of increasing height.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dendrogram {
     points: usize,
@@ -29,10 +29,10 @@ pub struct Dendrogram {
 }
 
 impl Dendrogram {
-    /// Clusters positions by p-norm distance and average linkage. Costs O(n^2) time and memory.
+    /// Clusters `points` by p-norm distance with exponent `p` and average linkage. Takes O(n^2) time and memory.
     ///
     /// # Errors
-    /// [`TaskError::TooManyPoses`] above [`MAX_POINTS`]; `kind` names the points there.
+    /// [`TaskError::TooManyPoses`] for more than [`MAX_POINTS`] points. `kind` names the points in the error.
     pub fn new(points: &[[f64; 3]], p: f64, kind: &str) -> Result<Self, TaskError> {
         let n = points.len();
         if n > MAX_POINTS {
@@ -59,39 +59,41 @@ impl Dendrogram {
         Self { points: n, merges }
     }
 
-    /// How many points were clustered.
+    /// Returns the number of points.
     pub fn len(&self) -> usize {
         self.points
     }
 
-    /// Whether there were none.
+    /// Returns whether there are no points.
     pub fn is_empty(&self) -> bool {
         self.points == 0
     }
 
-    /// All merges, lowest first.
+    /// Returns all merges, in order of increasing height.
     pub fn merges(&self) -> &[Merge] {
         &self.merges
     }
 
-    /// How many clusters a cut at `threshold` leaves: merges at or above it are not made.
+    /// Returns the number of clusters after a cut at `threshold`, which makes only the merges below it.
     pub fn count_at(&self, threshold: f64) -> usize {
         self.points - self.merges.partition_point(|m| m.height < threshold)
     }
 
-    /// The height of the first merge that a cut at `threshold` does not make.
+    /// Returns the height of the first merge that a cut at `threshold` does not make: the lowest at or above it.
+    /// `None` if the cut makes all merges.
     pub fn next_merge(&self, threshold: f64) -> Option<f64> {
         self.merges.get(self.merges.partition_point(|m| m.height < threshold)).map(|m| m.height)
     }
 
-    /// The greatest height below `threshold`: the last merge that the cut makes.
+    /// Returns the height of the last merge that a cut at `threshold` makes: the highest below it. `None` if the cut
+    /// makes no merge.
     pub fn last_merge(&self, threshold: f64) -> Option<f64> {
         let made = self.merges.partition_point(|m| m.height < threshold);
         made.checked_sub(1).map(|i| self.merges[i].height)
     }
 
-    /// The cluster of each point when merges at or above `threshold` are not made, numbered from
-    /// 0 in the order in which clusters first appear.
+    /// Returns the cluster of each point after a cut at `threshold`, which makes only the merges below it. Clusters are
+    /// numbered from 0 in order of first appearance.
     pub fn cut(&self, threshold: f64) -> Vec<usize> {
         let made = self.merges.partition_point(|m| m.height < threshold);
         let mut parent: Vec<usize> = (0..self.points + made).collect();
@@ -99,7 +101,7 @@ impl Dendrogram {
             parent[merge.first] = self.points + index;
             parent[merge.second] = self.points + index;
         }
-        // A merge's parent is a later merge, so going backwards every root is known in time.
+        // The parent of a merge is always a later merge, so a backward pass knows every root in time.
         for node in (0..parent.len()).rev() {
             parent[node] = parent[parent[node]];
         }
@@ -113,8 +115,8 @@ impl Dendrogram {
             .collect()
     }
 
-    /// For each pair of points, the height of the merge that first puts them into one cluster (the
-    /// cophenetic distance); 0 for a point and itself. Costs O(n) a pair at worst.
+    /// Returns the cophenetic distance of each pair of points: the height of the merge that first joins them in one
+    /// cluster, or 0 if both are the same point. Takes at most O(n) time per pair.
     pub fn join_heights(&self, pairs: &[(usize, usize)]) -> Vec<f64> {
         let mut parent = vec![usize::MAX; self.points + self.merges.len()];
         for (index, merge) in self.merges.iter().enumerate() {
@@ -124,7 +126,7 @@ impl Dendrogram {
         let join = |a: usize, b: usize| {
             let (mut a, mut b) = (a, b);
             while a != b {
-                // The lower number cannot be an ancestor of the higher one.
+                // Ancestors have higher numbers, so step up from the lower number.
                 let lower = if a < b { &mut a } else { &mut b };
                 *lower = parent[*lower];
             }
@@ -144,7 +146,7 @@ mod tests {
         (0..n).map(|i| [wave(i, 1.7), wave(i, 2.3), wave(i, 0.9)]).collect()
     }
 
-    /// Average linkage by its definition: merge the two clusters of least mean pairwise distance.
+    /// Average linkage by its definition: repeatedly merges the two clusters with the smallest mean pairwise distance.
     fn brute_force(points: &[[f64; 3]], p: f64) -> Vec<f64> {
         let mut clusters: Vec<Vec<usize>> = (0..points.len()).map(|i| vec![i]).collect();
         let mut heights = Vec::new();

@@ -1,14 +1,38 @@
-//! Learning from demonstrations: states from where objects were, operators from how states changed.
+//! Learns a domain from demonstrations: states from the poses of objects, operators from the changes between states.
 //!
-//! The steps follow sections II.A and II.E of the paper. For each kind of object, poses are compared by
-//! [`p_distance`] and clustered by average linkage ([`Dendrogram`]); each cluster gets a robust mean and a 6-D
-//! Gaussian. Demonstrations are then cut into attempts. What held before and after each attempt is counted
-//! ([`Evidence`](crate::task::domain::Evidence)), and preconditions and effects follow from the counts. The learner
-//! sees poses and, if they were recorded, the objects touched. It never sees names of states or actions, nor how
-//! many there are.
+//! [`learn`] takes a [`Recording`] and [`Settings`] and returns a [`Learned`]: the [`Domain`] and a [`LearnReport`]. It
+//! sees the kinds and poses of objects and, if recorded, the events and the objects touched. It is given no names,
+//! labels or state count.
 //!
-//! Three things go beyond the paper: the threshold is found from the data (see [`Settings::threshold_m`]), the
-//! manipulated object is inferred where it was not recorded, and failed attempts are told apart from actions.
+//! # Method
+//!
+//! The method follows sections II.A and II.E of the paper.
+//!
+//! 1. **Track.** Objects are followed from snapshot to snapshot, even where ids shift because an object is lost.
+//! 2. **Cut.** Each demonstration is cut into attempts, from contact to release (II.A). Without events, every two
+//!    consecutive snapshots form an attempt.
+//! 3. **Cluster.** For each kind of object that moves, positions are compared by a p-norm, by default with p = -2
+//!    ([`p_distance`], equation 1), and merged by average linkage ([`Dendrogram`], II.E). Cutting the dendrogram at the
+//!    clustering threshold gives the clusters.
+//! 4. **Select states.** Clusters become states, except detours ([`Failure::Detour`]) and clusters seen only around
+//!    failed attempts.
+//! 5. **Model states.** Each state gets a robust mean pose and a Gaussian of position and orientation
+//!    ([`PoseGaussian`], II.E).
+//! 6. **Build operators.** Each state in which a successful attempt ended gets one action. The attempts that ended in
+//!    the state are the [`Instance`]s of the action. [`Evidence`] counts the states before and after them.
+//!    Preconditions are the states that held most often before, effects the states that began to hold most often
+//!    (II.E, Tables I to III).
+//! 7. **Choose the goal.** The goal is the state that the last action of most demonstrations reached.
+//!
+//! # Beyond the paper
+//!
+//! * The threshold is found from the data ([`Settings::threshold_m`]).
+//! * If the manipulated object was not recorded, it is inferred.
+//! * Failed attempts are recognised and teach no action.
+//! * The goal is chosen from the demonstrations.
+//! * An operator also lists the states that were always absent before its action, and the states that the action ends.
+//!
+//! [`Evidence`]: crate::task::domain::Evidence
 
 mod attempts;
 mod gaussian;
@@ -37,17 +61,18 @@ use crate::task::error::TaskError;
 use crate::task::event::{Event, Ignore, LearningStep, Observer};
 use observations::Observations;
 
-/// How to learn.
+/// Settings of the learner.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// The exponent of the distance; the paper uses -2.
+    /// Exponent of the p-norm distance: any finite number except 0. The paper uses -2.
     pub p: f64,
-    /// The clustering threshold in metres, the same for every kind; the paper uses 0.001169.
-    /// `None` finds one for each kind: the coarsest clustering in which nearly every attempt takes its
-    /// part to another state. Attempts that left some coordinate unchanged, to a [`RESOLUTION`] of the
-    /// distance travelled, are set aside.
+    /// Clustering threshold for every kind, in metres, above 0. The paper uses 0.001169.
+    ///
+    /// With `None`, the learner finds a threshold for each kind: the coarsest clustering in which nearly every attempt
+    /// moves its object to another cluster. It ignores attempts whose two poses agree too closely to be different
+    /// states, as defined by [`RESOLUTION`].
     pub threshold_m: Option<f64>,
-    /// Kept with the domain; learning itself draws nothing.
+    /// Seed, stored in the domain's provenance. Learning itself uses no random numbers.
     pub seed: u64,
 }
 
@@ -57,12 +82,12 @@ impl Default for Settings {
     }
 }
 
-/// What was learned and how.
+/// The result of learning.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Learned {
-    /// The domain.
+    /// The learned domain.
     pub domain: Domain,
-    /// Every attempt, and poses that made no state.
+    /// Outcome of every attempt, and the poses that belong to no state.
     pub report: LearnReport,
 }
 
@@ -81,14 +106,14 @@ pub struct Learned {
 /// ```
 ///
 /// # Errors
-/// [`TaskError::Setting`] for an exponent or threshold that cannot be used;
-/// [`TaskError::NothingToLearn`] if no demonstration has two snapshots or nothing moved;
-/// [`TaskError::TooManyPoses`] above [`MAX_POINTS`] poses of one kind.
+/// * [`TaskError::Setting`] for an invalid exponent or threshold.
+/// * [`TaskError::NothingToLearn`] if no demonstration has two snapshots, no object moved, or there was no attempt.
+/// * [`TaskError::TooManyPoses`] for more than [`MAX_POINTS`] poses of one kind.
 pub fn learn(recording: &Recording, settings: &Settings) -> Result<Learned, TaskError> {
     learn_observed(recording, settings, &mut Ignore)
 }
 
-/// [`learn`], telling `observer` of each step before it is taken ([`Event::Learning`]).
+/// Learns a domain like [`learn`], and sends an [`Event::Learning`] to `observer` before each step.
 ///
 /// # Errors
 /// As [`learn`].
@@ -107,17 +132,21 @@ pub fn learn_observed(
     }
     let nothing = |reason: &str| TaskError::NothingToLearn { reason: reason.into() };
     if recording.demos.iter().all(|d| d.snapshots.len() < 2) {
-        return Err(nothing("no demonstration has two snapshots or more"));
+        return Err(nothing(
+            "every demonstration has fewer than two snapshots; expected at least two",
+        ));
     }
     let mut observed = Observations::observe(recording, settings, observer)?;
     if observed.kinds.is_empty() {
-        return Err(nothing("no object moved by more than a millimetre"));
+        return Err(nothing(
+            "no object moved; expected at least one object to move by 1 mm or more",
+        ));
     }
     if observed.attempts.is_empty() {
-        return Err(nothing("no object was taken up and let go"));
+        return Err(nothing("no object was picked up and released; expected at least one attempt"));
     }
-    // Guessing the manipulated objects and clustering depend on each other: repeat until nothing
-    // changes. Five rounds are more than any recording has needed.
+    // The clusters depend on the guesses of manipulated objects, and these on the clusters: repeat until nothing
+    // changes. No recording has needed five rounds.
     for _ in 0..5 {
         observed.cluster(settings);
         if !observed.reconsider() {

@@ -1,20 +1,20 @@
-//! Readable names for what was learned, made from kinds and places; a person can change them.
+//! Readable names for learned states and actions, made from kinds and places. Users can rename them.
 
 use std::collections::HashSet;
 
 use crate::task::domain::{Origin, Pose, is_symbol};
 
-/// Something that was always there and never moved, near which a state may lie.
+/// A fixture: an object that never moved. States near it are named after it.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Landmark {
     pub kind: String,
     pub pose: Pose,
 }
 
-/// A landmark names a state that lies within this distance of it, in metres.
+/// Largest distance at which a landmark names a state, in metres.
 const NEAR_M: f64 = 0.15;
 
-/// The name of a kind as it can stand in a symbol: letters and digits, all else `_`.
+/// Turns a kind into a valid part of a name: upper-case ASCII letters and digits, with `_` for everything else.
 pub(crate) fn symbol(kind: &str) -> String {
     let mut name: String = kind
         .chars()
@@ -27,14 +27,14 @@ pub(crate) fn symbol(kind: &str) -> String {
     name
 }
 
-/// Hands out names, each once.
+/// Gives out unique names.
 #[derive(Debug, Default)]
 pub(crate) struct Names {
     taken: HashSet<String>,
 }
 
 impl Names {
-    /// `wanted`, or if that is taken `wanted_2`, `wanted_3` and so on.
+    /// Returns `wanted`, or `wanted_2`, `wanted_3` and so on if the name is taken.
     pub fn take(&mut self, wanted: &str) -> String {
         let mut name = wanted.to_owned();
         let mut number = 2;
@@ -46,8 +46,8 @@ impl Names {
     }
 }
 
-/// A name for a state: where its parts were found, the landmark that they were put at, or just that
-/// they were put somewhere.
+/// Returns a name for a state: `KIND_AT_START` if its parts were found there, else `KIND_AT_LANDMARK` for the nearest
+/// landmark within [`NEAR_M`], else `KIND_PLACED`.
 pub(crate) fn state_name(
     kind: &str,
     origin: Origin,
@@ -69,7 +69,7 @@ pub(crate) fn state_name(
     }
 }
 
-/// A name for the action that puts a part into a state.
+/// Returns a name for the action that puts a part into `state`.
 pub(crate) fn action_name(state: &str) -> String {
     format!("PUT_{state}")
 }

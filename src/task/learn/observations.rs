@@ -1,4 +1,4 @@
-//! What was observed: a recording as parts that move between clusters of poses.
+//! Observations: a recording as parts that move between clusters of poses.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use crate::task::domain::{Pose, Recording, WorldState};
 use crate::task::error::TaskError;
 use crate::task::event::{Event, LearningStep, Observer};
 
-/// A recording whose objects are followed, with its attempts and clusters.
+/// A recording with its tracks, attempts and clusters.
 pub(super) struct Observations<'r> {
     pub recording: &'r Recording,
     pub tracks: Vec<Vec<Track>>,
@@ -20,30 +20,32 @@ pub(super) struct Observations<'r> {
     pub kinds: Vec<Kind>,
 }
 
-/// One kind of object that moves.
+/// A kind of object that moves, with its clustered poses.
 pub(super) struct Kind {
     pub name: Arc<str>,
-    /// (demo, track, snapshot) of every pose that is clustered.
+    /// (demonstration, track, snapshot) of every clustered pose.
     poses: Vec<(usize, usize, usize)>,
-    /// The place of each of these in `poses`.
+    /// Index of each of these poses in `poses`.
     places: HashMap<(usize, usize, usize), usize>,
     pub tree: Dendrogram,
-    /// The cut, and the cluster of each pose; clusters of all kinds are numbered together.
+    /// Linkage at which the dendrogram is cut.
     pub threshold: f64,
+    /// Cluster of each pose. Clusters of all kinds are numbered together.
     labels: Vec<usize>,
 }
 
-/// A cluster of poses, perhaps a state.
+/// A cluster of poses, which may become a state.
 pub(super) struct Cluster {
     pub kind: usize,
     pub members: Vec<(usize, usize, usize)>,
-    /// How often a part came into it by an attempt, and how often otherwise.
+    /// Number of times that an attempt brought a part into the cluster.
     pub placed: usize,
+    /// Number of times that a part came into the cluster without an attempt.
     pub found: usize,
 }
 
 impl<'r> Observations<'r> {
-    /// Follows all objects, cuts attempts, guesses who was manipulated, and builds the dendrograms.
+    /// Tracks all objects, cuts the attempts, guesses the manipulated objects and builds the dendrograms.
     pub fn observe(
         recording: &'r Recording,
         settings: &Settings,
@@ -99,7 +101,7 @@ impl<'r> Observations<'r> {
 }
 
 impl Observations<'_> {
-    /// Cuts every kind's dendrogram.
+    /// Cuts the dendrogram of every kind into clusters.
     pub fn cluster(&mut self, settings: &Settings) {
         let mut first = 0;
         for k in 0..self.kinds.len() {
@@ -130,15 +132,16 @@ impl Observations<'_> {
         self.kinds.iter().position(|k| k.name == self.tracks[demo][track].kind)
     }
 
-    /// The cluster of a track in a snapshot.
+    /// Returns the cluster of a track in a snapshot.
     pub fn label(&self, demo: usize, track: usize, snapshot: usize) -> Option<usize> {
         let kind = &self.kinds[self.kind_of(demo, track)?];
         kind.places.get(&(demo, track, snapshot)).map(|place| kind.labels[*place])
     }
 
-    /// Looks again at guessed attempts in which the guessed part stayed in its cluster: if just one
-    /// other part came to be where none of its kind was, that one was manipulated and the first was
-    /// knocked aside. Returns whether anything changed.
+    /// Corrects guesses of the manipulated part. If the guessed part stayed in its cluster and exactly one other part
+    /// moved to a cluster that was empty before, then that part was manipulated and the guessed one was knocked
+    /// aside.
+    /// Returns whether any guess changed.
     pub fn reconsider(&mut self) -> bool {
         let mut changed = false;
         for index in 0..self.attempts.len() {
@@ -166,7 +169,7 @@ impl Observations<'_> {
         changed
     }
 
-    /// All clusters, with how parts came into them.
+    /// Returns all clusters and counts how parts came into them.
     pub fn clusters(&self) -> Vec<Cluster> {
         let mut clusters: Vec<Cluster> = Vec::new();
         for (k, kind) in self.kinds.iter().enumerate() {
@@ -198,7 +201,7 @@ impl Observations<'_> {
         clusters
     }
 
-    /// Which states hold in a snapshot, if these clusters are the states.
+    /// Returns the states that hold in a snapshot, if the clusters `states` are the states.
     pub fn world_state(&self, demo: usize, snapshot: usize, states: &[usize]) -> WorldState {
         let held: BTreeSet<usize> =
             (0..self.tracks[demo].len()).filter_map(|t| self.label(demo, t, snapshot)).collect();
@@ -212,8 +215,7 @@ impl Observations<'_> {
             .filter_map(|(d, t, s)| self.tracks[*d][*t].pose(&self.recording.demos[*d], *s))
     }
 
-    /// How many poses of a cluster differ from the same part's pose before by more than a resting
-    /// part moves.
+    /// Number of distinct poses of a cluster: consecutive poses of a part that did not move count once.
     pub fn distinct(&self, cluster: &Cluster) -> usize {
         let mut last: Option<((usize, usize), &Pose)> = None;
         let mut count = 0;

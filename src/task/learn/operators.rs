@@ -1,30 +1,30 @@
-//! What an action needs and does: counts over the worlds before and after its instances.
+//! Preconditions and effects of an action, from counts over the world states before and after its instances.
 
 use crate::task::domain::{Evidence, StateId, WorldState};
 
-/// One instance of an action.
+/// One demonstrated instance of an action.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Instance {
-    /// `G`: what held before.
+    /// World state before the action: `G` in the paper.
     pub before: WorldState,
-    /// `H`: what held after.
+    /// World state after the action: `H` in the paper.
     pub after: WorldState,
 }
 
 impl Evidence {
-    /// Counts over instances.
+    /// Counts the states before and after all instances of an action.
     ///
     /// # Panics
-    /// If the worlds do not cover the same states.
+    /// If the world states do not all have the same number of states.
     pub fn count<'a>(instances: impl IntoIterator<Item = &'a Instance>) -> Self {
         let mut evidence = Self::default();
         for Instance { before, after } in instances {
-            assert_eq!(before.states(), after.states(), "one domain's worlds");
+            assert_eq!(before.states(), after.states(), "world states of one domain");
             if evidence.instances == 0 {
                 evidence.before = vec![0; before.states()];
                 evidence.change = vec![0; before.states()];
             }
-            assert_eq!(evidence.before.len(), before.states(), "one domain's worlds");
+            assert_eq!(evidence.before.len(), before.states(), "world states of one domain");
             evidence.instances += 1;
             for (state, (g, h)) in before.flags().iter().zip(after.flags()).enumerate() {
                 evidence.before[state] += u32::from(*g);
@@ -34,8 +34,8 @@ impl Evidence {
         evidence
     }
 
-    /// The states most consistently present before: `argmax sum G`, all of them if several are
-    /// equal (section II.E of the paper). Empty if no state ever held before.
+    /// Returns the preconditions: the states that held most often before the action, `argmax sum G` (section II.E of
+    /// the paper). Ties give several states. Empty if no state ever held before.
     pub fn preconditions(&self) -> Vec<StateId> {
         let most = self.before.iter().copied().max().unwrap_or(0);
         if most == 0 {
@@ -44,8 +44,8 @@ impl Evidence {
         (0..self.before.len()).filter(|s| self.before[*s] == most).map(StateId::new).collect()
     }
 
-    /// The states most consistently brought about: `argmax sum (H - G)`, all of them if several are
-    /// equal. Empty if none was brought about more often than it was ended.
+    /// Returns the effects: the states that began to hold most often, `argmax sum (H - G)` (section II.E of the paper).
+    /// Ties give several states. Empty if no state began to hold more often than it ceased to hold.
     pub fn effects(&self) -> Vec<StateId> {
         let most = self.change.iter().copied().max().unwrap_or(0);
         if most <= 0 {
@@ -54,12 +54,13 @@ impl Evidence {
         (0..self.change.len()).filter(|s| self.change[*s] == most).map(StateId::new).collect()
     }
 
-    /// The states that never held before: what has to be absent, if coincidences are set aside.
+    /// Returns the states that never held before the action. A planner may require them to be absent; with few
+    /// instances, a state can be missing by coincidence.
     pub fn absent(&self) -> Vec<StateId> {
         (0..self.before.len()).filter(|s| self.before[*s] == 0).map(StateId::new).collect()
     }
 
-    /// The states that every instance ended.
+    /// Returns the states that held before every instance and after none.
     pub fn removes(&self) -> Vec<StateId> {
         let all = -i32::try_from(self.instances).unwrap_or(i32::MAX);
         if self.instances == 0 {
@@ -125,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn an_action_with_two_needs_keeps_both() {
+    fn an_action_with_two_preconditions_keeps_both() {
         let evidence = Evidence::count(&[
             instance([1, 1, 1, 1, 0], [1, 1, 1, 0, 1]),
             instance([0, 0, 1, 1, 0], [0, 0, 1, 0, 1]),

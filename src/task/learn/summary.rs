@@ -1,4 +1,4 @@
-//! What the learner says of each attempt and of poses that made no state.
+//! The learner's report: the outcome of each attempt, and the poses that belong to no state.
 
 use std::collections::BTreeSet;
 
@@ -7,81 +7,83 @@ use super::infer::{Inferred, state_of};
 use super::observations::Observations;
 use crate::task::domain::{ActionId, Pose};
 
-/// What came of an attempt.
+/// The outcome of an attempt.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum AttemptOutcome {
-    /// An instance of this action of the learned domain.
+    /// The attempt is an instance of this action of the learned domain.
     Action(ActionId),
-    /// Nothing was achieved.
+    /// The attempt achieved nothing.
     Failed(Failure),
 }
 
-/// Why an attempt achieved nothing.
+/// Why an attempt failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Failure {
     /// No object moved.
     NothingMoved,
-    /// The manipulated part was lost.
+    /// The manipulated object was lost.
     PartLost,
-    /// The part ended in a state that held already.
+    /// The object ended in a state that already held before the attempt, or in no state.
     NothingNew,
-    /// The part ended in a place that it did not keep and that others did without on the same way.
+    /// The object ended in a detour: a place where objects seldom stay, and which they bypass at least as often as they
+    /// pass through it.
     Detour,
-    /// The part came back to a state that it had left before, and left it again.
+    /// The object returned to a state that it had left earlier. This is no failure if the object stays there in at
+    /// least half of the demonstrations.
     Undone,
 }
 
-/// One attempt and what came of it.
+/// One attempt and its outcome.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct AttemptReport {
-    /// The recorder's number of the demonstration.
+    /// Number of the demonstration, as recorded.
     pub demo: u64,
-    /// The recorder's number of the snapshot before.
+    /// Number of the snapshot before the attempt, as recorded.
     pub before: u64,
-    /// The recorder's number of the snapshot after.
+    /// Number of the snapshot after the attempt, as recorded.
     pub after: u64,
-    /// The manipulated object's id in the snapshot before.
+    /// Id of the manipulated object in the snapshot before; `None` if no manipulated object was found.
     pub object: Option<String>,
-    /// Whether the object was inferred, not recorded.
+    /// Whether the manipulated object was inferred instead of recorded.
     pub inferred: bool,
-    /// What came of it.
+    /// Outcome of the attempt.
     pub outcome: AttemptOutcome,
 }
 
-/// Poses that made no state, because they were seen only around failed attempts.
+/// A cluster of poses that is no state, because it was seen only around failed attempts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UnexplainedPoses {
-    /// The kind of object.
+    /// Kind of the objects.
     pub kind: String,
-    /// How many poses there are.
+    /// Number of poses.
     pub count: usize,
-    /// Their robust mean.
+    /// Robust mean of the poses.
     pub mean: Pose,
-    /// Where they were seen: demonstration and snapshot numbers.
+    /// Demonstration and snapshot number of each pose.
     pub seen: Vec<(u64, u64)>,
 }
 
-/// How the learning went.
+/// The learner's report on attempts, unexplained poses and fixtures.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LearnReport {
     /// Every attempt, in the order of the recording.
     pub attempts: Vec<AttemptReport>,
-    /// Poses that made no state.
+    /// Clusters of poses that are no states.
     pub unexplained: Vec<UnexplainedPoses>,
-    /// Kinds that never moved and have no states.
+    /// Kinds of objects that never moved, and so have no states.
     pub fixed_kinds: Vec<String>,
 }
 
 impl LearnReport {
-    /// How many attempts failed.
+    /// Returns the number of failed attempts.
     pub fn failed(&self) -> usize {
         self.attempts.iter().filter(|t| matches!(t.outcome, AttemptOutcome::Failed(_))).count()
     }
 }
 
 impl Observations<'_> {
-    /// Reports every attempt and every cluster that is no state.
+    /// Builds the report on every attempt and every cluster that is no state.
     pub(super) fn report(&self, inferred: &Inferred<'_>) -> LearnReport {
         let Inferred { clusters, states, judged, operators } = inferred;
         let number = |demo: usize, snapshot: usize| {
@@ -109,7 +111,7 @@ impl Observations<'_> {
                     inferred: !t.declared,
                     outcome: match outcome.map(action) {
                         Ok(Some(action)) => AttemptOutcome::Action(action),
-                        // Every state that an attempt brought about has an operator.
+                        // Unreachable: every state in which a successful attempt ended has an operator.
                         Ok(None) => AttemptOutcome::Failed(Failure::NothingNew),
                         Err(why) => AttemptOutcome::Failed(why),
                     },

@@ -1,43 +1,49 @@
-//! Finding the clustering threshold from the data: a manipulation is done to change a state.
+//! Finds the clustering threshold of a kind from the data.
 //!
-//! For each attempt the dendrogram gives the height at which its two poses join one cluster. A cut below that
-//! height explains the attempt. The coarsest cut that explains nearly all attempts is wanted. Failed attempts (a
-//! part dropped back on the table) must not pull the cut down:
+//! The idea is that a demonstrator manipulates an object to change its state. For each attempt, the dendrogram gives
+//! the height at which the poses before and after join one cluster. A cut at or below that height *explains* the
+//! attempt: it leaves the two poses in different clusters. The threshold is the coarsest cut that explains nearly all
+//! attempts.
 //!
-//! * an attempt counts only if its two poses are told apart by every coordinate to at least a thousandth of the
-//!   way the part went ([`RESOLUTION`]): a part that was carried half a metre and lies at the same
-//!   height to a few micrometres has not changed its state;
-//! * the cut goes down for attempts that a coarser one leaves unexplained only if at least a quarter of the
-//!   demonstrations have one, and if it makes at most two new clusters for each attempt that it explains.
+//! Failed attempts, such as a part dropped back on the table, must not lower the cut. Two rules prevent this:
+//!
+//! * An attempt counts only if the part moved and the join height is at least [`RESOLUTION`] times the distance moved.
+//!   A part that was carried half a metre and lies at the same height within micrometres has not changed its state.
+//! * The cut is lowered to explain further attempts only if these occur in at least a quarter of the demonstrations and
+//!   there are at most two new clusters for each attempt explained.
 
 use super::linkage::Dendrogram;
 
-/// Least ratio of join height to distance travelled for an attempt to count.
+/// Smallest ratio of join height to distance moved at which an attempt counts in the search for a threshold.
+///
+/// The join height is the linkage at which the clustering puts the object's poses before and after the attempt into one
+/// cluster. A very small ratio means that the two poses agree in some coordinate, so that the object has probably not
+/// changed its state.
 pub const RESOLUTION: f64 = 1e-3;
 
-/// A manipulation of one part, seen from the dendrogram of its kind.
+/// A manipulation of one part, as points of the dendrogram of its kind.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Manipulation {
-    /// Which demonstration it belongs to.
+    /// Index of the demonstration.
     pub demo: usize,
-    /// The point before.
+    /// Point of the pose before.
     pub before: usize,
-    /// The point after.
+    /// Point of the pose after.
     pub after: usize,
-    /// Metres between the two.
+    /// Distance that the part moved, in metres.
     pub moved: f64,
 }
 
-/// Where to cut the dendrogram of one kind.
+/// The chosen cut of the dendrogram of one kind.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Choice {
-    /// Merges at or above this are not made.
+    /// Threshold of the cut: merges at or above it are not made.
     pub threshold: f64,
-    /// How many manipulations end in another cluster than they began in.
+    /// Number of manipulations that end in another cluster than they began in.
     pub explained: usize,
 }
 
-/// The threshold for one kind, from the manipulations of its parts.
+/// Chooses the threshold of one kind from the manipulations of its parts.
 pub(crate) fn choose(tree: &Dendrogram, manipulations: &[Manipulation]) -> Choice {
     let pairs: Vec<(usize, usize)> = manipulations.iter().map(|m| (m.before, m.after)).collect();
     let joins = tree.join_heights(&pairs);
@@ -49,7 +55,7 @@ pub(crate) fn choose(tree: &Dendrogram, manipulations: &[Manipulation]) -> Choic
         .collect();
     counted.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     let Some((mut cut, _)) = counted.first().copied() else {
-        // Nothing was manipulated: one state.
+        // Nothing was manipulated, so all poses form one cluster.
         return Choice { threshold: f64::INFINITY, explained: 0 };
     };
     let mut demos: Vec<usize> = manipulations.iter().map(|m| m.demo).collect();
@@ -59,7 +65,7 @@ pub(crate) fn choose(tree: &Dendrogram, manipulations: &[Manipulation]) -> Choic
     let mut explained = counted.iter().take_while(|(join, _)| *join >= cut).count();
     let first = explained;
     for (end, &(join, _)) in counted.iter().enumerate().skip(first) {
-        // Take all of one height together.
+        // Attempts with equal join heights are explained together.
         if counted.get(end + 1).is_some_and(|next| next.0 == join) {
             continue;
         }
@@ -73,7 +79,7 @@ pub(crate) fn choose(tree: &Dendrogram, manipulations: &[Manipulation]) -> Choic
             explained = end + 1;
         }
     }
-    // Any threshold down to the next lower merge gives the same clusters: stand in the middle.
+    // Every threshold between the next lower merge and the cut gives the same clusters: take the geometric mean.
     let below = tree.last_merge(cut).unwrap_or(0.0);
     let threshold = if below > 0.0 { (below * cut).sqrt().min(cut) } else { cut / 2.0 };
     Choice { threshold, explained: joins.iter().filter(|j| **j >= cut).count() }

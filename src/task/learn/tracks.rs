@@ -1,4 +1,4 @@
-//! Following objects from snapshot to snapshot, although ids shift when a part is lost.
+//! Tracks objects from snapshot to snapshot, even if ids shift because an object is lost.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -6,38 +6,38 @@ use std::sync::Arc;
 use crate::task::domain::Pose;
 use crate::task::domain::{Demonstration, Snapshot};
 
-/// One physical object through a demonstration.
+/// One physical object throughout a demonstration.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Track {
     pub kind: Arc<str>,
-    /// Its place among the objects of each snapshot; `None` before it appears and after it is lost.
+    /// Index of the object in each snapshot; `None` before the object appears and after it is lost.
     pub at: Vec<Option<usize>>,
 }
 
 impl Track {
-    /// Its pose in a snapshot.
+    /// Pose of the object in a snapshot.
     pub fn pose<'a>(&self, demo: &'a Demonstration, snapshot: usize) -> Option<&'a Pose> {
         let object = (*self.at.get(snapshot)?)?;
         Some(&demo.snapshots.get(snapshot)?.objects.get(object)?.pose)
     }
 
-    /// How far it moved between two snapshots, in metres; `None` unless it is in both.
+    /// Distance that the object moved between two snapshots, in metres; `None` unless it is in both.
     pub fn moved(&self, demo: &Demonstration, from: usize, to: usize) -> Option<f64> {
         Some(self.pose(demo, from)?.distance(self.pose(demo, to)?))
     }
 
-    /// Its id in a snapshot.
+    /// Id of the object in a snapshot.
     pub fn id<'a>(&self, demo: &'a Demonstration, snapshot: usize) -> Option<&'a str> {
         let object = (*self.at.get(snapshot)?)?;
         Some(&demo.snapshots.get(snapshot)?.objects.get(object)?.id)
     }
 }
 
-/// The tracks of a demonstration.
+/// Returns the tracks of all objects of a demonstration.
 ///
-/// While the number of objects of a kind stays the same, an id is an identity. Where it changes (a
-/// part fell off the table, and the later ids moved down), objects are matched by distance, nearest
-/// first, so that those that did not move are matched before those that did.
+/// While the number of objects of a kind stays the same, ids identify them. If the number changes, for example because
+/// a part fell off the table and later ids moved down, objects are matched by distance, nearest first. Objects that did
+/// not move are thus matched before those that did.
 pub(crate) fn follow(demo: &Demonstration) -> Vec<Track> {
     let mut tracks: Vec<Track> = Vec::new();
     let length = demo.snapshots.len();

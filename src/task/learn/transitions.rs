@@ -1,21 +1,23 @@
-//! Transitions of parts between clusters: which clusters are detours, which attempts were undone.
+//! Transitions of parts between clusters: finds clusters that are detours and attempts that were undone.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::observations::{Cluster, Observations};
 
-/// What the transitions of parts between clusters show.
+/// Findings from the transitions of parts between clusters.
 #[derive(Default)]
 pub(super) struct Transitions {
-    /// Clusters that parts reached only by attempts and did not stay in, although the next cluster was
-    /// reached directly at least as often: a bolt left standing, a nut on the jig's rim.
+    /// Clusters that are detours: parts reached them only by attempts and left them again in most demonstrations,
+    /// although parts went directly to the next cluster at least as often. Examples are a bolt left standing and a nut
+    /// on the jig's rim.
     pub detours: BTreeSet<usize>,
-    /// Attempts that returned a part to a cluster that it had left, and left again later.
+    /// Attempts that returned a part to a cluster that it had left earlier, unless the part stayed there and does so in
+    /// at least half of the demonstrations.
     pub undone: BTreeSet<usize>,
 }
 
 impl Observations<'_> {
-    /// Follows the parts from cluster to cluster to find detours and attempts that were undone.
+    /// Follows the parts from cluster to cluster and finds detours and undone attempts.
     pub fn transitions(&self, clusters: &[Cluster]) -> Transitions {
         let mut found = Transitions::default();
         let mut direct: BTreeMap<(usize, usize), usize> = BTreeMap::new();
@@ -49,7 +51,7 @@ impl Observations<'_> {
                 .len()
                 .checked_sub(1)
                 .and_then(|s| self.label(demo, track, s));
-            // The route so far, without its loops.
+            // Clusters visited so far, without loops.
             let mut route: Vec<usize> = Vec::new();
             for (at, (index, from, to)) in moves.iter().copied().enumerate() {
                 if route.last() != Some(&from) {
@@ -86,7 +88,7 @@ impl Observations<'_> {
                 }
             }
         }
-        // What happens in fewer than half of the demonstrations is not what they are about.
+        // An event in fewer than half of the demonstrations is taken as an accident, not as part of the task.
         let seldom = |cluster: usize, demos: Option<&BTreeSet<usize>>| {
             let all = manipulated.get(&clusters[cluster].kind).map_or(0, BTreeSet::len);
             2 * demos.map_or(0, BTreeSet::len) < all

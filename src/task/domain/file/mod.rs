@@ -1,7 +1,7 @@
-//! The domain's file: JSON with a format and a version, checked whole when it is read.
+//! The domain file: JSON with a format and a version, checked completely when it is read.
 //!
-//! In the file a state is referred to by its name, for people to read. Version 2 is written; version 1,
-//! in which every state had geometry, is still read.
+//! Operators refer to states by name, so that people can read the file. Version 2 is written. Version 1, in which every
+//! state had geometry, can still be read.
 
 mod shape;
 mod v1;
@@ -19,10 +19,10 @@ use crate::task::domain::{
 };
 use crate::task::error::{InputFault, TaskError, json_problem};
 
-/// What the file calls itself.
+/// Value of the `format` field.
 const FORMAT: &str = "symbolt-domain";
 
-/// The version of the file's layout that is written.
+/// Version of the layout that is written.
 const VERSION: u64 = 2;
 
 #[derive(Serialize, Deserialize)]
@@ -30,7 +30,7 @@ const VERSION: u64 = 2;
 struct DomainFile {
     format: String,
     version: u64,
-    /// Left out where the domain was not learned.
+    /// Omitted if the domain was not learned.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     provenance: Option<Provenance>,
     goal: Option<String>,
@@ -62,7 +62,7 @@ struct OperatorEntry {
     evidence: Option<Evidence>,
 }
 
-/// Where a fault is, and what it is.
+/// A fault in a field of the file.
 struct FieldFault {
     field: String,
     problem: String,
@@ -70,10 +70,10 @@ struct FieldFault {
 }
 
 impl Domain {
-    /// The domain as JSON text.
+    /// Writes the domain as JSON text.
     ///
     /// # Errors
-    /// [`TaskError::Json`] if it cannot be put into JSON, which no checked domain has shown yet.
+    /// [`TaskError::Json`] if serialisation fails. This is not known to happen.
     pub fn to_json(&self) -> Result<String, TaskError> {
         let file = DomainFile::from(self);
         let failed = |source| TaskError::Json { what: "the domain", source };
@@ -82,19 +82,19 @@ impl Domain {
         Ok(text)
     }
 
-    /// Reads a domain from a file (`-` for standard input).
+    /// Reads a domain from a file, or from standard input if `path` is `-`.
     ///
     /// # Errors
-    /// If the file cannot be read or is not a valid domain of version 1 or 2.
+    /// [`TaskError::File`] if the file cannot be read; [`TaskError::Input`] if it is not a valid domain file of version
+    /// 1 or 2.
     pub fn read(path: &Path) -> Result<Self, TaskError> {
         Self::parse(&read_file(path)?, &path.display().to_string())
     }
 
-    /// Reads a domain from bytes; `file` names them in messages. Never panics, whatever the
-    /// bytes.
+    /// Reads a domain from the bytes of a domain file. Error messages call the source `file`. Never panics.
     ///
     /// # Errors
-    /// If they are not a valid domain of version 1 or 2.
+    /// [`TaskError::Input`] if the bytes are not a valid domain file of version 1 or 2.
     pub fn parse(bytes: &[u8], file: &str) -> Result<Self, TaskError> {
         let fault = |line, field: &str, problem: String, expected: &str| InputFault {
             file: file.into(),
@@ -105,13 +105,18 @@ impl Domain {
         };
         let json = |error: serde_json::Error, field: String| {
             let problem = format!("{} (column {})", json_problem(&error), error.column());
-            fault(Some(error.line()), &field, problem, "a domain as `learn` writes it")
+            fault(
+                Some(error.line()),
+                &field,
+                problem,
+                "a domain file as written by `symbolt learn`",
+            )
         };
         let value: Value = serde_json::from_slice(bytes).map_err(|e| json(e, String::new()))?;
         let shaped = |f: FieldFault| fault(None, &f.field, f.problem, &f.expected);
         let version = shape::check(&value).map_err(shaped)?;
-        // From the text once more and not from the value, for the line, and because the value keeps only the last of
-        // two fields of one name.
+        // Parse the text again instead of using `value`: only the text gives line numbers, and `value` silently keeps
+        // the last of two fields with the same name.
         let parsed: DomainFile = if version == v1::VERSION {
             let parsed = serde_json::from_slice::<v1::DomainFile>(bytes);
             parsed.map_err(|e| json(e, v1::faulty_field(&value)))?.into()
@@ -120,9 +125,13 @@ impl Domain {
             serde_json::from_slice(bytes).map_err(|e| json(e, faulty()))?
         };
         let invalid = |reason: String| {
-            TaskError::from(fault(None, "", reason, "a domain that does not contradict itself"))
+            // Most reasons already say what was expected.
+            let (problem, expected) = reason
+                .split_once("; expected ")
+                .unwrap_or((reason.as_str(), "a consistent domain"));
+            TaskError::from(fault(None, "", problem.into(), expected))
         };
-        // Names first: where one is bad, what refers to it is not the fault to tell.
+        // Names first: an invalid name must not be reported as a reference to an unknown state.
         let states = parsed.states.iter().map(|s| &s.name);
         check_names(states.chain(parsed.operators.iter().map(|o| &o.name))).map_err(invalid)?;
         let Resolved { states, operators, goal, provenance } = parsed.resolve().map_err(shaped)?;
@@ -210,7 +219,7 @@ fn no_state(name: &str, field: String, names: &[String]) -> FieldFault {
     let near = near.map_or_else(String::new, |n| format!(" (did you mean `{n}`?)"));
     FieldFault {
         field,
-        problem: format!("`{name}` is no state{near}"),
+        problem: format!("`{name}` is not a state{near}"),
         expected: format!("one of the domain's states: {}", names.join(", ")),
     }
 }

@@ -1,4 +1,4 @@
-//! The shape of the domain's file: what has to be an object, and which field a fault is in.
+//! The shape of a domain file: which values must be objects or strings, and which field has a fault.
 
 use serde::Deserialize;
 use serde_json::Value;
@@ -6,8 +6,8 @@ use serde_json::Value;
 use super::{FORMAT, FieldFault, VERSION, v1};
 use crate::task::domain::Provenance;
 
-/// What has to be an object, in either version: serde would take a list of values in order. `[]` stands for every
-/// entry of a list.
+/// Paths of values that must be objects, in either version. They are checked here because serde also accepts a list of
+/// the field values in order. `[]` stands for every entry of a list.
 const OBJECTS: [&[&str]; 9] = [
     &["provenance"],
     &["provenance", "clusters", "[]"],
@@ -20,13 +20,13 @@ const OBJECTS: [&[&str]; 9] = [
     &["operators", "[]", "evidence"],
 ];
 
-/// What has to be a string: serde would take an object for it.
+/// Paths of values that must be strings. They are checked here because serde also accepts an object.
 const STRINGS: [&[&str]; 2] = [&["states", "[]", "origin"], &["states", "[]", "learned", "origin"]];
 
-/// The fields that version 2 can do without, or have as `null`.
+/// Fields that may be missing or `null` in version 2.
 const OPTIONAL: [&str; 3] = ["provenance", "learned", "evidence"];
 
-/// Checks format, version and what has to be an object. The version, one that can be read.
+/// Checks the format, the version and the shape of the file. Returns the version.
 pub(super) fn check(file: &Value) -> Result<u64, FieldFault> {
     let fault = |field: &str, found: Option<&Value>, expected: String| FieldFault {
         field: field.into(),
@@ -34,9 +34,9 @@ pub(super) fn check(file: &Value) -> Result<u64, FieldFault> {
         expected,
     };
     if !file.is_object() {
-        return Err(fault("", Some(file), "an object, as `learn` writes it".into()));
+        return Err(fault("", Some(file), "an object, as written by `symbolt learn`".into()));
     }
-    // First of all: another version may have other fields.
+    // Check the version before other fields, because another version may have different fields.
     let format = file.get("format");
     if format.and_then(Value::as_str) != Some(FORMAT) {
         return Err(fault("format", format, format!("`{FORMAT}`")));
@@ -44,7 +44,7 @@ pub(super) fn check(file: &Value) -> Result<u64, FieldFault> {
     let version = file.get("version");
     let Some(known @ (v1::VERSION | VERSION)) = version.and_then(Value::as_u64) else {
         let expected =
-            format!("{} or {VERSION}, the versions that this program reads", v1::VERSION);
+            format!("{} or {VERSION}, the versions that this program can read", v1::VERSION);
         return Err(fault("version", version, expected));
     };
     for path in OBJECTS {
@@ -62,7 +62,7 @@ pub(super) fn check(file: &Value) -> Result<u64, FieldFault> {
     Ok(known)
 }
 
-/// A value in words, short.
+/// A short description of a value.
 fn found_instead(value: &Value) -> String {
     match value {
         Value::Array(_) => "it is a list".into(),
@@ -73,7 +73,7 @@ fn found_instead(value: &Value) -> String {
     }
 }
 
-/// The first value at `path` that does not fit, and its place. What is not there is not looked at.
+/// Returns the first value at `path` that does not satisfy `fits`, with its place. Missing values are skipped.
 fn misfit<'v>(
     value: &'v Value,
     path: &[&str],
@@ -95,8 +95,8 @@ fn misfit<'v>(
     }
 }
 
-/// The first field that cannot be read, where `S` is a state's entry and `O` an operator's; empty if it is none of the
-/// known ones.
+/// Returns the first field that cannot be read, or an empty string if none of the known fields is at fault. `S` and `O`
+/// are the types of the entries for states and operators.
 pub(super) fn faulty_field<'v, S: Deserialize<'v>, O: Deserialize<'v>>(file: &'v Value) -> String {
     let provenance = file.get("provenance").filter(|p| !p.is_null());
     if provenance.is_some_and(|p| Provenance::deserialize(p).is_err()) {

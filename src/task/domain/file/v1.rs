@@ -1,4 +1,4 @@
-//! Version 1 of the domain's file: every domain was learned, and every state had geometry.
+//! Version 1 of the domain file: every domain was learned, and every state had geometry.
 
 use serde::Deserialize;
 use serde_json::Value;
@@ -6,14 +6,14 @@ use serde_json::Value;
 use super::{OperatorEntry, StateEntry, shape};
 use crate::task::domain::{Evidence, LearnedState, Origin, Parameter, Pose, Provenance};
 
-/// The version of this layout.
+/// Version number of this layout.
 pub(super) const VERSION: u64 = 1;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct DomainFile {
     format: String,
-    /// Known from the header.
+    /// Already checked.
     #[serde(rename = "version")]
     _version: u64,
     provenance: Provenance,
@@ -48,7 +48,7 @@ struct Operator {
     evidence: Evidence,
 }
 
-/// The first entry that cannot be read.
+/// Returns the first field that cannot be read.
 pub(super) fn faulty_field(file: &Value) -> String {
     shape::faulty_field::<State, Operator>(file)
 }

@@ -1,4 +1,4 @@
-//! Recordings of demonstrations: what was where at the moments that the recorder chose.
+//! Recordings of demonstrations: the poses of all objects at moments chosen by the recorder.
 
 mod read;
 mod write;
@@ -17,68 +17,68 @@ pub enum SnapshotEvent {
     Start,
     /// The gripper makes contact with an object.
     Contact,
-    /// The gripper lets an object go.
+    /// The gripper releases an object.
     Release,
     /// The demonstration ends.
     End,
 }
 
-/// One object at one moment.
+/// The pose of one object at one moment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObjectPose {
-    /// The recorder's name for the object; an identity only while the number of objects of its
-    /// kind stays the same.
+    /// Id that the recorder gave the object. Within a demonstration it identifies the object only while the number of
+    /// objects of its kind stays the same: when an object is lost, later ids may move down.
     pub id: Arc<str>,
-    /// What kind of object it is.
+    /// Kind of the object.
     pub kind: Arc<str>,
-    /// Where it is.
+    /// Pose of the object.
     pub pose: Pose,
 }
 
-/// All objects at one moment.
+/// The poses of all objects at one moment.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Snapshot {
-    /// The recorder's number of the snapshot.
+    /// Number of the snapshot, as recorded.
     pub number: u64,
-    /// Simulated seconds, if recorded.
+    /// Simulated time in seconds, if recorded.
     pub time_s: Option<f64>,
-    /// Why it was taken, if recorded.
+    /// Why the snapshot was taken, if recorded.
     pub event: Option<SnapshotEvent>,
-    /// Which of `objects` was touched or let go, if recorded.
+    /// Index in `objects` of the object that was touched or released, if recorded.
     pub object: Option<usize>,
-    /// The objects.
+    /// All objects, including fixtures.
     pub objects: Vec<ObjectPose>,
 }
 
-/// One demonstration: its snapshots in the order of time.
+/// One demonstration: its snapshots in time order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Demonstration {
-    /// The recorder's number of the demonstration.
+    /// Number of the demonstration, as recorded.
     pub number: u64,
-    /// Its snapshots, at least one.
+    /// Snapshots of the demonstration, at least one.
     pub snapshots: Vec<Snapshot>,
 }
 
 /// Demonstrations to learn from.
 ///
-/// A recording holds no action names: where a file has some, [`Recording::read_labelled`] hands them
-/// out beside it, for scoring, and nothing that learns is given them.
+/// A recording contains no action names. If the file has labels, [`Recording::read_labelled`] returns them separately.
+/// They serve only to score what was learned; the learner never receives them.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Recording {
     /// The demonstrations, in the order of the file.
     pub demos: Vec<Demonstration>,
 }
 
-/// A person's names for the actions about to start, by demonstration and snapshot.
+/// A person's names for the actions about to start, by demonstration and snapshot; `None` where there is no label.
 pub type Labels = Vec<Vec<Option<String>>>;
 
 impl Recording {
-    /// How many snapshots there are in all.
+    /// Returns the number of snapshots in all demonstrations.
     pub fn snapshot_count(&self) -> usize {
         self.demos.iter().map(|d| d.snapshots.len()).sum()
     }
 
-    /// The recording restricted to the demonstrations for which `keep` holds.
+    /// Returns a recording of only the demonstrations for which `keep` returns true.
     pub fn filter(&self, keep: impl Fn(&Demonstration) -> bool) -> Self {
         Self { demos: self.demos.iter().filter(|d| keep(d)).cloned().collect() }
     }

@@ -1,4 +1,4 @@
-//! Reading recordings and single scenes from JSON, with every fault named by file, line and field.
+//! Reads recordings and single scenes from JSON. Every error names the file, line and field.
 
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
@@ -11,7 +11,7 @@ use crate::files::read_file;
 use crate::task::domain::pose::Pose;
 use crate::task::error::{InputFault, TaskError, json_problem};
 
-/// A line as it stands in the file.
+/// One line of the file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawSnapshot {
@@ -33,16 +33,16 @@ struct RawObject {
     orientation: [f64; 4],
 }
 
-/// How far from 1 the norm of an orientation may be: files hold rounded numbers.
+/// Largest difference of the norm of an orientation from 1, as files contain rounded numbers.
 const NORM_TOLERANCE: f64 = 1e-3;
 
-/// Greatest coordinate in metres: beyond it a unit is more likely wrong than a scene that large.
+/// Largest magnitude of a coordinate, in metres. Larger values are taken for a wrong unit.
 const FARTHEST: f64 = 1e6;
 
-/// Longest id or kind, in characters.
+/// Maximum length of an id or kind, in characters.
 const LONGEST_NAME: usize = 200;
 
-/// Where a fault is, while a file is read.
+/// The current position in a file, for errors.
 #[derive(Clone, Copy)]
 struct Place<'a> {
     file: &'a str,
@@ -67,15 +67,16 @@ impl Place<'_> {
 }
 
 impl Recording {
-    /// Reads a recording from a file of one JSON object a line.
+    /// Reads a recording from a file with one JSON object per line, or from standard input if `path` is `-`.
     ///
     /// # Errors
-    /// If the file cannot be read or any line is not valid; see [`Recording::parse`].
+    /// [`TaskError::File`] if the file cannot be read; [`TaskError::Input`] if a line is invalid, see
+    /// [`Recording::parse`].
     pub fn read(path: &Path) -> Result<Self, TaskError> {
         Ok(Self::read_labelled(path)?.0)
     }
 
-    /// Reads a recording and, beside it, the names that a person gave to the actions.
+    /// Reads a recording and, separately, a person's labels for the actions.
     ///
     /// # Errors
     /// As [`Recording::read`].
@@ -84,12 +85,12 @@ impl Recording {
         Ok(Self::parse(&bytes, &path.display().to_string())?)
     }
 
-    /// Reads a recording from bytes; `file` names them in messages. Never panics, whatever the
-    /// bytes.
+    /// Reads a recording from the bytes of a file. Error messages call the source `file`. Never panics.
     ///
     /// # Errors
-    /// The first line that is no JSON object of the known fields, holds a number that is not finite, an
-    /// orientation that is no unit quaternion, an id twice, or that is out of order.
+    /// Returns the first fault. A line is faulty if it is not a JSON object, has an unknown field, lacks a field, has a
+    /// number that is not finite, an orientation that is not a unit quaternion, or the same id twice, or is out of
+    /// order.
     pub fn parse(bytes: &[u8], file: &str) -> Result<(Self, Labels), InputFault> {
         let nowhere = Place { file, line: None };
         let mut recording = Self::default();
@@ -103,18 +104,22 @@ impl Recording {
                 continue;
             }
             let raw: RawSnapshot = parse_json(utf8(line, place)?, place)?;
-            let need = |field, value: Option<u64>| {
+            let required = |field, value: Option<u64>| {
                 value.ok_or_else(|| place.fault(field, "it is missing", "a whole number"))
             };
-            let number = need("demo", raw.demo)?;
-            let snapshot_number = need("snapshot", raw.snapshot)?;
+            let number = required("demo", raw.demo)?;
+            let snapshot_number = required("snapshot", raw.snapshot)?;
             let label = raw.next_action.clone();
             let snapshot = check_snapshot(raw, snapshot_number, place)?;
             let new = recording.demos.last().is_none_or(|d| d.number != number);
             if new {
                 if !seen.insert(number) {
-                    let problem = format!("demonstration {number} goes on after another one");
-                    return Err(place.fault("demo", problem, "all of its lines in one block"));
+                    let problem = format!("demonstration {number} continues after another one");
+                    return Err(place.fault(
+                        "demo",
+                        problem,
+                        "all lines of a demonstration in one block",
+                    ));
                 }
                 kinds.clear();
                 recording.demos.push(Demonstration { number, snapshots: Vec::new() });
@@ -123,9 +128,12 @@ impl Recording {
             for object in &snapshot.objects {
                 let kind = kinds.entry(object.id.clone()).or_insert_with(|| object.kind.clone());
                 if **kind != *object.kind {
-                    let problem =
-                        format!("`{}` was a `{kind}` and is a `{}` now", object.id, object.kind);
-                    return Err(place.fault("objects", problem, "one kind for one id"));
+                    let problem = format!(
+                        "`{}` has the kind `{}`, but had the kind `{kind}` before",
+                        object.id, object.kind
+                    );
+                    let expected = "the same kind for an id in all snapshots of a demonstration";
+                    return Err(place.fault("objects", problem, expected));
                 }
             }
             let Some(demo) = recording.demos.last_mut() else { continue };
@@ -138,27 +146,26 @@ impl Recording {
             }
         }
         if recording.demos.is_empty() {
-            return Err(nowhere.fault("", "it holds no snapshot", "one JSON object a line"));
+            return Err(nowhere.fault("", "it holds no snapshot", "one JSON object per line"));
         }
         Ok((recording, labels))
     }
 }
 
 impl Snapshot {
-    /// Reads a single scene from a file that holds one JSON object.
+    /// Reads a single scene from a file with one JSON object, or from standard input if `path` is `-`.
     ///
     /// # Errors
-    /// If the file cannot be read, or is not exactly one valid snapshot.
+    /// [`TaskError::File`] if the file cannot be read; [`TaskError::Input`] if it is not exactly one valid snapshot.
     pub fn read(path: &Path) -> Result<Self, TaskError> {
         let bytes = read_file(path)?;
         Ok(Self::parse(&bytes, &path.display().to_string())?)
     }
 
-    /// Reads a single scene from bytes; `file` names them in messages. Never panics, whatever the
-    /// bytes.
+    /// Reads a single scene from the bytes of a file. Error messages call the source `file`. Never panics.
     ///
     /// # Errors
-    /// If they are not exactly one valid snapshot.
+    /// Returns an error if the bytes are not exactly one valid snapshot.
     pub fn parse(bytes: &[u8], file: &str) -> Result<Self, InputFault> {
         let place = Place { file, line: None };
         let text = utf8(bytes, place)?;
@@ -166,10 +173,10 @@ impl Snapshot {
         let raw = match stream.next() {
             Some(Ok(raw)) => raw,
             Some(Err(error)) => return Err(json_fault(&error, place, true)),
-            None => return Err(place.fault("", "it is empty", "one snapshot")),
+            None => return Err(place.fault("", "it is empty", "one snapshot as a JSON object")),
         };
         if !text[stream.byte_offset()..].trim().is_empty() {
-            return Err(place.fault("", "it holds more than one snapshot", "exactly one"));
+            return Err(place.fault("", "it holds more than one snapshot", "exactly one snapshot"));
         }
         let number = raw.snapshot.unwrap_or(0);
         check_snapshot(raw, number, place)
@@ -184,14 +191,14 @@ fn utf8<'a>(bytes: &'a [u8], place: Place<'_>) -> Result<&'a str, InputFault> {
 }
 
 fn parse_json<'a, T: Deserialize<'a>>(text: &'a str, place: Place<'_>) -> Result<T, InputFault> {
-    // An array could be read as an object whose fields stand in order.
+    // Serde would read an array as an object's fields in order.
     if text.trim_start().starts_with('[') {
         return Err(place.fault("", "it is an array", "a JSON object"));
     }
     serde_json::from_str(text).map_err(|error| json_fault(&error, place, false))
 }
 
-/// A JSON error as a fault; in a file of one object its line is the file's.
+/// Turns a JSON error into a fault. If the object is the whole file, the error's line is the line in the file.
 fn json_fault(error: &serde_json::Error, place: Place<'_>, whole_file: bool) -> InputFault {
     let place = if whole_file { Place { line: Some(error.line()), ..place } } else { place };
     let problem = format!("{} (column {})", json_problem(error), error.column());
@@ -209,7 +216,7 @@ fn check_snapshot(raw: RawSnapshot, number: u64, place: Place<'_>) -> Result<Sna
     if let Some(t) = raw.t
         && !t.is_finite()
     {
-        return Err(place.fault("t", t.to_string(), "a finite number of seconds"));
+        return Err(place.fault("t", format!("it is {t}"), "a finite number of seconds"));
     }
     let mut objects: Vec<ObjectPose> = Vec::with_capacity(raw.objects.len());
     let mut ids: HashMap<String, usize> = HashMap::with_capacity(raw.objects.len());
@@ -219,25 +226,35 @@ fn check_snapshot(raw: RawSnapshot, number: u64, place: Place<'_>) -> Result<Sna
             let length = text.chars().count();
             if length == 0 || length > LONGEST_NAME {
                 let problem = format!("it has {length} characters");
-                return Err(place.fault(field(name), problem, format!("1 to {LONGEST_NAME}")));
+                return Err(place.fault(
+                    field(name),
+                    problem,
+                    format!("1 to {LONGEST_NAME} characters"),
+                ));
             }
         }
         let pose = check_pose(object.position, object.orientation, &field, place)?;
         if ids.insert(object.id.clone(), index).is_some() {
-            let problem = format!("`{}` is there twice", object.id);
-            return Err(place.fault(field("id"), problem, "every id once a snapshot"));
+            let problem = format!("the id `{}` is used twice", object.id);
+            return Err(place.fault(field("id"), problem, "each id once per snapshot"));
         }
         objects.push(ObjectPose { id: object.id.into(), kind: object.kind.into(), pose });
     }
     let touched = match &raw.object {
         None => None,
         Some(id) => Some(*ids.get(id).ok_or_else(|| {
-            place.fault("object", format!("no object is called `{id}`"), "an id of this snapshot")
+            let known: Vec<&str> = objects.iter().map(|o| &*o.id).collect();
+            let expected = if known.is_empty() {
+                "no `object`, as the snapshot has no objects".into()
+            } else {
+                format!("an id of this snapshot's objects: {}", known.join(", "))
+            };
+            place.fault("object", format!("no object is called `{id}`"), expected)
         })?),
     };
     if matches!(raw.event, Some(SnapshotEvent::Start | SnapshotEvent::End)) && touched.is_some() {
-        let problem = "nothing is touched at the start and the end";
-        return Err(place.fault("object", problem, "no such field"));
+        let problem = "it is set although the event is `start` or `end`";
+        return Err(place.fault("object", problem, "no `object` with these events"));
     }
     Ok(Snapshot { number, time_s: raw.t, event: raw.event, object: touched, objects })
 }
@@ -252,7 +269,7 @@ fn check_pose(
         if !value.is_finite() || value.abs() > FARTHEST {
             return Err(place.fault(
                 format!("{}[{axis}]", field("position")),
-                value.to_string(),
+                format!("it is {value}"),
                 format!("a finite number of metres, at most {FARTHEST:e} in magnitude"),
             ));
         }
@@ -274,7 +291,7 @@ fn check_order(last: &Snapshot, next: &Snapshot, place: Place<'_>) -> Result<(),
         return Err(place.fault(
             "snapshot",
             problem,
-            "the next number: lines in the order of time",
+            "the next number, as lines are in time order",
         ));
     }
     if let (Some(before), Some(now)) = (last.time_s, next.time_s)

@@ -1,4 +1,4 @@
-//! Writing recordings and scenes as JSON.
+//! Writes recordings and scenes as JSON.
 
 use std::fmt::Write as _;
 
@@ -58,10 +58,10 @@ impl<'a> Line<'a> {
 }
 
 impl Recording {
-    /// The recording as text, one JSON object a line; `labels` adds a person's names for actions.
+    /// Writes the recording as text with one JSON object per line. `labels` adds a person's names for the actions.
     ///
     /// # Errors
-    /// [`TaskError::Json`] if it cannot be put into JSON, which no recording has shown yet.
+    /// [`TaskError::Json`] if serialisation fails. This is not known to happen.
     pub fn to_jsonl(&self, labels: Option<&Labels>) -> Result<String, TaskError> {
         let mut text = String::new();
         for (d, demo) in self.demos.iter().enumerate() {
@@ -83,10 +83,10 @@ impl Recording {
 }
 
 impl Snapshot {
-    /// The snapshot as one JSON object, as `plan --scene` reads it.
+    /// Writes the snapshot as one JSON object, the format that `symbolt plan --scene` reads.
     ///
     /// # Errors
-    /// [`TaskError::Json`] if it cannot be put into JSON, which no snapshot has shown yet.
+    /// [`TaskError::Json`] if serialisation fails. This is not known to happen.
     pub fn to_json(&self) -> Result<String, TaskError> {
         Line::of(self).text("the scene")
     }
