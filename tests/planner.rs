@@ -1,4 +1,4 @@
-//! The planner graph against the symbolic planner.
+//! Compares the planner graph with the reference planner.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
@@ -18,12 +18,12 @@ mod support;
 
 use support::{Tally, check};
 
-/// The paper's own domain (section II.E): single preconditions, and assembly with two.
+/// The paper's domain (section II.E): actions with single preconditions, and an assembly with two.
 fn paper_domain() -> Domain {
     DomainBuilder::of_the_paper().build().expect("the paper's domain is sound")
 }
 
-/// The beginning of the paper's task, and its goal.
+/// The initial world state of the paper's task, and its goal.
 fn both_on_the_table(domain: &Domain) -> (WorldState, StateId) {
     let world = domain.world(["NUT_ON_TABLE", "BOLT_ON_TABLE"]).expect("states");
     (world, domain.state("BOLT_ASSEMBLED").expect("a state"))
@@ -37,7 +37,7 @@ fn nut_first_domain() -> Domain {
     learn::learn(&recording, &learn::Settings::default()).expect("it can be learned from").domain
 }
 
-/// Asks for every goal in every world; every answer must be one that the reference planner accepts.
+/// Asks for every goal in every world state. The reference planner must accept every answer.
 fn agree_everywhere(domain: &Domain, planner: &Planner, tally: &mut Tally) {
     let states = domain.states().len();
     for bits in 0..1u32 << states {
@@ -59,8 +59,8 @@ fn the_graph_agrees_with_the_reference_planner_on_the_papers_domain_over_20_seed
     }
     println!("paper's domain, 32 states x 5 goals x 20 seeds: {tally:?}");
     assert_eq!(tally.act + tally.met + tally.stuck, 32 * 5 * 20);
-    // By hand: a jig state can be had from the table in 8 of 16 worlds without it, the assembly in 3 x 3
-    // of 16; states on the table in none.
+    // Counted by hand: each jig state can be reached from the table in 8 of the 16 worlds without it, the
+    // assembly in 3 x 3 of 16, and states on the table in none.
     assert_eq!(
         tally,
         Tally { act: 20 * (8 + 8 + 9), met: 20 * 80, stuck: 20 * (16 + 16 + 8 + 8 + 7) }
@@ -82,8 +82,8 @@ fn the_graph_agrees_with_the_reference_planner_on_a_learned_domain_over_20_seeds
     assert!(tally.act > 0 && tally.stuck > 0);
 }
 
-/// Random chains (each state needs the one below it, or nothing) and trees (up to four states anywhere
-/// below); with `circles`, some actions need a state further up.
+/// Generates random chains (each state needs the one before it, or nothing) and trees (each needs up to four
+/// earlier states). With `circles`, some actions need a later state.
 fn generated_domain(seed: u64, states: usize, actions: usize, circles: bool) -> Domain {
     let mut rng = Seed::new(seed).derive("tests", "generated domain").rng();
     let name = |s: usize| format!("S{s}");
@@ -203,7 +203,7 @@ fn the_papers_rule_acts_on_the_first_action_that_can_be_done() {
     for seed in 0..5 {
         let planner = Planner::new(&domain, spec, Seed::new(seed)).expect("builds");
         agree_everywhere(&domain, &planner, &mut tally);
-        // Only a nut on the table: the assembly cannot be had, but the nut can be put into the jig.
+        // With only a nut on the table the goal cannot be reached, but the nut can be put into the jig.
         let world = domain.world(["NUT_ON_TABLE"]).expect("a state");
         let goal = domain.state("BOLT_ASSEMBLED").expect("there");
         let bolt = domain.state("BOLT_ON_TABLE").expect("there");
@@ -226,7 +226,7 @@ fn a_state_that_must_be_absent_blocks_an_occupied_jig() {
     let mut tally = Tally::default();
     agree_everywhere(&domain, &planner, &mut tally);
     assert!(tally.act > 0 && tally.stuck > 0);
-    // In the demonstrations the nut never went in while a bolt was in the jig. Here one is.
+    // In the demonstrations the nut never went in while a bolt was in the jig. Here a bolt is in it.
     let holds = ["NUT_AT_START", "BOLT_AT_START", "BOLT_AT_BOLT_HOLE"];
     let world = domain.world(holds).expect("states");
     let goal = domain.state("NUT_AT_NUT_POCKET").expect("there");
