@@ -14,8 +14,8 @@ pub(super) fn target(domain: &Domain, operator: &Operator) -> Option<Target> {
 }
 
 /// Returns the objects that the action can be done with, by their index in the snapshot: objects of its kind
-/// in the state that it takes its part from. If the operator names no such state, every object of its kind
-/// that is not at the target already.
+/// in the state that it takes its part from. If the operator names no such state, these are all objects of
+/// its kind that are not in its effect state.
 pub(super) fn candidates(operator: &Operator, seen: &Snapshot, states: &[Grounded]) -> Vec<usize> {
     let fits = |state: Option<StateId>| match operator.from {
         Some(_) => state == operator.from,

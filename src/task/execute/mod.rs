@@ -5,13 +5,13 @@
 //! | record demonstrations | [`demonstrate()`], or [`Recorder`] for single snapshots |
 //! | run an episode | [`episode`], with [`EpisodeSpec`] |
 //! | follow an episode while it runs | [`episode_observed`], with an [`Observer`] such as [`ActivityRecorder`] |
-//! | put the scene under your own simulator | [`EpisodeWorld`] |
+//! | run the scene as the world of your own simulator | [`EpisodeWorld`] |
 //!
 //! # The closed loop
 //!
 //! The scene is the planner graph's world, so planning and physics share the same simulated time. While the
-//! graph decides, parts keep lying or rolling. While the arm moves, the graph idles. An episode repeats these
-//! steps:
+//! graph decides, parts rest or keep rolling. While the arm moves, the graph idles. The *executor*, a part of
+//! [`EpisodeWorld`], connects the two. It repeats these steps:
 //!
 //! 1. *Rest*: `ready` is 0 for a few steps, and the graph forgets its last answer.
 //! 2. *Look*: the recorder takes a snapshot, and the classifier finds the state of every object. Together the
@@ -159,9 +159,7 @@ pub fn episode(
 /// Within one physics step, events come in the order in which they happened: decision, touch, end of a skill,
 /// frame, tick.
 ///
-/// Within one step of the physics, events come in the order in which they happened: a decision, a touch, a skill's end, a
-/// frame, then the tick.
-///
+
 /// # Errors
 /// As [`episode`].
 pub fn episode_observed(

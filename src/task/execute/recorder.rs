@@ -10,9 +10,7 @@ use crate::task::scene::Scene;
 ///
 /// A part that fell off the table disappears from later snapshots, and the later ids of its kind move down,
 /// as in recordings by a camera that numbers what it sees.
-///
-/// A part that fell off the table is gone from then on, and the later ids of its kind move down, as in recordings by a
-/// camera that numbers what it sees.
+
 #[derive(Debug, Clone, Default)]
 pub struct Recorder {
     snapshots: Vec<Snapshot>,

@@ -78,7 +78,7 @@ pub struct EpisodeWorld {
     live: Option<Live>,
 }
 
-/// Steps between two requests in which the graph is not asked.
+/// Steps of rest between two requests to the graph.
 const REST: u32 = 5;
 
 impl EpisodeWorld {
@@ -152,7 +152,7 @@ impl EpisodeWorld {
         Ok(())
     }
 
-    /// Returns the judgement of the task's judge on the scene.
+    /// Asks the task's judge about the scene.
     pub(super) fn judge(&self, scene: &Scene) -> Judgement {
         self.spec.task.judge(scene)
     }
@@ -173,7 +173,7 @@ impl EpisodeWorld {
     }
 }
 
-/// What the executor looks and asks with.
+/// The parts of the world that the executor looks and asks with.
 struct Mind<'w> {
     planner: &'w Planner,
     classifier: &'w Classifier,

@@ -16,10 +16,10 @@
 //! measured with 50 neurons an item over 8 seeds:
 //!
 //! - One cause had no unmet precondition, the others one each. Rate neurons chose another cause in 0 of 16
-//!   cases (2 causes with 1 precondition) and 0 of 24 (3 causes with 2); spiking neurons in 0 of 16 and 1 of
-//!   24.
+//!   cases with 2 causes of 1 precondition, and in 0 of 24 with 3 causes of 2; spiking neurons in 0 of 16 and
+//!   1 of 24.
 //! - No cause had an unmet precondition. Rate neurons did not choose the first cause in 0 of 8 and 1 of 8
-//!   cases; spiking neurons in 3 of 8 and 5 of 8. Do not rely on the order among equal causes.
+//!   cases; spiking neurons in 3 of 8 and 5 of 8. In neurons, do not rely on the order among equal causes.
 //!
 //! The verdict stays right: a cause that turns out to be impossible is ruled out, and another is tried.
 

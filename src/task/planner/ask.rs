@@ -18,7 +18,7 @@ use crate::task::domain::{ActionId, Domain, Obstacle, StateId, Verdict, WorldSta
 use crate::task::error::TaskError;
 use crate::task::planner::encode::{Encoded, StateSpace};
 
-/// The kinds of milestones on the way to a decision.
+/// The stages of a decision. Each gives a milestone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Stage {
     /// The goal buffer holds the examined state.
@@ -111,7 +111,7 @@ pub struct Planner {
 }
 
 const OWN_GOAL: &str = "a state of the planner's own domain";
-const OWN_WORLD: &str = "a world state over the planner's own domain";
+const OWN_WORLD: &str = "a world state of the planner's own domain";
 
 impl Planner {
     /// Builds the graph in direct mode with a tick of 1 ms.
@@ -226,7 +226,8 @@ impl Planner {
     pub(crate) fn goal_pointer(&self, goal: StateId) -> Result<Vec<Real>, TaskError> {
         let states = self.domain.states();
         let Some(state) = states.get(goal.index()) else {
-            let value = format!("state {} of {}", goal.index(), states.len());
+            let value =
+                format!("number {}, counted from 0, of {} states", goal.index(), states.len());
             return Err(TaskError::Setting { name: "goal", value, expected: OWN_GOAL });
         };
         Ok(self.encoded.states.get(&state.name)?.to_vec())
@@ -239,7 +240,7 @@ impl Planner {
     pub fn simulator(&self, world: &WorldState, goal: StateId) -> Result<Simulator, TaskError> {
         let states = self.domain.states().len();
         if world.states() != states {
-            let value = format!("over {} states", world.states());
+            let value = format!("over {} states, but the domain has {states}", world.states());
             return Err(TaskError::Setting { name: "world", value, expected: OWN_WORLD });
         }
         let mut senses = vec![1.0];

@@ -27,9 +27,9 @@ impl VocabTag for ActionSpace {
     const NAME: &'static str = "actions";
 }
 
-/// Name of the role that preconditions are bound to.
+/// Name of the role for preconditions.
 pub const PRECONDITION: &str = "PRECONDITION";
-/// Name of the role that states which must be absent are bound to.
+/// Name of the role for states that must be absent.
 pub const ABSENT: &str = "ABSENT";
 /// Name of the item that stands for "no precondition".
 pub const NOTHING: &str = "NOTHING";

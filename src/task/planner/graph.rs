@@ -45,7 +45,7 @@ pub enum Unbinding {
     /// By a fixed linear map, without delay.
     #[default]
     Fixed,
-    /// By a layer of products, as two changing pointers are unbound. Adds one synapse.
+    /// By a layer of products, as for two pointers that both change. Adds one synapse.
     Products,
 }
 

@@ -39,11 +39,18 @@
 //! 6. The executive draws its conclusion (milestone [`Conclusion`](Stage::Conclusion)). If a precondition is
 //!    unmet, the next question examines it. If none is unmet, the state is reachable, and the executive
 //!    returns to the state before it.
-//! 7. When the goal is reachable, the motor gate lets out the first action that can be done (milestone
-//!    [`Decision`](Stage::Decision)). If the goal cannot be reached, the verdict is
-//!    [`Stuck`](crate::task::Verdict::Stuck) with the reason.
+//! 7. If nothing causes the state, or it needs itself, the executive tries another cause of the state. If no
+//!    cause is left, the verdict is [`Stuck`](crate::task::Verdict::Stuck) with the reason.
+//! 8. Once the goal is reachable, the executive recalls the first action that was found possible, and the
+//!    motor gate lets it out: the verdict is [`Act`](crate::task::Verdict::Act). With
+//!    [`Commitment::First`](crate::task::Commitment::First) it does not wait for the goal.
 //!
-//! A state is *reachable* if it holds or if a sequence of actions can bring it about.
+//! The last milestone of every decision is [`Decision`](Stage::Decision), the time at which the verdict is at
+//! the graph's outputs.
+//!
+//! A state is *reachable* if it holds, or if an action causes it and all preconditions of that action are
+//! reachable. This ignores that actions can also end states; the robot notices an ended state when it
+//! re-plans.
 
 mod alternatives;
 mod ask;

@@ -40,9 +40,7 @@ impl Planner {
     ///
     /// An action is predicted to move one object from the operator's `from` state, if it has one, to its `to`
     /// state, and to have the operator's other effects.
-    ///
-    /// An action is predicted to take one object from the state that it was always taken from to the
-    /// state that it is put into, and to have its learned further effects.
+
     ///
     /// # Errors
     /// As [`Planner::decide`].

@@ -7,7 +7,7 @@
 //!
 //! An action whose precondition is on the path may become possible once other states are reachable. It is
 //! ruled out only *for now*, and is readmitted whenever another state becomes reachable. So the walk always
-//! ends, and it reaches the goal if and only if some sequence of actions does.
+//! ends, and it finds the goal reachable if and only if it is.
 
 use super::executive::Phase;
 use crate::sim::Real;

@@ -100,7 +100,7 @@ impl Scene {
             RigidBodyBuilder::dynamic().pose(part.frame.frame()),
             shapes::compound(&kind.pieces).density(kind.density).friction(kind.friction),
         );
-        // A part sleeps once it has been still for this long.
+        // Thresholds of sleep: after so long a rest, the part no longer moves by itself.
         let activation = self.physics.bodies[body].activation_mut();
         activation.normalized_linear_threshold = 1e-3;
         activation.angular_threshold = 0.05;
@@ -206,8 +206,7 @@ impl Scene {
         query.intersect_shape(frame_of(pose), shape).next().is_none()
     }
 
-    /// Returns the number of joints in the robot's multibody and of all other joints. The second number must
-    /// be 0.
+    /// Returns two counts: joints of the robot's multibody, and all other joints. The second must be 0.
     pub fn joint_counts(&self) -> (usize, usize) {
         let own = self.physics.multibody_joints.multibodies().map(|m| m.num_links() - 1).sum();
         (own, self.physics.impulse_joints.len())
@@ -218,7 +217,7 @@ impl Scene {
         std::array::from_fn(|i| self.coordinate(self.robot.joints[i], JointAxis::AngX))
     }
 
-    /// Returns the current moment, for pictures.
+    /// Returns joint angles, finger openings and part poses at this moment, for pictures.
     pub fn frame(&self) -> SceneFrame {
         SceneFrame {
             t: self.time_s(),
@@ -237,12 +236,8 @@ impl Scene {
     /// Sets the joint angles (radians) and speeds (radians per second) wanted at the end of the next step.
     ///
     /// An outer loop turns the position error into a speed, and the motor holds that speed, as in industrial
-    /// drives. A motor that were given a position would, in every substep, pull back towards the position of
-    /// a single moment. That shaking makes held parts creep.
-    ///
-    /// As industrial drives do it: a loop about the place asks for a speed, and the motor holds that
-    /// speed. A motor that is given a place instead pulls back to where it should be at one moment of the
-    /// step in all of its substeps, and that shaking makes held parts creep.
+    /// drives. A motor that holds a position instead pulls towards the same position in every substep, and
+    /// that shaking makes held parts creep.
     pub(crate) fn drive_arm(&mut self, angles: &Angles, speeds: &Angles) {
         let ArmSpec { position_gain, velocity_gain, armature, .. } = self.spec.arm;
         let now = self.angles();

@@ -175,8 +175,8 @@ impl Robot {
         stepped
     }
 
-    /// Returns whether the end effector has been off its commanded place for longer than it can be without an
-    /// obstacle.
+    /// Returns whether the end effector has been farther than `alarm_m` from its commanded place for
+    /// [`STRAIN_S`] seconds.
     fn strained(&mut self, scene: &Scene, dt: f64) -> bool {
         let off = (scene.tool_frame().translation - arm::tool(&self.angles).translation).length();
         self.strained_s = if off > scene.spec().arm.alarm_m { self.strained_s + dt } else { 0.0 };

@@ -72,7 +72,7 @@ pub(crate) fn placements(symmetry: &Symmetry, target: &Target, held: &Frame) -> 
 }
 
 /// Returns the end effector's frames for `placements`, given the end effector's frame `in_hand` relative to
-/// the part. Hands that reach outwards come first.
+/// the part. Frames in which the hand reaches outwards come first.
 pub(crate) fn place_tools(placements: &[Frame], in_hand: &Frame) -> Vec<Frame> {
     let mut tools: Vec<Frame> = placements.iter().map(|p| *p * *in_hand).collect();
     let inwards = |tool: &Frame| {

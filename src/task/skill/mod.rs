@@ -1,9 +1,9 @@
 //! Pick and place: takes one part and puts it at a target, or reports why that failed.
 //!
 //! A [`Robot`] runs one skill at a time. [`Robot::begin`] takes a part, a list of [`Grasp`]s and a
-//! [`Target`]. It searches for collision-free paths and refuses at once if there are none. After that, each
-//! [`Robot::step`] advances the skill and the physics by one step, until [`Stepped::ended`] holds the
-//! [`SkillReport`](crate::task::event::SkillReport).
+//! [`Target`]. It searches for collision-free paths and refuses at once if there are none. Each
+//! [`Robot::step`] then advances the skill and the physics by one step. In the last step, [`Stepped::ended`]
+//! holds the [`SkillReport`](crate::task::event::SkillReport).
 //!
 //! | phase | what the robot does | how it can fail |
 //! |---|---|---|
@@ -12,10 +12,14 @@
 //! | close | closes the fingers until both pads press on the part | missed, after 0.7 s |
 //! | lift | lifts the part by 10 cm, then measures how it lies in the hand | blocked; missed; unreachable, then it puts the part back |
 //! | carry | moves to above the target | blocked; dropped |
-//! | lower | measures the part again and moves straight down | blocked; dropped; occupied, then it takes the part back; unreachable |
+//! | lower | measures the part again and moves straight down | blocked; dropped; unreachable; occupied, then it puts the part back |
 //! | open | opens the fingers until they are free of the part, for 0.6 s at most | |
-//! | retreat | moves back along the hand | |
+//! | retreat | moves back by 7 cm along the hand, or up by 10 cm after a failure | |
 //! | settle | waits until all parts are at rest, for 2 s at most | |
+//!
+//! *Blocked* means that the arm hit something, *missed* that the part is not in the hand after closing or lifting,
+//! *dropped* that it left the hand later, *occupied* that another part is at the target, and *unreachable* that there
+//! is no path.
 //!
 //! Every wait has a limit in simulated time, and a whole skill may last 60 s. After any failure the robot
 //! opens the hand, raises it and settles. The [`SkillOutcome`](crate::task::event::SkillOutcome) names the

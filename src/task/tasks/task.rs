@@ -17,9 +17,7 @@ use crate::task::skill::{Grasp, Target};
 ///
 /// All randomness comes from seeds. The same settings and seed give the same scene, demonstrations and
 /// perturbation, bit for bit.
-///
-/// All randomness comes from seeds: the same settings and seed give the same scene, demonstrations and perturbation, to
-/// the bit.
+
 pub trait Task: Debug + Send + Sync {
     /// Returns a short name in lower case with hyphens, such as `nuts-and-bolts`.
     fn name(&self) -> &'static str;
@@ -82,7 +80,7 @@ pub struct Step {
     pub target: Target,
 }
 
-/// A judge's verdict on a scene.
+/// The judgement of a scene by a task's judge.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Judgement {
     /// Whether the task is solved.

@@ -128,7 +128,7 @@ const SIZES: [Rule; 10] = [
         name: "jig.hole_top_m",
         value: |s| {
             let (top, above) = (s.jig.hole_top_m, 1e3 * s.sink_m());
-            format!("{top}, which puts a bolt {above:.1} mm above its assembled place")
+            format!("{top}, where a bolt is {above:.1} mm higher than an assembled one")
         },
         expected: "at least 1 mm between a bolt in the hole and an assembled bolt",
         holds: |s| s.sink_m().abs() >= 1e-3,

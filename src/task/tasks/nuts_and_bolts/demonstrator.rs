@@ -4,7 +4,7 @@
 //! - If a bolt is on the table and the hole is empty, put the bolt into the hole.
 //! - If both are in the jig, put the bolt through the nut.
 //!
-//! Each demonstration begins with the nut or with the bolt, as drawn.
+//! Demonstrations alternate between nut first and bolt first. The seed draws which comes first.
 
 use rand::RngExt;
 
@@ -16,7 +16,7 @@ use crate::task::scene::Scene;
 use crate::task::skill::Target;
 use crate::task::tasks::{Demonstrator, Step};
 
-/// The rules, for one demonstration.
+/// The rules, applied in one demonstration.
 pub(super) struct Rules {
     settings: NutsAndBolts,
     nut_first: bool,

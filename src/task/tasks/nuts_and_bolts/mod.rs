@@ -6,7 +6,7 @@
 //!
 //! | file | contents |
 //! |---|---|
-//! | `settings`, `check` | dimensions, places and motors, and the rules that make them possible |
+//! | `settings`, `check` | dimensions, places and motors, and the rules that they must meet |
 //! | `shapes`, `scene`, `start` | shapes of parts and jig, the scene, and where the parts begin |
 //! | `grasps` | the grasps for nuts and bolts |
 //! | `demonstrator`, `judge` | how the task is shown, and when it is solved |

@@ -134,15 +134,15 @@ pub struct NutsAndBolts {
     pub nut_kind: String,
     /// Name of a bolt's kind in recordings.
     pub bolt_kind: String,
-    /// The parts.
+    /// Dimensions and material of nuts and bolts.
     pub part: PartSpec,
-    /// The jig.
+    /// Places and dimensions of the jig.
     pub jig: JigSpec,
-    /// The table.
+    /// The table, and where parts are dropped.
     pub table: TableSettings,
-    /// The gripper.
+    /// Force, stroke and friction of the gripper.
     pub gripper: GripperSpec,
-    /// The arm.
+    /// Motors and speeds of the arm.
     pub arm: ArmSpec,
     /// Duration of one physics step, in milliseconds (1, 2 or 4).
     pub step_ms: u64,
