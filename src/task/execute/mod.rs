@@ -159,7 +159,6 @@ pub fn episode(
 /// Within one physics step, events come in the order in which they happened: decision, touch, end of a skill,
 /// frame, tick.
 ///
-
 /// # Errors
 /// As [`episode`].
 pub fn episode_observed(

@@ -10,7 +10,6 @@ use crate::task::scene::Scene;
 ///
 /// A part that fell off the table disappears from later snapshots, and the later ids of its kind move down,
 /// as in recordings by a camera that numbers what it sees.
-
 #[derive(Debug, Clone, Default)]
 pub struct Recorder {
     snapshots: Vec<Snapshot>,

@@ -40,7 +40,6 @@ impl Planner {
     ///
     /// An action is predicted to move one object from the operator's `from` state, if it has one, to its `to`
     /// state, and to have the operator's other effects.
-
     ///
     /// # Errors
     /// As [`Planner::decide`].

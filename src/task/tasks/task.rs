@@ -17,7 +17,6 @@ use crate::task::skill::{Grasp, Target};
 ///
 /// All randomness comes from seeds. The same settings and seed give the same scene, demonstrations and
 /// perturbation, bit for bit.
-
 pub trait Task: Debug + Send + Sync {
     /// Returns a short name in lower case with hyphens, such as `nuts-and-bolts`.
     fn name(&self) -> &'static str;
