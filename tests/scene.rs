@@ -17,7 +17,7 @@ use symbolt::task::tasks::Task;
 use symbolt::task::tasks::nuts_and_bolts::{MAX_OF_A_KIND, NutsAndBolts, PartSpec};
 use symbolt::task::{Classifier, Domain, Grounding, Pose, StateId, demonstrate};
 
-/// What the learner gets from two demonstrations with one nut and one bolt.
+/// A domain learned from two demonstrations with one nut and one bolt, and a planner over it.
 fn taught() -> &'static (Domain, Arc<Planner>) {
     static TAUGHT: OnceLock<(Domain, Arc<Planner>)> = OnceLock::new();
     TAUGHT.get_or_init(|| taught_in(&NutsAndBolts::default(), 2))
