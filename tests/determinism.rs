@@ -1,5 +1,5 @@
-//! One graph with everything that can hold a past: restored and fresh runs and noise give the same bits, another graph
-//! refuses its checkpoints, and it can be drawn and searched.
+//! One graph with every element that has memory. Restored and fresh runs give the same bits, noise included;
+//! another graph refuses its checkpoints; the graph can be drawn and searched.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
@@ -18,7 +18,7 @@ mod support;
 
 use support::{Counter, MS, build, start};
 
-/// A graph with everything that can hold a past: filters, registers, state, noise, probes, a world.
+/// A graph with every element that has memory: filters, registers, state, noise, probes and a world.
 fn everything() -> Arc<Graph> {
     let mut graph = GraphBuilder::new();
     let world = graph.world(
@@ -55,7 +55,7 @@ fn restored_and_run_on_equals_run_on() {
     whole.run_for(MS(40)).expect("runs");
     let end = whole.checkpoint().expect("it can be saved");
 
-    // Into a run of another seed, by way of text.
+    // Restored into a run with another seed, by way of its text form.
     let text = serde_json::to_string(&middle).expect("it can be written");
     let read = serde_json::from_str(&text).expect("it can be read");
     assert_eq!(middle, read);
@@ -93,7 +93,7 @@ fn checkpoints_of_other_graphs_are_refused() {
     );
 }
 
-/// A matrix, a layer, a constant and a filter, each with one number that can be another.
+/// A matrix, a layer, a constant and a filter, each with a number that can be changed.
 struct Parameters {
     given: f32,
     matrix: f32,
@@ -158,7 +158,7 @@ fn checkpoints_are_refused_by_a_graph_with_any_other_parameter() {
     }
 }
 
-/// A world that is never in a state that can be saved.
+/// A world that can never be saved.
 struct Unsaved(ScriptedWorld);
 
 impl World for Unsaved {

@@ -1,4 +1,4 @@
-//! The assembly scene, the robot's skills and the closed loop, in physics.
+//! The assembly scene, the robot's skills and the closed loop, simulated in physics.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 #![cfg(feature = "physics")]
@@ -17,7 +17,7 @@ use symbolt::task::tasks::Task;
 use symbolt::task::tasks::nuts_and_bolts::{MAX_OF_A_KIND, NutsAndBolts, PartSpec};
 use symbolt::task::{Classifier, Domain, Grounding, Pose, StateId, demonstrate};
 
-/// What two demonstrations with one nut and one bolt teach.
+/// A domain learned from two demonstrations with one nut and one bolt, and a planner over it.
 fn taught() -> &'static (Domain, Arc<Planner>) {
     static TAUGHT: OnceLock<(Domain, Arc<Planner>)> = OnceLock::new();
     TAUGHT.get_or_init(|| taught_in(&NutsAndBolts::default(), 2))
@@ -47,7 +47,7 @@ fn built(spec: &NutsAndBolts, seed: u64) -> Scene {
     Scene::new(spec.scene(Seed::new(seed)).expect("it can be drawn")).expect("it can be built")
 }
 
-/// Takes hold of a part as the default settings say: they do not differ in that.
+/// Begins a skill with the grasps of the default settings, which the tests' settings do not change.
 fn begin(robot: &mut Robot, scene: &Scene, part: usize, target: Target) -> Result<(), SkillReport> {
     robot.begin(scene, part, target, &NutsAndBolts::default().grasps(scene, part), None)
 }
@@ -68,7 +68,7 @@ fn put(scene: &mut Scene, robot: &mut Robot, part: usize, target: Target) -> Ski
 fn parts_lie_on_the_table_and_the_only_joints_are_the_robots() {
     let spec = NutsAndBolts { nuts: 3, bolts: 3, ..NutsAndBolts::default() };
     let scene = built(&spec, 1);
-    // Seven joints and two fingers, and nothing that could hold a part.
+    // Seven joints and two fingers, and no joint that could hold a part.
     assert_eq!(scene.joint_counts(), (9, 0));
     let kinds: Vec<usize> = scene.kinds().collect();
     assert_eq!(kinds, [0, 0, 0, 1, 1, 1]);
@@ -118,7 +118,7 @@ fn what_cannot_be_reached_is_said_at_once_and_nothing_hangs() {
     let before = scene.steps();
     let report = put(&mut scene, &mut Robot::default(), 0, far);
     assert_eq!((report.outcome, scene.steps()), (SkillOutcome::Unreachable, before));
-    // A bolt on its head offers no flats from above.
+    // A bolt on its head has no flats that can be grasped from above.
     let upside_down = Pose { position: [0.45, 0.1, 0.0125], orientation: [1.0, 0.0, 0.0, 0.0] };
     scene.disturb(1, &upside_down);
     for _ in 0..100 {
@@ -193,7 +193,7 @@ fn a_world_refuses_the_save_of_a_scene_with_another_number_of_parts() {
     let others = two.checkpoint().expect("it can be saved");
     let refused = one.restore(&others).expect_err("another scene");
     assert!(matches!(refused, SimError::World { .. }), "{refused:?}");
-    let expected = "the saved scene has 3 parts; expected 2, as in the world's own task";
+    let expected = "the checkpoint's scene has 3 parts; expected 2, as in this world's task";
     assert!(refused.to_string().contains(expected), "{refused}");
     assert_eq!(one.checkpoint().expect("it can be saved"), own);
     one.restore(&own).expect("its own");
@@ -212,7 +212,7 @@ fn a_bolt_that_another_hand_puts_into_the_jig_is_used() {
     assert!(over.report.perturbed && over.report.solved, "{:?}", over.report);
 }
 
-/// With longer substeps the bolt rattled in the nut and walked half a millimetre.
+/// With longer substeps the bolt rattled in the nut and moved half a millimetre.
 #[test]
 fn an_assembly_comes_to_rest() {
     let spec = NutsAndBolts::default();
@@ -250,7 +250,7 @@ fn a_part_is_not_put_where_another_has_come_to_be() {
     scene.disturb(2, &Pose::at([x, y, spec.jig.hole_top_m + 1e-3]));
     let report = (0..20_000).find_map(|_| robot.step(&mut scene).ended).expect("it ends");
     assert_eq!(report.outcome, SkillOutcome::Occupied);
-    // It lies again where it lay.
+    // The part is back where it was.
     let ended = scene.part(1).expect("there").position;
     assert!((ended[0] - began[0]).hypot(ended[1] - began[1]) < 0.02, "{began:?} {ended:?}");
     assert_eq!(spec.assembly(&scene).bolt_in_hole, Some(2));
@@ -260,7 +260,7 @@ fn a_part_is_not_put_where_another_has_come_to_be() {
 fn another_hand_waits_while_there_is_no_room() {
     let (domain, planner) = taught();
     let goal = domain.goal().expect("there");
-    // Where the table is there is never room.
+    // A place inside the table is never free.
     let perturbation =
         Some(Perturbation { at_s: 0.0, part: 1, pose: Pose::at([0.45, 0.1, -0.01]) });
     let spec = EpisodeSpec { perturbation, ..EpisodeSpec::default() };
@@ -268,7 +268,8 @@ fn another_hand_waits_while_there_is_no_room() {
     assert!(!over.report.perturbed && over.report.solved, "{:?}", over.report);
 }
 
-/// With the arm low beside the jig, hand level, every straight way to the next part met something.
+/// With the arm low beside the jig and the hand level, every straight path to the next part touched
+/// something.
 #[test]
 fn after_a_bolt_has_been_put_there_is_a_way_to_the_next_part() {
     let (domain, planner) = taught();
@@ -295,8 +296,8 @@ fn drops_are_followed_by_new_decisions() {
     assert!(!report.false_goal());
 }
 
-/// Nothing but the demonstrator knows what the task is: in a mirrored scene with the jig elsewhere and
-/// other names for everything, the rest works as before.
+/// Only the demonstrator knows the task: in a mirrored scene with the jig elsewhere and other names for
+/// everything, the rest works as before.
 #[test]
 fn other_names_another_jig_and_a_mirror_change_nothing() {
     let mut spec = NutsAndBolts {
@@ -334,7 +335,7 @@ fn impossible_episodes_are_refused() {
 
 #[test]
 fn bolts_shown_alike_in_one_coordinate_by_chance_are_on_the_table_elsewhere_too() {
-    // In these five demonstrations the bolt's places spread by 8 mm along x.
+    // In these five demonstrations the bolt's positions spread by 8 mm along x.
     let seed = Seed::new(1).derive_index("trial", 16);
     let shown = demonstrate(&NutsAndBolts::default(), 5, seed).expect("runs");
     let domain = learn(&shown.recording, &Settings::default()).expect("learns").domain;
@@ -349,8 +350,8 @@ fn bolts_shown_alike_in_one_coordinate_by_chance_are_on_the_table_elsewhere_too(
     assert_eq!(said([x - 0.09, y, z + 0.02]), None, "not above it");
 }
 
-/// The closed loop over many seeds; with 40 of 40 the Wilson interval reaches from 91%, so a loop that
-/// fails one time in five passes with a chance below 1 in 7,000.
+/// The closed loop over many seeds. With 40 of 40 the Wilson interval begins at 91%, so a loop that fails one
+/// time in five passes with a probability below 1 in 7,000.
 #[test]
 #[ignore = "long statistics"]
 fn forty_episodes_are_assembled() {

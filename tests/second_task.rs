@@ -1,7 +1,7 @@
-//! A second task, written against the public trait alone: a base block on a pad, and another block on top of it.
+//! A second task, written against the public trait alone: a base block on a pad, and another block on top of
+//! it.
 //!
-//! Scene, skills, recorder, learner, planner and closed loop are those of the first task, and none of them was changed
-//! for this one.
+//! Scene, skills, recorder, learner, planner and closed loop are those of the first task, unchanged.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 #![cfg(feature = "physics")]
@@ -27,11 +27,11 @@ use symbolt::task::tasks::{
 };
 use symbolt::task::{Grounding, Pose, TaskError, demonstrate};
 
-/// A base on a pad, and a top on the base.
+/// The task: a base on a pad, and a top on the base.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 struct Tower {
-    /// Where the pad is, in metres.
+    /// Position of the pad, in metres.
     pad: [f64; 2],
     /// Half the width of both blocks, in metres.
     half_m: f64,
@@ -60,7 +60,7 @@ impl Tower {
         Ok(())
     }
 
-    /// Where the middle of a block belongs.
+    /// Returns where the middle of a block belongs.
     fn place(&self, part: usize) -> [f64; 3] {
         let [x, y] = self.pad;
         [x, y, PAD_HEIGHT_M + self.half_m * if part == BASE { 1.0 } else { 3.0 }]
@@ -108,7 +108,7 @@ impl Task for Tower {
             look: look(colour),
         };
         let parts = [BASE, TOP].map(|kind| {
-            // Each in a half of its own, so that they never meet.
+            // Each block starts in its own half of the area, so they never touch.
             let y = if kind == BASE { 0.04 } else { 0.18 };
             let position = [
                 0.40 + 0.16 * rng.random::<f64>(),
@@ -134,7 +134,7 @@ impl Task for Tower {
         })
     }
 
-    /// From above, on two opposing sides.
+    /// Grasps from above, on two opposing sides.
     fn grasps(&self, scene: &Scene, part: usize) -> Vec<Grasp> {
         let Some(BodyFrame { position: [x, y, z], turn }) = scene.body_frame(part) else {
             return Vec::new();
@@ -174,14 +174,14 @@ impl Task for Tower {
         2
     }
 
-    /// The base is put aside as soon as the robot has let go of it.
+    /// A person moves the base away as soon as the robot has released it.
     fn perturbation(&self, _seed: Seed) -> Option<Perturbation> {
         let pose = Pose::at([0.42, 0.30, self.half_m + 1e-3]);
         Some(Perturbation { at_s: 6.0, part: BASE, pose })
     }
 }
 
-/// From the ground up.
+/// A demonstrator that builds from the ground up.
 struct Builder(Tower);
 
 impl Demonstrator for Builder {
@@ -211,7 +211,7 @@ fn a_second_task_is_demonstrated_learned_and_done_through_the_trait_alone() {
         assert!(report.solved && !report.false_goal(), "seed {seed}: {report:?}");
         assert_eq!(report.skills().count(), task.min_actions(), "seed {seed}: {report:?}");
     }
-    // A block that a person takes away again is put back.
+    // A block that a person takes away is put back.
     let perturbation = task.perturbation(Seed::new(1));
     let spec = EpisodeSpec { perturbation, ..EpisodeSpec::of(task) };
     let over = episode(&planner, Grounding::default(), goal, &spec, Seed::new(5)).expect("runs");
@@ -219,7 +219,7 @@ fn a_second_task_is_demonstrated_learned_and_done_through_the_trait_alone() {
     assert_eq!(over.report.skills().count(), 3, "the base twice: {:?}", over.report);
 }
 
-/// A tower of which nothing is to be built.
+/// A task that needs no action.
 #[derive(Debug)]
 struct Nothing(Tower);
 
@@ -280,7 +280,7 @@ fn the_judge_looks_at_the_scene_alone() {
     }
     assert_eq!(task.judge(&scene).achieved.len(), 2);
     assert!(task.judge(&scene).solved);
-    // It looks as its data says.
+    // The outline shows the colours of the specification.
     let outline = Outline::of(scene.spec());
     assert_eq!(
         outline.kinds.iter().map(|k| k.look.colour).collect::<Vec<_>>(),

@@ -1,7 +1,8 @@
-//! An observer that records the planner graph's activity over an episode: what its modules hold, and a raster of spikes.
+//! An observer that records the planner graph's activity over an episode: the contents of its modules, and a
+//! spike raster.
 //!
-//! While the graph decides, it samples modules every 2 ms and spikes in every tick. While the robot moves, it samples
-//! modules every 40 ms and no spikes: nothing is decided then.
+//! While the graph decides, it samples the modules every 2 ms and the spikes in every tick. While the robot
+//! moves, it samples the modules every 40 ms and no spikes.
 
 use std::sync::Arc;
 
@@ -9,46 +10,46 @@ use crate::sim::{EventSource, Real, SimView};
 use crate::task::event::{Doing, Event, Observer};
 use crate::task::planner::{Planner, Shows};
 
-/// Ticks between two samples while the graph decides, and while the robot moves.
+/// Ticks between two samples: while the graph decides, and while the robot moves.
 const PERIODS: [u64; 2] = [2, 40];
-/// Neurons of a population in the raster.
+/// Greatest number of neurons of one population in the raster.
 const ROWS: usize = 12;
-/// Spikes kept of the whole episode, 16 bytes each.
+/// Greatest number of spikes kept for one episode, 16 bytes each.
 const MAX_SPIKES: usize = 1_000_000;
 
-/// The samples of one module, and what they are.
+/// The samples of one module.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModuleSamples {
-    /// The module's name.
+    /// Name of the module.
     pub name: String,
-    /// The names beside its numbers.
+    /// Names of its numbers.
     pub names: Vec<String>,
-    /// What the numbers are.
+    /// Kind of its numbers.
     pub shows: Shows,
-    /// A row of as many numbers as names for each of [`ActivityRecorder::times_s`].
+    /// Values: one row for each of [`ActivityRecorder::times_s`], one number in it for each name.
     pub values: Vec<Real>,
 }
 
-/// One population of the raster.
+/// One population in the raster.
 struct RasterRows {
     path: String,
     of: EventSource,
-    /// Which of its neurons, evenly spread over it.
+    /// Indices of the neurons shown, evenly spread over the population.
     neurons: Vec<usize>,
 }
 
-/// Records one episode of a planner's graph.
+/// Records the activity of a planner's graph over one episode.
 pub struct ActivityRecorder {
     planner: Arc<Planner>,
     times_s: Vec<f64>,
     modules: Vec<ModuleSamples>,
     raster: Vec<RasterRows>,
-    /// Simulated seconds, and the neuron's row.
+    /// Simulated time in seconds, and row of the neuron.
     spikes: Vec<(f64, u32)>,
 }
 
 impl ActivityRecorder {
-    /// An empty record of a planner's modules and, where it has such, its spiking populations.
+    /// Creates an empty record for a planner's modules and its spiking populations, if it has any.
     pub fn new(planner: Arc<Planner>) -> Self {
         let modules = planner.modules().iter().map(|module| ModuleSamples {
             name: module.name.into(),
@@ -91,22 +92,23 @@ impl ActivityRecorder {
         }
     }
 
-    /// When the modules were looked at, in simulated seconds.
+    /// Returns the sample times of the modules, in simulated seconds.
     pub fn times_s(&self) -> &[f64] {
         &self.times_s
     }
 
-    /// The modules, in the order of a decision.
+    /// Returns the modules' samples, in the order of a decision.
     pub fn modules(&self) -> &[ModuleSamples] {
         &self.modules
     }
 
-    /// The populations of the raster by path, with how many of their neurons it has, and of how many.
+    /// Returns the populations in the raster: path, number of neurons shown, number of neurons in all.
     pub fn populations(&self) -> impl Iterator<Item = (&str, usize, usize)> {
         self.raster.iter().map(|h| (h.path.as_str(), h.neurons.len(), h.of.units))
     }
 
-    /// Every spike: simulated seconds, and the neuron's row, counted over all populations.
+    /// Returns every recorded spike: simulated time in seconds, and row of the neuron, counted over all
+    /// populations.
     pub fn spikes(&self) -> &[(f64, u32)] {
         &self.spikes
     }

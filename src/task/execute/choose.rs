@@ -1,21 +1,21 @@
-//! From an action to a part and a target: the effect state's mean, and a part in the state that it is
-//! taken from.
+//! Turns an action into a target and candidate parts: the mean pose of its effect state, and the parts in the
+//! state that it takes its part from.
 
 use crate::task::domain::{Domain, Grounded, Operator, Snapshot, StateId};
 use crate::task::skill::Target;
 
-/// Where the action would put its part; `None` if that state has no place.
+/// Returns where the action puts its part; `None` if the effect state has no mean pose.
 pub(super) fn target(domain: &Domain, operator: &Operator) -> Option<Target> {
     let state = domain[operator.to].learned.as_ref()?;
     let [x, y, z, w] = state.mean.orientation;
-    // The third column of the rotation: where the mean pose points the part's axis.
+    // The third column of the rotation matrix: the direction of the part's axis in the mean pose.
     let axis = [2.0 * (x * z + y * w), 2.0 * (y * z - x * w), 1.0 - 2.0 * (x * x + y * y)];
     Some(Target { position: state.mean.position, axis })
 }
 
-/// Objects that the action can be done with, by their places in the snapshot: those of its kind in the
-/// state that it is taken from, or, if it was not always taken from one, any that is not where it
-/// would be put.
+/// Returns the objects that the action can be done with, by their index in the snapshot: objects of its kind
+/// in the state that it takes its part from. If the operator names no such state, these are all objects of
+/// its kind that are not in its effect state.
 pub(super) fn candidates(operator: &Operator, seen: &Snapshot, states: &[Grounded]) -> Vec<usize> {
     let fits = |state: Option<StateId>| match operator.from {
         Some(_) => state == operator.from,
@@ -30,8 +30,8 @@ pub(super) fn candidates(operator: &Operator, seen: &Snapshot, states: &[Grounde
         .collect()
 }
 
-/// Whether another object of the same kind lies where the part would be put, as far along the table as
-/// [`Handling::in_the_way_m`](crate::task::scene::Handling) says.
+/// Returns whether another object of the same kind lies within `in_the_way_m` of the target, measured along
+/// the table (see [`Handling::in_the_way_m`](crate::task::scene::Handling)).
 pub(super) fn occupied(
     seen: &Snapshot,
     operator: &Operator,

@@ -1,7 +1,7 @@
-//! Demonstrations: a task's demonstrator lets the robot act, and the recorder looks on.
+//! Demonstrations: a task's demonstrator controls the robot, and the recorder takes snapshots.
 //!
-//! What comes of it is a recording of where everything was when the gripper touched a part and let go. The learner and
-//! the executor know nothing else.
+//! The result is a recording of where everything was when the gripper touched a part and when it let go.
+//! Learner and executor know the demonstrations only from this recording.
 
 use super::recorder::Recorder;
 use crate::sim::{Seed, warn_if_unoptimised};
@@ -12,35 +12,35 @@ use crate::task::scene::Scene;
 use crate::task::skill::Robot;
 use crate::task::tasks::{Demonstrator, Task};
 
-/// A recording of demonstrations, and what is not in it.
+/// A recording of demonstrations, with facts that are not in it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Demonstrated {
-    /// What a learner gets.
+    /// The recording for the learner.
     pub recording: Recording,
-    /// Every skill of every demonstration.
+    /// Reports of all skills, one list for each demonstration.
     pub skills: Vec<Vec<SkillReport>>,
-    /// How many demonstrations solved the task, as its judge says.
+    /// Number of demonstrations that solved the task, according to its judge.
     pub solved: usize,
-    /// Steps of the physics.
+    /// Number of physics steps.
     pub steps: u64,
-    /// Simulated seconds.
+    /// Simulated time, in seconds.
     pub simulated_s: f64,
 }
 
-/// Skills of one demonstration for each that the task needs at least; after so many the demonstrator gives up.
+/// The demonstrator gives up after this many skills for each action that the task needs at least.
 const PATIENCE: usize = 4;
 
-/// Shows the task `demos` times, in a scene drawn anew each time. Costs about half a second a demonstration of a few
-/// skills.
+/// Demonstrates the task `demos` times, each time in a newly drawn scene. Costs about half a second for a
+/// demonstration of a few skills.
 ///
 /// # Errors
-/// As [`Task::scene`] and [`Scene::new`]; [`TaskError::Setting`] for a task that needs no action.
+/// As [`Task::scene`] and [`Scene::new`]; [`TaskError::Setting`] for a task with [`Task::min_actions`] of 0.
 pub fn demonstrate(task: &dyn Task, demos: usize, seed: Seed) -> Result<Demonstrated, TaskError> {
     demonstrate_observed(task, demos, seed, &mut Ignore)
 }
 
-/// [`demonstrate`], telling `observer` when a demonstration begins and ends, of every step of the physics, of skills
-/// and of touches.
+/// Demonstrates the task, as [`demonstrate`], and tells `observer` when a demonstration begins and ends, of
+/// every physics step, of skills and of touches.
 ///
 /// # Errors
 /// As [`demonstrate`].
@@ -59,11 +59,11 @@ pub fn demonstrate_observed(
         simulated_s: 0.0,
     };
     if task.min_actions() == 0 {
-        // The demonstrator would never be asked.
+        // Otherwise the demonstrator would never be asked.
         let (name, expected) = ("min_actions", "at least 1 action");
         return Err(TaskError::Setting { name, value: "0".into(), expected });
     }
-    // Settings that make no scene are refused even where nothing is shown.
+    // Settings without a valid scene are refused even if `demos` is 0.
     task.scene(seed)?.check()?;
     for demo in 0..demos {
         let mut scene = Scene::new(task.scene(seed.derive_index("demonstration", demo as u64))?)?;
@@ -82,7 +82,7 @@ pub fn demonstrate_observed(
     Ok(out)
 }
 
-/// One demonstration.
+/// Runs one demonstration.
 fn show(
     task: &dyn Task,
     demonstrator: &mut dyn Demonstrator,

@@ -1,11 +1,31 @@
-//! The closed loop: look, ask the planner graph, do what it says, look again.
+//! Runs tasks in the scene: demonstrations, and episodes in which the planner graph controls the robot.
 //!
-//! The scene is the planner graph's world, so that planning and physics go on in the same simulated time:
-//! while the graph thinks the parts lie and roll, and while the arm moves the graph idles. After every
-//! skill, however it ended, everything is looked at and decided anew.
+//! | to | use |
+//! |---|---|
+//! | record demonstrations | [`demonstrate()`], or [`Recorder`] for single snapshots |
+//! | run an episode | [`episode`], with [`EpisodeSpec`] |
+//! | follow an episode while it runs | [`episode_observed`], with an [`Observer`] such as [`ActivityRecorder`] |
+//! | run the scene as the world of your own simulator | [`EpisodeWorld`] |
 //!
-//! The executor knows what was learned and, from the task, how to take hold of parts; of the task itself it knows
-//! nothing. Which part goes where is a state's mean pose.
+//! # The closed loop
+//!
+//! The scene is the planner graph's world, so planning and physics share the same simulated time. While the
+//! graph decides, parts rest or keep rolling. While the arm moves, the graph idles. The *executor*, a part of
+//! [`EpisodeWorld`], connects the two. It repeats these steps:
+//!
+//! 1. *Rest*: `ready` is 0 for a few steps, and the graph forgets its last answer.
+//! 2. *Look*: the recorder takes a snapshot, and the classifier finds the state of every object. Together the
+//!    states are the world state.
+//! 3. *Ask*: `ready` is 1, and the graph decides.
+//! 4. *Check*: if the verdict is met or stuck, the episode ends. Otherwise the executor looks again. If the
+//!    world state has changed, it returns to step 1.
+//! 5. *Choose*: the executor chooses a part in the state that the action takes its part from. The target is
+//!    the mean pose of the state that the action puts it into.
+//! 6. *Act*: the robot runs the skill. However it ends, the loop returns to step 1. This is why a drop or a
+//!    person's intervention leads to a new decision (a re-plan).
+//!
+//! [`Ended`] lists the ways in which an episode ends. The executor knows the learned domain and, from the
+//! task, the grasps. It knows nothing else about the task.
 
 mod activity;
 mod choose;
@@ -29,23 +49,23 @@ pub use demonstrate::{Demonstrated, demonstrate, demonstrate_observed};
 pub use recorder::Recorder;
 pub use world::EpisodeWorld;
 
-/// How episodes are run.
+/// Settings of an episode.
 #[derive(Debug, Clone)]
 pub struct EpisodeSpec {
-    /// The task, which draws the scene.
+    /// Task that draws the scene.
     pub task: Arc<dyn Task>,
-    /// The probability, for each grasp, that the fingers open at a uniformly drawn moment of the
-    /// carrying (0 to 1).
+    /// Probability, for each grasp, that the fingers open at a uniformly drawn moment of the carrying (0 to
+    /// 1).
     pub drop_rate: f64,
-    /// Simulated seconds after which an episode is given up.
+    /// Simulated time after which an episode is given up, in seconds (above 0, at most 86,400).
     pub limit_s: f64,
-    /// Skills after which an episode is given up.
+    /// Number of skills after which an episode is given up.
     pub most_skills: usize,
-    /// What a person does meanwhile.
+    /// What a person does to the scene during the episode, if anything.
     pub perturbation: Option<Perturbation>,
-    /// Simulated milliseconds between frames kept for pictures; `None` to keep none.
+    /// Simulated time between the frames kept for pictures, in milliseconds; `None` keeps none.
     pub frame_ms: Option<u64>,
-    /// Who computes the planner graph's ticks. The episode is the same either way.
+    /// Threads that compute the planner graph's ticks. The episode has the same bits either way.
     pub threads: Threads,
 }
 
@@ -64,7 +84,7 @@ impl Default for EpisodeSpec {
 }
 
 impl EpisodeSpec {
-    /// Episodes of a task, with nothing going wrong.
+    /// Returns settings for episodes of a task, without drops or perturbation.
     pub fn of(task: impl Task + 'static) -> Self {
         Self { task: Arc::new(task), ..Self::default() }
     }
@@ -72,8 +92,8 @@ impl EpisodeSpec {
     /// Checks the numbers, and that the task's scene can be built.
     ///
     /// # Errors
-    /// [`TaskError::Setting`] for a rate or limit outside its range, or a perturbation of a part that is not there; as
-    /// [`Task::scene`] and [`SceneSpec::check`](crate::task::scene::SceneSpec::check).
+    /// [`TaskError::Setting`] for a rate or limit outside its range, or for a perturbation of a part that
+    /// does not exist; as [`Task::scene`] and [`SceneSpec::check`](crate::task::scene::SceneSpec::check).
     pub fn check(&self) -> Result<(), TaskError> {
         let scene = self.task.scene(Seed::new(0))?;
         scene.check()?;
@@ -87,7 +107,7 @@ impl EpisodeSpec {
                 return refuse(
                     "perturbation.part",
                     perturbation.part.to_string(),
-                    "a part's place in the scene",
+                    "the index of a part in the scene, counted from 0",
                 );
             }
             let turn: f64 = perturbation.pose.orientation.iter().map(|v| v * v).sum();
@@ -97,7 +117,7 @@ impl EpisodeSpec {
                 return refuse(
                     "perturbation",
                     format!("{perturbation:?}"),
-                    "finite numbers and a rotation",
+                    "finite numbers and an orientation that is not zero",
                 );
             }
         }
@@ -108,21 +128,21 @@ impl EpisodeSpec {
     }
 }
 
-/// An episode that is over.
+/// The result of an episode.
 #[derive(Debug, Clone)]
 pub struct Episode {
-    /// What happened: the same for the same seed.
+    /// What happened. The same seed gives the same report.
     pub report: EpisodeReport,
-    /// The frames kept.
+    /// Frames kept for pictures.
     pub frames: Vec<SceneFrame>,
-    /// Time that the steps of the physics took on this machine.
+    /// Wall time of the physics steps.
     pub physics_wall: Duration,
 }
 
-/// Runs one episode towards `goal`; `seed` draws the scene and the drops.
+/// Runs one episode towards `goal`. `seed` draws the scene and the drops.
 ///
 /// # Errors
-/// As [`EpisodeSpec::check`]; [`TaskError::Setting`] for a goal that is no state of the planner's domain;
+/// As [`EpisodeSpec::check`]; [`TaskError::Setting`] for a goal that is not a state of the planner's domain;
 /// [`TaskError::Sim`] if the graph does not fit the world.
 pub fn episode(
     planner: &Arc<Planner>,
@@ -134,10 +154,10 @@ pub fn episode(
     episode_observed(planner, grounding, goal, spec, seed, &mut Ignore)
 }
 
-/// [`episode`], telling `observer` of what happens.
+/// Runs one episode, as [`episode`], and tells `observer` what happens.
 ///
-/// Within one step of the physics, events come in the order in which they happened: a decision, a touch, a skill's end, a
-/// frame, then the tick.
+/// Within one physics step, events come in the order in which they happened: decision, touch, end of a skill,
+/// frame, tick.
 ///
 /// # Errors
 /// As [`episode`].
@@ -154,7 +174,7 @@ pub fn episode_observed(
     let mut sim = Simulator::new(planner.graph().clone(), run)?;
     observer.observe(&Event::EpisodeBegan { goal: &planner.domain()[goal].name });
     let mut teller = Teller::default();
-    // The world gives up by itself; this is only to be sure.
+    // A safeguard: the world itself ends the episode before this limit.
     let limit = SimDuration::from_millis((spec.limit_s * 1e3) as u64 + 120_000);
     sim.run_until(limit, |view| {
         let Some(world) = EpisodeWorld::of(view.world()) else {
@@ -168,21 +188,23 @@ pub fn episode_observed(
         }
     })?;
     let Some(world) = EpisodeWorld::of(sim.world()) else {
-        return Err(TaskError::BadDomain { reason: "the world was exchanged".into() });
+        return Err(TaskError::BadDomain {
+            reason: "the simulator's world was replaced during the episode".into(),
+        });
     };
     let episode = world.report();
     observer.observe(&Event::EpisodeEnded(&episode.report));
     Ok(episode)
 }
 
-/// Turns what is new in a world's log into events.
+/// Reports new entries of a world's log as events.
 #[derive(Default)]
 struct Teller {
     steps: u64,
     decisions: usize,
     touches: usize,
     frames: usize,
-    /// Whether the last decision's skill is still to be told of.
+    /// Whether the end of the last decision's skill is still to be reported.
     acting: bool,
 }
 
@@ -222,7 +244,7 @@ impl Teller {
 }
 
 impl EpisodeWorld {
-    /// What has happened so far.
+    /// Returns what has happened so far.
     fn report(&self) -> Episode {
         let (scene, log) = (self.scene(), self.log());
         let report = EpisodeReport {

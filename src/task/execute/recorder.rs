@@ -1,23 +1,24 @@
-//! The recorder: where every part and landmark of a scene is at the moments that matter.
+//! The recorder: takes snapshots of where every part and landmark of a scene is.
 
 use std::sync::Arc;
 
 use crate::task::domain::{ObjectPose, Snapshot, SnapshotEvent};
 use crate::task::scene::Scene;
 
-/// Takes snapshots of a scene: its parts, then its landmarks, each as its kind's name and a number.
+/// Takes snapshots of a scene: first its parts, then its landmarks. An object's id is the name of its kind
+/// and a number.
 ///
-/// A part that fell off the table is gone from then on, and the later ids of its kind move down, as in recordings by a
-/// camera that numbers what it sees.
+/// A part that fell off the table disappears from later snapshots, and the later ids of its kind move down,
+/// as in recordings by a camera that numbers what it sees.
 #[derive(Debug, Clone, Default)]
 pub struct Recorder {
     snapshots: Vec<Snapshot>,
 }
 
-/// Below this height a part has left the table.
+/// Height below which a part has left the table, in metres.
 const GONE_M: f64 = -0.05;
 
-/// Names the objects of one kind.
+/// Makes ids for the objects of one kind.
 struct Names {
     kind: Arc<str>,
     count: usize,
@@ -35,7 +36,8 @@ impl Names {
 }
 
 impl Recorder {
-    /// What is to be seen now, and which part of the scene each object is (`None` for a landmark).
+    /// Returns a snapshot of the present moment and, for each object, the index of its part in the scene
+    /// (`None` for a landmark).
     pub fn look(&self, scene: &Scene) -> (Snapshot, Vec<Option<usize>>) {
         let spec = scene.spec();
         let mut names: Vec<Names> = spec.kinds.iter().map(|kind| Names::of(&kind.name)).collect();
@@ -67,18 +69,18 @@ impl Recorder {
         (snapshot, parts)
     }
 
-    /// Takes a snapshot of what a touch, the start or the end shows.
+    /// Takes a snapshot for an event: the start, the end, or a touch of part `touched`.
     pub fn note(&mut self, scene: &Scene, event: SnapshotEvent, touched: Option<usize>) {
         let (mut snapshot, parts) = self.look(scene);
         snapshot.event = Some(event);
         snapshot.object = touched.and_then(|t| parts.iter().position(|p| *p == Some(t)));
-        // A part let go over the edge is not there to be named.
+        // A part released over the table's edge is already gone, so the event has no object to name.
         if touched.is_none() || snapshot.object.is_some() {
             self.snapshots.push(snapshot);
         }
     }
 
-    /// The snapshots.
+    /// Returns the snapshots.
     pub fn into_snapshots(self) -> Vec<Snapshot> {
         self.snapshots
     }

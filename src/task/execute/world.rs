@@ -1,4 +1,4 @@
-//! The scene as the planner graph's world: looks, asks, and lets the robot do what is answered.
+//! The scene as the planner graph's world: looks, asks the graph, and lets the robot carry out the answer.
 
 use std::any::Any;
 use std::sync::Arc;
@@ -18,16 +18,16 @@ use crate::task::scene::Scene;
 use crate::task::skill::Robot;
 use crate::task::tasks::Judgement;
 
-/// What the executor is doing.
+/// The executor's phase.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 enum Phase {
-    /// The graph is given time to forget its last answer; then everything is looked at.
+    /// The graph forgets its last answer; then the executor looks.
     Rest { left: u32 },
-    /// The graph is thinking.
+    /// The graph is deciding.
     Ask { since_step: u64 },
-    /// The robot is at it.
+    /// The robot is carrying out a skill.
     Act,
-    /// It is over.
+    /// The episode is over.
     Over(Ended),
 }
 
@@ -42,32 +42,32 @@ pub(super) struct Log {
 }
 
 impl Log {
-    /// Every skill that is over, in order.
+    /// Returns every finished skill, in order.
     fn skills(&self) -> impl Iterator<Item = &SkillReport> {
         self.decisions.iter().filter_map(|d| d.skill.as_ref())
     }
 
-    /// How many skills there were.
+    /// Returns the number of finished skills.
     fn skill_count(&self) -> usize {
         self.skills().count()
     }
 }
 
-/// Everything that changes.
+/// The state that changes during an episode.
 #[derive(Serialize, Deserialize)]
 struct Live {
     scene: Scene,
     robot: Robot,
     phase: Phase,
     present: WorldState,
-    /// Parts that were in no state when last looked at.
+    /// For each part, whether it was in no state at the last look.
     in_no_state: Vec<bool>,
     log: Log,
     seed: Seed,
     perturbed: bool,
 }
 
-/// A world in which an executor does what a planner graph decides.
+/// A world in which an executor carries out the decisions of a planner graph.
 pub struct EpisodeWorld {
     planner: Arc<Planner>,
     classifier: Classifier,
@@ -78,14 +78,15 @@ pub struct EpisodeWorld {
     live: Option<Live>,
 }
 
-/// Steps for which the graph is not asked between two questions.
+/// Steps of rest between two requests to the graph.
 const REST: u32 = 5;
 
 impl EpisodeWorld {
-    /// A world that wants `goal`; it comes to life when it is reset.
+    /// Creates a world that asks for `goal`. It has no scene until it is reset.
     ///
     /// # Errors
-    /// As [`EpisodeSpec::check`]; [`TaskError::Setting`] for a goal that is no state of the planner's domain.
+    /// As [`EpisodeSpec::check`]; [`TaskError::Setting`] for a goal that is not a state of the planner's
+    /// domain.
     pub fn new(
         planner: Arc<Planner>,
         grounding: Grounding,
@@ -95,19 +96,19 @@ impl EpisodeWorld {
         spec.check()?;
         let goal = planner.goal_pointer(goal)?;
         let classifier = Classifier::new(planner.domain(), grounding)?;
-        // It is the same for every seed.
+        // The step is the same for every seed.
         let step_ms = spec.task.scene(Seed::new(0))?.step_ms;
         let recorder = Recorder::default();
         Ok(Self { planner, classifier, recorder, goal, spec: spec.clone(), step_ms, live: None })
     }
 
-    /// The world of a simulator, if it is one of these.
+    /// Returns a simulator's world as an `EpisodeWorld`; `None` if it is another kind of world.
     pub fn of(world: Option<&dyn World>) -> Option<&Self> {
         let world: &dyn Any = world?;
         world.downcast_ref()
     }
 
-    /// How it ended, once it has.
+    /// Returns how the episode ended; `None` while it runs.
     pub fn ended(&self) -> Option<&Ended> {
         match &self.live.as_ref()?.phase {
             Phase::Over(ended) => Some(ended),
@@ -115,12 +116,12 @@ impl EpisodeWorld {
         }
     }
 
-    /// The scene.
+    /// Returns the scene; `None` before the first reset.
     pub fn scene(&self) -> Option<&Scene> {
         self.live.as_ref().map(|live| &live.scene)
     }
 
-    /// What it is doing.
+    /// Returns what the executor is doing.
     pub fn doing(&self) -> Doing<'_> {
         let Some(live) = &self.live else { return Doing::Looking };
         match live.phase {
@@ -134,7 +135,7 @@ impl EpisodeWorld {
         }
     }
 
-    /// Refuses a save whose scene cannot be one of this world's task.
+    /// Refuses a saved state whose scene does not match this world's task.
     fn check_own(&self, live: &Live) -> Result<(), WorldError> {
         let own = self.spec.task.scene(live.seed).map_err(fault)?;
         let saved = live.scene.spec();
@@ -144,14 +145,14 @@ impl EpisodeWorld {
         ] {
             if saved != own {
                 return Err(fault(format_args!(
-                    "the saved scene has {saved} {what}; expected {own}, as in the world's own task"
+                    "the checkpoint's scene has {saved} {what}; expected {own}, as in this world's task"
                 )));
             }
         }
         Ok(())
     }
 
-    /// What the task's judge says of the scene.
+    /// Asks the task's judge about the scene.
     pub(super) fn judge(&self, scene: &Scene) -> Judgement {
         self.spec.task.judge(scene)
     }
@@ -172,7 +173,7 @@ impl EpisodeWorld {
     }
 }
 
-/// What the executor looks with and asks.
+/// The parts of the world that the executor looks and asks with.
 struct Mind<'w> {
     planner: &'w Planner,
     classifier: &'w Classifier,
@@ -194,7 +195,7 @@ impl Live {
             self.log.touches.push(Touched::at(self.scene.time_s(), touch));
         }
         if let Some(report) = stepped.ended {
-            // A skill runs only for the last decision.
+            // A skill always belongs to the last decision.
             if let Some(decided) = self.log.decisions.last_mut() {
                 decided.skill = Some(report);
             }
@@ -226,7 +227,7 @@ impl Live {
         let (seen, parts) = mind.recorder.look(&self.scene);
         let states = mind.classifier.classify_all(&seen);
         self.present = mind.classifier.world_of(&states);
-        // Of the parts: landmarks have no states.
+        // Parts only: landmarks have no states.
         let mut in_no_state = vec![true; self.scene.part_count()];
         for (state, part) in states.iter().zip(&parts) {
             if let (Some(_), Some(part)) = (state.state, part) {
@@ -269,14 +270,14 @@ impl Live {
         }
     }
 
-    /// Begins to do an action with the first part that it can be done with.
+    /// Begins to carry out an action with the first part that works.
     fn act(&mut self, mind: &Mind<'_>, action: ActionId) -> Phase {
         let domain = mind.planner.domain();
         let operator = &domain[action];
         let (seen, parts) = mind.recorder.look(&self.scene);
         let states = mind.classifier.classify_all(&seen);
         if mind.classifier.world_of(&states) != self.present {
-            // Something has changed while the graph was thinking.
+            // The world state has changed while the graph was deciding.
             return Phase::Rest { left: REST };
         }
         let Some(target) = choose::target(domain, operator) else {
@@ -284,7 +285,7 @@ impl Live {
         };
         let mut blocked = false;
         let mut candidates = choose::candidates(operator, &seen, &states);
-        // After a failure another part may do better.
+        // Parts with fewer failures come first: after a failure another part may do better.
         let failures = |object: &usize| {
             let part = parts[*object];
             let failed =
@@ -309,7 +310,7 @@ impl Live {
         Phase::Over(if blocked { Ended::Occupied { action } } else { Ended::NoWay { action } })
     }
 
-    /// A function of the seed and of how many skills there were.
+    /// Draws whether and when the next skill drops its part, from the seed and the number of skills so far.
     fn draw_drop(&self, rate: f64) -> Option<f64> {
         let mut rng = self.seed.derive_index("drop", self.log.skill_count() as u64).rng();
         let (chance, share): (f64, f64) = (rng.random(), rng.random());

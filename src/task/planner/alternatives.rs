@@ -1,21 +1,27 @@
-//! The choice among several causes of a state: a contest of utilities in which the fewest unmet preconditions win.
+//! The choice among several causes of a state: a contest of utilities. The cause with the fewest unmet
+//! preconditions wins.
 //!
 //! ```text
 //!  goal buffer -> which state -> its causes ---> contest -> items, pointer of the action
 //!                     the states that hold ------^     ^-- inhibited: actions ruled out
 //! ```
 //!
-//! A cause of the state in question has a utility of 0.8 to 1.6: less for every precondition that does not hold,
-//! and, among causes that lack equally many, less the later it stands in [`Domain::causes`]. What causes something
-//! else stays at 0.3 or below, where neurons do not take part in the contest. States with one cause have no part in
-//! it.
+//! A cause of the examined state has a utility of 0.8 to 1.6. Every precondition that does not hold lowers
+//! it. Among causes with equally many unmet preconditions, the utility is lower for causes that come later in
+//! [`Domain::causes`]. All other actions have a utility of 0.3 or less, at which neurons stay silent in the
+//! contest. States with one cause do not take part.
 //!
-//! In direct mode the fewest unmet preconditions win, and a tie goes to the first of the causes. Neurons keep that
-//! rule only as precisely as they represent utilities. With 50 neurons an item, over 8 seeds: where one cause could
-//! be done and the others lacked one precondition, rates chose another in 0 of 16 cases with 2 causes of 1
-//! precondition and in 0 of 24 with 3 causes of 2; spiking neurons in 0 of 16 and 1 of 24. Where all could be done,
-//! rates did not take the first in 0 of 8 and 1 of 8, spiking neurons in 3 of 8 and 5 of 8: among equals, do not rely
-//! on the order. The verdict does not suffer: a cause that turns out impossible is ruled out.
+//! In direct mode the cause with the fewest unmet preconditions wins, and a tie goes to the first of the
+//! causes. In neurons this holds only up to the precision of the represented utilities. The following was
+//! measured with 50 neurons an item over 8 seeds:
+//!
+//! - One cause had no unmet precondition, the others one each. Rate neurons chose another cause in 0 of 16
+//!   cases with 2 causes of 1 precondition, and in 0 of 24 with 3 causes of 2; spiking neurons in 0 of 16 and
+//!   1 of 24.
+//! - No cause had an unmet precondition. Rate neurons did not choose the first cause in 0 of 8 and 1 of 8
+//!   cases; spiking neurons in 3 of 8 and 5 of 8. In neurons, do not rely on the order among equal causes.
+//!
+//! The verdict stays right: a cause that turns out to be impossible is ruled out, and another is tried.
 
 use std::sync::Arc;
 
@@ -26,48 +32,49 @@ use crate::sim::{AsPointer, Constant, In, Module, Out, Pointer, Real, Scope, Syn
 use crate::spa::{CleanupMemory, Linear, PointerValue, Selection, VocabError};
 use crate::task::domain::{ActionId, Domain, StateId};
 
-/// Utility of a cause that lacks most and is preferred least.
+/// Utility of the least preferred cause with the most unmet preconditions.
 const MIN_CAUSE_UTILITY: Real = 0.8;
-/// By how much the utilities of the causes of one state can differ.
+/// Greatest difference between the utilities of one state's causes.
 const RANGE: Real = 0.8;
-/// What is taken from the utility of every action, and given back to the causes of the state in question: the
-/// preconditions that hold count for all actions, and must not let others into the contest.
+/// Constant subtracted from every action's utility and added back for the causes of the examined state.
+/// Preconditions that hold support every action that has them; without this offset, actions that do not cause
+/// the state would enter the contest.
 const REST: Real = 0.5;
 
-/// The module.
+/// The contest as a module.
 pub(super) struct CauseContest {
     which: CleanupMemory<StateSpace>,
     actions: usize,
-    /// A row an action for each state with several causes: the utilities of its causes.
+    /// Utilities of the causes: one row for each state with several causes, one column for each action.
     utilities: Vec<Real>,
-    /// A row an action for each state: what its holding adds.
+    /// Support that a holding state gives: one row for each state, one column for each action.
     support: Vec<Real>,
-    /// A row for each action: its pointer.
+    /// Pointer of each action.
     pointers: Vec<PointerValue<ActionSpace>>,
     encoded: Arc<Encoded>,
 }
 
-/// Its ports.
+/// Ports of the contest.
 pub(super) struct CauseContestPorts {
-    /// The state in question.
+    /// The examined state.
     pub state: In<Pointer<StateSpace>>,
     /// The states that hold.
     pub present: In<Vector>,
     /// The actions ruled out.
     pub ruled_out: In<Vector>,
-    /// One number an action: 1 for the one chosen; none for a state with fewer than two causes.
+    /// One number for each action: 1 for the chosen one. All are 0 for a state with fewer than two causes.
     pub items: Out<Vector>,
-    /// The pointer of the action chosen.
+    /// The pointer of the chosen action.
     pub action: Out<Pointer<ActionSpace>>,
 }
 
-/// The states that several actions cause.
+/// Returns the states that several actions cause.
 pub(super) fn states_with_several_causes(domain: &Domain) -> Vec<StateId> {
     domain.state_ids().filter(|state| domain.causes(*state).len() > 1).collect()
 }
 
 impl CauseContest {
-    /// The contest over a domain; `None` if no state has several causes.
+    /// Builds the contest over a domain; `None` if no state has several causes.
     pub fn of(domain: &Domain, encoded: &Arc<Encoded>) -> Result<Option<Self>, VocabError> {
         let several = states_with_several_causes(domain);
         if several.is_empty() {
@@ -76,7 +83,7 @@ impl CauseContest {
         let (states, actions) = (domain.states().len(), domain.operators().len());
         let causes = || several.iter().flat_map(|state| domain.causes(*state));
         let needs = |action: ActionId| domain[action].preconditions.len();
-        // One step for each precondition; the orders of preference share the last one.
+        // Each unmet precondition costs one step; the order of preference divides the last step.
         let widest = causes().map(|a| needs(*a)).max().unwrap_or(0);
         let step = RANGE / (widest + 1) as Real;
         let mut utilities = vec![0.0; several.len() * actions];

@@ -1,4 +1,4 @@
-//! Asking a planner graph: one question, one decision, with the time of every milestone.
+//! Asks a planner graph for a decision and records the time of every milestone.
 
 use std::fmt;
 use std::ops::ControlFlow;
@@ -18,20 +18,20 @@ use crate::task::domain::{ActionId, Domain, Obstacle, StateId, Verdict, WorldSta
 use crate::task::error::TaskError;
 use crate::task::planner::encode::{Encoded, StateSpace};
 
-/// A step on the way to a decision.
+/// The stages of a decision. Each gives a milestone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Stage {
-    /// The goal buffer holds the state in question.
+    /// The goal buffer holds the examined state.
     Goal,
-    /// The action that causes it is recalled.
+    /// The action that causes the examined state is recalled.
     Action,
     /// The action's preconditions are unbound and cleaned up.
     Preconditions,
-    /// They are compared with the world, and one that is open is chosen.
+    /// The preconditions are compared with the world, and an unmet one is chosen if there is one.
     Comparison,
-    /// The executive has drawn its conclusion about this state.
+    /// The executive has drawn its conclusion about the examined state.
     Conclusion,
-    /// The decision stands at the graph's outputs.
+    /// The decision is at the graph's outputs.
     Decision,
 }
 
@@ -48,33 +48,34 @@ impl fmt::Display for Stage {
     }
 }
 
-/// When a step was reached: when the last item concerned took on the activity that the conclusion was
-/// drawn from.
+/// A milestone: the time at which a stage of a question was reached.
+///
+/// A stage is reached when the last item that it depends on becomes active or inactive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Milestone {
-    /// The how-manieth state the planner was looking at, from 1.
+    /// Number of the question, counted from 1.
     pub question: u32,
-    /// What was reached.
+    /// The stage that was reached.
     pub stage: Stage,
-    /// The name of the state in question.
+    /// Name of the examined state.
     pub subject: String,
-    /// Simulated milliseconds since the question was put.
+    /// Simulated time since the planner was asked, in milliseconds.
     pub time_ms: f64,
 }
 
-/// A planner's answer.
+/// A planner's decision, with how it was reached.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Decision {
-    /// The answer.
+    /// The verdict: act, met or stuck.
     pub verdict: Verdict,
-    /// The steps to it, in the order of time.
+    /// The milestones, in order of time.
     pub milestones: Vec<Milestone>,
-    /// Simulated milliseconds from question to answer.
+    /// Simulated time from request to answer, in milliseconds.
     pub time_ms: f64,
-    /// How many states were looked at, counting a second look.
+    /// Number of questions. A state that is examined twice counts twice.
     pub questions: u32,
-    /// Choices among several causes of a state, in the order of time; a later one about the same state replaces
-    /// an earlier one. Empty where every state has one cause at most.
+    /// Choices among several causes of a state, in order of time. A later choice for the same state replaces
+    /// the earlier one. Empty if no state has more than one cause.
     pub choices: Vec<Choice>,
 }
 
@@ -109,23 +110,24 @@ pub struct Planner {
     threads: Threads,
 }
 
-/// What worlds and goals have to be.
-const OWN: &str = "one of the planner's own domain";
+const OWN_GOAL: &str = "a state of the planner's own domain";
+const OWN_WORLD: &str = "a world state of the planner's own domain";
 
 impl Planner {
     /// Builds the graph in direct mode with a tick of 1 ms.
     ///
     /// # Errors
-    /// If the domain has no action, the dimension cannot be used or is too small for the
-    /// similarity ceiling, or the executive's waits make no sense.
+    /// [`TaskError::BadDomain`] if the domain has no action; [`TaskError::Vocabulary`] or
+    /// [`TaskError::TooFewDimensions`] if the dimension is unusable or too small; [`TaskError::Setting`] or
+    /// [`TaskError::Build`] for settings outside their ranges.
     pub fn new(domain: &Domain, spec: PlannerSpec, seed: Seed) -> Result<Self, TaskError> {
         Self::with_plan(domain, spec, &PopulationPlan::direct(), seed)
     }
 
-    /// Builds the graph with the populations of `plan`.
+    /// Builds the graph with the populations of `plan`, with a tick of 1 ms.
     ///
     /// # Errors
-    /// As [`Planner::new`], and if the plan names layers that the graph does not have.
+    /// As [`Planner::new`]; [`TaskError::Build`] also if the plan names layers that the graph does not have.
     pub fn with_plan(
         domain: &Domain,
         spec: PlannerSpec,
@@ -181,62 +183,65 @@ impl Planner {
         })
     }
 
-    /// Sets who computes the ticks of this planner's own runs: [`simulator`](Self::simulator),
-    /// [`decide`](Self::decide), [`plan`](Self::plan) and [`first_shown`](Self::first_shown). The answers have the
-    /// same bits either way. [`Threads::Pool`] unless set; [`Threads::Serial`] suits a caller that asks many planners
-    /// at once. Runs in a scene take [`EpisodeSpec::threads`](crate::task::execute::EpisodeSpec::threads) instead.
+    /// Sets which threads compute the ticks of this planner's own runs: [`simulator`](Self::simulator),
+    /// [`decide`](Self::decide), [`plan`](Self::plan) and [`first_shown`](Self::first_shown). The default is
+    /// [`Threads::Pool`]. [`Threads::Serial`] suits a caller that asks many planners at once. The results
+    /// have the same bits either way. Runs in a scene use
+    /// [`EpisodeSpec::threads`](crate::task::execute::EpisodeSpec::threads) instead.
     pub fn with_threads(mut self, threads: Threads) -> Self {
         self.threads = threads;
         self
     }
 
-    /// The domain.
+    /// Returns the domain.
     pub fn domain(&self) -> &Domain {
         &self.domain
     }
 
-    /// The pointers.
+    /// Returns the vocabularies of states and actions.
     pub fn encoded(&self) -> &Encoded {
         &self.encoded
     }
 
-    /// The built graph, for pictures and for running it otherwise.
+    /// Returns the built graph, for drawing it or running it in another simulator.
     pub fn graph(&self) -> &Arc<Graph> {
         &self.graph
     }
 
-    /// The graph's modules on the way of a decision, to be looked at while it runs.
+    /// Returns views of the graph's modules in the order of a decision, for reading them while the graph
+    /// runs.
     pub fn modules(&self) -> &[ModuleView] {
         &self.modules
     }
 
-    /// How the graph was made.
+    /// Returns the specification that the graph was built from.
     pub fn spec(&self) -> &PlannerSpec {
         &self.spec
     }
 
-    /// The pointer of a goal.
+    /// Returns the pointer of a goal.
     ///
     /// # Errors
     /// [`TaskError::Setting`] for a goal of another domain.
     pub(crate) fn goal_pointer(&self, goal: StateId) -> Result<Vec<Real>, TaskError> {
         let states = self.domain.states();
         let Some(state) = states.get(goal.index()) else {
-            let value = format!("state {} of {}", goal.index(), states.len());
-            return Err(TaskError::Setting { name: "goal", value, expected: OWN });
+            let value =
+                format!("number {}, counted from 0, of {} states", goal.index(), states.len());
+            return Err(TaskError::Setting { name: "goal", value, expected: OWN_GOAL });
         };
         Ok(self.encoded.states.get(&state.name)?.to_vec())
     }
 
-    /// A simulator of the graph in which `goal` is wanted in `world`, from its first tick.
+    /// Returns a simulator that asks for `goal` in `world` from its first tick.
     ///
     /// # Errors
     /// [`TaskError::Setting`] for a goal or a world of another domain.
     pub fn simulator(&self, world: &WorldState, goal: StateId) -> Result<Simulator, TaskError> {
         let states = self.domain.states().len();
         if world.states() != states {
-            let value = format!("over {} states", world.states());
-            return Err(TaskError::Setting { name: "world", value, expected: OWN });
+            let value = format!("over {} states, but the domain has {states}", world.states());
+            return Err(TaskError::Setting { name: "world", value, expected: OWN_WORLD });
         }
         let mut senses = vec![1.0];
         senses.extend(world.flags().iter().map(|holds| Real::from(*holds)));
@@ -252,11 +257,11 @@ impl Planner {
         )?)
     }
 
-    /// Asks what to do next towards `goal` in `world`.
+    /// Decides what to do next towards `goal` in `world`.
     ///
     /// # Errors
-    /// As [`Planner::simulator`]; [`TaskError::Undecided`] if the graph does not settle, which in direct
-    /// mode happens only where the pointers are too few-dimensional to be told apart.
+    /// As [`Planner::simulator`]; [`TaskError::Undecided`] if the graph does not settle. In direct mode this
+    /// happens only if the pointers have too few dimensions to be told apart.
     pub fn decide(&self, world: &WorldState, goal: StateId) -> Result<Decision, TaskError> {
         let mut sim = self.simulator(world, goal)?;
         let mut watch = Watch::new(self, world);
@@ -288,8 +293,9 @@ impl Planner {
         Ok(Decision { verdict, milestones, time_ms, questions, choices: watch.choices })
     }
 
-    /// The action that the motor output shows first, whether or not the planner is done with thinking, and the
-    /// simulated milliseconds at which it does; `None` if it shows none for as long as `within`.
+    /// Returns the first action that the motor output shows, and the simulated time at which it appears, in
+    /// milliseconds; `None` if no action appears `within` the given time. The action counts even if the
+    /// planner has not decided yet.
     ///
     /// ```
     /// use symbolt::sim::{Seed, SimDuration};
@@ -327,13 +333,13 @@ impl Planner {
         Ok(shown)
     }
 
-    /// The most states that are looked at for one answer, counting second looks.
+    /// Returns the greatest possible number of questions in one decision.
     fn max_looks(&self) -> u64 {
         let (states, actions) = (self.domain.states().len(), self.domain.operators().len());
-        // Every state is looked at once for itself and once for each time that it asks for another.
+        // Every state is examined once for itself and once for each state that it sends the walk to.
         let once = 2 * states as u64 + 2;
-        // An action ruled out costs a look, and whatever was ruled out can be let in with every state that comes
-        // within reach.
+        // Ruling out an action costs a question, and every state found reachable can readmit the actions
+        // ruled out for now.
         let again = self.ruled_out.as_ref().map_or(1, |_| states as u64 + 1);
         (once + self.ruled_out.as_ref().map_or(0, |_| 2 * actions as u64)) * again
     }
@@ -342,7 +348,7 @@ impl Planner {
         self.domain.states().get(state).map_or_else(String::new, |s| s.name.clone())
     }
 
-    /// The verdict that the graph's trace shows, if it has come to one; `action` is the active one.
+    /// Returns the verdict that the graph's trace shows, if there is one yet. `action` is the active action.
     pub(crate) fn read(&self, trace: &[Real], action: Option<ActionId>) -> Option<Verdict> {
         let [state, second] = [trace[2], trace[3]].map(|v| StateId::new(v as usize));
         Some(match Phase::from_trace(trace[0]) {
@@ -363,14 +369,16 @@ impl Planner {
         let doing = match phase {
             Phase::Idle => "recognising the goal".into(),
             Phase::Load => format!("loading {subject} into the goal buffer"),
-            Phase::Act => format!("letting out the action that causes {subject}"),
-            _ => format!("looking for what {subject} needs"),
+            Phase::Act => {
+                format!("letting the action that causes {subject} through the motor gate")
+            }
+            _ => format!("examining the preconditions of {subject}"),
         };
         TaskError::Undecided { limit_ms, doing }
     }
 }
 
-/// A world that shows the same thing for ever.
+/// A world that never changes.
 struct Board {
     period: SimDuration,
     senses: Vec<Real>,
@@ -410,8 +418,7 @@ impl World for Board {
         if *saved == self.save()? {
             return Ok(());
         }
-        let reason =
-            "the save shows another world state or goal; expected the planner's own question";
+        let reason = "the checkpoint belongs to another world state or goal; expected those of this simulator";
         Err(WorldError::new(reason))
     }
 }

@@ -1,21 +1,21 @@
-//! A domain's tables as semantic pointers: vocabularies, and the memories' pairs.
+//! A domain as semantic pointers: its vocabularies and the expressions that its memories store.
 //!
-//! Every state has one random pointer, every action a shallow one, and a deep one in the states' space:
-//! PRECONDITION bound to the sum of its preconditions (section II.E of the paper), with PRECONDITION unitary so
-//! that unbinding it is exact. An action that needs nothing has the deep pointer `PRECONDITION * NOTHING`.
-//! What must be absent has a deep pointer of its own, `ABSENT * (...)`, since it would be noise in
-//! the first.
+//! Every state has a random pointer. Every action has two: a random *shallow* pointer in the space of
+//! actions, and a *deep* pointer in the space of states. The deep pointer is PRECONDITION bound to the sum of
+//! the action's preconditions (section II.E of the paper). PRECONDITION is unitary, so unbinding it is exact.
+//! The deep pointer of an action without preconditions is `PRECONDITION * NOTHING`. States that must be
+//! absent are kept in a second deep pointer, `ABSENT * (...)`; in the first they would only add noise.
 
 use crate::sim::{Real, Seed, VocabTag};
 use crate::spa::{Vocabulary, VocabularyBuilder};
 use crate::task::domain::{Domain, Operator};
 use crate::task::error::TaskError;
 
-/// The space of states and roles.
+/// The vocabulary space of states and roles.
 #[derive(Debug, Clone, Copy)]
 pub enum StateSpace {}
 
-/// The space of actions.
+/// The vocabulary space of actions.
 #[derive(Debug, Clone, Copy)]
 pub enum ActionSpace {}
 
@@ -27,28 +27,28 @@ impl VocabTag for ActionSpace {
     const NAME: &'static str = "actions";
 }
 
-/// The role that preconditions are bound to.
+/// Name of the role for preconditions.
 pub const PRECONDITION: &str = "PRECONDITION";
-/// The role that states which must be absent are bound to.
+/// Name of the role for states that must be absent.
 pub const ABSENT: &str = "ABSENT";
-/// What an action needs that needs nothing.
+/// Name of the item that stands for "no precondition".
 pub const NOTHING: &str = "NOTHING";
 
-/// A domain as pointers.
+/// A domain's vocabularies.
 #[derive(Debug)]
 pub struct Encoded {
-    /// Pointers of all states, of [`NOTHING`], and of the roles.
+    /// Pointers of all states, of [`NOTHING`] and of the roles.
     pub states: Vocabulary<StateSpace>,
     /// Shallow pointers of all actions.
     pub actions: Vocabulary<ActionSpace>,
 }
 
 impl Encoded {
-    /// Draws the pointers of `domain` from `seed`, `dim` dimensions, with cosines within
-    /// `-ceiling..=ceiling`.
+    /// Draws the pointers of `domain` from `seed`, with `dim` dimensions. No two pointers of a vocabulary
+    /// have a cosine outside `-ceiling..=ceiling`.
     ///
     /// # Errors
-    /// If the dimension cannot be used or is too small for the ceiling.
+    /// [`TaskError::Vocabulary`] if the dimension is unusable, or too small for this ceiling.
     pub fn new(domain: &Domain, dim: usize, ceiling: Real, seed: Seed) -> Result<Self, TaskError> {
         let states = VocabularyBuilder::new(dim, seed)
             .max_similarity(ceiling)
@@ -65,7 +65,7 @@ impl Encoded {
     }
 }
 
-/// The deep pointer of an action's preconditions, as an expression.
+/// Returns the expression of the deep pointer for an action with these preconditions.
 ///
 /// ```
 /// use symbolt::task::deep_preconditions;
@@ -79,8 +79,8 @@ pub fn deep_preconditions<'n>(names: impl IntoIterator<Item = &'n str>) -> Strin
     format!("{PRECONDITION} * ({sum})")
 }
 
-/// The deep pointer of what must be absent before an action, as an expression; `None` if nothing
-/// must.
+/// Returns the expression of the deep pointer for the states that must be absent before an action; `None` if
+/// there are none.
 pub(crate) fn deep_absent(domain: &Domain, operator: &Operator) -> Option<String> {
     let absent = domain.names(&operator.absent);
     (!absent.is_empty()).then(|| format!("{ABSENT} * ({})", absent.join(" + ")))

@@ -1,23 +1,24 @@
-//! The executive: opens the planner graph's gates and decides when a question is answered.
+//! The executive: the planner's control. It opens the graph's gates and decides when a question is answered.
 //!
-//! It is control, not representation: it reads which items of the graph's memories are active, and
-//! writes gates and one-hot item vectors; it holds no pointers and has no neural form. It walks from the goal
-//! along unmet preconditions, keeping a path (to notice circles and find the way back) and the set of states
-//! that are shown to be within reach ([`walk`](super::walk)):
+//! The executive is control, not representation. It reads which items of the graph's memories are active, and
+//! writes gates and one-hot item vectors. It holds no pointers and has no neural form. It walks from the goal
+//! along unmet preconditions. It keeps a path, to notice circles and to find the way back, and the set of
+//! states shown to be reachable ([`walk`](super::walk)):
 //!
-//! 1. *load* the state in question into the goal buffer, then close its gate;
-//! 2. let the graph *settle*: the action that causes it, its preconditions, those that are unmet;
-//! 3. nothing active among the actions: stuck, nothing causes the state;
-//!    all preconditions hold: the action can be done, and the state is remembered if it is the first;
-//!    some unmet: the chosen one is next, unless it is on the path (stuck, it needs itself);
-//!    none unmet but not all hold: all the others are within reach, and so is this one;
-//! 4. a state within reach goes off the path, back to the one before; if it is the goal, the remembered
-//!    state is loaded once more, and the motor gate lets its action out;
-//! 5. where states have several causes, *stuck* only means that this action is ruled out: the graph is told so, and
-//!    the state is asked again.
+//! 1. *Load*: load the examined state into the goal buffer, then close the buffer's gate.
+//! 2. *Settle*: wait for the graph to recall the action that causes the state, its preconditions and the
+//!    unmet ones.
+//! 3. *Conclude*. If no action is active, nothing causes the state: stuck. If all preconditions hold, the
+//!    action can be done, and the executive remembers the first such state. If a precondition is neither met
+//!    nor reachable, the chosen one is examined next; if it is already on the path, it needs itself: stuck.
+//!    If every precondition holds or is reachable, the state is reachable too.
+//! 4. *Return*: take a reachable state off the path and examine the state before it again. If the reachable
+//!    state is the goal, load the remembered state once more and open the motor gate for its action.
+//! 5. If states have several causes, *stuck* only rules out the current action. The executive tells the graph
+//!    so and examines the state again.
 //!
-//! An answer counts as settled when the active items have not changed for [`Timing::hold`], at least
-//! [`Timing::settle`] after the state began to be loaded.
+//! An answer counts as settled when the active items have not changed for [`Timing::hold`], and at the
+//! earliest [`Timing::settle`] after loading began.
 
 use super::graph::PlannerSpec;
 use super::walk::{
@@ -29,17 +30,17 @@ use crate::sim::{
 };
 use crate::task::domain::Domain;
 
-/// The executive's waits, in simulated time.
+/// The executive's waits, in simulated time. Each must be above zero, and `patience` longer than `settle`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Timing {
-    /// How long the goal buffer's gate stays open.
+    /// Time for which the goal buffer's gate stays open.
     pub load: SimDuration,
-    /// How long after the gate opened an answer counts at the earliest. It has to exceed the
-    /// delay from the goal buffer to the choice of a subgoal, six synapses.
+    /// Earliest time after the gate opened at which an answer counts. It must exceed the delay from the goal
+    /// buffer to the choice of an unmet precondition: six synapses.
     pub settle: SimDuration,
-    /// How long the active items must stay the same.
+    /// Time for which the active items must stay the same.
     pub hold: SimDuration,
-    /// How long to wait for an answer that does not settle.
+    /// Time after which the executive gives up on an answer that does not settle.
     pub patience: SimDuration,
 }
 
@@ -54,26 +55,26 @@ impl Default for Timing {
     }
 }
 
-/// What the executive is doing; the first number of its `trace`.
+/// The executive's phase; the first number of its `trace`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Phase {
-    /// Waiting to be asked, and for the goal to be recognised.
+    /// Waiting for a request and for the goal to be recognised.
     Idle,
     /// Loading a state into the goal buffer.
     Load,
     /// Waiting for the graph to answer.
     Settle,
-    /// The goal holds already.
+    /// The goal already holds.
     Met,
-    /// The action recalled is to be done.
+    /// The recalled action is to be done.
     Act,
-    /// Nothing causes the state in question.
+    /// No action causes the examined state.
     NothingCauses,
-    /// The second state in question must be absent and is not.
+    /// The second state in the trace must be absent but holds.
     MustBeAbsent,
-    /// The state in question is needed to bring itself about.
+    /// The state in the trace is needed to bring itself about.
     NeedsItself,
-    /// The goal is no state, or the graph's answer did not settle.
+    /// The goal is not a state of the domain, or the graph's answer did not settle.
     Lost,
 }
 
@@ -107,14 +108,14 @@ impl Phase {
     }
 }
 
-/// The node.
+/// The executive as a node.
 pub(crate) struct Executive {
     actions: usize,
     timing: Timing,
     rules: Rules,
 }
 
-/// The executive's ports; all vectors hold one number an item, 1 when active.
+/// The executive's ports. Every vector holds one number for each item: 1 if it is active.
 pub(crate) struct ExecutivePorts {
     /// 1 while an answer is wanted.
     pub ready: In<Scalar>,
@@ -122,36 +123,36 @@ pub(crate) struct ExecutivePorts {
     pub goal: In<Vector>,
     /// The state in the goal buffer.
     pub focus: In<Vector>,
-    /// The action recalled as its cause.
+    /// The action recalled as the cause of that state.
     pub action: In<Vector>,
-    /// The action's preconditions; one more item, at the end, for none.
+    /// The action's preconditions, then one more item that is active if there are none.
     pub required: In<Vector>,
-    /// Those that neither hold nor are within reach.
+    /// Preconditions that neither hold nor are reachable.
     pub unmet: In<Vector>,
-    /// One of those.
+    /// One of the unmet preconditions.
     pub chosen: In<Vector>,
-    /// States that hold and must be absent.
+    /// States that hold but must be absent.
     pub violated: In<Vector>,
     /// States that hold.
     pub present: In<Vector>,
     /// Opens the goal buffer.
     pub load: Out<Scalar>,
-    /// The state to be loaded.
+    /// The state to load into the goal buffer.
     pub next: Out<Vector>,
-    /// States shown to be within reach.
+    /// States shown to be reachable.
     pub reachable: Out<Vector>,
-    /// Actions that turned out impossible; only where some state has several causes.
+    /// Actions that turned out to be impossible; `None` if no state has several causes.
     pub ruled_out: Option<Out<Vector>>,
     /// 1 when the recalled action is to be done.
     pub act: Out<Scalar>,
-    /// Phase, number of states examined so far, the state in question, a second state, an action.
+    /// Phase, number of questions so far, the examined state, a second state, an action.
     pub trace: Out<Vector>,
 }
 
-/// Numbers in the trace.
+/// Width of the trace.
 pub(crate) const TRACE: usize = 5;
 
-// Inputs in the order of declaration.
+// Inputs, in the order of declaration.
 const READY: usize = 0;
 const GOAL: usize = 1;
 const FOCUS: usize = 2;
@@ -204,7 +205,7 @@ impl Node for Executive {
             .output("reachable", OutputSpec::vector(self.rules.states).registered())
             .output("act", OutputSpec::scalar().registered())
             .output("trace", OutputSpec::vector(TRACE).registered())
-            // The long is a hash of what is active.
+            // The long is a hash of the active items.
             .state(StateSpec { reals: self.rules.reals(), words: self.rules.words(), longs: 1 });
         if self.rules.alternatives.is_some() {
             ports.output("ruled_out", OutputSpec::vector(self.actions).registered());
@@ -212,7 +213,7 @@ impl Node for Executive {
         let t = &self.timing;
         if t.load.is_zero() || t.settle.is_zero() || t.hold.is_zero() || t.patience <= t.settle {
             ports.fault(
-                "the executive's waits must be above zero, and its patience longer than settling",
+                "the planner's timing is unusable; expected waits above zero and `patience` longer than `settle`",
             );
         }
     }
@@ -233,7 +234,7 @@ impl Node for Executive {
         let phase = Phase::from_word(words[PHASE]);
         words[TIMER] = words[TIMER].saturating_add(1);
 
-        // How long the active items have been the same.
+        // Count the ticks for which the active items have stayed the same.
         let mut hash = FNV_START;
         let compared: &[usize] = match phase {
             Phase::Idle => &[GOAL],
@@ -271,7 +272,7 @@ impl Node for Executive {
                         walk.enter(Phase::Lost);
                     }
                 } else if walk.words[TIMER] >= ticks(self.timing.load) {
-                    // The timer goes on: settling counts from the opening of the gate.
+                    // The timer is not reset: settling counts from the opening of the gate.
                     walk.words[PHASE] = Phase::Settle.word();
                 }
             }
@@ -285,7 +286,7 @@ impl Node for Executive {
                     walk.enter(Phase::Lost);
                 }
             }
-            // An answer stands until it has been taken; then everything is forgotten.
+            // The answer stands until `ready` falls; then the executive forgets everything.
             _ if !ready => {
                 walk.words.fill(0);
                 walk.reals.fill(0.0);

@@ -1,4 +1,4 @@
-//! The planner graph: goal buffer, memories, unbinding, cleanup, comparison, choice.
+//! The planner graph as one module: goal buffer, memories, unbinding, cleanup, comparison and choice.
 //!
 //! ```text
 //!  goal -> goal cleanup ------------------------------------------------------+
@@ -12,11 +12,12 @@
 //!                             motor -> action                    the states that hold
 //! ```
 //!
-//! The cause memory holds the states with one cause. States with several have a contest beside it
-//! (`alternatives`), whose winner is added to what the memory recalls; where there are none it is left out.
+//! The cause memory stores the states with one cause. For states with several causes, a contest
+//! (`alternatives`) works beside the memory, and its winner is added to the memory's output. If no state has
+//! several causes, the contest is left out.
 //!
-//! Every module is one 5 ms synapse; from goal buffer to choice there are six, seven through the contest. At D = 256 a tick of the
-//! nut-and-bolt graph takes 6 to 8 microseconds.
+//! Every module adds one synapse of 5 ms. Six lie between the goal buffer and the choice, or seven through
+//! the contest. With 256 dimensions, a tick of the nut-and-bolt graph takes 6 to 8 microseconds.
 
 use std::sync::Arc;
 
@@ -38,46 +39,47 @@ use crate::task::planner::encode::{
     ABSENT, ActionSpace, Encoded, NOTHING, PRECONDITION, StateSpace, deep_preconditions,
 };
 
-/// How a role is taken out of a deep pointer.
+/// How the preconditions are unbound from a deep pointer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Unbinding {
-    /// By a fixed linear map, without a tick of delay.
+    /// By a fixed linear map, without delay.
     #[default]
     Fixed,
-    /// By a layer of products, as two running pointers are unbound: one more synapse.
+    /// By a layer of products, as for two pointers that both change. Adds one synapse.
     Products,
 }
 
-/// A part of the planner graph that can be taken out, to see what it is for.
+/// A part of the planner graph that can be left out, to see what it contributes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
-    /// The cleanup of unbound preconditions: similarities are taken as they are.
+    /// The cleanup of unbound preconditions. Without it, their similarities are used directly.
     Cleanup,
-    /// The gate before the motor output: it is always open.
+    /// The gate before the motor output. Without it, the gate is always open.
     Gate,
 }
 
-/// How a planner graph is made.
+/// Settings of a planner graph.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlannerSpec {
-    /// Dimensions of all pointers.
+    /// Number of dimensions of all pointers.
     pub dimensions: usize,
-    /// Greatest magnitude of the cosine between any two pointers of a vocabulary.
+    /// Greatest magnitude of the cosine between any two pointers of a vocabulary, above 0 to 1.
     pub max_similarity: Real,
-    /// When to commit to an action.
+    /// When the planner commits to an action.
     pub commitment: Commitment,
     /// Whether states that never held before an action must be absent.
     pub absent: bool,
     /// How preconditions are unbound.
     pub unbinding: Unbinding,
-    /// The executive's waits.
+    /// The executive's waits, in simulated time.
     pub timing: Timing,
-    /// The time constant of the goal buffer's and the gate's feed-forward synapses; all others keep their
-    /// modules' own.
+    /// Time constant of the feed-forward synapses of the goal buffer and the motor gate. All other modules
+    /// keep their defaults.
     pub synapse: SimDuration,
-    /// What the goal buffer feeds back of its own output, 0 to 1: 1 keeps a goal for good, less lets it fade.
+    /// Share of its output that the goal buffer feeds back to itself, 0 to 1. With 1 it keeps a goal for
+    /// good; with less the goal fades.
     pub retention: Real,
-    /// A part that is left out.
+    /// The part to leave out, if any.
     pub without: Option<Part>,
 }
 
@@ -98,15 +100,17 @@ impl Default for PlannerSpec {
 }
 
 impl PlannerSpec {
-    /// What the reference planner has to be told to answer the same.
+    /// Returns the rules under which the reference planner gives the same answers.
     pub fn rules(&self) -> Rules {
         Rules { commitment: self.commitment, absent: self.absent }
     }
 }
 
-/// Least similarity at which the best item of a memory counts.
+/// Least similarity at which an item of a memory counts as active.
 pub(super) const RECOGNISED: Real = 0.5;
-/// Least distance from that level that every state has to keep when preconditions are unbound.
+/// The reason for refusing a domain without actions.
+pub(super) const NO_ACTION: &str = "it has no action; planning needs at least one";
+/// Least distance from [`RECOGNISED`] that the similarity of every state must keep after unbinding.
 const MARGIN: Real = 0.05;
 
 /// The planner graph as a module.
@@ -114,7 +118,7 @@ pub struct PlanningGraph {
     states: usize,
     executive: Executive,
     state_pointers: Vec<PointerValue<StateSpace>>,
-    /// The pointers of the role PRECONDITION and of NOTHING.
+    /// Pointers of the role PRECONDITION and of NOTHING.
     precondition: PointerValue<StateSpace>,
     nothing: PointerValue<StateSpace>,
     spec: PlannerSpec,
@@ -129,51 +133,53 @@ pub struct PlanningGraph {
     unbind: UnbindFixed<StateSpace>,
 }
 
-/// The planner graph's ports.
+/// The ports of a [`PlanningGraph`].
 pub struct PlanningPorts {
-    /// 1 while an answer is wanted; back to 0 makes the graph forget the last one.
+    /// 1 while an answer is wanted. Back at 0, the graph forgets its last answer.
     pub ready: In<Scalar>,
-    /// One number a state of the domain: 1 if it holds.
+    /// One number for each state of the domain: 1 if it holds.
     pub present: In<Vector>,
-    /// The pointer of the state that is wanted.
+    /// Pointer of the goal.
     pub goal: In<Pointer<StateSpace>>,
-    /// The pointer of the action to be done; zero while there is none.
+    /// Pointer of the action to do; zero while there is none.
     pub action: Out<Pointer<ActionSpace>>,
-    /// One number an action of the domain: 1 for the one to be done.
+    /// One number for each action of the domain: 1 for the action to do.
     pub actions: Out<Vector>,
-    /// What the graph is doing: phase, states examined, the state in question, a second state, an action.
+    /// The executive's trace: phase, number of questions so far, the examined state, a second state, an
+    /// action.
     pub trace: Out<Vector>,
-    /// What is in the goal buffer.
+    /// Pointer in the goal buffer.
     pub goal_buffer: Out<Pointer<StateSpace>>,
-    /// The action recalled as the cause of the goal buffer's state.
+    /// Pointer of the action recalled as the cause of the goal buffer's state.
     pub cause: Out<Pointer<ActionSpace>>,
-    /// The preconditions as unbound from that action's deep pointer.
+    /// Preconditions as unbound from that action's deep pointer.
     pub unbound: Out<Pointer<StateSpace>>,
-    /// The cleaned-up preconditions.
+    /// Preconditions after the cleanup.
     pub preconditions: Out<Pointer<StateSpace>>,
-    /// What comes through the motor gate.
+    /// Pointer that passes through the motor gate.
     pub gated: Out<Pointer<ActionSpace>>,
-    /// One number an action: 1 for those that turned out impossible; none where every state has one cause at most.
+    /// One number for each action: 1 if it turned out to be impossible. `None` if no state has more than one
+    /// cause.
     pub ruled_out: Option<Out<Vector>>,
-    /// One number an action: 1 for the one recalled.
+    /// One number for each action: 1 for the recalled action.
     pub(crate) recalled: Out<Vector>,
     pub(crate) watched: [Out<Vector>; 5],
 }
 
 impl PlanningGraph {
-    /// A planner graph over `domain` with the pointers of `encoded`.
+    /// Builds a planner graph over `domain` with the pointers of `encoded`.
     ///
     /// # Errors
-    /// [`TaskError::BadDomain`] if the domain has no operator; [`TaskError::Setting`] for a retention outside its
-    /// range; [`TaskError::TooFewDimensions`] if some
-    /// action's preconditions cannot be told from other states once they are bound and unbound.
+    /// [`TaskError::BadDomain`] if the domain has no action; [`TaskError::Setting`] for a retention outside
+    /// its range; [`TaskError::TooFewDimensions`] if the preconditions of some action cannot be told from
+    /// other states after unbinding.
     pub fn new(
         domain: &Domain,
         encoded: Arc<Encoded>,
         spec: PlannerSpec,
     ) -> Result<Self, TaskError> {
         if domain.operators().is_empty() {
-            let reason = "it has no action, so nothing can be planned".into();
+            let reason = NO_ACTION.into();
             return Err(TaskError::BadDomain { reason });
         }
         if !(0.0..=1.0).contains(&spec.retention) {
@@ -219,8 +225,8 @@ impl PlanningGraph {
         })
     }
 
-    /// Unbinds every deep pointer and compares with the table: with too few dimensions for so many
-    /// preconditions, others would be read out of it.
+    /// Unbinds every deep pointer and compares the result with the action's preconditions. With too few
+    /// dimensions, states that are not preconditions would be read out as well.
     fn check_unbinding(domain: &Domain, encoded: &Encoded, absent: bool) -> Result<(), TaskError> {
         let states = &encoded.states;
         let mut sums: Vec<(&Operator, &str, &[StateId])> = Vec::new();

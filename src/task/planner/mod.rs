@@ -1,7 +1,56 @@
-//! Planning with a graph of semantic-pointer modules, stepped in simulated time.
+//! The planner graph: decides the next action towards a goal with semantic-pointer modules, in simulated
+//! time.
 //!
-//! [`PlanningGraph`] is the graph as a module, to be connected to whatever world there is;
-//! [`Planner`] is one built and made ready to be asked.
+//! | to | use |
+//! |---|---|
+//! | ask for decisions or whole plans in code | [`Planner`] |
+//! | connect the graph to your own world | [`PlanningGraph`], with its ports [`PlanningPorts`] |
+//! | set dimensions, rules and waits | [`PlannerSpec`] and [`Timing`] |
+//! | read an answer | [`Decision`], with its [`Milestone`]s and [`Choice`]s |
+//! | look at modules while they run | [`ModuleView`] |
+//! | get a domain's semantic pointers | [`Encoded`] |
+//!
+//! # The modules
+//!
+//! | module | what it does |
+//! |---|---|
+//! | `goal` | a cleanup memory; recognises the goal that the world sends |
+//! | `goal_buffer` | holds the pointer of the examined state |
+//! | `cause` | an associative memory from a state to the action that causes it |
+//! | `alternatives` | a contest of utilities among the causes of a state; only for states with several causes |
+//! | `deep` | an associative memory from an action to its deep pointer, `PRECONDITION * (A + B + ...)` |
+//! | `unbind`, `required` | unbinding and a cleanup memory; together they give the action's preconditions |
+//! | `open`, `chosen` | the unmet preconditions, and one of them |
+//! | `motor_gate`, `motor` | let the action out once the decision is made |
+//! | `executive` | the planner's control: opens gates and draws conclusions |
+//!
+//! # One decision
+//!
+//! A decision is a series of questions. Each question examines one state and asks how it can be brought
+//! about. The first question examines the goal.
+//!
+//! 1. The world sets `ready` to 1. If the goal holds, the verdict is [`Met`](crate::task::Verdict::Met).
+//! 2. The executive loads the examined state into the goal buffer (milestone [`Goal`](Stage::Goal)).
+//! 3. The graph recalls the action that causes this state (milestone [`Action`](Stage::Action)).
+//! 4. It unbinds and cleans up the action's preconditions (milestone
+//!    [`Preconditions`](Stage::Preconditions)).
+//! 5. It removes the preconditions that hold or are known to be reachable, and chooses one of the rest
+//!    (milestone [`Comparison`](Stage::Comparison)).
+//! 6. The executive draws its conclusion (milestone [`Conclusion`](Stage::Conclusion)). If a precondition is
+//!    unmet, the next question examines it. If none is unmet, the state is reachable, and the executive
+//!    returns to the state before it.
+//! 7. If nothing causes the state, or it needs itself, the executive tries another cause of the state. If no
+//!    cause is left, the verdict is [`Stuck`](crate::task::Verdict::Stuck) with the reason.
+//! 8. Once the goal is reachable, the executive recalls the first action that was found possible, and the
+//!    motor gate lets it out: the verdict is [`Act`](crate::task::Verdict::Act). With
+//!    [`Commitment::First`](crate::task::Commitment::First) it does not wait for the goal.
+//!
+//! The last milestone of every decision is [`Decision`](Stage::Decision), the time at which the verdict is at
+//! the graph's outputs.
+//!
+//! A state is *reachable* if it holds, or if an action causes it and all preconditions of that action are
+//! reachable. This ignores that actions can also end states; the robot notices an ended state when it
+//! re-plans.
 
 mod alternatives;
 mod ask;

@@ -1,4 +1,4 @@
-//! Parts of the planner graph that take several nodes.
+//! Groups of nodes in the planner graph.
 
 use super::encode::{ABSENT, ActionSpace, Encoded, StateSpace, deep_absent};
 use super::graph::RECOGNISED;
@@ -13,8 +13,8 @@ use crate::spa::{
 };
 use crate::task::domain::Domain;
 
-/// Finds states that hold and must be absent. Its nodes keep the names `barred`, `forbidden` and `deep_absent`:
-/// neurons are drawn by the names of their nodes.
+/// Finds the states that hold but must be absent. The node names `barred`, `forbidden` and `deep_absent` must
+/// stay: each node's neurons are drawn from its name.
 pub(super) struct Violated {
     deep: AssociativeMemory<ActionSpace, StateSpace>,
     unbind: UnbindFixed<StateSpace>,
@@ -22,7 +22,7 @@ pub(super) struct Violated {
 }
 
 impl Violated {
-    /// `None` if no action asks for absence.
+    /// Builds the group; `None` if no action requires a state to be absent.
     pub fn of(
         domain: &Domain,
         encoded: &Encoded,
@@ -50,7 +50,8 @@ impl Violated {
         }))
     }
 
-    /// One number a state: 1 if it holds and the action must not be done while it does.
+    /// Adds the nodes. The output has one number for each state: 1 if the state holds but must be absent for
+    /// `action`.
     pub fn expand(
         self,
         scope: &mut Scope<'_>,
@@ -62,7 +63,7 @@ impl Violated {
         let deep = scope.add("deep_absent", self.deep);
         let unbind = scope.add("unbind_absent", self.unbind);
         let forbidden = scope.add("forbidden", self.forbidden);
-        // Forbidden and present: both halves of the level.
+        // An item passes only if it is both forbidden and present.
         let both = SelectRule::Threshold { level: 1.0 + RECOGNISED };
         let violated = scope.add("barred", Selection::new(states, both));
         scope.connect(action, &deep.input, none);
@@ -74,7 +75,7 @@ impl Violated {
     }
 }
 
-/// Where unbound preconditions are told apart.
+/// The stage that tells unbound preconditions apart.
 pub(super) struct Required {
     pub input: Vec<In<Pointer<StateSpace>>>,
     pub items: Out<Vector>,
@@ -82,7 +83,7 @@ pub(super) struct Required {
 }
 
 impl Required {
-    /// Without a cleanup: similarities as they are.
+    /// Builds the stage without a cleanup: similarities are passed on unchanged.
     pub fn as_they_are<'p>(
         scope: &mut Scope<'_>,
         space: &Space<StateSpace>,
@@ -100,7 +101,7 @@ impl Required {
     }
 }
 
-/// Takes PRECONDITION out of a deep pointer by a layer of products.
+/// Unbinds PRECONDITION from a deep pointer by a layer of products.
 pub(super) fn unbind_by_products(
     scope: &mut Scope<'_>,
     encoded: &Encoded,
@@ -115,14 +116,14 @@ pub(super) fn unbind_by_products(
     unbind.output
 }
 
-/// The required states without the last item, which stands for none.
+/// Drops the last item, which stands for "no precondition", from the required states.
 pub(super) fn states_required(scope: &mut Scope<'_>, states: usize) -> LinearPorts<Vector, Vector> {
     let (input, output) = (InputSpec::vector(states + 1), OutputSpec::vector(states));
     let head = Head { from: states + 1, to: states };
     scope.add("states_required", Linear::new(input, output, Box::new(head)))
 }
 
-/// The first numbers of a longer vector.
+/// A linear map to the first `to` numbers of a vector of `from`.
 struct Head {
     from: usize,
     to: usize,

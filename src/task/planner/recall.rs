@@ -1,10 +1,10 @@
-//! Recalling the action that causes the state in question: from a memory, or by a contest among several causes.
+//! Recalls the action that causes the examined state: from a memory, or by a contest among several causes.
 
 use std::sync::Arc;
 
 use super::alternatives::CauseContest;
 use super::encode::{ActionSpace, Encoded, StateSpace};
-use super::graph::RECOGNISED;
+use super::graph::{NO_ACTION, RECOGNISED};
 use crate::neurons::SelectRule;
 use crate::sim::{Add, Out, Pointer, Real, Scope, Synapse, Vector};
 use crate::spa::{AssociativeMemory, Linear, VocabError};
@@ -13,28 +13,28 @@ use crate::task::error::TaskError;
 
 /// How actions are recalled.
 pub(super) enum Recall {
-    /// Every state has one cause at most.
+    /// No state has more than one cause.
     Memory(CauseMemory),
-    /// Some states have one cause, some several.
+    /// Some states have one cause and some have several.
     Both(CauseMemory, CauseContest),
-    /// No state has just one cause.
+    /// No state has exactly one cause.
     Contest(CauseContest),
 }
 
-/// The action recalled.
+/// The recalled action.
 pub(super) struct Recalled {
-    /// Its pointer.
+    /// Pointer of the action.
     pub pointer: Out<Pointer<ActionSpace>>,
-    /// One number an action: 1 for the one recalled.
+    /// One number for each action: 1 for the recalled action.
     pub actions: Out<Vector>,
-    /// What becomes active when an action is recalled, to be timed.
+    /// Items that become active when an action is recalled; their times give the milestone.
     pub watched: Out<Vector>,
 }
 
-/// The states with one cause, and their causes.
+/// Memory of the states with one cause.
 pub(super) struct CauseMemory {
     memory: AssociativeMemory<StateSpace, ActionSpace>,
-    /// Which action each item of the memory stands for, a row of flags each: several states can have one cause.
+    /// For each item of the memory, a row with 1 for its action. Several states can share a cause.
     rows: Vec<Real>,
     actions: usize,
 }
@@ -71,7 +71,7 @@ impl CauseMemory {
     }
 }
 
-/// What a contest is told.
+/// Inputs of the recall.
 pub(super) struct Circumstances<'a> {
     pub state: &'a Out<Pointer<StateSpace>>,
     pub present: &'a Out<Vector>,
@@ -79,7 +79,7 @@ pub(super) struct Circumstances<'a> {
 }
 
 impl Recall {
-    /// The causes of a domain that has an action.
+    /// Builds the recall for a domain.
     pub fn of(domain: &Domain, encoded: &Arc<Encoded>) -> Result<Self, TaskError> {
         let memory = CauseMemory::of(domain, encoded)?;
         let contest = CauseContest::of(domain, encoded)?;
@@ -88,7 +88,7 @@ impl Recall {
             (Some(memory), Some(contest)) => Ok(Self::Both(memory, contest)),
             (None, Some(contest)) => Ok(Self::Contest(contest)),
             (None, None) => {
-                let reason = "it has no action, so nothing can be planned".into();
+                let reason = NO_ACTION.into();
                 Err(TaskError::BadDomain { reason })
             }
         }

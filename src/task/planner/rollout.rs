@@ -1,4 +1,4 @@
-//! A whole plan: the planner graph asked again and again, in worlds predicted from the operators.
+//! Whole plans: asks the planner graph repeatedly, in worlds predicted from the operators.
 
 use super::ask::{Decision, Planner};
 use crate::task::domain::{ActionId, Obstacle, StateId, Verdict, WorldState};
@@ -7,9 +7,9 @@ use crate::task::error::TaskError;
 /// One step of a plan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannedStep {
-    /// The action.
+    /// Action of this step.
     pub action: ActionId,
-    /// How the planner came to it.
+    /// Decision for this action.
     pub decision: Decision,
 }
 
@@ -18,29 +18,28 @@ pub struct PlannedStep {
 pub enum PlanEnd {
     /// The goal is met.
     Met,
-    /// It cannot be had.
+    /// The goal cannot be reached, for this reason.
     Stuck(Obstacle),
-    /// The predicted worlds repeat themselves.
+    /// The predicted worlds repeat.
     Circle,
 }
 
-/// A plan as far as it can be foreseen. The robot re-plans at every step; only the first is a
-/// commitment.
+/// A predicted plan. The robot re-plans after every step, so only the first step is a commitment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RolledOut {
-    /// The steps.
+    /// Steps of the plan, in order.
     pub steps: Vec<PlannedStep>,
-    /// How it ends.
+    /// How the plan ends.
     pub end: PlanEnd,
-    /// The last decision, which found the end.
+    /// The last decision, which determined the end.
     pub last: Decision,
 }
 
 impl Planner {
-    /// Plans from a scene to `goal`, given how many objects are in each state.
+    /// Plans from a scene to `goal`. `objects` gives the number of objects in each state.
     ///
-    /// An action is predicted to take one object from the state that it was always taken from to the
-    /// state that it is put into, and to have its learned further effects.
+    /// An action is predicted to move one object from the operator's `from` state, if it has one, to its `to`
+    /// state, and to have the operator's other effects.
     ///
     /// # Errors
     /// As [`Planner::decide`].
@@ -48,7 +47,7 @@ impl Planner {
         let mut counts = objects.to_vec();
         let mut steps: Vec<PlannedStep> = Vec::new();
         let mut seen: Vec<Vec<usize>> = Vec::new();
-        // Each object can come into each state once on a way without detours.
+        // Without detours, each object enters each state at most once.
         let most = (objects.iter().sum::<usize>() + 1) * (objects.len() + 1);
         loop {
             let world: WorldState = counts.iter().map(|c| *c > 0).collect();

@@ -1,4 +1,4 @@
-//! What the modules of a planner graph hold, as numbers beside names: for traces and pictures.
+//! Named numbers for the contents of the planner graph's modules, for traces and pictures.
 
 use super::graph::PlanningPorts;
 use crate::sim::{Out, Pointer, Real, SimView, Vector, VocabTag};
@@ -7,36 +7,37 @@ use crate::task::domain::Domain;
 use crate::task::error::TaskError;
 use crate::task::planner::encode::Encoded;
 
-/// What a [`ModuleView`]'s numbers are.
+/// Kind of numbers that a [`ModuleView`] shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shows {
-    /// Cosines of the module's pointer with the pointers of the names, -1 to 1; of a pointer shorter than 1 its products
-    /// with them, so that one that fades away goes to 0.
+    /// Cosines of the module's pointer with the named pointers, -1 to 1. A pointer shorter than 1 is not
+    /// normalised: its dot products are shown, so a fading pointer goes to 0.
     Similarities,
-    /// Activities of the module's items, 1 for a chosen one.
+    /// Activities of the module's items: 1 for a chosen item.
     Activities,
 }
 
 type Reads = dyn Fn(&SimView<'_>, &mut [Real]) + Send + Sync;
 
-/// One module of a planner graph, to be looked at while it runs.
+/// A view of one module of a planner graph, for reading it while the graph runs.
 pub struct ModuleView {
-    /// The module's name in the graph.
+    /// Name of the module in the graph.
     pub name: &'static str,
-    /// What stands beside its numbers, in their order.
+    /// Names of the numbers, in order.
     pub names: Vec<String>,
-    /// What the numbers are.
+    /// Kind of the numbers.
     pub shows: Shows,
     reads: Box<Reads>,
 }
 
 impl ModuleView {
-    /// The numbers after this tick, as many as there are names. Costs a product of names x dimensions.
+    /// Writes the numbers after this tick to `out`, one for each name. Costs names x dimensions
+    /// multiplications.
     ///
     /// # Panics
-    /// If `out` has another length.
+    /// If `out` does not have one number for each name.
     pub fn read(&self, view: &SimView<'_>, out: &mut [Real]) {
-        assert_eq!(out.len(), self.names.len(), "a number a name");
+        assert_eq!(out.len(), self.names.len(), "`out` must have one number for each name");
         (self.reads)(view, out);
     }
 
@@ -70,7 +71,7 @@ impl ModuleView {
     }
 }
 
-/// The modules on the way of a decision, in its order.
+/// Returns the views of the modules, in the order of a decision.
 pub(super) fn views(
     domain: &Domain,
     encoded: &Encoded,

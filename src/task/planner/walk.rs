@@ -1,19 +1,19 @@
-//! The executive's walk from the goal down to what can be done, and back.
+//! The executive's walk: from the goal down to an action that can be done, and back.
 //!
-//! The walk keeps a path of states and the set of states shown to be within reach. Where every state has one
-//! cause, the first failure ends it. Where some have several, an action that turned out impossible is *ruled out*
-//! and its state is asked again, until no cause is left; then the state itself fails, and with it the action that
-//! asked for it.
+//! The walk keeps a path of states and the set of reachable states. If every state has at most one cause, the
+//! first failure ends the walk. If some states have several causes, an action that turns out to be impossible
+//! is *ruled out*, and its state is examined again, until no cause is left. Then the state itself fails, and
+//! with it the action that needed it.
 //!
-//! An action ruled out because its precondition is on the path may be possible once other states are within reach:
-//! it is ruled out *for now*, and such actions are let in again with every state that comes within reach. So the
-//! walk ends, and it ends at the goal if and only if the goal has a proof.
+//! An action whose precondition is on the path may become possible once other states are reachable. It is
+//! ruled out only *for now*, and is readmitted whenever another state becomes reachable. So the walk always
+//! ends, and it finds the goal reachable if and only if it is.
 
 use super::executive::Phase;
 use crate::sim::Real;
 use crate::task::domain::{Commitment, Domain};
 
-// Words of state. The path follows them, one word a state: its place on the path, 0 for off it.
+// State words. The path follows them, with one word for each state: its place on the path, from 1, or 0.
 pub(super) const PHASE: usize = 0;
 pub(super) const EXAMINED: usize = 1;
 pub(super) const SUBJECT: usize = 2;
@@ -24,27 +24,27 @@ const CANDIDATE: usize = 6;
 pub(super) const TOP: usize = 7;
 const DEPTH: usize = 8;
 const RECALLING: usize = 9;
-/// The action that an obstacle is about.
+/// The action that an obstacle concerns.
 pub(super) const ACTION: usize = 10;
 const PATH: usize = 11;
 
-/// Words an action has of its own, where states have several causes: whether it is ruled out, and the fault.
+/// Number of words for each action, if states have several causes: whether it is ruled out, and the fault.
 const OF_ACTION: usize = 5;
 
 const ALLOWED: u32 = 0;
 const FOR_GOOD: u32 = 1;
 const FOR_NOW: u32 = 2;
 
-/// The causes of every state, where some state has several.
+/// The causes of every state, kept only if some state has several.
 #[derive(Debug)]
 pub(super) struct Alternatives {
-    /// For each state, its causes by their places, preferred ones first.
+    /// For each state, the indices of its causes, in order of preference.
     causes: Vec<Vec<usize>>,
     actions: usize,
 }
 
 impl Alternatives {
-    /// `None` if no state has several causes.
+    /// Returns the causes; `None` if no state has several.
     pub fn of(domain: &Domain) -> Option<Self> {
         let causes: Vec<Vec<usize>> = domain
             .state_ids()
@@ -64,7 +64,7 @@ struct Fault {
     action: u32,
 }
 
-/// How a walk is done.
+/// The rules of a walk.
 #[derive(Debug)]
 pub(super) struct Rules {
     pub states: usize,
@@ -73,29 +73,29 @@ pub(super) struct Rules {
 }
 
 impl Rules {
-    /// How many words a walk keeps.
+    /// Number of state words that a walk uses.
     pub fn words(&self) -> usize {
         let more = self.alternatives.as_ref();
-        // The action under which each state on the path is tried, and the first step towards each state.
+        // Two more words for each state: the action being tried, and the first step towards the state.
         PATH + self.states + more.map_or(0, |a| 2 * self.states + OF_ACTION * a.actions)
     }
 
-    /// How many numbers a walk keeps: the reachable states, and the actions ruled out.
+    /// Number of real state values that a walk uses: reachable states, then ruled-out actions.
     pub fn reals(&self) -> usize {
         self.states + self.alternatives.as_ref().map_or(0, |a| a.actions)
     }
 }
 
-/// What the settled graph says of the state in question.
+/// The settled graph's answer about the examined state.
 pub(super) struct Answer<'a> {
-    /// The action that is recalled.
+    /// The recalled action.
     pub action: usize,
-    /// Which states it needs; one more number at the end, for none.
+    /// The action's preconditions, then one more number for "no precondition".
     pub required: &'a [Real],
     pub present: &'a [Real],
-    /// The first state that holds and must be absent.
+    /// The first state that holds but must be absent.
     pub violated: Option<usize>,
-    /// Whether needed states are left that neither hold nor are within reach, and the one chosen.
+    /// Whether a precondition neither holds nor is reachable, and the one chosen.
     pub unmet: bool,
     pub chosen: Option<usize>,
 }
@@ -104,7 +104,7 @@ fn active(value: Real) -> bool {
     value > 0.5
 }
 
-/// The executive's state, seen as a walk.
+/// The executive's state, interpreted as a walk.
 pub(super) struct Walk<'a> {
     pub rules: &'a Rules,
     pub words: &'a mut [u32],
@@ -122,12 +122,12 @@ impl Walk<'_> {
         self.words[SUBJECT] as usize
     }
 
-    /// Whether the action that was found to be the first step is being recalled.
+    /// Whether the walk is recalling the action found to be the first step.
     pub fn recalling(&self) -> bool {
         self.words[RECALLING] > 0
     }
 
-    /// Goes down to a state that is not on the path.
+    /// Examines a state that is not on the path yet.
     pub fn push(&mut self, state: usize) {
         self.words[DEPTH] += 1;
         self.words[PATH + state] = self.words[DEPTH];
@@ -139,14 +139,14 @@ impl Walk<'_> {
         self.ask(state);
     }
 
-    /// Looks at a state, perhaps again.
+    /// Starts a question about a state, which may have been examined before.
     fn ask(&mut self, state: usize) {
         self.words[SUBJECT] = state as u32;
         self.words[EXAMINED] += 1;
         self.enter(Phase::Load);
     }
 
-    /// Takes the state in question off the path; the one before it.
+    /// Takes the examined state off the path and returns the state before it.
     fn pop(&mut self) -> Option<usize> {
         let subject = self.subject();
         self.words[PATH + subject] = 0;
@@ -155,7 +155,7 @@ impl Walk<'_> {
         (0..self.rules.states).find(|s| depth > 0 && self.words[PATH + s] == depth)
     }
 
-    /// Draws the conclusion about the state in question; none if the answer makes no sense yet.
+    /// Draws the conclusion about the examined state; does nothing if the answer is not complete yet.
     pub fn conclude(&mut self, answer: &Answer<'_>) {
         if self.rules.alternatives.is_some() {
             return self.weigh(answer);
@@ -174,7 +174,7 @@ impl Walk<'_> {
             _ if !answer.unmet => self.within_reach(),
             (_, Some(next)) if self.words[PATH + next] > 0 => self.end(Fault::circle(next)),
             (_, Some(next)) => self.push(next),
-            // Still choosing.
+            // The graph is still choosing.
             (_, None) => {}
         }
     }
@@ -183,19 +183,19 @@ impl Walk<'_> {
         (0..self.rules.states).all(|s| !active(answer.required[s]) || active(answer.present[s]))
     }
 
-    /// No action is recalled for the state in question.
+    /// Handles an answer in which no action is recalled.
     pub fn nothing_causes(&mut self) {
         if self.rules.alternatives.is_none() {
             return self.end(Fault::nothing(self.subject()));
         }
         let subject = self.subject();
-        // Otherwise it has causes that are allowed, and none has won yet.
+        // Otherwise some cause is still allowed, and none has won the contest yet.
         if let Some((fault, for_now)) = self.exhausted(subject) {
             self.state_failed(fault, for_now);
         }
     }
 
-    /// The goal cannot be had.
+    /// Ends the walk: the goal cannot be reached.
     fn end(&mut self, fault: Fault) {
         self.words[SUBJECT] = fault.state;
         self.words[SECOND] = fault.second;
@@ -203,7 +203,7 @@ impl Walk<'_> {
         self.enter(fault.phase);
     }
 
-    /// The state in question can be brought about: done, or back to the one that asked for it.
+    /// Handles a reachable state: finishes, or returns to the state that needed it.
     fn within_reach(&mut self) {
         let subject = self.subject();
         let done =
@@ -225,14 +225,14 @@ impl Walk<'_> {
     }
 }
 
-/// The walk where states have several causes.
+/// The walk if states have several causes.
 impl Walk<'_> {
-    /// The action under which a state on the path is tried, from 1.
+    /// Word that holds the action being tried for a state on the path, counted from 1.
     fn tried(&self, state: usize) -> usize {
         PATH + self.rules.states + state
     }
 
-    /// The state, from 1, whose action is the first step towards a state.
+    /// Word that holds the state, counted from 1, whose action is the first step towards `state`.
     fn first(&self, state: usize) -> usize {
         PATH + 2 * self.rules.states + state
     }
@@ -255,7 +255,7 @@ impl Walk<'_> {
         self.rules.alternatives.as_ref().map_or(&[], |a| &a.causes[state])
     }
 
-    /// Why a state cannot be brought about, if all its causes are ruled out, and whether only for now.
+    /// If all causes of a state are ruled out, returns the fault, and whether it holds only for now.
     fn exhausted(&self, state: usize) -> Option<(Fault, bool)> {
         let causes = self.causes(state);
         let Some(preferred) = causes.first() else {
@@ -272,7 +272,7 @@ impl Walk<'_> {
         if let Some((fault, for_now)) = self.exhausted(subject) {
             return self.state_failed(fault, for_now);
         }
-        // A graph of noisy neurons may recall what is ruled out, or what causes something else.
+        // A graph of noisy neurons may recall an action that is ruled out or causes another state.
         if self.ruled_out(action) != ALLOWED || !self.causes(subject).contains(&action) {
             return;
         }
@@ -319,7 +319,7 @@ impl Walk<'_> {
         !self.causes(state).is_empty()
     }
 
-    /// The state in question can be brought about.
+    /// Handles a reachable state.
     fn proven(&mut self) {
         let subject = self.subject();
         let step = self.words[self.first(subject)];
@@ -341,7 +341,7 @@ impl Walk<'_> {
         }
     }
 
-    /// The action under which the state in question is tried is impossible: asks for another.
+    /// Rules out the action being tried for the examined state and asks for another.
     fn rule_out(&mut self, action: usize, fault: Fault, for_now: bool) {
         let at = self.of_action(action);
         let Fault { phase, state, second, action: about } = fault;
@@ -357,7 +357,7 @@ impl Walk<'_> {
         }
     }
 
-    /// The state in question cannot be brought about: neither can what asked for it, in this way.
+    /// Handles a state that cannot be reached: rules out the action that needed it.
     fn state_failed(&mut self, fault: Fault, for_now: bool) {
         if self.words[SUBJECT] == self.words[TOP] {
             return self.end(fault);
@@ -370,7 +370,7 @@ impl Walk<'_> {
         }
     }
 
-    /// Actions ruled out for now are allowed: another state is within reach.
+    /// Readmits the actions that were ruled out for now.
     fn let_in_again(&mut self) {
         let actions = self.rules.alternatives.as_ref().map_or(0, |a| a.actions);
         for action in 0..actions {

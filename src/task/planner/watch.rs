@@ -1,4 +1,4 @@
-//! Watching a planner graph come to its answer: milestones, and choices among several causes.
+//! Watches a planner graph while it decides: notes milestones and choices among several causes.
 
 use std::ops::ControlFlow;
 
@@ -10,15 +10,15 @@ use crate::task::domain::{ActionId, StateId, WorldState};
 /// A choice among several causes of a state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Choice {
-    /// The how-manieth state the planner was looking at, from 1.
+    /// Number of the question, counted from 1.
     pub question: u32,
     /// The state.
     pub state: StateId,
-    /// The cause chosen.
+    /// The chosen cause.
     pub action: ActionId,
-    /// How many causes were left to choose from: those not ruled out before.
+    /// Number of causes that were not ruled out yet.
     pub among: usize,
-    /// Why this one.
+    /// Why this cause was chosen.
     pub why: Why,
 }
 
@@ -26,24 +26,25 @@ pub struct Choice {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Why {
-    /// All others turned out to be impossible.
+    /// All other causes had been ruled out.
     OnlyOneLeft,
-    /// Fewer of its preconditions are unmet than of any other's.
+    /// It has fewer unmet preconditions than any other cause.
     FewestUnmet {
-        /// How many.
+        /// Number of unmet preconditions.
         unmet: usize,
     },
-    /// No other has fewer unmet preconditions, and of those with as many it comes first in
-    /// [`Domain::causes`](crate::task::domain::Domain::causes).
+    /// No other cause has fewer unmet preconditions, and it comes first in
+    /// [`Domain::causes`](crate::task::domain::Domain::causes) among those with equally many.
     Preferred {
-        /// How many are unmet.
+        /// Number of unmet preconditions.
         unmet: usize,
     },
-    /// The precision of the neurons decided: by the rule another is the best. Never in direct mode.
+    /// The neurons were not precise enough: by the rule, another cause is better. Never occurs in direct
+    /// mode.
     Imprecision,
 }
 
-/// Notes when the graph's items last changed while a state is in question.
+/// Notes when the graph's items last changed during a question.
 pub(super) struct Watch<'p> {
     planner: &'p Planner,
     world: &'p WorldState,
@@ -54,7 +55,7 @@ pub(super) struct Watch<'p> {
     pub milestones: Vec<(u32, Stage, usize, f64)>,
     pub action: Option<ActionId>,
     pub choices: Vec<Choice>,
-    /// The action recalled and the actions ruled out when the state in question was last looked at.
+    /// The recalled action and the ruled-out actions, as last seen during this question.
     recalled: Option<ActionId>,
     ruled_out: Vec<bool>,
 }
@@ -80,7 +81,7 @@ impl<'p> Watch<'p> {
         self.milestones.push((question, stage, subject, time_ms));
     }
 
-    /// Notes which of several causes of a state the conclusion was drawn from.
+    /// Notes the cause that the conclusion is about, if the state has several.
     fn note_choice(&mut self, question: u32, about: usize) {
         let (state, domain) = (StateId::new(about), &self.planner.domain);
         let (Some(action), true) = (self.recalled, about < domain.states().len()) else { return };
@@ -127,7 +128,8 @@ impl<'p> Watch<'p> {
             let stages = [Stage::Goal, Stage::Action, Stage::Preconditions, Stage::Comparison];
             let mut reached: Vec<(Stage, f64)> = Vec::new();
             for (at, stage) in stages.into_iter().enumerate() {
-                // The comparison is done when the choice is; without an unmet state, when that shows.
+                // The comparison ends with the choice; if nothing is unmet, it ends when no item is open any
+                // more.
                 let time = if at == 3 {
                     self.changed_ms[3].max(self.changed_ms[4])
                 } else {

@@ -1,12 +1,13 @@
-//! The arm's kinematics: seven joints, where the tool is, and which joint angles bring it somewhere.
+//! The arm's kinematics: the pose of the end effector at given joint angles, and joint angles for a given
+//! pose.
 //!
 //! Lengths, offsets and joint limits are those that Franka Emika publishes for the Panda (modified
-//! Denavit-Hartenberg parameters). The tool's frame is between the fingers' pads: z points the way the
-//! hand points, y is the line along which the fingers close.
+//! Denavit-Hartenberg parameters). The origin of the end effector's frame is the tool centre point, between
+//! the fingers' pads. Its z axis points the way the hand points; the fingers close along its y axis.
 //!
-//! The inverse is damped least squares with the joints' limits and a pull towards the middle of their ranges
-//! in the null space (Buss, "Introduction to inverse kinematics", 2004; Liegeois 1977), tried from several
-//! starts.
+//! The inverse uses damped least squares within the joints' limits, with a pull towards the middle of their
+//! ranges in the null space (Buss, "Introduction to inverse kinematics", 2004; Liegeois 1977). It tries
+//! several starts.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -16,7 +17,7 @@ use rapier3d::math::{Pose as Frame, Rotation, Vector};
 use super::frame::{frame_of, pose_of};
 use crate::task::domain::Pose;
 
-/// Joints of the arm.
+/// Number of the arm's joints.
 pub(crate) const JOINTS: usize = 7;
 
 /// Angles of the seven joints, in radians.
@@ -33,7 +34,7 @@ const CHAIN: [(f64, f64, f64); JOINTS] = [
     (0.088, 0.0, FRAC_PI_2),
 ];
 
-/// Lower and upper limit of each joint, drawn in by half a degree.
+/// Lower and upper limit of each joint, in radians, half a degree inside the published limits.
 pub(crate) const LIMITS: [(f64, f64); JOINTS] = [
     (-2.888, 2.888),
     (-1.754, 1.754),
@@ -44,32 +45,33 @@ pub(crate) const LIMITS: [(f64, f64); JOINTS] = [
     (-2.888, 2.888),
 ];
 
-/// From the last joint to the flange.
+/// Distance from the last joint to the flange, in metres.
 const FLANGE_M: f64 = 0.107;
-/// From the flange to the point between the pads.
+/// Distance from the flange to the tool centre point, in metres.
 pub(crate) const TOOL_M: f64 = 0.1034;
 
-/// Where the arm waits: above the table, the hand pointing down.
+/// Joint angles of the waiting posture: above the table, the hand pointing down.
 pub(crate) const HOME: Angles = [0.0, -0.55, 0.0, -2.35, 0.0, 1.8, FRAC_PI_4];
 
-/// The fixed part of joint `joint`'s frame, in the frame before it.
+/// Returns the fixed part of joint `joint`'s frame, in the frame of the joint before it.
 pub(crate) fn offset(joint: usize) -> Frame {
     let (a, d, alpha) = CHAIN[joint];
     let tilt = Rotation::from_rotation_x(alpha);
     Frame::from_parts(Vector::new(a, 0.0, 0.0) + tilt * Vector::new(0.0, 0.0, d), tilt)
 }
 
-/// The hand's frame in that of the last joint: at the flange, turned so that y is the closing axis.
+/// Returns the hand's frame in that of the last joint: at the flange, turned so that the fingers close along
+/// y.
 pub(crate) fn hand_offset() -> Frame {
     Frame::from_parts(Vector::new(0.0, 0.0, FLANGE_M), Rotation::from_rotation_z(-FRAC_PI_4))
 }
 
-/// The tool's frame in that of the last joint.
+/// Returns the end effector's frame in that of the last joint.
 pub(crate) fn tool_offset() -> Frame {
     hand_offset() * Frame::from_translation(Vector::new(0.0, 0.0, TOOL_M))
 }
 
-/// Frames of the seven links in the scene.
+/// Returns the frames of the seven links in the scene.
 pub(crate) fn links(q: &Angles) -> [Frame; JOINTS] {
     let mut frame = Frame::IDENTITY;
     std::array::from_fn(|joint| {
@@ -78,24 +80,25 @@ pub(crate) fn links(q: &Angles) -> [Frame; JOINTS] {
     })
 }
 
-/// Where the tool is.
+/// Returns the end effector's frame in the scene.
 pub(crate) fn tool(q: &Angles) -> Frame {
     links(q)[JOINTS - 1] * tool_offset()
 }
 
-/// How high the second joint, about which the arm reaches out, stands above the table, in metres.
+/// Height of the second joint, about which the arm reaches out, above the table, in metres.
 const SHOULDER_M: f64 = 0.333;
-/// How far the tool can be from there when it points down, in metres.
+/// Greatest distance of the tool centre point from the second joint when the hand points down, in metres.
 const REACH_M: f64 = 0.72;
 
-/// Whether the tool, pointing down, gets to a place on the table (metres, the arm's foot at the origin).
+/// Returns whether the tool centre point reaches a place on the table with the hand pointing down. The place
+/// is in metres from the arm's base.
 pub fn reaches_table([x, y]: [f64; 2]) -> bool {
     let far = x.hypot(y);
     far > 0.25 && far.hypot(SHOULDER_M - 0.2) < REACH_M
 }
 
-/// Poses of the seven links and, last, of the tool, in metres from the base, at joint angles in radians. Costs
-/// about a microsecond.
+/// Returns the poses of the seven links and, last, of the end effector, in metres from the base. Joint angles
+/// are in radians. Costs about a microsecond.
 pub fn forward_kinematics(angles: &[f64; 7]) -> [Pose; 8] {
     let frames = links(angles);
     std::array::from_fn(|i| match frames.get(i) {
@@ -104,9 +107,9 @@ pub fn forward_kinematics(angles: &[f64; 7]) -> [Pose; 8] {
     })
 }
 
-/// Joint angles, within the joints' limits, that bring the tool to `target` (metres, the base at the
-/// origin), looked for near `start` first; `None` if there are none or none is found. Costs about 20
-/// microseconds where `start` is near, up to a millisecond where nothing is found.
+/// Finds joint angles, in radians and within the limits, that bring the end effector to `target` (metres from
+/// the base). The search begins near `start`. Returns `None` if it finds none. Costs about 20 microseconds if
+/// a solution is near `start`, and up to a millisecond if there is none.
 ///
 /// ```
 /// use symbolt::task::Pose;
@@ -122,11 +125,11 @@ pub fn inverse_kinematics(target: &Pose, start: &[f64; 7]) -> Option<[f64; 7]> {
     starts(start, &target).find_map(|start| solve(&target, &start))
 }
 
-/// Position and rotation, as a vector of six, from `from` to `to`.
+/// Returns the translation and rotation from `from` to `to` as one vector of six numbers.
 fn error(from: &Frame, to: &Frame) -> Vector6<f64> {
     let shift = to.translation - from.translation;
     let turn = (to.rotation * from.rotation.inverse()).to_scaled_axis();
-    // The same rotation the short way round.
+    // Take the shorter way round.
     let angle = turn.length();
     let turn = if angle > std::f64::consts::PI {
         turn * ((angle - std::f64::consts::TAU) / angle)
@@ -153,16 +156,16 @@ fn clamp(q: &mut Angles) {
     }
 }
 
-/// Accepted errors of the inverse: metres and radians.
+/// Accepted errors of the inverse, in metres and radians.
 const NEAR: (f64, f64) = (1e-5, 1e-4);
 
-/// The joint angles near `start` at which the tool is at `target`, if iteration finds them within the
-/// limits. Costs about 1 microsecond an iteration, at most 80 of them.
+/// Iterates from `start` to joint angles, within the limits, that bring the end effector to `target`. Costs
+/// about 1 microsecond an iteration, for at most 80 iterations.
 pub(crate) fn solve(target: &Frame, start: &Angles) -> Option<Angles> {
     iterate(target, start, 0.05)
 }
 
-/// As [`solve`] without the pull to the middle: the nearest posture, for points along a line.
+/// As [`solve`], but without the pull to the middle: finds the nearest posture, for points along a line.
 pub(crate) fn solve_near(target: &Frame, start: &Angles) -> Option<Angles> {
     iterate(target, start, 0.0)
 }
@@ -179,7 +182,7 @@ fn iterate(target: &Frame, start: &Angles, pull: f64) -> Option<Angles> {
             return Some(q);
         }
         let j = jacobian(&frames, &tool);
-        // Damped where far, plain where near.
+        // Damp the step far from the target, and not near it.
         let damping = (1e-3 * error.norm_squared()).max(1e-9);
         let lhs: Matrix6<f64> = j * j.transpose() + Matrix6::identity() * damping;
         let inverse = lhs.try_inverse()?;
@@ -203,8 +206,8 @@ fn iterate(target: &Frame, start: &Angles, pull: f64) -> Option<Angles> {
     None
 }
 
-/// Starts for [`solve`]: where the arm is, its waiting place, and that with shoulder, elbow and wrist
-/// turned the other way.
+/// Returns starts for [`solve`]: the current posture, then the waiting posture facing the target, with
+/// shoulder, elbow and wrist turned either way.
 pub(crate) fn starts(current: &Angles, target: &Frame) -> impl Iterator<Item = Angles> {
     let at = target.translation;
     let bearing = at.y.atan2(at.x);

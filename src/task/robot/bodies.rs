@@ -1,4 +1,4 @@
-//! The robot's bodies: links, hand and fingers as a multibody, and their shapes for collisions.
+//! The robot's bodies: links, hand and fingers as a multibody, with their collision shapes.
 
 use rapier3d::dynamics::{
     GenericJointBuilder, JointAxesMask, JointAxis, MotorModel, MultibodyDofCoupling,
@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use super::arm::{self, Angles, HOME, JOINTS};
 use super::spec::{ArmSpec, GripperSpec};
 
-/// The robot's bodies in the physics.
+/// Handles of the robot's bodies in the physics.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct RobotBodies {
     pub links: Vec<RigidBodyHandle>,
@@ -21,16 +21,16 @@ pub(crate) struct RobotBodies {
     pub pads: [ColliderHandle; 2],
 }
 
-/// How far a finger's tip is beyond the origin of the tool's frame, in metres.
+/// Distance from the tool centre point to the fingers' tips, in metres.
 pub const FINGER_TIP_M: f64 = 0.006;
-/// Thickness of a finger and half its width, in metres.
+/// Thickness of a finger, in metres.
 const FINGER_M: f64 = 0.005;
 const PAD_HALF_WIDTH_M: f64 = 0.008;
 const FINGER_LENGTH_M: f64 = 0.045;
-/// Half the hand's depth, width and height.
+/// Half the hand's depth, width and height, in metres.
 const HAND_M: [f64; 3] = [0.025, 0.062, 0.028];
 
-/// How a link is bounded for collisions: a capsule in its own frame.
+/// Collision shape of each link: a capsule in the link's frame (two end points and a radius, in metres).
 const CAPSULES: [([f64; 3], [f64; 3], f64); JOINTS] = [
     ([0.0, 0.0, -0.17], [0.0, 0.0, 0.0], 0.06),
     ([0.0, 0.0, 0.0], [0.0, -0.17, 0.0], 0.06),
@@ -41,14 +41,14 @@ const CAPSULES: [([f64; 3], [f64; 3], f64); JOINTS] = [
     ([0.0, 0.0, 0.0], [0.0, 0.0, 0.07], 0.042),
 ];
 
-/// Kilograms of each link (of the order of the Panda's).
+/// Mass of each link, in kilograms, of the order of the Panda's.
 const MASSES: [f64; JOINTS] = [3.0, 3.0, 3.0, 3.0, 3.0, 1.7, 0.7];
 
-/// What each joint's motor is tuned to move, in kilogram square metres: the arm stretched out.
+/// Inertia that each joint's motor is tuned to move, in kilogram square metres, for the stretched-out arm.
 pub(crate) const LOADS: [f64; JOINTS] = [4.0, 4.0, 3.0, 3.0, 0.4, 0.4, 0.1];
 
-/// The robot's shapes and where they are with the arm at `angles` and its fingers at `opening`, without
-/// the first link, which stands on the table's edge and never gets near anything.
+/// Returns the robot's collision shapes and their frames, with the arm at `angles` and the fingers at
+/// `opening`. The first link is left out: it stands at the table's edge and comes near nothing.
 pub(crate) fn outline(angles: &Angles, opening: f64) -> impl Iterator<Item = (Frame, SharedShape)> {
     let links = arm::links(angles);
     let hand = links[JOINTS - 1] * arm::hand_offset();
@@ -59,7 +59,8 @@ pub(crate) fn outline(angles: &Angles, opening: f64) -> impl Iterator<Item = (Fr
         .chain(fingers)
 }
 
-/// Shapes of the link that moves with a joint, in its frame; the last carries the hand.
+/// Returns the shapes of the link that moves with a joint, in the link's frame. The last link includes the
+/// hand.
 pub(crate) fn link_shapes(joint: usize) -> Vec<(Frame, SharedShape)> {
     let mut shapes = vec![(Frame::IDENTITY, link_shape(joint))];
     if joint == JOINTS - 1 {
@@ -68,7 +69,7 @@ pub(crate) fn link_shapes(joint: usize) -> Vec<(Frame, SharedShape)> {
     shapes
 }
 
-/// The closed finger on a side, 1 or -1, in the last link's frame; it opens along that frame's turned y.
+/// Returns the closed finger on a side, 1 or -1, in the last link's frame. It opens along the hand's y axis.
 pub(crate) fn closed_finger(side: f64) -> (Frame, SharedShape) {
     (arm::hand_offset() * finger_frame(side, 0.0), finger_shape())
 }
@@ -86,23 +87,23 @@ fn finger_shape() -> SharedShape {
     SharedShape::cuboid(PAD_HALF_WIDTH_M, FINGER_M / 2.0, FINGER_LENGTH_M / 2.0)
 }
 
-/// The middle of the hand's box, in the hand's frame.
+/// Returns the middle of the hand's box, in the hand's frame.
 fn hand_middle() -> Frame {
     Frame::from_translation(Vector::new(0.0, 0.0, HAND_M[2] + 0.002))
 }
 
-/// The middle of a finger's box, in the hand's frame.
+/// Returns the middle of a finger's box, in the hand's frame.
 fn finger_frame(side: f64, opening: f64) -> Frame {
     let z = arm::TOOL_M + FINGER_TIP_M - FINGER_LENGTH_M / 2.0;
     Frame::from_translation(Vector::new(0.0, side * (opening + FINGER_M / 2.0), z))
 }
 
-/// The joint frame that lays Rapier's free axis, x, along the frame's `axis`.
+/// Returns the joint frame that aligns Rapier's free axis, x, with `axis`.
 fn along(axis: Vector) -> Rotation {
     Rotation::from_rotation_arc(Vector::X, axis)
 }
 
-/// Puts the robot into the physics, in its waiting place.
+/// Builds the robot in the physics, in its waiting posture.
 pub(crate) fn build_robot(
     physics: &mut PhysicsWorld,
     arm_spec: &ArmSpec,
@@ -169,7 +170,7 @@ pub(crate) fn build_robot(
     robot
 }
 
-/// Couples the fingers, sets armature, and puts the arm in its waiting place.
+/// Couples the fingers, sets the armature and puts the arm into its waiting posture.
 fn pose_robot(
     physics: &mut PhysicsWorld,
     arm_spec: &ArmSpec,
@@ -180,8 +181,8 @@ fn pose_robot(
     let Some((multibody, _)) = physics.multibody_joints.get_mut(robot.joints[0]) else { return };
     multibody.set_self_contacts_enabled(false);
     multibody.forward_kinematics(&physics.bodies, true);
-    // On the side of the finger that is solved last: on the other, the first pushes the hand's middle
-    // aside by what one substep lets it.
+    // Coupled at the finger that is solved last. Coupled at the other, the first finger pushes the hand's
+    // middle aside by one substep's motion.
     multibody.add_dof_coupling(MultibodyDofCoupling {
         link1: links[1],
         dof1: 0,

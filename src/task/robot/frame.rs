@@ -1,4 +1,5 @@
-//! Poses as the frames that Rapier works with, and plain types for those who do not name Rapier.
+//! Conversions between poses and Rapier's frames, and plain types for rotations and frames with Rapier's
+//! arithmetic.
 
 use std::ops::Mul;
 
@@ -17,8 +18,8 @@ pub(crate) fn pose_of(frame: &Frame) -> Pose {
     Pose { position: frame.translation.to_array(), orientation: [q.x, q.y, q.z, q.w] }
 }
 
-/// A rotation in the arithmetic of the physics, so that what a task computes is what the physics computes, to the
-/// bit. `a * b` turns by `b` first.
+/// A rotation in the arithmetic of the physics. What a task computes with it has the same bits as in the
+/// physics. `a * b` turns by `b` first.
 ///
 /// ```
 /// use std::f64::consts::FRAC_PI_2;
@@ -34,27 +35,27 @@ impl Turn {
     /// No rotation.
     pub const NONE: Self = Self([0.0, 0.0, 0.0, 1.0]);
 
-    /// About x, in radians.
+    /// Returns the rotation about x by an angle in radians.
     pub fn about_x(angle: f64) -> Self {
         Self::of(Rotation::from_rotation_x(angle))
     }
 
-    /// About y, in radians.
+    /// Returns the rotation about y by an angle in radians.
     pub fn about_y(angle: f64) -> Self {
         Self::of(Rotation::from_rotation_y(angle))
     }
 
-    /// About z, in radians.
+    /// Returns the rotation about z by an angle in radians.
     pub fn about_z(angle: f64) -> Self {
         Self::of(Rotation::from_rotation_z(angle))
     }
 
-    /// About an axis of length 1, in radians.
+    /// Returns the rotation about an axis of length 1 by an angle in radians.
     pub fn about(axis: [f64; 3], angle: f64) -> Self {
         Self::of(Rotation::from_axis_angle(Vector::from(axis), angle))
     }
 
-    /// A vector, turned.
+    /// Returns the vector after this rotation.
     pub fn apply(self, vector: [f64; 3]) -> [f64; 3] {
         (self.rotation() * Vector::from(vector)).to_array()
     }
@@ -77,22 +78,23 @@ impl Mul for Turn {
     }
 }
 
-/// Where a body's frame is, as the physics has it: unlike a [`Pose`], which is normalised, equal to the bit.
+/// A body's frame as the physics stores it, bit for bit. A [`Pose`], by contrast, has a normalised
+/// orientation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct BodyFrame {
-    /// Its origin, in metres.
+    /// Origin of the frame, in metres.
     pub position: [f64; 3],
-    /// How it is turned.
+    /// Rotation of the frame.
     pub turn: Turn,
 }
 
 impl BodyFrame {
-    /// A frame that is not turned.
+    /// Returns a frame at `position`, without rotation.
     pub fn at(position: [f64; 3]) -> Self {
         Self { position, turn: Turn::NONE }
     }
 
-    /// Whether it is a place and a rotation, and has no number that is none.
+    /// Returns whether all numbers are finite and the rotation has length 1.
     pub fn is_finite(&self) -> bool {
         let length: f64 = self.turn.0.iter().map(|v| v * v).sum();
         self.position.iter().all(|v| v.is_finite()) && (length - 1.0).abs() < 1e-6

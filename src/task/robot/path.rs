@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::arm::{self, Angles, JOINTS};
 use super::spec::ArmSpec;
 
-/// Joint angles one after the other, run with a smooth speed in a given time.
+/// A sequence of joint angles, run at a smoothly changing speed in a given time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Path {
     points: Vec<Angles>,
@@ -15,14 +15,14 @@ pub(crate) struct Path {
 
 /// Peak over mean speed of the profile `10 u^3 - 15 u^4 + 6 u^5`.
 const PEAK: f64 = 1.875;
-/// Peak over mean acceleration of the same: way over duration squared times this.
+/// Peak acceleration of the same profile, as a multiple of distance over duration squared.
 const STEEPEST: f64 = 5.774;
 /// Shortest time of a path, in seconds.
 const SHORTEST_S: f64 = 0.1;
 /// Distance between the points of a straight line, in metres.
 const LINE_STEP_M: f64 = 0.004;
 
-/// Pieces in which the tool's way is measured.
+/// Number of pieces in which the end effector's movement is measured.
 const LOOKS: usize = 16;
 
 fn farthest(a: &Angles, b: &Angles) -> f64 {
@@ -30,7 +30,7 @@ fn farthest(a: &Angles, b: &Angles) -> f64 {
 }
 
 impl Path {
-    /// Straight in joint angles.
+    /// Returns the path that is straight in joint angles. `held` says whether a part is in the hand.
     pub fn joints(from: &Angles, to: &Angles, arm: &ArmSpec, held: bool) -> Self {
         let (speed, acceleration) = match held {
             false => (arm.speed, arm.acceleration[0]),
@@ -50,15 +50,16 @@ impl Path {
         path
     }
 
-    /// The tool moves straight by `shift` from where it is at `from`, without turning. `None` where the
-    /// arm cannot follow.
+    /// Returns the path on which the end effector moves straight by `shift` from its place at `from`, without
+    /// turning; `None` if the arm cannot follow.
     pub fn line(from: &Angles, shift: Vector, arm: &ArmSpec) -> Option<Self> {
         let start = arm::tool(from);
         let target = Frame::from_parts(start.translation + shift, start.rotation);
         Self::line_to(from, &target, arm)
     }
 
-    /// The tool moves straight to `target`, turning evenly on the way.
+    /// Returns the path on which the end effector moves straight to `target` and turns evenly; `None` if the
+    /// arm cannot follow.
     pub fn line_to(from: &Angles, target: &Frame, arm: &ArmSpec) -> Option<Self> {
         let start = arm::tool(from);
         let way = (target.translation - start.translation).length();
@@ -68,7 +69,7 @@ impl Path {
         for step in 1..=count {
             let between = start.lerp(target, step as f64 / count as f64);
             let next = arm::solve_near(&between, &q)?;
-            // A jump to another posture is no line.
+            // A large step means a jump to another posture.
             if farthest(&q, &next) > 0.15 {
                 return None;
             }
@@ -81,23 +82,23 @@ impl Path {
         Some(Self { points, duration_s })
     }
 
-    /// The same path the other way round.
+    /// Returns the path run backwards.
     pub fn reversed(mut self) -> Self {
         self.points.reverse();
         self
     }
 
-    /// In seconds.
+    /// Returns the duration, in seconds.
     pub fn duration_s(&self) -> f64 {
         self.duration_s
     }
 
-    /// The last point.
+    /// Returns the last joint angles.
     pub fn end(&self) -> Angles {
         self.points[self.points.len() - 1]
     }
 
-    /// Angles and speeds `time_s` after the start.
+    /// Returns joint angles and speeds `time_s` seconds after the start.
     pub fn at(&self, time_s: f64) -> (Angles, Angles) {
         let u = (time_s / self.duration_s).clamp(0.0, 1.0);
         let share = u * u * u * (10.0 - 15.0 * u + 6.0 * u * u);
@@ -116,15 +117,15 @@ impl Path {
         (angles, speeds)
     }
 
-    /// How many samples it takes for no joint to turn by more than `most` radians between two; at least
-    /// eight.
+    /// Returns the number of samples needed so that no joint turns by more than `most` radians between two;
+    /// at least 8.
     pub fn looks(&self, most: f64) -> usize {
         let ways = self.points.windows(2).map(|w| farthest(&w[0], &w[1]));
         let steepest = ways.fold(0.0, f64::max) * (self.points.len() - 1) as f64;
         ((steepest / most).ceil() as usize).max(8)
     }
 
-    /// Angles along the path, evenly by share of the way, ends included.
+    /// Returns joint angles along the path, evenly spaced, ends included.
     pub fn samples(&self, count: usize) -> impl Iterator<Item = Angles> {
         let legs = (self.points.len() - 1) as f64;
         (0..=count).map(move |i| {

@@ -1,10 +1,10 @@
-//! The robot's motors, speeds and forces, in SI units.
+//! Settings of the robot's motors, speeds and forces, in SI units.
 
 use serde::{Deserialize, Serialize};
 
 use crate::task::error::TaskError;
 
-/// Refuses the first number that is outside its range: name, number, least, most.
+/// Refuses the first number outside its range. Each entry holds name, number, least and greatest value.
 pub(crate) fn in_range(numbers: &[(&'static str, f64, f64, f64)]) -> Result<(), TaskError> {
     match numbers.iter().find(|(_, value, least, most)| !(least..=most).contains(&value)) {
         Some(&(name, value, least, most)) => Err(TaskError::Range { name, value, least, most }),
@@ -12,17 +12,18 @@ pub(crate) fn in_range(numbers: &[(&'static str, f64, f64, f64)]) -> Result<(), 
     }
 }
 
-/// The gripper: two fingers that close on one another.
+/// The gripper: two fingers that close towards each other.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GripperSpec {
-    /// Newtons a finger.
+    /// Force of each finger, in newtons.
     pub force_n: f64,
-    /// Coefficient of friction of the pads; of pad and part the greater counts.
+    /// Coefficient of friction of the pads. Between pad and part, the greater of the two coefficients
+    /// applies.
     pub friction: f64,
-    /// How far each finger opens, in metres.
+    /// Greatest distance of each finger from the middle, in metres.
     pub stroke_m: f64,
-    /// Natural frequency of the fingers' motors, in radians a second.
+    /// Natural frequency of the fingers' motors, in radians per second.
     pub frequency: f64,
 }
 
@@ -51,26 +52,27 @@ impl GripperSpec {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ArmSpec {
-    /// Speed that a joint's error asks for, in radians a second a radian.
+    /// Speed demanded for each radian of a joint's error, in radians per second per radian.
     pub position_gain: f64,
-    /// Acceleration that an error of speed asks of a stretched arm, in radians a second squared a radian
-    /// a second.
+    /// Acceleration demanded of a stretched arm for each unit of speed error, in radians per second squared
+    /// per radian per second.
     pub velocity_gain: f64,
     /// Reflected inertia of each motor, in kilogram square metres.
     pub armature: f64,
     /// Greatest torque of each motor, in newton metres.
     pub torque_nm: [f64; 7],
-    /// Greatest speed of a joint while the hand is empty, in radians a second.
+    /// Greatest speed of a joint while the hand is empty, in radians per second.
     pub speed: f64,
-    /// Greatest speed of a joint while a part is in the hand, in radians a second.
+    /// Greatest speed of a joint while the hand holds a part, in radians per second.
     pub carry_speed: f64,
-    /// Greatest speed of the tool while a part is in the hand, in metres a second.
+    /// Greatest speed of the end effector while it holds a part, in metres per second.
     pub carry_m_s: f64,
-    /// Greatest acceleration of a joint, in radians a second squared: empty, and with a part in the hand.
+    /// Greatest acceleration of a joint, in radians per second squared: with an empty hand, and with a part
+    /// in it.
     pub acceleration: [f64; 2],
-    /// Greatest speed of the tool near parts, in metres a second.
+    /// Greatest speed of the end effector near parts, in metres per second.
     pub approach_m_s: f64,
-    /// Error of the tool's place above which the arm takes itself to have hit something, in metres.
+    /// Position error of the end effector above which the arm counts as having hit something, in metres.
     pub alarm_m: f64,
 }
 
@@ -83,7 +85,7 @@ impl Default for ArmSpec {
             torque_nm: [87.0, 87.0, 87.0, 87.0, 12.0, 12.0, 12.0],
             speed: 2.0,
             carry_speed: 1.0,
-            // Below ISO 10218-1's reduced speed of 0.25; what a part creeps in the hand grows with it.
+            // Below the reduced speed of ISO 10218-1 (0.25). A held part creeps more at higher speeds.
             carry_m_s: 0.16,
             acceleration: [8.0, 3.0],
             approach_m_s: 0.12,
@@ -93,7 +95,7 @@ impl Default for ArmSpec {
 }
 
 impl ArmSpec {
-    /// Checks the numbers, for steps of `step_ms`.
+    /// Checks the numbers for physics steps of `step_ms` milliseconds.
     ///
     /// # Errors
     /// [`TaskError::Range`] or [`TaskError::Setting`], naming the setting.

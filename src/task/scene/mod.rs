@@ -1,7 +1,16 @@
-//! The scene in Rapier: a table, fixtures, parts, and the robot among them.
+//! The scene: a table, fixtures, movable parts and the robot, simulated by Rapier.
 //!
-//! Nothing here knows a task: neither what the bodies are for nor what should be done with them. A task says so in
-//! a [`SceneSpec`].
+//! | to | use |
+//! |---|---|
+//! | describe a scene | [`SceneSpec`], with its [`BodyKind`]s, [`Part`]s, [`Fixture`]s and [`Landmark`]s |
+//! | build it and step it | [`Scene`] |
+//! | draw it | [`Outline`] for the shapes, [`Scene::frame`] for where they are |
+//!
+//! A task draws a [`SceneSpec`] from a seed. [`Scene::new`] builds the bodies, drops the parts and lets them
+//! settle. The [`Robot`](crate::task::skill::Robot) then drives arm and fingers and steps the scene. Friction
+//! and contact alone hold a part in the hand.
+//!
+//! Nothing here knows a task: neither what the bodies are for nor what should be done with them.
 
 mod outline;
 pub(crate) mod physics;

@@ -1,4 +1,4 @@
-//! The shapes that the physics works with, as triangles: for pictures.
+//! The shapes of a scene as triangles, for pictures. They are the shapes that the physics uses.
 
 use rapier3d::geometry::{SharedShape, TypedShape};
 use rapier3d::math::{Pose as Frame, Vector};
@@ -11,62 +11,63 @@ use crate::task::robot::arm::{self, JOINTS};
 use crate::task::robot::bodies;
 use crate::task::robot::frame::pose_of;
 
-/// What moves as one.
+/// A body that moves as a whole.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Body {
-    /// The table with its rim; it stays where it is.
+    /// The table with its rim. It does not move.
     Table,
-    /// A fixture, by its place in the scene; it stays where it is, too.
+    /// A fixture, by its index in [`SceneSpec::fixtures`]. It does not move.
     Fixture(usize),
-    /// A kind of part, by its place in the scene.
+    /// A kind of part, by its index in [`SceneSpec::kinds`].
     Kind(usize),
-    /// The link that moves with a joint, counted from 0; the last carries the hand.
+    /// The link that moves with a joint, counted from 0. The last link includes the hand.
     Link(usize),
-    /// The finger that opens along [`Outline::closing`], 0, or against it, 1; where it is when closed, in the frame
-    /// of the last link.
+    /// A finger: 0 opens along [`Outline::closing`], 1 against it. The mesh shows it closed, in the last
+    /// link's frame.
     Finger(usize),
 }
 
 /// The surface of a body in its own frame, in metres.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Mesh {
-    /// Whose surface.
+    /// The body.
     pub body: Body,
-    /// Corners.
+    /// Corners of the triangles.
     pub vertices: Vec<[f32; 3]>,
-    /// Places of three corners each, counted from 0, anticlockwise as seen from outside.
+    /// The three corners of each triangle, by their index in `vertices`, anticlockwise as seen from outside.
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// A kind of part: what it is called and how it looks.
+/// A kind of part: its name and its look.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct KindOutline {
-    /// What the recorder calls it.
+    /// Name of the kind in recordings.
     pub name: String,
-    /// How it looks.
+    /// Colours and roughness.
     pub look: Look,
 }
 
-/// Everything there is to be seen of a scene, without where the parts are.
+/// Everything visible in a scene, except where the parts are.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Outline {
-    /// One mesh a body; parts of one kind share theirs.
+    /// One mesh for each body. Parts of one kind share a mesh.
     pub meshes: Vec<Mesh>,
     /// The kinds of parts.
     pub kinds: Vec<KindOutline>,
-    /// The kind of each part, by its place in `kinds`.
+    /// Kind of each part, by its index in `kinds`.
     pub parts: Vec<usize>,
-    /// How each fixture looks.
+    /// Look of each fixture.
     pub fixtures: Vec<Look>,
-    /// For each joint the fixed part of its frame in the frame before it; it turns about its own z.
+    /// Fixed part of each joint's frame, in the frame of the joint before it. The joint turns about its own z
+    /// axis.
     pub joints: [Pose; JOINTS],
-    /// The direction in which the first finger opens, in the last link's frame.
+    /// Direction in which the first finger opens, in the last link's frame.
     pub closing: [f64; 3],
 }
 
 impl Outline {
-    /// The shapes of a scene. Costs about a millisecond.
+    /// Returns the shapes of a scene. Costs about a millisecond.
     pub fn of(spec: &SceneSpec) -> Self {
         let hulls = |pieces: &[Piece]| {
             let all = shapes::hulls(pieces).into_iter();
@@ -95,7 +96,7 @@ impl Outline {
     }
 }
 
-/// Sides of what is round.
+/// Number of sides that approximate a circle.
 const ROUND: u32 = 20;
 
 fn mesh(body: Body, shapes: &[(Frame, SharedShape)]) -> Mesh {
@@ -105,7 +106,7 @@ fn mesh(body: Body, shapes: &[(Frame, SharedShape)]) -> Mesh {
             TypedShape::Cuboid(cuboid) => cuboid.to_trimesh(),
             TypedShape::Capsule(capsule) => capsule.to_trimesh(ROUND, ROUND / 2),
             TypedShape::ConvexPolyhedron(hull) => hull.to_trimesh(),
-            // There are no others.
+            // No other shapes are built.
             _ => continue,
         };
         let from = mesh.vertices.len() as u32;
@@ -124,7 +125,7 @@ mod tests {
     use crate::task::robot::BodyFrame;
     use crate::task::scene::{BodyKind, Fixture, Handling, Part, Symmetry, cuboid};
 
-    /// Volume inside a closed surface, by the divergence theorem.
+    /// Returns the volume inside a closed surface, by the divergence theorem.
     fn volume(mesh: &Mesh) -> f64 {
         let at = |corner: u32| Vector::from(mesh.vertices[corner as usize].map(f64::from));
         let of = |t: &[u32; 3]| at(t[0]).dot(at(t[1]).cross(at(t[2]))) / 6.0;

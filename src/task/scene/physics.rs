@@ -1,13 +1,17 @@
-//! The scene's bodies: table, fixtures, parts and the robot, stepped by Rapier.
+//! The scene in Rapier: table, fixtures, parts and the robot.
 //!
-//! Parts are held by friction and contact alone. The only joints are the robot's own, and nothing here sets a part's
-//! pose after it has been dropped, except [`Scene::disturb`].
+//! Friction and contact alone hold a part in the hand. The only joints are the robot's own. After the parts
+//! have been dropped, nothing here sets the pose of a part except [`Scene::disturb`].
 //!
-//! Settings that matter, as measured: double precision; contact recycling off and stiff contacts, or
-//! parts float above the table and sink into the pads; friction in the bias pass and Coulomb's
-//! model, or parts creep in the hand; armature on the joints, or the wrist gives; arm motors that hold
-//! speeds, see [`Scene::drive_arm`]; the fingers' coupling on the one that is solved last; substeps of 1 ms
-//! while anything but the arm moves.
+//! These settings proved necessary:
+//!
+//! - Double precision.
+//! - No contact recycling, and stiff contacts. Otherwise parts float above the table and sink into the pads.
+//! - Friction in the bias pass and Coulomb's model. Otherwise parts creep in the hand.
+//! - Armature on the joints. Otherwise the wrist gives way.
+//! - Arm motors that hold speeds; see [`Scene::drive_arm`].
+//! - The fingers' coupling at the finger that is solved last.
+//! - Substeps of 1 ms while a part that the hand does not carry moves.
 
 use std::time::{Duration, Instant};
 
@@ -33,13 +37,13 @@ use crate::task::robot::{ArmSpec, BodyFrame};
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct PartBody {
-    /// Its kind's place in the specification.
+    /// Index of the part's kind in [`SceneSpec::kinds`].
     kind: usize,
     body: RigidBodyHandle,
     collider: ColliderHandle,
 }
 
-/// A scene: its bodies as they are now.
+/// A simulated scene in its current state.
 #[derive(Serialize, Deserialize)]
 pub struct Scene {
     spec: SceneSpec,
@@ -47,17 +51,17 @@ pub struct Scene {
     robot: RobotBodies,
     parts: Vec<PartBody>,
     steps: u64,
-    /// A profile, not a part of the scene's state.
+    /// Measures the run; not part of the scene's state.
     #[serde(skip)]
     wall: Duration,
 }
 
-/// How far parts can seem to be within one another where one goes into the other.
+/// Greatest apparent overlap of two parts of which one goes into the other, in metres.
 const MEETING_M: f64 = 1.5e-3;
 
 impl Scene {
-    /// Builds the scene, drops the parts and lets them settle, for two simulated seconds at most. Costs some tens of
-    /// milliseconds.
+    /// Builds the scene, drops the parts and lets them settle for at most two simulated seconds. Costs some
+    /// tens of milliseconds.
     ///
     /// # Errors
     /// As [`SceneSpec::check`].
@@ -75,7 +79,7 @@ impl Scene {
         }
         let step_ms = scene.spec.step_ms;
         let mut calm = 0;
-        // Two seconds at most: a part that still rolls will be seen to roll.
+        // Limited, because a part may keep rolling.
         for _ in 0..2_000 / step_ms {
             scene.step();
             let still = scene.parts.iter().all(|p| scene.speed(p) < 1e-3);
@@ -96,7 +100,7 @@ impl Scene {
             RigidBodyBuilder::dynamic().pose(part.frame.frame()),
             shapes::compound(&kind.pieces).density(kind.density).friction(kind.friction),
         );
-        // Still for so long that it will not move by itself.
+        // Thresholds of sleep: after so long a rest, the part no longer moves by itself.
         let activation = self.physics.bodies[body].activation_mut();
         activation.normalized_linear_threshold = 1e-3;
         activation.angular_threshold = 0.05;
@@ -109,7 +113,7 @@ impl Scene {
         body.linvel().length().max(0.02 * body.angvel().length())
     }
 
-    /// Advances by one step of [`SceneSpec::step_ms`].
+    /// Advances the scene by one step of [`SceneSpec::step_ms`].
     pub fn step(&mut self) {
         let begun = Instant::now();
         self.physics.step();
@@ -117,52 +121,52 @@ impl Scene {
         self.steps += 1;
     }
 
-    /// Time that the steps have taken on this machine.
+    /// Returns the wall time that the steps have taken.
     pub fn wall(&self) -> Duration {
         self.wall
     }
 
-    /// How long one step is.
+    /// Returns the duration of one step.
     pub fn period(&self) -> SimDuration {
         SimDuration::from_millis(self.spec.step_ms)
     }
 
-    /// Steps since the parts had settled.
+    /// Returns the number of steps since the parts settled.
     pub fn steps(&self) -> u64 {
         self.steps
     }
 
-    /// Simulated seconds since the parts had settled.
+    /// Returns the simulated time since the parts settled, in seconds.
     pub fn time_s(&self) -> f64 {
         (self.steps * self.spec.step_ms) as f64 / 1e3
     }
 
-    /// What the scene was made from.
+    /// Returns the specification that the scene was built from.
     pub fn spec(&self) -> &SceneSpec {
         &self.spec
     }
 
-    /// How many parts there are.
+    /// Returns the number of parts.
     pub fn part_count(&self) -> usize {
         self.parts.len()
     }
 
-    /// The parts' kinds, each by its place in [`SceneSpec::kinds`].
+    /// Returns the kind of each part, by its index in [`SceneSpec::kinds`].
     pub fn kinds(&self) -> impl Iterator<Item = usize> {
         self.parts.iter().map(|p| p.kind)
     }
 
-    /// A part's kind; `None` for a part that is not there.
+    /// Returns a part's kind; `None` if there is no such part.
     pub fn kind(&self, index: usize) -> Option<&BodyKind> {
         self.parts.get(index).map(|p| &self.spec.kinds[p.kind])
     }
 
-    /// Where a part is; `None` for a part that is not there.
+    /// Returns a part's pose; `None` if there is no such part.
     pub fn part(&self, index: usize) -> Option<Pose> {
         self.parts.get(index).map(|p| pose_of(self.physics.bodies[p.body].position()))
     }
 
-    /// The frame of a part as the physics has it; `None` for a part that is not there.
+    /// Returns a part's frame as the physics stores it; `None` if there is no such part.
     pub fn body_frame(&self, index: usize) -> Option<BodyFrame> {
         (index < self.parts.len()).then(|| BodyFrame::of(&self.part_frame(index)))
     }
@@ -171,18 +175,17 @@ impl Scene {
         *self.physics.bodies[self.parts[index].body].position()
     }
 
-    /// How the robot puts down a part of its kind.
+    /// Returns how the robot puts down a part of this kind.
     pub(crate) fn handling(&self, index: usize) -> &Handling {
         &self.spec.kinds[self.parts[index].kind].handling
     }
 
-    /// The greater of a part's speed and a fiftieth of a metre a radian of its turning, in metres a
-    /// second.
+    /// Returns the greater of a part's speed and 0.02 m times its angular speed, in metres per second.
     pub(crate) fn part_speed(&self, index: usize) -> f64 {
         self.speed(&self.parts[index])
     }
 
-    /// Puts a part somewhere, at rest, as a person might. Nothing that the robot does calls this.
+    /// Moves a part to `pose`, at rest, as a person might do. The robot never calls this.
     pub fn disturb(&mut self, index: usize, pose: &Pose) {
         if let Some(part) = self.parts.get(index) {
             let body = &mut self.physics.bodies[part.body];
@@ -192,8 +195,8 @@ impl Scene {
         }
     }
 
-    /// Whether a part would touch nothing, the robot included, at `pose`; `false` for a part that is not
-    /// there.
+    /// Returns whether a part at `pose` would touch nothing, the robot included; `false` if there is no such
+    /// part.
     pub fn has_room(&self, index: usize, pose: &Pose) -> bool {
         let Some(part) = self.parts.get(index) else { return false };
         let filter =
@@ -203,18 +206,18 @@ impl Scene {
         query.intersect_shape(frame_of(pose), shape).next().is_none()
     }
 
-    /// How many joints there are, of the robot's multibody and of any other sort: the second must be 0.
+    /// Returns two counts: joints of the robot's multibody, and all other joints. The second must be 0.
     pub fn joint_counts(&self) -> (usize, usize) {
         let own = self.physics.multibody_joints.multibodies().map(|m| m.num_links() - 1).sum();
         (own, self.physics.impulse_joints.len())
     }
 
-    /// The joints' angles.
+    /// Returns the joint angles.
     pub(crate) fn angles(&self) -> Angles {
         std::array::from_fn(|i| self.coordinate(self.robot.joints[i], JointAxis::AngX))
     }
 
-    /// This moment, for pictures.
+    /// Returns joint angles, finger openings and part poses at this moment, for pictures.
     pub fn frame(&self) -> SceneFrame {
         SceneFrame {
             t: self.time_s(),
@@ -230,12 +233,11 @@ impl Scene {
         })
     }
 
-    /// Sets where the joints should be at the next step's end, in radians, and how fast, in radians a
-    /// second.
+    /// Sets the joint angles (radians) and speeds (radians per second) wanted at the end of the next step.
     ///
-    /// As industrial drives do it: a loop about the place asks for a speed, and the motor holds that
-    /// speed. A motor that is given a place instead pulls back to where it should be at one moment of the
-    /// step in all of its substeps, and that shaking makes held parts creep.
+    /// An outer loop turns the position error into a speed, and the motor holds that speed, as in industrial
+    /// drives. A motor that holds a position instead pulls towards the same position in every substep, and
+    /// that shaking makes held parts creep.
     pub(crate) fn drive_arm(&mut self, angles: &Angles, speeds: &Angles) {
         let ArmSpec { position_gain, velocity_gain, armature, .. } = self.spec.arm;
         let now = self.angles();
@@ -245,8 +247,8 @@ impl Scene {
             if let Some((multibody, link)) = self.physics.multibody_joints.get_mut(handle)
                 && let Some(link) = multibody.link_mut(link)
             {
-                // In newton metres: a motor that scales by the inertia that its joint alone has to move
-                // yields where joints move together.
+                // Absolute, in newton metres. A motor that scales by the inertia of its own joint alone gives
+                // way when joints move together.
                 let damping = (bodies::LOADS[joint] + armature) * velocity_gain;
                 let speed = position_gain * (angles[joint] - now[joint]) + ahead * speeds[joint];
                 link.joint.data.set_motor(JointAxis::AngX, 0.0, speed, 0.0, damping);
@@ -254,8 +256,8 @@ impl Scene {
         }
     }
 
-    /// Chooses the substeps: the longer they are the more a held part creeps, and parts that touch a fixture do not
-    /// come to rest at all.
+    /// Chooses the number of substeps. With longer substeps a held part creeps more, and parts that touch a
+    /// fixture never come to rest.
     pub(crate) fn refine(&mut self, carrying: bool) {
         let awake = |part: &PartBody| !self.physics.bodies[part.body].is_sleeping();
         let substeps = match (carrying, self.parts.iter().any(awake)) {
@@ -266,7 +268,7 @@ impl Scene {
         self.physics.integration_parameters.num_solver_iterations = substeps;
     }
 
-    /// Sets how far each finger should be from the middle, in metres.
+    /// Sets the wanted distance of each finger from the middle, in metres.
     pub(crate) fn drive_fingers(&mut self, opening: f64) {
         let frequency = self.spec.gripper.frequency;
         for handle in self.robot.fingers {
@@ -279,7 +281,7 @@ impl Scene {
         }
     }
 
-    /// Newtons with which each pad presses on a part.
+    /// Returns the force with which each pad presses on a part, in newtons.
     pub(crate) fn pad_forces(&self, index: usize) -> [f64; 2] {
         let dt = self.physics.integration_parameters.dt;
         self.robot.pads.map(|pad| {
@@ -289,7 +291,7 @@ impl Scene {
         })
     }
 
-    /// Where the tool is.
+    /// Returns the pose of the end effector.
     pub fn tool(&self) -> Pose {
         pose_of(&self.tool_frame())
     }
@@ -299,8 +301,8 @@ impl Scene {
         *self.physics.bodies[last].position() * arm::tool_offset()
     }
 
-    /// Whether the arm at `angles` with its fingers at `opening` would touch anything but the parts
-    /// in `ignored`.
+    /// Returns whether the arm at `angles`, with its fingers at `opening`, would touch anything except the
+    /// parts in `ignored`.
     pub(crate) fn collides(&self, angles: &Angles, opening: f64, ignored: &[usize]) -> bool {
         let skip = |handle: ColliderHandle| {
             ignored.iter().any(|part| self.parts[*part].collider == handle)
@@ -314,7 +316,7 @@ impl Scene {
             .any(|(frame, shape)| query.intersect_shape(frame, &*shape).next().is_some())
     }
 
-    /// Whether part `index`, if it were at `frame`, would be within another part by more than a touch.
+    /// Returns whether part `index` at `frame` would overlap another part by more than [`MEETING_M`].
     pub(crate) fn part_meets_part(&self, index: usize, frame: &Frame) -> bool {
         let shape = self.physics.colliders[self.parts[index].collider].shape();
         let others = self.parts.iter().enumerate().filter(|(other, _)| *other != index);
@@ -325,7 +327,7 @@ impl Scene {
         })
     }
 
-    /// Whether part `index`, if it were at `frame`, would touch anything but the robot.
+    /// Returns whether part `index` at `frame` would touch anything except the robot.
     pub(crate) fn part_collides(&self, index: usize, frame: &Frame) -> bool {
         let own = self.parts[index].collider;
         let filter = |handle: ColliderHandle, collider: &rapier3d::geometry::Collider| {
@@ -341,8 +343,8 @@ impl Scene {
     }
 }
 
-/// Substeps of a step: while parts move that the hand does not carry, while it carries one through the
-/// air, and while all parts rest.
+/// Substeps of a step: while parts move outside the hand, while the hand carries a part through the air, and
+/// while all parts rest.
 const SUBSTEPS: usize = 4;
 const SUBSTEPS_CARRYING: usize = 3;
 const SUBSTEPS_AT_REST: usize = 2;
@@ -366,7 +368,7 @@ fn parameters(spec: &SceneSpec) -> IntegrationParameters {
     }
 }
 
-/// Table, rim and fixtures.
+/// Adds the table, its rim and the fixtures.
 fn furnish(physics: &mut PhysicsWorld, spec: &SceneSpec) {
     let table = shapes::table(&spec.table).into_iter().map(|piece| (piece, spec.table.friction));
     let fixtures = spec.fixtures.iter();

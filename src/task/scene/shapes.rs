@@ -1,11 +1,11 @@
-//! Convex pieces as the physics takes them, and the colliders made of them.
+//! Collision shapes built from convex pieces.
 
 use rapier3d::geometry::{ColliderBuilder, SharedShape};
 use rapier3d::math::{Pose as Frame, Vector};
 
 use super::spec::{Fixture, Piece, TableSpec};
 
-/// The table with its rim.
+/// Returns the table and its rim.
 pub(crate) fn table(spec: &TableSpec) -> Vec<(Frame, SharedShape)> {
     let [low, high] = spec.rim;
     let middle = |i: usize| (low[i] + high[i]) / 2.0;
@@ -25,30 +25,30 @@ pub(crate) fn table(spec: &TableSpec) -> Vec<(Frame, SharedShape)> {
     table
 }
 
-/// A fixture's pieces where they stand.
+/// Returns a fixture's shapes with their frames in the scene.
 pub(crate) fn fixture(spec: &Fixture) -> impl Iterator<Item = (Frame, SharedShape)> {
     let at = spec.frame.frame();
     hulls(&spec.pieces).into_iter().map(move |shape| (at, shape))
 }
 
-/// Whether the physics can work with a piece.
+/// Returns whether the physics can use a piece: its corners are finite and enclose a volume.
 pub(crate) fn has_volume(piece: &Piece) -> bool {
     let finite = piece.iter().flatten().all(|v| v.is_finite());
     finite && piece.len() > 3 && hull(piece).is_some_and(|h| h.mass_properties(1.0).mass() > 1e-12)
 }
 
-/// The convex hull of a piece; `None` for one without volume.
+/// Returns the convex hull of a piece; `None` if it has no volume.
 fn hull(piece: &Piece) -> Option<SharedShape> {
     let corners: Vec<Vector> = piece.iter().map(|corner| Vector::from(*corner)).collect();
     SharedShape::convex_hull(&corners)
 }
 
-/// The convex hulls of pieces; a piece without volume is left out.
+/// Returns the convex hulls of the pieces. Pieces without volume are left out.
 pub(crate) fn hulls(pieces: &[Piece]) -> Vec<SharedShape> {
     pieces.iter().filter_map(hull).collect()
 }
 
-/// One collider of several convex pieces.
+/// Returns one collider for several convex pieces.
 pub(crate) fn compound(pieces: &[Piece]) -> ColliderBuilder {
     ColliderBuilder::compound(
         hulls(pieces).into_iter().map(|shape| (Frame::IDENTITY, shape)).collect(),

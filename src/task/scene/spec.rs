@@ -1,4 +1,4 @@
-//! What a scene is made of: kinds of bodies, parts, fixtures, table, robot. Plain data in SI units.
+//! The description of a scene: kinds of bodies, parts, fixtures, table and robot. Plain data in SI units.
 
 use std::collections::BTreeSet;
 
@@ -9,10 +9,10 @@ use crate::task::domain::Pose;
 use crate::task::error::TaskError;
 use crate::task::robot::{ArmSpec, BodyFrame, GripperSpec};
 
-/// One convex piece of a body: its corners in the body's frame, in metres.
+/// A convex piece of a body: its corners in the body's frame, in metres.
 pub type Piece = Vec<[f64; 3]>;
 
-/// The eight corners of a box of half these sizes about a point.
+/// Returns the eight corners of a box, given its middle and half its sizes.
 pub fn cuboid(middle: [f64; 3], half: [f64; 3]) -> Piece {
     let corner = |n: usize| {
         std::array::from_fn(|i| middle[i] + if n >> i & 1 == 0 { -half[i] } else { half[i] })
@@ -20,91 +20,92 @@ pub fn cuboid(middle: [f64; 3], half: [f64; 3]) -> Piece {
     (0..8).map(corner).collect()
 }
 
-/// How something looks in pictures.
+/// The look of a body in pictures.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Look {
-    /// Red, green and blue, a byte each.
+    /// Colour as 0xRRGGBB.
     pub colour: u32,
-    /// The same for text on white.
+    /// Colour of text about this body on white, as 0xRRGGBB.
     pub ink: u32,
-    /// 0 for a mirror to 1 for chalk.
+    /// Roughness, from 0 (mirror) to 1 (chalk).
     pub roughness: f64,
 }
 
-/// In how many ways a body can stand at a target that gives only the direction of its z axis.
+/// The ways in which a body can stand at a target, which gives only the direction of its z axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Symmetry {
-    /// Equal steps of a full turn about its z axis that are tried (at least 1).
+    /// Number of equal steps of a full turn about the z axis that are tried (at least 1).
     pub turns: u32,
-    /// Whether it may stand upside down, too.
+    /// Whether the body may also stand upside down.
     pub flips: bool,
 }
 
-/// What the robot has to know to put down a body.
+/// How the robot puts down a body.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Handling {
-    /// In how many ways it can stand at a target.
+    /// The ways in which the body can stand at a target.
     pub symmetry: Symmetry,
-    /// How far above its target it must pass, and come straight down from there, in metres.
+    /// Height above the target at which the body arrives before it is lowered straight down, in metres.
     pub rise_m: f64,
-    /// How far each finger is from the middle when it lets go, in metres.
+    /// Distance of each finger from the middle when it lets go, in metres.
     pub release_m: f64,
-    /// A body of the same kind this near to a target, along the table, is in the way, in metres.
+    /// Horizontal distance within which another body of the same kind is in the way of a target, in metres.
     pub in_the_way_m: f64,
 }
 
 /// A kind of movable body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BodyKind {
-    /// What the recorder calls it: 1 to 200 characters.
+    /// Name of the kind in recordings: 1 to 200 characters.
     pub name: String,
-    /// Its convex pieces, in its frame.
+    /// Convex pieces, in the body's frame.
     pub pieces: Vec<Piece>,
-    /// Kilograms a cubic metre.
+    /// Density, in kilograms per cubic metre.
     pub density: f64,
-    /// Coefficient of friction. Of two things that touch the mean counts; in the grip, the greater.
+    /// Coefficient of friction. Between two bodies the mean of their coefficients applies; between pad and
+    /// part the greater.
     pub friction: f64,
-    /// How the robot puts it down.
+    /// How the robot puts the body down.
     pub handling: Handling,
-    /// How it looks.
+    /// Look in pictures.
     pub look: Look,
 }
 
-/// A movable body, where it is let fall at the beginning.
+/// A movable body and the place from which it falls at the beginning.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Part {
-    /// Its kind's place in [`SceneSpec::kinds`].
+    /// Index of its kind in [`SceneSpec::kinds`].
     pub kind: usize,
-    /// Where it is let fall.
+    /// Frame from which it is dropped.
     pub frame: BodyFrame,
 }
 
-/// Something that stands where it is.
+/// A body that does not move.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Fixture {
-    /// Where its frame is.
+    /// Frame of the body in the scene.
     pub frame: BodyFrame,
-    /// Its convex pieces, in its frame.
+    /// Convex pieces, in the body's frame.
     pub pieces: Vec<Piece>,
     /// Coefficient of friction.
     pub friction: f64,
-    /// How it looks.
+    /// Look in pictures.
     pub look: Look,
 }
 
-/// A place that the recorder sees beside the parts, such as an opening of a fixture.
+/// A place that recordings show beside the parts, such as an opening of a fixture.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Landmark {
-    /// What the recorder calls it: 1 to 200 characters.
+    /// Name of its kind in recordings: 1 to 200 characters.
     pub kind: String,
-    /// Where it is.
+    /// Pose of the place.
     pub pose: Pose,
 }
 
-/// The table, whose top is at height 0. Metres.
+/// The table. Its top is at height 0. Lengths in metres.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TableSpec {
-    /// The inner corners of the rim, the lower first.
+    /// Inner corners of the rim, the lower one first.
     pub rim: [[f64; 2]; 2],
     /// Height of the rim.
     pub rim_height_m: f64,
@@ -118,16 +119,16 @@ impl Default for TableSpec {
     }
 }
 
-/// Everything there is to know before a scene is built: a task draws it from a seed.
+/// A complete description of a scene. A task draws it from a seed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SceneSpec {
-    /// The kinds of movable bodies, under different names.
+    /// Kinds of movable bodies, each with its own name.
     pub kinds: Vec<BodyKind>,
-    /// The movable bodies.
+    /// The movable bodies: at most [`MAX_PARTS`].
     pub parts: Vec<Part>,
-    /// What does not move.
+    /// Bodies that do not move.
     pub fixtures: Vec<Fixture>,
-    /// Places that the recorder sees beside the parts, of other kinds than they.
+    /// Places that recordings show beside the parts. No landmark shares its name with a kind of part.
     pub landmarks: Vec<Landmark>,
     /// The table.
     pub table: TableSpec,
@@ -135,15 +136,15 @@ pub struct SceneSpec {
     pub gripper: GripperSpec,
     /// The arm.
     pub arm: ArmSpec,
-    /// Milliseconds of one step of the physics (1, 2 or 4).
+    /// Duration of one physics step, in milliseconds (1, 2 or 4).
     pub step_ms: u64,
 }
 
-/// Most parts of a scene.
+/// Greatest number of parts in a scene.
 pub const MAX_PARTS: usize = 64;
 
 impl Default for SceneSpec {
-    /// The robot at an empty table.
+    /// Describes the robot at an empty table.
     fn default() -> Self {
         Self {
             kinds: Vec::new(),
@@ -158,7 +159,7 @@ impl Default for SceneSpec {
     }
 }
 
-/// What must hold of a scene: of which setting, the value to show, what is expected, and whether it holds.
+/// A condition on a scene: the setting's name, its value in messages, what is expected, and the test.
 struct Rule {
     name: &'static str,
     value: fn(&SceneSpec) -> String,
@@ -193,8 +194,8 @@ const RULES: [Rule; 11] = [
     },
     Rule {
         name: "pieces",
-        value: |_| "without volume".into(),
-        expected: "corners of convex pieces with volume, at least one piece a body",
+        value: |_| "empty or without volume".into(),
+        expected: "at least one piece for each body, each with corners that enclose a volume",
         holds: |s| {
             let kinds = s.kinds.iter().map(|k| &k.pieces);
             let mut bodies = kinds.chain(s.fixtures.iter().map(|f| &f.pieces));
@@ -204,7 +205,7 @@ const RULES: [Rule; 11] = [
     Rule {
         name: "density",
         value: |s| format!("{:?}", s.kinds.iter().map(|k| k.density).collect::<Vec<_>>()),
-        expected: "1 to 30000 kg a cubic metre for each kind",
+        expected: "1 to 30000 kg per cubic metre for each kind",
         holds: |s| s.kinds.iter().all(|k| (1.0..=30_000.0).contains(&k.density)),
     },
     Rule {
@@ -221,26 +222,26 @@ const RULES: [Rule; 11] = [
     },
     Rule {
         name: "parts",
-        value: |s| format!("{} of them", s.parts.len()),
-        expected: "at most 64",
+        value: |s| format!("a list of {}", s.parts.len()),
+        expected: "at most 64 parts",
         holds: |s| s.parts.len() <= MAX_PARTS,
     },
     Rule {
         name: "parts",
         value: |s| format!("{:?}", s.parts),
-        expected: "parts of kinds that there are, at finite places",
+        expected: "a kind from `kinds` and finite numbers for each part",
         holds: |s| s.parts.iter().all(|p| p.kind < s.kinds.len() && p.frame.is_finite()),
     },
     Rule {
         name: "fixtures",
         value: |s| format!("{:?}", s.fixtures.iter().map(|f| f.frame).collect::<Vec<_>>()),
-        expected: "finite places",
+        expected: "finite numbers for each place",
         holds: |s| s.fixtures.iter().all(|f| f.frame.is_finite()),
     },
     Rule {
         name: "table",
         value: |s| format!("{:?}", s.table),
-        expected: "the rim's lower corner first, within 10 m, and a height of 0.001 to 0.1",
+        expected: "the rim's lower corner first, both within 10 m, and a rim height of 0.001 to 0.1 m",
         holds: |s| {
             let [low, high] = s.table.rim;
             (0..2).all(|i| low[i] < high[i] && low[i] > -10.0 && high[i] < 10.0)
@@ -266,10 +267,10 @@ impl SceneSpec {
         kinds.chain(self.fixtures.iter().map(|f| f.friction)).chain([self.table.friction])
     }
 
-    /// Checks that such a scene can be built. Costs the hulls of all pieces, well below a millisecond.
+    /// Checks that the scene can be built. Costs the hulls of all pieces, well below a millisecond.
     ///
     /// # Errors
-    /// [`TaskError::Setting`] or [`TaskError::Range`], naming what is wrong and what is possible.
+    /// [`TaskError::Setting`] or [`TaskError::Range`], with the setting, its value and what is expected.
     pub fn check(&self) -> Result<(), TaskError> {
         if let Some(rule) = RULES.iter().find(|rule| !(rule.holds)(self)) {
             let Rule { name, value, expected, .. } = *rule;

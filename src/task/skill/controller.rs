@@ -1,4 +1,4 @@
-//! The controller of one pick and place: a stage after another, each with its own end.
+//! The controller of a pick and place: a sequence of stages, each with its own end condition.
 
 use rapier3d::math::{Pose as Frame, Vector};
 use serde::{Deserialize, Serialize};
@@ -10,12 +10,12 @@ use crate::task::robot::arm::{self, Angles, HOME};
 use crate::task::robot::path::Path;
 use crate::task::scene::physics::Scene;
 
-/// What one step brought.
+/// The result of one step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Stepped {
-    /// A touch to be recorded.
+    /// Contact or release to record, if any.
     pub touch: Option<Touch>,
-    /// The skill's report, in the step in which it ended.
+    /// Report of the skill, in the step in which it ended.
     pub ended: Option<SkillReport>,
 }
 
@@ -32,24 +32,24 @@ enum Stage {
     Settle,
 }
 
-/// One pick and place on its way.
+/// A pick and place in progress.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Skill {
     part: usize,
     target: Target,
     stage: Stage,
-    /// Seconds in the stage.
+    /// Simulated time in this stage, in seconds.
     time_s: f64,
-    /// Seconds for which something that ends the stage has been so.
+    /// Time for which the condition that ends the stage has held, in seconds.
     so_s: f64,
     opening: f64,
     approach: Path,
     lift: Path,
     placing: Option<Placing>,
     in_hand: Option<Frame>,
-    /// Where in the hand the part was after lifting.
+    /// End effector's frame, relative to the part, after lifting.
     lifted: Option<Frame>,
-    /// The share of the carrying at which the fingers open by accident.
+    /// Share of the carrying at which the fingers open by accident, 0 to 1.
     drop_at: Option<f64>,
     carried_s: f64,
     carry_s: f64,
@@ -60,7 +60,7 @@ struct Skill {
     total_s: f64,
 }
 
-/// What the robot is doing, and where it holds its joints.
+/// The robot's controller: the skill in progress, and the joint angles and finger opening that it commands.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Robot {
     angles: Angles,
@@ -69,9 +69,9 @@ pub struct Robot {
     strained_s: f64,
 }
 
-/// Least force on each pad that counts as touching, in newtons.
+/// Least force on each pad that counts as contact, in newtons.
 const TOUCH_N: f64 = 1.0;
-/// Rest after a path, before what follows is measured.
+/// Rest at the end of a path before anything is measured, in seconds.
 const REST_S: f64 = 0.06;
 const CLOSING_S: (f64, f64) = (0.2, 0.7);
 const CLOSING_M_S: f64 = 0.1;
@@ -80,7 +80,7 @@ const FREE_S: f64 = 0.1;
 const SETTLING_S: (f64, f64) = (0.1, 2.0);
 const STRAIN_S: f64 = 0.02;
 const SKILL_S: f64 = 60.0;
-/// A part that has moved this far in the hand is not in it any more.
+/// A part that has moved farther than this in the hand counts as dropped, in metres.
 const LOST_M: f64 = 0.012;
 const RAISE_M: f64 = 0.10;
 
@@ -91,23 +91,23 @@ impl Default for Robot {
 }
 
 impl Robot {
-    /// Whether a skill is under way.
+    /// Returns whether a skill is in progress.
     pub fn busy(&self) -> bool {
         self.skill.is_some()
     }
 
-    /// The part that a skill under way is about.
+    /// Returns the part that the current skill handles, by its index in the scene.
     pub fn part(&self) -> Option<usize> {
         self.skill.as_ref().map(|s| s.part)
     }
 
-    /// Begins to take `part` (its place in the scene) by one of `grasps`, the first that works, and to put it at
-    /// `target`. The fingers open by accident at the share `drop_at` (0 to 1) of the carrying. Costs the search for
-    /// postures: a fraction of a millisecond to some hundred.
+    /// Begins a skill: takes `part` (its index in the scene) by the first of `grasps` that works, and puts it
+    /// at `target`. With `drop_at`, the fingers open by accident at that share (0 to 1) of the carrying.
+    /// Costs the search for joint angles and paths: from a fraction of a millisecond to some hundred.
     ///
     /// # Errors
-    /// A report with [`SkillOutcome::Unreachable`], at once, where there is no way, no such part, no grasp, or no
-    /// direction in the target's axis; nothing has moved then.
+    /// A report with [`SkillOutcome::Unreachable`] if there is no collision-free path, no such part, no
+    /// grasp, or no direction in the target's axis. Nothing has moved then.
     pub fn begin(
         &mut self,
         scene: &Scene,
@@ -150,7 +150,7 @@ impl Robot {
         Ok(())
     }
 
-    /// One step of the skill and of the physics.
+    /// Advances the skill and the physics by one step.
     pub fn step(&mut self, scene: &mut Scene) -> Stepped {
         let dt = scene.spec().step_ms as f64 / 1e3;
         let mut speeds = [0.0; arm::JOINTS];
@@ -175,7 +175,8 @@ impl Robot {
         stepped
     }
 
-    /// Whether the tool has for some time been farther from where it should be than it can be alone.
+    /// Returns whether the end effector has been farther than `alarm_m` from its commanded place for
+    /// [`STRAIN_S`] seconds.
     fn strained(&mut self, scene: &Scene, dt: f64) -> bool {
         let off = (scene.tool_frame().translation - arm::tool(&self.angles).translation).length();
         self.strained_s = if off > scene.spec().arm.alarm_m { self.strained_s + dt } else { 0.0 };
@@ -199,7 +200,7 @@ impl Skill {
         self.so_s = 0.0;
     }
 
-    /// Notices when pads and part come together and part.
+    /// Detects when the fingers touch or release the part.
     fn watch(&mut self, scene: &Scene, dt: f64) -> Option<Touch> {
         let forces = scene.pad_forces(self.part);
         if !self.touching {
@@ -218,7 +219,7 @@ impl Skill {
         None
     }
 
-    /// The tool's frame in the part's.
+    /// Returns the end effector's frame relative to the part.
     fn measure(&self, scene: &Scene) -> Frame {
         scene.part_frame(self.part).inv_mul(&scene.tool_frame())
     }
@@ -228,7 +229,7 @@ impl Skill {
         (self.measure(scene).translation - was.translation).length() > LOST_M
     }
 
-    /// Opens the hand, whatever it holds, and gives up for `why`.
+    /// Opens the hand and gives up for the reason `why`. The first reason counts.
     fn fail(&mut self, why: SkillOutcome) {
         if self.failure.is_none() {
             self.failure = Some(why);
@@ -236,9 +237,9 @@ impl Skill {
         self.go(Stage::Open);
     }
 
-    /// Gives up where the skill lasts too long, the arm has hit something or the part is lost.
+    /// Gives up if the skill takes too long, the arm has hit something or the part is lost.
     fn give_up_if_needed(&mut self, scene: &Scene, robot: &mut Robot, strained: bool) {
-        // What follows a failure has limits of its own.
+        // The stages after a failure have their own limits.
         if self.total_s > SKILL_S && self.failure.is_none() && !matches!(self.stage, Stage::Settle)
         {
             robot.hold(scene);
@@ -263,7 +264,7 @@ impl Skill {
         }
     }
 
-    /// One step; whether the skill is over.
+    /// Advances by one step and returns whether the skill is over.
     fn advance(
         &mut self,
         scene: &Scene,
@@ -290,7 +291,7 @@ impl Skill {
                 }
             }
             Stage::Close => {
-                // Fingers that snap shut kick what they close on.
+                // Fingers that close too fast push the part away.
                 robot.opening = (self.opening - CLOSING_M_S * self.time_s).max(0.0);
                 if self.touching && self.time_s > CLOSING_S.0 {
                     self.go(Stage::Lift(self.lift.clone()));
@@ -354,7 +355,8 @@ impl Skill {
         false
     }
 
-    /// After lifting: is the part in the hand, how, and what way is there from here?
+    /// After lifting: checks that the part is in the hand, measures how it lies, and plans the way to the
+    /// target.
     fn look_into_hand(&mut self, scene: &Scene, robot: &mut Robot) {
         let forces = scene.pad_forces(self.part);
         let near =
@@ -373,14 +375,15 @@ impl Skill {
                 self.go(Stage::Carry(carry));
             }
             None => {
-                // Put it back where it was.
+                // Put the part back where it was.
                 self.failure = Some(SkillOutcome::Unreachable);
                 self.go(Stage::Lower(self.lift.clone().reversed()));
             }
         }
     }
 
-    /// Before lowering: how does the part hang in the hand now?
+    /// Before lowering: measures how the part lies in the hand now, checks that the target is free, and plans
+    /// the way down.
     fn aim(&mut self, scene: &Scene, robot: &mut Robot) {
         let in_hand = self.measure(scene);
         self.in_hand = Some(in_hand);
@@ -401,7 +404,7 @@ impl Skill {
         }
     }
 
-    /// Leaves an open hand's place: back along the hand after placing, up after a failure.
+    /// Moves the open hand away: back along the hand after placing, up after a failure.
     fn leave(&mut self, scene: &Scene, robot: &mut Robot) {
         let arm = &scene.spec().arm;
         let back = -(arm::tool(&robot.angles).rotation * Vector::Z);
@@ -418,19 +421,19 @@ impl Skill {
 }
 
 impl Robot {
-    /// Stays where the joints are.
+    /// Holds the current joint angles.
     fn hold(&mut self, scene: &Scene) {
         self.angles = scene.angles();
         self.strained_s = 0.0;
     }
 
-    /// Follows a path; whether it has been at its end for [`REST_S`].
+    /// Follows a path and returns whether it ended at least [`REST_S`] ago.
     fn run(&mut self, path: &Path, time_s: f64, speeds: &mut Angles) -> bool {
         (self.angles, *speeds) = path.at(time_s);
         time_s >= path.duration_s() + REST_S
     }
 
-    /// Follows the first of several paths; what is left of them when it is done.
+    /// Follows the first of several paths; returns the remaining paths when it is done.
     fn follow(
         &mut self,
         paths: &[Path],

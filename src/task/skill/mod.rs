@@ -1,11 +1,32 @@
-//! Pick and place, step by step of the physics, from a part, ways to take hold of it and a target to a definite end.
+//! Pick and place: takes one part and puts it at a target, or reports why that failed.
 //!
-//! Reach above the part, approach, close, lift, measure the part in the hand, carry, lower, let go, retreat, wait until
-//! the parts are at rest. Every wait has a limit in simulated time, and a failure at any stage opens the hand, raises it
-//! and ends with a [`SkillOutcome`](crate::task::event::SkillOutcome) that says what happened.
+//! A [`Robot`] runs one skill at a time. [`Robot::begin`] takes a part, a list of [`Grasp`]s and a
+//! [`Target`]. It searches for collision-free paths and refuses at once if there are none. Each
+//! [`Robot::step`] then advances the skill and the physics by one step. In the last step, [`Stepped::ended`]
+//! holds the [`SkillReport`](crate::task::event::SkillReport).
 //!
-//! What a part is for is not known here: a task gives [`Grasp`]s and a [`Target`], and a kind's
-//! [`Handling`](crate::task::scene::Handling) says in how many ways it may stand there.
+//! | phase | what the robot does | how it can fail |
+//! |---|---|---|
+//! | reach | moves to 6 cm in front of the grasp | blocked |
+//! | approach | moves straight to the grasp | blocked |
+//! | close | closes the fingers until both pads press on the part | missed, after 0.7 s |
+//! | lift | lifts the part by 10 cm, then measures how it lies in the hand | blocked; missed; unreachable, then it puts the part back |
+//! | carry | moves to above the target | blocked; dropped |
+//! | lower | measures the part again and moves straight down | blocked; dropped; unreachable; occupied, then it puts the part back |
+//! | open | opens the fingers until they are free of the part, for 0.6 s at most | |
+//! | retreat | moves back by 7 cm along the hand, or up by 10 cm after a failure | |
+//! | settle | waits until all parts are at rest, for 2 s at most | |
+//!
+//! *Blocked* means that the arm hit something, *missed* that the part is not in the hand after closing or lifting,
+//! *dropped* that it left the hand later, *occupied* that another part is at the target, and *unreachable* that there
+//! is no path.
+//!
+//! Every wait has a limit in simulated time, and a whole skill may last 60 s. After any failure the robot
+//! opens the hand, raises it and settles. The [`SkillOutcome`](crate::task::event::SkillOutcome) names the
+//! failure.
+//!
+//! Nothing here knows what a part is for. A task gives the grasps and the target, and a kind's
+//! [`Handling`](crate::task::scene::Handling) says in how many ways a part may stand at a target.
 
 mod controller;
 mod grasp;

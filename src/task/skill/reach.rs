@@ -1,4 +1,4 @@
-//! Ways for the arm: to a grasp, and from a lifted part to its target, without touching anything else.
+//! Plans collision-free paths: to a grasp, and from a lifted part to its target.
 
 use rapier3d::math::{Pose as Frame, Vector};
 use serde::{Deserialize, Serialize};
@@ -8,7 +8,7 @@ use crate::task::robot::arm::{self, Angles, HOME};
 use crate::task::robot::path::Path;
 use crate::task::scene::physics::Scene;
 
-/// A way to take hold of a part and lift it.
+/// A plan for taking and lifting a part.
 pub(crate) struct Lift {
     pub reach: Vec<Path>,
     pub approach: Path,
@@ -16,25 +16,25 @@ pub(crate) struct Lift {
     pub opening: f64,
 }
 
-/// A way to carry a lifted part to above its target.
+/// A plan for carrying a lifted part to above its target.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Placing {
     pub carry: Vec<Path>,
-    /// The part's frame at which it is let go.
+    /// Frame of the part at which the hand lets go.
     pub part: Frame,
 }
 
-/// How far before a grasp the hand stops.
+/// Distance in front of a grasp at which the approach begins, in metres.
 const BEFORE_M: f64 = 0.06;
-/// How high a part is lifted.
+/// Height by which a part is lifted, in metres.
 const LIFT_M: f64 = 0.10;
-/// How high above its rest a part is let go.
+/// Height above its resting place at which a part is let go, in metres.
 const RELEASE_M: f64 = 0.0013;
-/// Postures looked for in one plan, at most.
+/// Greatest number of searches for joint angles in one plan.
 const BUDGET: usize = 1_500;
-/// Between the points of a path that are looked at for collisions no joint turns farther than this.
+/// Greatest turn of a joint between two points of a path that are tested for collisions, in radians.
 const LOOK_RAD: f64 = 0.04;
-/// How far the tool goes straight up where there is no way from where it is, in metres.
+/// Height by which the end effector rises first if no other way is free, in metres.
 const RISE_M: f64 = 0.12;
 
 struct Search<'s> {
@@ -43,7 +43,7 @@ struct Search<'s> {
 }
 
 impl Search<'_> {
-    /// A posture with the tool at `tool` that satisfies `fits`.
+    /// Finds joint angles that bring the end effector to `tool` and satisfy `fits`.
     fn posture(
         &mut self,
         tool: &Frame,
@@ -65,7 +65,7 @@ impl Search<'_> {
     }
 }
 
-/// A way to take `part` by the first of `grasps` that works, such that it can also be put at `target`.
+/// Plans how to take `part` by the first of `grasps` from which it can also be put at `target`.
 pub(crate) fn plan_lift(
     scene: &Scene,
     current: &Angles,
@@ -109,7 +109,7 @@ pub(crate) fn plan_lift(
     None
 }
 
-/// A way to put a part that is in the hand at `target`.
+/// Plans how to put a part that is in the hand at `target`.
 pub(crate) fn plan_placing(
     scene: &Scene,
     current: &Angles,
@@ -163,8 +163,8 @@ fn placing(
     None
 }
 
-/// Paths from one posture to another, over higher ground if need be, on which neither the arm nor a part in
-/// the hand touches anything; if there are none from where the arm is, then from some way above.
+/// Finds paths between two postures on which neither the arm nor a held part touches anything, by way of
+/// higher postures if necessary. If there are none, tries again from a point above the first posture.
 fn free_way(
     scene: &Scene,
     from: &Angles,
@@ -198,7 +198,7 @@ fn free_way(
                 points.iter().zip(ends).map(|(a, b)| joints(a, b)).collect()
             })
             .collect();
-        // The quickest first.
+        // Try the quickest way first.
         let lasts = |way: &[Path]| way.iter().map(Path::duration_s).sum::<f64>();
         ways.sort_by(|a, b| lasts(a).total_cmp(&lasts(b)));
         for legs in ways {
@@ -211,7 +211,8 @@ fn free_way(
     None
 }
 
-/// Whether nothing is touched on a path; at its beginning, where the arm is now, it may be.
+/// Returns whether nothing is touched along a path. With `begins_here`, contact at the very beginning is
+/// allowed, because the arm is already there.
 fn free(
     scene: &Scene,
     path: &Path,
@@ -226,7 +227,7 @@ fn free(
                 scene.part_collides(part, &(arm::tool(q) * in_hand.inverse()))
             })
     };
-    // Coarsely first: most ways that are not free are not free for long.
+    // Every eighth point first: this refuses most blocked paths quickly.
     let count = path.looks(LOOK_RAD);
     let (points, most) = (path.samples(count).collect::<Vec<_>>(), if begins_here { 2 } else { 0 });
     let far = |i: &usize| *i >= most.min(count);

@@ -1,10 +1,28 @@
-//! Tasks: what is true of one task alone, each in a folder of its own.
+//! Tasks: everything that is true of one task alone, each in its own folder.
 //!
-//! A [`Task`] says what a scene is made of, how its parts can be taken hold of, how it is demonstrated and when it is
-//! solved. Everything else (scene, skills, recorder, learner, planner, closed loop, report) works from that and knows
-//! no task. To add one, implement [`Task`], and name it in [`all`] if the command line should find it.
+//! A [`Task`] describes a scene, the grasps for its parts, a demonstrator and a judge. Scene, skills,
+//! recorder, learner, planner, closed loop and report work from these and know no task.
 //!
-//! Of these, [`nuts_and_bolts`]' synthetic demonstrations need no physics.
+//! | task | what the robot does |
+//! |---|---|
+//! | [`nuts_and_bolts`] | puts a nut and a bolt into a jig, then the bolt through the nut |
+//!
+//! The synthetic demonstrations of [`nuts_and_bolts`] need no physics. Everything else here needs the feature
+//! `physics`.
+//!
+//! # Adding a task
+//!
+//! 1. Write a type with the task's settings. Give it `Default`, `Serialize` and `Deserialize`.
+//! 2. Implement [`Task`] for it. `scene` draws a [`SceneSpec`](crate::task::scene::SceneSpec) from a seed.
+//!    `grasps` lists the [`Grasp`](crate::task::skill::Grasp)s for a part, the best first. `judge` says
+//!    whether the task is solved.
+//! 3. Implement [`Demonstrator`]. It looks at the scene and returns the next [`Step`]: a part and its target.
+//! 4. Read the settings with [`parse_settings`], so that errors name file, line and field.
+//! 5. Run [`demonstrate`](crate::task::execute::demonstrate()) and
+//!    [`EpisodeSpec::of`](crate::task::execute::EpisodeSpec::of) with your type. If the command line should
+//!    offer the task, name it in [`all`].
+//!
+//! `tests/second_task.rs` in the repository is a complete example.
 
 pub mod nuts_and_bolts;
 #[cfg(feature = "physics")]
@@ -27,20 +45,20 @@ mod registry {
     use super::nuts_and_bolts::NutsAndBolts;
     use crate::task::error::TaskError;
 
-    /// The task that is meant where none is named.
+    /// Returns the default task, for use where none is named.
     pub fn default() -> Arc<dyn Task> {
         Arc::new(NutsAndBolts::default())
     }
 
-    /// Every task, with its default settings, the default task first.
+    /// Returns every task with its default settings. The default task is first.
     pub fn all() -> Vec<Arc<dyn Task>> {
         vec![default()]
     }
 
-    /// A task, with its default settings.
+    /// Returns the task with this name and its default settings.
     ///
     /// # Errors
-    /// [`TaskError::UnknownTask`], listing those there are.
+    /// [`TaskError::UnknownTask`], which lists the tasks.
     pub fn by_name(name: &str) -> Result<Arc<dyn Task>, TaskError> {
         let all = all();
         match all.iter().find(|task| task.name() == name) {

@@ -1,14 +1,15 @@
-//! Reading a task's settings.
+//! Reads a task's settings from JSON.
 
 use serde::de::DeserializeOwned;
 
 use crate::task::error::{InputFault, TaskError, json_problem};
 
-/// Reads a task's settings from the text of a JSON object that came from `name`, and checks them.
+/// Reads a task's settings from JSON text, and checks them with `check`. `name` is the name of the file, for
+/// errors.
 ///
 /// # Errors
-/// [`TaskError::Input`], with the line for what is no such object and with the field for a [`TaskError::Setting`] or
-/// [`TaskError::Range`] of `check`; any other error of `check` as it is.
+/// [`TaskError::Input`]: with the line if the text is not such a JSON object, and with the field for a
+/// [`TaskError::Setting`] or [`TaskError::Range`] of `check`. Other errors of `check` are passed on.
 pub fn parse_settings<T: DeserializeOwned>(
     text: &[u8],
     name: &str,
@@ -21,10 +22,10 @@ pub fn parse_settings<T: DeserializeOwned>(
         problem,
         expected: expected.into(),
     };
-    // Serde would take a list of values in order.
+    // Serde would also accept a list of values in order.
     if text.trim_ascii_start().first() != Some(&b'{') {
         let expected = "an object of settings, as `symbolt config` prints them";
-        return Err(fault(Some(1), "", "it is no JSON object".into(), expected).into());
+        return Err(fault(Some(1), "", "the text is not a JSON object".into(), expected).into());
     }
     let settings: T = serde_json::from_slice(text).map_err(|error| {
         let line = (error.line() > 0).then(|| error.line());

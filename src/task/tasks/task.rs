@@ -1,4 +1,4 @@
-//! What a task has to say of itself.
+//! The traits and types that describe a task.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -15,69 +15,71 @@ use crate::task::skill::{Grasp, Target};
 
 /// A task with its settings.
 ///
-/// All randomness comes from seeds: the same settings and seed give the same scene, demonstrations and perturbation, to
-/// the bit.
+/// All randomness comes from seeds. The same settings and seed give the same scene, demonstrations and
+/// perturbation, bit for bit.
 pub trait Task: Debug + Send + Sync {
-    /// A short name in lower case with hyphens: `nuts-and-bolts`.
+    /// Returns a short name in lower case with hyphens, such as `nuts-and-bolts`.
     fn name(&self) -> &'static str;
 
-    /// What is to be done, in one line: it stands beside the name where tasks are listed.
+    /// Returns one line that says what is to be done. Lists of tasks show it beside the name.
     fn description(&self) -> &'static str;
 
-    /// The settings as a JSON object: what `symbolt config` prints and `run.json` holds.
+    /// Returns the settings as a JSON object, as `symbolt config` prints them and `run.json` stores them.
     fn settings(&self) -> Value;
 
-    /// The same task with the settings of a JSON object that came from `file`; what is not there has its default. See
-    /// [`parse_settings`](super::parse_settings).
+    /// Returns the same task with settings from `text`, a JSON object that was read from `file`. Missing
+    /// settings have their defaults. See [`parse_settings`](super::parse_settings).
     ///
     /// # Errors
     /// [`TaskError::Input`] for settings that cannot be read or used.
     fn with_settings(&self, text: &[u8], file: &str) -> Result<Arc<dyn Task>, TaskError>;
 
-    /// Draws a scene: what there is, and where parts are let fall. `step_ms` and the number of parts are the same for
-    /// every seed.
+    /// Draws a scene: its bodies and the places from which the parts fall. `step_ms` and the number of parts
+    /// must be the same for every seed.
     ///
     /// # Errors
-    /// [`TaskError::Setting`] or [`TaskError::Range`] for settings that make no scene.
+    /// [`TaskError::Setting`] or [`TaskError::Range`] for settings that cannot make a scene.
     fn scene(&self, seed: Seed) -> Result<SceneSpec, TaskError>;
 
-    /// Ways to take hold of a part as it lies now, the best first; none if it cannot be.
+    /// Returns the grasps for a part as it lies now, the best first; an empty list if the part cannot be
+    /// grasped.
     fn grasps(&self, scene: &Scene, part: usize) -> Vec<Grasp>;
 
-    /// The demonstrator of demonstration `demo`, counted from 0. What varies between demonstrations is drawn from
-    /// `seed`, which is the same for all of them.
+    /// Returns the demonstrator of demonstration `demo`, counted from 0. `seed` is the same for all
+    /// demonstrations; differences between them must be drawn from `seed` and `demo`.
     fn demonstrator(&self, seed: Seed, demo: usize) -> Box<dyn Demonstrator>;
 
-    /// Whether the scene is as it should be in the end. Neither the learner nor the executor asks.
+    /// Judges whether the scene is as the task wants it. Neither the learner nor the executor uses this.
     fn judge(&self, scene: &Scene) -> Judgement;
 
-    /// The least number of pick and place actions that solve it: at least 1.
+    /// Returns the least number of pick-and-place actions that solve the task: at least 1.
     fn min_actions(&self) -> usize;
 
-    /// What a person does to the scene in the midst of an episode, where the task offers that.
+    /// Returns what a person does to the scene during an episode; `None` if the task offers no perturbation.
     fn perturbation(&self, seed: Seed) -> Option<Perturbation> {
         let _ = seed;
         None
     }
 }
 
-/// One who shows the task: a policy that looks at the scene itself. Only the recording of what it did is learned from.
+/// A policy that shows the task. It may look at the scene itself; the learner sees only the recording of what
+/// it did.
 pub trait Demonstrator {
-    /// What to do next; `None` if the task is solved or nothing can be done. `so_far` are the skills of this
-    /// demonstration.
+    /// Returns the next step; `None` if the task is solved or nothing can be done. `so_far` holds the reports
+    /// of this demonstration's skills.
     fn next(&mut self, scene: &Scene, so_far: &[SkillReport]) -> Option<Step>;
 }
 
-/// A part, and where to put it.
+/// One step of a demonstrator: a part, and where to put it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
-    /// The part's place in the scene.
+    /// Index of the part in the scene.
     pub part: usize,
-    /// Where it is put.
+    /// Target of the part.
     pub target: Target,
 }
 
-/// What a task's judge says of a scene.
+/// The judgement of a scene by a task's judge.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Judgement {
     /// Whether the task is solved.
@@ -86,13 +88,14 @@ pub struct Judgement {
     pub achieved: Vec<String>,
 }
 
-/// A person puts a part somewhere, once, as soon as the robot is not after it and there is room.
+/// A perturbation: a person moves a part once, as soon as the robot does not handle the part and the place is
+/// free.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Perturbation {
-    /// Not before this many simulated seconds.
+    /// Earliest simulated time, in seconds.
     pub at_s: f64,
-    /// The part's place in the scene.
+    /// Index of the part in the scene.
     pub part: usize,
-    /// Where it is put.
+    /// Pose that the part is put into.
     pub pose: Pose,
 }

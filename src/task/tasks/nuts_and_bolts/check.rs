@@ -1,4 +1,4 @@
-//! Which settings make a scene that can be built and a task that can be done.
+//! The rules for settings: the scene can be built, and the task can be done in it.
 
 use super::settings::{MAX_OF_A_KIND, NutsAndBolts};
 use super::shapes::neck_radius;
@@ -7,7 +7,7 @@ use crate::sim::Seed;
 use crate::task::error::TaskError;
 use crate::task::robot::reaches_table;
 
-/// A number's name, itself, the least and the most that it may be.
+/// Name, getter, least and greatest value of a setting.
 type Range = (&'static str, fn(&NutsAndBolts) -> f64, f64, f64);
 
 const RANGES: [Range; 19] = [
@@ -32,7 +32,8 @@ const RANGES: [Range; 19] = [
     ("table.spacing_m", |s| s.table.spacing_m, 0.03, 1.0),
 ];
 
-/// What must hold of a setting given the others: its name, the value to show, what is expected, and whether it holds.
+/// A condition that relates settings: the setting's name, its value in messages, what is expected, and the
+/// test.
 struct Rule {
     name: &'static str,
     value: fn(&NutsAndBolts) -> String,
@@ -56,7 +57,7 @@ const COUNTS: [Rule; 3] = [
     Rule {
         name: "nut_kind and bolt_kind",
         value: |s| format!("`{}` and `{}`", s.nut_kind, s.bolt_kind),
-        expected: "two names, different from the jig's too",
+        expected: "two different names, neither empty nor the name of a place of the jig",
         holds: |s| {
             let places = s.places();
             let free = |kind: &String| !kind.is_empty() && !places.contains(kind);
@@ -69,13 +70,13 @@ const SIZES: [Rule; 10] = [
     Rule {
         name: "part.nut_hole_m",
         value: |s| s.part.nut_hole_m.to_string(),
-        expected: "more than part.shaft_radius_m by at least 0.2 mm",
+        expected: "at least 0.2 mm more than part.shaft_radius_m",
         holds: |s| s.part.nut_hole_m >= s.part.shaft_radius_m + 2e-4,
     },
     Rule {
         name: "part.nut_hole_m",
         value: |s| s.part.nut_hole_m.to_string(),
-        expected: "a hole that leaves 2 mm of wall",
+        expected: "a hole that leaves at least 2 mm of wall on each side",
         holds: |s| 2.0 * s.part.nut_hole_m <= s.part.across_flats_m - 4e-3,
     },
     Rule {
@@ -93,19 +94,19 @@ const SIZES: [Rule; 10] = [
     Rule {
         name: "part.across_flats_m",
         value: |s| s.part.across_flats_m.to_string(),
-        expected: "4 mm a finger less than the gripper's stroke",
+        expected: "at least 8 mm less than twice gripper.stroke_m",
         holds: |s| s.part.across_flats_m + 8e-3 <= 2.0 * s.gripper.stroke_m,
     },
     Rule {
         name: "jig.hole_top_m",
         value: |s| s.jig.hole_top_m.to_string(),
-        expected: "more than part.shaft_length_m by 5 mm, so that the shaft hangs free",
+        expected: "at least 5 mm more than part.shaft_length_m, so that the shaft hangs free",
         holds: |s| s.jig.hole_top_m >= s.part.shaft_length_m + 5e-3,
     },
     Rule {
         name: "jig.chamfer_m",
         value: |s| s.jig.chamfer_m.to_string(),
-        expected: "a hole and chamfer that leave 1 mm of edge under the head",
+        expected: "a chamfer that leaves at least 1 mm of edge under a bolt's head",
         holds: |s| {
             let edge = s.part.shaft_radius_m + s.jig.hole_clearance_m + s.jig.chamfer_m;
             edge + 1e-3 <= neck_radius(&s.part)
@@ -114,19 +115,22 @@ const SIZES: [Rule; 10] = [
     Rule {
         name: "jig.pocket_floor_m",
         value: |s| s.jig.pocket_floor_m.to_string(),
-        expected: "high enough for the shaft below a seated nut",
+        expected: "a floor that keeps an assembled bolt's tip at least 5 mm above the table",
         holds: |s| s.jig.pocket_floor_m + s.part.nut_height_m >= s.part.shaft_length_m + 5e-3,
     },
     Rule {
         name: "jig.pocket_depth_m",
         value: |s| s.jig.pocket_depth_m.to_string(),
-        expected: "a depth that leaves 7.5 mm of the nut to hold",
+        expected: "a depth that leaves at least 7.5 mm of the nut to grasp",
         holds: |s| s.jig.pocket_depth_m <= s.part.nut_height_m - 7.5e-3,
     },
     Rule {
         name: "jig.hole_top_m",
-        value: |s| format!("{:.1} mm apart", 1e3 * s.sink_m()),
-        expected: "heights of `in jig` and `assembled` that differ by at least 1 mm",
+        value: |s| {
+            let (top, above) = (s.jig.hole_top_m, 1e3 * s.sink_m());
+            format!("{top}, where a bolt is {above:.1} mm higher than an assembled one")
+        },
+        expected: "at least 1 mm between a bolt in the hole and an assembled bolt",
         holds: |s| s.sink_m().abs() >= 1e-3,
     },
 ];
@@ -135,13 +139,13 @@ const PLACES: [Rule; 7] = [
     Rule {
         name: "jig.pocket",
         value: |s| format!("{:?}", s.jig.pocket),
-        expected: "a place inside the rim, 3 cm from it, within the arm's reach",
+        expected: "a place at least 3 cm inside the rim and within the arm's reach",
         holds: |s| inside(s.jig.pocket, s.table.rim, 0.03) && reaches_table(s.jig.pocket),
     },
     Rule {
         name: "jig.hole",
         value: |s| format!("{:?}", s.jig.hole),
-        expected: "a place inside the rim, 3 cm from it, within the arm's reach",
+        expected: "a place at least 3 cm inside the rim and within the arm's reach",
         holds: |s| inside(s.jig.hole, s.table.rim, 0.03) && reaches_table(s.jig.hole),
     },
     Rule {
@@ -172,8 +176,8 @@ const PLACES: [Rule; 7] = [
     },
     Rule {
         name: "jig.hole",
-        value: |s| format!("{:.1} mm away", 1e3 * apart(s)),
-        expected: "at least 9 cm from the pocket",
+        value: |s| format!("{:.1} mm from jig.pocket", 1e3 * apart(s)),
+        expected: "at least 90 mm",
         holds: |s| apart(s) >= 0.09,
     },
 ];
@@ -186,7 +190,7 @@ fn apart(s: &NutsAndBolts) -> f64 {
     (s.jig.pocket[0] - s.jig.hole[0]).hypot(s.jig.pocket[1] - s.jig.hole[1])
 }
 
-/// Whether a lying bolt has room around both blocks.
+/// Returns whether a lying bolt has room around both blocks.
 fn leaves_room(s: &NutsAndBolts) -> bool {
     let part = &s.part;
     let around = part.across_flats_m + s.jig.wall_m + part.shaft_length_m + part.head_height_m;
@@ -198,10 +202,10 @@ fn leaves_room(s: &NutsAndBolts) -> bool {
 }
 
 impl NutsAndBolts {
-    /// Checks that such a scene can be built and the task be done in it.
+    /// Checks that the scene can be built and that the task can be done in it.
     ///
     /// # Errors
-    /// [`TaskError::Setting`] or [`TaskError::Range`], naming the setting, its value and what is possible.
+    /// [`TaskError::Setting`] or [`TaskError::Range`], with the setting, its value and what is expected.
     pub fn check(&self) -> Result<(), TaskError> {
         for (name, number, least, most) in RANGES {
             let value = number(self);

@@ -1,8 +1,10 @@
-//! The scripted demonstrator.
+//! The scripted demonstrator. It follows the three rules of the paper (section II.C):
 //!
-//! It follows the three rules of the paper (section II.C). A nut on the table and an empty pocket: put the nut in. A bolt
-//! on the table and an empty hole: put the bolt in. Both in the jig: put the bolt through the nut. Nut first or bolt
-//! first is drawn for each demonstration.
+//! - If a nut is on the table and the pocket is empty, put the nut into the pocket.
+//! - If a bolt is on the table and the hole is empty, put the bolt into the hole.
+//! - If both are in the jig, put the bolt through the nut.
+//!
+//! Demonstrations alternate between nut first and bolt first. The seed draws which comes first.
 
 use rand::RngExt;
 
@@ -14,7 +16,7 @@ use crate::task::scene::Scene;
 use crate::task::skill::Target;
 use crate::task::tasks::{Demonstrator, Step};
 
-/// The rules, for one demonstration.
+/// The rules, applied in one demonstration.
 pub(super) struct Rules {
     settings: NutsAndBolts,
     nut_first: bool,
@@ -23,7 +25,7 @@ pub(super) struct Rules {
 impl Rules {
     pub(super) fn new(settings: &NutsAndBolts, seed: Seed, demo: usize) -> Self {
         let flip = seed.derive("demonstrator", "order").rng().random::<bool>();
-        // Alternating from a drawn start, so that few demonstrations show both orders.
+        // Alternates from a drawn start, so that even two demonstrations show both orders.
         Self { settings: settings.clone(), nut_first: demo.is_multiple_of(2) == flip }
     }
 }
@@ -40,7 +42,7 @@ impl Demonstrator for Rules {
             let [x, y, _] = scene.part(nut)?.position;
             return Some(put(bolt, [x, y], jig.pocket_floor_m + part.nut_height_m));
         }
-        // A part that could not be taken is left for another.
+        // A part that could not be taken is left, and another is tried.
         let stuck = |part: usize| {
             so_far.iter().any(|r| r.part == part && r.outcome == SkillOutcome::Unreachable)
         };

@@ -1,7 +1,8 @@
-//! Ways to take hold of nuts and bolts, the best first.
+//! Grasps for nuts and bolts, the best first.
 //!
-//! A grasp closes on two opposing flats of the hexagon. Lying bolts rest on a flat, so the flats to hold are 30 degrees
-//! off the horizontal. The hand tilts towards the tip, so that it is not under the bolt when the bolt is upright.
+//! A grasp closes on two opposing flats of the hexagon. A lying bolt rests on a flat, so the flats to grasp
+//! are 30 degrees off the horizontal. The hand tilts towards the bolt's tip, so that it is not below the bolt
+//! once the bolt is upright.
 
 use std::f64::consts::FRAC_PI_3;
 
@@ -10,22 +11,22 @@ use crate::task::robot::vector::{add, cross, scale, sub, unit};
 use crate::task::robot::{BodyFrame, FINGER_TIP_M, Turn};
 use crate::task::skill::Grasp;
 
-/// How much of a nut's height is held: more, and the pads would touch the pocket's rim.
+/// Height of the nut that is grasped, in metres. With more, the pads would touch the pocket's rim.
 const NUT_HELD_M: f64 = 0.007;
-/// How far above the head's underside the pads' tips end.
+/// Height of the pads' tips above the underside of the head, in metres.
 const HEAD_FREE_M: f64 = 0.002;
 /// Tilts of the hand towards a lying bolt's tip, in degrees.
 const TILTS: [f64; 5] = [30.0, 20.0, 38.0, 10.0, 45.0];
-/// How far the pads' tips end beyond a lying bolt's axis.
+/// Distances of the pads' tips beyond a lying bolt's axis, in metres.
 const BEYOND_M: [f64; 3] = [0.0015, -0.0015, -0.004];
 
-/// The six directions out of the hexagon's flats.
+/// Returns the six directions out of the hexagon's flats.
 fn flats(part: &BodyFrame) -> impl Iterator<Item = [f64; 3]> {
     let turn = part.turn;
     (0..6).map(move |k| (turn * Turn::about_z(f64::from(k) * FRAC_PI_3)).apply([1.0, 0.0, 0.0]))
 }
 
-/// Where the part's z axis points.
+/// Returns the direction of the part's z axis.
 fn axis(part: &BodyFrame) -> [f64; 3] {
     part.turn.apply([0.0, 0.0, 1.0])
 }
@@ -37,7 +38,7 @@ fn from_above(frame: &BodyFrame, top: [f64; 3], up: [f64; 3], half: f64) -> Vec<
         .collect()
 }
 
-/// Ways to take hold of a nut; none for one that stands on its edge.
+/// Returns the grasps for a nut; none if it stands on its edge.
 pub(super) fn nut(frame: &BodyFrame, part: &PartSpec) -> Vec<Grasp> {
     let axis = axis(frame);
     if axis[2].abs() <= 0.94 {
@@ -48,7 +49,7 @@ pub(super) fn nut(frame: &BodyFrame, part: &PartSpec) -> Vec<Grasp> {
     from_above(frame, add(frame.position, scale(up, above)), up, part.across_flats_m / 2.0)
 }
 
-/// Ways to take hold of a bolt; none for one that stands on its head.
+/// Returns the grasps for a bolt; none if it stands on its head.
 pub(super) fn bolt(frame: &BodyFrame, part: &PartSpec) -> Vec<Grasp> {
     let (axis, half) = (axis(frame), part.across_flats_m / 2.0);
     if axis[2] > 0.94 {

@@ -1,4 +1,5 @@
-//! The judge: by the scene's geometry, what is in the jig and whether a bolt is through a nut.
+//! The judge: decides from the scene's geometry which parts are in the jig and whether a bolt is through a
+//! nut.
 
 use super::scene::{BOLT, NUT};
 use super::settings::NutsAndBolts;
@@ -6,22 +7,22 @@ use crate::task::domain::Pose;
 use crate::task::scene::Scene;
 use crate::task::tasks::Judgement;
 
-/// What lies in the jig; parts by their places in the scene.
+/// The parts in the jig, by their index in the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Assembly {
-    /// A nut that lies flat in the pocket.
+    /// The nut that lies flat in the pocket.
     pub nut_in_pocket: Option<usize>,
-    /// A bolt that hangs in the hole.
+    /// The bolt that hangs in the hole.
     pub bolt_in_hole: Option<usize>,
-    /// A bolt whose shaft is through the nut in the pocket, its head on the nut.
+    /// The bolt whose shaft is through the nut in the pocket and whose head rests on that nut.
     pub bolt_in_nut: Option<usize>,
 }
 
-/// How far from its height a part may be, in metres.
+/// Greatest deviation from the expected height, in metres.
 const HEIGHT_M: f64 = 1e-3;
 
 impl NutsAndBolts {
-    /// What lies in the jig of a scene with these settings.
+    /// Returns which parts are in the jig of a scene with these settings.
     pub fn assembly(&self, scene: &Scene) -> Assembly {
         let mut found = Assembly::default();
         let (part, jig) = (&self.part, &self.jig);
@@ -38,7 +39,7 @@ impl NutsAndBolts {
         for (index, (kind, pose)) in poses.iter().enumerate() {
             let up = upright(pose);
             let flat = up.abs() > 0.99;
-            // A nut's flats can be nearer to the wall than its corners.
+            // A nut's flats can come closer to the wall than its corners.
             let play = jig.pocket_clearance_m + 0.14 * part.across_flats_m / 2.0;
             if *kind == NUT && flat && level(pose, nut_z) && near(pose, jig.pocket, play) {
                 found.nut_in_pocket = Some(index);
@@ -65,12 +66,12 @@ impl NutsAndBolts {
 }
 
 impl Assembly {
-    /// Whether a bolt is through the nut in the pocket.
+    /// Returns whether a bolt is through the nut in the pocket.
     pub fn is_assembled(&self) -> bool {
         self.bolt_in_nut.is_some()
     }
 
-    /// Whether a part is in the jig.
+    /// Returns whether a part is in the jig.
     pub fn holds(&self, part: usize) -> bool {
         [self.nut_in_pocket, self.bolt_in_hole, self.bolt_in_nut].contains(&Some(part))
     }
@@ -90,7 +91,7 @@ impl From<Assembly> for Judgement {
     }
 }
 
-/// The upward share of a part's axis: 1 upright, -1 upside down.
+/// Returns the upward component of a part's axis: 1 upright, -1 upside down.
 fn upright(pose: &Pose) -> f64 {
     let [x, y, _, _] = pose.orientation;
     1.0 - 2.0 * (x * x + y * y)

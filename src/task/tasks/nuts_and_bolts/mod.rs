@@ -1,12 +1,16 @@
-//! A bolt through a nut: both are put into a jig, then the bolt through the nut (section II.C of the paper).
+//! The nut-and-bolt task: put a nut and a bolt into a jig, then put the bolt through the nut (section II.C of
+//! the paper).
 //!
-//! | file | what is in it |
+//! [`NutsAndBolts`] holds the settings and is the [`Task`](crate::task::tasks::Task).
+//! [`SyntheticDemonstrations`] draws recordings of the task without physics.
+//!
+//! | file | contents |
 //! |---|---|
-//! | `settings`, `check` | dimensions, places and motors, and which of them make a task that can be done |
-//! | `shapes`, `scene`, `start` | parts and jig, and where parts begin |
-//! | `grasps` | how to take hold of a part |
+//! | `settings`, `check` | dimensions, places and motors, and the rules that they must meet |
+//! | `shapes`, `scene`, `start` | shapes of parts and jig, the scene, and where the parts begin |
+//! | `grasps` | the grasps for nuts and bolts |
 //! | `demonstrator`, `judge` | how the task is shown, and when it is solved |
-//! | [`synthetic`] | recordings drawn without physics |
+//! | [`synthetic`] | recordings drawn from a seed without physics |
 
 #[cfg(feature = "physics")]
 mod check;

@@ -10,20 +10,20 @@ use crate::task::scene::{
     BodyKind, Fixture, Handling, Landmark, Look, SceneSpec, Symmetry, TableSpec,
 };
 
-/// The kinds' places in the scene.
+/// Indices of the kinds in the scene.
 pub(super) const NUT: usize = 0;
 pub(super) const BOLT: usize = 1;
 
-/// What a shaft clears the jig by on the way.
+/// Clearance of a shaft's tip above the jig on the way, in metres.
 const CLEAR_M: f64 = 0.012;
-/// How far above its pocket a nut comes straight down.
+/// Height above its pocket from which a nut is lowered straight down, in metres.
 const NUT_RISE_M: f64 = 0.04;
-/// Ways of turning a part about its axis that are tried at a target.
+/// Number of equal steps of a full turn in which a part may stand at a target.
 const TURNS: u32 = 24;
-/// A nut or bolt this near to where another is put is in the way, in metres.
+/// Distance within which another nut or bolt is in the way of a target, in metres.
 const IN_THE_WAY_M: f64 = 0.025;
 
-// Colours that the colour-blind can tell apart (Okabe and Ito 2008).
+// Colours that colour-blind readers can tell apart (Okabe and Ito 2008).
 const NUT_LOOK: Look = Look { colour: 0xe69f00, ink: 0x8a5f00, roughness: 0.35 };
 const BOLT_LOOK: Look = Look { colour: 0x56b4e9, ink: 0x00639c, roughness: 0.35 };
 const JIG_LOOK: Look = Look { colour: 0x6f7f8f, ink: 0x3c4652, roughness: 0.6 };

@@ -1,4 +1,4 @@
-//! The task's settings: dimensions, materials, places and motors, in SI units, as `symbolt config` prints them.
+//! The task's settings: dimensions, materials, places and motors, in SI units. `symbolt config` prints them.
 
 use std::path::Path;
 
@@ -9,11 +9,11 @@ use crate::task::error::TaskError;
 use crate::task::robot::{ArmSpec, GripperSpec};
 use crate::task::tasks::parse_settings;
 
-/// Hex nuts and hex-head bolts without threads. Lengths in metres.
+/// Dimensions and material of hex nuts and hex-head bolts without threads. Lengths in metres.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PartSpec {
-    /// Distance between opposing flats of nuts and of bolt heads.
+    /// Distance between opposing flats of nuts and bolt heads.
     pub across_flats_m: f64,
     /// Height of a nut.
     pub nut_height_m: f64,
@@ -25,12 +25,12 @@ pub struct PartSpec {
     pub shaft_radius_m: f64,
     /// Length of a bolt's shaft.
     pub shaft_length_m: f64,
-    /// Width of the chamfer of a shaft's tip.
+    /// Width of the chamfer at the shaft's tip.
     pub tip_chamfer_m: f64,
-    /// Kilograms a cubic metre (steel: 7,800).
+    /// Density, in kilograms per cubic metre (steel: 7,800).
     pub density: f64,
-    /// Coefficient of friction of parts, table and jig. Between pad and part the greater of theirs counts: the grip
-    /// fails only if [`GripperSpec::friction`] is small too.
+    /// Coefficient of friction of parts, table and jig. Between pad and part, the greater of the two
+    /// coefficients applies: a grasp slips only if [`GripperSpec::friction`] is small too.
     pub friction: f64,
 }
 
@@ -50,24 +50,24 @@ impl Default for PartSpec {
     }
 }
 
-/// The jig: a round pocket for a nut and a hole for a bolt, each in a block of its own that stands on
-/// the table. Lengths in metres, positions on the table.
+/// The jig: a round pocket for a nut and a hole for a bolt, in two separate blocks on the table. Lengths and
+/// positions in metres.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct JigSpec {
-    /// Where the nut's pocket is.
+    /// Position of the nut's pocket on the table.
     pub pocket: [f64; 2],
-    /// Where the bolt's hole is.
+    /// Position of the bolt's hole on the table.
     pub hole: [f64; 2],
     /// Height of the pocket's floor.
     pub pocket_floor_m: f64,
-    /// How deep the pocket is.
+    /// Depth of the pocket.
     pub pocket_depth_m: f64,
-    /// What the pocket's radius exceeds a nut's corners by.
+    /// Radius of the pocket less the distance of a nut's corners from its centre.
     pub pocket_clearance_m: f64,
     /// Height of the hole's upper edge, on which a bolt's head rests.
     pub hole_top_m: f64,
-    /// What the hole's radius exceeds a shaft by.
+    /// Radius of the hole less the radius of a shaft.
     pub hole_clearance_m: f64,
     /// Width of the chamfer at both entries.
     pub chamfer_m: f64,
@@ -91,21 +91,21 @@ impl Default for JigSpec {
     }
 }
 
-/// The table and where parts are dropped on it. Metres and degrees.
+/// The table and the area in which parts are dropped. Lengths in metres, angles in degrees.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TableSettings {
-    /// The inner corners of the rim.
+    /// Inner corners of the rim, the lower one first.
     pub rim: [[f64; 2]; 2],
     /// Height of the rim.
     pub rim_height_m: f64,
-    /// The corners of the area in which parts begin.
+    /// Corners of the area in which parts are dropped, the lower one first.
     pub drop: [[f64; 2]; 2],
-    /// From how high they are dropped.
+    /// Height from which parts are dropped.
     pub drop_height_m: f64,
-    /// Greatest tilt, from lying, with which they are dropped.
+    /// Greatest tilt of a dropped part from lying flat, 0 to 90.
     pub drop_tilt_deg: f64,
-    /// Least distance between parts when they are dropped.
+    /// Least distance between dropped parts.
     pub spacing_m: f64,
 }
 
@@ -122,29 +122,29 @@ impl Default for TableSettings {
     }
 }
 
-/// The task and its settings: a bolt is put through a nut, both of which are put into the jig before.
+/// The nut-and-bolt task and its settings. Nut and bolt are put into the jig, then the bolt through the nut.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct NutsAndBolts {
-    /// How many nuts (1 to [`MAX_OF_A_KIND`]).
+    /// Number of nuts (1 to [`MAX_OF_A_KIND`]).
     pub nuts: usize,
-    /// How many bolts (1 to [`MAX_OF_A_KIND`]).
+    /// Number of bolts (1 to [`MAX_OF_A_KIND`]).
     pub bolts: usize,
-    /// What the recorder calls a nut.
+    /// Name of a nut's kind in recordings.
     pub nut_kind: String,
-    /// What the recorder calls a bolt.
+    /// Name of a bolt's kind in recordings.
     pub bolt_kind: String,
-    /// The parts.
+    /// Dimensions and material of nuts and bolts.
     pub part: PartSpec,
-    /// The jig.
+    /// Places and dimensions of the jig.
     pub jig: JigSpec,
-    /// The table.
+    /// The table, and where parts are dropped.
     pub table: TableSettings,
-    /// The gripper.
+    /// Force, stroke and friction of the gripper.
     pub gripper: GripperSpec,
-    /// The arm.
+    /// Motors and speeds of the arm.
     pub arm: ArmSpec,
-    /// Milliseconds of one step of the physics (1, 2 or 4).
+    /// Duration of one physics step, in milliseconds (1, 2 or 4).
     pub step_ms: u64,
 }
 
@@ -165,11 +165,11 @@ impl Default for NutsAndBolts {
     }
 }
 
-/// Most parts of one kind: more do not fit the table.
+/// Greatest number of parts of one kind. More do not fit on the table.
 pub const MAX_OF_A_KIND: usize = 4;
 
 impl NutsAndBolts {
-    /// Reads settings from JSON; what is not there keeps its default.
+    /// Reads settings from a JSON file. Missing settings have their defaults.
     ///
     /// # Errors
     /// [`TaskError::File`] if the file cannot be read; as [`NutsAndBolts::parse`].
@@ -177,16 +177,16 @@ impl NutsAndBolts {
         Self::parse(&read_file(path)?, &path.display().to_string())
     }
 
-    /// Settings from JSON text that came from `name`.
+    /// Parses settings from JSON text. `name` is the name of the file, for errors.
     ///
     /// # Errors
-    /// [`TaskError::Input`], with the line for what is no such JSON and with the field for a value that
-    /// [`NutsAndBolts::check`] refuses.
+    /// [`TaskError::Input`]: with the line if the text is not a JSON object of these settings, and with the
+    /// field for a value that [`NutsAndBolts::check`] refuses.
     pub fn parse(text: &[u8], name: &str) -> Result<Self, TaskError> {
         parse_settings(text, name, Self::check)
     }
 
-    /// The same in a mirror: left and right of the arm change places.
+    /// Returns the mirror image of these settings: left and right of the arm change places.
     pub fn mirrored(mut self) -> Self {
         let flip = |[low, high]: [[f64; 2]; 2]| [[low[0], -high[1]], [high[0], -low[1]]];
         self.jig.pocket[1] = -self.jig.pocket[1];
@@ -196,13 +196,13 @@ impl NutsAndBolts {
         self
     }
 
-    /// Height of a seated bolt's head's underside less that of an assembled one, in metres.
+    /// Returns how much lower a bolt stands when assembled than in the jig's hole, in metres.
     pub fn sink_m(&self) -> f64 {
         let assembled = self.jig.pocket_floor_m + self.part.nut_height_m;
         self.jig.hole_top_m - assembled
     }
 
-    /// What the recorder calls the jig's places: the nut's pocket and the bolt's hole.
+    /// Returns the names of the jig's places in recordings: the nut's pocket and the bolt's hole.
     pub fn places(&self) -> [String; 2] {
         [format!("{}_pocket", self.nut_kind), format!("{}_hole", self.bolt_kind)]
     }

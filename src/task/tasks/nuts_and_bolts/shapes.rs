@@ -9,11 +9,11 @@ fn around(radius: f64, angle: f64, z: f64) -> [f64; 3] {
     [radius * angle.cos(), radius * angle.sin(), z]
 }
 
-/// The six wedges of a nut about its centre, flats at 0, 60, ... degrees about z.
+/// Returns the six wedges of a nut about its centre, with flats at 0, 60, ... degrees about z.
 pub(super) fn nut(part: &PartSpec) -> Vec<Piece> {
     let half = part.nut_height_m / 2.0;
     let outer = part.across_flats_m / 2.0 / FRAC_PI_6.cos();
-    // The hole is a hexagon whose flats touch the circle.
+    // The opening is a hexagon whose flats touch the circle.
     let inner = part.nut_hole_m / FRAC_PI_6.cos();
     (0..6)
         .map(|side| {
@@ -34,7 +34,7 @@ fn side_angle(side: u32) -> f64 {
     f64::from(side) * FRAC_PI_3 - FRAC_PI_6
 }
 
-/// Head and shaft of a bolt. The origin is where the axis passes the head's underside; the shaft
+/// Returns head and shaft of a bolt. The origin is on the axis, at the underside of the head; the shaft
 /// points down.
 pub(super) fn bolt(part: &PartSpec) -> Vec<Piece> {
     let corner = part.across_flats_m / 2.0 / FRAC_PI_6.cos();
@@ -54,7 +54,7 @@ pub(super) fn bolt(part: &PartSpec) -> Vec<Piece> {
     vec![head, shaft]
 }
 
-/// A ring of wedges with a chamfer at its upper inner edge.
+/// Returns a ring of wedges with a chamfer at its upper inner edge.
 fn ring(sides: u32, inner: f64, outer: f64, [low, high]: [f64; 2], chamfer: f64) -> Vec<Piece> {
     // Flats touch the inner circle; corners reach the outer one.
     let inner_by = 1.0 / (TAU / f64::from(2 * sides)).cos();
@@ -78,7 +78,7 @@ fn ring(sides: u32, inner: f64, outer: f64, [low, high]: [f64; 2], chamfer: f64)
         .collect()
 }
 
-/// The block with the nut's pocket, about the point on the table below its middle.
+/// Returns the block with the nut's pocket. The origin is on the table, below the middle of the pocket.
 pub(super) fn pocket_block(jig: &JigSpec, part: &PartSpec) -> Vec<Piece> {
     let corner = part.across_flats_m / 2.0 / FRAC_PI_6.cos();
     let inner = corner + jig.pocket_clearance_m;
@@ -90,21 +90,22 @@ pub(super) fn pocket_block(jig: &JigSpec, part: &PartSpec) -> Vec<Piece> {
     pieces
 }
 
-/// The block with the bolt's hole, likewise.
+/// Returns the block with the bolt's hole. The origin is on the table, below the middle of the hole.
 pub(super) fn hole_block(jig: &JigSpec, part: &PartSpec) -> Vec<Piece> {
     let inner = part.shaft_radius_m + jig.hole_clearance_m;
     let outer = inner + jig.chamfer_m + jig.wall_m;
     let neck = jig.hole_top_m - NECK_M;
-    // Wider below, where nothing has to be guided: what does not touch costs nothing.
+    // Wider below, where nothing is guided: bodies that do not touch cost nothing.
     let mut pieces = ring(6, inner + jig.chamfer_m, outer, [0.0, neck], 0.0);
     pieces.extend(ring(12, inner, neck_radius(part), [neck, jig.hole_top_m], jig.chamfer_m));
     pieces
 }
 
-/// The upper part of the hole's block is so narrow that pads can reach past it below a head.
+/// Height of the neck, the upper part of the hole's block, in metres. The neck is so narrow that the pads can
+/// reach past it below a head.
 const NECK_M: f64 = 0.015;
 
-/// The outer radius of that part.
+/// Returns the outer radius of the neck, in metres.
 pub(super) fn neck_radius(part: &PartSpec) -> f64 {
     part.across_flats_m / 2.0 - 7e-4
 }

@@ -1,4 +1,4 @@
-//! Where the parts are let fall at the beginning: drawn apart from one another, lying but tilted.
+//! Draws where the parts fall at the beginning: apart from each other, lying but tilted.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -11,13 +11,13 @@ use crate::task::error::TaskError;
 use crate::task::robot::{BodyFrame, Turn};
 use crate::task::scene::Part;
 
-/// The parts, nuts first, where they are let fall.
+/// Draws the parts, nuts first.
 ///
 /// # Errors
-/// [`TaskError::Setting`] if no drawing finds room for all of them.
+/// [`TaskError::Setting`] if no attempt finds room for all parts.
 pub(super) fn parts(settings: &NutsAndBolts, seed: Seed) -> Result<Vec<Part>, TaskError> {
     let mut rng = seed.derive("scene", "drop").rng();
-    // A bad beginning can leave no room for the last part: begin again.
+    // The first places can leave no room for the last part, so start again.
     (0..200).find_map(|_| draw(settings, &mut rng)).ok_or_else(|| TaskError::Setting {
         name: "table.spacing_m",
         value: settings.table.spacing_m.to_string(),
@@ -25,7 +25,7 @@ pub(super) fn parts(settings: &NutsAndBolts, seed: Seed) -> Result<Vec<Part>, Ta
     })
 }
 
-/// One drawing; `None` if the last parts found no room.
+/// Draws all places once; `None` if a part finds no room.
 fn draw(settings: &NutsAndBolts, rng: &mut impl Rng) -> Option<Vec<Part>> {
     let kinds =
         std::iter::repeat_n(NUT, settings.nuts).chain(std::iter::repeat_n(BOLT, settings.bolts));

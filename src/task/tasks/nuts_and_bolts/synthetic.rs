@@ -1,10 +1,12 @@
 //! Synthetic demonstrations: recordings drawn from a seed, without physics.
 //!
-//! They stand in for demonstrations in the scene where many are needed or physics is not: in tests, benches and
-//! examples. Parts lie anywhere on a table, the jig has a pocket for the nut and a hole for the bolt, and the bolt
-//! ends in the nut. Attempts can fail: the part falls back on the table, a bolt is left standing on its head, or an
-//! assembly comes apart. Parts can be lost off the table, so that later ids of their kind move down, and parts
-//! nearby are nudged or knocked aside. The z axis points up.
+//! Tests, benches and examples use them when they need many demonstrations or have no physics. Parts lie
+//! anywhere on a table. The jig has a pocket for the nut and a hole for the bolt, and the bolt ends in the
+//! nut.
+//!
+//! Demonstrations can go wrong. An attempt can fail: the part falls back onto the table, a bolt ends up
+//! standing on its head, or an assembly comes apart. A part can fall off the table and be lost; the later ids
+//! of its kind then move down. Nearby parts can be nudged or knocked aside. The z axis points up.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::RngExt;
@@ -24,30 +26,30 @@ pub enum Order {
     NutFirst,
     /// The bolt.
     BoltFirst,
-    /// Either, drawn for each demonstration; with two demonstrations or more both occur.
+    /// Either, alternating from a drawn start: two or more demonstrations show both orders.
     #[default]
     Either,
 }
 
-/// What a generated recording shows.
+/// Settings of a generated recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SyntheticDemonstrations {
-    /// How many demonstrations (at least 1).
+    /// Number of demonstrations (1 to 10,000).
     pub demos: usize,
-    /// How many nuts each begins with (1 to 50).
+    /// Number of nuts at the beginning of each demonstration (1 to 50).
     pub nuts: usize,
-    /// How many bolts each begins with (1 to 50).
+    /// Number of bolts at the beginning of each demonstration (1 to 50).
     pub bolts: usize,
-    /// Which part goes first.
+    /// Which part is put into the jig first.
     pub order: Order,
-    /// The probability that an attempt fails (0 to 0.9).
+    /// Probability that an attempt fails (0 to 0.9).
     pub fail_rate: f64,
-    /// The probability that a failed attempt loses its part off the table (0 to 1).
+    /// Probability that a failed attempt loses its part off the table (0 to 1).
     pub loss_rate: f64,
-    /// The probability that an attempt knocks another part aside (0 to 1).
+    /// Probability that an attempt knocks another part aside (0 to 1).
     pub knock_rate: f64,
-    /// Whether snapshots carry `t`, `event` and `object`, taken at contact and release; otherwise one
-    /// is taken before each try and one at the end, and nothing says what was touched.
+    /// Whether snapshots have `t`, `event` and `object` and are taken at contact and release. Otherwise one
+    /// is taken before each attempt and one at the end, and nothing says which part was touched.
     pub events: bool,
 }
 
@@ -66,23 +68,23 @@ impl Default for SyntheticDemonstrations {
     }
 }
 
-/// A generated recording with what only its maker knows.
+/// A generated recording, with facts for scoring that a learner must not see.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SyntheticRecording {
-    /// What a learner gets.
+    /// The recording for the learner.
     pub recording: Recording,
-    /// The demonstrator's own names for its attempts, for scoring.
+    /// The demonstrator's names for its attempts, for scoring.
     pub labels: Labels,
-    /// How many attempts failed.
+    /// Number of failed attempts.
     pub failed: usize,
-    /// How many parts were lost.
+    /// Number of lost parts.
     pub lost: usize,
-    /// How many demonstrations ended with a bolt in a nut.
+    /// Number of demonstrations that ended with a bolt in a nut.
     pub assembled: usize,
 }
 
-/// Heights of the parts' origins, in metres: lying and standing on the table, in the jig, and assembled.
-/// The bolt sinks 1.4 mm from its place in the jig to its place in the nut.
+/// Heights of the parts' origins, in metres: lying and standing on the table, in the jig, and assembled. A
+/// bolt stands 1.4 mm lower in the nut than in the jig.
 pub mod heights {
     /// A nut lying on the table.
     pub const NUT_LYING: f64 = 0.0080;
@@ -100,9 +102,9 @@ pub mod heights {
 
 const POCKET: [f64; 2] = [0.31, -0.22];
 const HOLE: [f64; 2] = [0.44, -0.06];
-/// How much a part has to spare in pocket and hole, in metres.
+/// Play of a part in pocket and hole, in metres.
 const CLEARANCE: f64 = 1.5e-3;
-/// The table's corners.
+/// Corners of the table.
 const TABLE: [[f64; 2]; 2] = [[-0.35, 0.05], [0.15, 0.55]];
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -138,7 +140,7 @@ struct Stage<'a> {
 }
 
 impl SyntheticDemonstrations {
-    /// Generates a recording; the same seed gives the same bits.
+    /// Generates a recording. The same seed gives the same bits.
     ///
     /// # Errors
     /// [`TaskError::Setting`] for a number or rate outside its range.
@@ -156,7 +158,7 @@ impl SyntheticDemonstrations {
             let nut_first = match self.order {
                 Order::NutFirst => true,
                 Order::BoltFirst => false,
-                // Alternating from a drawn start, so that few demonstrations show both.
+                // Alternates from a drawn start, so that even two demonstrations show both orders.
                 Order::Either => (demo % 2 == 0) == flip,
             };
             let mut stage = Stage {
@@ -181,7 +183,7 @@ impl SyntheticDemonstrations {
         Ok(out)
     }
 
-    /// A single scene with all parts on the table, as `plan --scene` reads it.
+    /// Generates a single scene with all parts on the table, in the form that `plan --scene` reads.
     ///
     /// # Errors
     /// As [`SyntheticDemonstrations::record`].
@@ -216,11 +218,11 @@ impl SyntheticDemonstrations {
     }
 }
 
-/// Most attempts in one demonstration; then the demonstrator gives up.
+/// Greatest number of attempts in one demonstration.
 const MAX_ATTEMPTS: usize = 60;
 
 impl Stage<'_> {
-    /// Plays one demonstration; whether a bolt ends in a nut.
+    /// Plays one demonstration and returns whether a bolt ends in a nut.
     fn perform(&mut self, nut_first: bool) -> bool {
         for (part, count) in [(Part::Nut, self.spec.nuts), (Part::Bolt, self.spec.bolts)] {
             for _ in 0..count {
@@ -254,7 +256,7 @@ impl Stage<'_> {
         self.bodies.iter().any(|b| b.place == Place::Assembled)
     }
 
-    /// One try to put a part into the jig; false if there is none left.
+    /// Makes one attempt to put a part into the jig; returns false if no part is left.
     fn put_in_jig(&mut self, part: Part) -> bool {
         let free = |b: &Body| b.part == part && matches!(b.place, Place::Lying | Place::Standing);
         let Some(at) = self.bodies.iter().position(free) else { return false };
@@ -270,12 +272,12 @@ impl Stage<'_> {
         true
     }
 
-    /// One try to put the bolt into the nut.
+    /// Makes one attempt to put the bolt into the nut.
     fn assemble(&mut self, nut: usize, bolt: usize) -> bool {
         self.begin(bolt, "ASSEMBLE");
         if self.fails() {
             if self.chance(self.spec.loss_rate) {
-                // Both come out, and the nut goes over the edge.
+                // Both come out, and the nut falls over the edge.
                 self.bodies[bolt].place = Place::Lying;
                 self.bodies[bolt].pose = self.lying(Part::Bolt);
                 self.finish_with(bolt, Some(nut));
@@ -284,7 +286,7 @@ impl Stage<'_> {
             }
             return true;
         }
-        // The nut moves within its pocket, and the bolt stands where the nut is.
+        // The nut moves within its pocket, and the bolt takes the nut's position.
         self.bodies[nut].pose = self.seated(Part::Nut);
         let [x, y, _] = self.bodies[nut].pose.position;
         let jitter = self.jitter();
@@ -303,7 +305,7 @@ impl Stage<'_> {
         fails
     }
 
-    /// The part falls: off the table, on its head, or flat.
+    /// Drops a part: off the table, on its head, or flat.
     fn drop_part(&mut self, at: usize) {
         let part = self.bodies[at].part;
         if self.chance(self.spec.loss_rate) {
@@ -330,7 +332,8 @@ impl Stage<'_> {
         self.finish_with(at, None);
     }
 
-    /// Ends a try: bystanders creep and are knocked, the release is recorded, a lost part goes.
+    /// Ends an attempt: other parts creep or are knocked aside, the release is recorded, and a lost part
+    /// disappears.
     fn finish_with(&mut self, at: usize, lost: Option<usize>) {
         for other in 0..self.bodies.len() {
             if other != at && self.bodies[other].place == Place::Lying {

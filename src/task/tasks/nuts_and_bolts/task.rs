@@ -1,4 +1,4 @@
-//! The task as the rest of the program sees it.
+//! The nut-and-bolt task as a [`Task`].
 
 use std::sync::Arc;
 
@@ -58,11 +58,11 @@ impl Task for NutsAndBolts {
         3
     }
 
-    /// The last bolt is dropped into the hole at some moment of the first 20 s.
+    /// Drops the last bolt into the jig's hole at a moment of the first 20 s.
     fn perturbation(&self, seed: Seed) -> Option<Perturbation> {
         let [x, y] = self.jig.hole;
         Some(Perturbation {
-            // The role's name is part of the seed.
+            // Renaming this role would change the draw.
             at_s: 20.0 * seed.derive("meddling", "moment").rng().random::<f64>(),
             part: self.nuts + self.bolts - 1,
             pose: Pose::at([x, y, self.jig.hole_top_m + 1e-3]),
