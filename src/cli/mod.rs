@@ -22,6 +22,7 @@ mod watch;
 
 use std::ffi::OsString;
 use std::io::Write;
+use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::Error;
@@ -81,37 +82,34 @@ fn with_command(args: impl Iterator<Item = OsString>) -> Vec<OsString> {
     args
 }
 
-/// Names the option as the user types it in an error about one of its values.
+/// Names the option as the user types it, in an error about the value of an option.
 fn with_options(error: Error, command: &str) -> Error {
     let program = Cli::command();
     let command = program.find_subcommand(command);
     let has = |option: &str| {
         command.is_some_and(|c| c.get_arguments().any(|a| a.get_long() == Some(option)))
     };
-    let named = match error.downcast_ref::<TaskError>() {
-        Some(TaskError::Setting { name, value, expected }) => {
-            let option = name.replace('_', "-");
-            has(&option).then(|| BadArgument::range(&format!("--{option}"), value, expected))
+    let range = |option: &str, value: String, expected: &str| {
+        has(option).then(|| BadArgument::range(&format!("--{option}"), value, expected))
+    };
+    let exists = |path: &Path| {
+        let path = path.display();
+        let sentence = format!("{path} exists already; choose another name or add --force");
+        has("force").then_some(BadArgument(sentence))
+    };
+    let named = match (error.downcast_ref::<TaskError>(), error.downcast_ref::<FileError>()) {
+        (Some(TaskError::Setting { name, value, expected }), _) => {
+            range(&name.replace('_', "-"), value.clone(), expected)
         }
-        Some(TaskError::Vocabulary(error)) => match error {
-            VocabError::Dimension { dim, min, max } => {
-                let expected = format!("{min} to {max}");
-                has("dimensions").then(|| BadArgument::range("--dimensions", dim, &expected))
-            }
-            VocabError::Ceiling { ceiling } => {
-                let expected = "more than 0 and at most 1";
-                has("max-similarity")
-                    .then(|| BadArgument::range("--max-similarity", ceiling, expected))
-            }
-            _ => None,
-        },
-        _ => match error.downcast_ref::<FileError>() {
-            Some(FileError::Exists { path }) => has("force").then(|| {
-                let path = path.display();
-                BadArgument(format!("{path} exists already; choose another name or add --force"))
-            }),
-            _ => None,
-        },
+        (Some(TaskError::Vocabulary(VocabError::Dimension { dim, min, max })), _) => {
+            range("dimensions", dim.to_string(), &format!("{min} to {max}"))
+        }
+        (Some(TaskError::Vocabulary(VocabError::Ceiling { ceiling })), _) => {
+            range("max-similarity", ceiling.to_string(), "more than 0 and at most 1")
+        }
+        (Some(TaskError::File(FileError::Exists { path })), _)
+        | (_, Some(FileError::Exists { path })) => exists(path),
+        _ => None,
     };
     named.map_or(error, Error::from)
 }
