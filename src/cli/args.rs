@@ -9,7 +9,8 @@ use symbolt::study::catalogue::Options;
 use thiserror::Error;
 
 pub(crate) use super::options::{
-    Common, DemoArgs, GroundingArgs, OutFile, PlannerArgs, SyntheticArgs, demonstrated,
+    Common, DemoArgs, GroundingArgs, OutFile, PlannerArgs, SyntheticArgs, demonstrated, number,
+    whole,
 };
 
 /// An argument that is well-formed but that the command cannot use, in one sentence.
@@ -32,8 +33,8 @@ impl BadArgument {
     about,
     disable_help_subcommand = true,
     override_usage = "symbolt [OPTIONS OF run]\n       symbolt <COMMAND> [OPTIONS]",
-    after_help = "Without a command, `symbolt` does what `symbolt run` does: it shows the robot the task, \
-                  learns\nfrom that, lets the robot do it, and writes the folder out/.\n\
+    after_help = "Without a command, `symbolt` does what `symbolt run` does: it shows the robot the\n\
+                  task, learns from that, lets the robot do it, and writes the folder out/.\n\
                   `symbolt COMMAND --help` lists the options of a command and their defaults."
 )]
 pub(crate) struct Cli {
@@ -53,7 +54,7 @@ pub(crate) enum Command {
     Classify(ClassifyArgs),
     /// Print the next action in a scene, the whole plan, and the time to decide
     Plan(PlanArgs),
-    /// Rename states and actions of a domain, in place unless --out is given
+    /// Rename states and actions in place, or to a new file with --out
     Rename(RenameArgs),
     /// Check a recording, scene, scene settings, domain or model file
     Check(CheckArgs),
@@ -75,33 +76,35 @@ pub(crate) enum Command {
 }
 
 #[derive(Debug, Clone, Args)]
+#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct RunArgs {
     #[command(flatten)]
     pub common: Common,
     #[command(flatten)]
     pub demos: DemoArgs,
     /// Number of episodes after learning
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<usize>)]
     pub episodes: usize,
-    /// Episode to record for the report with frames, activity and spikes, counted from 1
-    #[arg(long, alias = "film", default_value_t = 1, value_name = "N")]
+    /// Episode to record in full for the report, counted from 1
+    #[arg(long, alias = "film", default_value_t = 1, value_name = "N", value_parser = whole::<usize>)]
     pub record_episode: usize,
     /// Nuts in each episode, 1 to 4 [default: as in --config, or 1]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<usize>)]
     pub nuts: Option<usize>,
     /// Bolts in each episode, 1 to 4 [default: as in --config, or 1]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<usize>)]
     pub bolts: Option<usize>,
-    /// Probability that a carried part is dropped at a random moment, 0 to 1
-    #[arg(long, default_value_t = 0.0, value_name = "RATE")]
+    /// Probability that a carried part is dropped, 0 to 1
+    #[arg(long, default_value_t = 0.0, value_name = "RATE", value_parser = number::<f64>)]
     pub drop_rate: f64,
-    /// Perturb each episode: move the last bolt into the jig at a random moment of the first 20 s
+    /// In each episode, move the last bolt into the jig within the first 20 s
     #[arg(long, alias = "meddle")]
     pub perturb: bool,
     #[command(flatten)]
     pub planner: PlannerArgs,
-    /// Folder to write; it must not hold a run [default: out, where an earlier run is replaced]
-    #[arg(long, value_name = "FOLDER")]
+    /// Folder to write; it must not hold a run
+    /// [default: out, where an earlier run is replaced]
+    #[arg(verbatim_doc_comment, long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
     /// Replace the files of the folder, even if it is not a run's
     #[arg(long)]
@@ -109,6 +112,7 @@ pub(crate) struct RunArgs {
 }
 
 #[derive(Debug, Clone, Args)]
+#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct BenchArgs {
     /// Network: bind, state, memory, select, channel, planner or large
     pub model: String,
@@ -118,22 +122,24 @@ pub(crate) struct BenchArgs {
     #[arg(long, default_value = "lif")]
     pub mode: String,
     /// Factor by which to multiply the neurons of every ensemble
-    #[arg(long, default_value_t = 1.0, value_name = "FACTOR")]
+    #[arg(long, default_value_t = 1.0, value_name = "FACTOR", value_parser = number::<f64>)]
     pub neurons_scale: f64,
     /// Dimensions of the pointers
-    #[arg(long, value_name = "N", default_value_t = 256)]
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = whole::<usize>)]
     pub dimensions: usize,
     /// Simulated time in seconds, 0.3 to 3600
-    #[arg(long, default_value_t = 1.0, value_name = "SECONDS")]
+    #[arg(long, default_value_t = 1.0, value_name = "SECONDS", value_parser = number::<f64>)]
     pub sim_seconds: f64,
     /// Number of runs; the median one is reported
-    #[arg(long, value_name = "N", default_value_t = 3)]
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = whole::<usize>)]
     pub runs: usize,
-    /// Unbinding of the planner network: products (neurons) or fixed (a linear map)
-    #[arg(long, value_name = "WAY", default_value = "products")]
+    /// Unbinding of the network `planner`: products (neurons)
+    /// or fixed (a linear map)
+    #[arg(verbatim_doc_comment, long, value_name = "WAY", default_value = "products")]
     pub unbinding: String,
-    /// Selection of the memory network: winner, accumulators or threshold
-    #[arg(long, value_name = "RULE", default_value = "winner")]
+    /// Selection of the network `memory`: winner, accumulators
+    /// or threshold
+    #[arg(verbatim_doc_comment, long, value_name = "RULE", default_value = "winner")]
     pub choice: String,
     /// File to write the solved populations to; it must not exist
     #[arg(long, value_name = "FILE", conflicts_with = "load")]
@@ -147,6 +153,7 @@ pub(crate) struct BenchArgs {
 }
 
 #[derive(Debug, Clone, Args)]
+#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct ReportArgs {
     /// Folder of a run, of an experiment, or of several experiments' folders
     pub folder: PathBuf,
@@ -160,11 +167,11 @@ pub(crate) struct ReportArgs {
 #[derive(Debug, Clone, Args)]
 pub(crate) struct TrialArgs {
     /// Trials of each cell [default: the experiment's own number]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<u64>)]
     pub trials: Option<u64>,
-    /// Recording to use in addition to our own scene, for `threshold` [default: `nut_bolt_pybullet.jsonl` in the
-    /// folder SYMBOLT_RECORDINGS, if it exists]
-    #[arg(long, value_name = "FILE")]
+    /// Recording for the experiment `threshold`, beside its own scene
+    /// [default: nut_bolt_pybullet.jsonl in $SYMBOLT_RECORDINGS, if it exists]
+    #[arg(verbatim_doc_comment, long, value_name = "FILE")]
     pub recording: Option<PathBuf>,
 }
 
@@ -180,6 +187,7 @@ impl TrialArgs {
 }
 
 #[derive(Debug, Clone, Args)]
+#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct ExperimentArgs {
     /// Experiment to run; without it, experiments are listed
     pub name: Option<String>,
@@ -187,8 +195,9 @@ pub(crate) struct ExperimentArgs {
     pub common: Common,
     #[command(flatten)]
     pub trials: TrialArgs,
-    /// Folder of trials and results; an earlier run in it is resumed [default: experiments/NAME]
-    #[arg(long, value_name = "FOLDER")]
+    /// Folder of trials and results; an earlier run in it is resumed
+    /// [default: experiments/NAME]
+    #[arg(verbatim_doc_comment, long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
     /// Delete the folder's trials and start again
     #[arg(long)]
@@ -202,6 +211,7 @@ pub(crate) struct ExperimentArgs {
 }
 
 #[derive(Debug, Clone, Args)]
+#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct MergeArgs {
     /// Experiment
     pub name: String,
@@ -220,12 +230,14 @@ pub(crate) struct MergeArgs {
 }
 
 #[derive(Debug, Clone, Args)]
+#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct ConfigArgs {
     #[command(flatten)]
     pub out: OutFile,
 }
 
 #[derive(Debug, Clone, Args)]
+#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct RecordArgs {
     #[command(flatten)]
     pub common: Common,
@@ -247,23 +259,25 @@ pub(crate) struct RecordArgs {
 }
 
 #[derive(Debug, Clone, Args)]
+#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct LearnArgs {
     /// Recording with one JSON object per line; - for standard input
     pub recording: PathBuf,
     #[command(flatten)]
     pub common: Common,
-    /// Clustering threshold for every kind, such as 1.169mm (the paper's) or 0.001169m; without a unit in metres
-    /// [default: found from the data]
-    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
+    /// Clustering threshold for every kind, such as 1.169mm (the paper's)
+    /// or 0.001169m; without a unit in metres [default: found from the data]
+    #[arg(verbatim_doc_comment, long, value_name = "LENGTH", allow_negative_numbers = true)]
     pub threshold: Option<String>,
     /// Exponent p of the p-norm that measures distances; not 0
-    #[arg(long, default_value_t = -2.0, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = -2.0, value_parser = number::<f64>)]
     pub p: f64,
     #[command(flatten)]
     pub out: OutFile,
 }
 
 #[derive(Debug, Clone, Args)]
+#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct ClassifyArgs {
     /// Learned domain; - for standard input
     pub domain: PathBuf,
@@ -278,13 +292,14 @@ pub(crate) struct ClassifyArgs {
 }
 
 #[derive(Debug, Clone, Args)]
+#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct PlanArgs {
     /// Learned domain; - for standard input
     pub domain: PathBuf,
     /// Scene, a file with one JSON object; - for standard input
     #[arg(long, value_name = "FILE")]
     pub scene: PathBuf,
-    /// State to reach [default: the domain's goal, which the demonstrations ended with]
+    /// State to reach [default: the goal of the demonstrations]
     #[arg(long, value_name = "STATE")]
     pub goal: Option<String>,
     #[command(flatten)]
@@ -298,6 +313,7 @@ pub(crate) struct PlanArgs {
 }
 
 #[derive(Debug, Clone, Args)]
+#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct RenameArgs {
     /// Learned domain; - for standard input
     pub domain: PathBuf,
@@ -306,8 +322,9 @@ pub(crate) struct RenameArgs {
     pub names: Vec<String>,
     #[command(flatten)]
     pub common: Common,
-    /// File to write; it must not exist [default: the domain file itself, which is replaced]
-    #[arg(long, value_name = "FILE")]
+    /// File to write; it must not exist
+    /// [default: the domain file itself, which is replaced]
+    #[arg(verbatim_doc_comment, long, value_name = "FILE")]
     pub out: Option<PathBuf>,
     /// Replace the file of --out if it exists
     #[arg(long)]
@@ -315,6 +332,7 @@ pub(crate) struct RenameArgs {
 }
 
 #[derive(Debug, Clone, Args)]
+#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct CheckArgs {
     /// File to check; - for standard input
     pub file: PathBuf,

@@ -83,7 +83,8 @@ fn choice<T: Copy>(option: &str, asked: &str, choices: &[(&str, T)]) -> Result<T
     let found = choices.iter().find(|(name, _)| *name == asked).map(|(_, value)| *value);
     found.ok_or_else(|| {
         let names: Vec<&str> = choices.iter().map(|(name, _)| *name).collect();
-        BadArgument::range(&format!("--{option}"), asked, &names.join(" or "))
+        let expected = format!("one of {}", names.join(", "));
+        BadArgument::range(&format!("--{option}"), asked, &expected)
     })
 }
 
@@ -160,15 +161,15 @@ fn table(args: &BenchArgs, measured: &Measured, load_s: f64, peak_mb: Option<f64
     grid.row(["neurons".into(), measured.neurons.to_string()]);
     grid.row(["build time, s".into(), format!("{:.2}", measured.build_s)]);
     grid.row(["load time from a file, s".into(), format!("{load_s:.2}")]);
-    let name = format!("run time of {} simulated s, s", measured.sim_s);
-    grid.row([name, format!("{:.3}", measured.run_s)]);
+    grid.row(["simulated time, s".into(), measured.sim_s.to_string()]);
+    grid.row(["run time, s".into(), format!("{:.3}", measured.run_s)]);
     grid.row(["ns per neuron and step".into(), format!("{:.2}", measured.ns_per_neuron_step)]);
     if let Some(mb) = peak_mb {
         grid.row(["peak memory of the build, MB".into(), format!("{mb:.0}")]);
     }
     for (name, value) in &measured.quality {
         let value = if value.is_nan() { "never".into() } else { format!("{value:.4}") };
-        grid.row([(*name).to_owned(), value]);
+        grid.row([name.replace('_', " "), value]);
     }
     grid
 }

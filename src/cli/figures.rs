@@ -228,9 +228,10 @@ impl Figures<'_> {
     }
 }
 
-/// What the column of milliseconds means, and why `symbolt plan` prints more for the same scene.
-const DECISION_MS: &str = "A decision's ms are the simulated time from the look at the scene to the answer, in whole steps of the \
-     physics. The planner knows the goal by then; `symbolt plan` counts its recognition as well.";
+/// The meaning of the column of milliseconds, and the reason why `symbolt plan` prints more for the same scene.
+const DECISION_MS: &str = "ms: simulated time from the look at the scene to the answer, in whole steps of the physics. \
+                           The planner already knows its goal then; the times of `symbolt\u{a0}plan` include the \
+                           recognition of the goal.";
 
 /// Returns the decisions of one episode and their outcomes.
 fn steps(report: &EpisodeReport) -> Grid {
@@ -239,7 +240,7 @@ fn steps(report: &EpisodeReport) -> Grid {
         let outcome = match (&decision.action, &report.ended) {
             (Some(_), _) if !decision.begun => "not begun".to_owned(),
             (Some(_), _) => decision.outcome().map_or("cut short".into(), |o| o.to_string()),
-            (None, Ended::GoalMet) => "goal met".to_owned(),
+            (None, Ended::GoalMet) => unbroken("goal met"),
             (None, _) => "stuck".to_owned(),
         };
         grid.row([

@@ -107,6 +107,10 @@ fn with_options(error: Error, command: &str) -> Error {
         (Some(TaskError::Vocabulary(VocabError::Ceiling { ceiling })), _) => {
             range("max-similarity", ceiling.to_string(), "more than 0 and at most 1")
         }
+        (Some(TaskError::Vocabulary(VocabError::TooSimilar { .. })), _) => {
+            let advice = "(--dimensions, --max-similarity)";
+            has("dimensions").then(|| BadArgument(format!("{error} {advice}")))
+        }
         (Some(TaskError::File(FileError::Exists { path })), _)
         | (_, Some(FileError::Exists { path })) => exists(path),
         _ => None,

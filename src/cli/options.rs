@@ -1,11 +1,14 @@
 //! Options that several commands share.
 
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use anyhow::Error;
 use clap::{Args, ValueEnum};
 use symbolt::files::Overwrite;
-use symbolt::sim::Real;
+use symbolt::neurons::Population;
+use symbolt::sim::{Real, Seed, VocabTag};
+use symbolt::spa::VocabularyBuilder;
 use symbolt::task::planner::{PlannerSpec, Unbinding};
 use symbolt::task::tasks::nuts_and_bolts::{NutsAndBolts, Order, SyntheticDemonstrations};
 use symbolt::task::{Commitment, GaussianGate, Grounding, TaskError};
@@ -16,10 +19,10 @@ use super::args::BadArgument;
 #[derive(Debug, Clone, Args)]
 pub(crate) struct Common {
     /// Seed of all random numbers
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<u64>)]
     pub seed: u64,
-    /// Worker threads, or 0 for one per core; the results are the same
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    /// Worker threads, or 0 for one per core; results do not change
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<usize>)]
     pub threads: usize,
     /// Print no progress to standard error
     #[arg(long)]
@@ -53,24 +56,42 @@ pub(crate) struct PlannerArgs {
     #[arg(long, default_value = "direct")]
     pub mode: String,
     /// Dimensions of the pointers
-    #[arg(long, value_name = "N", default_value_t = 256)]
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = whole::<usize>)]
     pub dimensions: usize,
     /// Maximum similarity (cosine) of two pointers
-    #[arg(long, value_name = "COSINE", default_value_t = 0.1)]
+    #[arg(long, value_name = "COSINE", default_value_t = 0.1, value_parser = number::<Real>)]
     pub max_similarity: Real,
-    /// Also require the absence of states that were never seen before an action
+    /// Also require the absence of states never seen before an action
     #[arg(long)]
     pub absent: bool,
-    /// Act on the first possible action (the paper's rule); by default the planner first shows that the goal can be
-    /// reached
-    #[arg(long)]
+    /// Act on the first possible action (the paper's rule); by default
+    /// the planner first shows that the goal can be reached
+    #[arg(verbatim_doc_comment, long)]
     pub first: bool,
-    /// Unbind preconditions with a layer of products, not with a fixed linear map
+    /// Unbind with a layer of products, not with a fixed linear map
     #[arg(long)]
     pub products: bool,
 }
 
+/// The vocabulary that checks the options of pointers.
+struct Checked;
+
+impl VocabTag for Checked {
+    const NAME: &'static str = "checked";
+}
+
 impl PlannerArgs {
+    /// Checks the options, so that a wrong one is refused before any work.
+    ///
+    /// # Errors
+    /// If the mode, the dimensions or the maximum similarity cannot be used.
+    pub fn check(&self) -> Result<(), Error> {
+        self.mode.parse::<Population>()?;
+        let vocabulary = VocabularyBuilder::<Checked>::new(self.dimensions, Seed::new(0));
+        vocabulary.max_similarity(self.max_similarity).build().map_err(TaskError::from)?;
+        Ok(())
+    }
+
     pub fn spec(&self) -> PlannerSpec {
         PlannerSpec {
             dimensions: self.dimensions,
@@ -83,22 +104,21 @@ impl PlannerArgs {
     }
 }
 
-/// The rule that assigns an object to a state.
+/// The rule that finds the state of an object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Rule {
-    /// The state with the greatest density, if the object is within --limit
     Gated,
-    /// The nearest state by p-norm, at any distance: the paper's rule
     Nearest,
 }
 
 #[derive(Debug, Clone, Args)]
 pub(crate) struct GroundingArgs {
-    /// Rule that assigns an object to a state
-    #[arg(long, value_name = "RULE", value_enum, default_value = "gated")]
+    /// Rule that finds an object's state: gated (the state with the greatest
+    /// density, within --limit) or nearest (by p-norm, the paper's rule)
+    #[arg(verbatim_doc_comment, long, value_name = "RULE", value_enum, default_value = "gated")]
     pub grounding: Rule,
-    /// Maximum distance of an object to its state, in standard deviations
-    #[arg(long, value_name = "SD", default_value_t = GaussianGate::default().limit)]
+    /// Maximum distance to a state, in standard deviations, if gated
+    #[arg(long, value_name = "SD", default_value_t = GaussianGate::default().limit, value_parser = number::<f64>)]
     pub limit: f64,
 }
 
@@ -116,11 +136,8 @@ impl GroundingArgs {
 /// The part that goes into the jig first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum OrderArg {
-    /// The nut
     NutFirst,
-    /// The bolt
     BoltFirst,
-    /// Either, at random
     Either,
 }
 
@@ -138,15 +155,15 @@ impl From<OrderArg> for Order {
 #[derive(Debug, Clone, Args)]
 pub(crate) struct DemoArgs {
     /// Number of demonstrations
-    #[arg(long, value_name = "N", default_value_t = 5)]
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = whole::<usize>)]
     pub demos: usize,
-    /// Nuts in each demonstration, 1 to 4 [default: as in --config, or 1]
-    #[arg(long, value_name = "N")]
+    /// Nuts per demonstration, 1 to 4 [default: as in --config, or 1]
+    #[arg(long, value_name = "N", value_parser = whole::<usize>)]
     pub demo_nuts: Option<usize>,
-    /// Bolts in each demonstration, 1 to 4 [default: as in --config, or 1]
-    #[arg(long, value_name = "N")]
+    /// Bolts per demonstration, 1 to 4 [default: as in --config, or 1]
+    #[arg(long, value_name = "N", value_parser = whole::<usize>)]
     pub demo_bolts: Option<usize>,
-    /// JSON file with settings of the scene; `symbolt config` prints the defaults
+    /// JSON file with scene settings; `symbolt config` prints the defaults
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
 }
@@ -184,17 +201,17 @@ pub(crate) fn demonstrated(error: TaskError) -> Error {
 /// Options of the generator without physics.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct SyntheticArgs {
-    /// Part that goes into the jig first
+    /// Part that goes into the jig first; either: at random
     #[arg(long, value_enum, default_value = "either", requires = "kinematic")]
     pub order: OrderArg,
     /// Probability that an attempt fails, 0 to 0.9
-    #[arg(long, value_name = "RATE", default_value_t = 0.0, requires = "kinematic")]
+    #[arg(long, value_name = "RATE", default_value_t = 0.0, requires = "kinematic", value_parser = number::<f64>)]
     pub fail_rate: f64,
-    /// Probability that a failed attempt drops its part off the table, 0 to 1
-    #[arg(long, value_name = "RATE", default_value_t = 0.0, requires = "kinematic")]
+    /// Probability that a failed attempt loses its part, 0 to 1
+    #[arg(long, value_name = "RATE", default_value_t = 0.0, requires = "kinematic", value_parser = number::<f64>)]
     pub loss_rate: f64,
     /// Probability that an attempt knocks another part aside, 0 to 1
-    #[arg(long, value_name = "RATE", default_value_t = 0.0, requires = "kinematic")]
+    #[arg(long, value_name = "RATE", default_value_t = 0.0, requires = "kinematic", value_parser = number::<f64>)]
     pub knock_rate: f64,
     /// Leave out times, events and touched objects
     #[arg(long, requires = "kinematic")]
@@ -214,4 +231,14 @@ impl SyntheticArgs {
             events: !self.no_events,
         }
     }
+}
+
+/// Reads a whole number.
+pub(crate) fn whole<T: FromStr>(typed: &str) -> Result<T, &'static str> {
+    typed.parse().map_err(|_| "must be a whole number, 0 or more")
+}
+
+/// Reads a number.
+pub(crate) fn number<T: FromStr>(typed: &str) -> Result<T, &'static str> {
+    typed.parse().map_err(|_| "must be a number")
 }

@@ -126,8 +126,15 @@ pub(crate) fn mm(metres: f64) -> String {
 
 /// Formats the counts of a JSON object: `3 demonstrations, 24 snapshots`. The key `kind` is left out.
 pub(crate) fn facts(summary: &Value) -> String {
-    let facts = summary.as_object().into_iter().flatten().filter(|(key, _)| *key != "kind");
-    let facts = facts.map(|(key, value)| format!("{value} {}", key.replace('_', " ")));
+    let fact = |(key, value): (&String, &Value)| match (key.as_str(), value.as_u64()) {
+        ("kind", _) => None,
+        ("failed", Some(count)) => Some(counted(count as usize, "failed attempt")),
+        ("lost", Some(count)) => Some(counted(count as usize, "lost part")),
+        ("simulated_s", _) => value.as_f64().map(|time_s| format!("{time_s:.1} simulated s")),
+        (name, Some(1)) => Some(format!("1 {}", name.trim_end_matches('s'))),
+        (name, _) => Some(format!("{value} {name}")),
+    };
+    let facts = summary.as_object().into_iter().flatten().filter_map(fact);
     facts.collect::<Vec<_>>().join(", ")
 }
 

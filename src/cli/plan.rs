@@ -17,6 +17,7 @@ use super::output::{
 
 pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
     refuse_existing(args.out.out.as_deref(), args.out.force)?;
+    args.planner.check()?;
     use_threads(&args.common)?;
     if args.domain.as_os_str() == "-" && args.scene.as_os_str() == "-" {
         let problem = "the domain and the scene cannot both come from standard input (-)";

@@ -108,16 +108,18 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     }
 }
 
-/// Refuses counts outside their ranges.
-fn check(args: &RunArgs) -> Result<(), BadArgument> {
+/// Refuses options that cannot be used.
+fn check(args: &RunArgs) -> Result<(), Error> {
+    args.planner.check()?;
     for (option, count) in [("--demos", args.demos.demos), ("--episodes", args.episodes)] {
         if !(1..=100_000).contains(&count) {
-            return Err(BadArgument::range(option, count, "1 to 100000"));
+            return Err(BadArgument::range(option, count, "1 to 100000").into());
         }
     }
     if !(1..=args.episodes).contains(&args.record_episode) {
-        let expected = format!("1 to {}, the number of --episodes", args.episodes);
-        return Err(BadArgument::range("--record-episode", args.record_episode, &expected));
+        let least = if args.episodes > 1 { "1 to " } else { "" };
+        let expected = format!("{least}{}, the number of --episodes", args.episodes);
+        return Err(BadArgument::range("--record-episode", args.record_episode, &expected).into());
     }
     Ok(())
 }
