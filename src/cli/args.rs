@@ -13,7 +13,7 @@ pub(crate) use super::options::{
     whole,
 };
 
-/// An argument that is well-formed but that the command cannot use, in one sentence.
+/// A well-formed argument that the command cannot use, and why, in one sentence.
 #[derive(Debug, Error)]
 #[error("{0}")]
 pub(crate) struct BadArgument(pub String);
@@ -85,8 +85,10 @@ pub(crate) struct RunArgs {
     /// Number of episodes after learning
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<usize>)]
     pub episodes: usize,
-    /// Episode to record in full for the report, counted from 1
-    #[arg(long, alias = "film", default_value_t = 1, value_name = "N", value_parser = whole::<usize>)]
+    /// Episode to record for the report, with frames, activity and spikes;
+    /// counted from 1
+    #[arg(verbatim_doc_comment, long, alias = "film", value_name = "N")]
+    #[arg(default_value_t = 1, value_parser = whole::<usize>)]
     pub record_episode: usize,
     /// Nuts in each episode, 1 to 4 [default: as in --config, or 1]
     #[arg(long, value_name = "N", value_parser = whole::<usize>)]
@@ -94,11 +96,13 @@ pub(crate) struct RunArgs {
     /// Bolts in each episode, 1 to 4 [default: as in --config, or 1]
     #[arg(long, value_name = "N", value_parser = whole::<usize>)]
     pub bolts: Option<usize>,
-    /// Probability that a carried part is dropped, 0 to 1
-    #[arg(long, default_value_t = 0.0, value_name = "RATE", value_parser = number::<f64>)]
+    /// Probability that a carried part is dropped, at a random time on its
+    /// way; 0 to 1
+    #[arg(verbatim_doc_comment, long, default_value_t = 0.0, value_name = "RATE", value_parser = number::<f64>)]
     pub drop_rate: f64,
-    /// In each episode, move the last bolt into the jig within the first 20 s
-    #[arg(long, alias = "meddle")]
+    /// In each episode, move the last bolt into the jig at a random time
+    /// within the first 20 s
+    #[arg(verbatim_doc_comment, long, alias = "meddle")]
     pub perturb: bool,
     #[command(flatten)]
     pub planner: PlannerArgs,

@@ -58,7 +58,7 @@ pub(crate) fn classify(args: &ClassifyArgs) -> Result<Outcome, Error> {
     Ok(Outcome::Done)
 }
 
-/// A snapshot, and the numbers of its demonstration and itself if it comes from a recording.
+/// A snapshot with its demonstration and snapshot numbers, if it comes from a recording.
 type Scene = (Option<(u64, u64)>, Snapshot);
 
 /// Reads all snapshots of a recording, or the only one of a scene.

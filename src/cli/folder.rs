@@ -54,7 +54,7 @@ pub(crate) fn folder(args: &RunArgs) -> Result<PathBuf, Error> {
     }
 }
 
-/// Returns what shows that a folder was not written by a run, if anything does.
+/// Returns the sign that a folder was not written by a run, if there is one.
 fn foreign(folder: &Path) -> Result<Option<String>, FileError> {
     let failed = FileError::io("read", folder);
     let entries = match std::fs::read_dir(folder) {
@@ -90,7 +90,7 @@ fn is_facts(path: &Path) -> bool {
 /// [`FileError`] if a file cannot be removed or written.
 pub(crate) fn write(folder: &Path, contents: [Vec<u8>; 6]) -> Result<(), FileError> {
     std::fs::create_dir_all(folder).map_err(FileError::io("make", folder))?;
-    // A kill at any moment leaves a folder that is recognised as a run's, and never files of two runs.
+    // After a kill at any moment the folder is still recognised, and it never mixes the files of two runs.
     let plain = |path: &PathBuf| path.symlink_metadata().is_ok_and(|m| m.is_file());
     let others = FILES.iter().filter(|file| **file != FACTS).map(|file| folder.join(file));
     for path in others.filter(plain) {

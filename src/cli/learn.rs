@@ -260,7 +260,7 @@ fn spread_table(domain: &Domain) -> Grid {
 /// Returns the actions with their preconditions and effects.
 fn action_table(domain: &Domain) -> Grid {
     let operators = domain.operators();
-    // The evidence table has the absent states of a learned action: they are not required.
+    // Absent states are required by a written action, but only observed of a learned one.
     let learned = operators.iter().any(|o| o.evidence.is_some());
     let with_absent = !learned && operators.iter().any(|o| !o.absent.is_empty());
     let mut columns = vec!["action", "needs", "brings about"];

@@ -82,7 +82,7 @@ fn with_command(args: impl Iterator<Item = OsString>) -> Vec<OsString> {
     args
 }
 
-/// Names the option as the user types it, in an error about the value of an option.
+/// Rewrites an error about a setting so that it names the option that the user typed.
 fn with_options(error: Error, command: &str) -> Error {
     let program = Cli::command();
     let command = program.find_subcommand(command);

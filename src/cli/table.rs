@@ -109,7 +109,7 @@ impl fmt::Display for Grid {
         };
         let head = broken(&self.heads);
         let rows: Vec<Vec<Vec<String>>> = self.rows.iter().map(|row| broken(row)).collect();
-        // Lines broken early leave columns that nothing fills.
+        // Lines often break before the width of their column, so the table can be narrower.
         let used = |column: usize| {
             let cells = rows.iter().chain([&head]).flat_map(|row| &row[column]);
             cells.map(|line| length(line)).max().unwrap_or(0)
