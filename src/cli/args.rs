@@ -98,7 +98,8 @@ pub(crate) struct RunArgs {
     pub bolts: Option<usize>,
     /// Probability that a carried part is dropped, at a random time on its
     /// way; 0 to 1
-    #[arg(verbatim_doc_comment, long, default_value_t = 0.0, value_name = "RATE", value_parser = number::<f64>)]
+    #[arg(verbatim_doc_comment, long, default_value_t = 0.0, value_name = "RATE")]
+    #[arg(value_parser = number::<f64>)]
     pub drop_rate: f64,
     /// In each episode, move the last bolt into the jig at a random time
     /// within the first 20 s
@@ -122,7 +123,7 @@ pub(crate) struct BenchArgs {
     pub model: String,
     #[command(flatten)]
     pub common: Common,
-    /// Mode of the layers: direct (exact), rate or lif (spiking)
+    /// Mode of the layers: direct, rate or lif (spiking)
     #[arg(long, default_value = "lif")]
     pub mode: String,
     /// Factor by which to multiply the neurons of every ensemble
@@ -174,7 +175,7 @@ pub(crate) struct TrialArgs {
     #[arg(long, value_name = "N", value_parser = whole::<u64>)]
     pub trials: Option<u64>,
     /// Recording for the experiment `threshold`, beside its own scene
-    /// [default: nut_bolt_pybullet.jsonl in $SYMBOLT_RECORDINGS, if it exists]
+    /// [default: nut_bolt_pybullet.jsonl in $SYMBOLT_RECORDINGS, if found]
     #[arg(verbatim_doc_comment, long, value_name = "FILE")]
     pub recording: Option<PathBuf>,
 }
@@ -252,10 +253,10 @@ pub(crate) struct RecordArgs {
     pub kinematic: bool,
     #[command(flatten)]
     pub synthetic: SyntheticArgs,
-    /// Write a single scene with all parts on the table, and no demonstrations
+    /// Write a single scene, all parts on the table, and no demonstrations
     #[arg(long)]
     pub scene: bool,
-    /// Write the demonstrator's names of actions to `next_action`; needs --kinematic
+    /// Write the names of actions to `next_action`; needs --kinematic
     #[arg(long)]
     pub labels: bool,
     #[command(flatten)]

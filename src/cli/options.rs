@@ -21,7 +21,7 @@ pub(crate) struct Common {
     /// Seed of all random numbers
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<u64>)]
     pub seed: u64,
-    /// Worker threads, or 0 for one per core; results do not change
+    /// Worker threads, 0 for one per core; results do not change
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<usize>)]
     pub threads: usize,
     /// Print no progress to standard error
@@ -52,7 +52,7 @@ impl OutFile {
 /// Options of the planner graph.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct PlannerArgs {
-    /// Mode of the layers: direct (exact), rate or lif (spiking)
+    /// Mode of the layers: direct, rate or lif (spiking)
     #[arg(long, default_value = "direct")]
     pub mode: String,
     /// Dimensions of the pointers
@@ -113,12 +113,14 @@ pub(crate) enum Rule {
 
 #[derive(Debug, Clone, Args)]
 pub(crate) struct GroundingArgs {
-    /// Rule that finds an object's state: gated (the state with the greatest
-    /// density, within --limit) or nearest (by p-norm, the paper's rule)
-    #[arg(verbatim_doc_comment, long, value_name = "RULE", value_enum, default_value = "gated")]
+    /// Rule that finds an object's state: gated (the greatest density within
+    /// --limit) or nearest (by p-norm, the paper's rule)
+    #[arg(verbatim_doc_comment, hide_possible_values = true)]
+    #[arg(long, value_name = "RULE", value_enum, default_value = "gated")]
     pub grounding: Rule,
-    /// Maximum distance to a state, in standard deviations, if gated
-    #[arg(long, value_name = "SD", default_value_t = GaussianGate::default().limit, value_parser = number::<f64>)]
+    /// Maximum distance to a state, in standard deviations
+    #[arg(long, value_name = "SD", default_value_t = GaussianGate::default().limit)]
+    #[arg(value_parser = number::<f64>)]
     pub limit: f64,
 }
 
@@ -201,17 +203,22 @@ pub(crate) fn demonstrated(error: TaskError) -> Error {
 /// Options of the generator without physics.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct SyntheticArgs {
-    /// Part that goes into the jig first; either: at random
+    /// Part that goes into the jig first: nut-first, bolt-first
+    /// or either (at random)
+    #[arg(verbatim_doc_comment, hide_possible_values = true)]
     #[arg(long, value_enum, default_value = "either", requires = "kinematic")]
     pub order: OrderArg,
     /// Probability that an attempt fails, 0 to 0.9
-    #[arg(long, value_name = "RATE", default_value_t = 0.0, requires = "kinematic", value_parser = number::<f64>)]
+    #[arg(long, value_name = "RATE", default_value_t = 0.0, requires = "kinematic")]
+    #[arg(value_parser = number::<f64>)]
     pub fail_rate: f64,
     /// Probability that a failed attempt loses its part, 0 to 1
-    #[arg(long, value_name = "RATE", default_value_t = 0.0, requires = "kinematic", value_parser = number::<f64>)]
+    #[arg(long, value_name = "RATE", default_value_t = 0.0, requires = "kinematic")]
+    #[arg(value_parser = number::<f64>)]
     pub loss_rate: f64,
-    /// Probability that an attempt knocks another part aside, 0 to 1
-    #[arg(long, value_name = "RATE", default_value_t = 0.0, requires = "kinematic", value_parser = number::<f64>)]
+    /// Probability that an attempt moves another part, 0 to 1
+    #[arg(long, value_name = "RATE", default_value_t = 0.0, requires = "kinematic")]
+    #[arg(value_parser = number::<f64>)]
     pub knock_rate: f64,
     /// Leave out times, events and touched objects
     #[arg(long, requires = "kinematic")]
