@@ -70,7 +70,7 @@ pub(crate) enum Command {
     Config(ConfigArgs),
     /// Print a completion script for a shell
     Completions {
-        /// Shell that will load the script
+        /// Shell
         shell: clap_complete::Shell,
     },
 }

@@ -11,7 +11,7 @@ use symbolt::task::{Recorder, Snapshot};
 
 use super::Outcome;
 use super::args::{BadArgument, RecordArgs, demonstrated};
-use super::output::{Progress, emit, emit_json, facts, refuse_existing, use_threads};
+use super::output::{Progress, emit, emit_json, facts, refuse_existing, use_threads, wrapped};
 use super::watch::ProgressLine;
 
 pub(crate) fn record(args: &RecordArgs) -> Result<Outcome, Error> {
@@ -32,7 +32,8 @@ pub(crate) fn record(args: &RecordArgs) -> Result<Outcome, Error> {
             if args.common.json {
                 emit_json(&[summary])?;
             } else if !args.common.quiet {
-                emit(&format!("Wrote {}: {}", path.display(), facts(&summary)))?;
+                let line = format!("Wrote {}: {}", path.display(), facts(&summary));
+                emit(&wrapped(&line, 6))?;
             }
         }
     }
