@@ -128,7 +128,7 @@ mod tests {
         assert!(is_foreign(&[("run.json", "")]));
         assert!(is_foreign(&[("run.json", r#"{"format": "symbolt-run"}"#)]));
         assert!(is_foreign(&[("run.json", r#"{"format": "other", "version": 1}"#)]));
-        assert!(!foreign(Path::new("no/such/folder")).unwrap().is_some());
+        assert!(foreign(Path::new("no/such/folder")).unwrap().is_none());
     }
 
     #[test]
