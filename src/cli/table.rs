@@ -5,6 +5,9 @@ use std::fmt;
 /// Columns that every terminal has.
 const WIDTH: usize = 80;
 
+/// The most rows that are listed cell by cell if they are too wide for a table.
+const LISTED: usize = 12;
+
 /// Joins the words of a text: a table breaks no line between them.
 pub(crate) fn unbroken(text: &str) -> String {
     text.replace(' ', "\u{a0}")
@@ -43,17 +46,30 @@ impl Grid {
         self.rows.is_empty()
     }
 
+    /// Returns the greatest length of a column's heading and cells.
+    fn widest(&self, column: usize, head: fn(&str) -> usize, cell: fn(&str) -> usize) -> usize {
+        let cells = self.rows.iter().map(|row| cell(&row[column]));
+        cells.fold(head(&self.heads[column]), usize::max)
+    }
+
     /// Returns the columns' widths, or `None` if the longest words alone are too wide for one line.
     fn widths(&self) -> Option<Vec<usize>> {
-        let room = WIDTH.checked_sub(3 * self.heads.len() + 1)?;
-        let widest = |column: usize, measure: &dyn Fn(&str) -> usize| {
-            let cells = self.rows.iter().map(|row| measure(&row[column]));
-            cells.fold(measure(&self.heads[column]), usize::max)
-        };
         let columns = 0..self.heads.len();
-        let wanted: Vec<usize> = columns.clone().map(|c| widest(c, &length)).collect();
-        let mut widths: Vec<usize> = columns.map(|c| widest(c, &longest_word)).collect();
+        // A column of numbers is broken only if nothing else helps.
+        let whole: fn(&str) -> usize = length;
+        let numbers = |c: usize| if self.right[c] { whole } else { longest_word };
+        let least = columns.clone().map(|c| self.widest(c, longest_word, numbers(c))).collect();
+        self.spread(least).or_else(|| {
+            self.spread(columns.map(|c| self.widest(c, longest_word, longest_word)).collect())
+        })
+    }
+
+    /// Widens the columns from their least widths until the line is full or no cell needs to be broken.
+    fn spread(&self, mut widths: Vec<usize>) -> Option<Vec<usize>> {
+        let room = WIDTH.checked_sub(frame(widths.len()))?;
         let mut spare = room.checked_sub(widths.iter().sum())?;
+        let wanted = |c: usize| self.widest(c, length, length);
+        let wanted: Vec<usize> = (0..widths.len()).map(wanted).collect();
         // The column with the most lines gets the next character.
         while spare > 0 {
             let short = (0..widths.len()).filter(|c| widths[*c] < wanted[*c]);
@@ -63,6 +79,39 @@ impl Grid {
             spare -= 1;
         }
         Some(widths)
+    }
+
+    /// Splits a table into several, each with the rows' numbers; `None` if a column is too wide even so.
+    fn split(&self) -> Option<Vec<Self>> {
+        let number = self.rows.len().to_string().len();
+        let mut groups: Vec<Vec<usize>> = vec![Vec::new()];
+        let mut used = number;
+        for column in 0..self.heads.len() {
+            let width = self.widest(column, longest_word, length).min(WIDTH - frame(2) - number);
+            if self.widest(column, longest_word, longest_word) > width {
+                return None;
+            }
+            let group = groups.last_mut()?;
+            if used + width + frame(group.len() + 2) > WIDTH {
+                groups.push(vec![column]);
+                used = number;
+            } else {
+                group.push(column);
+            }
+            used += width;
+        }
+        let part = |group: &Vec<usize>| {
+            let cells = |row: &[String]| group.iter().map(|c| row[*c].clone()).collect::<Vec<_>>();
+            let number = |(index, row): (usize, &Vec<String>)| {
+                [vec![(index + 1).to_string()], cells(row)].concat()
+            };
+            Self {
+                heads: [vec!["#".to_owned()], cells(&self.heads)].concat(),
+                right: std::iter::once(true).chain(group.iter().map(|c| self.right[*c])).collect(),
+                rows: self.rows.iter().enumerate().map(number).collect(),
+            }
+        };
+        Some(groups.iter().map(part).collect())
     }
 
     fn write_row(
@@ -103,7 +152,12 @@ impl Grid {
 
 impl fmt::Display for Grid {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Some(widths) = self.widths() else { return self.write_list(f) };
+        let Some(widths) = self.widths() else {
+            let parts = if self.rows.len() > LISTED { self.split() } else { None };
+            let Some(parts) = parts else { return self.write_list(f) };
+            let parts: Vec<String> = parts.iter().map(Self::to_string).collect();
+            return f.write_str(&parts.join("\n"));
+        };
         let broken = |row: &[String]| -> Vec<Vec<String>> {
             row.iter().zip(&widths).map(|(cell, width)| lines(cell, *width)).collect()
         };
@@ -122,6 +176,11 @@ impl fmt::Display for Grid {
         writeln!(f, "|")?;
         rows.iter().try_for_each(|row| self.write_row(f, row, &widths))
     }
+}
+
+/// Returns the width of the bars and blanks around the cells of a line.
+fn frame(columns: usize) -> usize {
+    3 * columns + 1
 }
 
 fn shown(text: &str) -> String {
@@ -195,6 +254,34 @@ mod tests {
             "action      : {name}\nbrings about: {name}\n\naction      : {name}\nbrings about: B\n"
         );
         assert_eq!(text, expected);
+    }
+
+    #[test]
+    fn a_long_table_that_fits_no_line_is_split() {
+        let heads: Vec<String> = (0..9).map(|c| format!(">NUMBER_OF_COLUMN_{c}")).collect();
+        let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
+        let mut grid = Grid::new(&heads);
+        for row in 0..20 {
+            grid.row((0..9).map(|column| (1000 * row + column).to_string()));
+        }
+        let text = grid.to_string();
+        assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+        assert_eq!(text.matches("|  # |").count(), 3, "{text}");
+        assert_eq!(text.matches("| 20 |").count(), 3, "{text}");
+        for cell in ["NUMBER_OF_COLUMN_0", "NUMBER_OF_COLUMN_8", " 19008 |", " 0 |"] {
+            assert_eq!(text.matches(cell).count(), 1, "{cell} in {text}");
+        }
+        // With a word that fits nowhere it is a list.
+        grid.row(["A".repeat(90)]);
+        assert!(grid.to_string().starts_with("NUMBER_OF_COLUMN_0: 0\n"));
+    }
+
+    #[test]
+    fn numbers_are_broken_last() {
+        let prose = "words ".repeat(30);
+        let interval = "1.7454 to 2.3733";
+        let text = table(&["about", ">95% interval"], &[&[&prose, interval]]);
+        assert!(text.contains(interval), "{text}");
     }
 
     #[test]
