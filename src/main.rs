@@ -1,4 +1,4 @@
-//! The command line of symbolt; everything it does is in the library.
+//! The command-line program of symbolt. It only calls the library.
 
 mod cli;
 

@@ -6,10 +6,14 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::Output;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use assert_cmd::Command;
 use serde_json::Value;
-use symbolt::task::DomainBuilder;
+use symbolt::sim::{Real, RunConfig, Seed, SimDuration, Simulator, World, WorldError, WorldSave};
+use symbolt::task::planner::{Planner, PlannerSpec};
+use symbolt::task::{Domain, DomainBuilder};
 
 fn symbolt(folder: &Path, args: &[&str]) -> Output {
     Command::cargo_bin("symbolt")
@@ -66,10 +70,10 @@ fn a_scene_that_cannot_be_is_refused_before_anything_is_done() {
     let cases: [(&[&str], &str); 6] = [
         (&["run", "--config", "wide.json"], "wide.json, field `part.nut_hole_m`"),
         (&["record", "--config", "nowhere.json"], "cannot read nowhere.json"),
-        (&["run", "--config", "cell.json", "--nuts", "100"], "`nuts` is 100; expected 1 to 4"),
-        (&["run", "--nuts", "0"], "`nuts` is 0; expected 1 to 4"),
-        (&["run", "--demo-bolts", "9"], "`bolts` is 9; expected 1 to 4"),
-        (&["run", "--drop-rate", "2"], "`drop_rate` is 2; expected 0 to 1"),
+        (&["run", "--config", "cell.json", "--nuts", "100"], "symbolt: --nuts 100: must be 1 to 4"),
+        (&["run", "--nuts", "0"], "--nuts 0: must be 1 to 4"),
+        (&["run", "--demo-bolts", "9"], "--demo-bolts 9: must be 1 to 4"),
+        (&["run", "--drop-rate", "2"], "--drop-rate 2: must be 0 to 1"),
     ];
     for (args, message) in cases {
         let ran = run(here, args);
@@ -103,6 +107,8 @@ fn without_a_command_the_main_job_runs_and_can_be_repeated() {
     for part in ["5 states:", "3 actions:", "goal met", "1 of 1", "Wrote out/recording.jsonl"] {
         assert!(text.contains(part), "{part} in {text}");
     }
+    let domain = folder.path().join("out/domain.json");
+    fits(&text, &names(&domain));
     let left = [
         "arrays.npz",
         "domain.json",
@@ -118,7 +124,9 @@ fn without_a_command_the_main_job_runs_and_can_be_repeated() {
     // A folder that was named is not written over unasked.
     let refused = run(folder.path(), &["run", "--out", "out"]);
     assert_eq!(refused.code, 2);
-    assert!(refused.err.contains("exists already"), "{}", refused.err);
+    assert!(refused.err.contains("exists already; choose another name or add --force"));
+    // A file of the user's own in the folder stays.
+    std::fs::write(folder.path().join("out/notes.txt"), "mine").expect("writes");
     let found = json(folder.path(), &["--demos", "2", "--quiet", "--json", "--threads", "1"]);
     assert_eq!(left.map(bytes), before, "the same seed gives the same files in another process");
     for key in ["interval95", "minimum_steps", "false_goals", "drops", "replans", "failures"] {
@@ -141,6 +149,213 @@ fn without_a_command_the_main_job_runs_and_can_be_repeated() {
     }
     let expected = ["decision", "end", "episode", "touch"].map(String::from);
     assert_eq!(kinds, BTreeSet::from(expected));
+    assert_eq!(bytes("notes.txt"), b"mine");
+
+    // A plan counts the recognition of the goal; a run's planner knows the goal when it is asked.
+    let plan = ["plan", "out/domain.json", "--scene", "out/scene.json", "--json", "--quiet"];
+    let plan = json(folder.path(), &plan);
+    let from_rest = plan["decision_ms"].as_f64().expect("a number");
+    let goal_known = found["decision_ms"]["p95"].as_f64().expect("a number");
+    assert_eq!((from_rest, goal_known), (324.0, 312.0), "the same first question");
+    let note = "the times of `symbolt plan` include the recognition of the goal.";
+    assert!(text.replace('\n', " ").contains(note), "{text}");
+}
+
+/// The names of all states and actions of a domain file.
+fn names(domain: &Path) -> BTreeSet<String> {
+    let text = std::fs::read_to_string(domain).expect("there");
+    let domain: Value = serde_json::from_str(&text).expect("JSON");
+    let lists = [&domain["states"], &domain["operators"]];
+    let entries = lists.into_iter().flat_map(|list| list.as_array().expect("a list"));
+    entries.map(|entry| entry["name"].as_str().expect("a name").to_owned()).collect()
+}
+
+/// Checks that no line has more than 80 columns and that no name is broken.
+fn fits(text: &str, names: &BTreeSet<String>) {
+    for line in text.lines() {
+        assert!(line.chars().count() <= 80, "{line}\nin\n{text}");
+    }
+    let like_a_name = |word: &&str| {
+        word.contains('_') && word.chars().all(|c| c.is_ascii_uppercase() || c == '_')
+    };
+    let words = text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
+    for word in words.filter(like_a_name) {
+        assert!(names.contains(word), "{word} is no name, in\n{text}");
+    }
+}
+
+#[test]
+fn every_table_fits_80_columns_and_breaks_no_name() {
+    let folder = prepared();
+    let path = folder.path();
+    let domain = names(&path.join("domain.json"));
+    let noisy = ["record", "--kinematic", "--demos", "6", "--demo-nuts", "3", "--demo-bolts", "3"];
+    let noisy = [&noisy[..], &["--fail-rate", "0.4", "--out", "noisy.jsonl"]].concat();
+    fits(&ok(path, &noisy), &domain);
+    let learned = ok(path, &["learn", "noisy.jsonl", "--out", "noisy.json"]);
+    assert!(learned.contains("attempts failed:") && learned.contains("Evidence"), "{learned}");
+    fits(&learned, &names(&path.join("noisy.json")));
+    for args in [
+        &["learn", "demos.jsonl"][..],
+        &["classify", "domain.json", "demos.jsonl"],
+        &["plan", "domain.json", "--scene", "scene.json"],
+        &["check", "domain.json"],
+        &["experiment"],
+        &["bench", "select", "--sim-seconds", "0.3", "--runs", "1", "--neurons-scale", "0.2"],
+    ] {
+        fits(&ok(path, args), &domain);
+    }
+    // Longer names of a user's own, up to some that fit no table.
+    for long in ["THE_BOLT_STANDS_IN_ITS_HOLE", "THE_BOLT_STANDS_UPRIGHT_IN_THE_HOLE_OF_THE_JIG"] {
+        let action = format!("BOLT_AT_BOLT_HOLE={long}");
+        let renames = ["rename", "domain.json", &action, "--out", "long.json", "--force"];
+        let printed = ok(path, &renames);
+        assert!(printed.contains(long), "{printed}");
+        let all = names(&path.join("long.json"));
+        fits(&printed, &all);
+        fits(&ok(path, &["plan", "long.json", "--scene", "scene.json"]), &all);
+        fits(&ok(path, &["classify", "long.json", "demos.jsonl"]), &all);
+    }
+}
+
+#[test]
+fn a_folder_that_no_run_wrote_is_kept_unless_forced() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (path, out) = (folder.path(), folder.path().join("out"));
+    std::fs::create_dir(&out).expect("makes");
+    let refused = |message: &str| {
+        let before = files(&out);
+        let ran = run(path, &["--demos", "1"]);
+        assert_eq!((ran.code, ran.out.as_str()), (2, ""), "{}", ran.err);
+        assert!(ran.err.contains(message), "{}", ran.err);
+        assert!(ran.err.contains("choose another folder with --out, or add --force"));
+        assert_eq!(ran.err.lines().count(), 1, "refused before any work: {}", ran.err);
+        assert_eq!(files(&out), before);
+    };
+    std::fs::write(out.join("index.html"), "mine").expect("writes");
+    refused("the folder out holds files but no run.json");
+    std::fs::write(out.join("run.json"), r#"{"format": "other"}"#).expect("writes");
+    refused("out/run.json was not written by `symbolt run`");
+    // More of everything, so that each part of the text is printed.
+    let many = ["--demos", "1", "--episodes", "2", "--nuts", "2", "--bolts", "2"];
+    let ran = run(path, &[&many[..], &["--drop-rate", "1", "--force", "--quiet"]].concat());
+    assert!(ran.out.contains("2 episodes towards"), "{} {}", ran.out, ran.err);
+    assert!(ran.out.contains("re-planned after"), "{}", ran.out);
+    fits(&ran.out, &names(&out.join("domain.json")));
+    assert_eq!(std::fs::read_to_string(out.join("index.html")).expect("there"), "mine");
+    let facts = std::fs::read_to_string(out.join("run.json")).expect("there");
+    assert!(facts.contains("symbolt-run"));
+}
+
+#[test]
+fn a_threshold_has_a_unit_and_an_absurd_one_is_explained() {
+    let folder = prepared();
+    let learn = |threshold: &str| {
+        run(folder.path(), &["learn", "demos.jsonl", "--quiet", "--threshold", threshold])
+    };
+    let metres = learn("0.001169");
+    assert_eq!((metres.code, metres.err.as_str()), (0, ""));
+    assert!(metres.out.contains("|        1.169 |"), "{}", metres.out);
+    for same in ["1.169mm", "0.001169m"] {
+        assert_eq!(learn(same).out, metres.out, "{same}");
+    }
+    let mistaken = learn("1.169");
+    assert_eq!((mistaken.code, mistaken.out.as_str()), (2, ""));
+    assert!(mistaken.err.contains("for millimetres write 1.169mm"), "{}", mistaken.err);
+    let meant = learn("1.169m");
+    assert_eq!(meant.code, 1);
+    for kind in ["bolt", "nut"] {
+        let warning = format!(
+            "symbolt: warning: no state was found for `{kind}`: the threshold of 1169.000 mm is \
+             probably too large"
+        );
+        assert!(meant.err.contains(&warning), "{}", meant.err);
+    }
+    assert!(meant.out.contains("1169.000"), "{}", meant.out);
+}
+
+/// A world that shows a planner graph its goal at first and the scene and the question later.
+struct Asking {
+    senses: [Vec<Real>; 2],
+    period_ms: u64,
+    asked: u64,
+    step: u64,
+    actions: usize,
+    answered: Arc<AtomicU64>,
+}
+
+impl World for Asking {
+    fn period(&self) -> SimDuration {
+        SimDuration::from_millis(self.period_ms)
+    }
+
+    fn sense_width(&self) -> usize {
+        self.senses[0].len()
+    }
+
+    fn command_width(&self) -> usize {
+        self.actions + 5
+    }
+
+    fn sense(&self, out: &mut [Real]) {
+        out.copy_from_slice(&self.senses[usize::from(self.step >= self.asked)]);
+    }
+
+    fn advance(&mut self, command: &[Real]) -> Result<(), WorldError> {
+        self.step += 1;
+        if command[..self.actions].iter().any(|a| *a > 0.5) {
+            let took = (self.step - self.asked) * self.period_ms;
+            let _ = self.answered.compare_exchange(0, took, Ordering::Relaxed, Ordering::Relaxed);
+        }
+        Ok(())
+    }
+
+    fn reset(&mut self, _seed: Seed) -> Result<(), WorldError> {
+        self.step = 0;
+        Ok(())
+    }
+
+    fn save(&self) -> Result<WorldSave, WorldError> {
+        Err(WorldError::new("not needed"))
+    }
+
+    fn restore(&mut self, _saved: &WorldSave) -> Result<(), WorldError> {
+        Err(WorldError::new("not needed"))
+    }
+}
+
+#[test]
+fn a_planner_that_knows_its_goal_decides_sooner() {
+    let folder = prepared();
+    let domain = Domain::read(&folder.path().join("domain.json")).expect("valid");
+    let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1)).expect("builds");
+    let world = domain.world(["NUT_AT_START", "BOLT_AT_START"]).expect("states");
+    let goal = domain.state("BOLT_AT_NUT_POCKET").expect("a state");
+    let took = |goal_shown_ms: u64, period_ms: u64| {
+        let pointer = planner.encoded().states.get("BOLT_AT_NUT_POCKET").expect("a pointer");
+        let sense = |asked: bool| {
+            let flags = world.flags().iter().map(|holds| Real::from(*holds && asked));
+            let goal = pointer.iter().copied();
+            std::iter::once(Real::from(asked)).chain(flags).chain(goal).collect()
+        };
+        let answered = Arc::new(AtomicU64::new(0));
+        let asking = Asking {
+            senses: [sense(false), sense(true)],
+            period_ms,
+            asked: goal_shown_ms / period_ms,
+            step: 0,
+            actions: domain.operators().len(),
+            answered: answered.clone(),
+        };
+        let config = RunConfig::default().in_world(asking);
+        let mut sim = Simulator::new(planner.graph().clone(), config).expect("fits");
+        sim.run_for(SimDuration::from_millis(500)).expect("runs");
+        answered.load(Ordering::Relaxed)
+    };
+    let from_rest = planner.decide(&world, goal).expect("decides").time_ms;
+    assert_eq!((from_rest, took(0, 1)), (324.0, 324));
+    assert_eq!(took(24, 1), 310, "the goal was recognised before the question");
+    assert_eq!(took(24, 4), 312, "as in a run: in whole steps of the physics");
 }
 
 #[test]
@@ -269,7 +484,7 @@ fn rename_and_check_serve_a_person() {
     assert!(named.contains("NUT_FREE") && !named.contains("NUT_ON_TABLE"));
     let refused = run(folder.path(), &["rename", "named.json", "NUT_FREE"]);
     assert_eq!(refused.code, 2);
-    assert!(refused.err.contains("expected OLD=NEW"));
+    assert!(refused.err.contains("`NUT_FREE` is not of the form OLD=NEW"));
 }
 
 #[test]
@@ -308,13 +523,19 @@ fn bad_usage_and_bad_input_return_2_and_leave_nothing_behind() {
             .replace("\"version\": 2", "\"version\": 7")
             .into_bytes(),
     );
-    let cases: [(&[&str], &str); 25] = [
+    let cases: [(&[&str], &str); 41] = [
         (&["learn", "missing.jsonl", "--out", "x.json"], "missing.jsonl"),
         (&["learn", "cut.jsonl", "--out", "x.json"], "cut.jsonl, line 24"),
         (&["learn", "bytes.jsonl", "--out", "x.json"], "not UTF-8"),
         (&["learn", "scene.json", "--out", "x.json"], "field `demo`"),
-        (&["learn", "demos.jsonl", "--p", "0", "--out", "x.json"], "`p` is 0"),
-        (&["learn", "demos.jsonl", "--threshold=-1", "--out", "x.json"], "`threshold` is -1"),
+        (
+            &["learn", "demos.jsonl", "--p", "0", "--out", "x.json"],
+            "--p 0: must be a finite number",
+        ),
+        (
+            &["learn", "demos.jsonl", "--threshold=-1", "--out", "x.json"],
+            "--threshold -1: must be a length above 0",
+        ),
         (&["learn", "demos.jsonl", "--out", "domain.json"], "exists already"),
         (&["plan", "old.json", "--scene", "scene.json"], "it is 7"),
         (&["plan", "domain.json", "--scene", "demos.jsonl"], "more than one snapshot"),
@@ -322,7 +543,10 @@ fn bad_usage_and_bad_input_return_2_and_leave_nothing_behind() {
             &["plan", "domain.json", "--scene", "scene.json", "--goal", "NUT"],
             "it has: BOLT_AT_START",
         ),
-        (&["plan", "domain.json", "--scene", "scene.json", "--dimensions", "0"], "0 dimensions"),
+        (
+            &["plan", "domain.json", "--scene", "scene.json", "--dimensions", "0"],
+            "--dimensions 0: must be",
+        ),
         (
             &["plan", "domain.json", "--scene", "scene.json", "--dimensions", "4"],
             "use more dimensions",
@@ -331,21 +555,46 @@ fn bad_usage_and_bad_input_return_2_and_leave_nothing_behind() {
             &["plan", "domain.json", "--scene", "scene.json", "--mode", "liff"],
             "the modes are: direct",
         ),
-        (&["run", "--demos", "0", "--out", "new"], "--demos is 0"),
+        (&["run", "--demos", "0", "--out", "new"], "--demos 0: must be 1 to 100000"),
         (
             &["run", "--film", "2", "--out", "new"],
-            "--record-episode is 2; 1 to 1 (--episodes) exist",
+            "--record-episode 2: must be 1, the number of --episodes",
         ),
-        (&["run", "--nuts", "100", "--out", "new"], "`nuts` is 100"),
-        (&["run", "--drop-rate", "2", "--out", "new"], "`drop_rate` is 2"),
-        (&["classify", "domain.json", "demos.jsonl", "--limit", "0"], "`limit` is 0"),
+        (&["run", "--nuts", "100", "--out", "new"], "--nuts 100: must be 1 to 4"),
+        (&["run", "--drop-rate", "2", "--out", "new"], "--drop-rate 2: must be 0 to 1"),
+        (
+            &["classify", "domain.json", "demos.jsonl", "--limit", "0"],
+            "--limit 0: must be a finite number above 0",
+        ),
+        (&["record", "--kinematic", "--demo-nuts", "60"], "--demo-nuts 60: must be 1 to 50"),
+        (&["record", "--kinematic", "--fail-rate", "1"], "--fail-rate 1: must be 0 to 0.9"),
+        (&["record", "--kinematic", "--knock-rate", "2"], "--knock-rate 2: must be 0 to 1"),
+        (&["record", "--demos", "0"], "--demos 0: must be at least 1"),
+        (&["record", "--labels"], "--labels needs --kinematic"),
+        (&["learn", "demos.jsonl", "--threads", "9999"], "--threads 9999: must be 0 to 1024"),
+        (
+            &["plan", "domain.json", "--scene", "scene.json", "--max-similarity", "3"],
+            "--max-similarity 3: must be more than 0 and at most 1",
+        ),
+        (&["plan", "-", "--scene", "-"], "cannot both come from standard input"),
+        (&["classify", "-", "-"], "cannot both come from standard input"),
+        (&["bench", "bind", "--sim-seconds", "0"], "--sim-seconds 0: must be 0.3 to 3600"),
+        (&["bench", "bind", "--runs", "0"], "--runs 0: must be 1 to 1000"),
+        (&["bench", "bind", "--neurons-scale", "0"], "--neurons-scale 0: must be more than 0"),
+        (&["run", "--mode", "liff", "--out", "new"], "the modes are: direct"),
+        (&["run", "--dimensions", "0", "--out", "new"], "--dimensions 0: must be"),
+        (&["run", "--drop-rate", "-1", "--out", "new"], "--drop-rate -1: must be 0 to 1"),
+        (&["run", "--nuts", "many"], "for '--nuts <N>': must be a whole number"),
         (&["experiment", "table-5"], "there is no experiment `table-5`"),
-        (&["experiment", "table-4", "--shard", "3/2"], "`shard` is 3/2"),
-        (&["experiment", "table-4", "--trials", "0"], "`trials` is 0"),
+        (&["experiment", "table-4", "--shard", "3/2"], "--shard 3/2: must be I/N"),
+        (&["experiment", "table-4", "--trials", "0"], "--trials 0: must be 1 to 100000"),
         (&["bench", "bind", "--load", "domain.json"], "symbolt-solved"),
-        (&["bench", "bind", "--mode", "direct", "--save", "new"], "no populations"),
+        (&["bench", "bind", "--mode", "direct", "--save", "new"], "direct mode has no neurons"),
         (&["bench", "select", "--save", "domain.json"], "exists already"),
-        (&["bench", "bind", "--unbinding", "guess"], "products, fixed"),
+        (
+            &["bench", "bind", "--unbinding", "guess"],
+            "--unbinding guess: must be one of products, fixed",
+        ),
     ];
     for (args, part) in cases {
         let ran = run(path, args);
@@ -382,7 +631,43 @@ fn progress_goes_to_standard_error_and_can_be_turned_off() {
 fn help_version_and_completions_are_there() {
     let folder = tempfile::tempdir().expect("a folder");
     assert!(ok(folder.path(), &["--version"]).starts_with("symbolt "));
-    assert!(ok(folder.path(), &["--help"]).contains("classify"));
+    let help = ok(folder.path(), &["--help"]);
+    for part in ["classify", "symbolt [OPTIONS OF run]", "Without a command, `symbolt` does what"] {
+        assert!(help.contains(part), "{part} in {help}");
+    }
+    let help = ok(folder.path(), &["run", "--help"]);
+    for default in ["1", "5", "256", "0.1", "direct", "as in --config, or 1"] {
+        assert!(help.contains(&format!("[default: {default}]")), "{default} in {help}");
+    }
+    assert!(help.contains("[default: out, where an earlier run is replaced]"), "{help}");
+    for hidden in ["--film", "--meddle"] {
+        assert!(!help.contains(hidden), "{hidden} in {help}");
+    }
+    for command in [
+        "run",
+        "record",
+        "learn",
+        "classify",
+        "plan",
+        "rename",
+        "check",
+        "bench",
+        "report",
+        "experiment",
+        "merge",
+        "config",
+        "completions",
+    ] {
+        let help = ok(folder.path(), &[command, "--help"]);
+        assert!(help.lines().all(|line| line.chars().count() <= 80), "{help}");
+    }
+    let help = ok(folder.path(), &["rename", "--help"]);
+    assert!(
+        help.contains("in place") && help.contains("[default: the domain file itself"),
+        "{help}"
+    );
+    let help = ok(folder.path(), &["learn", "--help"]);
+    assert!(help.contains("1.169mm") && help.contains("without a unit in metres"), "{help}");
     assert!(ok(folder.path(), &["completions", "bash"]).contains("_symbolt"));
     assert!(files(folder.path()).is_empty());
 }

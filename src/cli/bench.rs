@@ -1,4 +1,4 @@
-//! `symbolt bench`: the speed and the quality of a standard network.
+//! `symbolt bench`: the speed and quality of a standard network.
 
 use std::path::Path;
 use std::time::Instant;
@@ -22,19 +22,19 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
         spec.scale = args.neurons_scale;
     }
     if !(0.3..=3600.0).contains(&args.sim_seconds) {
-        let problem = format!("--sim-seconds is {}; 0.3 to 3600 are possible", args.sim_seconds);
-        return Err(BadArgument(problem).into());
+        let problem = BadArgument::range("--sim-seconds", args.sim_seconds, "0.3 to 3600");
+        return Err(problem.into());
     }
     if args.runs == 0 || args.runs > 1_000 {
-        return Err(BadArgument(format!("--runs is {}; 1 to 1000 are possible", args.runs)).into());
+        return Err(BadArgument::range("--runs", args.runs, "1 to 1000").into());
     }
     if !(args.neurons_scale > 0.0 && args.neurons_scale <= 1e3) {
         let scale = args.neurons_scale;
-        let problem = format!("--neurons-scale is {scale}; above 0 and up to 1000 are possible");
-        return Err(BadArgument(problem).into());
+        let expected = "more than 0 and at most 1000";
+        return Err(BadArgument::range("--neurons-scale", scale, expected).into());
     }
     if population == Population::Direct && (args.save.is_some() || args.load.is_some()) {
-        let problem = "in direct mode there are no populations to --save or --load";
+        let problem = "--save and --load need --mode rate or lif: direct mode has no neurons";
         return Err(BadArgument(problem.into()).into());
     }
     refuse_existing(args.save.as_deref(), args.force)?;
@@ -83,16 +83,17 @@ fn choice<T: Copy>(option: &str, asked: &str, choices: &[(&str, T)]) -> Result<T
     let found = choices.iter().find(|(name, _)| *name == asked).map(|(_, value)| *value);
     found.ok_or_else(|| {
         let names: Vec<&str> = choices.iter().map(|(name, _)| *name).collect();
-        BadArgument(format!("--{option} is `{asked}`; possible are: {}", names.join(", ")))
+        let expected = format!("one of {}", names.join(", "));
+        BadArgument::range(&format!("--{option}"), asked, &expected)
     })
 }
 
-/// A network that is ready to run.
+/// A network ready to run.
 struct Ready {
     built: Built,
-    /// Wall-clock seconds of building it from a file.
+    /// Wall-clock seconds to build it from a file.
     load_s: f64,
-    /// Peak memory of the build in MB, where the system reports it.
+    /// Peak memory of the build in MB, if the system reports it.
     peak_mb: Option<f64>,
 }
 
@@ -109,12 +110,12 @@ fn ready(args: &BenchArgs, spec: &Standard, model: Model) -> Result<Ready, Error
         let overwrite = if args.force { Overwrite::Allowed } else { Overwrite::Never };
         write_atomic(path, &bytes, overwrite)?;
     }
-    let folder = tempfile::tempdir().context("the build's file needs a temporary folder")?;
+    let folder = tempfile::tempdir().context("cannot make a temporary folder")?;
     let path = folder.path().join("solved");
     write_atomic(&path, &bytes, Overwrite::Never)?;
     let (again, load_s) = load(spec, model, &path)?;
     if again.solved() != built.solved() {
-        anyhow::bail!("the network that was saved and loaded is not the one that was built");
+        anyhow::bail!("the network read back from its file differs from the one that was built");
     }
     Ok(Ready { built, load_s, peak_mb })
 }
@@ -125,7 +126,7 @@ fn load(spec: &Standard, model: Model, path: &Path) -> Result<(Built, f64), Erro
     Ok((built, begun.elapsed().as_secs_f64()))
 }
 
-/// The peak memory of the process in MB, where the system reports it.
+/// Returns the peak memory of the process in MB, if the system reports it.
 fn peak_rss_mb() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
@@ -158,17 +159,17 @@ fn summary(args: &BenchArgs, measured: &Measured, load_s: f64, peak_mb: Option<f
 fn table(args: &BenchArgs, measured: &Measured, load_s: f64, peak_mb: Option<f64>) -> Grid {
     let mut grid = Grid::new(&[&format!("{} in {}", args.model, args.mode), ">value"]);
     grid.row(["neurons".into(), measured.neurons.to_string()]);
-    grid.row(["built in s".into(), format!("{:.2}", measured.build_s)]);
-    grid.row(["loaded from a file in s".into(), format!("{load_s:.2}")]);
-    let name = format!("{} s simulated in s", measured.sim_s);
-    grid.row([name, format!("{:.3}", measured.run_s)]);
-    grid.row(["ns a neuron and step".into(), format!("{:.2}", measured.ns_per_neuron_step)]);
+    grid.row(["build time, s".into(), format!("{:.2}", measured.build_s)]);
+    grid.row(["load time from a file, s".into(), format!("{load_s:.2}")]);
+    grid.row(["simulated time, s".into(), measured.sim_s.to_string()]);
+    grid.row(["run time, s".into(), format!("{:.3}", measured.run_s)]);
+    grid.row(["ns per neuron and step".into(), format!("{:.2}", measured.ns_per_neuron_step)]);
     if let Some(mb) = peak_mb {
-        grid.row(["most memory held in MB".into(), format!("{mb:.0}")]);
+        grid.row(["peak memory of the build, MB".into(), format!("{mb:.0}")]);
     }
     for (name, value) in &measured.quality {
         let value = if value.is_nan() { "never".into() } else { format!("{value:.4}") };
-        grid.row([(*name).to_owned(), value]);
+        grid.row([name.replace('_', " "), value]);
     }
     grid
 }

@@ -1,5 +1,4 @@
-//! `symbolt check`: whether a file is a valid recording, scene, scene configuration, domain or model of solved
-//! populations.
+//! `symbolt check`: checks a recording, scene, scene configuration, domain or model of solved populations.
 
 use anyhow::Error;
 use serde_json::{Value, json};
@@ -10,7 +9,7 @@ use symbolt::task::{Domain, Recording, Snapshot, TaskError};
 
 use super::Outcome;
 use super::args::CheckArgs;
-use super::output::{emit, emit_json};
+use super::output::{emit, emit_json, facts};
 
 pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Error> {
     let bytes = read_file(&args.file)?;
@@ -19,19 +18,13 @@ pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Error> {
     if args.common.json {
         emit_json(&[found])?;
     } else {
-        let facts: Vec<String> = found
-            .as_object()
-            .into_iter()
-            .flatten()
-            .filter(|(key, _)| *key != "kind")
-            .map(|(key, value)| format!("{value} {key}"))
-            .collect();
         let kind = found["kind"].as_str().unwrap_or("file");
-        emit(&format!("{name}: a valid {kind}: {}", facts.join(", ")))?;
+        emit(&format!("{name}: a valid {kind}: {}", facts(&found)))?;
     }
     Ok(Outcome::Done)
 }
 
+/// Recognises the kind of a file, reads it and returns its counts.
 fn inspect(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
     if SolvedModel::recognises(bytes) {
         let solved = SolvedModel::decode(bytes)
@@ -41,7 +34,7 @@ fn inspect(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
         }));
     }
     let header: Option<Value> = serde_json::from_slice(bytes).ok();
-    // Only domains name their format, so a truncated domain is recognised too.
+    // Of these files only domains name their format, so a truncated domain is still recognised.
     let head = String::from_utf8_lossy(&bytes[..bytes.len().min(200)]);
     if header.as_ref().map_or(head.contains("\"format\""), |v| v.get("format").is_some()) {
         let domain = Domain::parse(bytes, name)?;
@@ -73,7 +66,7 @@ fn inspect(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
     }))
 }
 
-/// Whether a file has one line, like a recording of one snapshot.
+/// Returns whether a file has a single line, as a recording of one snapshot does.
 fn one_line(bytes: &[u8]) -> bool {
     bytes.trim_ascii().iter().all(|b| *b != b'\n')
 }

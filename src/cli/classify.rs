@@ -1,16 +1,20 @@
-//! `symbolt classify`: the state of every object of a recording or scene.
+//! `symbolt classify`: the state of every object in a recording or scene.
 
 use anyhow::Error;
 use serde_json::{Value, json};
 use symbolt::task::{Classifier, Domain, Recording, Snapshot, TaskError};
 
 use super::Outcome;
-use super::args::ClassifyArgs;
+use super::args::{BadArgument, ClassifyArgs};
 use super::output::{Grid, emit_or_write, refuse_existing, use_threads};
 
 pub(crate) fn classify(args: &ClassifyArgs) -> Result<Outcome, Error> {
     refuse_existing(args.out.out.as_deref(), args.out.force)?;
     use_threads(&args.common)?;
+    if args.domain.as_os_str() == "-" && args.recording.as_os_str() == "-" {
+        let problem = "the domain and the recording cannot both come from standard input (-)";
+        return Err(BadArgument(problem.into()).into());
+    }
     let domain = Domain::read(&args.domain)?;
     let classifier = Classifier::new(&domain, args.grounding.rule())?;
     let scenes = read_scenes(&args.recording)?;
@@ -54,9 +58,10 @@ pub(crate) fn classify(args: &ClassifyArgs) -> Result<Outcome, Error> {
     Ok(Outcome::Done)
 }
 
+/// A snapshot with its demonstration and snapshot numbers, if it comes from a recording.
 type Scene = (Option<(u64, u64)>, Snapshot);
 
-/// All snapshots of a recording, or the one of a scene file.
+/// Reads all snapshots of a recording, or the only one of a scene.
 fn read_scenes(path: &std::path::Path) -> Result<Vec<Scene>, Error> {
     let bytes = symbolt::files::read_file(path)?;
     let name = path.display().to_string();
@@ -68,8 +73,7 @@ fn read_scenes(path: &std::path::Path) -> Result<Vec<Scene>, Error> {
             });
             Ok(scenes.collect())
         }
-        // A scene says of no demonstration; if it is not valid either, the recording's fault is the one
-        // to tell.
+        // A file that is neither is reported as a faulty recording.
         Err(fault) => match Snapshot::parse(&bytes, &name) {
             Ok(scene) => Ok(vec![(None, scene)]),
             Err(_) => Err(TaskError::Input(fault).into()),

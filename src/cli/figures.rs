@@ -1,4 +1,4 @@
-//! A run's figures: the text it prints, its `--json`, and `run.json`.
+//! The figures of a run, as printed text, as `--json` and in `run.json`.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -14,26 +14,31 @@ use symbolt::task::learn::Learned;
 use symbolt::task::tasks::Task;
 
 use super::args::RunArgs;
-use super::output::{Grid, counted};
+use super::folder::FILES;
+use super::output::{Grid, counted, unbroken, wrapped};
 use super::{learn, plan};
 
-/// What a run came to.
+/// The results of a run, and the wall-clock times that it took.
 pub(crate) struct Figures<'r> {
     pub shown: &'r Demonstrated,
     pub learned: &'r Learned,
     pub reports: &'r [EpisodeReport],
     pub tally: &'r Tally,
+    /// Wall-clock seconds of all episodes.
     pub loop_s: f64,
+    /// Wall-clock seconds of the physics steps in all episodes.
     pub physics_s: f64,
+    /// Number of actions in the plan for the recorded episode.
     pub least: usize,
 }
 
 impl Figures<'_> {
+    /// Returns the speed relative to real time.
     fn real_time(&self, wall_s: f64) -> f64 {
         self.tally.simulated_s / wall_s.max(1e-9)
     }
 
-    /// What the run was and what came of it, the same on every machine.
+    /// Returns the content of `run.json`: settings and results, the same on every machine.
     pub fn facts(
         &self,
         args: &RunArgs,
@@ -70,7 +75,7 @@ impl Figures<'_> {
         }
     }
 
-    /// What `--json` prints: the run's figures, and what differs between machines and runs.
+    /// Returns what `--json` prints: the figures, the speeds on this machine and the folder.
     pub fn summary(&self, args: &RunArgs, folder: &Path) -> Value {
         let mut summary = self.figures_json(args);
         let own = [
@@ -129,6 +134,7 @@ impl Figures<'_> {
         figures.into_iter().map(|(name, figure)| (name.to_owned(), figure)).collect()
     }
 
+    /// Returns what the run prints.
     pub fn text(&self, args: &RunArgs, folder: &Path, goal: &str, total_s: f64) -> String {
         let (shown, tally) = (self.shown, self.tally);
         let mut text = format!(
@@ -141,13 +147,14 @@ impl Figures<'_> {
         text += &learn::tables(self.learned);
         if let [report] = self.reports {
             let _ = writeln!(text, "One episode towards {goal}:\n\n{}", steps(report));
+            let _ = writeln!(text, "{}\n", wrapped(DECISION_MS, 0));
         } else {
             let _ = writeln!(text, "{} towards {goal}:\n", counted(self.reports.len(), "episode"));
         }
         text += &self.figures(total_s).to_string();
         text.push('\n');
         if !tally.failed_skills.is_empty() {
-            let mut grid = Grid::new(&["planned anew after", "outcome", ">times"]);
+            let mut grid = Grid::new(&["re-planned after", "outcome", ">times"]);
             for ((action, outcome), times) in &tally.failed_skills {
                 grid.row([action.clone(), outcome.clone(), times.to_string()]);
             }
@@ -155,19 +162,19 @@ impl Figures<'_> {
         }
         for (index, ended) in &tally.failures {
             let number = index + 1;
-            let _ = write!(text, "Episode {number} failed: {}", self.reason(ended));
-            let _ = if number == args.record_episode {
-                writeln!(text, ".")
-            } else {
-                writeln!(text, " (`--record-episode {number}` shows it).")
+            let advice = match number == args.record_episode {
+                true => String::new(),
+                false => format!(" (`--record-episode {number}` shows it)"),
             };
+            let line = format!("Episode {number} failed: {}{advice}.", self.reason(ended));
+            let _ = writeln!(text, "{}", wrapped(&line, 2));
         }
-        let files: Vec<String> =
-            super::run::FILES.iter().map(|f| folder.join(f).display().to_string()).collect();
-        let _ = writeln!(text, "Wrote {}", files.join(", "));
+        let files = FILES.map(|f| unbroken(&folder.join(f).display().to_string()));
+        let _ = writeln!(text, "{}", wrapped(&format!("Wrote {}", files.join(", ")), 6));
         text
     }
 
+    /// Returns the figures as a table. `total_s` is the wall-clock time of the whole command in seconds.
     fn figures(&self, total_s: f64) -> Grid {
         let tally = self.tally;
         let [low, high] = tally.interval95();
@@ -180,22 +187,28 @@ impl Figures<'_> {
             ("assembled", format!("{} of {}", tally.solved, tally.episodes)),
             ("95% interval", format!("{} to {}", percent(low), percent(high))),
             (
-                "in the least number of steps",
+                "in the fewest possible steps",
                 format!("{} ({} steps)", tally.minimum_steps, self.least),
             ),
-            ("goals taken to be met that were not", tally.false_goals.to_string()),
+            ("goals wrongly taken as met", tally.false_goals.to_string()),
             ("picks", tally.picks.to_string()),
             ("drops", tally.drops.to_string()),
             ("re-plans after a failed step", tally.replans.to_string()),
-            ("parts that came to be in no state", tally.unexplained.to_string()),
-            ("greatest slip in the hand, mm", format!("{:.2}", 1e3 * tally.slip_m)),
+            ("parts that ended up in no state", tally.unexplained.to_string()),
+            ("largest slip in the gripper, mm", format!("{:.2}", 1e3 * tally.slip_m)),
             ("decision, simulated ms, median", ms(0.5)),
-            ("decision, simulated ms, 95%", ms(0.95)),
-            ("simulated s", format!("{:.1}", tally.simulated_s)),
+            ("decision, simulated ms, 95th percentile", ms(0.95)),
+            ("simulated time, s", format!("{:.1}", tally.simulated_s)),
             ("physics steps", tally.steps.to_string()),
-            ("times real time, whole loop", format!("{:.1}", self.real_time(self.loop_s))),
-            ("times real time, physics alone", format!("{:.1}", self.real_time(self.physics_s))),
-            ("wall s, everything", format!("{total_s:.1}")),
+            (
+                "speed of the whole loop, times real time",
+                format!("{:.1}", self.real_time(self.loop_s)),
+            ),
+            (
+                "speed of the physics, times real time",
+                format!("{:.1}", self.real_time(self.physics_s)),
+            ),
+            ("wall time in all, s", format!("{total_s:.1}")),
         ];
         for (name, value) in rows {
             grid.row([name.into(), value]);
@@ -203,25 +216,31 @@ impl Figures<'_> {
         grid
     }
 
+    /// Returns why an episode failed, in words.
     fn reason(&self, ended: &Ended) -> String {
         match ended {
-            Ended::GoalMet => "the goal was taken to be met and is not".into(),
+            Ended::GoalMet => "the planner took the goal as met, but it is not".into(),
             Ended::Stuck(obstacle) => plan::obstacle_text(&self.learned.domain, *obstacle),
-            Ended::NoWay { action } => format!("no part could be taken and put as {action} wants"),
-            Ended::Occupied { action } => format!("something lies where {action} puts its part"),
-            Ended::GaveUp => "time or skills were used up".into(),
+            Ended::NoWay { action } => format!("no part could be grasped and placed for {action}"),
+            Ended::Occupied { action } => format!("another part lies where {action} puts its part"),
+            Ended::GaveUp => "the time or the number of skills was used up".into(),
         }
     }
 }
 
-/// The decisions of one episode, and what came of them.
+/// The meaning of the column of milliseconds, and the reason why `symbolt plan` prints more for the same scene.
+const DECISION_MS: &str = "ms: simulated time from the look at the scene to the answer, in whole steps of the physics. \
+                           The planner already knows its goal then; the times of `symbolt\u{a0}plan` include the \
+                           recognition of the goal.";
+
+/// Returns the decisions of one episode and their outcomes.
 fn steps(report: &EpisodeReport) -> Grid {
-    let mut grid = Grid::new(&["step", ">at s", "holds", "decided", ">in ms", "outcome"]);
+    let mut grid = Grid::new(&["#", ">at s", "holds", "decided", ">ms", "outcome"]);
     for (index, decision) in report.decisions.iter().enumerate() {
         let outcome = match (&decision.action, &report.ended) {
             (Some(_), _) if !decision.begun => "not begun".to_owned(),
             (Some(_), _) => decision.outcome().map_or("cut short".into(), |o| o.to_string()),
-            (None, Ended::GoalMet) => "goal met".to_owned(),
+            (None, Ended::GoalMet) => unbroken("goal met"),
             (None, _) => "stuck".to_owned(),
         };
         grid.row([

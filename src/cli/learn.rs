@@ -1,4 +1,4 @@
-//! `symbolt learn`: states and operators from a recording.
+//! `symbolt learn`: states and actions from a recording.
 
 use std::fmt::Write as _;
 
@@ -12,35 +12,60 @@ use symbolt::task::{Domain, Origin, Recording, StateId};
 
 use super::Outcome;
 use super::args::LearnArgs;
-use super::output::{Grid, Progress, counted, emit, emit_json, mm, refuse_existing, use_threads};
+use super::output::{
+    Grid, Progress, counted, emit, emit_json, mm, refuse_existing, unbroken, use_threads, warn,
+};
+use super::threshold;
 use super::watch::ProgressLine;
 
 pub(crate) fn learn(args: &LearnArgs) -> Result<Outcome, Error> {
     refuse_existing(args.out.out.as_deref(), args.out.force)?;
+    let threshold_m = args.threshold.as_deref().map(threshold::metres).transpose()?;
     use_threads(&args.common)?;
     let progress = Progress::new(&args.common);
     progress.say(format!("reading {}", args.recording.display()));
     let recording = Recording::read(&args.recording)?;
-    let settings = Settings { p: args.p, threshold_m: args.threshold, seed: args.common.seed };
+    let settings = Settings { p: args.p, threshold_m, seed: args.common.seed };
     let learned = learn_observed(&recording, &settings, &mut ProgressLine::new(&progress))?;
     let empty = learned.domain.operators().is_empty();
     if let Some(path) = args.out.out.as_ref().filter(|_| !empty) {
         write_atomic(path, learned.domain.to_json()?, args.out.overwrite())?;
     }
     drop(progress);
+    for warning in kinds_without_states(&learned.domain) {
+        warn(&warning);
+    }
     if args.common.json {
         emit_json(&[summary(&learned)])?;
     } else {
         emit(&tables(&learned))?;
     }
     if empty {
-        let sentence = "no action was learned: no attempt left a part in a state that was new";
+        let sentence = "no action was learned: no attempt brought a part into a new state";
         return Ok(Outcome::Failed(sentence.into()));
     }
     Ok(Outcome::Done)
 }
 
-/// The learned domain as one JSON object.
+/// Returns a warning for each kind of moved object that has no state.
+fn kinds_without_states(domain: &Domain) -> Vec<String> {
+    let provenance = domain.provenance();
+    let advice = match provenance.and_then(|p| p.threshold_m) {
+        Some(given) if domain.states().is_empty() => {
+            format!("the threshold of {} mm is probably too large", mm(given))
+        }
+        Some(given) => format!("the threshold of {} mm may not suit this kind", mm(given)),
+        None => "no attempt put such an object into a new place".into(),
+    };
+    provenance
+        .map_or(&[][..], |p| &p.clusters)
+        .iter()
+        .filter(|clusters| domain.states().iter().all(|state| state.kind != clusters.kind))
+        .map(|clusters| format!("no state was found for `{}`: {advice}", clusters.kind))
+        .collect()
+}
+
+/// Returns the learned domain as one JSON object.
 fn summary(learned: &Learned) -> Value {
     let domain = &learned.domain;
     let states: Vec<Value> = domain
@@ -95,7 +120,7 @@ fn summary(learned: &Learned) -> Value {
         "threshold_m": by_kind(|c| c.threshold_m),
         "operators": operators,
         "goal": domain.goal_name(),
-        // The keys `tries` and `strays` are older than the words for them.
+        // `tries` are attempts, `strays` are unexplained poses: scripts rely on the old keys.
         "tries": learned.report.attempts.len(),
         "failed": failed,
         "strays": unexplained,
@@ -103,6 +128,7 @@ fn summary(learned: &Learned) -> Value {
     })
 }
 
+/// Returns the failed attempts and why they failed.
 fn failed(report: &LearnReport) -> impl Iterator<Item = (&AttemptReport, Failure)> {
     report.attempts.iter().filter_map(|attempt| match attempt.outcome {
         AttemptOutcome::Failed(why) => Some((attempt, why)),
@@ -110,18 +136,19 @@ fn failed(report: &LearnReport) -> impl Iterator<Item = (&AttemptReport, Failure
     })
 }
 
+/// Returns why an attempt failed, in words.
 fn reason(why: Failure) -> &'static str {
     match why {
         Failure::NothingMoved => "nothing moved",
         Failure::PartLost => "the part was lost",
-        Failure::NothingNew => "no state was newly present",
-        Failure::Detour => "the part ended in a place that others did without",
-        Failure::Undone => "the part came back to where it had been",
+        Failure::NothingNew => "it brought about no new state",
+        Failure::Detour => "it was a detour that other demonstrations avoided",
+        Failure::Undone => "the part came back to an earlier place",
         _ => "it achieved nothing",
     }
 }
 
-/// The learned domain and how it was learned, as tables.
+/// Returns tables of the learned domain, the failed attempts and the poses in no state.
 pub(crate) fn tables(learned: &Learned) -> String {
     let mut text = domain_tables(&learned.domain);
     let report = &learned.report;
@@ -139,24 +166,32 @@ pub(crate) fn tables(learned: &Learned) -> String {
         Grid::new(&["kind", ">poses", ">x m", ">y m", ">z m", "seen at (demo, snapshot)"]);
     for poses in &report.unexplained {
         let [x, y, z] = poses.mean.position.map(|v| format!("{v:.4}"));
-        let seen: Vec<String> =
-            poses.seen.iter().take(6).map(|(d, s)| format!("({d}, {s})")).collect();
+        let place = |(d, s): &(u64, u64)| unbroken(&format!("({d}, {s})"));
+        let seen: Vec<String> = poses.seen.iter().take(6).map(place).collect();
         let more = if poses.seen.len() > 6 { ", ..." } else { "" };
         let seen = seen.join(", ") + more;
         grid.row([poses.kind.clone(), poses.count.to_string(), x, y, z, seen]);
     }
     if !grid.is_empty() {
-        let _ = writeln!(text, "Poses seen only around failed attempts, in no state:\n\n{grid}");
+        let _ = writeln!(text, "Poses in no state, seen only around failed attempts:\n\n{grid}");
     }
     text
 }
 
-/// States and operators of a domain, as tables; only what there is, for a domain written in code has no geometry and
-/// no counts.
+/// Returns tables of a domain. A domain written in code has no geometry and no counts, and none are printed.
 pub(crate) fn domain_tables(domain: &Domain) -> String {
     let mut text = String::new();
     section(&mut text, &counted(domain.states().len(), "state"), &state_table(domain));
+    let spreads = spread_table(domain);
+    if !spreads.is_empty() {
+        section(&mut text, "Standard deviations of the poses in each state", &spreads);
+    }
     section(&mut text, &counted(domain.operators().len(), "action"), &action_table(domain));
+    let evidence = evidence_table(domain);
+    if !evidence.is_empty() {
+        let title = "Evidence (a need marked 4/5 held before 4 of 5 instances)";
+        section(&mut text, title, &evidence);
+    }
     let mut grid = Grid::new(&["kind", ">threshold mm", ">next merge mm"]);
     let provenance = domain.provenance();
     for clusters in provenance.map_or(&[][..], |p| &p.clusters) {
@@ -170,12 +205,13 @@ pub(crate) fn domain_tables(domain: &Domain) -> String {
         section(&mut text, &format!("Clustering thresholds ({given})"), &grid);
     }
     if let Some(goal) = domain.goal_name() {
-        let _ = writeln!(text, "Goal of the demonstrations: {goal}\n");
+        let whose = if provenance.is_some() { "Goal of the demonstrations" } else { "Goal" };
+        let _ = writeln!(text, "{whose}: {goal}\n");
     }
     text
 }
 
-/// A title with its table, if that has rows.
+/// Appends a title and, if it has rows, its table.
 fn section(text: &mut String, title: &str, grid: &Grid) {
     let _ = match grid.is_empty() {
         true => writeln!(text, "{title}\n"),
@@ -183,18 +219,14 @@ fn section(text: &mut String, title: &str, grid: &Grid) {
     };
 }
 
+/// Returns the states with their mean positions.
 fn state_table(domain: &Domain) -> Grid {
-    if domain.states().iter().all(|state| state.learned.is_none()) {
-        let mut grid = Grid::new(&["state", "kind"]);
-        for state in domain.states() {
-            grid.row([state.name.clone(), state.kind.clone()]);
-        }
-        return grid;
+    let mut columns = vec!["state", "kind"];
+    let learned = domain.states().iter().any(|state| state.learned.is_some());
+    if learned {
+        columns.extend(["origin", ">x m", ">y m", ">z m"]);
     }
-    let mut grid = Grid::new(&[
-        "state", "kind", "origin", ">poses", ">x m", ">y m", ">z m", ">sd x mm", ">sd y mm",
-        ">sd z mm",
-    ]);
+    let mut grid = Grid::new(&columns);
     for state in domain.states() {
         let mut row = vec![state.name.clone(), state.kind.clone()];
         if let Some(learned) = &state.learned {
@@ -202,27 +234,37 @@ fn state_table(domain: &Domain) -> Grid {
                 Origin::Found => "found",
                 Origin::Placed => "placed",
             };
-            row.extend([origin.into(), learned.count.to_string()]);
+            row.push(origin.into());
             row.extend(learned.mean.position.map(|v| format!("{v:.4}")));
-            row.extend(learned.spread().map(mm));
         } else {
-            row.resize(10, "-".into());
+            row.resize(columns.len(), "-".into());
         }
         grid.row(row);
     }
     grid
 }
 
+/// Returns the number and the spread of the poses in each learned state.
+fn spread_table(domain: &Domain) -> Grid {
+    let mut grid = Grid::new(&["state", ">poses", ">x mm", ">y mm", ">z mm"]);
+    for state in domain.states() {
+        if let Some(learned) = &state.learned {
+            let mut row = vec![state.name.clone(), learned.count.to_string()];
+            row.extend(learned.spread().map(mm));
+            grid.row(row);
+        }
+    }
+    grid
+}
+
+/// Returns the actions with their preconditions and effects.
 fn action_table(domain: &Domain) -> Grid {
     let operators = domain.operators();
+    // Absent states are required by a written action, but only observed of a learned one.
     let learned = operators.iter().any(|o| o.evidence.is_some());
-    // Of an action that was not learned, nothing was seen.
-    let absent = if learned { "never seen before it" } else { "needs absent" };
-    let with_absent = learned || operators.iter().any(|o| !o.absent.is_empty());
-    let mut columns = vec!["action"];
-    columns.extend(learned.then_some(">instances"));
-    columns.extend(["needs", "brings about"]);
-    columns.extend(with_absent.then_some(absent));
+    let with_absent = !learned && operators.iter().any(|o| !o.absent.is_empty());
+    let mut columns = vec!["action", "needs", "brings about"];
+    columns.extend(with_absent.then_some("needs absent"));
     let mut grid = Grid::new(&columns);
     for operator in operators {
         let evidence = operator.evidence.as_ref();
@@ -232,18 +274,27 @@ fn action_table(domain: &Domain) -> Grid {
                 || name.clone(),
                 |e| {
                     let count = e.before.get(state.index()).copied().unwrap_or(0);
-                    format!("{name} ({count}/{})", e.instances)
+                    unbroken(&format!("{name} ({count}/{})", e.instances))
                 },
             )
         };
         let needs: Vec<String> = operator.preconditions.iter().map(need).collect();
-        let mut row = vec![operator.name.clone()];
-        if learned {
-            row.push(evidence.map_or_else(|| "-".into(), |e| e.instances.to_string()));
-        }
-        row.extend([needs.join(", "), domain.names(&operator.effects).join(", ")]);
+        let effects = domain.names(&operator.effects).join(", ");
+        let mut row = vec![operator.name.clone(), needs.join(", "), effects];
         row.extend(with_absent.then(|| domain.names(&operator.absent).join(", ")));
         grid.row(row);
+    }
+    grid
+}
+
+/// Returns how often each learned action was seen, and the states never seen before it.
+fn evidence_table(domain: &Domain) -> Grid {
+    let mut grid = Grid::new(&["action", ">instances", "never seen before it"]);
+    for operator in domain.operators() {
+        if let Some(evidence) = &operator.evidence {
+            let absent = domain.names(&operator.absent).join(", ");
+            grid.row([operator.name.clone(), evidence.instances.to_string(), absent]);
+        }
     }
     grid
 }

@@ -1,4 +1,4 @@
-//! Commands, their arguments, and what they return to the shell.
+//! The commands, their arguments and their exit codes.
 
 mod args;
 mod bench;
@@ -6,7 +6,9 @@ mod check;
 mod classify;
 mod experiment;
 mod figures;
+mod folder;
 mod learn;
+mod options;
 mod output;
 mod plan;
 mod record;
@@ -14,52 +16,59 @@ mod rename;
 mod repeat;
 mod report;
 mod run;
+mod table;
+mod threshold;
 mod watch;
 
 use std::ffi::OsString;
 use std::io::Write;
+use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::Error;
 use clap::{CommandFactory, Parser};
 use symbolt::files::{FileError, write_atomic};
 use symbolt::neurons::{SolvedFileError, UnknownMode};
+use symbolt::spa::VocabError;
 use symbolt::study::standard::UnknownModel;
 use symbolt::task::TaskError;
 use symbolt::task::tasks;
 
-use args::{Cli, Command};
+use args::{BadArgument, Cli, Command};
 
-/// How a command that did not break off went.
+/// The result of a command that ran to its end.
 pub(crate) enum Outcome {
-    /// It did what it was asked for.
+    /// The command succeeded.
     Done,
-    /// It ran, and what it tried could not be done; said in one sentence.
+    /// The command failed, for the reason in this sentence.
     Failed(String),
 }
 
-/// Runs the command line: 0 on success, 1 on a failed run, 2 on bad usage or input.
+/// Runs the command line. Returns 0 on success, 1 if the command failed, 2 for bad usage or input.
 pub(crate) fn main() -> ExitCode {
-    match dispatch(Cli::parse_from(with_command(std::env::args_os()))) {
+    let args = with_command(std::env::args_os());
+    let command = args.get(1).map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    match dispatch(Cli::parse_from(args)) {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Failed(sentence)) => {
             complain(&sentence);
             ExitCode::from(1)
         }
         Err(error) => {
-            // A reader that went away (`symbolt learn ... | head`) is no failure.
+            // The reader has closed the pipe, as in `symbolt learn ... | head`.
             if let Some(io) = error.downcast_ref::<std::io::Error>()
                 && io.kind() == std::io::ErrorKind::BrokenPipe
             {
                 return ExitCode::SUCCESS;
             }
+            let error = with_options(error, &command);
             complain(&sentence(&error));
             ExitCode::from(code(&error))
         }
     }
 }
 
-/// Puts `run` in where no command is given: `symbolt --seed 3` is `symbolt run --seed 3`.
+/// Inserts `run` if no command is given: `symbolt --seed 3` becomes `symbolt run --seed 3`.
 fn with_command(args: impl Iterator<Item = OsString>) -> Vec<OsString> {
     let mut args: Vec<OsString> = args.collect();
     let own = ["-h", "--help", "-V", "--version"];
@@ -73,7 +82,43 @@ fn with_command(args: impl Iterator<Item = OsString>) -> Vec<OsString> {
     args
 }
 
-/// An error and its causes, leaving out those that the error says itself.
+/// Rewrites an error about a setting so that it names the option that the user typed.
+fn with_options(error: Error, command: &str) -> Error {
+    let program = Cli::command();
+    let command = program.find_subcommand(command);
+    let has = |option: &str| {
+        command.is_some_and(|c| c.get_arguments().any(|a| a.get_long() == Some(option)))
+    };
+    let range = |option: &str, value: String, expected: &str| {
+        has(option).then(|| BadArgument::range(&format!("--{option}"), value, expected))
+    };
+    let exists = |path: &Path| {
+        let path = path.display();
+        let sentence = format!("{path} exists already; choose another name or add --force");
+        has("force").then_some(BadArgument(sentence))
+    };
+    let named = match (error.downcast_ref::<TaskError>(), error.downcast_ref::<FileError>()) {
+        (Some(TaskError::Setting { name, value, expected }), _) => {
+            range(&name.replace('_', "-"), value.clone(), expected)
+        }
+        (Some(TaskError::Vocabulary(VocabError::Dimension { dim, min, max })), _) => {
+            range("dimensions", dim.to_string(), &format!("{min} to {max}"))
+        }
+        (Some(TaskError::Vocabulary(VocabError::Ceiling { ceiling })), _) => {
+            range("max-similarity", ceiling.to_string(), "more than 0 and at most 1")
+        }
+        (Some(TaskError::Vocabulary(VocabError::TooSimilar { .. })), _) => {
+            let advice = "(--dimensions, --max-similarity)";
+            has("dimensions").then(|| BadArgument(format!("{error} {advice}")))
+        }
+        (Some(TaskError::File(FileError::Exists { path })), _)
+        | (_, Some(FileError::Exists { path })) => exists(path),
+        _ => None,
+    };
+    named.map_or(error, Error::from)
+}
+
+/// Joins an error and its causes in one sentence, without repetitions.
 fn sentence(error: &Error) -> String {
     error.chain().map(ToString::to_string).fold(String::new(), |text, cause| {
         match (text.is_empty(), text.contains(&cause)) {
@@ -85,13 +130,13 @@ fn sentence(error: &Error) -> String {
 }
 
 fn complain(sentence: &str) {
-    // If standard error is gone there is nobody to tell.
+    // Without standard error, no one can be told.
     let _ = writeln!(std::io::stderr(), "symbolt: {sentence}");
 }
 
-/// What the shell is told about an error: 2 where the user gave something that cannot be used.
+/// Returns the exit code for an error: 2 if an argument or an input file is to blame, 1 otherwise.
 fn code(error: &Error) -> u8 {
-    if error.is::<UnknownMode>() || error.is::<UnknownModel>() || error.is::<args::BadArgument>() {
+    if error.is::<UnknownMode>() || error.is::<UnknownModel>() || error.is::<BadArgument>() {
         return 2;
     }
     if error.is::<SolvedFileError>() {

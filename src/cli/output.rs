@@ -1,18 +1,19 @@
-//! Tables, JSON and progress: results to standard output, progress to standard error.
+//! Results to standard output, progress to standard error, and the checks that all commands share.
 
 use std::io::{IsTerminal, Write};
 use std::path::Path;
 use std::time::Duration;
 
 use anyhow::Error;
-use comfy_table::{CellAlignment, Table, presets};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::Value;
 use symbolt::files::{FileError, write_atomic};
 
 use super::args::{BadArgument, Common, OutFile};
 
-/// Writes a result to standard output, all at once.
+pub(crate) use super::table::{Grid, unbroken, wrapped};
+
+/// Writes a result to standard output in one call.
 pub(crate) fn emit(text: &str) -> Result<(), Error> {
     let mut out = std::io::stdout().lock();
     out.write_all(text.as_bytes())?;
@@ -23,13 +24,13 @@ pub(crate) fn emit(text: &str) -> Result<(), Error> {
     Ok(())
 }
 
-/// Writes one JSON object a line.
+/// Writes one JSON object per line.
 pub(crate) fn emit_json(values: &[Value]) -> Result<(), Error> {
     let lines: Vec<String> = values.iter().map(Value::to_string).collect();
     emit(&lines.join("\n"))
 }
 
-/// Writes a result to the file asked for, or to standard output if none is.
+/// Writes a result to the file given with `--out`, or else to standard output.
 pub(crate) fn emit_or_write(text: &str, out: &OutFile) -> Result<(), Error> {
     match &out.out {
         Some(path) => Ok(write_atomic(path, text, out.overwrite())?),
@@ -37,44 +38,7 @@ pub(crate) fn emit_or_write(text: &str, out: &OutFile) -> Result<(), Error> {
     }
 }
 
-/// A table in the form of Markdown, numbers to the right.
-pub(crate) struct Grid {
-    table: Table,
-    right: Vec<bool>,
-}
-
-impl Grid {
-    /// A table with the given columns; those that begin with `>` stand to the right.
-    pub fn new(columns: &[&str]) -> Self {
-        let mut table = Table::new();
-        table.load_style(presets::ASCII_MARKDOWN);
-        let right = columns.iter().map(|c| c.starts_with('>')).collect();
-        table.set_header(columns.iter().map(|c| c.trim_start_matches('>')));
-        Self { table, right }
-    }
-
-    pub fn row(&mut self, cells: impl IntoIterator<Item = String>) {
-        self.table.add_row(cells);
-    }
-
-    pub fn is_empty(&self) -> bool {
-        self.table.row_count() == 0
-    }
-}
-
-impl std::fmt::Display for Grid {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let mut table = self.table.clone();
-        for (index, right) in self.right.iter().enumerate() {
-            if let (true, Some(column)) = (*right, table.column_mut(index)) {
-                column.set_cell_alignment(CellAlignment::Right);
-            }
-        }
-        writeln!(f, "{table}")
-    }
-}
-
-/// Says on standard error what is going on: a spinner on a terminal, plain lines elsewhere.
+/// Shows progress on standard error: a spinner on a terminal, plain lines elsewhere.
 pub(crate) struct Progress {
     bar: Option<ProgressBar>,
     lines: bool,
@@ -94,18 +58,19 @@ impl Progress {
         Self { bar, lines: !terminal && !common.quiet }
     }
 
-    /// Whether there is a terminal to show changing lines on.
+    /// Returns whether standard error is a terminal, where the line can change.
     pub fn lively(&self) -> bool {
         self.bar.is_some()
     }
 
-    /// Changes the line on a terminal; says nothing elsewhere.
+    /// Changes the line on a terminal. Elsewhere it does nothing.
     pub fn show(&self, what: String) {
         if let Some(bar) = &self.bar {
             bar.set_message(what);
         }
     }
 
+    /// Prints a step: as a line of its own, or in the spinner's line on a terminal.
     pub fn say(&self, what: impl Into<String>) {
         let what = what.into();
         if self.lines {
@@ -125,22 +90,27 @@ impl Drop for Progress {
     }
 }
 
+/// Prints a warning to standard error, even with `--quiet`.
+pub(crate) fn warn(sentence: &str) {
+    let _ = writeln!(std::io::stderr(), "symbolt: warning: {sentence}");
+}
+
 /// Sets the number of worker threads.
 pub(crate) fn use_threads(common: &Common) -> Result<(), Error> {
     if common.threads > 1024 {
-        let problem = format!("--threads is {}; expected at most 1024", common.threads);
-        return Err(BadArgument(problem).into());
+        return Err(BadArgument::range("--threads", common.threads, "0 to 1024").into());
     }
     rayon::ThreadPoolBuilder::new().num_threads(common.threads).build_global()?;
     Ok(())
 }
 
-/// Refuses an output that exists before any work is done for it.
+/// Refuses an output file that exists. Commands call it before they do any work.
 pub(crate) fn refuse_existing(out: Option<&Path>, force: bool) -> Result<(), Error> {
     match out {
         Some(path) if path.as_os_str() == "-" => {
-            Err(BadArgument("`-` is standard output; expected the name of a file to write".into())
-                .into())
+            let problem = "--out -: must be a file name; without --out the result goes to standard \
+                           output";
+            Err(BadArgument(problem.into()).into())
         }
         Some(path) if !force && path.exists() => {
             Err(FileError::Exists { path: path.into() }.into())
@@ -149,13 +119,26 @@ pub(crate) fn refuse_existing(out: Option<&Path>, force: bool) -> Result<(), Err
     }
 }
 
-/// Metres as millimetres, short.
+/// Formats a length given in metres as millimetres, without the unit.
 pub(crate) fn mm(metres: f64) -> String {
-    let mm = metres * 1e3;
-    if mm.abs() >= 100.0 { format!("{mm:.0}") } else { format!("{mm:.3}") }
+    format!("{:.3}", metres * 1e3)
 }
 
-/// `1 nut`, `2 nuts`.
+/// Formats the counts of a JSON object: `3 demonstrations, 24 snapshots`. The key `kind` is left out.
+pub(crate) fn facts(summary: &Value) -> String {
+    let fact = |(key, value): (&String, &Value)| match (key.as_str(), value.as_u64()) {
+        ("kind", _) => None,
+        ("failed", Some(count)) => Some(counted(count as usize, "failed attempt")),
+        ("lost", Some(count)) => Some(counted(count as usize, "lost part")),
+        ("simulated_s", _) => value.as_f64().map(|time_s| format!("{time_s:.1} simulated s")),
+        (name, Some(1)) => Some(format!("1 {}", name.trim_end_matches('s'))),
+        (name, _) => Some(format!("{value} {name}")),
+    };
+    let facts = summary.as_object().into_iter().flatten().filter_map(fact);
+    facts.collect::<Vec<_>>().join(", ")
+}
+
+/// Formats a count with its noun: `1 nut`, `2 nuts`.
 pub(crate) fn counted(number: usize, what: &str) -> String {
     if number == 1 { format!("1 {what}") } else { format!("{number} {what}s") }
 }

@@ -1,4 +1,4 @@
-//! `symbolt plan`: the next action in a scene, the whole plan, and when the graph knew.
+//! `symbolt plan`: the next action in a scene, the whole plan, and the time of each milestone.
 
 use std::fmt::Write as _;
 
@@ -11,13 +11,16 @@ use symbolt::task::{ActionId, Classifier, Domain, Obstacle, Snapshot, StateId, V
 
 use super::Outcome;
 use super::args::{BadArgument, PlanArgs, PlannerArgs};
-use super::output::{Grid, Progress, counted, emit_or_write, refuse_existing, use_threads};
+use super::output::{
+    Grid, Progress, counted, emit_or_write, refuse_existing, unbroken, use_threads, wrapped,
+};
 
 pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
     refuse_existing(args.out.out.as_deref(), args.out.force)?;
+    args.planner.check()?;
     use_threads(&args.common)?;
     if args.domain.as_os_str() == "-" && args.scene.as_os_str() == "-" {
-        let problem = "the domain and the scene cannot both come from standard input";
+        let problem = "the domain and the scene cannot both come from standard input (-)";
         return Err(BadArgument(problem.into()).into());
     }
     let progress = Progress::new(&args.common);
@@ -28,7 +31,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
         (Some(goal), _) => domain.state(goal)?,
         (None, Some(goal)) => goal,
         (None, None) => {
-            let problem = "the domain names no goal; give one with --goal STATE";
+            let problem = "the domain has no goal; name one with --goal STATE";
             return Err(BadArgument(problem.into()).into());
         }
     };
@@ -43,7 +46,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
     } else {
         let mut text = table(&planner, &plan, &counts, goal);
         if !loose.is_empty() {
-            let _ = writeln!(text, "In no state: {}", loose.join(", "));
+            let _ = writeln!(text, "{}", listed("In no state: ", &loose));
         }
         text
     };
@@ -51,15 +54,14 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
     Ok(outcome(&planner, &plan))
 }
 
-/// Builds a planner graph as asked for.
+/// Builds the planner graph with the given options.
 pub(crate) fn build(domain: &Domain, args: &PlannerArgs, seed: u64) -> Result<Planner, Error> {
     let mode: Population = args.mode.parse()?;
     let plan = PopulationPlan::all(mode);
     Ok(Planner::with_plan(domain, args.spec(), &plan, Seed::new(seed))?)
 }
 
-/// How many objects are in each state, and the ids of those that are in none although their kind has
-/// states.
+/// Returns the number of objects in each state, and the ids of objects in no state whose kind has states.
 pub(crate) fn count(
     classifier: &Classifier,
     domain: &Domain,
@@ -77,18 +79,18 @@ pub(crate) fn count(
     (counts, loose)
 }
 
-/// Success, or one sentence about what stands in the way.
+/// Returns success if there is an action or the goal is met, or else why not.
 pub(crate) fn outcome(planner: &Planner, plan: &RolledOut) -> Outcome {
     match (plan.steps.is_empty(), plan.end) {
         (true, PlanEnd::Stuck(obstacle)) => {
             Outcome::Failed(format!("stuck: {}", obstacle_text(planner.domain(), obstacle)))
         }
-        // There is something to do next, whatever comes of it: the robot looks again after each step.
+        // Only the next action counts: the robot looks and plans again after each.
         _ => Outcome::Done,
     }
 }
 
-/// An obstacle in words.
+/// Returns an obstacle in words.
 pub(crate) fn obstacle_text(domain: &Domain, obstacle: Obstacle) -> String {
     let state = |state: StateId| domain[state].name.as_str();
     let action = |action: ActionId| domain[action].name.as_str();
@@ -97,38 +99,37 @@ pub(crate) fn obstacle_text(domain: &Domain, obstacle: Obstacle) -> String {
             format!("{} does not hold and no action brings it about", state(s))
         }
         Obstacle::MustBeAbsent { action: a, state: s } => {
-            format!("{} must be absent before {}, and holds", state(s), action(a))
+            format!("{} holds, but must be absent before {}", state(s), action(a))
         }
         Obstacle::NeedsItself { state: s } => {
-            format!("{} is needed to bring itself about", state(s))
+            format!("every way to {} needs {} first", state(s), state(s))
         }
-        _ => "the goal cannot be had".into(),
+        _ => "the goal cannot be reached".into(),
     }
 }
 
-/// Why a cause was chosen, in words.
+/// Returns why a cause was chosen, in words.
 fn why_text(choice: &Choice) -> String {
-    let lacking = |unmet: usize| match unmet {
+    let unmet = |unmet: usize| match unmet {
         0 => "all its preconditions hold".to_owned(),
-        _ => format!("{} unmet", counted(unmet, "precondition")),
+        _ => format!("it has {}", counted(unmet, "unmet precondition")),
     };
     match choice.why {
         Why::OnlyOneLeft => "every other cause is impossible".into(),
-        Why::FewestUnmet { unmet: 0 } => format!("{}, as of no other cause", lacking(0)),
-        Why::FewestUnmet { unmet } => format!("{}, fewer than of any other cause", lacking(unmet)),
-        Why::Preferred { unmet } => format!("{}, and it is preferred among equals", lacking(unmet)),
-        Why::Imprecision => {
-            "the neurons' precision decided: it was not the best by the rule".into()
-        }
-        _ => "for a reason without words".into(),
+        Why::FewestUnmet { unmet: 0 } => "only this cause has all its preconditions met".into(),
+        Why::FewestUnmet { unmet: n } => format!("{}, fewer than every other cause", unmet(n)),
+        Why::Preferred { unmet: n } => format!("{}, and it is preferred among equals", unmet(n)),
+        Why::Imprecision => "the neurons were too imprecise to choose the best cause".into(),
+        _ => "unknown".into(),
     }
 }
 
+/// Returns the decision about the scene itself; the others are about predicted worlds.
 fn first(plan: &RolledOut) -> &Decision {
     plan.steps.first().map_or(&plan.last, |step| &step.decision)
 }
 
-/// The plan as one JSON object.
+/// Returns the plan as one JSON object.
 pub(crate) fn summary(planner: &Planner, plan: &RolledOut, goal: StateId, mode: &str) -> Value {
     let domain = planner.domain();
     let name = |action: ActionId| domain[action].name.as_str();
@@ -173,7 +174,7 @@ pub(crate) fn summary(planner: &Planner, plan: &RolledOut, goal: StateId, mode: 
     })
 }
 
-/// The plan as tables.
+/// Returns the plan as tables.
 pub(crate) fn table(
     planner: &Planner,
     plan: &RolledOut,
@@ -189,20 +190,21 @@ pub(crate) fn table(
         .filter(|(_, count)| **count > 0)
         .map(|(s, count)| if *count > 1 { format!("{} x{count}", s.name) } else { s.name.clone() })
         .collect();
-    let holds = if holds.is_empty() { "nothing".into() } else { holds.join(", ") };
-    let _ = writeln!(text, "Holds: {holds}\nGoal:  {}", domain[goal].name);
+    let holds = if holds.is_empty() { vec!["nothing".into()] } else { holds };
+    let _ = writeln!(text, "{}\nGoal:  {}", listed("Holds: ", &holds), domain[goal].name);
     let decision = first(plan);
     let answer = match decision.verdict {
         Verdict::Act(action) => format!("do {}", domain[action].name),
         Verdict::Met => "the goal is met".into(),
         Verdict::Stuck(obstacle) => format!("stuck: {}", obstacle_text(domain, obstacle)),
     };
-    let _ = writeln!(
-        text,
-        "Next:  {answer} (decided in {:.0} simulated ms after {})\n",
+    let next = format!(
+        "{} {answer} (decided in {:.0} simulated ms after {})",
+        unbroken("Next: "),
         decision.time_ms,
         counted(decision.questions as usize, "question"),
     );
+    let _ = writeln!(text, "{}\n", wrapped(&next, 7));
     if !plan.steps.is_empty() {
         let mut grid = Grid::new(&[">step", "action", ">decided in ms"]);
         for (index, step) in plan.steps.iter().enumerate() {
@@ -211,10 +213,11 @@ pub(crate) fn table(
         }
         let end = match plan.end {
             PlanEnd::Met => "then the goal is met".into(),
-            PlanEnd::Circle => "then it would go in a circle".into(),
+            PlanEnd::Circle => "then the plan would repeat itself".into(),
             PlanEnd::Stuck(obstacle) => format!("then stuck: {}", obstacle_text(domain, obstacle)),
         };
-        let _ = writeln!(text, "Whole plan, {end}:\n\n{grid}");
+        let title = wrapped(&format!("Whole plan, {end}:"), 0);
+        let _ = writeln!(text, "{title}\n\n{grid}");
     }
     if !decision.choices.is_empty() {
         let mut grid = Grid::new(&[">question", "about", "chosen", ">among", "because"]);
@@ -229,6 +232,16 @@ pub(crate) fn table(
         let question = m.question.to_string();
         grid.row([question, m.subject.clone(), m.stage.to_string(), format!("{:.0}", m.time_ms)]);
     }
-    let _ = writeln!(text, "Milestones of the next decision, in simulated ms:\n\n{grid}");
+    let _ = writeln!(text, "{}\n\n{grid}", wrapped(MILESTONES, 0));
     text
+}
+
+/// The title of the milestones, with the moment from which all times of a plan count.
+const MILESTONES: &str = "Milestones of the next decision. All times count from the moment at which the planner \
+                          is given the goal and the scene:";
+
+/// Lists names after a title, broken between names.
+fn listed(title: &str, names: &[String]) -> String {
+    let names: Vec<String> = names.iter().map(|name| unbroken(name)).collect();
+    wrapped(&(unbroken(title) + &names.join(", ")), title.len())
 }

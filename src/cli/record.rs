@@ -1,4 +1,4 @@
-//! `symbolt record`: demonstrations, or a single scene, in physics or from the kinematic generator.
+//! `symbolt record`: demonstrations or a single scene, in physics or from the generator without physics.
 
 use anyhow::Error;
 use serde_json::{Value, json};
@@ -10,21 +10,21 @@ use symbolt::task::tasks::Task;
 use symbolt::task::{Recorder, Snapshot};
 
 use super::Outcome;
-use super::args::{BadArgument, RecordArgs};
-use super::output::{Progress, emit, emit_json, refuse_existing, use_threads};
+use super::args::{BadArgument, RecordArgs, demonstrated};
+use super::output::{Progress, emit, emit_json, facts, refuse_existing, use_threads, wrapped};
 use super::watch::ProgressLine;
 
 pub(crate) fn record(args: &RecordArgs) -> Result<Outcome, Error> {
     refuse_existing(args.out.out.as_deref(), args.out.force)?;
     if args.demos.demos == 0 && !args.scene {
-        return Err(BadArgument("--demos is 0; at least 1 is needed".into()).into());
+        return Err(BadArgument::range("--demos", 0, "at least 1").into());
     }
     if args.kinematic && args.demos.config.is_some() {
-        let problem = "--config is about the scene in physics; it does not go with --kinematic";
+        let problem = "--config needs the scene in physics; it cannot be used with --kinematic";
         return Err(BadArgument(problem.into()).into());
     }
     use_threads(&args.common)?;
-    let (text, summary) = if args.kinematic { synthetic(args)? } else { demonstrated(args)? };
+    let (text, summary) = if args.kinematic { synthetic(args)? } else { physical(args)? };
     match &args.out.out {
         None => emit(&text)?,
         Some(path) => {
@@ -32,18 +32,19 @@ pub(crate) fn record(args: &RecordArgs) -> Result<Outcome, Error> {
             if args.common.json {
                 emit_json(&[summary])?;
             } else if !args.common.quiet {
-                emit(&format!("wrote {}: {summary}", path.display()))?;
+                let line = format!("Wrote {}: {}", path.display(), facts(&summary));
+                emit(&wrapped(&line, 6))?;
             }
         }
     }
     Ok(Outcome::Done)
 }
 
-/// In the physics scene.
-fn demonstrated(args: &RecordArgs) -> Result<(String, Value), Error> {
+/// Returns demonstrations or a scene in physics as text, and a summary.
+fn physical(args: &RecordArgs) -> Result<(String, Value), Error> {
     let (task, seed) = (args.demos.task()?, Seed::new(args.common.seed));
     if args.labels {
-        let problem = "--labels are written with --kinematic only";
+        let problem = "--labels needs --kinematic: demonstrations in physics have no labels";
         return Err(BadArgument(problem.into()).into());
     }
     if args.scene {
@@ -62,14 +63,14 @@ fn demonstrated(args: &RecordArgs) -> Result<(String, Value), Error> {
     Ok((made.recording.to_jsonl(None)?, summary))
 }
 
-/// By the kinematic generator.
+/// Returns demonstrations or a scene without physics as text, and a summary.
 fn synthetic(args: &RecordArgs) -> Result<(String, Value), Error> {
     let synthetic = args.synthetic.synthetic(&args.demos);
     let seed = Seed::new(args.common.seed);
     if args.scene {
-        return single(synthetic.scene(seed)?);
+        return single(synthetic.scene(seed).map_err(demonstrated)?);
     }
-    let made = synthetic.record(seed)?;
+    let made = synthetic.record(seed).map_err(demonstrated)?;
     let summary = json!({
         "demonstrations": made.recording.demos.len(),
         "snapshots": made.recording.snapshot_count(),

@@ -1,4 +1,4 @@
-//! `symbolt rename`: a person's names for learned states and actions.
+//! `symbolt rename`: your own names for learned states and actions.
 
 use anyhow::Error;
 use serde_json::json;
@@ -14,7 +14,7 @@ pub(crate) fn rename(args: &RenameArgs) -> Result<Outcome, Error> {
     let mut renames = Vec::new();
     for pair in &args.names {
         let Some((old, new)) = pair.split_once('=') else {
-            let problem = format!("`{pair}` is no renaming; expected OLD=NEW");
+            let problem = format!("`{pair}` is not of the form OLD=NEW");
             return Err(BadArgument(problem).into());
         };
         renames.push((old.to_owned(), new.to_owned()));

@@ -1,8 +1,8 @@
-//! The command line that gives a run's files again.
+//! The command line that repeats a run.
 
 use super::args::RunArgs;
 
-/// A word as a shell takes it for one.
+/// Quotes a word for a shell, if it needs quotes.
 fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "_./-".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
@@ -12,7 +12,7 @@ fn quoted(word: &str) -> String {
 }
 
 impl RunArgs {
-    /// A command line that gives the same files: all that differs from the defaults.
+    /// Returns a command line that writes the same files. It has only the options that differ from the defaults.
     pub fn command(&self) -> String {
         let mut words = vec!["symbolt run --seed".to_owned(), self.common.seed.to_string()];
         let mut option = |name: &str, value: Option<String>| {
@@ -60,7 +60,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_differs_is_said_and_a_shell_reads_it_as_it_was_meant() {
+    fn the_command_has_options_that_differ_from_defaults_and_quotes_words() {
         assert_eq!(command(&[]), "symbolt run --seed 1");
         assert_eq!(command(&["--threads", "2", "--json", "--out", "x"]), "symbolt run --seed 1");
         let all = ["--seed", "7", "--drop-rate", "0.3", "--mode", "lif", "--products", "--meddle"];

@@ -1,4 +1,4 @@
-//! `symbolt report`: a page that shows what stands in a folder.
+//! `symbolt report`: an HTML page about a run or experiments.
 
 use std::path::PathBuf;
 
@@ -11,13 +11,13 @@ use super::Outcome;
 use super::args::ReportArgs;
 use super::output::{emit, emit_json, refuse_existing};
 
-/// What the page is called where it stands beside what it shows.
+/// The name of the page in the folder that it shows.
 pub(crate) const NAME: &str = "report.html";
 
 pub(crate) fn make(args: &ReportArgs) -> Result<Outcome, Error> {
     refuse_existing(args.out.out.as_deref(), args.out.force)?;
     let report = report(&args.folder)?;
-    // Beside what it shows it is made anew at any time.
+    // The page in the folder itself can be made again at any time.
     let (path, overwrite): (PathBuf, Overwrite) = match &args.out.out {
         Some(path) => (path.clone(), args.out.overwrite()),
         None => (args.folder.join(NAME), Overwrite::Allowed),

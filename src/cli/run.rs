@@ -1,7 +1,5 @@
-//! `symbolt run`: the main job. Demonstrations in physics, learning, and episodes in which the robot does
-//! what it has learned, planning anew at every step.
+//! `symbolt run`: demonstrations in physics, learning, and episodes in which the robot plans again after every step.
 
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
@@ -9,7 +7,7 @@ use std::time::Instant;
 use anyhow::Error;
 use rayon::prelude::*;
 use serde_json::json;
-use symbolt::files::{FileError, Overwrite, write_atomic};
+use symbolt::files::{Overwrite, write_atomic};
 use symbolt::report::Arrays;
 use symbolt::report::trace::Tracer;
 use symbolt::sim::Seed;
@@ -28,25 +26,14 @@ use super::args::{BadArgument, RunArgs};
 use super::figures::Figures;
 use super::output::{Progress, counted, emit, emit_json, use_threads};
 use super::watch::ProgressLine;
-use super::{plan, report};
+use super::{folder, plan, report};
 
-/// The files that a run leaves in its folder.
-pub(crate) const FILES: [&str; 7] = [
-    "recording.jsonl",
-    "domain.json",
-    "scene.json",
-    "trace.jsonl",
-    "arrays.npz",
-    "run.json",
-    report::NAME,
-];
-
-/// Milliseconds between the frames that are kept of the recorded episode.
+/// Time between two frames of the recorded episode, in simulated milliseconds.
 const FRAME_MS: u64 = 40;
 
 pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
-    let folder = args.out.clone().unwrap_or_else(|| PathBuf::from("out"));
-    check(args, &folder)?;
+    check(args)?;
+    let folder = folder::folder(args)?;
     let task = args.demos.task()?;
     let spec = episode_spec(args)?;
     use_threads(&args.common)?;
@@ -58,14 +45,16 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let shown = demonstrate_observed(&task, count, seed, &mut line)?;
     if shown.solved == 0 {
         let sentence =
-            format!("none of {count} demonstrations was assembled: nothing to learn from");
+            format!("none of {count} demonstrations was assembled, so there is nothing to learn");
         return Ok(Outcome::Failed(sentence));
     }
     let settings = Settings { seed: args.common.seed, ..Settings::default() };
     let learned = learn_observed(&shown.recording, &settings, &mut line)?;
     let domain = &learned.domain;
     let Some(goal) = domain.goal() else {
-        return Ok(Outcome::Failed("the demonstrations achieved nothing to plan for".into()));
+        return Ok(Outcome::Failed(
+            "the demonstrations brought about no state that could be a goal".into(),
+        ));
     };
     progress.say("building the planner graph");
     let planner = Arc::new(plan::build(domain, &args.planner, args.common.seed)?);
@@ -79,7 +68,6 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let tally = Tally::of(&reports, least);
 
     progress.say(format!("writing {}", folder.display()));
-    std::fs::create_dir_all(&folder).map_err(FileError::io("write", &folder))?;
     let result = Figures {
         shown: &shown,
         learned: &learned,
@@ -101,14 +89,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
         Arrays::of(frames, &activity).to_npz()?,
         format!("{:#}\n", json!(facts)).into_bytes(),
     ];
-    // Whoever is killed here leaves files missing, not those of two runs side by side.
-    let plain = |path: &PathBuf| path.symlink_metadata().is_ok_and(|m| m.is_file());
-    for path in FILES.iter().map(|file| folder.join(file)).filter(plain) {
-        std::fs::remove_file(&path).map_err(FileError::io("remove", &path))?;
-    }
-    for (file, content) in FILES.iter().zip(contents) {
-        write_atomic(&folder.join(file), content, Overwrite::Allowed)?;
-    }
+    folder::write(&folder, contents)?;
     let page = symbolt::report::report(&folder)?.html;
     write_atomic(&folder.join(report::NAME), page, Overwrite::Allowed)?;
     drop(progress);
@@ -121,41 +102,30 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     match tally.failures.len() {
         0 => Ok(Outcome::Done),
         failed => {
-            let sentence =
-                format!("{failed} of {} not assembled", counted(tally.episodes, "episode"));
+            let sentence = format!("{failed} of {} failed", counted(tally.episodes, "episode"));
             Ok(Outcome::Failed(sentence))
         }
     }
 }
 
-/// What can be refused before any work is done.
-fn check(args: &RunArgs, folder: &Path) -> Result<(), Error> {
-    if args.out.is_some()
-        && !args.force
-        && let Some(there) = FILES.iter().map(|f| folder.join(f)).find(|f| f.exists())
-    {
-        return Err(FileError::Exists { path: there }.into());
-    }
-    if folder.exists() && !folder.is_dir() {
-        return Err(BadArgument(format!("{} is no folder", folder.display())).into());
-    }
-    for (name, count) in [("--demos", args.demos.demos), ("--episodes", args.episodes)] {
-        if count == 0 || count > 100_000 {
-            return Err(BadArgument(format!("{name} is {count}; 1 to 100000 are possible")).into());
+/// Refuses options that cannot be used.
+fn check(args: &RunArgs) -> Result<(), Error> {
+    args.planner.check()?;
+    for (option, count) in [("--demos", args.demos.demos), ("--episodes", args.episodes)] {
+        if !(1..=100_000).contains(&count) {
+            return Err(BadArgument::range(option, count, "1 to 100000").into());
         }
     }
     if !(1..=args.episodes).contains(&args.record_episode) {
-        let (number, all) = (args.record_episode, args.episodes);
-        return Err(BadArgument(format!(
-            "--record-episode is {number}; 1 to {all} (--episodes) exist"
-        ))
-        .into());
+        let least = if args.episodes > 1 { "1 to " } else { "" };
+        let expected = format!("{least}{}, the number of --episodes", args.episodes);
+        return Err(BadArgument::range("--record-episode", args.record_episode, &expected).into());
     }
     Ok(())
 }
 
 fn episode_spec(args: &RunArgs) -> Result<EpisodeSpec, TaskError> {
-    let mut task = args.demos.setting()?;
+    let mut task = args.demos.configured()?;
     task.nuts = args.nuts.unwrap_or(task.nuts);
     task.bolts = args.bolts.unwrap_or(task.bolts);
     let spec = EpisodeSpec { drop_rate: args.drop_rate, ..EpisodeSpec::of(task) };
@@ -166,7 +136,7 @@ fn episode_seed(seed: Seed, index: usize) -> Seed {
     seed.derive_index("episode", index as u64)
 }
 
-/// All episodes with their traces, and the activity of the planner in the one that is recorded.
+/// Runs all episodes. Returns them with their traces, and the planner's activity in the recorded one.
 fn episodes(
     args: &RunArgs,
     planner: &Arc<Planner>,
@@ -217,18 +187,18 @@ fn episodes(
     Ok((episodes, activity))
 }
 
-/// What the scene of an episode is drawn from.
+/// Returns the seed of an episode's scene.
 fn scene_seed(seed: Seed, index: usize) -> Seed {
     episode_seed(seed, index).derive("", "world")
 }
 
-/// What is to be seen at the beginning of the episode whose scene is drawn from this seed.
+/// Returns the first snapshot of the episode whose scene has this seed.
 fn first_scene(spec: &EpisodeSpec, seed: Seed) -> Result<Snapshot, TaskError> {
     let scene = Scene::new(spec.task.scene(seed)?)?;
     Ok(Recorder::default().look(&scene).0)
 }
 
-/// How many skills the plan for a scene has.
+/// Returns the number of actions in the plan for a scene.
 fn least_skills(planner: &Planner, scene: &Snapshot, goal: StateId) -> Result<usize, TaskError> {
     let classifier = Classifier::new(planner.domain(), Grounding::default())?;
     let (counts, _) = plan::count(&classifier, planner.domain(), scene);

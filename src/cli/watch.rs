@@ -1,4 +1,4 @@
-//! The observer behind the progress line: one line that changes on a terminal, plain lines elsewhere.
+//! Progress of demonstrations, learning and episodes: a changing line on a terminal, plain lines elsewhere.
 
 use std::time::{Duration, Instant};
 
@@ -6,16 +6,17 @@ use symbolt::task::event::{Doing, Event, LearningStep, Observer};
 
 use super::output::Progress;
 
-/// Between two changes of the line.
+/// The shortest time between two changes of the line.
 const PERIOD: Duration = Duration::from_millis(100);
 
-/// Tells on standard error what goes on.
+/// An observer that shows the progress on standard error.
 pub(crate) struct ProgressLine<'p> {
     progress: &'p Progress,
-    /// The demonstration or episode that runs.
+    /// The running demonstration or episode, such as `episode 2 of 5`.
     name: String,
-    /// The action that was told last.
+    /// The action printed last.
     action: Option<String>,
+    /// The time of the last change on a terminal.
     shown: Instant,
 }
 
@@ -24,12 +25,12 @@ impl<'p> ProgressLine<'p> {
         Self { progress, name: String::new(), action: None, shown: Instant::now() }
     }
 
-    /// A line on the episode of this name.
+    /// Makes a line for the episode of this name.
     pub fn of_episode(progress: &'p Progress, name: String) -> Self {
         Self { name, ..Self::new(progress) }
     }
 
-    /// Changes the line on a terminal, if it has stood long enough.
+    /// Changes the line on a terminal, at most once per [`PERIOD`].
     fn show(&mut self, what: impl FnOnce(&str) -> String) {
         if self.progress.lively() && self.shown.elapsed() >= PERIOD {
             self.progress.show(what(&self.name));
@@ -43,12 +44,12 @@ impl Observer for ProgressLine<'_> {
         match event {
             Event::Learning(step) => self.progress.say(match step {
                 LearningStep::Following { snapshots } => {
-                    format!("following objects through {snapshots} snapshots")
+                    format!("tracking objects through {snapshots} snapshots")
                 }
                 LearningStep::Clustering { kind, poses } => {
                     format!("clustering {poses} poses of `{kind}`")
                 }
-                LearningStep::Deciding => "deciding what are states and what actions do".into(),
+                LearningStep::Deciding => "inferring states and actions".into(),
             }),
             Event::DemonstrationBegan { number, of } => {
                 self.name = format!("demonstration {} of {of}", number + 1);

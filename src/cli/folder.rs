@@ -1,0 +1,146 @@
+//! The folder of a run: its files, and whether they may be replaced.
+
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use anyhow::Error;
+use serde_json::Value;
+use symbolt::files::{FileError, Overwrite, write_atomic};
+use symbolt::report::RunFacts;
+
+use super::args::{BadArgument, RunArgs};
+use super::report;
+
+/// The files that a run writes.
+pub(crate) const FILES: [&str; 7] = [
+    "recording.jsonl",
+    "domain.json",
+    "scene.json",
+    "trace.jsonl",
+    "arrays.npz",
+    FACTS,
+    report::NAME,
+];
+
+/// The file by which a folder is recognised as a run's.
+const FACTS: &str = "run.json";
+
+/// Returns the folder to write, which may not exist yet.
+///
+/// # Errors
+/// If the folder must not be replaced: one named with `--out` must hold none of the files; `out` must be empty or hold
+/// an earlier run. `--force` allows both.
+pub(crate) fn folder(args: &RunArgs) -> Result<PathBuf, Error> {
+    let folder = args.out.clone().unwrap_or_else(|| PathBuf::from("out"));
+    if folder.exists() && !folder.is_dir() {
+        let problem = format!("{} is a file; a run needs a folder to write to", folder.display());
+        return Err(BadArgument(problem).into());
+    }
+    if args.force {
+        return Ok(folder);
+    }
+    if args.out.is_some() {
+        return match FILES.iter().map(|file| folder.join(file)).find(|path| path.exists()) {
+            Some(path) => Err(FileError::Exists { path }.into()),
+            None => Ok(folder),
+        };
+    }
+    match foreign(&folder)? {
+        Some(what) => {
+            let advice = "choose another folder with --out, or add --force to write there anyway";
+            Err(BadArgument(format!("{what}; {advice}")).into())
+        }
+        None => Ok(folder),
+    }
+}
+
+/// Returns the sign that a folder was not written by a run, if there is one.
+fn foreign(folder: &Path) -> Result<Option<String>, FileError> {
+    let failed = FileError::io("read", folder);
+    let entries = match std::fs::read_dir(folder) {
+        Ok(entries) => entries,
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(failed(error)),
+    };
+    let mut empty = true;
+    for entry in entries {
+        // Hidden files, such as those that keep a folder in a repository, make no folder foreign.
+        empty &= entry.map_err(&failed)?.file_name().to_string_lossy().starts_with('.');
+    }
+    if empty {
+        return Ok(None);
+    }
+    let path = folder.join(FACTS);
+    Ok(match path.exists() {
+        false => Some(format!("the folder {} holds files but no {FACTS}", folder.display())),
+        true if is_facts(&path) => None,
+        true => Some(format!("{} was not written by `symbolt run`", path.display())),
+    })
+}
+
+fn is_facts(path: &Path) -> bool {
+    let content = std::fs::read(path).unwrap_or_default();
+    serde_json::from_slice::<Value>(&content)
+        .is_ok_and(|facts| facts["format"] == RunFacts::FORMAT.0 && facts["version"].is_u64())
+}
+
+/// Replaces the files of a folder; `contents` are those of [`FILES`] but for the page, in their order.
+///
+/// # Errors
+/// [`FileError`] if a file cannot be removed or written.
+pub(crate) fn write(folder: &Path, contents: [Vec<u8>; 6]) -> Result<(), FileError> {
+    std::fs::create_dir_all(folder).map_err(FileError::io("make", folder))?;
+    // After a kill at any moment the folder is still recognised, and it never mixes the files of two runs.
+    let plain = |path: &PathBuf| path.symlink_metadata().is_ok_and(|m| m.is_file());
+    let others = FILES.iter().filter(|file| **file != FACTS).map(|file| folder.join(file));
+    for path in others.filter(plain) {
+        std::fs::remove_file(&path).map_err(FileError::io("remove", &path))?;
+    }
+    let mut files: Vec<(&str, Vec<u8>)> = FILES.into_iter().zip(contents).collect();
+    files.sort_by_key(|(file, _)| *file != FACTS);
+    for (file, content) in files {
+        write_atomic(&folder.join(file), content, Overwrite::Allowed)?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn is_foreign(files: &[(&str, &str)]) -> bool {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, text) in files {
+            std::fs::write(folder.path().join(name), text).unwrap();
+        }
+        foreign(folder.path()).unwrap().is_some()
+    }
+
+    #[test]
+    fn a_folder_is_replaced_only_if_it_is_empty_or_a_run_s() {
+        let ours = r#"{"format": "symbolt-run", "version": 1, "seed": 3}"#;
+        assert!(!is_foreign(&[]));
+        assert!(!is_foreign(&[(".gitkeep", "")]));
+        assert!(!is_foreign(&[("run.json", ours)]), "a killed run wrote nothing else yet");
+        assert!(!is_foreign(&[("run.json", ours), ("notes.txt", "mine")]));
+        assert!(is_foreign(&[("notes.txt", "mine")]));
+        assert!(is_foreign(&[("domain.json", r#"{"format": "symbolt-domain", "version": 2}"#)]));
+        assert!(is_foreign(&[("run.json", "")]));
+        assert!(is_foreign(&[("run.json", r#"{"format": "symbolt-run"}"#)]));
+        assert!(is_foreign(&[("run.json", r#"{"format": "other", "version": 1}"#)]));
+        assert!(foreign(Path::new("no/such/folder")).unwrap().is_none());
+    }
+
+    #[test]
+    fn writing_keeps_what_a_run_does_not_write() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["notes.txt", "report.html", "run.json"] {
+            std::fs::write(folder.path().join(name), "old").unwrap();
+        }
+        write(folder.path(), [(); 6].map(|()| b"new".to_vec())).unwrap();
+        let text = |name: &str| std::fs::read_to_string(folder.path().join(name)).ok();
+        assert_eq!(text("notes.txt").as_deref(), Some("old"));
+        assert_eq!(text("run.json").as_deref(), Some("new"));
+        assert_eq!(text("report.html"), None, "the page of another run is gone");
+    }
+}

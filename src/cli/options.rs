@@ -1,0 +1,251 @@
+//! Options that several commands share.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use anyhow::Error;
+use clap::{Args, ValueEnum};
+use symbolt::files::Overwrite;
+use symbolt::neurons::Population;
+use symbolt::sim::{Real, Seed, VocabTag};
+use symbolt::spa::VocabularyBuilder;
+use symbolt::task::planner::{PlannerSpec, Unbinding};
+use symbolt::task::tasks::nuts_and_bolts::{NutsAndBolts, Order, SyntheticDemonstrations};
+use symbolt::task::{Commitment, GaussianGate, Grounding, TaskError};
+
+use super::args::BadArgument;
+
+/// Options of nearly every command.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct Common {
+    /// Seed of all random numbers
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<u64>)]
+    pub seed: u64,
+    /// Worker threads, 0 for one per core; results do not change
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<usize>)]
+    pub threads: usize,
+    /// Print no progress to standard error
+    #[arg(long)]
+    pub quiet: bool,
+    /// Print JSON instead of tables
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// The output file.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct OutFile {
+    /// File to write; it must not exist
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Replace the file if it exists
+    #[arg(long)]
+    pub force: bool,
+}
+
+impl OutFile {
+    pub fn overwrite(&self) -> Overwrite {
+        if self.force { Overwrite::Allowed } else { Overwrite::Never }
+    }
+}
+
+/// Options of the planner graph.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct PlannerArgs {
+    /// Mode of the layers: direct, rate or lif (spiking)
+    #[arg(long, default_value = "direct")]
+    pub mode: String,
+    /// Dimensions of the pointers
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = whole::<usize>)]
+    pub dimensions: usize,
+    /// Maximum similarity (cosine) of two pointers
+    #[arg(long, value_name = "COSINE", default_value_t = 0.1, value_parser = number::<Real>)]
+    pub max_similarity: Real,
+    /// Also require the absence of states never seen before an action
+    #[arg(long)]
+    pub absent: bool,
+    /// Act on the first possible action (the paper's rule); by default
+    /// the planner first shows that the goal can be reached
+    #[arg(verbatim_doc_comment, long)]
+    pub first: bool,
+    /// Unbind with a layer of products, not with a fixed linear map
+    #[arg(long)]
+    pub products: bool,
+}
+
+/// The vocabulary that checks the options of pointers.
+struct Checked;
+
+impl VocabTag for Checked {
+    const NAME: &'static str = "checked";
+}
+
+impl PlannerArgs {
+    /// Checks the options, so that a wrong one is refused before any work.
+    ///
+    /// # Errors
+    /// If the mode, the dimensions or the maximum similarity cannot be used.
+    pub fn check(&self) -> Result<(), Error> {
+        self.mode.parse::<Population>()?;
+        let vocabulary = VocabularyBuilder::<Checked>::new(self.dimensions, Seed::new(0));
+        vocabulary.max_similarity(self.max_similarity).build().map_err(TaskError::from)?;
+        Ok(())
+    }
+
+    pub fn spec(&self) -> PlannerSpec {
+        PlannerSpec {
+            dimensions: self.dimensions,
+            max_similarity: self.max_similarity,
+            commitment: if self.first { Commitment::First } else { Commitment::Proven },
+            absent: self.absent,
+            unbinding: if self.products { Unbinding::Products } else { Unbinding::Fixed },
+            ..PlannerSpec::default()
+        }
+    }
+}
+
+/// The rule that finds the state of an object.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Rule {
+    Gated,
+    Nearest,
+}
+
+#[derive(Debug, Clone, Args)]
+pub(crate) struct GroundingArgs {
+    /// Rule that finds an object's state: gated (the greatest density within
+    /// --limit) or nearest (by p-norm, the paper's rule)
+    #[arg(verbatim_doc_comment, hide_possible_values = true)]
+    #[arg(long, value_name = "RULE", value_enum, default_value = "gated")]
+    pub grounding: Rule,
+    /// Maximum distance to a state, in standard deviations
+    #[arg(long, value_name = "SD", default_value_t = GaussianGate::default().limit)]
+    #[arg(value_parser = number::<f64>)]
+    pub limit: f64,
+}
+
+impl GroundingArgs {
+    pub fn rule(&self) -> Grounding {
+        match self.grounding {
+            Rule::Gated => {
+                Grounding::Gated(GaussianGate { limit: self.limit, ..GaussianGate::default() })
+            }
+            Rule::Nearest => Grounding::paper(),
+        }
+    }
+}
+
+/// The part that goes into the jig first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum OrderArg {
+    NutFirst,
+    BoltFirst,
+    Either,
+}
+
+impl From<OrderArg> for Order {
+    fn from(order: OrderArg) -> Self {
+        match order {
+            OrderArg::NutFirst => Self::NutFirst,
+            OrderArg::BoltFirst => Self::BoltFirst,
+            OrderArg::Either => Self::Either,
+        }
+    }
+}
+
+/// Options of demonstrations.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct DemoArgs {
+    /// Number of demonstrations
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = whole::<usize>)]
+    pub demos: usize,
+    /// Nuts per demonstration, 1 to 4 [default: as in --config, or 1]
+    #[arg(long, value_name = "N", value_parser = whole::<usize>)]
+    pub demo_nuts: Option<usize>,
+    /// Bolts per demonstration, 1 to 4 [default: as in --config, or 1]
+    #[arg(long, value_name = "N", value_parser = whole::<usize>)]
+    pub demo_bolts: Option<usize>,
+    /// JSON file with scene settings; `symbolt config` prints the defaults
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
+}
+
+impl DemoArgs {
+    /// Returns the task to demonstrate.
+    pub fn task(&self) -> Result<NutsAndBolts, Error> {
+        let mut spec = self.configured()?;
+        spec.nuts = self.demo_nuts.unwrap_or(spec.nuts);
+        spec.bolts = self.demo_bolts.unwrap_or(spec.bolts);
+        spec.check().map(|()| spec).map_err(demonstrated)
+    }
+
+    /// Returns the task of the configuration file, or the default one.
+    pub fn configured(&self) -> Result<NutsAndBolts, TaskError> {
+        self.config.as_deref().map_or_else(|| Ok(NutsAndBolts::default()), NutsAndBolts::read)
+    }
+}
+
+/// Names the options of demonstrations in an error about their task.
+pub(crate) fn demonstrated(error: TaskError) -> Error {
+    let option = match &error {
+        TaskError::Setting { name: "nuts", .. } => "--demo-nuts",
+        TaskError::Setting { name: "bolts", .. } => "--demo-bolts",
+        _ => return error.into(),
+    };
+    match error {
+        TaskError::Setting { value, expected, .. } => {
+            BadArgument::range(option, value, expected).into()
+        }
+        other => other.into(),
+    }
+}
+
+/// Options of the generator without physics.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct SyntheticArgs {
+    /// Part that goes into the jig first: nut-first, bolt-first
+    /// or either (at random)
+    #[arg(verbatim_doc_comment, hide_possible_values = true)]
+    #[arg(long, value_enum, default_value = "either", requires = "kinematic")]
+    pub order: OrderArg,
+    /// Probability that an attempt fails, 0 to 0.9
+    #[arg(long, value_name = "RATE", default_value_t = 0.0, requires = "kinematic")]
+    #[arg(value_parser = number::<f64>)]
+    pub fail_rate: f64,
+    /// Probability that a failed attempt loses its part, 0 to 1
+    #[arg(long, value_name = "RATE", default_value_t = 0.0, requires = "kinematic")]
+    #[arg(value_parser = number::<f64>)]
+    pub loss_rate: f64,
+    /// Probability that an attempt moves another part, 0 to 1
+    #[arg(long, value_name = "RATE", default_value_t = 0.0, requires = "kinematic")]
+    #[arg(value_parser = number::<f64>)]
+    pub knock_rate: f64,
+    /// Leave out times, events and touched objects
+    #[arg(long, requires = "kinematic")]
+    pub no_events: bool,
+}
+
+impl SyntheticArgs {
+    pub fn synthetic(&self, demos: &DemoArgs) -> SyntheticDemonstrations {
+        SyntheticDemonstrations {
+            demos: demos.demos,
+            nuts: demos.demo_nuts.unwrap_or(1),
+            bolts: demos.demo_bolts.unwrap_or(1),
+            order: self.order.into(),
+            fail_rate: self.fail_rate,
+            loss_rate: self.loss_rate,
+            knock_rate: self.knock_rate,
+            events: !self.no_events,
+        }
+    }
+}
+
+/// Reads a whole number.
+pub(crate) fn whole<T: FromStr>(typed: &str) -> Result<T, &'static str> {
+    typed.parse().map_err(|_| "must be a whole number, 0 or more")
+}
+
+/// Reads a number.
+pub(crate) fn number<T: FromStr>(typed: &str) -> Result<T, &'static str> {
+    typed.parse().map_err(|_| "must be a number")
+}

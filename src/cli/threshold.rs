@@ -1,0 +1,63 @@
+//! The clustering threshold as typed: a length with or without a unit.
+
+use super::args::BadArgument;
+
+/// Units and their length in metres. The longest suffix comes first.
+const UNITS: [(&str, f64); 5] =
+    [("mm", 1e-3), ("cm", 1e-2), ("µm", 1e-6), ("um", 1e-6), ("m", 1.0)];
+
+/// The greatest number without a unit, in metres; millimetres typed by mistake are above it.
+const MOST_BARE_M: f64 = 0.1;
+
+/// Reads a threshold in metres.
+///
+/// # Errors
+/// [`BadArgument`] if it is no length above zero, or a number without a unit that is too great to be metres.
+pub(crate) fn metres(typed: &str) -> Result<f64, BadArgument> {
+    let refused = || {
+        BadArgument::range("--threshold", typed, "a length above 0, such as 1.169mm or 0.001169m")
+    };
+    let text = typed.trim();
+    let unit = UNITS.iter().find(|(unit, _)| text.ends_with(unit));
+    let (number, metres) = unit.map_or((text, 1.0), |(u, m)| (&text[..text.len() - u.len()], *m));
+    let number: f64 = number.trim_end().parse().map_err(|_| refused())?;
+    let length = number * metres;
+    if !(length.is_finite() && length > 0.0) {
+        return Err(refused());
+    }
+    if unit.is_none() && length > MOST_BARE_M {
+        return Err(BadArgument(format!(
+            "--threshold {typed}: a number without a unit is in metres, and {number} m is too much; \
+             for millimetres write {number}mm, for metres {number}m"
+        )));
+    }
+    Ok(length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_threshold_has_a_unit_or_is_in_metres() {
+        for typed in
+            ["0.001169", "0.001169m", "1.169mm", "1.169 mm", "0.1169cm", "1169um", "1169µm"]
+        {
+            let length = metres(typed).unwrap();
+            assert!((length - 0.001169).abs() < 1e-12, "{typed}: {length}");
+        }
+        assert_eq!(metres("0.001").unwrap(), 0.001, "a bare number keeps its bits");
+        assert_eq!(metres("2m").unwrap(), 2.0, "with a unit, any length is meant");
+    }
+
+    #[test]
+    fn a_threshold_that_cannot_be_meant_is_refused() {
+        let refused = |typed: &str| metres(typed).unwrap_err().to_string();
+        for typed in ["-1", "0", "0mm", "nan", "inf", "mm", "", "1 inch", "1e999", "1.1.1mm"] {
+            assert!(refused(typed).contains("must be a length above 0"), "{typed}");
+        }
+        let likely = refused("1.169");
+        assert!(likely.starts_with("--threshold 1.169: "), "{likely}");
+        assert!(likely.contains("write 1.169mm"), "{likely}");
+    }
+}
