@@ -1,4 +1,4 @@
-//! Stepping allocates nothing: one process-wide count, in a test binary of its own.
+//! A tick allocates no memory. The count covers the whole process, so this test has its own binary.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
@@ -27,8 +27,7 @@ struct Counting;
 
 static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
 
-// SAFETY: every call is handed on to the system's allocator unchanged; counting touches no memory that
-// is allocated here.
+// SAFETY: every call is passed unchanged to the system's allocator. Counting does not access the allocated memory.
 #[allow(unsafe_code)]
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
@@ -47,10 +46,10 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// Allocations while a simulator runs for `ms`, looked at after every tick.
+/// Counts allocations while a simulator runs for `ms`. A probe is read after every tick.
 fn allocations(sim: &mut Simulator, ms: u64) -> usize {
     let span = SimDuration::from_millis(ms);
-    // Once to warm up: the first block reserves the probes' storage.
+    // The first block reserves the probes' storage, so it is not counted.
     sim.run_for(span).expect("runs");
     sim.clear_recordings();
     let before = ALLOCATIONS.load(Ordering::Relaxed);
@@ -78,7 +77,7 @@ fn nothing_allocates_in_a_tick() {
         graphs(&PopulationPlan::all(population), &mut counts);
     }
 
-    // A bank of neurons behind the node trait.
+    // A bank of neurons as a single node.
     let mut graph = GraphBuilder::new();
     let drive = graph.add("drive", Constant::scalar(1.0));
     let bank = graph.node("bank", Bank::new(10_000));
@@ -89,13 +88,13 @@ fn nothing_allocates_in_a_tick() {
         .unwrap_or_else(|e| panic!("{e}"));
     let mut sim = Simulator::new(Arc::new(graph), RunConfig::default()).expect("starts");
     counts.push(("bank", allocations(&mut sim, 100)));
-    // It fires at the rate of the closed form 1 / (tau_ref + tau ln(J / (J - 1))), averaged over the bank.
+    // The bank fires at the closed-form rate 1 / (tau_ref + tau ln(J / (J - 1))), averaged over its neurons.
     let spikes: f32 = sim.samples(&spikes).iter().map(|(_, v)| v[0]).sum();
     let rate = f64::from(spikes) / 0.1 / 10_000.0;
     let expected = bank::mean_rate_hz(10_000, 1.0);
     assert!((rate / expected - 1.0).abs() < 0.05, "{rate} Hz, expected {expected} Hz");
 
-    // A probe that keeps everything reserves between blocks of ticks, not within them.
+    // A probe that keeps all samples reserves memory between blocks of ticks, not within them.
     let mut graph = GraphBuilder::new();
     let one = graph.add("one", Constant::vector(&[1.0; 8]));
     graph.probe::<Vector>(&one, ProbeSpec::default());
@@ -108,7 +107,7 @@ fn nothing_allocates_in_a_tick() {
     let blocks = ALLOCATIONS.load(Ordering::Relaxed) - before;
     assert!((1..=6).contains(&blocks), "{blocks} allocations for three blocks");
 
-    // The count can count: a vector is seen.
+    // The counter works: it notices a new vector.
     let before = ALLOCATIONS.load(Ordering::Relaxed);
     std::hint::black_box(vec![1u8; 100]);
     assert_eq!(ALLOCATIONS.load(Ordering::Relaxed) - before, 1);
@@ -117,7 +116,7 @@ fn nothing_allocates_in_a_tick() {
 }
 
 fn graphs(plan: &PopulationPlan, counts: &mut Vec<(&'static str, usize)>) {
-    // Every module of the algebra, with noise and probes of every kind.
+    // A graph with every module of the algebra, noise, and probes of every kind.
     let vocabulary = VocabularyBuilder::<Things>::new(64, Seed::new(1))
         .any_similarity()
         .pointers(["A", "B", "C"])
@@ -165,7 +164,7 @@ fn graphs(plan: &PopulationPlan, counts: &mut Vec<(&'static str, usize)>) {
     let mut sim = Simulator::new(Arc::new(graph), RunConfig::default()).expect("starts");
     counts.push(("modules", allocations(&mut sim, 200)));
 
-    // The planner graph, deciding.
+    // The planner graph during a decision.
     let domain = DomainBuilder::new()
         .action("PUT_NUT", ["NUT_FREE"], ["NUT_IN"])
         .action("PUT_BOLT", ["BOLT_FREE"], ["BOLT_IN"])
