@@ -25,8 +25,8 @@ use needs::named;
 
 /// Returns the path of the recordings; `None` if the variable is not set.
 fn path() -> Option<PathBuf> {
-    let folder = PathBuf::from(std::env::var_os("SYMBOLT_RECORDINGS")?);
-    Some(folder.join("nut_bolt_pybullet.jsonl"))
+    let folder = std::env::var_os("SYMBOLT_RECORDINGS").filter(|folder| !folder.is_empty())?;
+    Some(PathBuf::from(folder).join("nut_bolt_pybullet.jsonl"))
 }
 
 fn main() -> ExitCode {

@@ -141,7 +141,7 @@ fn tables(results: &Results) -> String {
     for group in rows.chunk_by(|a, b| a[..cut] == b[..cut]) {
         if cut > 0 {
             let settings = columns.iter().zip(&group[0][..cut]).filter(|(_, v)| !v.is_empty());
-            let settings: Vec<String> = settings.map(|(name, v)| format!("{name} {v}")).collect();
+            let settings: Vec<String> = settings.map(|(name, v)| format!("{name} = {v}")).collect();
             let gap = if text.is_empty() { "" } else { "\n" };
             text += &format!("{gap}{}\n\n", wrapped(&settings.join(", "), WIDTH).join("\n"));
         }
@@ -157,10 +157,10 @@ fn tables(results: &Results) -> String {
         }
     }
     if few > 0 {
-        let which = if mark { "* From" } else { "All intervals are from" };
+        let which = if mark { "* Intervals from" } else { "All intervals are from" };
         let warning = format!(
-            "{which} fewer than {FEW_TRIALS} independent trials: the interval is only a rough guide, because so few \
-             trials hardly show how much they vary."
+            "{which} fewer than {FEW_TRIALS} independent trials. Take them as a rough guide: so few trials hardly \
+             show how much the results vary."
         );
         text += &format!("\n{}\n", wrapped(&warning, WIDTH).join("\n"));
     }
@@ -320,5 +320,33 @@ impl Drop for Bar {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+    use symbolt::study::statistics::{Mean, Rate};
+
+    use super::*;
+
+    #[test]
+    fn rows_of_few_trials_are_marked_and_words_are_kept_whole() {
+        let row = |what: &str, statistic| {
+            let settings = json!({"a_long_name_of_a_setting": 0.25, "what": what});
+            Row { settings: settings.as_object().cloned().unwrap_or_default(), statistic }
+        };
+        let long = "share of pairs within below those between and_a_word_of_thirty_characters";
+        let rows = vec![
+            row(long, Statistic::Rate(Rate::new(3, 4))),
+            row("mean", Statistic::Mean(Mean::of((0..12).map(f64::from)))),
+        ];
+        let results = Results { name: "a", question: "b?", settings: json!({}), rows };
+        let text = tables(&results);
+        assert!(text.starts_with("a_long_name_of_a_setting = 0.25\n\n| what"), "{text}");
+        assert!(text.contains("4 * |") && text.contains(" 12 |"), "{text}");
+        assert!(text.contains("\n* Intervals from fewer than 10 independent trials."), "{text}");
+        assert!(text.contains("| and_a_word_of_thirty_characters "), "{text}");
+        assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
     }
 }

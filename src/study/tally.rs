@@ -24,9 +24,9 @@ pub struct Tally {
     pub replans: usize,
     /// Number of failed skills by action and outcome.
     pub failed_skills: BTreeMap<(String, String), usize>,
-    /// Number of times that a part came to lie in no known state.
+    /// Number of times that a part was newly found in no state.
     pub unexplained: usize,
-    /// Number of episodes that ended with a part in no known state.
+    /// Number of episodes that ended with a part in no state.
     pub ended_unexplained: usize,
     /// Number of perturbed episodes.
     pub perturbed: usize,

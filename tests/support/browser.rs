@@ -9,7 +9,7 @@ use serde_json::Value;
 
 /// Returns the path of Chromium: the variable `CHROMIUM`, or the first on the `PATH`. `None` if there is none.
 pub fn browser() -> Option<PathBuf> {
-    let named = std::env::var_os("CHROMIUM").map(PathBuf::from);
+    let named = std::env::var_os("CHROMIUM").filter(|name| !name.is_empty()).map(PathBuf::from);
     let paths = std::env::var_os("PATH").unwrap_or_default();
     let names = ["chromium", "chromium-browser", "google-chrome"];
     let found = std::env::split_paths(&paths)

@@ -143,7 +143,7 @@ impl Header {
             // Settings of different experiments would only be noise.
             pairs.push(("seed".into(), json!(self.seed), json!(other.seed)));
             pairs.extend(self.settings.pairs(&other.settings));
-            pairs.push(("numbers in an outcome".into(), json!(self.width), json!(other.width)));
+            pairs.push(("length of an outcome".into(), json!(self.width), json!(other.width)));
         }
         let [one, two] = places;
         let differing: Vec<String> = pairs
