@@ -74,7 +74,7 @@ pub(crate) fn merged(args: &MergeArgs) -> Result<Outcome, Error> {
         return Err(BadArgument("merge needs the folders of the shards".into()).into());
     };
     let origin = Origin::read(first)?;
-    // A setting of the journals is the default. An option that is given must agree with it.
+    // Settings of the journals are the defaults. An option on the command line must agree with them.
     let mut common = args.common.clone();
     if !was_given("seed") {
         common.seed = origin.seed.value();
@@ -83,7 +83,7 @@ pub(crate) fn merged(args: &MergeArgs) -> Result<Outcome, Error> {
     trials.trials = trials.trials.or(Some(origin.trials));
     let mut options = trials.options(&common);
     if origin.settings.get("recording").is_none_or(serde_json::Value::is_null) {
-        // A recording that this machine happens to have must not differ from the shards.
+        // The shards used no recording, so a recording that this machine has is not used either.
         options.recording = args.trials.recording.clone();
     }
     let experiment = find(&args.name, &options)?;
