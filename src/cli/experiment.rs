@@ -336,7 +336,7 @@ mod tests {
             let settings = json!({"a_long_name_of_a_setting": 0.25, "what": what});
             Row { settings: settings.as_object().cloned().unwrap_or_default(), statistic }
         };
-        let long = "share of pairs within below those between and_a_word_of_thirty_characters";
+        let long = "share of pairs within below those between and_a_word_of_20_char";
         let rows = vec![
             row(long, Statistic::Rate(Rate::new(3, 4))),
             row("mean", Statistic::Mean(Mean::of((0..12).map(f64::from)))),
@@ -346,7 +346,7 @@ mod tests {
         assert!(text.starts_with("a_long_name_of_a_setting = 0.25\n\n| what"), "{text}");
         assert!(text.contains("4 * |") && text.contains(" 12 |"), "{text}");
         assert!(text.contains("\n* Intervals from fewer than 10 independent trials."), "{text}");
-        assert!(text.contains("| and_a_word_of_thirty_characters "), "{text}");
+        assert!(text.contains("| and_a_word_of_20_char "), "{text}");
         assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
     }
 }
