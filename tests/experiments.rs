@@ -177,7 +177,7 @@ fn merging_names_every_setting_that_differs_with_both_values_and_both_folders() 
 fn printed_tables_fit_80_columns_and_never_break_a_word() {
     let place = folder();
     let list = good(place.path(), &["experiment"]);
-    for name in ["figure-1a", "figure-1c", "table-4", "capacity", "timing"] {
+    for name in ["figure-1a", "figure-1c", "table-4", "capacity"] {
         assert!(list.contains(name), "{list}");
         let args = ["experiment", name, "--trials", "12", "--quiet", "--out", name];
         let printed = good(place.path(), &args);
