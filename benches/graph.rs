@@ -1,4 +1,4 @@
-//! A tick of many small nodes, and of one large one.
+//! Ticks of a graph with many small nodes, and of a graph with one large node.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 #![allow(missing_docs)]
@@ -24,7 +24,7 @@ fn build(graph: GraphBuilder) -> Arc<Graph> {
     }
 }
 
-/// One number in, one out.
+/// A node that passes a number on within the tick.
 struct Pass;
 impl Node for Pass {
     fn declare(&self, ports: &mut PortDecl) {
@@ -38,7 +38,7 @@ impl Node for Pass {
     }
 }
 
-/// One number in, one remembered, one out.
+/// A node that passes a number on in the next tick.
 struct Hold;
 impl Node for Hold {
     fn declare(&self, ports: &mut PortDecl) {
@@ -79,7 +79,7 @@ fn graph(c: &mut Criterion) {
         ("tick_hold", chain(nodes, || Hold, Synapse::None)),
         ("tick_pass_filtered", chain(nodes, || Pass, Synapse::lowpass_ms(5))),
     ];
-    // Time is for 200 ticks; throughput is in ticks.
+    // The time is that of 200 ticks. Throughput is in ticks.
     group.throughput(Throughput::Elements(ticks));
     for (name, described) in cases {
         let mut sim = Simulator::new(build(described), RunConfig::default()).expect("starts");
@@ -91,7 +91,7 @@ fn graph(c: &mut Criterion) {
         b.iter(|| build(chain(nodes, || Pass, Synapse::None)));
     });
 
-    // Throughput is in neuron steps.
+    // Throughput is in neurons times ticks.
     let neurons = 100_000;
     let mut described = GraphBuilder::new();
     let drive = described.add("drive", Constant::scalar(0.5));

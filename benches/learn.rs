@@ -1,6 +1,6 @@
-//! Learning from demonstrations, and the clustering that dominates it for long recordings.
+//! Learning from demonstrations, and the clustering that takes most of the time for long recordings.
 //!
-//! On one core: `RAYON_NUM_THREADS=1 cargo bench --bench learn`.
+//! To measure on one core: `RAYON_NUM_THREADS=1 cargo bench --bench learn`.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 #![allow(missing_docs)]
@@ -14,7 +14,7 @@ use symbolt::sim::Seed;
 use symbolt::task::learn::{Dendrogram, Settings, distance_matrix, learn};
 use symbolt::task::tasks::nuts_and_bolts::SyntheticDemonstrations;
 
-/// Poses as a recording has them: most anywhere at two heights, some at two places.
+/// Returns positions as in a recording: most lie anywhere at two heights, the others at two places.
 fn poses(count: usize) -> Vec<[f64; 3]> {
     let mut rng = Seed::new(1).derive("bench", "poses").rng();
     let mut spread = |width: f64| width * rng.random::<f64>();

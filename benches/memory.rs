@@ -1,4 +1,5 @@
-//! Cleanup of 25,000 vectors of 1,000 dimensions, beside the time to read them; sums of bound pairs read.
+//! Cleanup among 25,000 vectors of 1,000 dimensions, compared with the time to read them, and decoding of sums of bound
+//! pairs.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 #![allow(missing_docs)]
@@ -11,7 +12,7 @@ use std::hint::black_box;
 use symbolt::sim::Seed;
 use symbolt::spa::{Algebra, Hrr, ItemMemory, PairDecoder, random_pointer};
 
-/// Reads every number once: the bandwidth that a single-precision query could at best have.
+/// Reads every number once. A query in single precision cannot be faster than this.
 #[multiversion(targets("x86_64+avx2", "x86_64+sse4.1"))]
 fn read_all(values: &[f32]) -> f32 {
     let mut sums = [0.0f32; 64];
@@ -27,7 +28,7 @@ fn memory(c: &mut Criterion) {
     let (items, dim, batch) = (25_000u64, 1_000usize, 256u64);
     let rows: Vec<f32> = (0..items).flat_map(|i| random_pointer(dim, Seed::new(i))).collect();
     let memory = ItemMemory::new(rows.clone(), dim).expect("sound");
-    // Half of the queries are noisy items, half have nothing to do with any.
+    // Half of the queries are noisy items; the others are unrelated to all items.
     let queries: Vec<f32> = (0..batch)
         .flat_map(|q| {
             let item = &rows[(q as usize * 97) * dim..(q as usize * 97 + 1) * dim];
@@ -65,7 +66,7 @@ fn memory(c: &mut Criterion) {
     group.finish();
 }
 
-/// Reading all fillers of a noisy sum of bound pairs, beside reading one of them linearly.
+/// Decodes all fillers of a sum of bound pairs, compared with unbinding a single filler.
 fn pairs(c: &mut Criterion) {
     let mut group = c.benchmark_group("pairs");
     for (dim, bound, items) in [(256usize, 4u64, 64u64), (256, 16, 256)] {

@@ -1,5 +1,6 @@
-//! Spiking populations: a step of a neuron, banks with dense and with event-driven decoding, each module, building,
-//! and the standard networks over 300 simulated milliseconds. A bare loop over voltages is `graph/lif_bank`.
+//! Spiking populations: a step of a neuron, banks with dense and with event-driven decoding, each module, and the build
+//! and run of the standard networks over 300 simulated milliseconds. For a bare loop over voltages see
+//! `graph/lif_bank`.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
@@ -30,7 +31,7 @@ impl VocabTag for Things {
 const DIM: usize = 256;
 const TICKS: u64 = 50;
 
-/// A single layer as a module.
+/// A module of a single layer.
 struct Alone<F>(F);
 
 impl<K: Kind, F: FnOnce(&mut Scope<'_>) -> LayerPorts<K>> Module for Alone<F> {
@@ -51,7 +52,7 @@ fn rate() -> Plan {
     Plan::all(Population::Rate(LifSpec::default()))
 }
 
-/// Benches ticks of one graph; elements are neurons times ticks.
+/// Measures ticks of a graph. Elements are neurons times ticks.
 fn ticks(c: &mut Criterion, name: &str, size: usize, graph: GraphBuilder, plan: &Plan) {
     let graph = graph.build(Timebase::default(), plan, Seed::new(1)).expect("builds");
     let neurons = SolvedModel::of(&graph).neurons() as u64;
@@ -65,7 +66,7 @@ fn ticks(c: &mut Criterion, name: &str, size: usize, graph: GraphBuilder, plan: 
     });
 }
 
-/// A layer over a plain vector, each component at its own constant.
+/// Returns a graph with a layer whose input is a constant vector.
 fn vector_layer(
     layer: impl FnOnce(&mut Scope<'_>) -> LayerPorts<Vector>,
     width: usize,
@@ -92,12 +93,13 @@ fn layers(c: &mut Criterion) {
         });
     });
     group.finish();
-    // One number an ensemble: encoding costs little, decoding is dense.
+    // Each ensemble represents one number: encoding costs little and decoding is dense.
     let width = 500;
     let scalars = || vector_layer(|s| s.map("map", Map::each(500, |x| x)), width);
     ticks(c, "decode_dense_one_dimension", width * 100, scalars(), &lif());
     ticks(c, "decode_dense_rates", width * 100, scalars(), &rate());
-    // Sixteen dimensions an ensemble: encoding is a matrix, decoding goes by the spikes.
+    // Each ensemble represents sixteen dimensions: encoding multiplies by a matrix and decoding adds only the neurons
+    // that fire.
     let things = vocabulary();
     let (input, output) = (InputSpec::pointer(things.space()), OutputSpec::pointer(things.space()));
     let mut graph = GraphBuilder::new();
@@ -109,7 +111,7 @@ fn layers(c: &mut Criterion) {
     );
     give(&mut graph, &things, "A", &layer.input);
     ticks(c, "encode_16_decode_by_events", DIM * 50, graph, &lif());
-    // Products alone, without the transforms of a binding.
+    // Products without the transforms of a binding.
     let mut graph = GraphBuilder::new();
     let values: Vec<f32> = (0..width).map(|i| (i as f32).cos()).collect();
     let given = graph.add("given", Constant::vector(&values));

@@ -1,4 +1,4 @@
-//! The planner graph: a tick, a decision, its build.
+//! The planner graph: a tick, a decision, and the build.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 #![allow(missing_docs)]

@@ -1,4 +1,4 @@
-//! A step of the physics, a plan for the arm, and a whole episode.
+//! A physics step, the inverse kinematics, the plan of a skill, and a whole episode.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
@@ -38,7 +38,7 @@ fn world(c: &mut Criterion) {
         let spec = NutsAndBolts { nuts: parts, bolts: parts, ..NutsAndBolts::default() };
         let mut scene = built(&spec);
         group.bench_function(BenchmarkId::new("step_at_rest", parts), |b| b.iter(|| scene.step()));
-        // The arm goes for a nut again and again; one step of it.
+        // The arm moves a nut again and again. A single step is measured.
         let mut robot = Robot::default();
         group.bench_function(BenchmarkId::new("step_moving", parts), |b| {
             b.iter(|| {
@@ -58,7 +58,7 @@ fn world(c: &mut Criterion) {
     });
     let spec = NutsAndBolts::default();
     let scene = built(&spec);
-    // Postures for grasp, approach, lift and placing, with their collision checks.
+    // A plan has postures for approach, grasp, lift and placing, with their collision checks.
     group.bench_function("plan_a_skill", |b| {
         b.iter(|| {
             let mut robot = Robot::default();

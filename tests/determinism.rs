@@ -1,5 +1,5 @@
-//! One graph with every element that has memory. Restored and fresh runs give the same bits, noise included;
-//! another graph refuses its checkpoints; the graph can be drawn and searched.
+//! A graph with every kind of memory. Restored and reset runs give the same bits, and so does noise. Other graphs
+//! refuse its checkpoints. The graph can be drawn and searched.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
@@ -18,7 +18,7 @@ mod support;
 
 use support::{Counter, MS, build, start};
 
-/// A graph with every element that has memory: filters, registers, state, noise, probes and a world.
+/// Builds a graph with every kind of memory: filters, registers, state, noise, probes and a world.
 fn everything() -> Arc<Graph> {
     let mut graph = GraphBuilder::new();
     let world = graph.world(
@@ -47,7 +47,7 @@ fn in_script(seed: u64) -> RunConfig {
 }
 
 #[test]
-fn restored_and_run_on_equals_run_on() {
+fn a_restored_run_continues_with_the_same_bits() {
     let graph = everything();
     let mut whole = Simulator::new(graph.clone(), in_script(5)).expect("starts");
     whole.run_for(MS(37)).expect("runs");
@@ -55,7 +55,7 @@ fn restored_and_run_on_equals_run_on() {
     whole.run_for(MS(40)).expect("runs");
     let end = whole.checkpoint().expect("it can be saved");
 
-    // Restored into a run with another seed, by way of its text form.
+    // The checkpoint is written as text and restored into a run of another seed.
     let text = serde_json::to_string(&middle).expect("it can be written");
     let read = serde_json::from_str(&text).expect("it can be read");
     assert_eq!(middle, read);
@@ -93,7 +93,7 @@ fn checkpoints_of_other_graphs_are_refused() {
     );
 }
 
-/// A matrix, a layer, a constant and a filter, each with a number that can be changed.
+/// Parameters of a graph with a matrix, a layer, a constant and a filter. Each test changes one number.
 struct Parameters {
     given: f32,
     matrix: f32,
@@ -158,7 +158,7 @@ fn checkpoints_are_refused_by_a_graph_with_any_other_parameter() {
     }
 }
 
-/// A world that can never be saved.
+/// A world that cannot be saved.
 struct Unsaved(ScriptedWorld);
 
 impl World for Unsaved {
@@ -189,7 +189,7 @@ impl World for Unsaved {
 }
 
 #[test]
-fn a_world_that_cannot_be_saved_is_an_error_and_no_empty_save() {
+fn saving_a_world_that_cannot_be_saved_is_an_error() {
     let mut graph = GraphBuilder::new();
     let link = WorldLink::new().sense("place", OutputSpec::scalar());
     graph.world("world", link);
@@ -222,10 +222,10 @@ fn noise_is_a_function_of_run_seed_path_and_tick() {
     };
     let noisy = run(1.0, 1, false);
     assert_eq!(noisy, run(1.0, 1, false), "the same seed gives the same bits");
-    assert_eq!(noisy, run(1.0, 1, true), "another node reseeds nothing");
-    assert_ne!(noisy, run(1.0, 2, false), "the seed matters");
-    assert!(run(0.0, 1, false).iter().all(|v| *v == 1.0), "no noise is exactly none");
-    // 2000 draws: mean within 4.5 sd/sqrt(n) and deviation within 7.5% fail once in 100,000 seeds.
+    assert_eq!(noisy, run(1.0, 1, true), "another node does not change the noise");
+    assert_ne!(noisy, run(1.0, 2, false), "another seed gives other noise");
+    assert!(run(0.0, 1, false).iter().all(|v| *v == 1.0), "noise of zero changes nothing");
+    // With 2,000 draws, a mean beyond 4.5 sd/sqrt(n) or a deviation beyond 7.5% occurs once in 100,000 seeds.
     let mean = noisy.iter().map(|v| f64::from(*v)).sum::<f64>() / 2000.0;
     let sd = (noisy.iter().map(|v| (f64::from(*v) - mean).powi(2)).sum::<f64>() / 1999.0).sqrt();
     assert!((mean - 1.0).abs() < 4.5 * 0.1 / 2000f64.sqrt() && (sd / 0.1 - 1.0).abs() < 0.075);

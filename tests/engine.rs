@@ -1,4 +1,4 @@
-//! Ticks: order and delay of values, sums, probes, threads, worlds, faults and stop conditions.
+//! The order of events in a tick, delays of connections, probes, worlds, and when a run stops.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
@@ -34,7 +34,7 @@ fn an_edge_without_a_synapse_costs_no_tick_and_one_with_a_synapse_or_a_register_
     let read =
         |i: usize| -> Vec<f32> { sim.samples(&probes[i]).iter().map(|(_, v)| v[0]).collect() };
     assert_eq!(read(0), [10.0, 11.0, 12.0]);
-    // Readers see the initial value in the first tick, and each written value one tick later.
+    // Readers see the initial value in the first tick. They see a value written in a tick one tick later.
     assert_eq!(read(2), [10.0, 11.0, 12.0]);
     let (a, filtered) = ((-0.2f64).exp() as f32, read(1));
     assert_eq!(filtered[0], 0.0);
@@ -45,7 +45,7 @@ fn an_edge_without_a_synapse_costs_no_tick_and_one_with_a_synapse_or_a_register_
 
 #[test]
 fn a_registered_output_behind_a_synapse_costs_one_tick_in_all() {
-    // The filter reads the value that was just written, so the two delays count as one.
+    // The output and the filter behind it are updated together: the filter takes the value that was just written.
     let mut graph = GraphBuilder::new();
     let counter = graph.node("counter", Counter);
     let sum = graph.add("sum", Add::scalar());
@@ -64,7 +64,7 @@ fn several_sources_add_in_the_order_of_their_paths_whatever_the_order_of_adding(
     let describe = |order: [usize; 3]| {
         let mut graph = GraphBuilder::new();
         let sum = graph.add("sum", Add::scalar());
-        // In single precision (1e8 + 1) - 1e8 differs from (1e8 - 1e8) + 1.
+        // The order matters: in single precision (1e8 + 1) - 1e8 differs from (1e8 - 1e8) + 1.
         let values = [1e8, 1.0, -1e8];
         for i in order {
             let source = graph.add(&format!("s{i}"), Constant::scalar(values[i]));
@@ -94,7 +94,7 @@ fn a_filtered_loop_integrates() {
     sim.run_for(MS(1000)).expect("runs");
     let values: Vec<f32> = sim.samples(&probe).iter().map(|(_, v)| v[0]).collect();
     assert_eq!(values.len(), 1000);
-    // y' = u / tau while the input lasts, so each tick adds 1 - a.
+    // During the input y' = u / tau, so each tick adds 1 - a.
     let expected = 10.0 * (1.0 - (-0.01f64).exp()) as f32;
     assert!(
         (values[11] - expected).abs() < 1e-5 && (values[999] - expected).abs() < 1e-4,
@@ -102,7 +102,7 @@ fn a_filtered_loop_integrates() {
     );
 }
 
-/// A node that fails in tick `at`: with a value that is not a number, or with a fault.
+/// A node that fails in a given tick.
 struct Breaks {
     at: u64,
     how: &'static str,
@@ -128,7 +128,7 @@ impl Node for Breaks {
 }
 
 #[test]
-fn a_value_that_is_no_number_names_its_path_port_and_tick() {
+fn the_error_for_a_nan_names_path_port_and_tick() {
     let mut graph = GraphBuilder::new();
     graph.node("good", Breaks { at: 99, how: "nan" });
     graph.node("bad", Breaks { at: 3, how: "nan" });
@@ -137,7 +137,7 @@ fn a_value_that_is_no_number_names_its_path_port_and_tick() {
 }
 
 #[test]
-fn a_node_that_gives_up_ends_the_run() {
+fn a_node_that_fails_ends_the_run() {
     let mut graph = GraphBuilder::new();
     graph.node("coil", Breaks { at: 4, how: "fault" });
     let mut sim = start(&build(graph));
@@ -147,7 +147,7 @@ fn a_node_that_gives_up_ends_the_run() {
 }
 
 #[test]
-fn run_until_says_why_it_stopped() {
+fn run_until_returns_why_it_stopped() {
     let mut graph = GraphBuilder::new();
     let counter = graph.node("counter", Counter);
     let now: Out<Scalar> = counter.output("now");
@@ -197,8 +197,7 @@ fn probes_sample_by_period_keep_the_last_and_have_filters_of_their_own() {
     assert!((f64::from(smooth[9]) - expected).abs() < 1e-5);
 }
 
-/// Outputs the number of the pool thread that runs it, counted from 1 (0 outside a pool), and whether it may share its
-/// work.
+/// A node that shows the pool thread on which it runs, 0 for none, and whether it may share its work.
 struct Whose;
 impl Node for Whose {
     fn declare(&self, ports: &mut PortDecl) {
@@ -213,7 +212,7 @@ impl Node for Whose {
 }
 
 #[test]
-fn the_setting_of_the_run_and_not_the_calling_thread_says_who_computes_a_tick() {
+fn the_setting_of_the_run_decides_which_threads_compute_a_tick() {
     let by = |threads: Threads| {
         let mut graph = GraphBuilder::new();
         let by: Out<Vector> = graph.node("whose", Whose).output("by");
@@ -225,10 +224,10 @@ fn the_setting_of_the_run_and_not_the_calling_thread_says_who_computes_a_tick() 
     };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("a pool");
     assert_eq!(by(Threads::Serial), (false, false));
-    // Within a pool, a serial run stays on its thread and shares no work.
+    // A serial run that is started in a pool stays on its thread and shares no work.
     assert_eq!(pool.install(|| by(Threads::Serial)), (true, false));
     assert_eq!(pool.install(|| by(Threads::Pool)), (true, true));
-    // A run started outside the pool moves into it, unless the pool has only one thread.
+    // A run with the pool that is started outside moves to the pool, unless the pool has only one thread.
     assert_eq!(by(Threads::Pool), (rayon::current_num_threads() > 1, true));
 }
 
@@ -263,7 +262,7 @@ fn a_world_is_stepped_by_its_period_and_its_senses_are_held_between() {
         ControlFlow::Continue(())
     })
     .expect("runs");
-    // A sense read at the end of a tick is visible in the next tick, so the second entry appears after 4 ticks.
+    // A tick sees the senses as of the previous tick: the second entry appears after 4 ticks.
     assert_eq!(shown, [1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0, 3.0, 3.0, 3.0]);
 }
 
@@ -275,7 +274,7 @@ fn a_world_gets_the_command_of_the_tick_in_which_it_is_due() {
     let saved = sim.world().map(|w| w.save().expect("it can be saved")).expect("there is a world");
     let mut copy = script();
     symbolt::sim::World::restore(&mut copy, &saved).expect("its own save");
-    // Ticks 3 and 7 end a period; the counter then shows 13 and 17. The unconnected input is zero.
+    // Ticks 3 and 7 are the last of a period. The counter is then at 13 and 17. Unconnected inputs are zero.
     assert_eq!(copy.commands(), [vec![13.0, 0.0, 0.0], vec![17.0, 0.0, 0.0]]);
 }
 

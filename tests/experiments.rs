@@ -43,7 +43,8 @@ fn whole(out: &'static str) -> Vec<&'static str> {
     WHOLE.into_iter().chain([out]).collect()
 }
 
-/// Kills a run with signal 9 at random moments and goes on, and compares with one that was left alone.
+/// Kills a run with signal 9 at random moments, resumes it each time, and compares the result with that of a run that
+/// was not killed.
 fn killed(times: u64) {
     let place = folder();
     let expected = good(place.path(), &whole("left"));
@@ -70,7 +71,7 @@ fn killed(times: u64) {
         cut += u64::from(early);
         let size = std::fs::metadata(place.path().join(&out).join("trials.bin"));
         kept.push((out, size.map_or(0, |m| m.len())));
-        assert!(round < 20 * times, "it is always done before it is killed");
+        assert!(round < 20 * times, "every run ended before it was killed");
     }
     // A resumed journal never shrinks, except by an incomplete record.
     for pair in kept.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
@@ -113,21 +114,105 @@ fn shards_merge_into_the_whole_and_the_thread_count_does_not_matter() {
         args.extend([name.as_str(), "--shard", part]);
         good(place.path(), &args);
     }
-    let merge = ["merge", "table-4", "--trials", "40", "--quiet", "--json", "--out", "merged"];
+    // Merging reads the number of trials from the folders.
+    let merge = ["merge", "table-4", "--quiet", "--json", "--out", "merged"];
     let two: Vec<&str> = merge.into_iter().chain(["part1", "part3"]).collect();
     let output = symbolt(place.path(), &two);
     assert_ne!(output.status.code(), Some(0));
-    assert!(said(&output).contains("in none of the folders"), "{}", said(&output));
+    let named = "in none of the folders; shard 2/3 was not given";
+    assert!(said(&output).contains(named), "{}", said(&output));
     assert!(!place.path().join("merged").exists());
     let three: Vec<&str> = merge.into_iter().chain(["part1", "part2", "part3"]).collect();
     assert_eq!(good(place.path(), &three), expected);
     let other = ["merge", "table-4", "--trials", "41", "--quiet", "--out", "other", "part1"];
     let output = symbolt(place.path(), &other);
     assert_eq!(output.status.code(), Some(2), "{}", said(&output));
-    assert!(said(&output).contains("part1"), "{}", said(&output));
+    let named = "number of trials is 40 in part1 and 41 in this merge";
+    assert!(said(&output).contains(named), "{}", said(&output));
 }
 
-/// A journal's first line with other settings and another shard.
+#[test]
+fn merging_names_every_setting_that_differs_with_both_values_and_both_folders() {
+    let place = folder();
+    let shard = |out: &str, part: &str, more: &[&str]| {
+        let args = ["experiment", "figure-1a", "--quiet", "--shard", part, "--out", out];
+        good(place.path(), &[&args[..], more].concat());
+    };
+    shard("a", "1/2", &["--trials", "12", "--seed", "7"]);
+    shard("b", "2/2", &["--trials", "12", "--seed", "7"]);
+    shard("other", "2/2", &["--trials", "14", "--seed", "8"]);
+    let merge = |more: &[&str]| {
+        let args = ["merge", "figure-1a", "--quiet", "--json", "--out", "whole"];
+        symbolt(place.path(), &[&args[..], more].concat())
+    };
+    let refused = |more: &[&str], names: &[&str]| {
+        let output = merge(more);
+        assert_eq!(output.status.code(), Some(2), "{more:?}");
+        for name in names {
+            assert!(said(&output).contains(name), "{name}: {}", said(&output));
+        }
+    };
+    let seed = "cannot merge other: it does not belong with a: seed is 7 in a and 8 in other";
+    refused(&["a", "other"], &[seed, "number of trials is 12 in a and 14 in other"]);
+    refused(&["a", "b", "--seed", "1"], &["seed is 7 in a and 1 in this merge"]);
+    refused(&["a", "b", "--trials", "3"], &["number of trials is 12 in a and 3 in this merge"]);
+    // A setting that another version of the program has.
+    let path = place.path().join("b/trials.bin");
+    let sound = std::fs::read(&path).expect("a journal");
+    let end = sound.iter().position(|b| *b == b'\n').expect("a first line");
+    let line =
+        String::from_utf8_lossy(&sound[..end]).replace("\"tight_sd\":0.05", "\"tight_sd\":0.1");
+    std::fs::write(&path, [line.as_bytes(), &sound[end..]].concat()).expect("written");
+    refused(&["a", "b"], &["`tight_sd` is 0.05 in a and 0.1 in b"]);
+    std::fs::write(&path, sound).expect("written");
+    // Seed and trials come from the folders; options that agree are accepted.
+    let table: serde_json::Value =
+        serde_json::from_slice(&merge(&["a", "b"]).stdout).expect("JSON");
+    assert_eq!((&table["settings"]["seed"], &table["settings"]["trials"]), (&7.into(), &12.into()));
+    let again = merge(&["a", "b", "--trials", "12", "--seed", "7", "--force"]);
+    assert_eq!(again.status.code(), Some(0), "{}", said(&again));
+}
+
+#[test]
+fn printed_tables_fit_80_columns_and_never_break_a_word() {
+    let place = folder();
+    let list = good(place.path(), &["experiment"]);
+    for name in ["figure-1a", "figure-1c", "table-4", "capacity"] {
+        assert!(list.contains(name), "{list}");
+        let args = ["experiment", name, "--trials", "12", "--quiet", "--out", name];
+        let printed = good(place.path(), &args);
+        for line in list.lines().chain(printed.lines()) {
+            assert!(line.chars().count() <= 80, "{name}: {line}");
+        }
+        let whole: serde_json::Value =
+            serde_json::from_slice(&read(&place.path().join(name), "results.json")).expect("JSON");
+        let words = printed.split_whitespace().collect::<std::collections::BTreeSet<&str>>();
+        for cell in whole["cells"].as_array().expect("cells") {
+            for (_, value) in cell.as_object().expect("an object") {
+                for word in value.as_str().unwrap_or_default().split_whitespace() {
+                    // A setting in a heading is followed by a comma.
+                    let there = words.contains(word) || words.contains(&*format!("{word},"));
+                    assert!(there, "{name}: {word} in\n{printed}");
+                }
+            }
+        }
+        assert!(!printed.contains("rough guide"), "12 trials are enough: {printed}");
+    }
+}
+
+#[test]
+fn intervals_of_few_trials_are_printed_with_a_warning() {
+    let place = folder();
+    let text = ["experiment", "figure-1a", "--trials", "2", "--quiet", "--out", "few"];
+    let warning = "All intervals are from fewer than 10 independent trials";
+    assert!(good(place.path(), &text).contains(warning));
+    let json: Vec<&str> = text.into_iter().chain(["--json"]).collect();
+    assert!(table(place.path(), &json).iter().all(|cell| cell["few_trials"] == true));
+    let enough = ["experiment", "figure-1a", "--trials", "10", "--quiet", "--json", "--out", "ten"];
+    assert!(table(place.path(), &enough).iter().all(|cell| cell["few_trials"] == false));
+}
+
+/// Returns the first line of a journal with these settings and this shard.
 fn header(settings: &str, shard: u64) -> String {
     format!(
         "{{\"format\":\"symbolt-trials\",\"version\":1,\"experiment\":\"table-4\",\"seed\":1,\
@@ -136,31 +221,31 @@ fn header(settings: &str, shard: u64) -> String {
 }
 
 #[test]
-fn a_damaged_journal_is_said_and_its_sound_trials_can_be_kept() {
+fn a_damaged_journal_is_reported_and_its_intact_trials_can_be_kept() {
     let place = folder();
     let expected = good(place.path(), &whole("left"));
     let path = place.path().join("left/trials.bin");
     let sound = std::fs::read(&path).expect("a journal");
     let line = sound.iter().position(|b| *b == b'\n').expect("a first line");
-    // A piece of a record at the end is a kill's; its trial is done again.
+    // A kill leaves an incomplete record at the end. Its trial is run again.
     std::fs::write(&path, &sound[..sound.len() - 11]).expect("written");
     assert_eq!(good(place.path(), &whole("left")), expected);
-    // A flipped bit within is damage.
+    // A flipped bit inside is damage.
     let mut damaged = sound.clone();
     damaged[line + 50] ^= 1;
     std::fs::write(&path, &damaged).expect("written");
     let output = symbolt(place.path(), &whole("left"));
     assert_eq!(output.status.code(), Some(2));
     assert!(said(&output).contains("damaged") && said(&output).contains("--salvage"));
-    assert_eq!(std::fs::read(&path).expect("a journal"), damaged, "it is left as it was");
+    assert_eq!(std::fs::read(&path).expect("a journal"), damaged, "the journal is unchanged");
     let mut args = whole("left");
     args.push("--salvage");
     assert_eq!(good(place.path(), &args), expected);
-    // Another experiment's folder is refused, and so is no journal at all.
+    // The folder of another experiment is refused, and so is a file that is not a journal.
     let other = ["experiment", "figure-1a", "--trials", "40", "--quiet", "--out", "left"];
     let output = symbolt(place.path(), &other);
     assert_eq!(output.status.code(), Some(2));
-    let named = "trials of `table-4`, not of `figure-1a`";
+    let named = "experiment is \"table-4\" in the folder and \"figure-1a\" in this run";
     assert!(said(&output).contains(named), "{}", said(&output));
     for text in [
         "",
@@ -168,7 +253,7 @@ fn a_damaged_journal_is_said_and_its_sound_trials_can_be_kept() {
         "{}\n",
         "{\"format\":\"symbolt-trials\",\"version\":9}\n",
         "{\"format\":\"symbolt-trials\"}",
-        // A first line that is a header in form alone.
+        // Headers with wrong types.
         &header("5", 0),
         &header("{\"cells\":[5,null]}", 0),
         &header("{\"cells\":7}", u64::MAX),
@@ -187,7 +272,7 @@ fn a_damaged_journal_is_said_and_its_sound_trials_can_be_kept() {
 fn a_disk_that_fills_up_ends_with_a_clear_error_and_keeps_what_is_done() {
     let place = folder();
     let expected = good(place.path(), &whole("left"));
-    // A file can have 16 blocks of 512 bytes: enough for the first line and some trials.
+    // The limit is 16 blocks of 512 bytes: enough for the first line and some trials.
     let script = format!(
         "trap '' XFSZ; ulimit -f 16; exec '{}' {} full",
         env!("CARGO_BIN_EXE_symbolt"),
@@ -196,7 +281,7 @@ fn a_disk_that_fills_up_ends_with_a_clear_error_and_keeps_what_is_done() {
     let output =
         Command::new("sh").args(["-c", &script]).current_dir(place.path()).output().expect("runs");
     assert_eq!(output.status.code(), Some(1), "{}", said(&output));
-    // The cause, and not what it brought about on another thread.
+    // The message names the cause, not its consequence on another thread.
     let (cause, said) = ("File too large", said(&output));
     assert!(said.contains("cannot write") && said.contains(cause), "{said}");
     let kept = read(&place.path().join("full"), "trials.bin").len();
@@ -219,12 +304,13 @@ fn a_folder_can_be_resumed_for_more_trials_and_not_for_fewer() {
     assert!(after > 3 * before, "{before} {after}");
     let output = symbolt(place.path(), &with("30"));
     assert_eq!(output.status.code(), Some(2));
-    let named = "it holds 40 trials a cell, and 30 are asked for";
+    let named = "number of trials is 40 in the folder and 30 in this run";
     assert!(said(&output).contains(named), "{}", said(&output));
     let mut seeded: Vec<&str> = with("40").into();
     seeded.extend(["--seed", "9"]);
     let output = symbolt(place.path(), &seeded);
-    assert!(said(&output).contains("of the seed 1, not of 9"), "{}", said(&output));
+    let named = "seed is 1 in the folder and 9 in this run";
+    assert!(said(&output).contains(named), "{}", said(&output));
 }
 
 #[test]
@@ -252,7 +338,7 @@ fn every_experiment_gives_rows_with_intervals_and_a_sound_figure() {
 
 #[test]
 #[cfg(unix)]
-fn a_folder_that_cannot_be_written_is_said() {
+fn a_folder_that_cannot_be_written_is_reported() {
     let place = folder();
     std::fs::write(place.path().join("taken"), "a file").expect("written");
     let output = symbolt(place.path(), &whole("taken"));
@@ -260,7 +346,7 @@ fn a_folder_that_cannot_be_written_is_said() {
     assert!(said(&output).contains("taken"), "{}", said(&output));
 }
 
-/// The cells of an experiment's table.
+/// Returns the cells of an experiment's table.
 fn table(folder: &Path, args: &[&str]) -> Vec<serde_json::Value> {
     let table: serde_json::Value = serde_json::from_str(&good(folder, args)).expect("JSON");
     table["cells"].as_array().expect("cells").clone()
@@ -269,8 +355,8 @@ fn table(folder: &Path, args: &[&str]) -> Vec<serde_json::Value> {
 #[test]
 #[ignore = "long statistics"]
 fn table_4_is_the_papers_within_8_points_and_ours_is_above_99_9_percent() {
-    // Of 4,500 episodes a share has a standard error of at most 0.75 points: the order and the bound of 8 points hold
-    // with room for four of them.
+    // With 4,500 episodes a rate has a standard error of at most 0.75 points. The order and the bound of 8 points leave
+    // room for four standard errors.
     let place = folder();
     let cells: Vec<_> = ["1", "2", "3"]
         .into_iter()
@@ -321,7 +407,7 @@ fn capacity_is_as_predicted_and_our_decoder_is_never_below_linear_reading() {
     let (off, gain) = (of("linear less prediction"), of("best less linear"));
     assert_eq!((off.len(), gain.len()), (68, 68));
     for cell in &off {
-        // 1 point and the 99.9% interval; a false alarm in at most 7% of seeds, over 68 cells.
+        // The bound is 1 point plus the 99.9% interval: over 68 cells a false alarm in at most 7% of seeds.
         let (mean, sd) =
             (cell["mean"].as_f64().expect("a mean"), cell["sd"].as_f64().expect("an SD"));
         assert!(mean.abs() < 0.01 + 3.29 * sd / 1000f64.sqrt(), "{cell}");
@@ -352,7 +438,7 @@ fn two_runs_do_not_work_in_one_folder() {
         args.extend(more);
         let output = symbolt(place.path(), &args);
         assert_eq!(output.status.code(), Some(1), "{more:?}: {}", said(&output));
-        assert!(said(&output).contains("another run works in it"), "{}", said(&output));
+        assert!(said(&output).contains("another run is using this folder"), "{}", said(&output));
     }
     first.kill().expect("killed");
     first.wait().expect("gone");

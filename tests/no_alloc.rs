@@ -1,4 +1,4 @@
-//! Checks that a tick allocates nothing. The count is process-wide, so this test has its own binary.
+//! A tick allocates no memory. The count covers the whole process, so this test has its own binary.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
@@ -27,7 +27,7 @@ struct Counting;
 
 static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
 
-// SAFETY: every call goes to the system's allocator unchanged; counting touches no memory allocated here.
+// SAFETY: every call is passed unchanged to the system's allocator. Counting does not access the allocated memory.
 #[allow(unsafe_code)]
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
@@ -46,10 +46,10 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// Number of allocations while a simulator runs for `ms` milliseconds and is observed after every tick.
+/// Counts allocations while a simulator runs for `ms`. A probe is read after every tick.
 fn allocations(sim: &mut Simulator, ms: u64) -> usize {
     let span = SimDuration::from_millis(ms);
-    // A first run to warm up: its first block reserves the probes' storage.
+    // The first block reserves the probes' storage, so it is not counted.
     sim.run_for(span).expect("runs");
     sim.clear_recordings();
     let before = ALLOCATIONS.load(Ordering::Relaxed);
@@ -77,7 +77,7 @@ fn nothing_allocates_in_a_tick() {
         graphs(&PopulationPlan::all(population), &mut counts);
     }
 
-    // A bank of neurons that implements the node trait.
+    // A bank of neurons as a single node.
     let mut graph = GraphBuilder::new();
     let drive = graph.add("drive", Constant::scalar(1.0));
     let bank = graph.node("bank", Bank::new(10_000));
@@ -107,7 +107,7 @@ fn nothing_allocates_in_a_tick() {
     let blocks = ALLOCATIONS.load(Ordering::Relaxed) - before;
     assert!((1..=6).contains(&blocks), "{blocks} allocations for three blocks");
 
-    // The counter itself works: it sees the allocation of a vector.
+    // The counter works: it notices a new vector.
     let before = ALLOCATIONS.load(Ordering::Relaxed);
     std::hint::black_box(vec![1u8; 100]);
     assert_eq!(ALLOCATIONS.load(Ordering::Relaxed) - before, 1);
@@ -116,7 +116,7 @@ fn nothing_allocates_in_a_tick() {
 }
 
 fn graphs(plan: &PopulationPlan, counts: &mut Vec<(&'static str, usize)>) {
-    // Every module of the algebra, with noise and probes of every kind.
+    // A graph with every module of the algebra, noise, and probes of every kind.
     let vocabulary = VocabularyBuilder::<Things>::new(64, Seed::new(1))
         .any_similarity()
         .pointers(["A", "B", "C"])
@@ -164,7 +164,7 @@ fn graphs(plan: &PopulationPlan, counts: &mut Vec<(&'static str, usize)>) {
     let mut sim = Simulator::new(Arc::new(graph), RunConfig::default()).expect("starts");
     counts.push(("modules", allocations(&mut sim, 200)));
 
-    // The planner graph while it decides.
+    // The planner graph during a decision.
     let domain = DomainBuilder::new()
         .action("PUT_NUT", ["NUT_FREE"], ["NUT_IN"])
         .action("PUT_BOLT", ["BOLT_FREE"], ["BOLT_IN"])

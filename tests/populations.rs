@@ -23,7 +23,7 @@ use support::{Things, lif, rate, vocabulary};
 
 type Probes = [ProbeId<Pointer<Things>>; 2];
 
-/// A graph that binds A and B and, independently, cleans up a noisy C.
+/// Builds a graph that binds A and B and, in another module, cleans up a noisy C.
 fn two_modules(plan: &PopulationPlan) -> (Simulator, Probes) {
     let parts = vocabulary(64);
     let mut graph = GraphBuilder::new();
@@ -54,7 +54,7 @@ fn all(sim: &Simulator, probe: &ProbeId<Pointer<Things>>) -> Vec<Vec<Real>> {
 }
 
 #[test]
-fn what_is_bound_and_cleaned_up_in_neurons_is_what_it_is_in_exact_maths() {
+fn binding_and_cleanup_in_neurons_agree_with_exact_computation() {
     let parts = vocabulary(64);
     let bound = parts.parse("A * B").expect("sound");
     let clean = parts.get("C").expect("there").to_vec();
@@ -88,7 +88,7 @@ fn an_ablation_changes_the_module_that_it_names_and_no_other() {
 }
 
 #[test]
-fn a_checkpoint_between_spikes_goes_on_with_the_same_bits() {
+fn a_run_resumed_from_a_checkpoint_between_spikes_has_the_same_bits() {
     let (mut whole, probes) = two_modules(&lif());
     run(&mut whole, 37);
     let middle = whole.checkpoint().expect("it can be saved");
@@ -106,7 +106,7 @@ fn a_checkpoint_between_spikes_goes_on_with_the_same_bits() {
 #[test]
 fn two_threads_give_the_bits_of_one() {
     let run = |setting: Threads| {
-        // Enough neurons for several threads: 2 x 4 x 33 ensembles of 100.
+        // 2 x 4 x 33 ensembles of 100 neurons are enough for threads to share a tick.
         let (sim, probes) = two_modules(&lif());
         let config = RunConfig::default().with_threads(setting);
         let mut sim = Simulator::new(sim.graph().clone(), config).expect("starts");
@@ -138,7 +138,7 @@ fn a_pointer_is_taken_up_and_held_by_a_recurrent_synapse() {
     let mut sim = Simulator::new(Arc::new(graph), RunConfig::default()).expect("starts");
     run(&mut sim, 1_100);
     let at = |ms: usize| sim.samples(&probe).get(ms - 1).expect("recorded").1.to_vec();
-    // 200 ms and one second after the input ended.
+    // 200 ms and 1 s after the input ended.
     assert!(cosine(&at(300), &value) > 0.95, "{}", cosine(&at(300), &value));
     assert!(cosine(&at(1_100), &value) > 0.8, "{}", cosine(&at(1_100), &value));
 }
@@ -189,7 +189,7 @@ fn basal_ganglia_choose_the_greatest_utility() {
 }
 
 #[test]
-fn what_no_population_can_be_is_refused_with_the_layers_path() {
+fn invalid_population_settings_are_refused_with_the_layers_path() {
     let refused = |change: fn(&mut LifSpec)| {
         let mut spec = LifSpec::default();
         change(&mut spec);
@@ -228,7 +228,7 @@ fn what_no_population_can_be_is_refused_with_the_layers_path() {
 }
 
 #[test]
-fn the_standard_networks_do_what_they_are_for() {
+fn every_standard_network_reaches_its_quality() {
     let small = LifSpec::default();
     for (name, model) in Model::ALL {
         let population = Population::Lif(small);
@@ -241,7 +241,7 @@ fn the_standard_networks_do_what_they_are_for() {
             Model::Bind | Model::State | Model::Memory => quality("cosine") > 0.93,
             Model::Select => quality("chosen") > 0.9 && quality("greatest_other") < 0.1,
             Model::Channel => quality("rmse") < 0.02,
-            // Another test measures the time to the preconditions, at 256 dimensions.
+            // The time until they are active is measured at 256 dimensions, in the test below.
             Model::Planner | Model::Large => quality("weaker_precondition") > 0.5,
         };
         assert!(good && measured.neurons > 1_000, "{name}: {measured:?}");
@@ -250,7 +250,7 @@ fn the_standard_networks_do_what_they_are_for() {
     assert!(short.build(Model::State).is_err());
 }
 
-/// Median over the seeds of the time until both preconditions are present, in milliseconds.
+/// Returns the median over seeds of the time until both preconditions are active, in ms.
 fn preconditions_ms(unbinding: Unbinding, seeds: u64) -> f64 {
     let mut all: Vec<f64> = (0..seeds)
         .map(|seed| {
@@ -272,7 +272,7 @@ fn preconditions_ms(unbinding: Unbinding, seeds: u64) -> f64 {
 
 #[test]
 #[ignore = "long statistics"]
-fn preconditions_are_there_within_65_ms_by_products_and_62_ms_by_a_fixed_map() {
+fn preconditions_are_active_within_65_ms_by_products_and_62_ms_by_a_fixed_map() {
     for (unbinding, mark) in [(Unbinding::Products, 65.0), (Unbinding::Fixed, 62.0)] {
         let ms = preconditions_ms(unbinding, 20);
         println!("{unbinding:?}: {ms} ms in the median of 20 seeds");
@@ -280,8 +280,8 @@ fn preconditions_are_there_within_65_ms_by_products_and_62_ms_by_a_fixed_map() {
     }
 }
 
-/// Item activities of a cleanup by independent accumulators, one row per tick. The input is mostly C with some A, and
-/// from 200 ms on A.
+/// Returns the item activities, at each tick, of a cleanup by independent accumulators. Its input is C with a little of
+/// A, and A alone from 200 ms.
 fn raced(plan: &PopulationPlan, seed: u64) -> Vec<Vec<Real>> {
     let parts = vocabulary(128);
     let mut graph = GraphBuilder::new();
@@ -308,7 +308,7 @@ fn accumulators_choose_one_and_change_when_its_evidence_has_drained() {
     for (plan, seed) in [(PopulationPlan::direct(), 1), (rate(), 1)].into_iter().chain(lifs) {
         let items = raced(&plan, seed);
         assert_eq!(items.len(), 500);
-        // Evidence grows by (0.9 - 0.4) / 50 ms and reaches 0.8 after 80 ms.
+        // No item is active before evidence is gathered: a slope of (0.9 - 0.4) / 50 ms reaches 0.8 after 80 ms.
         assert!(items[40].iter().all(|v| *v < 0.1), "{plan:?}: {:?}", items[40]);
         for (at, chosen) in [(199, 2), (499, 0)] {
             for (item, value) in items[at].iter().enumerate() {
@@ -320,7 +320,7 @@ fn accumulators_choose_one_and_change_when_its_evidence_has_drained() {
                 );
             }
         }
-        // No two items are ever half chosen at once.
+        // Two items are never active at once.
         let both = items.iter().filter(|v| v.iter().filter(|v| **v > 0.5).count() > 1).count();
         assert_eq!(both, 0, "{plan:?} {seed}");
     }
@@ -352,21 +352,21 @@ fn spikes_can_be_seen_from_outside_and_only_spiking_layers_have_them() {
         sim.run_for(SimDuration::from_millis(1)).expect("runs");
         all += count(&sim);
     }
-    // Neurons fire at 200 to 400 Hz at the radius, but most represent values far inside it and fire less or not at all.
+    // Neurons fire at 200 to 400 Hz at the radius of the represented range; most fire less or not at all.
     let mean = all as f64 / neurons as f64 / (f64::from(ticks) / 1e3);
     assert!((10.0..150.0).contains(&mean), "{mean} Hz");
-    assert!(!sim.event(populations[0], usize::MAX), "no neuron that is not there");
+    assert!(!sim.event(populations[0], usize::MAX), "an index beyond the last neuron never fires");
     assert_eq!(built(&rate()).graph().event_sources().count(), 0);
     assert_eq!(built(&PopulationPlan::direct()).graph().event_sources().count(), 0);
 }
 
-/// The paper's domain (section II.E).
+/// Returns the paper's domain (section II.E).
 fn paper_domain() -> Domain {
     DomainBuilder::of_the_paper().build().expect("the paper's domain is sound")
 }
 
-/// Decisions towards the assembly in all 32 world states: the number that the reference planner accepts, and a list of
-/// the others.
+/// Decides towards the assembly in all 32 world states. Returns how many decisions the reference planner accepts, and
+/// the others as text.
 fn decisions(seed: u64, unbinding: Unbinding) -> (usize, Vec<String>) {
     let domain = paper_domain();
     let spec = PlannerSpec { unbinding, ..PlannerSpec::default() };

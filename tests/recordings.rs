@@ -1,12 +1,13 @@
 //! Learning from the recordings of the paper's authors.
 //!
-//! The file is not published with symbolt. Set `SYMBOLT_RECORDINGS` to the folder that contains
-//! `nut_bolt_pybullet.jsonl`. Without it, every test here prints that it was skipped.
+//! The recordings are not published with this crate. Set `SYMBOLT_RECORDINGS` to the folder that holds
+//! `nut_bolt_pybullet.jsonl`. Without the variable these tests are ignored.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
+use std::process::ExitCode;
 
 use rand::RngExt;
 use symbolt::sim::Seed;
@@ -17,13 +18,37 @@ use symbolt::task::{
     acceptable_answers,
 };
 
-fn recordings() -> Option<(Recording, Labels)> {
-    let Some(folder) = std::env::var_os("SYMBOLT_RECORDINGS") else {
-        println!("skipped: SYMBOLT_RECORDINGS is not set");
-        return None;
-    };
-    let path = PathBuf::from(folder).join("nut_bolt_pybullet.jsonl");
-    Some(Recording::read_labelled(&path).expect("the recording is sound"))
+#[path = "support/needs.rs"]
+mod needs;
+
+use needs::named;
+
+/// Returns the path of the recordings; `None` if the variable is not set.
+fn path() -> Option<PathBuf> {
+    let folder = std::env::var_os("SYMBOLT_RECORDINGS").filter(|folder| !folder.is_empty())?;
+    Some(PathBuf::from(folder).join("nut_bolt_pybullet.jsonl"))
+}
+
+fn main() -> ExitCode {
+    needs::run_if(
+        path().is_some(),
+        "needs SYMBOLT_RECORDINGS",
+        named![
+            the_papers_settings_give_the_papers_states,
+            without_any_setting_the_whole_file_gives_five_states_and_three_operators,
+            every_complete_demonstration_alone_gives_the_same_five_states,
+            every_pose_of_the_file_is_classified_right,
+            a_part_is_on_the_table_anywhere_and_in_any_roll_but_not_above_it,
+            after_one_demonstration_parts_above_the_table_are_in_no_state,
+            inferred_actions_agree_with_the_labels_of_a_person,
+            the_planner_graph_agrees_with_the_reference_planner_on_the_domain_of_the_file,
+        ],
+    )
+}
+
+fn recordings() -> (Recording, Labels) {
+    let path = path().expect("the variable is set");
+    Recording::read_labelled(&path).expect("the recording is sound")
 }
 
 fn complete(recording: &Recording) -> Recording {
@@ -41,7 +66,7 @@ const BOLT_TABLE: usize = 2;
 const BOLT_ASSEMBLED: usize = 3;
 const BOLT_JIG: usize = 4;
 
-/// The paper's states, by their robust means over the complete demonstrations, in metres.
+/// Robust means of the paper's states over the complete demonstrations, in metres.
 const MEANS: [(&str, [f64; 3]); 5] = [
     ("nut", [0.3500, 0.0016, 0.0963]),
     ("nut", [-0.0255, 0.0522, -0.6767]),
@@ -50,8 +75,8 @@ const MEANS: [(&str, [f64; 3]); 5] = [
     ("bolt", [0.1256, 0.0644, -0.5296]),
 ];
 
-/// Returns the learned state for each of the paper's states: it has the same height and, for states in which a part was
-/// put, the same position.
+/// Finds the learned state for each of the paper's states: a state of the same kind and height and, unless it is on the
+/// table, at the same position.
 fn match_states(domain: &Domain) -> [StateId; 5] {
     let mut used = BTreeSet::new();
     let found = MEANS.map(|(kind, mean)| {
@@ -73,9 +98,8 @@ fn match_states(domain: &Domain) -> [StateId; 5] {
     found
 }
 
-#[test]
 fn the_papers_settings_give_the_papers_states() {
-    let Some((recording, _)) = recordings() else { return };
+    let (recording, _) = recordings();
     let domain = learned(&complete(&recording), Some(0.001169)).domain;
     let places = match_states(&domain);
     let mut worst: f64 = 0.0;
@@ -95,13 +119,11 @@ fn the_papers_settings_give_the_papers_states() {
         .iter()
         .filter_map(|c| Some((c.kind.as_str(), c.next_merge_m?)))
         .collect();
-    println!("robust means within {:.3} mm; next merges {next:?} m", worst * 1e3);
     assert!((next["bolt"] - 0.001171).abs() < 5e-7, "{next:?}");
 }
 
-#[test]
 fn without_any_setting_the_whole_file_gives_five_states_and_three_operators() {
-    let Some((recording, _)) = recordings() else { return };
+    let (recording, _) = recordings();
     let Learned { domain, report } = learned(&recording, None);
     let places = match_states(&domain);
     assert_eq!(domain.operators().len(), 3, "{:?}", domain.operators());
@@ -124,17 +146,15 @@ fn without_any_setting_the_whole_file_gives_five_states_and_three_operators() {
         .map(|t| (t.demo, t.before))
         .collect();
     assert_eq!(failed, [(4, 1), (5, 2)]);
-    // The bolt left standing is no state; it is listed separately.
+    // The pose of the bolt that was left standing is no state. It is listed as unexplained.
     assert_eq!(report.unexplained.len(), 1);
     assert_eq!(report.unexplained[0].seen, [(4, 0), (4, 1)]);
     assert!((report.unexplained[0].mean.position[1] - 0.0555).abs() < 1e-3);
     assert_eq!(report.fixed_kinds, ["bolt_hole", "nut_hole"]);
-    println!("{} attempts, {} failed, 5 states, 3 operators", report.attempts.len(), failed.len());
 }
 
-#[test]
 fn every_complete_demonstration_alone_gives_the_same_five_states() {
-    let Some((recording, _)) = recordings() else { return };
+    let (recording, _) = recordings();
     let mut alone = 0;
     for demo in complete(&recording).demos {
         let one = recording.filter(|d| d.number == demo.number);
@@ -144,15 +164,15 @@ fn every_complete_demonstration_alone_gives_the_same_five_states() {
         alone += 1;
     }
     assert_eq!(alone, 5);
-    // The two demonstrations with failed attempts teach the same, although they are incomplete in the paper's sense.
+    // The same holds for the two demonstrations with failed attempts, which the paper does not count as complete.
     for number in [4, 5] {
         let domain = learned(&recording.filter(|d| d.number == number), None).domain;
         match_states(&domain);
     }
 }
 
-/// Returns the true state of a pose in the file, from its height alone: in the authors' scene each state has a fixed
-/// height.
+/// Returns the true state of a pose in the file. The height alone determines it, because heights are constants of the
+/// authors' scene.
 fn truth(kind: &str, pose: &Pose) -> Option<usize> {
     let height = pose.position[1];
     let near = |expected: f64| (height - expected).abs() < 4e-4;
@@ -166,7 +186,8 @@ fn truth(kind: &str, pose: &Pose) -> Option<usize> {
     }
 }
 
-/// Classifies every nut and bolt of the file. Returns the number of correct results, of all, and of wrong states.
+/// Classifies every nut and bolt of the file. Returns the number of right answers, of all poses, and of poses put into
+/// a wrong state.
 fn score(domain: &Domain, rule: Grounding, recording: &Recording) -> (usize, usize, usize) {
     let places = match_states(domain);
     let classifier = Classifier::new(domain, rule).expect("the rule is sound");
@@ -187,27 +208,21 @@ fn score(domain: &Domain, rule: Grounding, recording: &Recording) -> (usize, usi
     (right, all, wrong)
 }
 
-#[test]
-fn grounding_is_right_for_every_pose_of_the_file() {
-    let Some((recording, _)) = recordings() else { return };
+fn every_pose_of_the_file_is_classified_right() {
+    let (recording, _) = recordings();
     let domain = learned(&recording, None).domain;
     assert_eq!(score(&domain, Grounding::default(), &recording), (169, 169, 0));
-    // The paper's rule always finds a state, so it misplaces the two poses of the standing bolt.
+    // The paper's rule always answers with a state. It is wrong for the two poses of the standing bolt only.
     assert_eq!(score(&domain, Grounding::paper(), &recording), (167, 169, 2));
     for demo in complete(&recording).demos {
         let one = learned(&recording.filter(|d| d.number == demo.number), None).domain;
         let (right, all, wrong) = score(&one, Grounding::default(), &recording);
-        println!(
-            "learned from demonstration {} alone: {right} of {all} right, {wrong} in a wrong state",
-            demo.number
-        );
         assert!(right >= 160 && wrong <= 2, "{right} {all} {wrong}");
     }
 }
 
-#[test]
 fn a_part_is_on_the_table_anywhere_and_in_any_roll_but_not_above_it() {
-    let Some((recording, _)) = recordings() else { return };
+    let (recording, _) = recordings();
     let domain = learned(&recording, None).domain;
     let places = match_states(&domain);
     let classifier = Classifier::new(&domain, Grounding::default()).expect("sound");
@@ -227,14 +242,13 @@ fn a_part_is_on_the_table_anywhere_and_in_any_roll_but_not_above_it() {
         }
     }
     assert_eq!(placed, 48);
-    // A standing bolt is in no state and never counts as assembled, even where it would stand in the nut.
+    // A standing bolt is in no state. It does not count as assembled, even at the position of the nut.
     assert_eq!(state("bolt", [0.2482, 0.0555, 0.0607], flat), None);
     assert_eq!(state("bolt", [-0.0297, 0.0555, -0.6759], flat), None);
 }
 
-#[test]
-fn few_demonstrations_do_not_lift_the_table() {
-    let Some((recording, _)) = recordings() else { return };
+fn after_one_demonstration_parts_above_the_table_are_in_no_state() {
+    let (recording, _) = recordings();
     let (mut domains, mut above, mut on) = (0, 0, 0);
     for demo in &complete(&recording).demos {
         let one = recording.filter(|d| d.number == demo.number);
@@ -252,18 +266,13 @@ fn few_demonstrations_do_not_lift_the_table() {
         }
         domains += 1;
     }
-    println!(
-        "{domains} demonstrations alone: {on} of {} on the table, {above} above",
-        200 * domains
-    );
     assert_eq!((domains, on), (5, 1000));
-    // A pose seen once may be constrained in any coordinate, and 1 in 100 poses agrees with it by chance within 5 mm.
+    // A place that was seen once may be fixed in any coordinate. 1 in 100 agrees by chance to 5 mm.
     assert!(above <= 40, "{above}");
 }
 
-#[test]
-fn inferred_actions_are_those_that_a_person_named() {
-    let Some((recording, labels)) = recordings() else { return };
+fn inferred_actions_agree_with_the_labels_of_a_person() {
+    let (recording, labels) = recordings();
     let Learned { domain, report } = learned(&recording, None);
     let places = match_states(&domain);
     let mut scored = 0;
@@ -287,9 +296,8 @@ fn inferred_actions_are_those_that_a_person_named() {
     assert_eq!(scored, 23);
 }
 
-#[test]
 fn the_planner_graph_agrees_with_the_reference_planner_on_the_domain_of_the_file() {
-    let Some((recording, _)) = recordings() else { return };
+    let (recording, _) = recordings();
     let domain = learned(&recording, None).domain;
     let (mut act, mut met, mut stuck) = (0, 0, 0);
     for seed in 0..20 {
@@ -310,9 +318,6 @@ fn the_planner_graph_agrees_with_the_reference_planner_on_the_domain_of_the_file
             }
         }
     }
-    println!(
-        "recorded domain, 32 states x 5 goals x 20 seeds: {act} act, {met} met, {stuck} stuck"
-    );
     assert_eq!(act + met + stuck, 3200);
     assert!(act > 0 && stuck > 0);
 }

@@ -1,4 +1,4 @@
-//! Solved models as files: a loaded model has the same bits, and unsuitable or damaged files are refused.
+//! Files of solved populations: they give the same bits; damaged files and files of other networks are refused.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
@@ -22,7 +22,7 @@ fn choice(plan: &PopulationPlan, seed: u64, actions: usize) -> Result<Graph, Bui
 }
 
 #[test]
-fn a_model_saved_and_loaded_is_the_one_that_was_solved_bit_for_bit() {
+fn a_saved_and_loaded_model_has_the_same_bits() {
     for (name, model) in Model::ALL {
         let spec = Standard { dimensions: 32, sim_ms: 300, ..Standard::default() };
         let built = spec.build(model).expect("builds");
@@ -54,7 +54,7 @@ fn a_model_of_another_seed_size_or_mode_is_refused_with_the_layers_path() {
     assert!(missing.contains("memory/select") && missing.contains("no such layer"), "{missing}");
 }
 
-/// The error of building a memory from the populations of another graph.
+/// Builds two modules with the populations of another graph. Returns the error.
 fn two_modules_from(plan: &PopulationPlan) -> String {
     let parts = vocabulary(64);
     let mut graph = GraphBuilder::new();
@@ -96,7 +96,7 @@ fn a_model_file_cut_short_damaged_or_of_another_version_is_refused() {
     let newer = with("\"version\":1", "\"version\":2");
     assert!(matches!(newer, Err(SolvedError::Version { found: 2 })), "{newer:?}");
     assert!(matches!(with("symbolt-solved", "nengo"), Err(SolvedError::Format { .. })));
-    // Headers that match neither the checksum nor, some of them, the length.
+    // A header that fits the length of the file but not the network.
     for (from, to) in [
         ("\"firing\":\"spikes\"", "\"firing\":\"rates\""),
         ("\"outputs\":1", "\"outputs\":2"),

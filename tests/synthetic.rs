@@ -1,5 +1,4 @@
-//! Learning from generated recordings: finds the true structure, sets failed attempts aside, and reproduces the failure
-//! that the paper reports.
+//! Learning from generated recordings: states and operators, unexplained parts, and the failure that the paper states.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
@@ -57,7 +56,7 @@ fn the_papers_stated_failure_several_parts_always_present_make_table_states_prec
                 assert!(needed, "{} needs {state}", operator.name);
             }
         }
-        // Hence the last bolt cannot be assembled, as no other part is left on the table.
+        // The last bolt can therefore not be assembled: the table is empty.
         let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1)).expect("builds");
         let world = domain.world(["NUT_AT_NUT_POCKET", "BOLT_AT_BOLT_HOLE"]).expect("states");
         let stuck = planner.decide(&world, domain.goal().expect("there")).expect("decides").verdict;
@@ -77,7 +76,7 @@ fn one_demonstration_suffices() {
     for seed in 0..20 {
         let Learned { domain, .. } = learned(&spec, seed);
         assert_eq!((domain.states().len(), domain.operators().len()), (5, 3), "seed {seed}");
-        // A new scene is classified correctly, although every state was seen in one place only.
+        // A new scene is classified right, although every state was seen in one place only.
         let classifier = Classifier::new(&domain, Grounding::default()).expect("sound");
         let scene = spec.scene(Seed::new(1000 + seed)).expect("sound");
         let world = classifier.world_state(&scene);
@@ -94,7 +93,7 @@ fn one_demonstration_suffices() {
 }
 
 #[test]
-fn events_and_touched_objects_are_used_where_they_are_recorded_and_inferred_where_not() {
+fn events_and_touched_objects_are_inferred_if_they_are_not_recorded() {
     let spec = SyntheticDemonstrations {
         nuts: 2,
         bolts: 2,
@@ -130,7 +129,7 @@ fn learning_never_sees_the_labels() {
 }
 
 #[test]
-fn a_part_left_standing_is_no_state_and_is_listed_apart() {
+fn a_part_left_standing_is_no_state_and_is_listed_as_unexplained() {
     let spec = SyntheticDemonstrations {
         demos: 6,
         fail_rate: 0.35,
@@ -253,7 +252,7 @@ fn the_generator_shows_what_it_is_asked_for() {
         rough.failed,
         rough.lost
     );
-    // When a part is lost, the later ids of its kind move down.
+    // If a part is lost, the later ids of its kind decrease by one.
     let shifted = rough.recording.demos.iter().any(|demo| {
         demo.snapshots.windows(2).any(|pair| {
             let nuts = |i: usize| pair[i].objects.iter().filter(|o| &*o.kind == "nut").count();
@@ -274,10 +273,11 @@ fn the_generator_shows_what_it_is_asked_for() {
     }
 }
 
-/// Counts how often learning with default settings finds exactly the five states and three operators.
+/// Counts how often learning without any setting finds exactly the five states and three operators.
 ///
-/// Seeds are fixed, so the counts do not vary between runs. Each bound is slightly below the measured rate, so that a
-/// change for the worse fails. Recordings without any assembly cannot teach it and are left out.
+/// Seeds are fixed, so the counts cannot vary between runs. Each bound is a little below the measured count, so that a
+/// change for the worse fails. Recordings in which no demonstration ends with an assembly are left out, because they do
+/// not show it.
 #[test]
 fn statistics_of_finding_the_true_structure() {
     let trials = 200;
@@ -327,14 +327,14 @@ fn statistics_of_finding_the_true_structure() {
     assert_eq!(rates.len(), 32);
 }
 
-/// The recorder does not say which object it touched, or says so only for contacts.
+/// Some or all events of a recording do not name the touched object.
 #[test]
 fn events_without_objects_teach_the_same() {
     for drop_from in [0, 1] {
         let mut recording = record(&SyntheticDemonstrations::default(), 1).recording;
         let expected = learn(&recording, &Settings::default()).expect("learns").domain;
         for snapshot in recording.demos.iter_mut().flat_map(|d| &mut d.snapshots) {
-            // First drop the objects of all events, then only those of releases.
+            // First the objects of all events are removed, then only those of releases.
             if drop_from == 0 || snapshot.event == Some(SnapshotEvent::Release) {
                 snapshot.object = None;
             }

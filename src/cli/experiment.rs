@@ -5,25 +5,23 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use anyhow::Error;
+use clap::CommandFactory;
+use clap::parser::ValueSource;
 use indicatif::{ProgressBar, ProgressStyle};
 use symbolt::files::Overwrite;
 use symbolt::sim::Seed;
 use symbolt::study::catalogue::{all, find};
-use symbolt::study::experiment::{Results, Run, Shard};
-use symbolt::study::statistics::Statistic;
+use symbolt::study::experiment::{Origin, Results, Row, Run, Shard};
+use symbolt::study::statistics::{FEW_TRIALS, Statistic};
 use symbolt::task::event::{Event, Observer};
 
 use super::Outcome;
-use super::args::{BadArgument, Common, ExperimentArgs, MergeArgs};
-use super::output::{Grid, emit, emit_json, use_threads};
+use super::args::{BadArgument, Cli, Common, ExperimentArgs, MergeArgs};
+use super::output::{emit, emit_json, use_threads};
 
 pub(crate) fn experiment(args: &ExperimentArgs) -> Result<Outcome, Error> {
     let Some(name) = &args.name else {
-        let mut grid = Grid::new(&["experiment", "asks"]);
-        for (name, question) in all() {
-            grid.row([name.to_owned(), question.to_owned()]);
-        }
-        emit(&grid.to_string())?;
+        emit(&list())?;
         return Ok(Outcome::Done);
     };
     use_threads(&args.common)?;
@@ -50,7 +48,7 @@ pub(crate) fn experiment(args: &ExperimentArgs) -> Result<Outcome, Error> {
             "folder": folder,
         })])?,
         None => emit(&format!(
-            "{} trials of shard {}/{} are in {}; `symbolt merge` merges the shards",
+            "{} trials of shard {}/{} are in {}. `symbolt merge` merges the shards.",
             run.trials(),
             shard.index + 1,
             shard.of,
@@ -60,76 +58,200 @@ pub(crate) fn experiment(args: &ExperimentArgs) -> Result<Outcome, Error> {
     Ok(Outcome::Done)
 }
 
+/// Returns the table of all experiments and their questions.
+fn list() -> String {
+    let all = all();
+    let name = all.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
+    let widths = [name, WIDTH.saturating_sub(name + 7)];
+    let row = |cells: [&str; 2]| line(&cells.map(str::to_owned), &widths, |_| false);
+    let rule = format!("|{}|{}|\n", "-".repeat(widths[0] + 2), "-".repeat(widths[1] + 2));
+    let rows = all.iter().map(|(name, question)| row([*name, *question]));
+    [row(["experiment", "question"]), rule].into_iter().chain(rows).collect()
+}
+
 pub(crate) fn merged(args: &MergeArgs) -> Result<Outcome, Error> {
-    let experiment = find(&args.name, &args.trials.options(&args.common))?;
-    if args.folders.is_empty() {
+    let Some(first) = args.folders.first() else {
         return Err(BadArgument("merge needs the folders of the shards".into()).into());
+    };
+    let origin = Origin::read(first)?;
+    // Settings of the journals are the defaults. An option on the command line must agree with them.
+    let mut common = args.common.clone();
+    if !was_given("seed") {
+        common.seed = origin.seed.value();
     }
+    let mut trials = args.trials.clone();
+    trials.trials = trials.trials.or(Some(origin.trials));
+    let mut options = trials.options(&common);
+    if origin.settings.get("recording").is_none_or(serde_json::Value::is_null) {
+        // The shards used no recording, so a recording that this machine has is not used either.
+        options.recording = args.trials.recording.clone();
+    }
+    let experiment = find(&args.name, &options)?;
     let overwrite = if args.force { Overwrite::Allowed } else { Overwrite::Never };
-    let seed = Seed::new(args.common.seed);
-    let run = Run::new(&*experiment, seed, Shard::default(), &args.out);
-    let results = run.merge(&args.folders, overwrite, &mut Bar::new(&args.common, 0))?;
-    show(&args.common, &results)?;
+    let run = Run::new(&*experiment, Seed::new(common.seed), Shard::default(), &args.out);
+    let results = run.merge(&args.folders, overwrite, &mut Bar::new(&common, 0))?;
+    show(&common, &results)?;
     Ok(Outcome::Done)
+}
+
+/// Whether the command line of `symbolt merge` has this option.
+fn was_given(option: &str) -> bool {
+    let matches = Cli::command().try_get_matches_from(std::env::args_os());
+    let source = matches.ok().and_then(|all| all.subcommand_matches("merge")?.value_source(option));
+    source == Some(ValueSource::CommandLine)
 }
 
 fn show(common: &Common, results: &Results) -> Result<(), Error> {
     if common.json {
         return emit_json(&[results.to_json()]);
     }
-    let columns = results.columns();
-    let heads: Vec<&str> =
-        columns.iter().copied().chain([">value", ">95% interval", ">SD", ">trials"]).collect();
-    let mut grid = Grid::new(&heads);
-    for row in &results.rows {
-        let setting = |key: &&str| match row.settings.get(*key) {
-            Some(serde_json::Value::String(text)) => text.clone(),
-            Some(value) => value.to_string(),
-            None => String::new(),
-        };
-        let [low, high] = row.statistic.interval95();
-        let (value, interval) = match row.statistic {
-            Statistic::Rate(rate) => (
-                format!("{:.2} %", 100.0 * rate.share()),
-                format!("{:.2} to {:.2}", 100.0 * low, 100.0 * high),
-            ),
-            Statistic::Mean(mean) => {
-                let known = mean.half95.is_finite();
-                let interval = || format!("{low:.4} to {high:.4}");
-                (format!("{:.4}", mean.mean), if known { interval() } else { "-".into() })
-            }
-        };
-        let sd = row.statistic.sd().filter(|sd| sd.is_finite());
-        let sd = sd.map_or_else(String::new, |sd| format!("{sd:.4}"));
-        let all = row.statistic.trials();
-        // Correlated trials count as fewer.
-        let trials = match row.statistic.effective_trials() {
-            Some(effective) if effective < 0.95 => format!("{all} (as less than 1)"),
-            Some(effective) if effective.round() < all as f64 => {
-                format!("{all} (as {effective:.0})")
-            }
-            _ => all.to_string(),
-        };
-        let end = [value, interval, sd, trials];
-        grid.row(columns.iter().map(setting).chain(end));
-    }
-    emit(&format!("{}\n\n{grid}", results.question))
+    emit(&format!("{}\n\n{}", wrapped(results.question, WIDTH).join("\n"), tables(results)))
 }
 
-/// Progress with the time left: a bar on a terminal, a line every 10 seconds elsewhere.
+/// Maximum width of the printed text, in characters.
+const WIDTH: usize = 80;
+
+/// The headings of the columns that every experiment has.
+const STATISTICS: [&str; 4] = ["value", "95% interval", "SD", "trials"];
+
+/// Returns the table of an experiment. If it is wider than [`WIDTH`], the settings on its left become headings of
+/// several narrower tables.
+fn tables(results: &Results) -> String {
+    let columns = results.columns();
+    let few = results.rows.iter().filter(|row| row.statistic.is_of_few_trials()).count();
+    let mark = few > 0 && few < results.rows.len();
+    let rows: Vec<Vec<String>> =
+        results.rows.iter().map(|row| cells(row, &columns, mark)).collect();
+    let heads: Vec<String> =
+        columns.iter().chain(&STATISTICS).map(|head| (*head).to_owned()).collect();
+    let widths: Vec<usize> = (0..heads.len())
+        .map(|at| rows.iter().chain([&heads]).map(|row| row[at].chars().count()).max().unwrap_or(0))
+        .collect();
+    let total = |from: usize| widths[from..].iter().map(|w| w + 3).sum::<usize>() + 1;
+    let most = columns.len().saturating_sub(1);
+    let cut = (0..most).find(|from| total(*from) <= WIDTH).unwrap_or(most);
+    let mut widths = widths[cut..].to_vec();
+    let over = (widths.iter().map(|w| w + 3).sum::<usize>() + 1).saturating_sub(WIDTH);
+    if over > 0 && !columns.is_empty() {
+        let longest = rows.iter().flat_map(|row| row[cut].split(' ')).map(|w| w.chars().count());
+        let head = heads[cut].chars().count();
+        widths[0] = longest.max().unwrap_or(0).max(head).max(widths[0].saturating_sub(over));
+    }
+    let mut text = String::new();
+    for group in rows.chunk_by(|a, b| a[..cut] == b[..cut]) {
+        if cut > 0 {
+            let settings = columns.iter().zip(&group[0][..cut]).filter(|(_, v)| !v.is_empty());
+            let settings: Vec<String> = settings.map(|(name, v)| format!("{name} = {v}")).collect();
+            let gap = if text.is_empty() { "" } else { "\n" };
+            text += &format!("{gap}{}\n\n", wrapped(&settings.join(", "), WIDTH).join("\n"));
+        }
+        // All columns but those of settings are numbers.
+        let right = |at: usize| at + cut >= columns.len();
+        text += &line(&heads[cut..], &widths, right);
+        text += &format!(
+            "|{}|\n",
+            widths.iter().map(|w| "-".repeat(w + 2)).collect::<Vec<_>>().join("|")
+        );
+        for row in group {
+            text += &line(&row[cut..], &widths, right);
+        }
+    }
+    if few > 0 {
+        let which = if mark { "* Intervals from" } else { "All intervals are from" };
+        let warning = format!(
+            "{which} fewer than {FEW_TRIALS} independent trials. Take them as a rough guide: so few trials hardly \
+             show how much the results vary."
+        );
+        text += &format!("\n{}\n", wrapped(&warning, WIDTH).join("\n"));
+    }
+    text
+}
+
+/// Returns a row of a Markdown table. A cell that is wider than its column continues on further lines.
+fn line(cells: &[String], widths: &[usize], right: impl Fn(usize) -> bool) -> String {
+    let parts: Vec<Vec<String>> =
+        cells.iter().zip(widths).map(|(cell, width)| wrapped(cell, *width)).collect();
+    let height = parts.iter().map(Vec::len).max().unwrap_or(0).max(1);
+    let mut text = String::new();
+    for at in 0..height {
+        for (column, (lines, width)) in parts.iter().zip(widths.iter().copied()).enumerate() {
+            let part = lines.get(at).map_or("", String::as_str);
+            text += &match right(column) {
+                true => format!("| {part:>width$} "),
+                false => format!("| {part:<width$} "),
+            };
+        }
+        text += "|\n";
+    }
+    text
+}
+
+/// Breaks a text between words into lines of at most `width` characters. A longer word has a line of its own.
+fn wrapped(text: &str, width: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split(' ') {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= width => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
+/// Returns the cells of a row: its settings, then its statistic. With `mark`, an asterisk marks few trials.
+fn cells(row: &Row, columns: &[&str], mark: bool) -> Vec<String> {
+    let setting = |key: &&str| match row.settings.get(*key) {
+        Some(serde_json::Value::String(text)) => text.clone(),
+        Some(value) => value.to_string(),
+        None => String::new(),
+    };
+    let [low, high] = row.statistic.interval95();
+    let (value, interval) = match row.statistic {
+        Statistic::Rate(rate) => (
+            format!("{:.2} %", 100.0 * rate.share()),
+            format!("{:.2} to {:.2}", 100.0 * low, 100.0 * high),
+        ),
+        Statistic::Mean(mean) => {
+            let known = mean.half95.is_finite();
+            let interval = || format!("{low:.4} to {high:.4}");
+            (format!("{:.4}", mean.mean), if known { interval() } else { "-".into() })
+        }
+    };
+    let sd = row.statistic.sd().filter(|sd| sd.is_finite());
+    let sd = sd.map_or_else(String::new, |sd| format!("{sd:.4}"));
+    let all = row.statistic.trials();
+    // Correlated trials count as fewer.
+    let trials = match row.statistic.effective_trials() {
+        Some(effective) if effective < 0.95 => format!("{all} (as less than 1)"),
+        Some(effective) if effective.round() < all as f64 => {
+            format!("{all} (as {effective:.0})")
+        }
+        _ => all.to_string(),
+    };
+    let few = if mark && row.statistic.is_of_few_trials() { " *" } else { "" };
+    let end = [value, interval, sd, format!("{trials}{few}")];
+    columns.iter().map(setting).chain(end).collect()
+}
+
+/// Shows progress and the remaining time: a bar on a terminal, a line every 10 seconds elsewhere.
 struct Bar {
     bar: Option<ProgressBar>,
     lines: Option<Lines>,
     total: u64,
 }
 
-/// The start of timing with the number of trials done by then, and the time of the last line.
+/// State of the progress lines.
 struct Lines {
+    /// When timing began, and how many trials were already done.
     begun: Option<(Instant, u64)>,
+    /// When the last line was printed.
     last: Instant,
 }
 
-/// The time between two lines.
+/// Time between two progress lines.
 const EVERY: Duration = Duration::from_secs(10);
 
 impl Bar {
@@ -148,12 +270,12 @@ impl Bar {
         Self { bar, lines, total }
     }
 
-    /// Tells of a warning, whether or not progress is wanted.
+    /// Prints a warning, even with `--quiet`.
     fn warn(&self, warning: &str) {
         let text = format!("symbolt: warning: {warning}");
         match &self.bar {
             Some(bar) => bar.println(text),
-            // If standard error is gone there is nobody to tell.
+            // Nothing can be done if standard error is closed.
             None => drop(writeln!(std::io::stderr(), "{text}")),
         }
     }
@@ -161,7 +283,7 @@ impl Bar {
     fn at(&mut self, done: u64) {
         if let Some(bar) = &self.bar {
             if bar.position() == 0 {
-                // Trials of an earlier run must not count towards the speed of this one.
+                // Trials of an earlier run must not count towards the speed of this run.
                 bar.set_position(done);
                 bar.reset_eta();
             }
@@ -175,7 +297,7 @@ impl Bar {
                 spent * (self.total - done) as f64 / done.saturating_sub(before).max(1) as f64;
             let _ = writeln!(
                 std::io::stderr(),
-                "{done} of {} trials, about {left:.0} s left",
+                "{done} of {} trials done, about {left:.0} s left",
                 self.total
             );
             lines.last = Instant::now();
@@ -198,5 +320,33 @@ impl Drop for Bar {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+    use symbolt::study::statistics::{Mean, Rate};
+
+    use super::*;
+
+    #[test]
+    fn rows_of_few_trials_are_marked_and_words_are_kept_whole() {
+        let row = |what: &str, statistic| {
+            let settings = json!({"a_long_name_of_a_setting": 0.25, "what": what});
+            Row { settings: settings.as_object().cloned().unwrap_or_default(), statistic }
+        };
+        let long = "share of pairs within below those between and_a_word_of_20_char";
+        let rows = vec![
+            row(long, Statistic::Rate(Rate::new(3, 4))),
+            row("mean", Statistic::Mean(Mean::of((0..12).map(f64::from)))),
+        ];
+        let results = Results { name: "a", question: "b?", settings: json!({}), rows };
+        let text = tables(&results);
+        assert!(text.starts_with("a_long_name_of_a_setting = 0.25\n\n| what"), "{text}");
+        assert!(text.contains("4 * |") && text.contains(" 12 |"), "{text}");
+        assert!(text.contains("\n* Intervals from fewer than 10 independent trials."), "{text}");
+        assert!(text.contains("| and_a_word_of_20_char "), "{text}");
+        assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
     }
 }

@@ -1,15 +1,15 @@
-//! `arrays.npz`: frames of the recorded episode, what the modules held, spikes; numpy opens it.
+//! `arrays.npz`: frames, module activity and spikes of the recorded episode, in numpy's format.
 //!
-//! | array | shape | what |
+//! | array | shape | contents |
 //! |---|---|---|
-//! | `frames_t` | F | simulated seconds |
-//! | `frames_angles` | F x 7 | joint angles, radians |
-//! | `frames_fingers` | F x 2 | distance of each finger from the middle, metres |
-//! | `frames_parts` | F x parts x 7 | position in metres, orientation `[x, y, z, w]`; in the scene's order |
-//! | `modules_t` | S | simulated seconds |
-//! | `module_NAME` | S x names | as `run.json` says of the module |
-//! | `spikes_t` | N | simulated seconds |
-//! | `spikes_row` | N | the neuron's row, counted over the populations of `run.json` |
+//! | `frames_t` | F | simulated time of each frame, in seconds |
+//! | `frames_angles` | F x 7 | joint angles, in radians |
+//! | `frames_fingers` | F x 2 | distance of each finger from the middle of the gripper, in metres |
+//! | `frames_parts` | F x parts x 7 | position in metres and orientation `[x, y, z, w]` of each part, in the scene's order |
+//! | `modules_t` | S | simulated time of each sample, in seconds |
+//! | `module_NAME` | S x columns | activity of the module `NAME`; `run.json` names its columns |
+//! | `spikes_t` | N | simulated time of each spike, in seconds |
+//! | `spikes_row` | N | row of the neuron that fired, counted over the populations of `run.json` |
 
 use ndarray::{Array, Array1, Array2, Array3, Dimension, Ix1, Ix2, Ix3};
 use serde_json::{Value, json};
@@ -33,25 +33,25 @@ pub struct Arrays {
     modules: Vec<(String, Array2<f32>)>,
     spikes_t: Array1<f64>,
     spikes_row: Array1<u32>,
-    /// Modules that are there and could not be read.
+    /// Names of modules that the file holds but that could not be read.
     unread: Vec<String>,
 }
 
 const PREFIX: &str = "module_";
 
-/// How much the last frame and the last look at modules may be off an episode's end, in seconds: more than they are
-/// apart.
+/// Greatest distance of the last frame and the last module sample from the episode's end, in seconds. It is greater
+/// than the interval between frames or samples.
 const ROUGHLY_S: f64 = 0.1;
 
 type Frames = (Array1<f64>, Array2<f32>, Array2<f32>, Array3<f32>);
 
-/// An array of doubles.
+/// Reads an array of doubles.
 fn numbers(npz: &mut NpzReader<'_>, name: &str) -> Result<Array1<f64>, String> {
     let read = npz.read::<f64, Ix1>(name);
     read.map_err(|error| format!("{name} cannot be read ({error})"))
 }
 
-/// An array in single precision, also of a file that has it in double.
+/// Reads an array of single or double precision as single precision.
 fn singles<D: Dimension>(npz: &mut NpzReader<'_>, name: &str) -> Result<Array<f32, D>, String> {
     let read = npz.read::<f32, D>(name).or_else(|error| {
         let double = npz.read::<f64, D>(name);
@@ -60,10 +60,10 @@ fn singles<D: Dimension>(npz: &mut NpzReader<'_>, name: &str) -> Result<Array<f3
     read.map_err(|error| format!("{name} cannot be read ({error})"))
 }
 
-/// The most rows of a raster.
+/// Maximum number of rows of a spike raster.
 const MAX_ROWS: usize = 2_000;
 
-/// Whether these are moments of an episode.
+/// Whether times are in ascending order and within the length of an episode.
 fn rising(times: &Array1<f64>) -> bool {
     times.iter().all(|t| (0.0..=MAX_EPISODE_S).contains(t))
         && times.iter().zip(times.iter().skip(1)).all(|(a, b)| a <= b)
@@ -74,7 +74,7 @@ fn fits(values: &Array2<f32>, names: &[String]) -> bool {
 }
 
 impl Arrays {
-    /// Frames and activity of an episode. Costs a copy.
+    /// Copies the frames and the activity of an episode.
     pub fn of(frames: &[SceneFrame], activity: &ActivityRecorder) -> Self {
         let parts = frames.first().map_or(0, |frame| frame.parts.len());
         let count = frames.len();
@@ -101,10 +101,10 @@ impl Arrays {
         }
     }
 
-    /// The bytes of the file.
+    /// Packs the arrays into the bytes of a file.
     ///
     /// # Errors
-    /// [`TaskError::Figure`] if they cannot be packed.
+    /// [`TaskError::Figure`] if packing fails.
     pub fn to_npz(&self) -> Result<Vec<u8>, TaskError> {
         self.pack().map_err(|error| TaskError::Figure { reason: error.to_string() })
     }
@@ -124,11 +124,11 @@ impl Arrays {
         npz.finish()
     }
 
-    /// Reads the bytes of a file, and a sentence on each part of it that cannot be read or does not belong together: the
-    /// frames, a module, or the spikes, which are then left out. Numbers may be of single or double precision.
+    /// Reads the bytes of a file. Frames, modules or spikes that cannot be read are left out; the second value has a
+    /// sentence on each of them. Numbers may be of single or double precision.
     ///
     /// # Errors
-    /// A sentence, if it is no file of arrays.
+    /// A sentence, if the bytes are not a file of arrays.
     pub fn from_npz(bytes: &[u8]) -> Result<(Self, Vec<String>), String> {
         let mut npz = NpzReader::new(bytes).map_err(|error| error.to_string())?;
         let (mut arrays, mut odd) = (Self::empty(), Vec::new());
@@ -147,13 +147,13 @@ impl Arrays {
             let samples = arrays.modules_t.len();
             let values = singles::<Ix2>(&mut npz, &name).and_then(|values| match values.nrows() {
                 rows if rows == samples => Ok(values),
-                rows => Err(format!("{name} has {rows} rows; modules_t has {samples}")),
+                rows => Err(format!("{name} has {rows} rows, but modules_t has {samples}")),
             });
             match values {
                 Ok(values) => arrays.modules.push((module.to_owned(), values)),
                 Err(why) => {
                     arrays.unread.push(module.to_owned());
-                    // Without their times none can be.
+                    // Without times no module can be read, and that was reported above.
                     odd.extend((samples > 0).then_some(why));
                 }
             }
@@ -164,7 +164,7 @@ impl Arrays {
             Ok((times, rows)) if times.len() == rows.len() => {
                 (arrays.spikes_t, arrays.spikes_row) = (times, rows);
             }
-            Ok(_) => odd.push("its arrays of spikes do not belong together".into()),
+            Ok(_) => odd.push("spikes_t and spikes_row differ in length".into()),
             Err(why) => odd.push(why),
         }
         Ok((arrays, odd))
@@ -181,15 +181,15 @@ impl Arrays {
         let lengths = [angles.nrows(), fingers.nrows(), parts.dim().0];
         let widths = (angles.ncols(), fingers.ncols(), parts.dim().2);
         if times.is_empty() {
-            return Err("it has no frames".into());
+            return Err("frames_t is empty".into());
         }
         if lengths != [times.len(); 3] || widths != (7, 2, 7) {
-            return Err("its arrays of frames do not belong together".into());
+            return Err("the arrays of frames differ in length or have a wrong shape".into());
         }
         Ok(frames)
     }
 
-    /// Arrays of nothing.
+    /// Returns empty arrays.
     fn empty() -> Self {
         Self {
             frames_t: Array1::default(0),
@@ -215,15 +215,17 @@ impl Arrays {
         (self.spikes_t, self.spikes_row) = (spikes_t, spikes_row);
     }
 
-    /// What of these can be of an episode that lasted so long, and a sentence on what cannot.
+    /// Keeps the frames and the activity only if they end when an episode of `simulated_s` seconds ends. The second
+    /// value has a sentence on what was left out.
     pub fn lasting(mut self, simulated_s: f64) -> (Self, Vec<String>) {
         let mut odd = Vec::new();
         let mut other = |what: &str, times: &Array1<f64>| {
             let last = times.last().copied().unwrap_or(simulated_s);
             let differs = (last - simulated_s).abs() > ROUGHLY_S;
             if differs {
-                let than = format!("the recorded episode in trace.jsonl after {simulated_s:.2} s");
-                odd.push(format!("its {what} end after {last:.2} s, {than}"));
+                let than =
+                    format!("the recorded episode in trace.jsonl ends after {simulated_s:.2} s");
+                odd.push(format!("its {what} end after {last:.2} s, but {than}"));
             }
             differs
         };
@@ -238,8 +240,8 @@ impl Arrays {
         (self, odd)
     }
 
-    /// What of these can be the arrays of that run, with so many parts in its scene (`None` if that is not known), and a
-    /// sentence on each part that cannot.
+    /// Keeps the frames, modules and spikes that fit `facts`. `parts` is the number of parts in the scene, `None` if
+    /// unknown. The second value has a sentence on each array that was left out.
     pub fn fitting(mut self, facts: &RunFacts, parts: Option<usize>) -> (Self, Vec<String>) {
         let mut odd = Vec::new();
         if let Err(why) = self.check_frames(parts) {
@@ -247,7 +249,7 @@ impl Arrays {
             self.forget_frames();
         }
         if !rising(&self.modules_t) {
-            odd.push("its times of modules are not rising moments of an episode".into());
+            odd.push("modules_t is not an ascending list of times in an episode".into());
             self.modules_t = Array1::default(0);
             self.modules.clear();
         } else {
@@ -255,9 +257,11 @@ impl Arrays {
             for ModuleFacts { name, names, .. } in &facts.modules {
                 odd.extend(match of(name) {
                     None if self.unread.contains(name) => None,
-                    None => Some(format!("it has nothing of the module {name}")),
+                    None => Some(format!("the module {name} is missing")),
                     Some((_, values)) if !fits(values, names) => {
-                        Some(format!("what it has of the module {name} is not what run.json says"))
+                        let columns =
+                            "other columns than run.json lists, or values that are not finite";
+                        Some(format!("the module {name} has {columns}"))
                     }
                     Some(_) => None,
                 });
@@ -270,8 +274,8 @@ impl Arrays {
         let other = rows > MAX_ROWS || self.spikes_row.iter().any(|row| *row as usize >= rows);
         if other || !rising(&self.spikes_t) {
             odd.push(match other {
-                true => "its spikes are not of the populations of run.json".into(),
-                false => "its times of spikes are not rising moments of an episode".into(),
+                true => "the spikes do not fit the populations in run.json".into(),
+                false => "spikes_t is not an ascending list of times in an episode".into(),
             });
             self.spikes_t = Array1::default(0);
             self.spikes_row = Array1::default(0);
@@ -284,21 +288,23 @@ impl Arrays {
             return Ok(());
         }
         if !rising(&self.frames_t) {
-            return Err("its times of frames are not rising moments of an episode".into());
+            return Err("frames_t is not an ascending list of times in an episode".into());
         }
         let own = self.parts.dim().1;
         if let Some(parts) = parts.filter(|parts| *parts != own) {
-            return Err(format!("it has {own} parts; run.json has {parts}"));
+            return Err(format!(
+                "the frames have {own} parts, but the scene of run.json has {parts}"
+            ));
         }
         let frames = self.angles.iter().chain(&self.fingers).chain(&self.parts);
         if !frames.copied().all(f32::is_finite) {
-            return Err("its frames have numbers that are none".into());
+            return Err("the frames have values that are not finite".into());
         }
         Ok(())
     }
 
-    /// What the page needs: numbers as base64 of little-endian single precision, modules' numbers as a byte each, in
-    /// steps of a 127th of the module's greatest.
+    /// Returns the arrays as the page reads them: base64 of little-endian single precision. A module's values are one
+    /// byte each, in steps of 1/127 of the module's greatest absolute value (at least 1).
     pub(super) fn to_page(&self) -> Value {
         let singles = |values: &mut dyn Iterator<Item = f32>| -> String {
             base64(&values.flat_map(f32::to_le_bytes).collect::<Vec<u8>>())

@@ -1,4 +1,4 @@
-//! `run.json`: what a run was asked for and what came of it, without anything that differs between machines.
+//! `run.json`: the settings and results of a run, without anything that differs between machines.
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -10,66 +10,66 @@ use crate::task::planner::Shows;
 use crate::task::scene::SceneSpec;
 use crate::task::tasks;
 
-/// What a run was and what came of it. Written as `run.json`.
+/// Settings and results of a run, written as `run.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RunFacts {
-    /// `symbolt-run`.
+    /// Name of the format, `symbolt-run`.
     pub format: String,
-    /// 1.
+    /// Version of the format, 1.
     pub version: u64,
-    /// The program's version.
+    /// Version of the program.
     pub symbolt: String,
-    /// A command line that gives the same files.
+    /// Command line that writes the same files.
     pub command: String,
-    /// Where all randomness came from.
+    /// Seed of all random numbers.
     pub seed: u64,
-    /// The state that the episodes were to bring about.
+    /// Goal state of the episodes.
     pub goal: String,
-    /// How the graph's layers were computed.
+    /// Mode of the graph's layers: `direct`, `rate` or `lif`.
     pub mode: String,
-    /// The planner's settings by name.
+    /// Settings of the planner by name.
     pub planner: Value,
-    /// The task's name; a run of before there were others is of the default one.
+    /// Name of the task. Older files have no name and belong to the default task.
     #[serde(default = "default_task")]
     pub task: String,
-    /// The task's settings in the episodes.
+    /// Settings of the task in the episodes.
     pub scene: Value,
-    /// What the recorded episode's scene was drawn from.
+    /// Seed from which the scene of the recorded episode was drawn.
     #[serde(default)]
     pub scene_seed: u64,
-    /// The episode that `arrays.npz` and `scene.json` are of, counted from 0.
+    /// Episode that `arrays.npz` and `scene.json` show, counted from 0.
     #[serde(default, rename = "filmed")]
     pub recorded: usize,
-    /// The run's figures, as `--json` gives them.
+    /// Results of the run, as printed by `--json`.
     pub summary: Map<String, Value>,
-    /// What stands in the arrays of modules.
+    /// Modules whose activity is in `arrays.npz`.
     pub modules: Vec<ModuleFacts>,
-    /// What stands in the array of spikes.
+    /// Populations whose spikes are in `arrays.npz`, in the order of their rows.
     pub populations: Vec<PopulationFacts>,
 }
 
-/// What the columns of a module's array are.
+/// A module and the columns of its array.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ModuleFacts {
-    /// The module; its array is `module_` and this name.
+    /// Name of the module. The name of its array is `module_` followed by this name.
     pub name: String,
-    /// A name a column.
+    /// Names of the columns.
     pub names: Vec<String>,
-    /// `similarities` (cosines) or `activities`.
+    /// Kind of the values: `similarities` (cosines) or `activities`.
     pub shows: String,
 }
 
-/// Whose spikes rows of the raster are, in their order.
+/// A population whose spikes are rows of the raster.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PopulationFacts {
-    /// The layer's path.
+    /// Path of the layer.
     pub path: String,
-    /// How many of its neurons have a row.
+    /// Number of its neurons that have a row.
     pub rows: usize,
-    /// How many neurons it has.
+    /// Number of its neurons.
     pub neurons: usize,
 }
 
@@ -78,11 +78,11 @@ fn default_task() -> String {
 }
 
 impl RunFacts {
-    /// The scene of the recorded episode, drawn anew.
+    /// Draws the scene of the recorded episode again.
     ///
     /// # Errors
-    /// [`TaskError::UnknownTask`]; [`TaskError::Input`], [`TaskError::Setting`] or [`TaskError::Range`] for settings that
-    /// make no scene.
+    /// [`TaskError::UnknownTask`] if the task has no such name; [`TaskError::Input`], [`TaskError::Setting`] or
+    /// [`TaskError::Range`] if the settings make no valid scene.
     pub fn draw_scene(&self) -> Result<SceneSpec, TaskError> {
         let task = tasks::by_name(&self.task)?;
         let task = task.with_settings(self.scene.to_string().as_bytes(), "run.json")?;
@@ -90,10 +90,10 @@ impl RunFacts {
         scene.check().map(|()| scene)
     }
 
-    /// The format's name and version.
+    /// Name and version of the format.
     pub const FORMAT: (&'static str, u64) = ("symbolt-run", 1);
 
-    /// What the arrays of recorded activity are.
+    /// Describes the modules and populations of recorded activity.
     pub fn of_activity(activity: &ActivityRecorder) -> (Vec<ModuleFacts>, Vec<PopulationFacts>) {
         let modules = activity.modules().iter().map(|module| ModuleFacts {
             name: module.name.clone(),

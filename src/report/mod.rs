@@ -1,8 +1,8 @@
-//! The report: one page, open offline, that shows a run or experiments, made of what stands in their folder.
+//! The report: a single page that shows a run or experiments and opens offline.
 //!
 //! A run's folder holds `run.json` ([`RunFacts`]), `recording.jsonl`, `domain.json`, `scene.json`, `trace.jsonl`
-//! ([`trace`]) and `arrays.npz` ([`Arrays`]). The page is a function of these files alone; whatever is missing or
-//! damaged is said on it, and the rest is shown. Text of the files is put into the page as data and shown as text.
+//! ([`trace`]) and `arrays.npz` ([`Arrays`]). The page depends on these files alone. It lists missing and damaged files
+//! and shows the rest. Text from the files is embedded as data and shown as text, never as markup.
 
 mod arrays;
 mod facts;
@@ -23,30 +23,31 @@ use crate::task::domain::Domain;
 use crate::task::domain::Recording;
 use crate::task::scene::Outline;
 
-/// A page, and what could not be shown on it.
+/// A page, and a list of what it cannot show.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
-    /// The page.
+    /// The page, as HTML.
     pub html: String,
-    /// A sentence on each file that is missing or damaged.
+    /// Sentences on missing and damaged files.
     pub missing: Vec<String>,
 }
 
-/// Files of a run, by any of which its folder is known.
+/// Files of a run. A folder with any of them is a run's folder.
 const RUN: [&str; 5] = ["run.json", "domain.json", "trace.jsonl", "arrays.npz", "recording.jsonl"];
-/// What an experiment leaves.
+/// File of a finished experiment.
 const RESULTS: &str = "results.json";
-/// What one that is not finished leaves.
+/// File of an experiment that has begun.
 const TRIALS: &str = "trials.bin";
 
-/// The report on a run's folder, on an experiment's, or on a folder of experiments' folders. Costs the reading of
-/// the files and, for a run of a minute, about 20 ms.
+/// Writes the report on the folder of a run, the folder of an experiment, or a folder of such experiment folders. For a
+/// run of one minute this takes about 20 ms, plus the time to read the files.
 ///
-/// The replay draws the scene anew from the task's name and settings: a run of a task that
-/// [`tasks::all`](crate::task::tasks::all) does not name is shown without it, and the page says so.
+/// The scene is drawn again from the task's name and settings. If [`tasks::all`](crate::task::tasks::all) does not have
+/// the task, the page omits the replay and says so.
 ///
 /// # Errors
-/// [`TaskError::NothingToReport`] if the folder holds none of the files; [`TaskError::File`] if it cannot be read.
+/// [`TaskError::NothingToReport`] if the folder holds no file of a run or experiment; [`TaskError::File`] if it cannot be
+/// read.
 pub fn report(folder: &Path) -> Result<Report, TaskError> {
     let entries = std::fs::read_dir(folder).map_err(FileError::io("read", folder))?;
     if RUN.iter().any(|name| folder.join(name).exists()) {
@@ -62,7 +63,7 @@ pub fn report(folder: &Path) -> Result<Report, TaskError> {
     Ok(of_experiments(&folders))
 }
 
-/// `results.json`, as the page shows it.
+/// The parts of `results.json` that the page shows.
 #[derive(Serialize, Deserialize)]
 struct Table {
     name: String,
@@ -71,7 +72,7 @@ struct Table {
     cells: Vec<TableRow>,
 }
 
-/// Settings and what came out; numbers that are none are null.
+/// A row of `results.json`: a statistic and its settings. Values that are not finite are null in the file.
 #[derive(Serialize, Deserialize)]
 struct TableRow {
     rate: Option<f64>,
@@ -82,11 +83,14 @@ struct TableRow {
     sd: Option<f64>,
     n: Option<u64>,
     interval95: Option<[Option<f64>; 2]>,
+    // Named here so that it does not count as a setting.
+    #[serde(default, rename = "few_trials", skip_serializing)]
+    _few_trials: Option<bool>,
     #[serde(flatten)]
     settings: Map<String, Value>,
 }
 
-/// What a file gave, or a sentence on why it gave nothing.
+/// Reads the files of a folder and collects a sentence on each file that cannot be read.
 struct Reader<'a> {
     folder: &'a Path,
     missing: Vec<String>,
@@ -102,7 +106,7 @@ impl Reader<'_> {
         let taken = match read_file(&path) {
             Ok(bytes) => read(&bytes, name),
             Err(FileError::Io { source, .. }) => Err(match source.kind() {
-                std::io::ErrorKind::NotFound => "it is not there".into(),
+                std::io::ErrorKind::NotFound => "the file is missing".into(),
                 _ => source.to_string(),
             }),
             Err(error) => Err(error.to_string()),
@@ -117,7 +121,7 @@ fn of_run(folder: &Path) -> Report {
         let facts: RunFacts = serde_json::from_slice(bytes).map_err(|e| e.to_string())?;
         let (format, version) = RunFacts::FORMAT;
         if facts.format != format || facts.version != version {
-            let is = format!("it is a {} of version {}", facts.format, facts.version);
+            let is = format!("the file is a {} of version {}", facts.format, facts.version);
             return Err(format!("{is}; expected {format} of version {version}"));
         }
         Ok(facts)
@@ -145,7 +149,7 @@ fn of_run(folder: &Path) -> Report {
     });
     let traced = reader.take("trace.jsonl", |bytes, _| Ok(trace::read(bytes)));
     let events = traced.map(|(events, problem)| {
-        let episodes = facts.as_ref().and_then(|f| f.summary.get("episodes")?.as_u64());
+        let episodes = facts.as_ref().and_then(episodes);
         let unfinished = || trace::unfinished(&events, episodes.map(|n| n as usize));
         let problem = problem.or_else(unfinished);
         reader.missing.extend(problem.map(|problem| format!("trace.jsonl: {problem}")));
@@ -153,8 +157,9 @@ fn of_run(folder: &Path) -> Report {
     });
     let recorded = recorded_episode(facts.as_ref(), events.as_deref());
     if let (Some(facts), None) = (&facts, recorded) {
-        let number = facts.recorded;
-        reader.missing.push(format!("run.json: it has no episode {number} that could be recorded"));
+        let (number, all) = (facts.recorded, episodes(facts).unwrap_or(0));
+        let problem = format!("`filmed` is {number}; expected an episode from 0 to below {all}");
+        reader.missing.push(format!("run.json: {problem}"));
     }
     let mut odd = Vec::new();
     let arrays = reader.take("arrays.npz", |bytes, _| Arrays::from_npz(bytes)).map(|read| {
@@ -192,10 +197,10 @@ fn of_run(folder: &Path) -> Report {
     Report { html: page::html(&data), missing }
 }
 
-/// A learned domain as the page wants it, whatever version of the file it came from: states with their geometry,
-/// operators with names of states and their evidence.
+/// Returns a learned domain as the page reads it, for every version of the file: states with their poses, and operators
+/// with the names of their states and their evidence.
 fn domain_to_page(domain: &Domain) -> Result<Value, String> {
-    let unlearned = || "it was not learned: its states have no places".to_owned();
+    let unlearned = || "the domain was not learned, so its states have no poses".to_owned();
     let states = domain.states().iter().map(|s| {
         let learned = s.learned.as_ref().ok_or_else(unlearned)?;
         Ok(json!({
@@ -220,13 +225,18 @@ fn domain_to_page(domain: &Domain) -> Result<Value, String> {
     }))
 }
 
-/// Which episode the arrays are of: as `run.json` says, or the only one of the trace.
+/// Returns the number of episodes that `run.json` states.
+fn episodes(facts: &RunFacts) -> Option<u64> {
+    facts.summary.get("episodes")?.as_u64()
+}
+
+/// Returns the episode that the arrays show: the episode that `run.json` states or, without that file, the only episode
+/// of the trace.
 fn recorded_episode(facts: Option<&RunFacts>, events: Option<&[trace::Line]>) -> Option<usize> {
     let Some(facts) = facts else {
         return events.is_some_and(|lines| lines.iter().all(|line| line.episode == 0)).then_some(0);
     };
-    let episodes = facts.summary.get("episodes").and_then(Value::as_u64);
-    let there = episodes.is_none_or(|all| (facts.recorded as u64) < all);
+    let there = episodes(facts).is_none_or(|all| (facts.recorded as u64) < all);
     there.then_some(facts.recorded)
 }
 
@@ -242,7 +252,7 @@ fn of_experiments(folders: &[std::path::PathBuf]) -> Report {
             })
         } else {
             reader.missing.push(format!(
-                "{RESULTS}: it is not there: the trials are not finished; `symbolt experiment` goes on with them"
+                "{RESULTS}: the file is missing because the trials are unfinished; rerun `symbolt experiment` to resume"
             ));
             None
         };

@@ -1,4 +1,4 @@
-//! The page itself: its own style and code, the viewer library, and the data, in one file.
+//! Assembles the page: style, code, the 3-D library and the data in one file.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 const PAGE: &str = include_str!("../../assets/report/page.html");
 const STYLE: &str = include_str!("../../assets/report/style.css");
-/// In this order they are one module.
+/// The page's code. In this order the files form one JavaScript module.
 const CODE: [&str; 6] = [
     include_str!("../../assets/report/data.js"),
     include_str!("../../assets/report/tables.js"),
@@ -22,8 +22,8 @@ pub(super) fn base64(bytes: &[u8]) -> String {
     STANDARD.encode(bytes)
 }
 
-/// The page that shows `data`. None of its text can end the element that it stands in, nor be taken for anything
-/// but data.
+/// Returns the page that shows `data`. Every `<` in the data is escaped, so no text can end the element that holds the
+/// data.
 pub(super) fn html(data: &Value) -> String {
     let library = |code: &str| format!("data:text/javascript;base64,{}", base64(code.as_bytes()));
     let imports = json!({"imports": {"three": library(THREE), "three/orbit": library(ORBIT)}});

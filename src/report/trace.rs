@@ -1,4 +1,5 @@
-//! `trace.jsonl`: every decision with its skill, every touch and the end of every episode, one JSON object a line.
+//! `trace.jsonl`: every decision with its skill, every contact and release, and the end of every episode. Each line is
+//! a JSON object.
 
 use std::fmt::Write as _;
 
@@ -11,38 +12,36 @@ use crate::task::event::{Decided, Ended, EpisodeReport, Event, Observer, SkillRe
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct End {
-    /// What the planner or the clock said.
+    /// Reason why the episode ended.
     pub ended: Ended,
-    /// Whether the task's judge took it to be solved.
+    /// Whether the task's judge counts the episode as solved.
     #[serde(rename = "assembled")]
     pub solved: bool,
-    /// Simulated seconds.
+    /// Simulated time of the end, in seconds.
     pub simulated_s: f64,
 }
 
-/// A line: an episode, counted from 0, and one of the others.
+/// A line of the trace: the number of an episode, and one of the other fields.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Line {
-    /// Which episode.
+    /// Number of the episode, counted from 0.
     pub episode: usize,
-    /// A decision, with the skill that carried it out.
+    /// Decision, with the skill that carried it out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub decision: Option<Decided>,
-    /// A skill that is over, as traces had it before decisions owned their skills. [`read`] gives it to its decision.
+    /// Finished skill. Only older traces have it on a line of its own; [`read`] moves it into its decision.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skill: Option<SkillReport>,
-    /// The fingers touch or leave a part.
+    /// Contact of the fingers with a part, or release of a part.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub touch: Option<Touched>,
-    /// The episode's end.
+    /// End of the episode.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub end: Option<End>,
 }
 
-/// An observer that writes one episode's lines.
-///
-/// Decisions come first, then touches, then the end.
+/// An observer that collects the lines of one episode: decisions first, then contacts and releases, then the end.
 #[derive(Debug, Clone, Default)]
 pub struct Tracer {
     episode: usize,
@@ -52,12 +51,12 @@ pub struct Tracer {
 }
 
 impl Tracer {
-    /// A trace of the episode of this number, counted from 0.
+    /// Creates the trace of an episode with this number, counted from 0.
     pub fn new(episode: usize) -> Self {
         Self { episode, ..Self::default() }
     }
 
-    /// The lines so far.
+    /// Returns the lines collected so far.
     pub fn text(&self) -> String {
         [self.decisions.as_str(), &self.touches, &self.end].concat()
     }
@@ -67,7 +66,7 @@ impl Observer for Tracer {
     fn observe(&mut self, event: &Event<'_>) {
         let own = Line { episode: self.episode, ..Line::default() };
         match event {
-            // One that is carried out is written when its skill is over.
+            // A decision that is carried out is written when its skill is over.
             Event::Decided(decision) if !decision.begun => {
                 put(&mut self.decisions, &Line { decision: Some((*decision).clone()), ..own });
             }
@@ -76,7 +75,7 @@ impl Observer for Tracer {
             }
             Event::Touched(touch) => put(&mut self.touches, &Line { touch: Some(*touch), ..own }),
             Event::EpisodeEnded(report) => {
-                // The episode was given up while its last decision was carried out.
+                // The episode may end while its last decision is carried out.
                 let cut = report.decisions.last().filter(|d| d.begun && d.skill.is_none());
                 if let Some(decision) = cut {
                     let line = Line { decision: Some(decision.clone()), ..own.clone() };
@@ -96,14 +95,14 @@ fn put(text: &mut String, line: &Line) {
     let _ = writeln!(text, "{}", json!(line));
 }
 
-/// Simulated seconds that an episode can last.
+/// Maximum simulated length of an episode, in seconds.
 pub(super) const MAX_EPISODE_S: f64 = 200_000.0;
-/// Episodes that a run can have.
+/// Maximum number of episodes in a run.
 const MAX_EPISODES: usize = 100_000;
 
 impl Line {
-    /// Whether it is of an episode that can be and its moments are some of one.
-    fn timely(&self) -> bool {
+    /// Whether the episode's number and all times are in range.
+    fn in_range(&self) -> bool {
         let moments = [
             self.decision.as_ref().map(|d| d.asked_s),
             self.decision.as_ref().map(|d| d.took_ms / 1e3),
@@ -115,7 +114,7 @@ impl Line {
     }
 }
 
-/// The lines of a file up to the first that is none, and what is wrong with that.
+/// Reads the lines of a file up to the first damaged line. The second value says what is wrong with that line.
 pub fn read(bytes: &[u8]) -> (Vec<Line>, Option<String>) {
     let mut lines: Vec<Line> = Vec::new();
     for (index, line) in bytes.split(|b| *b == b'\n').enumerate() {
@@ -123,19 +122,18 @@ pub fn read(bytes: &[u8]) -> (Vec<Line>, Option<String>) {
             continue;
         }
         let parsed = serde_json::from_slice(line).map_err(|error| error.to_string());
-        let timely = |line: Line| {
-            if line.timely() {
-                Ok(line)
-            } else {
-                Err("a moment or a number that no episode has".to_owned())
-            }
+        let in_range = |line: Line| match line.in_range() {
+            true => Ok(line),
+            false => Err("a time or the episode's number is out of range".to_owned()),
         };
-        match parsed.and_then(timely) {
+        match parsed.and_then(in_range) {
             Ok(Line { episode, skill: Some(skill), .. }) => own_skill(&mut lines, episode, skill),
             Ok(line) => lines.push(line),
             Err(error) => {
-                let problem =
-                    format!("line {} is damaged ({error}); those before it are shown", index + 1);
+                let problem = format!(
+                    "line {} is damaged ({error}); only the lines before it are shown",
+                    index + 1
+                );
                 return (lines, Some(problem));
             }
         }
@@ -143,7 +141,7 @@ pub fn read(bytes: &[u8]) -> (Vec<Line>, Option<String>) {
     (lines, None)
 }
 
-/// Gives a skill of an older trace to its decision: the first of its episode that was begun and has none.
+/// Moves a skill of an older trace into its decision: the episode's first decision that was begun and has no skill.
 fn own_skill(lines: &mut [Line], episode: usize, skill: SkillReport) {
     let own = lines.iter_mut().filter(|line| line.episode == episode);
     let open = |decision: &&mut Decided| decision.begun && decision.skill.is_none();
@@ -152,14 +150,14 @@ fn own_skill(lines: &mut [Line], episode: usize, skill: SkillReport) {
     }
 }
 
-/// A sentence on episodes that have no end.
+/// Returns a sentence on episodes without an end; `None` if all have one.
 pub(super) fn unfinished(lines: &[Line], episodes: Option<usize>) -> Option<String> {
     let begun = lines.iter().map(|line| line.episode + 1).max().unwrap_or(0);
     let all = episodes.unwrap_or(begun).max(1);
     let ended: std::collections::BTreeSet<usize> =
         lines.iter().filter(|line| line.end.is_some()).map(|line| line.episode).collect();
     let ended = ended.iter().filter(|episode| **episode < all).count();
-    (ended < all).then(|| format!("{} of {all} episodes have no end in it", all - ended))
+    (ended < all).then(|| format!("the end of {} of {all} episodes is missing", all - ended))
 }
 
 #[cfg(test)]
@@ -167,7 +165,7 @@ mod tests {
     use super::*;
     use crate::task::event::SkillOutcome;
 
-    /// Two episodes as they were written before decisions owned their skills.
+    /// Two episodes in the older format, with skills on lines of their own.
     const OLD: &str = r#"{"episode":0,"decision":{"asked_s":0.0,"took_ms":3.0,"holds":["A"],"action":"PUT","begun":false}}
 {"episode":0,"decision":{"asked_s":1.0,"took_ms":3.0,"holds":["A"],"action":"PUT","begun":true}}
 {"episode":0,"decision":{"asked_s":2.0,"took_ms":3.0,"holds":["A"],"action":"PUT","begun":true}}
@@ -178,7 +176,7 @@ mod tests {
 "#;
 
     #[test]
-    fn decisions_of_an_old_trace_are_given_their_skills() {
+    fn skills_of_an_older_trace_are_moved_into_their_decisions() {
         let (lines, problem) = read(OLD.as_bytes());
         assert_eq!(problem, None);
         let outcomes: Vec<Option<SkillOutcome>> =
@@ -189,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn an_episode_s_trace_reads_as_it_was_told() {
+    fn a_written_trace_reads_back_as_it_was_observed() {
         let skill =
             SkillReport { part: 1, outcome: SkillOutcome::Placed, picked: true, slip_m: 0.5e-3 };
         let decided = |begun, skill| Decided {
@@ -215,12 +213,12 @@ mod tests {
         };
         let mut tracer = Tracer::new(3);
         tracer.observe(&Event::Decided(&decisions[0]));
-        // What is told at first has no skill yet: the line is written when the skill is over.
+        // A decision that is carried out has no skill at first. Its line is written when the skill is over.
         tracer.observe(&Event::Decided(&decided(true, None)));
         tracer.observe(&Event::Touched(touch));
         let decision = Some(&decisions[1]);
         tracer.observe(&Event::SkillEnded { time_s: 2.0, report: &skill, decision });
-        // The episode ends while this one is carried out.
+        // The episode ends while this decision is carried out.
         tracer.observe(&Event::Decided(&decisions[2]));
         tracer.observe(&Event::EpisodeEnded(&report));
         let (lines, problem) = read(tracer.text().as_bytes());

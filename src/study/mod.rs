@@ -1,13 +1,11 @@
-//! Studies of the whole system: experiments, statistics, and the networks that speed is measured on.
+//! Studies of the whole system: experiments, their statistics, and the networks of `symbolt bench`.
 //!
-//! | room | what is in it |
+//! | module | contents |
 //! |---|---|
-//! | [`statistics`] | rates and means with their confidence intervals |
+//! | [`statistics`] | rates and means with their 95% intervals |
 //! | [`experiment`] | the framework: trials in a journal, tables, figures |
 //! | [`catalogue`] | the experiments by name |
-//! | [`standard`] | the networks of `symbolt bench` |
-//!
-//! Nothing here knows pages or the command line.
+//! | [`standard`] | the networks on which speed is measured |
 
 pub mod catalogue;
 pub mod experiment;

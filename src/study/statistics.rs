@@ -6,6 +6,15 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 /// The 97.5% point of the normal distribution.
 const Z: f64 = 1.959_963_984_540_054;
 
+/// Number of independent trials below which an interval is only a rough guide
+/// ([`Statistic::is_of_few_trials`]).
+///
+/// The interval of a mean rests on the sample's standard deviation, which from `n` normal numbers has a relative
+/// standard error of about `1 / sqrt(2 (n - 1))`: 24% at ten, 71% at two. If the numbers are not normal, so few trials
+/// do not reveal it, and Student's interval may hold the true mean less often than 95%. The interval of a rate spans 28
+/// points at ten trials and 66 points at two, even if all trials agree.
+pub const FEW_TRIALS: u64 = 10;
+
 /// The 97.5% point of Student's t distribution. Degrees of freedom below one half count as one half.
 fn student(degrees: f64) -> f64 {
     StudentsT::new(0.0, 1.0, degrees.max(0.5)).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975))
@@ -14,17 +23,19 @@ fn student(degrees: f64) -> f64 {
 /// Successes among a number of trials.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rate {
-    /// The number of successes.
+    /// Number of successes.
     pub successes: u64,
-    /// The number of trials.
+    /// Number of trials.
     pub trials: u64,
-    /// The effective number of independent trials: fewer than [`trials`](Self::trials) where trials come in
-    /// correlated clusters.
+    /// Number of independent clusters of trials; equals [`trials`](Self::trials) if all trials are independent.
+    pub clusters: u64,
+    /// Number of independent trials that would give the same precision; below [`trials`](Self::trials) if trials are
+    /// correlated.
     pub effective: f64,
 }
 
 impl Rate {
-    /// The rate of independent trials. Successes beyond the number of trials are ignored.
+    /// Computes the rate of independent trials. Successes beyond the number of trials are ignored.
     ///
     /// ```
     /// use symbolt::study::statistics::Rate;
@@ -32,18 +43,21 @@ impl Rate {
     /// assert!((low - 0.9643).abs() < 1e-3 && (high - 0.9973).abs() < 1e-3);
     /// ```
     pub fn new(successes: u64, trials: u64) -> Self {
-        Self { successes: successes.min(trials), trials, effective: trials as f64 }
+        let successes = successes.min(trials);
+        Self { successes, trials, clusters: trials, effective: trials as f64 }
     }
 
-    /// The rate of trials in clusters, each given as successes and trials. Clusters are independent of one another;
-    /// the trials of a cluster may be correlated.
+    /// Computes the rate of trials in clusters. Each cluster is given as successes and trials. Clusters are independent
+    /// of one another; trials within a cluster may be correlated.
     ///
     /// The variance of the rate is that of a ratio of two sums over clusters (Cochran 1977, section 9A.2). The
-    /// effective number of trials is the number of independent ones with the same variance, reduced by how much wider
-    /// Student's interval is with so few clusters (Korn and Graubard 1998), where unequal clusters count as fewer
-    /// equal ones (Kish 1965). Only trials whose answers differ show a correlation. So that number is averaged,
-    /// harmonically, with the one for clusters of identical trials: the former weighs as many times as the rarer
-    /// answer occurs, the latter once.
+    /// effective number of trials is the number of independent trials with the same variance. It is reduced because
+    /// Student's interval is wider with few clusters (Korn and Graubard 1998); unequal clusters count as fewer equal
+    /// clusters (Kish 1965).
+    ///
+    /// If nearly all trials agree, the data hardly show the correlation within clusters. The number is therefore a
+    /// weighted harmonic mean of two numbers: the one above, with the count of the rarer answer as its weight, and the
+    /// number for clusters of identical trials, with weight 1.
     pub fn of_clusters(clusters: impl Iterator<Item = [u64; 2]> + Clone) -> Self {
         let filled = clusters.filter(|[_, of]| *of > 0).map(|[own, of]| [own.min(of), of]);
         let (mut count, mut successes, mut trials, mut squares) = (0u32, 0, 0, 0.0);
@@ -53,27 +67,29 @@ impl Rate {
         }
         let plain = Self::new(successes, trials);
         if count < 2 {
-            return Self { effective: plain.effective.min(1.0), ..plain };
+            let clusters = u64::from(count);
+            return Self { clusters, effective: plain.effective.min(1.0), ..plain };
         }
+        let clusters = u64::from(count);
         let (all, share, count) = (trials as f64, plain.share(), f64::from(count));
         let from_mean = |[own, of]: [u64; 2]| (own as f64 - share * of as f64).powi(2);
         let variance = filled.map(from_mean).sum::<f64>() * count / (count - 1.0) / all.powi(2);
         let equal = all.powi(2) / squares;
         let rarer = successes.min(trials - successes) as f64;
-        // No variance though answers differ: the clusters are more equal than chance would make them.
+        // The variance is zero if the clusters are more alike than chance would make them.
         let shown = if variance > 0.0 { share * (1.0 - share) / variance } else { all };
         let wider = student(equal - 1.0) / Z;
         let effective = (rarer + 1.0) / (rarer / shown.min(all) + 1.0 / equal) / wider.powi(2);
-        Self { effective: effective.min(all), ..plain }
+        Self { clusters, effective: effective.min(all), ..plain }
     }
 
-    /// Successes over trials; 0 without trials.
+    /// Returns successes divided by trials; 0 without trials.
     pub fn share(&self) -> f64 {
         if self.trials == 0 { 0.0 } else { self.successes as f64 / self.trials as f64 }
     }
 
-    /// Wilson's score interval at `z` standard deviations (Wilson 1927), for the effective number of trials. It stays
-    /// within 0 and 1, and has a width even if all trials agree. Without trials it is 0 to 1.
+    /// Returns Wilson's score interval at `z` standard deviations (Wilson 1927), for the effective number of trials.
+    /// The interval stays within 0 and 1 and has a width even if all trials agree. Without trials it is 0 to 1.
     pub fn interval(&self, z: f64) -> [f64; 2] {
         if self.trials == 0 {
             return [0.0, 1.0];
@@ -81,42 +97,44 @@ impl Rate {
         let (n, share) = (self.effective, self.share().min(1.0));
         let middle = n * share + z * z / 2.0;
         let half = z * (n * share * (1.0 - share) + z * z / 4.0).sqrt();
-        // The rate is inside whatever the rounding.
+        // Rounding must not put the rate outside its interval.
         let [low, high] = [middle - half, middle + half].map(|end| end / (n + z * z));
         [low.clamp(0.0, share), high.clamp(share, 1.0)]
     }
 
-    /// The 95% interval.
+    /// Returns the 95% interval.
     pub fn interval95(&self) -> [f64; 2] {
         self.interval(Z)
     }
 }
 
-/// Mean and spread of a number per trial.
+/// Mean and spread of a number that each trial returns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mean {
-    /// The mean; NaN without numbers.
+    /// Mean; NaN without numbers.
     pub mean: f64,
-    /// The sample standard deviation; NaN for fewer than two numbers.
+    /// Sample standard deviation; NaN for fewer than two numbers.
     pub sd: f64,
-    /// The 5%, 50% and 95% quantiles; NaN without numbers.
+    /// 5%, 50% and 95% quantiles; NaN without numbers.
     pub quantiles: [f64; 3],
-    /// The number of trials that gave a number.
+    /// Number of trials that returned a number.
     pub n: u64,
+    /// Number of independent clusters of these trials; equals [`n`](Self::n) if all trials are independent.
+    pub clusters: u64,
     /// Half the width of the 95% interval; infinite for a single number or cluster.
     pub half95: f64,
 }
 
 impl Mean {
-    /// The mean of independent numbers, without those that are NaN. The interval is Student's.
+    /// Computes the mean of independent numbers. NaNs are left out. The interval is Student's.
     pub fn of(values: impl Iterator<Item = f64> + Clone) -> Self {
         Self::of_clusters(values.enumerate().map(|(index, value)| (index as f64, value)))
     }
 
-    /// The mean of numbers in clusters, each given as its cluster and the number itself. Clusters are independent of
-    /// one another; the numbers of a cluster may be correlated. The interval is Student's for the number of clusters,
-    /// with the variance of a ratio of two sums over clusters (Cochran 1977, section 9A.2). For clusters of one
-    /// number it is the usual interval.
+    /// Computes the mean of numbers in clusters. Each item is a cluster's key and a number. Clusters are independent of
+    /// one another; numbers within a cluster may be correlated. The interval is Student's for the number of clusters,
+    /// with the variance of a ratio of two sums over clusters (Cochran 1977, section 9A.2). If each cluster has one
+    /// number, this is the usual interval.
     pub fn of_clusters(values: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
         let numbers = values.filter(|(_, v)| !v.is_nan());
         let n = numbers.clone().count();
@@ -144,12 +162,12 @@ impl Mean {
             let high = sorted.get(below + 1).copied().unwrap_or(low);
             low + rest * (high - low)
         });
-        Self { mean, sd, quantiles, n: n as u64, half95 }
+        Self { mean, sd, quantiles, n: n as u64, clusters: count as u64, half95 }
     }
 
-    /// The mean of differences, -1 to 1, of two binary outcomes or probabilities. For the interval one difference of
-    /// either sign is added, so that it has a width even if all differences are zero (Bonett and Price 2012, for
-    /// paired proportions).
+    /// Computes the mean of differences between two binary outcomes or probabilities, each from -1 to 1. The interval
+    /// is computed with one added difference of either sign, so that it has a width even if all differences are zero
+    /// (Bonett and Price 2012, for paired proportions).
     pub fn of_differences(values: impl Iterator<Item = f64> + Clone) -> Self {
         let plain = Self::of(values.clone());
         let n = plain.n as f64 + 2.0;
@@ -160,7 +178,7 @@ impl Mean {
         Self { half95, ..plain }
     }
 
-    /// The 95% interval; infinite for a single number or cluster.
+    /// Returns the 95% interval; infinite for a single number or cluster.
     pub fn interval95(&self) -> [f64; 2] {
         [self.mean - self.half95, self.mean + self.half95]
     }
@@ -169,14 +187,14 @@ impl Mean {
 /// The statistic of a table's row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Statistic {
-    /// A rate of successes.
+    /// Rate of successes.
     Rate(Rate),
-    /// A mean.
+    /// Mean of numbers.
     Mean(Mean),
 }
 
 impl Statistic {
-    /// The rate or the mean.
+    /// Returns the rate or the mean.
     pub fn value(&self) -> f64 {
         match self {
             Self::Rate(rate) => rate.share(),
@@ -184,7 +202,7 @@ impl Statistic {
         }
     }
 
-    /// The 95% interval.
+    /// Returns the 95% interval.
     pub fn interval95(&self) -> [f64; 2] {
         match self {
             Self::Rate(rate) => rate.interval95(),
@@ -192,7 +210,7 @@ impl Statistic {
         }
     }
 
-    /// The standard deviation of a mean's numbers.
+    /// Returns the standard deviation of a mean's numbers; `None` for a rate.
     pub fn sd(&self) -> Option<f64> {
         match self {
             Self::Rate(_) => None,
@@ -200,7 +218,7 @@ impl Statistic {
         }
     }
 
-    /// The 5%, 50% and 95% quantiles of a mean's numbers.
+    /// Returns the 5%, 50% and 95% quantiles of a mean's numbers; `None` for a rate.
     pub fn quantiles(&self) -> Option<[f64; 3]> {
         match self {
             Self::Rate(_) => None,
@@ -208,7 +226,7 @@ impl Statistic {
         }
     }
 
-    /// The effective number of independent trials of a rate.
+    /// Returns the effective number of independent trials of a rate; `None` for a mean.
     pub fn effective_trials(&self) -> Option<f64> {
         match self {
             Self::Rate(rate) => Some(rate.effective),
@@ -216,7 +234,7 @@ impl Statistic {
         }
     }
 
-    /// The number of trials.
+    /// Returns the number of trials.
     pub fn trials(&self) -> u64 {
         match self {
             Self::Rate(rate) => rate.trials,
@@ -224,16 +242,27 @@ impl Statistic {
         }
     }
 
-    /// The keys of `--json`. Numbers that are not finite are null.
+    /// Whether the statistic comes from fewer than [`FEW_TRIALS`] independent trials or clusters.
+    pub fn is_of_few_trials(&self) -> bool {
+        let independent = match self {
+            Self::Rate(rate) => rate.clusters,
+            Self::Mean(mean) => mean.clusters,
+        };
+        independent < FEW_TRIALS
+    }
+
+    /// Returns the keys of `--json`. Numbers that are not finite are null.
     pub fn to_json(&self) -> Map<String, Value> {
         let interval = self.interval95();
         let object = match self {
             Self::Rate(rate) => json!({
                 "successes": rate.successes, "trials": rate.trials, "rate": rate.share(),
                 "effective_trials": rate.effective, "interval95": interval,
+                "few_trials": self.is_of_few_trials(),
             }),
             Self::Mean(mean) => json!({
                 "mean": mean.mean, "sd": mean.sd, "n": mean.n, "interval95": interval,
+                "few_trials": self.is_of_few_trials(),
                 "quantiles": {"5": mean.quantiles[0], "50": mean.quantiles[1], "95": mean.quantiles[2]},
             }),
         };
@@ -249,7 +278,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn wilsons_interval_is_that_of_the_tables() {
+    fn wilsons_interval_agrees_with_published_tables() {
         // Newcombe 1998, table I: 81 of 263, 15 of 148, 0 of 20, 1 of 29.
         for (successes, trials, low, high) in [
             (81, 263, 0.2553, 0.3662),
@@ -264,23 +293,23 @@ mod tests {
     }
 
     #[test]
-    fn members_of_clusters_that_are_alike_count_as_fewer() {
-        // Four clusters of five, each all of a kind: p(1-p) = 1/4; variance = (4 x 2.5^2) x 4/3 / 20^2 = 1/12, which
-        // shows 3 trials; (10 + 1) / (10/3 + 1/4) = 3.0698; Student's 3.1824 instead of 1.96 leaves 0.379 of it.
+    fn correlated_trials_of_a_cluster_count_as_fewer() {
+        // Four clusters of five, each with equal answers: p(1-p) = 1/4 and variance = (4 x 2.5^2) x 4/3 / 20^2 = 1/12,
+        // as of 3 trials; (10 + 1) / (10/3 + 1/4) = 3.0698; Student's 3.1824 instead of 1.96 leaves 0.379 of that.
         let rate = Rate::of_clusters([[5, 5], [0, 5], [5, 5], [0, 5]].into_iter());
         assert_eq!((rate.successes, rate.trials), (10, 20));
         assert!((rate.effective - 3.0698 * 0.3793).abs() < 1e-3, "{}", rate.effective);
-        // Clusters of one are plain trials, but for Student's part.
+        // Clusters of one trial are plain trials, apart from Student's factor.
         let rate = Rate::of_clusters((0..400).map(|i| [u64::from(i % 4 == 0), 1]));
         assert!(rate.effective > 390.0 && rate.effective <= 400.0, "{}", rate.effective);
-        // All agree: one trial a cluster, less Student's part. Of one cluster nothing is known.
+        // If all agree, each cluster counts as one trial, apart from Student's factor. One cluster counts as one trial.
         let effective =
             |clusters: &[[u64; 2]]| Rate::of_clusters(clusters.iter().copied()).effective;
         assert!(
             (effective(&[[5, 5], [5, 5], [5, 5]]) - 3.0 * (1.96f64 / 4.3027).powi(2)).abs() < 1e-3
         );
         assert_eq!((effective(&[[2, 5]]), effective(&[[0, 0]]), effective(&[])), (1.0, 0.0, 0.0));
-        // The more failures, the more they show, and so with the interval's lower end.
+        // More failures show the correlation better, so the effective number grows.
         let failing = |of: [u64; 3]| Rate::of_clusters(of.map(|f| [250 - f, 250]).into_iter());
         let ends = [[0, 0, 0], [0, 1, 0], [1, 1, 1], [4, 5, 4]].map(|f| failing(f).effective);
         assert!(ends.is_sorted() && ends[0] > 0.6 && ends[3] < 750.0, "{ends:?}");
@@ -288,9 +317,9 @@ mod tests {
 
     #[test]
     fn intervals_of_clusters_hold_the_truth_as_often_as_they_say() {
-        // Clusters that differ: each one's own rate is drawn from two, with a mean as given. 2,000 intervals: three
-        // standard errors of a coverage of 95% are 1.5 points; wider intervals than needed are no fault.
-        // Counting all as independent must fail, in the third case as far as to be right in half of them.
+        // Clusters differ: the rate of each is drawn from two values. With 2,000 intervals, three standard errors
+        // of a coverage of 95% are 1.5 points; too high a coverage is no fault. Counting all trials as independent
+        // must give too low a coverage.
         use crate::sim::Seed;
         use rand::RngExt;
         let cases: [(usize, &[u64], [f64; 2]); 4] = [
@@ -323,7 +352,7 @@ mod tests {
     }
 
     #[test]
-    fn a_share_is_in_its_interval_and_nothing_known_is_everything_possible() {
+    fn a_rate_lies_in_its_interval_and_without_trials_the_interval_is_0_to_1() {
         for trials in 1..400 {
             for successes in [0, 1, trials / 2, trials] {
                 let rate = Rate::new(successes.min(trials), trials);
@@ -331,7 +360,7 @@ mod tests {
                 assert!(0.0 <= low && low <= rate.share() && rate.share() <= high && high <= 1.0);
             }
         }
-        // More successes than trials are a mistake of the caller's and no panic.
+        // A caller's mistake must not panic.
         let odd = [Rate::new(7, 3), Rate::of_clusters([[9, 4], [1, 4]].into_iter())];
         assert!(
             odd.iter().all(|rate| rate.successes <= rate.trials && rate.interval95()[1] <= 1.0)
@@ -342,12 +371,12 @@ mod tests {
 
     #[test]
     fn means_of_clusters_and_of_differences_are_as_wide_as_they_should_be() {
-        // Two clusters of two equal numbers each: as two numbers.
+        // Two clusters of two equal numbers count as two numbers.
         let two = Mean::of([1.0, 3.0].into_iter());
         let four = Mean::of_clusters([(7.0, 1.0), (9.0, 3.0), (7.0, 1.0), (9.0, 3.0)].into_iter());
         assert!((two.half95 - four.half95).abs() < 1e-9 && four.n == 4, "{two:?} {four:?}");
         assert!(Mean::of_clusters([(1.0, 2.0), (1.0, 4.0)].into_iter()).half95.is_infinite());
-        // No difference in 1,000 pairs: one in 1,000 of either sign is still possible.
+        // Even without a difference in 1,000 pairs, one in 1,000 of either sign remains possible.
         let none = Mean::of_differences([0.0; 1000].into_iter());
         assert!(none.mean == 0.0 && none.half95 > 1e-3 && none.half95 < 4e-3, "{none:?}");
         // Bonett and Price: 12 against 3 discordant pairs of 100 give (9/102) -+ 1.96 sqrt((17 - 81/102) / 102^2).
@@ -367,7 +396,24 @@ mod tests {
     }
 
     #[test]
-    fn a_mean_leaves_out_what_is_no_number() {
+    fn nine_independent_trials_are_few_and_ten_are_not() {
+        let rate = |trials| Statistic::Rate(Rate::new(1, trials));
+        assert!(rate(9).is_of_few_trials() && !rate(10).is_of_few_trials());
+        assert_eq!(rate(2).to_json()["few_trials"], true);
+        let mean = |n: u64| Statistic::Mean(Mean::of((0..n).map(|i| i as f64)));
+        assert!(mean(9).is_of_few_trials() && !mean(10).is_of_few_trials());
+        assert_eq!(mean(10).to_json()["few_trials"], false);
+        // Many trials in few clusters count as few. Trials without a number do not count.
+        let clustered = Rate::of_clusters([[90, 96]; 3].into_iter());
+        assert!(Statistic::Rate(clustered).is_of_few_trials());
+        let pooled = Mean::of_clusters((0..100).map(|i| (f64::from(i % 4), f64::from(i))));
+        assert!(Statistic::Mean(pooled).is_of_few_trials());
+        let missing = Mean::of((0..40).map(|i| if i < 2 { 1.0 } else { f64::NAN }));
+        assert!(Statistic::Mean(missing).is_of_few_trials());
+    }
+
+    #[test]
+    fn nan_is_left_out_of_a_mean() {
         let mean = Mean::of([1.0, f64::NAN, 2.0, 3.0, 6.0].into_iter());
         assert_eq!((mean.mean, mean.n), (3.0, 4));
         assert!((mean.sd - (14.0f64 / 3.0).sqrt()).abs() < 1e-12);

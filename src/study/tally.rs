@@ -1,49 +1,49 @@
-//! Counts over many episodes.
+//! Counts over several episodes.
 
 use std::collections::BTreeMap;
 
 use crate::study::statistics::Rate;
 use crate::task::event::{Ended, EpisodeReport, SkillOutcome};
 
-/// Counts over several episodes.
+/// Counts and measurements over several episodes.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Tally {
-    /// The number of episodes.
+    /// Number of episodes.
     pub episodes: usize,
-    /// Episodes that the task's judge takes to be solved.
+    /// Number of episodes that the task's judge counts as solved.
     pub solved: usize,
-    /// Of these, the episodes with the minimum number of skills.
+    /// Number of solved episodes with the minimum number of skills.
     pub minimum_steps: usize,
-    /// Episodes that ended because the goal seemed to be met but was not.
+    /// Number of episodes that ended because the planner wrongly took the goal as met.
     pub false_goals: usize,
-    /// Successful grasps.
+    /// Number of successful grasps.
     pub picks: usize,
-    /// Parts dropped while they were carried.
+    /// Number of parts that were dropped while carried.
     pub drops: usize,
-    /// Skills that failed, each followed by a new decision.
+    /// Number of failed skills, each followed by a new decision.
     pub replans: usize,
-    /// How often each of these occurred, by action and outcome.
+    /// Number of failed skills by action and outcome.
     pub failed_skills: BTreeMap<(String, String), usize>,
-    /// How often a part entered no state.
+    /// Number of times that a part was newly found in no state.
     pub unexplained: usize,
-    /// Episodes that ended with a part in no state.
+    /// Number of episodes that ended with a part in no state.
     pub ended_unexplained: usize,
-    /// Episodes that were perturbed.
+    /// Number of perturbed episodes.
     pub perturbed: usize,
-    /// Simulated milliseconds of every decision, sorted.
+    /// Duration of every decision in simulated milliseconds, sorted.
     pub decision_ms: Vec<f64>,
-    /// Physics steps.
+    /// Number of physics steps.
     pub steps: u64,
-    /// Simulated seconds.
+    /// Simulated time, in seconds.
     pub simulated_s: f64,
-    /// The greatest slip in the gripper of a part that was placed, in metres.
+    /// Greatest slip in the gripper of any part that was placed, in metres.
     pub slip_m: f64,
-    /// The episodes that failed, by index, and how they ended.
+    /// Unsolved episodes: index, counted from 0, and how the episode ended.
     pub failures: Vec<(usize, Ended)>,
 }
 
 impl Tally {
-    /// Counts over `episodes`, each of which needs at least `min_skills` skills.
+    /// Counts over `episodes`. `min_skills` is the minimum number of skills that solves an episode.
     pub fn of(episodes: &[EpisodeReport], min_skills: usize) -> Self {
         let mut tally = Self { episodes: episodes.len(), ..Self::default() };
         for (index, episode) in episodes.iter().enumerate() {
@@ -75,13 +75,14 @@ impl Tally {
         tally
     }
 
-    /// The quantile `share` (0 to 1) of the decisions' simulated milliseconds; `None` without decisions.
+    /// Returns the quantile `share` (0 to 1) of the decisions' duration, in simulated milliseconds; `None` without
+    /// decisions.
     pub fn decision_quantile(&self, share: f64) -> Option<f64> {
         let last = self.decision_ms.len().checked_sub(1)?;
         self.decision_ms.get((share * last as f64).round() as usize).copied()
     }
 
-    /// The 95% interval of the rate of solved episodes.
+    /// Returns the 95% interval of the rate of solved episodes.
     pub fn interval95(&self) -> [f64; 2] {
         Rate::new(self.solved as u64, self.episodes as u64).interval95()
     }

@@ -1,4 +1,4 @@
-//! A graph built and started, and a node that counts.
+//! Helpers that build and start a graph, and a node that counts ticks.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use symbolt::sim::{
     PortDecl, RunConfig, Seed, SimDuration, Simulator, StateMut, StateSpec, StepCx, Timebase,
 };
 
-/// The graph in direct mode.
+/// Builds the graph in direct mode.
 pub fn build(graph: GraphBuilder) -> Arc<Graph> {
     match graph.build(Timebase::default(), &PopulationPlan::direct(), Seed::new(1)) {
         Ok(graph) => Arc::new(graph),
@@ -16,15 +16,15 @@ pub fn build(graph: GraphBuilder) -> Arc<Graph> {
     }
 }
 
-/// A run of it.
+/// Starts a run of a graph.
 pub fn start(graph: &Arc<Graph>) -> Simulator {
     Simulator::new(graph.clone(), RunConfig::default()).expect("starts")
 }
 
-/// Milliseconds.
+/// Returns a duration in milliseconds.
 pub const MS: fn(u64) -> SimDuration = SimDuration::from_millis;
 
-/// Counts ticks: state shown in emit, and as a registered output.
+/// A node that counts ticks. It shows the count as a plain and as a registered output.
 pub struct Counter;
 impl Node for Counter {
     fn declare(&self, ports: &mut PortDecl) {

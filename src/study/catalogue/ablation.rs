@@ -1,4 +1,4 @@
-//! `ablation`: the planner graph with a part removed or changed.
+//! `ablation`: decisions of the planner graph with a part removed or changed.
 
 use rand::RngExt;
 use serde_json::{Value, json};
@@ -15,7 +15,7 @@ use crate::task::domain::{DomainBuilder, Verdict, WorldState, acceptable_answers
 use crate::task::planner::{Part, Planner, PlannerSpec, Unbinding};
 
 pub(super) const GOAL: &str = "BOLT_ASSEMBLED";
-/// The states at the start of the task.
+/// States that hold at the start of the task.
 pub(super) const TABLE: [&str; 2] = ["NUT_ON_TABLE", "BOLT_ON_TABLE"];
 
 pub(super) fn lif() -> Population {
@@ -30,10 +30,10 @@ struct Variant {
     plan: PopulationPlan,
 }
 
-/// Worlds of a trial, about each of which the planner decides once.
+/// Number of world states in a trial. The planner makes one decision for each.
 const WORLDS: usize = 4;
 
-/// The planner with parts removed, weakened, or computed in another mode.
+/// The experiment: the planner with parts removed, weakened, or computed in another mode.
 pub(super) struct Ablation {
     variants: Vec<Variant>,
     trials: u64,
@@ -81,7 +81,7 @@ impl Ablation {
             add("dimensions", dimensions.to_string(), spec, &spiking);
         }
         for module in ["goal_buffer", "focus", "cause", "deep", "required", "motor_gate", "motor"] {
-            // Always parses.
+            // The pattern always parses.
             if let Ok(pattern) = format!("planner/{module}/**").parse() {
                 let plan = spiking.clone().with(pattern, Population::Direct);
                 add("exact module", module.into(), spec, &plan);
@@ -93,8 +93,8 @@ impl Ablation {
     }
 }
 
-/// The planner's first decisions about some worlds: how many of them the reference planner accepts, and their mean
-/// simulated ms.
+/// Lets the planner decide once for each world state. Returns how many decisions the reference planner accepts, and
+/// their mean duration in simulated ms.
 fn decide(planner: &Planner, worlds: &[WorldState]) -> Result<(f64, f64), TaskError> {
     let domain = planner.domain();
     let goal = domain.state(GOAL)?;
@@ -107,7 +107,7 @@ fn decide(planner: &Planner, worlds: &[WorldState]) -> Result<(f64, f64), TaskEr
             Err(error) => return Err(error),
         };
         let said = verdict.is_some_and(|verdict| wanted.accepts(verdict));
-        // Whatever the motor shows before the decision would already be executed.
+        // An action that the motor shows before the decision would already be executed.
         let span = SimDuration::from_millis(time_ms.ceil() as u64);
         let done = planner.first_shown(world, goal, span)?.map(|(action, _)| action);
         let acted = match (verdict, done) {
@@ -131,7 +131,7 @@ impl Experiment for Ablation {
     }
 
     fn question(&self) -> &'static str {
-        "How often does the planner do what the reference planner accepts, and when, without a part or with another?"
+        "How often does the reference planner accept the planner's decisions if a part is removed or changed, and how long do they take?"
     }
 
     fn revision(&self) -> u32 {
@@ -161,12 +161,12 @@ impl Experiment for Ablation {
         let domain = DomainBuilder::of_the_paper().build()?;
         let mut rng = seed.derive("", "worlds").rng();
         let states = domain.states().len();
-        // The first is the start of the task.
+        // The first world state is the start of the task; the others are random.
         let mut worlds: Vec<WorldState> = vec![domain.world(TABLE)?];
         worlds.resize_with(WORLDS, || (0..states).map(|_| rng.random()).collect());
         let (right, ms) = match Planner::with_plan(&domain, variant.spec, &variant.plan, seed) {
             Ok(planner) => decide(&planner, &worlds)?,
-            // Pointers too similar for a planner: no decision is right.
+            // Without dissimilar pointers there is no planner, and no decision counts as right.
             Err(TaskError::TooFewDimensions { .. } | TaskError::Vocabulary(_)) => (0.0, f64::NAN),
             Err(error) => return Err(error),
         };
@@ -198,7 +198,7 @@ impl Experiment for Ablation {
 mod tests {
     use super::*;
 
-    /// The rate of accepted decisions of a variant.
+    /// Returns the rate of accepted decisions of a variant.
     fn accepted(change: &str, to: &str) -> f64 {
         let experiment = Ablation::new(&Options::default());
         let cell = experiment.variants.iter().position(|v| v.name == change && v.value == to);

@@ -1,17 +1,20 @@
 //! `capacity`: how often the right filler is decoded from a sum of bound pairs, compared with a prediction.
 //!
-//! A trial draws K roles and a vocabulary of M items, of which K are the fillers. It sums the bound pairs, adds noise
-//! of standard deviation sigma / sqrt(D) to each component, unbinds the first role, and takes the most similar item.
-//! Items are uniform on the sphere, roles Gaussian or unitary, all of length 1.
+//! A trial draws K roles and a vocabulary of M items; K of the items are the fillers. The trial sums the bound pairs,
+//! adds noise of standard deviation sigma / sqrt(D) to each component, unbinds the first role, and takes the most
+//! similar item. Items are uniform on the unit sphere. Roles are Gaussian or unitary and have length 1.
 //!
-//! Let q be the unbound pointer and c its dot product with the right filler, and let the other fillers score below c. Then
-//! none of the M - K items that are no fillers beats c with probability `F((1 + c / |q|) / 2)^(M - K)`, where F is the
-//! distribution function of Beta((D - 1) / 2, (D - 1) / 2), the distribution of `(1 + cosine) / 2` for directions uniform on
-//! the sphere. The prediction is the mean of this probability over q, so each trial returns it too. The table also has the
-//! large-D formula (Plate 1995, appendix; Frady, Kleyko and Sommer 2018): `integral of phi(h) Phi(s + h)^(M - 1)` with the
-//! signal-to-noise ratio `s = sqrt(D / (K + 1 + sigma^2))`, or `sqrt(D / (K + sigma^2))` for unitary roles.
+//! The prediction is computed as follows. Let q be the unbound pointer and c its dot product with the right filler. If
+//! another filler scores above c, the answer is wrong. Otherwise it is right if none of the other M - K items scores
+//! above c. That has the probability `F((1 + c / |q|) / 2)^(M - K)`. F is the distribution function of
+//! `Beta((D - 1) / 2, (D - 1) / 2)`, which is the distribution of `(1 + cosine) / 2` for directions uniform on the
+//! sphere. The prediction is the mean of this probability over q, so each trial returns the probability for its own q.
 //!
-//! Our best decoder knows all roles and cancels interference softly; see [`PairDecoder`].
+//! The table also has the large-D formula (Plate 1995, appendix; Frady, Kleyko and Sommer 2018):
+//! `integral of phi(h) Phi(s + h)^(M - 1)` with the signal-to-noise ratio `s = sqrt(D / (K + 1 + sigma^2))`, or
+//! `sqrt(D / (K + sigma^2))` for unitary roles.
+//!
+//! The decoder named `best` knows all roles and subtracts the estimated interference; see [`PairDecoder`].
 
 use rand_distr::{Distribution, StandardNormal};
 use serde_json::{Value, json};
@@ -26,7 +29,7 @@ use crate::study::experiment::{
 };
 use crate::task::TaskError;
 
-/// One combination of sizes and noise.
+/// A combination of sizes and noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Size {
     dimensions: usize,
@@ -61,7 +64,7 @@ impl Capacity {
     }
 }
 
-/// The large-D formula, by the trapezoidal rule.
+/// Evaluates the large-D formula by the trapezoidal rule.
 fn gaussian(size: &Size) -> f64 {
     let Size { dimensions, bound, items, sigma, unitary } = *size;
     let own = if unitary { 0.0 } else { 1.0 };
@@ -76,7 +79,7 @@ fn gaussian(size: &Size) -> f64 {
         .sum()
 }
 
-/// The item, one in each row, with the greatest dot product with a query.
+/// Returns the index of the item with the greatest dot product with a query. Each row of `items` is an item.
 fn best(items: &[Real], query: &[Real], similarities: &mut [Real]) -> usize {
     dots(items, query, similarities);
     let scored = similarities.iter().enumerate();
@@ -135,7 +138,7 @@ impl Experiment for Capacity {
     }
 
     fn question(&self) -> &'static str {
-        "How often is the right filler read out of a sum of bound pairs, and how often should it be?"
+        "How often is the right filler decoded from a sum of bound pairs, and how often is it predicted to be?"
     }
 
     fn revision(&self) -> u32 {
@@ -216,7 +219,7 @@ mod tests {
 
     #[test]
     fn the_large_d_formula_has_its_closed_form_for_two_items() {
-        // Phi(s / sqrt 2) for two items: the difference of two normals.
+        // For two items it is Phi(s / sqrt 2), because the difference of two normal numbers is normal.
         let size = Size { dimensions: 8, bound: 1, items: 2, sigma: 0.0, unitary: true };
         let s = 8.0f64.sqrt();
         let exact = Normal::standard().cdf(s / 2.0f64.sqrt());
@@ -224,9 +227,9 @@ mod tests {
     }
 
     #[test]
-    fn what_is_read_is_what_is_predicted() {
-        // 3,000 trials: four standard errors of the difference are below 3.7 points; a false alarm in less
-        // than one of 10,000 seeds a cell.
+    fn the_rate_of_right_fillers_agrees_with_the_prediction() {
+        // With 3,000 trials, four standard errors of the difference are below 3.7 points: a false alarm in less than
+        // one of 10,000 seeds.
         for (dimensions, bound, items) in [(32, 4, 64), (64, 8, 16)] {
             let size = Size { dimensions, bound, items, sigma: 0.5, unitary: false };
             let (mut right, mut predicted, mut improved) = (0.0, 0.0, 0.0);

@@ -1,7 +1,7 @@
-//! `figure-3` and `figure-4`: states found in demonstrations of our own scene.
+//! `figure-3` and `figure-4`: states found in demonstrations of the simulated scene.
 //!
-//! The true state of a part follows from the geometry of the scene: it is over the jig's pocket, over its hole, or
-//! elsewhere. A bolt over the pocket is assembled. Learner and classifiers do not know it.
+//! The true state of a part follows from the geometry of the scene: the part is over the jig's pocket, over its hole,
+//! or elsewhere. A bolt over the pocket is assembled. The learner and the classifiers are not given the true state.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock};
@@ -27,10 +27,10 @@ use crate::task::tasks::nuts_and_bolts::NutsAndBolts;
 const TRUTHS: [&str; 5] =
     ["NUT_ON_TABLE", "NUT_IN_JIG", "BOLT_ON_TABLE", "BOLT_IN_JIG", "BOLT_ASSEMBLED"];
 
-/// How far a part in pocket or hole can be from its middle, in metres.
+/// Greatest distance of a part from the middle of the pocket or hole that holds it, in metres.
 const NEAR_M: f64 = 0.01;
 
-/// The true state of a part of our own scene, as an index into [`TRUTHS`].
+/// Returns the true state of a part of the simulated scene, as an index into [`TRUTHS`].
 pub(super) fn truth(spec: &NutsAndBolts, kind: &str, position: [f64; 3]) -> usize {
     let over = |[x, y]: [f64; 2]| (position[0] - x).hypot(position[1] - y) < NEAR_M;
     match (kind == spec.nut_kind, over(spec.jig.pocket), over(spec.jig.hole)) {
@@ -46,18 +46,18 @@ pub(super) fn scene(parts: usize) -> NutsAndBolts {
     NutsAndBolts { nuts: parts, bolts: parts, ..NutsAndBolts::default() }
 }
 
-/// Demonstrations in our own scene with `parts` nuts and as many bolts.
+/// Records demonstrations in the simulated scene with `parts` nuts and as many bolts.
 pub(super) fn shown(parts: usize, demos: usize, seed: Seed) -> Result<Recording, TaskError> {
     Ok(demonstrate(&scene(parts), demos, seed)?.recording)
 }
 
-/// All poses of a recording with their kinds.
+/// Returns all poses of a recording with their kinds.
 pub(super) fn poses(recording: &Recording) -> impl Iterator<Item = (&str, &Pose)> {
     let snapshots = recording.demos.iter().flat_map(|demo| &demo.snapshots);
     snapshots.flat_map(|s| &s.objects).map(|object| (&*object.kind, &object.pose))
 }
 
-/// The poses of parts of our own scene, without pocket and hole.
+/// Returns the poses of the nuts and bolts of the simulated scene, without pocket and hole.
 pub(super) fn part_poses<'r>(
     recording: &'r Recording,
     spec: &'r NutsAndBolts,
@@ -67,8 +67,8 @@ pub(super) fn part_poses<'r>(
 
 type Made<T> = Arc<OnceLock<Result<Arc<T>, String>>>;
 
-/// A cache of what several cells of a trial share and what costs much to compute. Threads that ask at the same time
-/// wait for the first.
+/// A cache of values that are costly to compute and that several cells of a trial share. If several threads ask for the
+/// same value, one computes it and the others wait.
 pub(super) struct Once<T>(Mutex<HashMap<u64, Made<T>>>);
 
 impl<T> Once<T> {
@@ -90,10 +90,10 @@ impl<T> Once<T> {
     }
 }
 
-/// The number of demonstrations that states are learned from, as in the paper.
+/// Number of demonstrations from which states are learned, as in the paper.
 pub(super) const DEMOS: usize = 5;
 
-/// `figure-3`: how many states are found in five demonstrations.
+/// Figure 3: how many states are found in five demonstrations.
 pub(super) struct Clusters {
     trials: u64,
 }
@@ -138,7 +138,7 @@ impl Experiment for Clusters {
         let spec = scene(1);
         let of = |kind: &str| domain.states().iter().filter(|s| s.kind == kind).count();
         let classifier = Classifier::new(&domain, Grounding::paper())?;
-        // The true state of each pose is that of the mean of its learned state.
+        // The true state of each pose must equal the true state at the mean of its learned state.
         let agrees = |(kind, pose): (&str, &Pose)| {
             let state =
                 classifier.classify(kind, pose).state.and_then(|s| domain[s].learned.as_ref());
@@ -174,13 +174,13 @@ impl Experiment for Clusters {
     }
 }
 
-/// Demonstrations with three of each part whose poses are classified: 96 poses a trial.
+/// Number of demonstrations, with three of each part, whose poses are classified: 96 poses in a trial.
 const UNSEEN: usize = 2;
 
-/// Numbers of poses by rule, true state, and the state that the rule gives; the last one is no state.
+/// Number of poses by rule, true state, and the state that the rule gives. The last column is for no state.
 type Confusion = [[[f64; TRUTHS.len() + 1]; TRUTHS.len()]; 2];
 
-/// `figure-4`: unseen poses, classified by the paper's rule and by ours.
+/// Figure 4: unseen poses, classified by the paper's rule and by ours.
 pub(super) struct Classification {
     trials: u64,
     made: Once<Confusion>,

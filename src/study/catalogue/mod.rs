@@ -1,5 +1,5 @@
-//! The experiments that `symbolt experiment` lists: the paper's tables and figures, and sweeps of noise, size and
-//! parts.
+//! The experiments that `symbolt experiment` lists: the paper's tables and figures, and sweeps over noise, network size
+//! and parts of the planner.
 
 mod ablation;
 mod capacity;
@@ -17,14 +17,14 @@ use crate::sim::Seed;
 use crate::study::experiment::{Experiment, MAX_TRIALS};
 use crate::task::TaskError;
 
-/// How an experiment is set up.
+/// Settings that every experiment takes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
-    /// The seed of everything that trials share, such as a pool of poses. It should be the run's seed.
+    /// Seed of everything that trials share, such as a pool of poses. It should equal the run's seed.
     pub seed: Seed,
-    /// Trials of each cell, 1 to [`MAX_TRIALS`]; by default the experiment's own number.
+    /// Number of trials of each cell, 1 to [`MAX_TRIALS`]; `None` for the experiment's default.
     pub trials: Option<u64>,
-    /// A recording to use in addition to our own scene, for experiments on recordings.
+    /// Recording to use in addition to the simulated scene. Only `threshold` uses it.
     pub recording: Option<PathBuf>,
 }
 
@@ -34,7 +34,7 @@ impl Default for Options {
     }
 }
 
-/// The name and the question of every experiment.
+/// Returns the name and the question of every experiment.
 pub fn all() -> Vec<(&'static str, &'static str)> {
     let options = Options::default();
     makers().iter().map(|make| make(&options)).map(|e| (e.name(), e.question())).collect()
@@ -60,17 +60,18 @@ fn makers() -> Vec<Make> {
     ]
 }
 
-/// The experiment with this name. Costs the reading and learning of the recording, if one is given and used.
+/// Creates the experiment with this name. If the experiment uses a recording and one is given, this reads the recording
+/// and learns from it.
 ///
 /// # Errors
-/// [`TaskError::UnknownExperiment`], which lists the experiments; [`TaskError::Setting`] for a number of trials outside
-/// its range.
+/// [`TaskError::UnknownExperiment`], which lists the experiments; [`TaskError::Setting`] if the number of trials is out of
+/// range.
 pub fn find(name: &str, options: &Options) -> Result<Box<dyn Experiment>, TaskError> {
     if let Some(trials) = options.trials.filter(|n| !(1..=MAX_TRIALS).contains(n)) {
         let value = trials.to_string();
         return Err(TaskError::Setting { name: "trials", value, expected: "1 to 100000" });
     }
-    // Cheap with default options; with a recording an experiment may read it and learn from it.
+    // With default options this is cheap. With a recording an experiment may read it and learn from it.
     let plain = Options::default();
     match makers().into_iter().find(|make| make(&plain).name() == name) {
         Some(make) => Ok(make(options)),

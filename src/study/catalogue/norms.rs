@@ -1,4 +1,4 @@
-//! `figure-1a` and `figure-1c`: distances between states by a p-norm with a negative exponent.
+//! `figure-1a` and `figure-1c`: distances between states under a p-norm with a negative exponent.
 
 use std::f64::consts::PI;
 
@@ -15,7 +15,7 @@ use crate::study::experiment::{
 use crate::task::TaskError;
 use crate::task::learn::p_distance;
 
-/// The exponents that figure 1 compares.
+/// Exponents that figure 1 compares.
 const EXPONENTS: [f64; 2] = [2.0, -3.0];
 
 fn gauss<R: Rng>(rng: &mut R, sd: f64) -> f64 {
@@ -23,7 +23,7 @@ fn gauss<R: Rng>(rng: &mut R, sd: f64) -> f64 {
     sd * z
 }
 
-/// Figure 1A: distances between pairs of 6-D states that are tight in some dimensions.
+/// Figure 1A: distances between pairs of 6-D states that vary little in some dimensions.
 pub(super) struct Distances {
     trials: u64,
 }
@@ -44,7 +44,7 @@ impl Experiment for Distances {
     }
 
     fn question(&self) -> &'static str {
-        "Distances of 6-D states that are alike in k dimensions, by the Euclidean norm and by p = -3"
+        "How far apart are 6-D states that are alike in k dimensions, by the Euclidean norm and by p = -3?"
     }
 
     fn settings(&self) -> Value {
@@ -81,13 +81,14 @@ impl Experiment for Distances {
     }
 }
 
-/// A row's median on a logarithmic axis, with the 5% and 95% quantiles as error bar.
+/// Returns a row's median for a logarithmic axis, with the 5% and 95% quantiles as error bar.
 fn logarithmic(x: f64, row: &Row) -> Option<Mark> {
     let [low, middle, high] = row.statistic.quantiles()?;
     Some(Mark { x, y: middle.log10(), bar: Some([low.log10(), high.log10()]) })
 }
 
-/// Figure 1C: knives on a cart or beside plates, with 8-D states relative to cart, nearest plate and table edge.
+/// Figure 1C: knives on a cart or beside plates. A knife's 8-D state is relative to the cart, the nearest plate and the
+/// nearest table edge.
 pub(super) struct TableSetting {
     trials: u64,
 }
@@ -98,15 +99,15 @@ impl TableSetting {
     }
 }
 
-/// Tables in an example, as in figure 1B.
+/// Number of tables in an example, as in figure 1B.
 const TABLES: usize = 3;
-/// Plates on a table, each with a knife beside it.
+/// Number of plates on a table. Each has a knife beside it.
 const PLATES: usize = 4;
-/// Knives on the cart.
+/// Number of knives on the cart.
 const ON_CART: usize = 4;
-/// Half the lengths of the table's sides, in metres.
+/// Half lengths of the table's sides, in metres.
 const TABLE: [f64; 2] = [0.9, 0.6];
-/// Standard deviations with which a person places a knife, in metres and radians.
+/// Standard deviations of a knife's position in metres and heading in radians, as a person places it.
 const HAND: [f64; 2] = [0.005, 0.05];
 
 /// A position in the plane with a heading.
@@ -118,7 +119,7 @@ struct Place {
 }
 
 impl Place {
-    /// This place in the frame of another: along and across its heading in metres, and the angle in radians.
+    /// Returns this place in another frame: distances along and across its heading in metres, and the angle in radians.
     fn from(&self, frame: &Self) -> [f64; 3] {
         let (dx, dy) = (self.x - frame.x, self.y - frame.y);
         let (sin, cos) = frame.angle.sin_cos();
@@ -126,10 +127,10 @@ impl Place {
     }
 }
 
-/// Which numbers of a knife's state are angles.
+/// Marks the numbers of a knife's state that are angles.
 const ANGLES: [bool; 8] = [false, false, true, false, false, true, false, true];
 
-/// The distance of two knives' states. Angles differ by at most half a circle.
+/// Returns the distance between the states of two knives. Angles differ by at most half a circle.
 fn apart(a: &[f64; 8], b: &[f64; 8], p: f64) -> f64 {
     let difference: [f64; 8] = std::array::from_fn(|i| {
         let by = a[i] - b[i];
@@ -138,13 +139,13 @@ fn apart(a: &[f64; 8], b: &[f64; 8], p: f64) -> f64 {
     p_distance(&difference, &[0.0; 8], p)
 }
 
-/// The state of a knife: its place in the frames of the cart and of the nearest plate, and its distance and angle to
-/// the nearest edge of the table.
+/// Returns the state of a knife: its place in the frame of the cart and in the frame of the nearest plate, and its
+/// distance and angle to the nearest edge of the table.
 fn state(knife: &Place, cart: &Place, plates: &[Place]) -> [f64; 8] {
     let [a, b, c] = knife.from(cart);
     let far = |plate: &Place| (plate.x - knife.x).hypot(plate.y - knife.y);
     let near = plates.iter().min_by(|p, q| far(p).total_cmp(&far(q))).unwrap_or(cart);
-    // A plate is round: its frame has the heading of the table.
+    // A plate is round, so its frame has the heading of the table.
     let [d, e, f] = knife.from(&Place { angle: 0.0, ..*near });
     let edges = [
         (TABLE[0] - knife.x, 0.0),
@@ -157,7 +158,7 @@ fn state(knife: &Place, cart: &Place, plates: &[Place]) -> [f64; 8] {
     [a, b, c, d, e, f, distance, knife.angle - normal]
 }
 
-/// Knives on the cart and beside plates, in all tables of an example.
+/// Draws an example. Returns the states of the knives on the carts, and of the knives beside plates, of all tables.
 fn example<R: Rng>(rng: &mut R) -> [Vec<[f64; 8]>; 2] {
     let mut groups = [Vec::new(), Vec::new()];
     let between = |rng: &mut R, low: f64, high: f64| low + (high - low) * rng.random::<f64>();
@@ -167,7 +168,7 @@ fn example<R: Rng>(rng: &mut R) -> [Vec<[f64; 8]>; 2] {
             y: between(rng, -1.0, 1.0),
             angle: between(rng, -PI, PI),
         };
-        // Plates at the long sides.
+        // The plates are at the long sides.
         let plates: Vec<Place> = (0..PLATES)
             .map(|i| {
                 let side = if i % 2 == 0 { 1.0 } else { -1.0 };
@@ -179,7 +180,7 @@ fn example<R: Rng>(rng: &mut R) -> [Vec<[f64; 8]>; 2] {
                 }
             })
             .collect();
-        // In the cart's tray, side by side.
+        // These knives lie side by side in the cart's tray.
         for i in 0..ON_CART {
             let (along, across) = (gauss(rng, HAND[0]), 0.03 * i as f64 + gauss(rng, HAND[0]));
             let (sin, cos) = cart.angle.sin_cos();
@@ -192,7 +193,7 @@ fn example<R: Rng>(rng: &mut R) -> [Vec<[f64; 8]>; 2] {
         }
         for plate in &plates {
             let outwards = plate.y.signum();
-            // To the right of the person who sits there, pointing away from the edge.
+            // The knife lies to the right of the person at this plate and points away from the edge.
             let knife = Place {
                 x: plate.x + outwards * (0.16 + gauss(rng, HAND[0])),
                 y: plate.y + gauss(rng, HAND[0]),
@@ -253,7 +254,8 @@ impl Experiment for TableSetting {
         let between: Vec<f64> =
             groups[0].iter().flat_map(|a| groups[1].iter().map(|b| apart(a, b, p))).collect();
         let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
-        // The area under the ROC curve: 1 if all distances within are below those between, 1/2 by chance.
+        // This is the area under the ROC curve: 1 if all distances within groups are below those between groups, 1/2 by
+        // chance.
         let mut sorted = between.clone();
         sorted.sort_by(f64::total_cmp);
         let all: Vec<f64> = cart.iter().chain(&plates).copied().collect();
@@ -263,7 +265,7 @@ impl Experiment for TableSetting {
     }
 
     fn figure(&self, results: &Results) -> Option<Figure> {
-        // From the bottom. The two exponents are side by side.
+        // The names are listed from the bottom. The points of the two exponents are shifted apart.
         let names = ["between groups", "beside plates", "on the cart"];
         let series = EXPONENTS.map(|p| {
             let mark = |(at, pairs): (usize, &&str)| {
@@ -290,15 +292,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn knives_laid_alike_are_near_in_every_coordinate_that_tells_where_they_belong() {
+    fn knives_of_a_group_are_near_in_the_coordinates_that_define_the_group() {
         let groups = example(&mut Seed::new(4).rng());
-        // On the cart: in its frame, whatever its heading.
+        // Knives on the cart are near in the cart's frame, for every heading of the cart.
         for pair in groups[0].chunks_exact(ON_CART) {
             for (a, b) in pair.iter().zip(&pair[1..]) {
                 assert!((a[0] - b[0]).abs() < 0.05 && (a[1] - b[1]).abs() < 0.08);
             }
         }
-        // Beside plates: half a circle from the edge's normal, where angles wrap around.
+        // Knives beside plates are half a circle from the edge's normal, where angles wrap around.
         let slant = |knife: &[f64; 8]| (knife[7]).rem_euclid(2.0 * PI);
         let only_slant = |a: &[f64; 8], b: &[f64; 8]| {
             let (mut one, mut other) = ([0.0; 8], [0.0; 8]);

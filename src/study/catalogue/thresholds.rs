@@ -1,4 +1,4 @@
-//! `threshold`: which clustering thresholds find the true states, in our own scene and in a recording.
+//! `threshold`: which clustering thresholds find the true states, in the simulated scene and in a recording.
 
 use rand::RngExt;
 use rand::seq::SliceRandom;
@@ -18,32 +18,33 @@ use crate::task::domain::Recording;
 use crate::task::domain::{Classifier, Grounding};
 use crate::task::learn::{Dendrogram, PAPER_EXPONENT, Settings, learn};
 
-/// Poses in a batch.
+/// Numbers of poses in a batch.
 const BATCHES: [usize; 6] = [15, 30, 60, 120, 200, 300];
 /// The threshold of the paper's scene, in metres.
 const PAPER_M: f64 = 1.169e-3;
 
-/// The poses of one kind, from which batches are drawn.
+/// Poses of a kind, from which batches are drawn.
 struct Kind {
     name: String,
     /// Positions with their true states.
     points: Vec<([f64; 3], usize)>,
-    /// The threshold that the learner finds in other demonstrations, in metres.
+    /// Threshold that the learner chooses from other demonstrations, in metres.
     automatic: f64,
 }
 
-/// `threshold`: which thresholds cluster batches perfectly, and whether the automatic choice does.
+/// The experiment: which thresholds cluster batches perfectly, and whether the automatic choice does.
 pub(super) struct Thresholds {
     seed: Seed,
     trials: u64,
     recording: Option<std::path::PathBuf>,
-    /// The kinds of the recording that have states, or why it cannot be used.
+    /// Kinds of the recording that have states, or the reason why the recording cannot be used.
     recorded: Result<Vec<Kind>, String>,
     made: Once<Vec<Kind>>,
 }
 
-/// Demonstrations with three of each part in a pool from which batches are drawn, and the number of pools.
+/// Number of demonstrations, with three of each part, in a pool from which batches are drawn.
 const POOL_DEMOS: usize = 13;
+/// Number of pools.
 const POOLS: u64 = 12;
 
 impl Thresholds {
@@ -59,7 +60,7 @@ impl Thresholds {
         }
     }
 
-    /// Poses of our own scene. The automatic threshold comes from demonstrations with one of each part.
+    /// Draws poses of the simulated scene. The automatic threshold comes from demonstrations with one of each part.
     fn own(seed: Seed) -> Result<Vec<Kind>, TaskError> {
         let recording = shown(3, POOL_DEMOS, seed)?;
         let few = shown(1, DEMOS, seed.derive("", "few"))?;
@@ -76,8 +77,8 @@ impl Thresholds {
         Ok([&spec.nut_kind, &spec.bolt_kind].map(kind).into())
     }
 
-    /// Poses of a recording. Their true states are those of our classifier after learning from the whole recording.
-    /// Poses in no state, such as those of falling parts, are left out.
+    /// Reads the poses of a recording. The classifier, after learning from the whole recording, defines their true
+    /// states. Poses in no state, such as those of falling parts, are left out.
     fn given(path: &std::path::Path) -> Result<Vec<Kind>, TaskError> {
         let name = path.display().to_string();
         let (recording, _) = Recording::parse(&read_file(path)?, &name)?;
@@ -105,13 +106,13 @@ fn automatic(domain: &Domain, kind: &str) -> f64 {
     clusters.and_then(|c| c.threshold_m).unwrap_or(f64::NAN)
 }
 
-/// The perfect thresholds: above the first every true state is one cluster, and up to the second no two states share
-/// one.
+/// Returns the range of perfect thresholds. Above the first value every true state is one cluster. Up to the second
+/// value no cluster has poses of two states.
 fn range(points: &[([f64; 3], usize)]) -> Result<[f64; 2], TaskError> {
     let positions: Vec<[f64; 3]> = points.iter().map(|p| p.0).collect();
     let tree = Dendrogram::new(&positions, PAPER_EXPONENT, "part")?;
     let (mut low, mut high) = (0.0f64, f64::INFINITY);
-    // The true state of each cluster; `None` once it has several.
+    // The true state of each cluster; `None` for a cluster with poses of several states.
     let mut pure: Vec<Option<usize>> = points.iter().map(|p| Some(p.1)).collect();
     let mut joins = 0;
     for merge in tree.merges() {
@@ -131,19 +132,19 @@ fn range(points: &[([f64; 3], usize)]) -> Result<[f64; 2], TaskError> {
     let mut states: Vec<usize> = points.iter().map(|p| p.1).collect();
     states.sort_unstable();
     states.dedup();
-    // Without enough merges within states some state is never one cluster of its own.
+    // With fewer merges within states, some state is never a single cluster.
     let whole = joins + states.len() == points.len();
     Ok([if whole { low } else { f64::INFINITY }, high])
 }
 
 impl Thresholds {
-    /// The source and the kind of batches.
+    /// Returns the source and the kind of the batches of each group of cells.
     fn sources(&self) -> Vec<(&'static str, String)> {
         let spec = scene(3);
         let mut sources = vec![("scene", spec.nut_kind), ("scene", spec.bolt_kind)];
         match &self.recorded {
             Ok(kinds) => sources.extend(kinds.iter().map(|k| ("recording", k.name.clone()))),
-            // Its trials report the error.
+            // The trials report the error.
             Err(_) => sources.push(("recording", "unknown".into())),
         }
         sources
@@ -156,7 +157,7 @@ impl Experiment for Thresholds {
     }
 
     fn question(&self) -> &'static str {
-        "Which clustering thresholds find the true states of a batch of poses, and does ours?"
+        "Which clustering thresholds find the true states of a batch of poses, and does the automatic threshold?"
     }
 
     fn revision(&self) -> u32 {
@@ -197,7 +198,7 @@ impl Experiment for Thresholds {
     fn trial(&self, cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
         let mut rng = seed.rng();
         let made;
-        // Batches from one pool are correlated. There is only one recording, so its batches count as independent.
+        // Batches from the same pool are correlated. There is only one recording, so its batches count as independent.
         let mut set = seed.value() as f64;
         let (kinds, kind) = match cell / BATCHES.len() {
             kind @ (0 | 1) => {
@@ -279,7 +280,7 @@ mod tests {
 
     #[test]
     fn the_perfect_range_lies_between_the_last_merge_within_and_the_first_between() {
-        // Two states that differ in every coordinate, each of poses at one height.
+        // Two states that differ in every coordinate. The poses of a state have nearly the same height.
         let at = |x: f64, y: f64, z: f64| [x, y, z];
         let points = vec![
             (at(0.0, 0.3, 0.001), 0),
@@ -293,10 +294,10 @@ mod tests {
         let positions: Vec<[f64; 3]> = points.iter().map(|p| p.0).collect();
         let tree = Dendrogram::new(&positions, PAPER_EXPONENT, "part").expect("clusters");
         assert_eq!(tree.cut((low * high).sqrt()), [0, 0, 0, 1, 1]);
-        assert_eq!(tree.cut(high), [0, 0, 0, 1, 1], "merges at the threshold are not made");
+        assert_eq!(tree.cut(high), [0, 0, 0, 1, 1], "a merge at exactly the threshold is not made");
         assert_ne!(tree.cut(low), [0, 0, 0, 1, 1]);
         assert_ne!(tree.cut(1.001 * high), [0, 0, 0, 1, 1]);
-        // A true state that is scattered leaves no perfect range.
+        // A true state with a distant pose leaves no perfect range.
         let mut torn = points;
         torn[1].1 = 1;
         let [low, high] = range(&torn).expect("clusters");

@@ -14,7 +14,7 @@ use crate::task::TaskError;
 use crate::task::domain::DomainBuilder;
 use crate::task::planner::{PlanEnd, Planner, PlannerSpec};
 
-/// Simulated time of decisions and whole plans, in direct mode and in spiking neurons.
+/// The experiment: decisions and whole plans, in direct mode and in spiking neurons.
 pub(super) struct Timing {
     trials: u64,
 }

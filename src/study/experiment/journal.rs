@@ -1,16 +1,17 @@
-//! The journal of finished trials: an append-only file that stays usable when the program is killed at any moment.
+//! The journal of finished trials: an append-only file that stays usable if the program is killed at any moment.
 //!
-//! Its first line is JSON and says which experiment and settings it belongs to. Then comes one record for each trial,
-//! all of equal length, little-endian: cell, trial, the outcome's bits, and a checksum. A kill can leave an
-//! incomplete record at the end; its trial counts as not done. A complete record with a wrong checksum is damage and
-//! is reported.
+//! The first line is JSON and names the experiment and its settings. One record follows for each trial. Records have
+//! equal length and are little-endian: cell, trial, the bits of the outcome, and a checksum. A kill can leave an
+//! incomplete record at the end; its trial counts as not done. A complete record with a wrong checksum is reported as
+//! damage.
 
+use std::collections::BTreeSet;
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 
 use super::lock::Lock;
 use super::{MAX_READINGS, TrialOutcome};
@@ -20,12 +21,12 @@ use crate::task::{InputFault, TaskError};
 const FORMAT: &str = "symbolt-trials";
 const VERSION: u64 = 1;
 
-/// Length of a record with an outcome of `width` numbers.
+/// Returns the length of a record, in bytes, if an outcome has `width` numbers.
 fn length(width: usize) -> usize {
     4 + 8 + 8 * width + 4
 }
 
-/// What a journal's trials belong to.
+/// A journal's first line: the run that its trials belong to.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Header {
@@ -34,13 +35,13 @@ pub(super) struct Header {
     pub experiment: String,
     pub seed: u64,
     pub settings: Settings,
-    /// The shard's index, counted from 0, and the number of shards.
+    /// Index of the shard, counted from 0, and the number of shards.
     pub shard: [u64; 2],
-    /// Numbers of an outcome.
+    /// Number of values in an outcome.
     width: usize,
 }
 
-/// What decides the outcomes of trials beside the seed, and how many trials there are.
+/// The settings that determine the outcomes of trials together with the seed, and the number of trials.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Settings {
@@ -49,7 +50,7 @@ pub(super) struct Settings {
     pub cells: Vec<CellSettings>,
 }
 
-/// A cell of the settings.
+/// Settings and number of trials of a cell.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct CellSettings {
@@ -58,18 +59,44 @@ pub(super) struct CellSettings {
 }
 
 impl Settings {
-    /// Whether trials with these settings have the same outcomes as with `other`, however many there are.
-    fn same_but_for_trials(&self, other: &Self) -> bool {
-        let cells = |of: &Self| of.cells.len();
-        self.experiment == other.experiment
-            && self.revision == other.revision
-            && cells(self) == cells(other)
-            && self.cells.iter().zip(&other.cells).all(|(a, b)| a.cell == b.cell)
+    /// Returns the greatest number of trials of any cell.
+    pub fn max_trials(&self) -> u64 {
+        self.cells.iter().map(|cell| cell.trials).max().unwrap_or(0)
     }
 
-    /// The most trials of a cell.
-    fn max_trials(&self) -> u64 {
-        self.cells.iter().map(|cell| cell.trials).max().unwrap_or(0)
+    /// Returns the name and both values of each setting. Of the cells, only the first that differs is returned.
+    fn pairs(&self, other: &Self) -> Vec<(String, Value, Value)> {
+        let mut pairs = vec![("revision".to_owned(), json!(self.revision), json!(other.revision))];
+        match (&self.experiment, &other.experiment) {
+            (Value::Object(own), Value::Object(theirs)) => {
+                let names: BTreeSet<&String> = own.keys().chain(theirs.keys()).collect();
+                let value = |of: &Map<String, Value>, name: &String| {
+                    of.get(name).cloned().unwrap_or_default()
+                };
+                pairs.extend(
+                    names
+                        .into_iter()
+                        .map(|name| (format!("`{name}`"), value(own, name), value(theirs, name))),
+                );
+            }
+            (own, theirs) => pairs.push(("settings".into(), own.clone(), theirs.clone())),
+        }
+        let trials = [self.max_trials(), other.max_trials()];
+        pairs.push(("number of trials".into(), json!(trials[0]), json!(trials[1])));
+        let counts = [self.cells.len(), other.cells.len()];
+        pairs.push(("number of cells".into(), json!(counts[0]), json!(counts[1])));
+        let mut cells = self.cells.iter().zip(&other.cells).enumerate();
+        let differing = cells.find_map(|(index, (a, b))| match a.cell == b.cell {
+            false => Some((format!("cell {index}"), json!(a.cell), json!(b.cell))),
+            true if trials[0] == trials[1] && a.trials != b.trials => Some((
+                format!("number of trials of cell {index}"),
+                json!(a.trials),
+                json!(b.trials),
+            )),
+            true => None,
+        });
+        pairs.extend(differing);
+        pairs
     }
 }
 
@@ -85,7 +112,7 @@ impl Header {
         Self { format: FORMAT.into(), version: VERSION, experiment, seed, settings, shard, width }
     }
 
-    /// The journal's first line.
+    /// Returns the journal's first line.
     fn line(&self, path: &Path) -> Result<Vec<u8>, FileError> {
         let line = serde_json::to_vec(self);
         let mut line = line.map_err(|error| FileError::io("write", path)(error.into()))?;
@@ -93,34 +120,38 @@ impl Header {
         Ok(line)
     }
 
-    /// Why trials of this header cannot be used for `wanted`, in words; `None` if they can, which includes that only
-    /// more trials are wanted.
+    /// Says why this journal's trials cannot be used for `wanted`. `None` if they can; `wanted` may have more trials.
     fn mismatch(&self, wanted: &Self) -> Option<String> {
-        if self.experiment != wanted.experiment {
-            let (held, wanted) = (&self.experiment, &wanted.experiment);
-            return Some(format!("it holds trials of `{held}`, not of `{wanted}`"));
-        }
-        if self.seed != wanted.seed {
-            return Some(format!(
-                "it holds trials of the seed {}, not of {}",
-                self.seed, wanted.seed
-            ));
-        }
         if self.shard != wanted.shard {
             let [index, of] = self.shard;
             return Some(format!("it holds trials of shard {}/{of}", index.saturating_add(1)));
         }
-        if !self.settings.same_but_for_trials(&wanted.settings) || self.width != wanted.width {
-            return Some(
-                "it holds trials of other settings, or of another version of the program".into(),
-            );
+        let mut more = self.clone();
+        for (held, wanted) in more.settings.cells.iter_mut().zip(&wanted.settings.cells) {
+            held.trials = held.trials.max(wanted.trials);
         }
-        let mut cells = self.settings.cells.iter().zip(&wanted.settings.cells);
-        if cells.any(|(held, wanted)| held.trials > wanted.trials) {
-            let (held, wanted) = (self.settings.max_trials(), wanted.settings.max_trials());
-            return Some(format!("it holds {held} trials a cell, and {wanted} are asked for"));
+        let differences = more.differences(wanted, &["the folder".into(), "this run".into()])?;
+        Some(format!("it does not fit this run: {differences}"))
+    }
+
+    /// Names every setting, the shard aside, whose value differs from that in `other`, with both values. `places` are
+    /// the names of the two folders. `None` if all settings are equal.
+    pub fn differences(&self, other: &Self, places: &[String; 2]) -> Option<String> {
+        let mut pairs: Vec<(String, Value, Value)> =
+            vec![("experiment".into(), json!(self.experiment), json!(other.experiment))];
+        if self.experiment == other.experiment {
+            // Settings of different experiments would only be noise.
+            pairs.push(("seed".into(), json!(self.seed), json!(other.seed)));
+            pairs.extend(self.settings.pairs(&other.settings));
+            pairs.push(("length of an outcome".into(), json!(self.width), json!(other.width)));
         }
-        None
+        let [one, two] = places;
+        let differing: Vec<String> = pairs
+            .iter()
+            .filter(|(_, a, b)| a != b)
+            .map(|(name, a, b)| format!("{name} is {a} in {one} and {b} in {two}"))
+            .collect();
+        (!differing.is_empty()).then(|| differing.join("; "))
     }
 }
 
@@ -164,7 +195,7 @@ pub(super) struct Contents {
     pub records: Vec<Record>,
     /// Bytes of records with a wrong checksum.
     pub damaged: usize,
-    /// Length in bytes of the header and of all complete records.
+    /// Length of the header and all complete records, in bytes.
     complete: u64,
 }
 
@@ -185,13 +216,15 @@ pub(super) fn read(path: &Path) -> Result<Contents, TaskError> {
         .and_then(|mut file| file.read_to_end(&mut bytes))
         .map_err(FileError::io("read", path))?;
     let bad = |why: String| {
-        fault(path, format!("its first line is not a journal's ({why})"), "a journal, or --force")
+        let problem = format!("the first line is not that of a journal of trials ({why})");
+        fault(path, problem, "a journal of trials; --force starts again")
     };
-    let end = bytes.iter().position(|b| *b == b'\n').ok_or_else(|| bad("it has no end".into()))?;
+    let end = bytes.iter().position(|b| *b == b'\n');
+    let end = end.ok_or_else(|| bad("the file has no line break".into()))?;
     let header: Header = serde_json::from_slice(&bytes[..end]).map_err(|e| bad(e.to_string()))?;
     if header.format != FORMAT || header.version != VERSION || header.width > MAX_READINGS {
-        let problem = format!("it is a {} of version {}", header.format, header.version);
-        return Err(fault(path, problem, format!("{FORMAT} of version {VERSION}")));
+        let problem = format!("the file is a {} of version {}", header.format, header.version);
+        return Err(fault(path, problem, format!("a {FORMAT} of version {VERSION}")));
     }
     let start = end + 1;
     let each = length(header.width);
@@ -203,23 +236,23 @@ pub(super) fn read(path: &Path) -> Result<Contents, TaskError> {
     Ok(Contents { header, records, damaged, complete })
 }
 
-/// A journal open for more trials.
+/// A journal that is open for further trials.
 #[derive(Debug)]
 pub(super) struct Journal {
     file: File,
     path: PathBuf,
     width: usize,
-    /// Where the last complete record ends.
+    /// Offset of the end of the last complete record, in bytes.
     complete: u64,
-    /// Whether a record could be written only in part. Nothing may follow it.
+    /// Whether the last record was written only in part. Nothing may follow it.
     torn: bool,
     _lock: Lock,
 }
 
 impl Journal {
-    /// Opens the journal at `path` for trials of `header`, or creates it; with the trials that it holds. It may have
-    /// been created for fewer trials. With `salvage` damaged records are dropped, otherwise they are an error. `lock`
-    /// is that of the folder.
+    /// Opens or creates the journal at `path` for trials of `header`, and returns it with the trials that it holds. An
+    /// existing journal may have been created for fewer trials. With `salvage`, damaged records are dropped; without
+    /// it, they are an error. `lock` is the lock of the journal's folder.
     pub fn open(
         path: &Path,
         header: &Header,
@@ -233,7 +266,7 @@ impl Journal {
         let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(&failed)?;
         let contents = read(path)?;
         if let Some(problem) = contents.header.mismatch(header) {
-            return Err(fault(path, problem, "another folder, or --force to start again"));
+            return Err(fault(path, problem, "another folder; --force starts again"));
         }
         let more = contents.header != *header;
         if contents.damaged == 0 && more || contents.damaged > 0 && salvage {
@@ -241,13 +274,10 @@ impl Journal {
             return Self::open(path, header, false, lock);
         }
         if contents.damaged > 0 {
-            let problem = format!(
-                "{} bytes of it are damaged; {} trials are intact",
-                contents.damaged,
-                contents.records.len()
-            );
-            let expected = "an undamaged journal, or --salvage to keep the intact trials and run the \
-                            others again";
+            let (damaged, intact) = (contents.damaged, contents.records.len());
+            let problem = format!("{damaged} bytes are damaged and {intact} trials are intact");
+            let expected =
+                "an undamaged journal; --salvage keeps the intact trials and reruns the others";
             return Err(fault(path, problem, expected));
         }
         file.set_len(contents.complete).map_err(&failed)?;
@@ -256,8 +286,8 @@ impl Journal {
         Ok((Self { file, path, width, complete, torn: false, _lock: lock }, contents.records))
     }
 
-    /// Appends a finished trial. After a failure nothing more is appended, because a record behind an incomplete one
-    /// could not be found again.
+    /// Appends a finished trial. After a failure nothing more is appended, because a record behind an incomplete
+    /// record could not be found again.
     pub fn append(&mut self, record: Record) -> Result<(), FileError> {
         let failed = FileError::io("write", &self.path);
         if self.torn {
@@ -267,7 +297,7 @@ impl Journal {
         let bytes = record.to_bytes(self.width);
         self.file.write_all(&bytes).map_err(|source| {
             self.torn = true;
-            // If this fails too, an incomplete record stays at the end, as after a kill.
+            // If truncating fails too, an incomplete record remains at the end, as after a kill.
             let _ = self.file.set_len(self.complete);
             failed(source)
         })?;
@@ -276,7 +306,7 @@ impl Journal {
     }
 }
 
-/// Writes a journal of these trials at once.
+/// Writes a whole journal with these trials.
 pub(super) fn write(
     path: &Path,
     header: &Header,

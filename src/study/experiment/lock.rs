@@ -1,4 +1,4 @@
-//! The lock of a run's folder.
+//! The lock that keeps a second run out of a folder.
 
 use std::fmt::{Display, Formatter};
 use std::fs::{File, OpenOptions, TryLockError};
@@ -7,15 +7,15 @@ use std::path::{Path, PathBuf};
 
 use crate::files::FileError;
 
-/// What the user of a run should know, but does not stop it.
+/// A condition that a user should know of but that does not stop the run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Warning {
     /// The file system has no locks, so nothing keeps a second run out of the folder.
     Unlocked {
-        /// The folder.
+        /// Folder that could not be locked.
         folder: PathBuf,
-        /// The system's reason.
+        /// Message of the operating system.
         reason: String,
     },
 }
@@ -25,28 +25,28 @@ impl Display for Warning {
         match self {
             Self::Unlocked { folder, reason } => write!(
                 f,
-                "cannot lock {} ({reason}); make sure that no other run writes to it",
+                "cannot lock {} ({reason}); make sure that no other run writes to this folder",
                 folder.display()
             ),
         }
     }
 }
 
-/// How a lock is attempted: [`File::try_lock`], except in tests.
+/// The function that tries to lock a file: [`File::try_lock`], except in tests.
 pub(super) type TryLock = fn(&File) -> Result<(), TryLockError>;
 
-/// The lock of a folder. Only its holder changes the folder's journal; dropping it releases it.
+/// The lock of a folder. Only its holder changes the folder's journal. Dropping the value releases the lock.
 #[derive(Debug)]
 pub(super) struct Lock {
     _file: File,
 }
 
 impl Lock {
-    /// Takes the lock of a folder, and makes the folder if there is none. A file system without locks gives a
-    /// warning beside a lock that keeps nobody out.
+    /// Takes the lock of a folder and creates the folder if necessary. On a file system without locks, returns a
+    /// warning and a lock that has no effect.
     ///
     /// # Errors
-    /// If another run holds the lock, or the folder cannot be written.
+    /// [`FileError::Io`] if another run holds the lock or the folder cannot be written.
     pub fn take(folder: &Path, try_lock: TryLock) -> Result<(Self, Option<Warning>), FileError> {
         std::fs::create_dir_all(folder).map_err(FileError::io("make", folder))?;
         let path = folder.join(".lock");
@@ -56,7 +56,7 @@ impl Lock {
         let warning = match try_lock(&file) {
             Ok(()) => None,
             Err(TryLockError::WouldBlock) => {
-                let source = Error::other("another run works in it");
+                let source = Error::other("another run is using this folder");
                 return Err(FileError::Io { what: "write", path: folder.into(), source });
             }
             Err(TryLockError::Error(error)) if unsupported(&error) => {
@@ -70,7 +70,7 @@ impl Lock {
     }
 }
 
-/// ENOLCK, which network file systems give where no lock server answers. The standard library has no kind for it.
+/// ENOLCK, which a network file system returns if no lock server answers. The standard library has no kind for it.
 const ENOLCK: Option<i32> = if cfg!(any(target_os = "linux", target_os = "android")) {
     Some(37)
 } else if cfg!(unix) {
@@ -80,11 +80,11 @@ const ENOLCK: Option<i32> = if cfg!(any(target_os = "linux", target_os = "androi
     None
 };
 
-/// ENOTSUP, where the standard library does not count it as [`ErrorKind::Unsupported`].
+/// ENOTSUP on systems where the standard library does not map it to [`ErrorKind::Unsupported`].
 const ENOTSUP: Option<i32> = if cfg!(target_os = "macos") { Some(45) } else { None };
 
-/// Whether an attempt failed because the file system has no locks: file systems answer with ENOSYS, EOPNOTSUPP,
-/// EINVAL or ENOLCK.
+/// Whether locking failed because the file system has no locks. Such file systems return ENOSYS, EOPNOTSUPP, EINVAL or
+/// ENOLCK.
 fn unsupported(error: &Error) -> bool {
     matches!(error.kind(), ErrorKind::Unsupported | ErrorKind::InvalidInput)
         || error.raw_os_error().is_some_and(|code| [ENOLCK, ENOTSUP].contains(&Some(code)))
@@ -96,7 +96,7 @@ mod tests {
 
     #[test]
     #[cfg(target_os = "linux")]
-    fn what_file_systems_without_locks_answer_is_known_and_other_faults_are_not_taken_for_it() {
+    fn errors_of_file_systems_without_locks_are_told_from_other_errors() {
         // ENOSYS, EOPNOTSUPP, EINVAL, ENOLCK; and EIO, EBADF, ENOSPC.
         assert!([38, 95, 22, 37].iter().all(|code| unsupported(&Error::from_raw_os_error(*code))));
         assert!(![5, 9, 28].iter().any(|code| unsupported(&Error::from_raw_os_error(*code))));
@@ -110,7 +110,7 @@ mod tests {
         let refused = Lock::take(folder.path(), File::try_lock).map(|_| ());
         let refused = refused.expect_err("it is held");
         let FileError::Io { source, .. } = refused else { panic!("{refused}") };
-        assert_eq!(source.to_string(), "another run works in it");
+        assert_eq!(source.to_string(), "another run is using this folder");
         drop(held);
         Lock::take(folder.path(), File::try_lock).expect("it is free again");
     }

@@ -1,22 +1,54 @@
-//! Putting shards together.
+//! Merging the shards of an experiment.
 
-use std::path::PathBuf;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 
-use super::journal::{self, Record};
+use serde_json::Value;
+
+use super::journal::{self, Contents, Record};
 use super::run::{JOURNAL, Run, Shard};
 use super::{Results, TrialOutcome};
 use crate::files::Overwrite;
+use crate::sim::Seed;
 use crate::task::TaskError;
 use crate::task::event::Observer;
 
-impl Run<'_> {
-    /// Puts the shards in `folders` together in this run's folder, and returns the table. Trials that the folder
-    /// already holds are replaced only if `overwrite` allows it. The run's own shard does not matter.
+/// The run to which a folder's trials belong, as recorded in its journal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Origin {
+    /// Name of the experiment.
+    pub experiment: String,
+    /// Seed of the run.
+    pub seed: Seed,
+    /// Number of trials of each cell, over all shards.
+    pub trials: u64,
+    /// The experiment's settings ([`Experiment::settings`](super::Experiment::settings)).
+    pub settings: Value,
+}
+
+impl Origin {
+    /// Reads the journal in `folder`.
     ///
     /// # Errors
-    /// [`TaskError::Input`] if the journal of a shard cannot be read; [`TaskError::Merge`] if its trials are damaged or
-    /// belong to another experiment, seed or settings, if two shards contradict one another, or if trials are missing;
-    /// [`TaskError::File`].
+    /// [`TaskError::File`] if there is no journal or it cannot be read; [`TaskError::Input`] if its first line is not a
+    /// journal's.
+    pub fn read(folder: &Path) -> Result<Self, TaskError> {
+        let header = journal::read(&folder.join(JOURNAL))?.header;
+        let trials = header.settings.max_trials();
+        let (experiment, settings) = (header.experiment, header.settings.experiment);
+        Ok(Self { experiment, seed: Seed::new(header.seed), trials, settings })
+    }
+}
+
+impl Run<'_> {
+    /// Merges the shards in `folders` into this run's folder and returns the table. Trials that this run's folder
+    /// already holds are replaced only if `overwrite` allows it. The run's own shard is ignored.
+    ///
+    /// # Errors
+    /// [`TaskError::Input`] if the journal of a shard cannot be read. [`TaskError::Merge`] if trials are damaged or
+    /// missing, if two shards contradict each other, or if the experiment, the seed or a setting differs between two
+    /// folders or between a folder and this run; the message names each difference. [`TaskError::File`] if a file
+    /// cannot be read or written.
     pub fn merge(
         mut self,
         folders: &[PathBuf],
@@ -25,7 +57,10 @@ impl Run<'_> {
     ) -> Result<Results, TaskError> {
         self.shard = Shard::default();
         let whole = self;
-        let records = whole.shards(folders)?;
+        let shards = whole.shards(folders)?;
+        let mut records: Vec<Record> =
+            shards.iter().flat_map(|(_, contents)| &contents.records).copied().collect();
+        records.sort_by_key(|record| (record.cell, record.trial));
         let refused = |reason| TaskError::Merge { folder: whole.folder.clone(), reason };
         if let Some(record) = contradiction(&records) {
             let Record { cell, trial, .. } = record;
@@ -35,10 +70,8 @@ impl Run<'_> {
             return Err(refused(reason));
         }
         let outcomes = whole.outcomes(&records);
-        let missing = outcomes.iter().flatten().filter(|o| o.is_none()).count();
-        if missing > 0 {
-            let all = whole.trials();
-            return Err(refused(format!("{missing} of {all} trials are in none of the folders")));
+        if let Some(reason) = missing(&outcomes, whole.trials(), &shards) {
+            return Err(refused(reason));
         }
         let _lock = whole.lock(observer)?;
         let sorted = in_order(&outcomes);
@@ -48,31 +81,73 @@ impl Run<'_> {
         Ok(results)
     }
 
-    /// The trials of all shards, sorted by cell and trial.
-    fn shards(&self, folders: &[PathBuf]) -> Result<Vec<Record>, TaskError> {
-        let mut records = Vec::new();
+    /// Reads the journals of all shards and checks that they belong together and to this run.
+    fn shards<'f>(&self, folders: &'f [PathBuf]) -> Result<Vec<(&'f Path, Contents)>, TaskError> {
+        let mut shards: Vec<(&Path, Contents)> = Vec::new();
         for folder in folders {
             let contents = journal::read(&folder.join(JOURNAL))?;
-            let [index, of] = contents.header.shard;
-            let shard = Shard { index, of };
-            let wanted = Run::new(self.experiment, self.seed, shard, folder).header();
             let refused = |reason| Err(TaskError::Merge { folder: folder.clone(), reason });
-            if contents.header != wanted {
-                return refused(
-                    "its trials are of another experiment, seed, settings or number".into(),
-                );
-            }
             if contents.damaged > 0 {
-                return refused(format!("{} bytes of its trials are damaged", contents.damaged));
+                let damaged = contents.damaged;
+                return refused(format!("{damaged} bytes of its trials are damaged"));
             }
-            records.extend(contents.records);
+            if let Some((first, held)) = shards.first() {
+                let places = [first.display().to_string(), folder.display().to_string()];
+                if let Some(differences) = held.header.differences(&contents.header, &places) {
+                    let first = &places[0];
+                    return refused(format!("it does not belong with {first}: {differences}"));
+                }
+            }
+            shards.push((folder.as_path(), contents));
         }
-        records.sort_by_key(|record| (record.cell, record.trial));
-        Ok(records)
+        // This check comes last: a difference between two folders is of more use to the reader.
+        if let Some((first, held)) = shards.first() {
+            let places = [first.display().to_string(), "this merge".into()];
+            if let Some(differences) = held.header.differences(&self.header(), &places) {
+                let reason = format!("it does not fit this merge: {differences}");
+                return Err(TaskError::Merge { folder: first.into(), reason });
+            }
+        }
+        Ok(shards)
     }
 }
 
-/// A trial with two outcomes: the same trial gives the same bits on every machine. The records are sorted.
+/// Says how many trials are missing, and which shards they belong to. `None` if none is missing.
+fn missing(
+    outcomes: &[Vec<Option<TrialOutcome>>],
+    all: u64,
+    shards: &[(&Path, Contents)],
+) -> Option<String> {
+    let without = outcomes.iter().flat_map(|cell| {
+        cell.iter().enumerate().filter(|(_, o)| o.is_none()).map(|(trial, _)| trial as u64)
+    });
+    let count = without.clone().count();
+    if count == 0 {
+        return None;
+    }
+    let mut reason = format!("{count} of {all} trials are in none of the folders");
+    // Shards of different partitions have no common name for a missing part.
+    let of = shards.first().map_or(1, |(_, contents)| contents.header.shard[1]).max(1);
+    if shards.iter().any(|(_, contents)| contents.header.shard[1] != of) {
+        return Some(reason);
+    }
+    let parts: BTreeSet<u64> = without.map(|trial| trial % of).collect();
+    for part in parts.iter().take(5) {
+        let name = format!("shard {}/{of}", part + 1);
+        let folder = shards.iter().find(|(_, contents)| contents.header.shard[0] == *part);
+        reason += &match folder {
+            Some((folder, _)) => format!("; {name} in {} is unfinished", folder.display()),
+            None => format!("; {name} was not given"),
+        };
+    }
+    if parts.len() > 5 {
+        reason += &format!("; and {} more", parts.len() - 5);
+    }
+    Some(reason)
+}
+
+/// Finds a trial with two outcomes. The records are sorted by cell and trial. A trial has the same outcome, bit for
+/// bit, on every machine.
 fn contradiction(records: &[Record]) -> Option<&Record> {
     let bits = |record: &Record| record.outcome.map(f64::to_bits);
     let contradict = |pair: &&[Record]| {
@@ -82,7 +157,7 @@ fn contradiction(records: &[Record]) -> Option<&Record> {
     records.windows(2).find(contradict).and_then(|pair| pair.first())
 }
 
-/// The finished trials as records, cell by cell.
+/// Returns the finished trials as records, sorted by cell and trial.
 fn in_order(outcomes: &[Vec<Option<TrialOutcome>>]) -> Vec<Record> {
     let mut records = Vec::new();
     for (cell, outcomes) in outcomes.iter().enumerate() {

@@ -1,13 +1,14 @@
 //! Experiments: independent trials in a journal, and the table of their statistics.
 //!
-//! An [`Experiment`] is a list of cells and a trial, which is a function of cell and seed that returns a few numbers.
-//! Trials are independent, so they run on all cores and on several machines. A [`Run`] appends every finished trial
-//! to a journal; a run that was killed is resumed from it. The table depends only on the trials in the journal,
-//! sorted by cell and trial, so it has the same bits however they were computed.
+//! An [`Experiment`] has a list of cells, each a combination of settings, and a trial: a function of cell and seed that
+//! returns a few numbers. Trials are independent, so they can run on all cores and on several machines. A [`Run`]
+//! appends each finished trial to a journal, and a killed run resumes from it. The table depends only on the trials in
+//! the journal, sorted by cell and trial, so it has the same bits for any number of threads and shards.
 //!
-//! The seed of a trial depends on its number and not on its cell, so cells are compared on common random numbers.
+//! The seed of a trial depends on the trial's number but not on its cell. Cells are thus compared on common random
+//! numbers.
 //!
-//! Nothing here knows which experiments there are: the catalogue beside this room lists them.
+//! The experiments themselves are in [`catalogue`](crate::study::catalogue), which this module does not use.
 
 mod figure;
 mod journal;
@@ -23,55 +24,56 @@ use crate::task::TaskError;
 
 pub use figure::{Axis, Figure, Mark, Series, Style};
 pub use lock::Warning;
+pub use merge::Origin;
 pub use results::{Results, Row};
 pub use run::{Run, Shard};
 
-/// The most numbers that a trial can return.
+/// Maximum number of values that a trial can return.
 pub const MAX_READINGS: usize = 8;
 
-/// What a trial returns: a number for each reading of its cell, NaN for none.
+/// The result of a trial: a number for each reading of its cell, NaN if there is none.
 pub type TrialOutcome = [f64; MAX_READINGS];
 
-/// An outcome of `N` numbers; the others are NaN.
+/// Returns an outcome that begins with `numbers` and is filled with NaN.
 pub fn outcome<const N: usize>(numbers: [f64; N]) -> TrialOutcome {
     std::array::from_fn(|i| numbers.get(i).copied().unwrap_or(f64::NAN))
 }
 
-/// Which statistic a number of the trials goes into. Other numbers are referred to by their place among the cell's
-/// readings.
+/// The statistic that is computed from a number of the trials. A field of a variant is the index of another reading of
+/// the same cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Measure {
     /// 1 for success, 0 for failure: a rate with a Wilson interval.
     Rate,
-    /// As [`Rate`](Self::Rate), where trials are correlated if the [`Auxiliary`](Self::Auxiliary) number at that
-    /// place is the same, as for trials drawn from one pool.
+    /// As [`Rate`](Self::Rate), for correlated trials, such as trials drawn from one pool. Trials are correlated if the
+    /// [`Auxiliary`](Self::Auxiliary) number at that index is equal.
     ClusteredRate(usize),
-    /// A count of successes, where the [`Auxiliary`](Self::Auxiliary) number at that place is the count of attempts:
-    /// a rate over all trials. Attempts of one trial may be correlated; the interval treats trials as clusters
+    /// A count of successes: a rate over the attempts of all trials. The [`Auxiliary`](Self::Auxiliary) number at that
+    /// index is the count of attempts. Attempts of a trial may be correlated; the interval treats trials as clusters
     /// ([`Rate::of_clusters`](crate::study::statistics::Rate::of_clusters)).
     Share(usize),
-    /// Any number: mean, standard deviation, count, and an interval of the mean.
+    /// Any number: a mean with its standard deviation and interval.
     Mean,
-    /// As [`Mean`](Self::Mean), where trials are correlated if the [`Auxiliary`](Self::Auxiliary) number at that
-    /// place is the same.
+    /// As [`Mean`](Self::Mean), for correlated trials. Trials are correlated if the [`Auxiliary`](Self::Auxiliary)
+    /// number at that index is equal.
     ClusteredMean(usize),
-    /// The difference of two rates or probabilities, -1 to 1.
+    /// A difference between two rates or probabilities, from -1 to 1.
     Difference,
-    /// A number that other readings refer to. It has no row of its own.
+    /// A number that other readings refer to. It has no row in the table.
     Auxiliary,
 }
 
-/// One number of a trial, with the settings that distinguish it from the cell's other numbers.
+/// A number of a trial, with the settings that distinguish it from the cell's other numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reading {
     /// Settings of the reading, such as the decoder.
     pub settings: Map<String, Value>,
-    /// Its statistic.
+    /// Statistic that is computed from the number.
     pub measure: Measure,
 }
 
 impl Reading {
-    /// A reading; `settings` is a JSON object, anything else stands for none.
+    /// Creates a reading. `settings` is a JSON object; any other value means no settings.
     pub fn new(measure: Measure, settings: Value) -> Self {
         let Value::Object(settings) = settings else {
             return Self { settings: Map::new(), measure };
@@ -80,19 +82,19 @@ impl Reading {
     }
 }
 
-/// A combination of settings.
+/// A combination of settings, tried many times.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cell {
-    /// Name to value.
+    /// Settings by name.
     pub settings: Map<String, Value>,
-    /// How many trials it has.
+    /// Number of trials.
     pub trials: u64,
-    /// The numbers of each trial, at most [`MAX_READINGS`].
+    /// Numbers that each trial returns, at most [`MAX_READINGS`].
     pub readings: Vec<Reading>,
 }
 
 impl Cell {
-    /// A cell; `settings` is a JSON object, anything else stands for none.
+    /// Creates a cell. `settings` is a JSON object; any other value means no settings.
     pub fn new(settings: Value, trials: u64, readings: Vec<Reading>) -> Self {
         let Value::Object(settings) = settings else {
             return Self { settings: Map::new(), trials, readings };
@@ -103,30 +105,30 @@ impl Cell {
 
 /// A question that many trials answer.
 pub trait Experiment: Send + Sync {
-    /// The name on the command line.
+    /// Returns the name on the command line.
     fn name(&self) -> &'static str;
-    /// The question, in one sentence.
+    /// Returns the question, in one sentence.
     fn question(&self) -> &'static str;
-    /// All settings that outcomes depend on, except seed, cells and number of trials.
+    /// Returns all settings that outcomes depend on, except the seed, the cells and the number of trials.
     fn settings(&self) -> Value;
-    /// Raised with every change after which a trial of the same settings and seed has another outcome. Journals of
-    /// other revisions are not resumed.
+    /// Returns the revision of the code. It must increase with every change that gives a trial of the same settings and
+    /// seed another outcome. A journal of another revision is not resumed.
     fn revision(&self) -> u32 {
         1
     }
-    /// The cells.
+    /// Returns the cells.
     fn cells(&self) -> Vec<Cell>;
-    /// One trial of a cell. `seed` is the same for this trial's number in every cell.
+    /// Runs a trial of a cell. `seed` depends on the trial's number and is the same in every cell.
     ///
     /// # Errors
-    /// Any error ends the run.
+    /// Any [`TaskError`]; it ends the run.
     fn trial(&self, cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError>;
-    /// A picture of the results.
+    /// Draws the results; `None` for an experiment without a figure.
     fn figure(&self, results: &Results) -> Option<Figure> {
         let _ = results;
         None
     }
 }
 
-/// The most trials of a cell. They are held in memory, 72 bytes each.
+/// Maximum number of trials of a cell. They are held in memory, 72 bytes each.
 pub const MAX_TRIALS: u64 = 100_000;

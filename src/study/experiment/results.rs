@@ -7,13 +7,13 @@ use crate::study::statistics::Statistic;
 /// The table of a finished experiment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Results {
-    /// The experiment's name.
+    /// Name of the experiment.
     pub name: &'static str,
-    /// The experiment's question.
+    /// Question that the experiment answers.
     pub question: &'static str,
-    /// The experiment's settings, the seed, and the number of trials.
+    /// Settings of the experiment, the seed, and the number of trials.
     pub settings: Value,
-    /// One row for each reading of each cell.
+    /// Rows of the table, one for each reading of each cell.
     pub rows: Vec<Row>,
 }
 
@@ -22,12 +22,12 @@ pub struct Results {
 pub struct Row {
     /// Settings of the cell and of the reading.
     pub settings: Map<String, Value>,
-    /// The statistic over trials.
+    /// Statistic over trials.
     pub statistic: Statistic,
 }
 
 impl Row {
-    /// The value of a setting, if it is a number.
+    /// Returns the value of a setting if it is a number.
     pub fn number(&self, setting: &str) -> Option<f64> {
         self.settings.get(setting)?.as_f64()
     }
@@ -39,7 +39,7 @@ impl Row {
 }
 
 impl Results {
-    /// The keys of `--json`.
+    /// Returns the object that `--json` prints and `results.json` holds.
     pub fn to_json(&self) -> Value {
         let cells: Vec<Value> = self
             .rows
@@ -53,7 +53,7 @@ impl Results {
         json!({"name": self.name, "question": self.question, "settings": self.settings, "cells": cells})
     }
 
-    /// The names of all settings, in the order in which rows first have them.
+    /// Returns the names of all settings, in the order of their first appearance.
     pub fn columns(&self) -> Vec<&str> {
         let mut columns: Vec<&str> = Vec::new();
         for key in self.rows.iter().flat_map(|row| row.settings.keys()) {
@@ -64,7 +64,7 @@ impl Results {
         columns
     }
 
-    /// The table as CSV: a header, and one line for each row.
+    /// Returns the table as CSV: a header, and one line for each row.
     pub fn to_csv(&self) -> String {
         let columns = self.columns();
         let quoted = |text: String| {

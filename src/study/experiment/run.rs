@@ -1,4 +1,4 @@
-//! Running an experiment's trials, and resuming them.
+//! Runs and resumes the trials of an experiment.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -19,12 +19,12 @@ use crate::study::statistics::{Mean, Rate, Statistic};
 use crate::task::TaskError;
 use crate::task::event::{Event, Observer};
 
-/// One part of the trials: those whose number has the remainder `index` when divided by `of`.
+/// A part of the trials: the trials whose number leaves the remainder `index` when divided by `of`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shard {
-    /// The part, counted from 0.
+    /// Index of the part, counted from 0.
     pub index: u64,
-    /// The number of parts.
+    /// Number of parts.
     pub of: u64,
 }
 
@@ -51,10 +51,10 @@ impl FromStr for Shard {
     }
 }
 
-/// An experiment, and the folder for its trials and results.
+/// An experiment and the folder for its trials and results.
 ///
-/// The folder holds the journal `trials.bin` and, once all trials are done, `results.json`, `results.csv` and, if the
-/// experiment draws one, `figure.svg`. A second run with the same folder resumes the first.
+/// The folder holds the journal `trials.bin`. Once all trials are done, it also holds `results.json`, `results.csv`
+/// and, if the experiment draws a figure, `figure.svg`. A second run with the same folder resumes the first.
 pub struct Run<'a> {
     pub(super) experiment: &'a dyn Experiment,
     pub(super) cells: Vec<Cell>,
@@ -68,13 +68,13 @@ pub struct Run<'a> {
 
 pub(super) const JOURNAL: &str = "trials.bin";
 
-/// A number of an outcome by its place; NaN where it has none.
+/// Returns the number at index `at` of an outcome, or NaN if there is none.
 fn number(outcome: &TrialOutcome, at: usize) -> f64 {
     outcome.get(at).copied().unwrap_or(f64::NAN)
 }
 
 impl<'a> Run<'a> {
-    /// Trials of `experiment` in `folder`.
+    /// Prepares the trials of `experiment` in `folder`. Nothing is read or written yet.
     pub fn new(experiment: &'a dyn Experiment, seed: Seed, shard: Shard, folder: &Path) -> Self {
         let (cells, folder) = (experiment.cells(), folder.into());
         Self {
@@ -89,24 +89,25 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Whether damaged records of the journal are dropped and their trials run again. Otherwise they are an error.
+    /// Sets whether damaged records of the journal are dropped and their trials run again. By default they are an
+    /// error.
     pub fn salvaging(mut self, salvage: bool) -> Self {
         self.salvage = salvage;
         self
     }
 
-    /// Whether the folder's earlier trials and results are deleted first.
+    /// Sets whether the folder's earlier trials and results are deleted first. By default they are kept.
     pub fn restarting(mut self, restart: bool) -> Self {
         self.restart = restart;
         self
     }
 
-    /// The number of trials of this shard.
+    /// Returns the number of trials of this shard.
     pub fn trials(&self) -> u64 {
         self.cells.iter().map(|cell| self.own(cell).count() as u64).sum()
     }
 
-    /// The trials of a cell that belong to this shard.
+    /// Returns the trials of a cell that belong to this shard.
     fn own(&self, cell: &Cell) -> impl Iterator<Item = u64> + use<> {
         (self.shard.index..cell.trials).step_by(self.shard.of.max(1) as usize)
     }
@@ -131,7 +132,7 @@ impl<'a> Run<'a> {
         self.folder.join(JOURNAL)
     }
 
-    /// Takes the folder's lock. A file system without locks is worth one warning.
+    /// Takes the folder's lock. Reports a warning if the file system has no locks.
     pub(super) fn lock(&self, observer: &mut dyn Observer) -> Result<Lock, TaskError> {
         let (lock, warning) = Lock::take(&self.folder, self.try_lock)?;
         if let Some(warning) = warning {
@@ -153,12 +154,13 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Runs the trials that the journal does not have yet, on the threads of the pool, and tells `observer` of their
-    /// number ([`Event::Trials`]). If this is the only shard, writes the table and returns it.
+    /// Runs the trials that are not in the journal yet, on the threads of the pool. Reports progress to `observer`
+    /// ([`Event::Trials`]). If this is the only shard, writes the table and returns it; otherwise returns `None`.
     ///
     /// # Errors
-    /// [`TaskError::Input`] if the journal is damaged or belongs to another experiment; [`TaskError::File`] if it cannot be
-    /// written, or another run works in the folder; and the first error of a trial. Finished trials are kept.
+    /// [`TaskError::Input`] if the journal is damaged or belongs to another experiment, seed or settings;
+    /// [`TaskError::File`] if it cannot be written or another run is using the folder; otherwise the first error of a
+    /// trial. Finished trials are kept.
     pub fn go(&self, observer: &mut dyn Observer) -> Result<Option<Results>, TaskError> {
         let lock = self.lock(observer)?;
         if self.restart {
@@ -173,7 +175,7 @@ impl<'a> Run<'a> {
         observer.observe(&Event::Trials { done: done.load(Ordering::Relaxed), of });
         let observer = Mutex::new((observer, 0));
         let kept = Mutex::new((journal, outcomes));
-        // The first failure can cause others on other threads; only the first is reported.
+        // A failure can cause others on other threads. Only the first is reported.
         let failure = Mutex::new(None);
         let failed = |error: TaskError| {
             failure.lock().unwrap_or_else(|e| e.into_inner()).get_or_insert(error);
@@ -183,13 +185,13 @@ impl<'a> Run<'a> {
             let outcome = self.experiment.trial(*cell as usize, seed).map_err(failed)?;
             let record = Record { cell: *cell, trial: *trial, outcome };
             {
-                // A panic in another trial poisons the mutex but does not damage the journal.
+                // A panic in another trial poisons the mutex but leaves the journal sound.
                 let (journal, outcomes) = &mut *kept.lock().unwrap_or_else(|e| e.into_inner());
                 journal.append(record).map_err(TaskError::from).map_err(failed)?;
                 outcomes[*cell as usize][*trial as usize] = Some(outcome);
             }
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-            // Whoever comes while another tells of its trial has nothing to add, but for the last.
+            // A thread does not wait to report progress while another reports; only the last trial must be reported.
             let mut told = if done == of { observer.lock().ok() } else { observer.try_lock().ok() };
             if let Some((observer, last)) = told.as_deref_mut()
                 && done > *last
@@ -202,7 +204,7 @@ impl<'a> Run<'a> {
         if let Some(error) = failure.into_inner().unwrap_or_else(|e| e.into_inner()) {
             return Err(error);
         }
-        debug_assert!(tried.is_ok(), "every failure is kept");
+        debug_assert!(tried.is_ok(), "a failed trial left no error");
         let (_, outcomes) = kept.into_inner().unwrap_or_else(|e| e.into_inner());
         if self.shard.of != 1 {
             return Ok(None);
@@ -212,19 +214,19 @@ impl<'a> Run<'a> {
         Ok(Some(results))
     }
 
-    /// The trials without an outcome, as cell and trial.
+    /// Returns the trials of this shard without an outcome, as cell and trial.
     fn missing(&self, outcomes: &[Vec<Option<TrialOutcome>>]) -> Vec<(u32, u64)> {
         let mut missing: Vec<(u32, u64)> = Vec::new();
         for (index, (cell, outcomes)) in self.cells.iter().zip(outcomes).enumerate() {
             let own = self.own(cell).filter(|trial| outcomes[*trial as usize].is_none());
             missing.extend(own.map(|trial| (index as u32, trial)));
         }
-        // By trial, because the cells of one trial may share work; threads then start at trials far apart.
+        // Sorted by trial: the cells of a trial may share work, and threads start at trials far apart.
         missing.sort_unstable_by_key(|(cell, trial)| (*trial, *cell));
         missing
     }
 
-    /// The outcomes of records, by cell and trial.
+    /// Returns the outcomes of records, indexed by cell and trial.
     pub(super) fn outcomes(&self, records: &[Record]) -> Vec<Vec<Option<TrialOutcome>>> {
         let mut outcomes: Vec<Vec<Option<TrialOutcome>>> =
             self.cells.iter().map(|cell| vec![None; cell.trials as usize]).collect();
@@ -268,7 +270,8 @@ impl<'a> Run<'a> {
     }
 }
 
-/// The statistic of the numbers at place `at` of finished trials; `None` for those without a row of their own.
+/// Computes the statistic of the numbers at index `at` of finished trials. `None` for [`Measure::Auxiliary`], which has
+/// no row in the table.
 fn statistic(measure: Measure, at: usize, outcomes: &[Option<TrialOutcome>]) -> Option<Statistic> {
     let done = outcomes.iter().flatten();
     let values = done.clone().map(|outcome| outcome[at]);
@@ -308,7 +311,7 @@ mod tests {
     use crate::study::experiment::{Reading, outcome};
     use crate::task::event::Ignore;
 
-    /// Half of its trials succeed.
+    /// An experiment in which half of the trials succeed.
     struct Coin;
 
     impl Experiment for Coin {
@@ -333,7 +336,7 @@ mod tests {
         }
     }
 
-    /// A run in a fresh folder whose lock answers so: its end, and the warnings.
+    /// Runs in a fresh folder with this lock function. Returns the result and the warnings.
     fn locked_by(try_lock: TryLock) -> (Result<Option<Results>, TaskError>, Vec<String>) {
         let folder = tempfile::tempdir().expect("a folder");
         let mut warnings = Vec::new();
@@ -358,7 +361,7 @@ mod tests {
     }
 
     #[test]
-    fn a_journal_whose_number_of_trials_is_no_number_is_refused() {
+    fn a_journal_with_text_as_number_of_trials_is_refused() {
         let folder = tempfile::tempdir().expect("a folder");
         let run = Run::new(&Coin, Seed::new(1), Shard::default(), folder.path());
         run.go(&mut Ignore).expect("runs");
@@ -371,7 +374,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_that_another_run_holds_and_other_faults_of_the_lock_are_refused() {
+    fn a_locked_folder_and_a_failing_lock_are_refused() {
         let (held, warnings) = locked_by(|_| Err(TryLockError::WouldBlock));
         assert!(matches!(held, Err(TaskError::File(_))) && warnings.is_empty());
         let (denied, warnings) =

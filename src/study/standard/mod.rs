@@ -1,7 +1,8 @@
 //! The standard networks of `symbolt bench`, on which speed and quality are measured.
 //!
-//! Networks, inputs and measures of quality are fixed, so that figures can be compared with those of other
-//! simulators. The tick is 1 ms; synapses have 5 ms feed-forward, 100 ms recurrent, and 10 ms at probes.
+//! Networks, inputs and measures of quality are fixed, so that results can be compared with those of other simulators.
+//! The tick is 1 ms. Time constants of synapses are 5 ms in feed-forward connections, 100 ms in recurrent connections,
+//! and 10 ms at probes.
 
 mod networks;
 mod planners;
@@ -25,9 +26,9 @@ use crate::task::planner::Unbinding;
 /// A standard network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Model {
-    /// Circular convolution of two pointers.
+    /// Circular convolution of two constant pointers.
     Bind,
-    /// A pointer given for 100 ms and held by a memory.
+    /// A memory that holds a pointer shown for 100 ms.
     State,
     /// A cleanup memory of 1,000 items.
     Memory,
@@ -35,7 +36,7 @@ pub enum Model {
     Select,
     /// Two arrays of 500 scalar ensembles in series.
     Channel,
-    /// From a goal to the preconditions of the action that causes it, with neural unbinding.
+    /// Memories that lead from a goal to the preconditions of the action that causes it, with neural unbinding.
     Planner,
     /// The parts of a goal-stack planner: 13 pointer memories behind 13 gates, associative memories, and an action
     /// selection with 11 rules.
@@ -43,7 +44,7 @@ pub enum Model {
 }
 
 impl Model {
-    /// All models, with the names that [`FromStr`] takes.
+    /// All models with their names, as [`FromStr`] parses them.
     pub const ALL: [(&'static str, Self); 7] = [
         ("bind", Self::Bind),
         ("state", Self::State),
@@ -55,11 +56,11 @@ impl Model {
     ];
 }
 
-/// There is no standard network of this name.
+/// No standard network has this name.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("there is no model `{asked}`; the models are: {}", Model::ALL.map(|m| m.0).join(", "))]
 pub struct UnknownModel {
-    /// The name.
+    /// Name that was asked for.
     pub asked: String,
 }
 
@@ -75,19 +76,19 @@ impl FromStr for Model {
 /// Settings of a standard network and its run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Standard {
-    /// Dimensions of pointers; published figures are for 256.
+    /// Dimensions of pointers. Published results are for 256.
     pub dimensions: usize,
-    /// The mode in which layers are computed.
+    /// Population of every layer: direct, rate or LIF.
     pub population: Population,
-    /// How the planner unbinds its preconditions.
+    /// Method by which the planner network unbinds preconditions.
     pub unbinding: Unbinding,
-    /// How the cleanup memory selects items.
+    /// Rule by which the cleanup memory selects items.
     pub choice: SelectRule,
-    /// Simulated milliseconds, at least 300. Quality is measured at 300.
+    /// Simulated time in milliseconds, at least 300. Quality is measured at 300.
     pub sim_ms: u64,
-    /// The seed of neurons, pointers and inputs.
+    /// Seed of neurons, pointers and inputs.
     pub seed: Seed,
-    /// Who computes the ticks of the run. Quality is the same either way, the time is not.
+    /// Threads that compute the ticks of the run. They affect the time but not the quality.
     pub threads: Threads,
 }
 
@@ -108,41 +109,41 @@ impl Default for Standard {
 /// Measurements of a run of a standard network.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Measured {
-    /// The number of neurons; 0 in direct mode.
+    /// Number of neurons; 0 in direct mode.
     pub neurons: usize,
-    /// Wall-clock seconds of the build, with drawing neurons and solving decoders.
+    /// Wall-clock time of the build in seconds, including drawing neurons and solving decoders.
     pub build_s: f64,
-    /// Wall-clock seconds of the run.
+    /// Wall-clock time of the run, in seconds.
     pub run_s: f64,
-    /// Simulated seconds.
+    /// Simulated time, in seconds.
     pub sim_s: f64,
-    /// Wall-clock nanoseconds for each neuron and tick; 0 without neurons.
+    /// Wall-clock time of a neuron's tick, in nanoseconds; 0 without neurons.
     pub ns_per_neuron_step: f64,
     /// Measures of quality, with their names.
     pub quality: Vec<(&'static str, f64)>,
 }
 
-/// The vocabulary tag of the pointers here.
+/// Vocabulary tag of the pointers in [`Model::Bind`], [`Model::State`] and [`Model::Memory`].
 pub struct Plain;
 
 impl VocabTag for Plain {
     const NAME: &'static str = "plain";
 }
 
-/// The synapse of probes.
+/// Synapse of probes.
 const PROBE: Synapse = Synapse::lowpass_ms(10);
-/// When quality is measured, in simulated ms and seconds.
+/// Simulated time at which quality is measured, in ms and in seconds.
 const READ_MS: u64 = 300;
 const READ_S: f64 = 0.3;
 
 enum Reading {
-    /// Cosine similarity to a pointer.
+    /// Cosine similarity of the output to a pointer.
     Cosine(Vec<Real>),
-    /// Root mean square error.
+    /// Root mean square error of the output.
     Distance(Vec<Real>),
-    /// Activity of the chosen action, and when it settled.
+    /// Activity of the chosen action, and the time at which it settles.
     Choice(usize),
-    /// When both of two items had settled.
+    /// Time at which two items have both settled.
     Both([usize; 2]),
 }
 
@@ -162,19 +163,19 @@ pub struct Built {
 }
 
 impl Standard {
-    /// Builds `model` and measures the time of it.
+    /// Builds `model` and measures the build time.
     ///
     /// # Errors
-    /// [`TaskError::Setting`] for fewer than 300 ms; [`TaskError::Vocabulary`] or [`TaskError::Build`] for impossible
-    /// dimensions or populations.
+    /// [`TaskError::Setting`] for fewer than 300 ms; [`TaskError::Vocabulary`] or [`TaskError::Build`] if the dimensions or
+    /// the population are invalid.
     pub fn build(&self, model: Model) -> Result<Built, TaskError> {
         self.build_by(model, &PopulationPlan::all(self.population))
     }
 
-    /// Builds `model` with populations that were solved before.
+    /// Builds `model` with solved populations.
     ///
     /// # Errors
-    /// As [`build`](Self::build), and [`TaskError::Build`] if `solved` belongs to another network or other settings.
+    /// As for [`build`](Self::build), and [`TaskError::Build`] if `solved` belongs to another network or other settings.
     pub fn build_from(
         &self,
         model: Model,
@@ -208,24 +209,24 @@ impl Standard {
 }
 
 impl Built {
-    /// The solved populations of the network.
+    /// Returns the solved populations of the network.
     pub fn solved(&self) -> SolvedModel {
         SolvedModel::of(&self.graph)
     }
 
-    /// Wall-clock seconds of the build.
+    /// Returns the wall-clock time of the build, in seconds.
     pub fn build_s(&self) -> f64 {
         self.build_s
     }
 
-    /// Runs the network on the threads that its settings name and measures its speed and quality.
+    /// Runs the network and measures its speed and quality.
     ///
     /// # Errors
-    /// [`TaskError::Sim`] if a value is not finite.
+    /// [`TaskError::Sim`] if a value becomes infinite or NaN.
     pub fn run(&self) -> Result<Measured, TaskError> {
         let run = RunConfig::seeded(self.spec.seed).with_threads(self.spec.threads);
         let mut sim = Simulator::new(self.graph.clone(), run)?;
-        // Quality is measured in the first 300 ms. The rest only measures time, and its recordings are dropped.
+        // Quality is measured in the first 300 ms. The rest of the run only measures time, so its samples are dropped.
         let begun = Instant::now();
         sim.run_for(SimDuration::from_millis(READ_MS))?;
         let mut run_s = begun.elapsed().as_secs_f64();

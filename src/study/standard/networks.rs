@@ -1,4 +1,4 @@
-//! Standard networks with one module each.
+//! Standard networks of a single module, and the channel of two arrays.
 
 use rand::RngExt;
 
@@ -24,7 +24,7 @@ fn pointer(seed: Seed, name: &str, dim: usize) -> Vec<Real> {
     random_pointer(dim, seed.derive(name, "input"))
 }
 
-/// Circular convolution of two constant pointers.
+/// Adds a binding of two constant pointers.
 pub(super) fn bind(
     of: &Standard,
     graph: &mut GraphBuilder,
@@ -45,7 +45,7 @@ pub(super) fn bind(
     Ok((Watched::Pointer(graph.probe(&bind.output, probed)), Reading::Cosine(exact)))
 }
 
-/// A pointer given for 100 ms and held by a recurrent connection.
+/// Adds a memory whose recurrent connection holds a pointer that is shown for 100 ms.
 pub(super) fn state(
     of: &Standard,
     graph: &mut GraphBuilder,
@@ -62,7 +62,7 @@ pub(super) fn state(
     Ok((Watched::Pointer(graph.probe(&state.output, probed)), Reading::Cosine(given)))
 }
 
-/// A cleanup memory of a thousand items, given a mixture of two.
+/// Adds a cleanup memory of a thousand items. Its input is a mixture of two items.
 pub(super) fn memory(
     of: &Standard,
     graph: &mut GraphBuilder,
@@ -82,7 +82,7 @@ pub(super) fn memory(
     Ok((Watched::Pointer(graph.probe(&memory.output, probed)), Reading::Cosine(right)))
 }
 
-/// One of ten actions, chosen by basal ganglia and probed at the thalamus.
+/// Adds basal ganglia that choose one of ten actions. The thalamus is probed.
 pub(super) fn select(graph: &mut GraphBuilder, probed: ProbeSpec) -> Described {
     let mut utilities = vec![0.3; ACTIONS];
     utilities[CHOSEN] = 0.8;
@@ -92,7 +92,7 @@ pub(super) fn select(graph: &mut GraphBuilder, probed: ProbeSpec) -> Described {
     (Watched::Vector(graph.probe(&select.thalamus, probed)), Reading::Choice(CHOSEN))
 }
 
-/// A vector passed through one ensemble for each component.
+/// A module that passes a vector through one ensemble for each component.
 struct Array {
     width: usize,
 }
@@ -105,7 +105,7 @@ impl Module for Array {
     }
 }
 
-/// Two arrays of scalar ensembles in series.
+/// Adds two arrays of scalar ensembles in series.
 pub(super) fn channel(of: &Standard, graph: &mut GraphBuilder, probed: ProbeSpec) -> Described {
     let mut rng = of.seed.derive("channel", "input").rng();
     let given: Vec<Real> = (0..CHANNELS).map(|_| 2.0 * rng.random::<Real>() - 1.0).collect();

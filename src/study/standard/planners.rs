@@ -22,11 +22,12 @@ type Described = (Watched, Reading);
 
 const WINNER: SelectRule = SelectRule::WinnerTakeAll { level: 0.3 };
 const EVERY: SelectRule = SelectRule::Threshold { level: 0.3 };
-/// The goal, and the preconditions of the action that causes it.
+/// The goal.
 const GOAL: &str = "BOLT_ASSEMBLED";
+/// Preconditions of the action that causes the goal.
 const NEEDED: [&str; 2] = ["NUT_IN_JIG", "BOLT_IN_JIG"];
 
-/// The paper's domain as pointers.
+/// The paper's domain and its pointers.
 struct Symbols {
     domain: Domain,
     encoded: Encoded,
@@ -48,21 +49,21 @@ impl Symbols {
         Ok([self.domain.state(nut)?.index(), self.domain.state(bolt)?.index()])
     }
 
-    /// The goal, with a gain of 2, for `ms` simulated ms.
+    /// Returns a stimulus that shows twice the goal's pointer for `ms` simulated ms.
     fn given(&self, ms: u64) -> Result<Stimulus<Pointer<StateSpace>>, TaskError> {
         let states = &self.encoded.states;
         let wanted = states.parse(&format!("2 * {GOAL}"))?;
         Ok(Stimulus::pointer(states.space(), &wanted).silent_from(SimDuration::from_millis(ms)))
     }
 
-    /// From a state to the action that causes it.
+    /// Returns a memory from each state to the action that causes it.
     fn cause(&self) -> Result<AssociativeMemory<StateSpace, ActionSpace>, TaskError> {
         let Encoded { states, actions, .. } = &self.encoded;
         let pairs = self.domain.operators().iter().map(|o| (&*self.domain[o.to].name, &*o.name));
         Ok(AssociativeMemory::new(states, actions, pairs, WINNER)?)
     }
 
-    /// From an action to the sum of its bound preconditions.
+    /// Returns a memory from each action to its deep pointer, the sum of its bound preconditions.
     fn deep(&self) -> Result<AssociativeMemory<ActionSpace, StateSpace>, TaskError> {
         let Encoded { states, actions, .. } = &self.encoded;
         let operators = self.domain.operators().iter();
@@ -76,19 +77,20 @@ impl Symbols {
         Ok(AssociativeMemory::new(actions, states, pairs, EVERY)?)
     }
 
-    /// From an action to the state that it causes.
+    /// Returns a memory from each action to the state that it causes.
     fn effect(&self) -> Result<AssociativeMemory<ActionSpace, StateSpace>, TaskError> {
         let Encoded { states, actions, .. } = &self.encoded;
         let pairs = self.domain.operators().iter().map(|o| (&*o.name, &*self.domain[o.to].name));
         Ok(AssociativeMemory::new(actions, states, pairs, EVERY)?)
     }
 
+    /// Returns a cleanup memory of all states.
     fn states(&self, rule: SelectRule) -> Result<CleanupMemory<StateSpace>, TaskError> {
         Ok(CleanupMemory::new(&self.encoded.states, self.names(), rule)?)
     }
 }
 
-/// Unbinds the preconditions from a deep pointer.
+/// Adds a module that unbinds the preconditions from a deep pointer. Returns its output.
 fn unbind(
     graph: &mut GraphBuilder,
     symbols: &Symbols,
@@ -113,9 +115,9 @@ fn unbind(
     })
 }
 
-/// The loop of a planner: from a goal buffer to the action that causes the goal, its deep pointer, its preconditions,
-/// the unsatisfied ones, and a gate through which one of these would become the next goal. Probes the activity of
-/// each precondition.
+/// Adds the loop of a planner. It leads from the goal's memory to the action that causes the goal, then to the action's
+/// deep pointer, its preconditions, the unsatisfied preconditions, and a closed gate back to the goal. The activity of
+/// each precondition is probed.
 pub(super) fn loop_of_memories(
     of: &Standard,
     graph: &mut GraphBuilder,
@@ -151,7 +153,7 @@ pub(super) fn loop_of_memories(
     Ok((probe, Reading::Both(symbols.needed()?)))
 }
 
-/// A pointer memory behind a gate.
+/// A module with a pointer memory behind a gate.
 struct Slot<'a, V: VocabTag> {
     vocabulary: &'a Vocabulary<V>,
 }
@@ -177,7 +179,7 @@ impl<V: VocabTag> Module for Slot<'_, V> {
     }
 }
 
-/// The rules of the goal stack, and the slots whose gates each rule opens.
+/// Rules of the goal stack, each with the slots whose gates it opens.
 const RULES: [(&str, &[&str]); 11] = [
     ("plan", &["goal", "action", "deep", "preconditions", "unsatisfied", "world"]),
     ("expect", &["effect"]),
@@ -192,11 +194,11 @@ const RULES: [(&str, &[&str]); 11] = [
     ("pop", &["goal", "stack_1"]),
 ];
 
-/// How long each rule has the highest utility, in simulated ms.
+/// Time for which each rule has the highest utility, in simulated ms.
 const RULE_MS: u64 = 400;
 
-/// The parts of a goal-stack planner. Every slot is a memory behind a gate, and a rule chosen by basal ganglia opens
-/// the gates of some slots. The input gives each rule its turn, beginning with planning.
+/// Adds the parts of a goal-stack planner. Each slot is a memory behind a gate. Basal ganglia choose a rule, which
+/// opens the gates of some slots. The input gives each rule the highest utility in turn, beginning with `plan`.
 pub(super) fn goal_stack(
     of: &Standard,
     graph: &mut GraphBuilder,

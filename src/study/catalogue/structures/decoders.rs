@@ -1,4 +1,4 @@
-//! The paper's decoder and ours. Both read the contents of an unbound pointer.
+//! The paper's decoder and ours. Both decode unbound pointers.
 
 use super::world::{
     ACTIONS, ASSEMBLY, ATOMS, FACTS, Fact, OBJECTS, PLACES, PRECONDITION, STATES, Structure, Tools,
@@ -7,25 +7,27 @@ use super::world::{
 use crate::sim::Real;
 use crate::spa::{dot, dots, norm, normalize};
 
-/// The threshold of the paper's decoder.
+/// Least similarity at which the paper's decoder accepts an item.
 pub(super) const THRESHOLD: Real = 0.3;
 
-/// Draws the noise of a similarity, given the part of the state and the length of the compared pointer.
+/// Draws the noise of a similarity. Its arguments are the part of the state and the length of the query.
 pub(super) type Comparing<'n> = dyn FnMut(usize, Real) -> Real + 'n;
 
-/// Reads the contents of unbound pointers.
+/// Decodes unbound pointers.
 pub(super) trait Decoder {
-    /// The fact in a state's deep pointer, which was unbound by each of the structure's probes.
+    /// Decodes the fact in a state's deep pointer. `unbound` has the deep pointer unbound by each of the structure's
+    /// probes.
     fn fact(&self, world: &World, unbound: &[Vector], noise: &mut Comparing<'_>) -> Option<Fact>;
-    /// The states in an action's deep pointer, which was unbound by the role of preconditions.
+    /// Decodes the preconditions of an action. `unbound` is the action's deep pointer, unbound by the role of
+    /// preconditions.
     fn needs(&self, world: &World, unbound: &[Real], noise: &mut Comparing<'_>) -> Vec<usize>;
 }
 
-/// Matching pursuit with a fixed threshold.
+/// The paper's decoder: matching pursuit with a fixed threshold.
 pub(super) struct Paper;
 
 impl Paper {
-    /// The items in a query, by index.
+    /// Returns the indices of the items in a query.
     pub(super) fn items(
         &self,
         world: &World,
@@ -51,8 +53,8 @@ impl Paper {
                 break;
             }
             found.push(best);
-            // The item is subtracted as it was retrieved, with its noise: along the query that of the comparison,
-            // across the query drawn here.
+            // The item is subtracted as retrieved, with its noise. Along the query this is the noise of the comparison;
+            // across the query it is drawn here.
             retrieved.iter_mut().for_each(|component| *component = noise(part, 1.0));
             let along =
                 (amiss - dot(&retrieved, &rest)) / (length * length).max(Real::MIN_POSITIVE);
@@ -66,7 +68,7 @@ impl Paper {
     }
 }
 
-/// The place among `choices` of the only item of a list; `None` for other lists.
+/// Returns the index among `choices` of a list's only item; `None` if the list does not have exactly one item.
 pub(super) fn only(items: &[usize], choices: &[usize]) -> Option<usize> {
     match items {
         [item] => choices.iter().position(|c| c == item),
@@ -94,7 +96,7 @@ impl Decoder for Paper {
             Some(items) if items.is_empty() => None,
             Some(items) => Some(only(items, &[ACTIONS, ACTIONS + 1, ACTIONS + 2])?),
         };
-        // The object whose unbinding leaves a place and a state of assembly.
+        // The right object is the one whose unbinding yields a place and a state of assembly.
         (0..OBJECTS.len()).find_map(|object| match parts[object].as_slice() {
             [place, assembly] => Some(fact(
                 object,
@@ -112,21 +114,22 @@ impl Decoder for Paper {
     }
 }
 
-/// Maximum likelihood over everything that could have been stored.
+/// Our decoder: maximum likelihood over everything that could have been stored.
 pub(super) struct Nearest {
     pub(super) facts: Vec<Fact>,
-    /// One for each probe.
+    /// Templates of the facts, one for each probe.
     pub(super) fact_templates: Vec<Templates>,
-    /// One sum for each set of states, numbered by its bits.
+    /// Templates of all sets of preconditions. The bits of a sum's index are the states of its set.
     pub(super) need_templates: Templates,
 }
 
-/// Normalised sums of bound pairs, as they are after unbinding by a role.
+/// Normalised sums of bound pairs after unbinding by a role.
 pub(super) struct Templates {
     /// Pairs of atoms, bound and then unbound by the role, one in each row.
     pub(super) rows: Vec<Real>,
+    /// Number of rows.
     pub(super) pairs: usize,
-    /// For each sum its pairs, the reciprocal of its length before normalisation, and the square of its length after
+    /// For each sum: its pairs, the reciprocal of its length before normalisation, and its squared length after
     /// unbinding.
     pub(super) sums: Vec<(Vec<usize>, Real, Real)>,
 }
@@ -166,8 +169,8 @@ impl Templates {
         Self { rows: unbound.concat(), pairs: known.len(), sums }
     }
 
-    /// Adds to `out`, for each sum, twice its log-likelihood up to scale and a common constant. Every pair is
-    /// retrieved once, with the noise of any item.
+    /// Adds twice the log-likelihood of each sum to `out`, up to a scale and a common constant. Each pair is retrieved
+    /// once, with the noise of an item.
     pub(super) fn add_likelihoods(
         &self,
         query: &[Real],
@@ -185,7 +188,7 @@ impl Templates {
     }
 }
 
-/// The index of the greatest number.
+/// Returns the index of the greatest number.
 pub(super) fn greatest(of: &[Real]) -> usize {
     (0..of.len()).reduce(|best, i| if of[i] > of[best] { i } else { best }).unwrap_or(0)
 }

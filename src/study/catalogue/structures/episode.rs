@@ -1,4 +1,4 @@
-//! An episode: a goal, a world, and a planner that knows states and actions only through noisy pointers.
+//! An episode: a world, a goal, and a planner that has states and actions only as noisy pointers.
 
 use rand_distr::{Distribution, StandardNormal};
 
@@ -15,12 +15,12 @@ pub(super) struct Episode<'a> {
     pub(super) world: &'a World,
     pub(super) decoder: &'a dyn Decoder,
     pub(super) noise: Noise,
-    /// The facts about the nut and the bolt.
+    /// Current state of the nut and of the bolt.
     pub(super) things: [Fact; 2],
 }
 
 impl Episode<'_> {
-    /// A deep pointer, unbound by each of the probes. Everything is retrieved with noise.
+    /// Retrieves a deep pointer and unbinds it by each of the probes. All pointers are retrieved with noise.
     pub(super) fn unbound(
         &mut self,
         tools: &mut Tools,
@@ -40,7 +40,7 @@ impl Episode<'_> {
             .collect()
     }
 
-    /// Calls `decode` with the noise of its comparisons: that of an item, along a query of some length.
+    /// Calls `decode` with a source of noise for its comparisons: the noise of an item along a query of given length.
     pub(super) fn comparing<T>(
         &mut self,
         deep: usize,
@@ -55,6 +55,7 @@ impl Episode<'_> {
         })
     }
 
+    /// Whether a state, as decoded, holds in the world.
     pub(super) fn satisfied(&mut self, tools: &mut Tools, state: usize) -> bool {
         let unbound = self.unbound(tools, state, self.world.probes());
         let said =
@@ -68,7 +69,7 @@ impl Episode<'_> {
         })
     }
 
-    /// The action that the planner takes, if it finds one.
+    /// Returns the action that the planner takes; `None` if it finds none.
     pub(super) fn decide(&mut self, tools: &mut Tools) -> Option<usize> {
         let mut goal = GOAL;
         for _ in 0..FACTS.len() {
@@ -103,7 +104,7 @@ impl Episode<'_> {
     }
 }
 
-/// One episode with each of the wanted decoders, with the same noise.
+/// Runs an episode with each of the decoders that are asked for, with the same noise. Returns whether each succeeds.
 pub(super) fn episodes(
     structure: Structure,
     sigma: f64,

@@ -1,18 +1,22 @@
-//! `table-4`: how often a planner succeeds with three structures of a state's pointer, over noise (section III.B).
+//! `table-4`: how often a planner succeeds with three structures of a state's pointer, by noise (section III.B).
 //!
-//! A trial is an episode of three steps with a new vocabulary of atoms, states and actions. Gaussian noise of
-//! standard deviation sigma / sqrt(D) is added to each component of everything that is retrieved (a deep pointer, the
-//! role or object that unbinds it, an item that it is compared with) and of every unbound pointer. To decide whether
-//! the goal is satisfied, its deep pointer is decoded part by part and compared with the world. If it is not, the
-//! action that causes it is looked up, the action's preconditions are unbound, and the first unsatisfied one becomes
-//! the goal (sections II.E and II.F).
+//! A trial is an episode of three steps. It draws a new vocabulary of atoms, states and actions. A state or action has
+//! a deep pointer: the normalised sum of its bound pairs. To decide whether the goal is satisfied, the planner decodes
+//! the goal's deep pointer part by part and compares the result with the world. If the goal is not satisfied, the
+//! planner looks up the action that causes it and unbinds the action's preconditions. The first unsatisfied
+//! precondition becomes the goal (sections II.E and II.F).
 //!
-//! The paper's decoder is matching pursuit over the vocabulary: it takes the item most similar to the normalised
-//! query, if the similarity is at least 0.3, subtracts it as it was retrieved, and repeats. Our decoder compares the
-//! query with everything that could have been stored, after the same unbinding, and takes the nearest, which is the
-//! most likely one under white noise. It is not told how many items there are. It compares with pointers that are
-//! computed once from the atoms of the vocabulary, and each is retrieved with noise like any other. Both decoders get
-//! the same noise: it depends on the trial, the step, what is retrieved, and how often it was.
+//! Gaussian noise of standard deviation sigma / sqrt(D) is added to each component of every retrieved pointer (a deep
+//! pointer, the role or object that unbinds it, an item that is compared with the result) and of every unbound pointer.
+//! The noise depends on the trial, the step, the retrieved pointer, and the number of times it was retrieved. Both
+//! decoders thus get the same noise.
+//!
+//! The paper's decoder is matching pursuit over the vocabulary. It normalises the query and finds the most similar
+//! item. If the similarity is at least 0.3, it subtracts the item as retrieved and repeats.
+//!
+//! Our decoder compares the query with everything that could have been stored, after the same unbinding. It takes the
+//! nearest, which is the most likely under white noise. It is not given the number of items. It compares with pointers
+//! that are computed once from the atoms of the vocabulary; each is retrieved with noise.
 
 mod decoders;
 mod episode;
@@ -31,7 +35,7 @@ use crate::study::experiment::{
 };
 use crate::task::TaskError;
 
-/// The experiment: structures by noise, with one or both decoders.
+/// The experiment: three structures at several levels of noise, with one or both decoders.
 pub(super) struct Structures {
     name: &'static str,
     sigmas: Vec<f64>,
@@ -40,7 +44,7 @@ pub(super) struct Structures {
 }
 
 impl Structures {
-    /// Table IV.
+    /// Table IV of the paper, with both decoders.
     pub fn new(options: &Options) -> Self {
         Self {
             name: "table-4",
@@ -50,7 +54,7 @@ impl Structures {
         }
     }
 
-    /// Our decoder alone, with noise up to where it fails.
+    /// Our decoder alone, up to a noise at which it fails.
     pub fn beyond(options: &Options) -> Self {
         Self {
             name: "table-4-beyond",
@@ -75,9 +79,9 @@ impl Experiment for Structures {
     fn question(&self) -> &'static str {
         match self.decoders {
             [true, _] => {
-                "How often do three right actions follow one another, by structure of the states' pointers and noise?"
+                "How often does a planner take three right actions in a row, by noise and structure of the states' pointers?"
             }
-            _ => "The same by our decoder alone: how much noise until it fails?",
+            _ => "At which noise does our decoder alone fail to plan three right actions?",
         }
     }
 
@@ -127,7 +131,7 @@ impl Experiment for Structures {
         let mut series = Vec::new();
         for (decoder, whose) in DECODERS.iter().zip(["paper's decoder", "our decoder"]) {
             let of_structures = STRUCTURES.map(|structure| (structure, marks(decoder, structure)));
-            // If no structure ever fails, the three lines would hide one another.
+            // If no structure ever fails, the three lines would coincide.
             let same = |marks: &[Mark]| marks.iter().all(|m| m.y == 100.0);
             if of_structures.iter().all(|(_, marks)| !marks.is_empty() && same(marks)) {
                 let [(_, marks), ..] = of_structures;
@@ -179,22 +183,22 @@ mod tests {
     }
 
     #[test]
-    fn noise_of_zero_is_no_noise() {
+    fn the_length_of_the_noise_is_sigma() {
         let mut noise = Noise::new(Seed::new(3), 0.0);
         let vector = vec![0.25; D];
         assert_eq!(noise.onto(Source::Deep(2), &vector), vector);
         let mut noise = Noise::new(Seed::new(3), 0.5);
         let noisy = noise.onto(Source::Deep(2), &vector);
         let length = norm(&noisy.iter().zip(&vector).map(|(a, b)| a - b).collect::<Vec<_>>());
-        // Its length is sigma, within a tenth or so.
+        // The length of 256 components varies by 4%.
         assert!((length - 0.5).abs() < 0.1, "{length}");
     }
 
     #[test]
-    fn the_same_source_has_the_same_noise_and_its_repetition_another() {
+    fn noise_depends_on_the_source_the_repetition_and_the_step() {
         let vector = vec![0.0; D];
         let (mut a, mut b) = (Noise::new(Seed::new(3), 0.5), Noise::new(Seed::new(3), 0.5));
-        // Other sources in between do not matter.
+        // The noise of another source does not matter.
         b.onto(Source::Role(1, 7), &vector);
         let first = a.onto(Source::Deep(2), &vector);
         assert_eq!(first, b.onto(Source::Deep(2), &vector));

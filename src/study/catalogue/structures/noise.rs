@@ -1,4 +1,4 @@
-//! The noise of retrieving and unbinding. It is the same for both decoders.
+//! Noise of retrieval and unbinding, the same for both decoders.
 
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -6,20 +6,20 @@ use rand_distr::{Distribution, StandardNormal};
 use super::world::{ATOMS, D, Vector};
 use crate::sim::{Real, Seed};
 
-/// What gets noise when it is retrieved or computed.
+/// A pointer that gets noise when it is retrieved or computed.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Source {
-    /// The deep pointer of a state or action.
+    /// Deep pointer of a state or action.
     Deep(usize),
-    /// The role or object by which a deep pointer is unbound.
+    /// Role or object that unbinds a deep pointer: the deep pointer and the atom.
     Role(usize, usize),
-    /// The unbound pointer.
+    /// Unbound pointer: the deep pointer and the atom that unbound it.
     Unbound(usize, usize),
-    /// Items that the unbound pointer is compared with.
+    /// Items that are compared with an unbound pointer: the deep pointer and the part of the state.
     Items(usize, usize),
 }
 
-/// The number of deep pointers: five states, then three actions.
+/// Number of deep pointers: five states, then three actions.
 pub(super) const DEEPS: usize = 8;
 
 impl Source {
@@ -33,12 +33,13 @@ impl Source {
     }
 }
 
-/// Noise, a function of the trial, the step, the source, and how often the source was used in this step.
+/// Noise as a function of the trial, the step, the source, and the number of times the source was used in this step.
 pub(super) struct Noise {
     pub(super) seed: Seed,
     /// Standard deviation of each component.
     pub(super) sd: Real,
     pub(super) step: u64,
+    /// Number of uses of each source in this step.
     pub(super) times: Vec<u64>,
 }
 

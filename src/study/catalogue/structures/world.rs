@@ -20,7 +20,7 @@ pub(super) const STATES: usize = 12;
 pub(super) const ACTIONS: usize = 17;
 pub(super) const ATOMS: usize = 20;
 
-/// A state of an object: which object, its place, its state of assembly, and the action that causes it.
+/// A state of an object: indices of the object, its place, its state of assembly, and the action that causes the state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Fact {
     pub(super) object: usize,
@@ -47,18 +47,19 @@ pub(super) const FACTS: [Fact; 5] = [
     fact(1, 1, 2, Some(2)),
 ];
 pub(super) const GOAL: usize = 4;
-/// Preconditions of PUT_NUT_IN_JIG, PUT_BOLT_IN_JIG, ASSEMBLE, and the state that each causes.
+/// Preconditions of PUT_NUT_IN_JIG, PUT_BOLT_IN_JIG and ASSEMBLE, as indices into [`FACTS`].
 pub(super) const NEEDS: [&[usize]; 3] = [&[0], &[1], &[2, 3]];
+/// State that each action causes, as an index into [`FACTS`].
 pub(super) const CAUSES: [usize; 3] = [2, 3, 4];
 
-/// How a state's deep pointer is composed.
+/// The composition of a state's deep pointer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Structure {
     /// `object * (location + assembly)`.
     Compact = 1,
-    /// The sum of `role * value` over object, location and assembly.
+    /// Sum of `role * value` over object, location and assembly.
     Roles = 2,
-    /// As [`Compact`](Self::Compact), with the action that causes the state.
+    /// As [`Compact`](Self::Compact), plus the action that causes the state.
     Effect = 3,
 }
 
@@ -72,7 +73,7 @@ pub(super) struct Tools {
 }
 
 thread_local! {
-    // Planning the transforms costs as much as a trial. No trial depends on what is left in here.
+    // Planning the transforms costs as much as a trial. The content left by a trial does not affect the next.
     static TOOLS: RefCell<Option<Tools>> = const { RefCell::new(None) };
 }
 
@@ -103,11 +104,11 @@ pub(super) fn add(a: &mut [Real], b: &[Real]) {
     a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
 }
 
-/// A new vocabulary, with the deep pointers composed from it.
+/// A vocabulary and the deep pointers that are composed from it.
 pub(super) struct World {
     pub(super) structure: Structure,
     pub(super) atoms: Vec<Vector>,
-    /// The atoms as rows of a matrix.
+    /// Atoms as rows of a matrix.
     pub(super) rows: Vec<Real>,
     pub(super) states: Vec<Vector>,
     pub(super) actions: Vec<Vector>,
@@ -126,7 +127,7 @@ impl World {
         world
     }
 
-    /// The pairs of atoms whose bound sum is a state's deep pointer.
+    /// Returns the pairs of atoms whose bound sum is a state's deep pointer.
     pub(super) fn pairs(&self, fact: &Fact) -> Vec<[usize; 2]> {
         let parts = [OBJECTS[fact.object], PLACES[fact.place], ASSEMBLY[fact.assembly]];
         let mut pairs: Vec<[usize; 2]> = match self.structure {
@@ -139,7 +140,7 @@ impl World {
         pairs
     }
 
-    /// The normalised sum of bound pairs.
+    /// Returns the normalised sum of bound pairs.
     pub(super) fn compose(&self, tools: &mut Tools, pairs: &[[usize; 2]]) -> Vector {
         let mut deep = vec![0.0; D];
         for [a, b] in pairs {
@@ -149,12 +150,12 @@ impl World {
         deep
     }
 
-    /// The pairs of atoms whose bound sum is an action's deep pointer.
+    /// Returns the pairs of atoms whose bound sum is an action's deep pointer.
     pub(super) fn bound_needs(states: &[usize]) -> Vec<[usize; 2]> {
         states.iter().map(|state| [PRECONDITION, STATES + state]).collect()
     }
 
-    /// The atoms by which a state's deep pointer is unbound, part by part.
+    /// Returns the atoms that unbind the parts of a state's deep pointer.
     pub(super) fn probes(&self) -> &'static [usize] {
         match self.structure {
             Structure::Compact => &[0, 1],
@@ -163,7 +164,7 @@ impl World {
         }
     }
 
-    /// Every fact that this structure can store.
+    /// Returns every fact that this structure can store.
     pub(super) fn hypotheses(&self) -> Vec<Fact> {
         let causes: &[Option<usize>] = match self.structure {
             Structure::Effect => &[None, Some(0), Some(1), Some(2)],

@@ -1,4 +1,4 @@
-//! Drawing a figure with `plotters`.
+//! Draws figures with `plotters`.
 
 use std::fmt::Display;
 
@@ -8,7 +8,7 @@ use plotters::prelude::*;
 
 use super::{Axis, Figure, Mark, Series, Style};
 
-/// Colours that the colour-blind can tell apart (Okabe and Ito 2008).
+/// Colours that colour-blind readers can tell apart (Okabe and Ito 2008).
 const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -18,11 +18,11 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(86, 180, 233),
     RGBColor(60, 60, 60),
 ];
-/// Width and height of a figure over numbers, in pixels.
+/// Width and height of a figure with a numeric vertical axis, in pixels.
 const SIZE: (u32, u32) = (720, 460);
-/// Height of a category's row, and of all that is above and below the rows, in pixels.
+/// Height of a category's row, and total height of everything above and below the rows, in pixels.
 const ROW: (u32, u32) = (19, 120);
-/// Width of the tick labels of a vertical axis of numbers, in pixels.
+/// Width of the tick labels of a numeric vertical axis, in pixels.
 const TICKS: u32 = 64;
 
 type Chart<'c, 's> = ChartContext<'c, SVGBackend<'s>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
@@ -35,7 +35,7 @@ fn font(size: i32) -> FontDesc<'static> {
     ("sans-serif", size).into_font()
 }
 
-/// What a figure's data make of its size and axes.
+/// Size and axis ranges of a figure, computed from its data.
 struct Layout {
     left: f64,
     right: f64,
@@ -101,7 +101,7 @@ impl Figure {
         let across = |m: &Mark| with_bar(m.x, m.bar.filter(|_| self.has_categories()));
         let [left, right] = self.range(&self.x, across);
         let [mut bottom, top] = self.range(&self.y, |m| with_bar(m.y, m.bar));
-        // The legend has its place below the categories.
+        // The legend is below the categories.
         if self.has_categories() && self.has_legend() {
             bottom -= self.series.len() as f64 + 0.8;
         }
@@ -115,7 +115,7 @@ impl Figure {
         Layout { left, right, bottom, top, height, beside }
     }
 
-    /// The ends of an axis, with some room around the data.
+    /// Returns the ends of an axis, with some room around the data.
     fn range(&self, axis: &Axis, of: impl Fn(&Mark) -> Vec<f64>) -> [f64; 2] {
         if let Some(range) = axis.range {
             return range;
@@ -153,7 +153,7 @@ impl Figure {
             .map_err(text)
     }
 
-    /// Points with their error bars, and the line that joins them if the style has one.
+    /// Draws points with their error bars, and the line that joins them if the style has one.
     fn draw_points(
         &self,
         chart: &mut Chart<'_, '_>,
@@ -192,7 +192,7 @@ impl Figure {
         Ok(())
     }
 
-    /// Where the legend is: below categories, otherwise in the corner where it hides the least data.
+    /// Returns the position of the legend: below categories, otherwise in the corner where it hides the least data.
     fn legend(&self, layout: &Layout) -> SeriesLabelPosition {
         if self.has_categories() {
             return SeriesLabelPosition::LowerRight;
@@ -207,7 +207,7 @@ impl Figure {
         corner.map_or(SeriesLabelPosition::UpperRight, |(_, position)| position)
     }
 
-    /// How many points, those of lines included, a legend in a corner would hide.
+    /// Counts the points, and points on lines, that a legend in a corner would hide.
     fn hidden(&self, layout: &Layout, [x_side, y_side]: [f64; 2]) -> usize {
         let letters = self.series.iter().map(|s| s.name.chars().count()).max().unwrap_or(0);
         let box_px = [7.5 * letters as f64 + 60.0, 19.0 * self.series.len() as f64 + 20.0];
@@ -227,13 +227,14 @@ impl Series {
         self.marks.iter().map(|m| (m.x, m.y)).filter(|p| p.1.is_finite()).collect()
     }
 
-    /// The name in the legend. The legend's box is measured for small letters, so capitals get more room.
+    /// Returns the name for the legend. `plotters` measures the legend's box for lower-case letters, so names with
+    /// capitals are padded.
     fn label(&self) -> String {
         let capitals = self.name.chars().filter(|c| c.is_uppercase()).count();
         format!("{}{}", self.name, "\u{a0}".repeat(capitals / 4))
     }
 
-    /// Points with the ends of their vertical error bars, and nine points on each line between them.
+    /// Returns the points, the ends of their vertical error bars, and nine points on each line between neighbours.
     fn ink(&self) -> Vec<(f64, f64)> {
         let ends = |m: &Mark| {
             let [low, high] = m.bar.unwrap_or([m.y; 2]);
@@ -255,7 +256,7 @@ impl Series {
     }
 }
 
-/// A line of dashes with gaps between them, both in pixels, and no points.
+/// Draws a dashed line without points. Lengths of dash and gap are in pixels.
 fn draw_dashes(
     chart: &mut Chart<'_, '_>,
     series: &Series,

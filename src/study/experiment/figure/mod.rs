@@ -1,4 +1,4 @@
-//! Figures: lines or points with error bars over labelled axes, drawn as SVG.
+//! Figures: lines or points with error bars and labelled axes, drawn as SVG.
 
 mod draw;
 
@@ -7,33 +7,33 @@ use crate::task::TaskError;
 /// An axis of a figure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
-    /// The label, with the unit.
+    /// Label with the unit.
     pub label: String,
-    /// Its ends; those of the data if not given.
+    /// Lower and upper end; `None` for the range of the data.
     pub range: Option<[f64; 2]>,
-    /// The categories at 0, 1, 2 and so on from the bottom, on a vertical axis without numbers.
+    /// Categories at 0, 1, 2 and so on, from the bottom, for a vertical axis without numbers.
     pub names: Vec<String>,
-    /// The base of a logarithmic axis, whose numbers are logarithms and whose ticks are powers.
+    /// Base of a logarithmic axis. The data are logarithms; the ticks are labelled with powers.
     pub base: Option<f64>,
 }
 
 impl Axis {
-    /// An axis with the range of the data.
+    /// Creates an axis with the range of the data.
     pub fn new(label: &str) -> Self {
         Self { label: label.into(), range: None, names: Vec::new(), base: None }
     }
 
-    /// An axis from `low` to `high`.
+    /// Creates an axis from `low` to `high`.
     pub fn from_to(label: &str, low: f64, high: f64) -> Self {
         Self { label: label.into(), range: Some([low, high]), names: Vec::new(), base: None }
     }
 
-    /// A logarithmic axis, labelled with powers of `base`.
+    /// Creates a logarithmic axis, labelled with powers of `base`.
     pub fn logarithmic(label: &str, base: f64) -> Self {
         Self { base: Some(base), ..Self::new(label) }
     }
 
-    /// The label of a tick.
+    /// Returns the label of a tick.
     fn tick(&self, value: f64) -> String {
         match self.base {
             None => number(value),
@@ -42,25 +42,25 @@ impl Axis {
         }
     }
 
-    /// A vertical axis of categories, from the bottom.
+    /// Creates a vertical axis of categories, listed from the bottom.
     pub fn named(names: Vec<String>) -> Self {
         let range = Some([-0.5, names.len() as f64 - 0.5]);
         Self { label: String::new(), range, names, base: None }
     }
 }
 
-/// A point with an error bar: vertical, or horizontal where the vertical axis has categories.
+/// A point with an error bar. The bar is vertical, or horizontal if the vertical axis has categories.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mark {
-    /// Place along the x axis.
+    /// Position along the x axis.
     pub x: f64,
-    /// Place along the y axis.
+    /// Position along the y axis.
     pub y: f64,
-    /// Ends of the error bar.
+    /// Lower and upper end of the error bar.
     pub bar: Option<[f64; 2]>,
 }
 
-/// How a series is drawn.
+/// The style in which a series is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Style {
     /// Points alone.
@@ -69,50 +69,50 @@ pub enum Style {
     Line,
     /// Rings joined by a line.
     Rings,
-    /// A dashed line without points, as for a prediction.
+    /// A dashed line without points, such as for a prediction.
     Dashed,
     /// A dotted line without points.
     Dotted,
 }
 
-/// Points of one name and style.
+/// A named set of points with a common style.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
-    /// Its name in the legend.
+    /// Name in the legend.
     pub name: String,
-    /// Its points.
+    /// Points.
     pub marks: Vec<Mark>,
-    /// How it is drawn.
+    /// Style of the points.
     pub style: Style,
-    /// The number of its colour; its place among the series if not given.
+    /// Index of the colour; `None` for the index of the series.
     pub colour: Option<usize>,
 }
 
 impl Series {
-    /// A series in the colour of its place.
+    /// Creates a series. Its colour follows from its index among the series.
     pub fn new(name: impl Into<String>, marks: Vec<Mark>, style: Style) -> Self {
         Self { name: name.into(), marks, style, colour: None }
     }
 }
 
-/// A picture of results.
+/// A figure of an experiment's results.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
-    /// What it shows.
+    /// Title.
     pub title: String,
-    /// The horizontal axis.
+    /// Horizontal axis.
     pub x: Axis,
-    /// The vertical axis.
+    /// Vertical axis.
     pub y: Axis,
-    /// The data.
+    /// Data.
     pub series: Vec<Series>,
 }
 
 impl Figure {
-    /// The figure as an SVG document.
+    /// Draws the figure as an SVG document.
     ///
     /// # Errors
-    /// [`TaskError::Figure`] if it cannot be drawn.
+    /// [`TaskError::Figure`] if the figure cannot be drawn.
     pub fn to_svg(&self) -> Result<String, TaskError> {
         let mut svg = String::new();
         self.draw(&mut svg).map_err(|reason| TaskError::Figure { reason })?;
@@ -120,7 +120,7 @@ impl Figure {
     }
 }
 
-/// A number as the label of a tick.
+/// Formats a number as the label of a tick.
 fn number(value: f64) -> String {
     let rounded = (value * 1e6).round() / 1e6;
     if rounded == 0.0 { "0".into() } else { rounded.to_string() }
