@@ -10,10 +10,10 @@
 macro_rules! guide {
     ($name:ident, $file:literal) => {
         #[doc = concat!(
-            "[build profiles]: crate#build-profiles\n[timing]: crate::guide::timing\n",
-            "[ablation]: crate::guide::ablation\n\n",
-            include_str!($file),
-        )]
+                    "[build profiles]: crate#build-profiles\n[timing]: crate::guide::timing\n",
+                    "[ablation]: crate::guide::ablation\n\n",
+                    include_str!($file),
+                )]
         pub mod $name {}
     };
 }
