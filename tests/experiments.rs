@@ -311,7 +311,10 @@ fn table_4_is_the_papers_within_8_points_and_ours_is_above_99_9_percent() {
 /// The mean, or the rate, of the one cell with these settings.
 fn value(cells: &[serde_json::Value], settings: &serde_json::Value) -> (f64, f64) {
     let is = |cell: &&serde_json::Value| {
-        settings.as_object().expect("settings").iter().all(|(key, value)| cell[key] == *value)
+        let same = |(key, value): (&String, &serde_json::Value)| {
+            cell[key] == *value || (value.is_number() && cell[key].as_f64() == value.as_f64())
+        };
+        settings.as_object().expect("settings").iter().all(same)
     };
     let cell = cells.iter().find(is).unwrap_or_else(|| panic!("{settings} in {cells:?}"));
     let number = cell.get("rate").or(cell.get("mean")).and_then(serde_json::Value::as_f64);
