@@ -59,7 +59,8 @@ pub fn main() -> Result<(), Box<dyn Error>> {
     println!("{failed} attempts failed, {unexplained} groups of poses are in no state");
 
     let renames = [("LID_AT_STAND", "BOX_CLOSED"), ("PUT_LID_AT_STAND", "CLOSE_BOX")];
-    let domain = learned.domain.rename(&renames.map(|(old, new)| (old.into(), new.into())))?;
+    let renames = renames.map(|(old, new)| (old.to_owned(), new.to_owned()));
+    let domain = learned.domain.rename(&renames)?;
 
     // A scene that was not demonstrated: which states hold, and what comes next?
     let scene = line(0, 0, "", [0.33, 0.21, 0.05], [0.17, -0.13, 0.01]);

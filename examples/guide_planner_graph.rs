@@ -82,18 +82,18 @@ fn embed() -> Result<(), Box<dyn Error>> {
     let mut sim = Simulator::new(graph.into(), RunConfig::default())?;
     sim.run_for(ms(600))?;
 
-    let mut shown = "";
+    let (mut last_held, mut last_action) = ("", "");
     for ((time_s, held), (_, action)) in sim.samples(&held).iter().zip(sim.samples(&acted).iter()) {
         for name in ["TEA_READY", "WATER_HOT"] {
-            if shown != name && cosine(&held, &states.get(name)?) > 0.9 {
+            if last_held != name && cosine(&held, &states.get(name)?) > 0.9 {
                 println!("{:>3.0} ms: the goal buffer holds {name}", 1e3 * time_s);
-                shown = name;
+                last_held = name;
             }
         }
         for name in ["BOIL_WATER", "BREW_TEA"] {
-            if shown != name && cosine(&action, &actions.get(name)?) > 0.99 {
+            if last_action != name && cosine(&action, &actions.get(name)?) > 0.99 {
                 println!("{:>3.0} ms: the planner does {name}", 1e3 * time_s);
-                shown = name;
+                last_action = name;
             }
         }
     }

@@ -6,7 +6,7 @@
 use std::cell::RefCell;
 use std::fs;
 use std::path::Path;
-use std::sync::LazyLock;
+use std::sync::Mutex;
 
 use assert_cmd::Command;
 
@@ -44,12 +44,17 @@ struct Guide {
     main: fn() -> Result<(), Box<dyn std::error::Error>>,
 }
 
-/// The folder in which all examples run: some write files.
-static FOLDER: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
+static CURRENT: Mutex<()> = Mutex::new(());
+
+/// Runs `test` while a new folder is the current one: some examples write files.
+fn in_folder(test: impl FnOnce(&Path)) {
+    let _guard = CURRENT.lock().unwrap_or_else(|error| error.into_inner());
+    let before = std::env::current_dir().expect("a folder");
     let folder = tempfile::tempdir().expect("a folder");
     std::env::set_current_dir(folder.path()).expect("it can be entered");
-    folder
-});
+    test(folder.path());
+    std::env::set_current_dir(before).expect("it is still there");
+}
 
 /// The blocks of `text` that are fenced as `kind`.
 fn blocks<'t>(text: &'t str, kind: &str) -> Vec<&'t str> {
@@ -61,12 +66,11 @@ fn blocks<'t>(text: &'t str, kind: &str) -> Vec<&'t str> {
 impl Guide {
     /// Compares the guide's code with the example, and its output with what the example prints.
     fn check(&self) {
-        let folder = FOLDER.path();
         let code = self.example.split_once("\n\n").expect("a heading").1;
         let code = code.replace("\npub fn main()", "\nfn main()");
         assert_eq!(blocks(self.text, "rust").join("\n"), code, "the guide is not the example");
         PRINTED.take();
-        (self.main)().unwrap_or_else(|error| panic!("in {}: {error}", folder.display()));
+        (self.main)().expect("the example runs");
         let printed = PRINTED.take();
         let shown = blocks(self.text, "text").into_iter().filter(|block| !block.starts_with('$'));
         let (shown, mut expected) = (shown.collect::<String>(), printed.lines());
@@ -144,7 +148,7 @@ fn the_guide_to_modules_shows_what_its_program_prints() {
 
 #[test]
 fn the_guide_to_ablations_shows_what_its_program_prints() {
-    guide!("ablation", guide_ablation).check();
+    in_folder(|_| guide!("ablation", guide_ablation).check());
 }
 
 #[test]
@@ -170,13 +174,14 @@ fn run_direct_lines(guide: &str, folder: &Path) -> usize {
 #[test]
 fn the_guide_to_your_own_task_shows_what_its_program_and_the_commands_print() {
     let guide = guide!("own_task", guide_own_task);
-    guide.check();
-    let folder = FOLDER.path();
-    let text = fs::read_to_string(folder.join("packing.jsonl")).expect("the example wrote it");
-    let bad = text.replace("[0.5,0.0,0.1]", "[0.5,0.0]").replace("[0.5, 0.0, 0.1]", "[0.5, 0.0]");
-    assert_ne!(text, bad);
-    fs::write(folder.join("bad.jsonl"), bad).expect("writes");
-    assert_eq!(run_blocks(guide.text, folder), 5);
+    in_folder(|folder| {
+        guide.check();
+        let text = fs::read_to_string(folder.join("packing.jsonl")).expect("the example wrote it");
+        let bad = text.replace("[0.5, 0.0, 0.1]", "[0.5, 0.0]");
+        assert_ne!(text, bad);
+        fs::write(folder.join("bad.jsonl"), bad).expect("writes");
+        assert_eq!(run_blocks(guide.text, folder), 5);
+    });
 }
 
 #[test]
