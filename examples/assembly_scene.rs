@@ -11,7 +11,7 @@ use symbolt::task::learn::{Settings, learn};
 use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
 use symbolt::task::{Grounding, demonstrate};
 
-pub fn main() -> Result<(), Box<dyn Error>> {
+pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let mut task = NutsAndBolts::default();
     task.jig.hole = [0.58, -0.16];
     task.part.friction = 0.3;

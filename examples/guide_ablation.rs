@@ -120,7 +120,7 @@ fn count() -> Result<(), TaskError> {
     Ok(())
 }
 
-pub fn main() -> Result<(), Box<dyn Error>> {
+pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     leave_out()?;
     compute_otherwise()?;
     count()?;

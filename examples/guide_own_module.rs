@@ -181,7 +181,7 @@ fn world() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-pub fn main() -> Result<(), Box<dyn Error>> {
+pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     module()?;
     faults()?;
     node()?;

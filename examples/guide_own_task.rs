@@ -43,7 +43,7 @@ fn record() -> String {
     text
 }
 
-pub fn main() -> Result<(), Box<dyn Error>> {
+pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let text = record();
     fs::write("packing.jsonl", &text)?;
     let (recording, _labels) = Recording::parse(text.as_bytes(), "packing.jsonl")?;

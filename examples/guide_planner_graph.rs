@@ -146,7 +146,7 @@ fn rebuild() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-pub fn main() -> Result<(), Box<dyn Error>> {
+pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     ask()?;
     choose()?;
     embed()?;

@@ -71,7 +71,7 @@ fn over_seeds() -> Result<(), TaskError> {
     Ok(())
 }
 
-pub fn main() -> Result<(), Box<dyn Error>> {
+pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     milestones()?;
     whole_plan()?;
     quicker()?;

@@ -66,7 +66,7 @@ impl Guide {
     /// Compares the guide's code with the example, and its output with what the example prints.
     fn check(&self) {
         let code = self.example.split_once("\n\n").expect("a heading").1;
-        let code = code.replace("\npub fn main()", "\nfn main()");
+        let code = code.replace("\npub(crate) fn main()", "\nfn main()");
         assert_eq!(blocks(self.text, "rust").join("\n"), code, "the guide is not the example");
         PRINTED.take();
         (self.main)().expect("the example runs");
