@@ -1,13 +1,11 @@
-//! What the cleanup memory between two recalls is for: one graph with it and without it, on the same noise.
+//! Shows what the cleanup memory between two recalls contributes: with and without it, on the same noise.
 //!
 //! `cargo run --release --example ablate_cleanup`
 
 use std::{error::Error, sync::Arc};
 
-use symbolt::neurons::SelectRule;
 use symbolt::prelude::*;
-use symbolt::sim::VocabTag;
-use symbolt::spa::{CleanupMemory, ItemMemory, UnbindFixed, VocabularyBuilder};
+use symbolt::spa::ItemMemory;
 use symbolt::study::statistics::Rate;
 
 struct Things;
@@ -15,13 +13,13 @@ impl VocabTag for Things {
     const NAME: &'static str = "things";
 }
 
-/// On which shelf is the nut? It is in a tray, and the tray is on a shelf: the second recall asks with what
-/// the first one gave, and noise of norm `sigma`. Right answers of 200: with the cleanup, with its synapse alone.
+/// Asks on which shelf the nut is. The nut is in a tray and the tray is on a shelf, so a second recall starts from the
+/// first one's result plus noise of norm `sigma`. Returns right answers of 200: with the cleanup, and with only its synapse.
 pub fn run(sigma: f32) -> Result<[Rate; 2], Box<dyn Error>> {
     let names = "NUT BOLT GEAR PIN RED BLUE GREY PINK LEFT RIGHT TOP LOW".split(' ');
     let things = VocabularyBuilder::<Things>::new(256, Seed::new(1)).pointers(names).build()?;
     let tray = things.parse("(NUT * RED + BOLT * BLUE + GEAR * GREY + PIN * PINK) * ~NUT")?;
-    // To unbind by this is to go from a tray to its shelf.
+    // Unbinding by this leads from a tray to its shelf.
     let shelves = "~(~RED * LEFT + ~BLUE * RIGHT + ~GREY * TOP + ~PINK * LOW)";
     let (trays, best) = (["RED", "BLUE", "GREY", "PINK"], SelectRule::WinnerTakeAll { level: 0.0 });
     let mut graph = GraphBuilder::new();

@@ -1,4 +1,4 @@
-//! A node of one's own, a controller that remembers a sum, in a loop with the water that it heats.
+//! Your own node: a controller that remembers a sum, in a loop with the water that it heats.
 //!
 //! `cargo run --example custom_node`
 
@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use symbolt::prelude::*;
 use symbolt::sim::{
-    AdvanceIo, Fingerprint, InputSpec, Node, NodeFault, OutputSpec, PortDecl, Real, Scalar,
-    StateSpec, StepCx,
+    AdvanceIo, Fingerprint, InputSpec, Node, NodeFault, OutputSpec, PortDecl, Real, StateSpec,
+    StepCx,
 };
 
 /// A proportional-integral controller.
@@ -17,8 +17,8 @@ struct Controller {
 }
 
 impl Node for Controller {
-    // What changes is declared as state, so that the engine can reset, save and restore it. A registered
-    // output is shown from the next tick on, so that it may stand in a loop.
+    // The engine resets, saves and restores declared state. A registered output is visible from the next tick
+    // on, so it may stand in a loop.
     fn declare(&self, ports: &mut PortDecl) {
         ports
             .input("celsius", InputSpec::scalar().at_advance())
@@ -45,7 +45,7 @@ pub fn run() -> Result<Real, Box<dyn Error>> {
     let controller = graph.node("controller", Controller { setpoint: 80.0 });
     let room = graph.add("room", Constant::scalar(20.0));
     let water = graph.add("water", Add::scalar());
-    // Heated, the water nears its end temperature by a time constant of 2 s, which is what a synapse does.
+    // The water approaches its final temperature with a time constant of 2 s, as a synapse does.
     let power = controller.output::<Scalar>("power");
     graph.connect(&power, &water.input, Synapse::lowpass_ms(2000));
     graph.connect(&room, &water.input, Synapse::None);

@@ -1,22 +1,19 @@
-//! A frame of two bound pairs, taken apart by a graph: unbind, clean up, watch the answer arrive.
+//! Unbinds one of two bound pairs, cleans the result up, and shows when the answer arrives.
 //!
 //! `cargo run --example hello_pointer`
 
 use std::error::Error;
 use std::sync::Arc;
 
-use symbolt::neurons::SelectRule;
 use symbolt::prelude::*;
-use symbolt::sim::VocabTag;
-use symbolt::spa::{CleanupMemory, Unbind, VocabularyBuilder, dot};
 
 struct Parts;
 impl VocabTag for Parts {
     const NAME: &'static str = "parts";
 }
 
-/// Asks "what is in the jig?" and returns the simulated ms at which the answer is above 0.8 of NUT, and its
-/// final similarity.
+/// Asks "what is in the jig?". Returns the simulated ms at which the answer's dot product with NUT exceeds 0.8, and its
+/// final value.
 pub fn run() -> Result<(f64, f32), Box<dyn Error>> {
     let parts = VocabularyBuilder::<Parts>::new(256, Seed::new(1))
         .pointers(["NUT", "BOLT", "JIG", "TABLE"])

@@ -1,18 +1,18 @@
-//! Learns from demonstrations with failed attempts and lost parts, then reads one scene through what was learned.
+//! Learns from demonstrations with failed attempts and lost parts, then classifies the objects of a new scene.
 //!
 //! `cargo run --example learn_recording`
 
 use std::error::Error;
 
-use symbolt::sim::Seed;
+use symbolt::prelude::*;
 use symbolt::task::learn::{Learned, Settings, learn};
 use symbolt::task::tasks::nuts_and_bolts::SyntheticDemonstrations;
 use symbolt::task::{Classifier, Grounding};
 
-/// Ids of objects, and the states that they are in.
+/// Each object's id and state.
 pub type Seen = Vec<(String, Option<String>)>;
 
-/// What was learned, and the state of each part in a fresh scene.
+/// The learned domain with its report, and the state of each part in a new scene.
 pub fn run() -> Result<(Learned, Seen), Box<dyn Error>> {
     let synthetic = SyntheticDemonstrations {
         demos: 7,

@@ -1,14 +1,11 @@
-//! How much noise a cleanup memory bears, by the number of its items.
+//! Measures how much noise a cleanup memory tolerates, by its number of items.
 //!
 //! `cargo run --release --example noise_sweep`
 
 use std::error::Error;
 use std::sync::Arc;
 
-use symbolt::neurons::SelectRule;
 use symbolt::prelude::*;
-use symbolt::sim::VocabTag;
-use symbolt::spa::{CleanupMemory, VocabularyBuilder, cosine};
 
 struct Items;
 impl VocabTag for Items {
@@ -18,7 +15,7 @@ impl VocabTag for Items {
 /// Norms of the noise.
 pub const SIGMAS: [f32; 4] = [0.0, 2.0, 8.0, 32.0];
 
-/// The share of 50 trials that recalled the right one of `items`, for each of [`SIGMAS`].
+/// Share of 50 trials that recalled the right one of `items`, for each of [`SIGMAS`].
 pub fn run(items: usize) -> Result<Vec<f64>, Box<dyn Error>> {
     let vocabulary = VocabularyBuilder::<Items>::new(128, Seed::new(1)).any_similarity();
     let vocabulary = vocabulary.pointers((0..items).map(|i| format!("ITEM_{i}"))).build()?;
@@ -38,7 +35,7 @@ pub fn run(items: usize) -> Result<Vec<f64>, Box<dyn Error>> {
     let share = |sigma| {
         let mut recalled = 0.0;
         for trial in 0..50 {
-            // A run's seed and scale change the noise alone: every sigma meets the same draws.
+            // Seed and scale of a run change only the noise, so every sigma has the same draws.
             let config = RunConfig::seeded(Seed::new(trial)).with_noise(sigma);
             let mut sim = Simulator::new(graph.clone(), config)?;
             sim.run_for(SimDuration::from_millis(50))?;
@@ -53,7 +50,7 @@ pub fn run(items: usize) -> Result<Vec<f64>, Box<dyn Error>> {
 fn main() -> Result<(), Box<dyn Error>> {
     for items in [10, 100] {
         let percent = run(items)?.iter().map(|share| 100.0 * share).collect::<Vec<_>>();
-        println!("Of {items} items, at noise {SIGMAS:?}, is recalled: {percent:.0?} %");
+        println!("{items} items, noise {SIGMAS:?}: recalled in {percent:.0?} % of trials");
     }
     Ok(())
 }

@@ -1,18 +1,17 @@
-//! The plan of `two_step_plan` once in direct mode and once in spiking neurons: same graph, same steps.
+//! Runs the plan of `two_step_plan` in direct mode and in spiking neurons: same graph, same steps.
 //!
 //! `cargo run --release --example same_plan_spiking`
 
 use std::error::Error;
 
-use symbolt::neurons::LifSpec;
 use symbolt::prelude::*;
-use symbolt::task::planner::{PlanEnd, Planner, PlannerSpec};
-use symbolt::task::{ActionId, DomainBuilder};
+use symbolt::task::ActionId;
+use symbolt::task::planner::PlanEnd;
 
 /// A plan: its actions, each with the simulated ms of its decision.
 pub type Steps = Vec<(String, f64)>;
 
-/// The plan in direct mode, and that in leaky integrate-and-fire neurons.
+/// The plan in direct mode and in leaky integrate-and-fire neurons.
 pub fn run() -> Result<[Steps; 2], Box<dyn Error>> {
     let domain = DomainBuilder::new()
         .action("BOIL_WATER", ["KETTLE_FULL"], ["WATER_HOT"])
@@ -20,7 +19,7 @@ pub fn run() -> Result<[Steps; 2], Box<dyn Error>> {
         .build()?;
     let scene = domain.counts(["KETTLE_FULL", "LEAVES_IN_POT"])?;
 
-    // The one thing that differs is what every layer of the graph is computed by.
+    // Only the way in which each layer is computed differs.
     let plan_in = |population: Population| -> Result<Steps, Box<dyn Error>> {
         let plan = PopulationPlan::all(population);
         let planner = Planner::with_plan(&domain, PlannerSpec::default(), &plan, Seed::new(1))?;

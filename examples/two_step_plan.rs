@@ -1,12 +1,12 @@
-//! A domain written in code, planned by the planner graph in simulated time.
+//! Plans in a domain that is written in code.
 //!
 //! `cargo run --example two_step_plan`
 
 use std::error::Error;
 
-use symbolt::sim::Seed;
-use symbolt::task::planner::{PlanEnd, Planner, PlannerSpec};
-use symbolt::task::{ActionId, DomainBuilder};
+use symbolt::prelude::*;
+use symbolt::task::ActionId;
+use symbolt::task::planner::PlanEnd;
 
 /// The plan's actions, each with the simulated ms of its decision.
 pub fn run() -> Result<Vec<(String, f64)>, Box<dyn Error>> {

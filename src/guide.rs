@@ -1,26 +1,27 @@
-//! Guides, one for each kind of user; their code is compiled and run as tests.
+//! Guides. Each is one program, an example of the repository, and shows what the program prints.
 //!
-//! | for whom | guide |
+//! | for | guide |
 //! |---|---|
-//! | modellers of cognition | [`planner_graph`]: a planner graph in code; [`timing`]: when each step of a plan is reached; [`ablation`]: what a part is for |
-//! | engineers | [`own_module`]: a module, a node or a world of one's own |
-//! | roboticists | [`own_task`]: a task of one's own from recordings; `scene`: other sizes, places and motors (feature `physics`) |
+//! | modellers of cognition | [`planner_graph`]: a planner graph in code; [`timing`]: when each step of a plan is reached; [`ablation`]: what a part contributes |
+//! | engineers | [`own_module`]: your own module, node or world |
+//! | roboticists | [`own_task`]: your own task from recordings; `scene`: other sizes, places and motors (feature `physics`) |
 
-#[doc = include_str!("../docs/ablation.md")]
-pub mod ablation {}
+/// A module that shows a file of `docs`. Its links come first and replace those of the file, which lead to other files.
+macro_rules! guide {
+    ($name:ident, $file:literal) => {
+        #[doc = concat!(
+                    "[build profiles]: crate#build-profiles\n[timing]: crate::guide::timing\n",
+                    "[ablation]: crate::guide::ablation\n\n",
+                    include_str!($file),
+                )]
+        pub mod $name {}
+    };
+}
 
-#[doc = include_str!("../docs/own_module.md")]
-pub mod own_module {}
-
-#[doc = include_str!("../docs/own_task.md")]
-pub mod own_task {}
-
-#[doc = include_str!("../docs/planner_graph.md")]
-pub mod planner_graph {}
-
+guide!(ablation, "../docs/ablation.md");
+guide!(own_module, "../docs/own_module.md");
+guide!(own_task, "../docs/own_task.md");
+guide!(planner_graph, "../docs/planner_graph.md");
 #[cfg(feature = "physics")]
-#[doc = include_str!("../docs/scene.md")]
-pub mod scene {}
-
-#[doc = include_str!("../docs/timing.md")]
-pub mod timing {}
+guide!(scene, "../docs/scene.md");
+guide!(timing, "../docs/timing.md");

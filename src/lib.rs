@@ -1,7 +1,131 @@
-#![doc = include_str!("../README.md")]
+//! A planner in semantic pointers, from demonstrations to a robot that acts.
+//!
+//! symbolt learns the states and actions of a task from a few recorded demonstrations, turns them into semantic
+//! pointers, and plans with a graph of modules in simulated time. The same graph runs as exact maths, as firing rates or
+//! as spiking neurons, and reports in simulated milliseconds when it reached each step of a decision. You can also use
+//! only a part: the engine and its modules for your own cognitive models, or the learner and planner for your own recordings.
+//!
+//! It follows the Neural Engineering Framework and the Semantic Pointer Architecture. [`glossary`] explains their terms, as they
+//! are used here, on one page.
+//!
+//! # A first graph
+//!
+//! You describe a graph, build it, and run it. A port is typed by its vocabulary: a pointer of parts does not fit where
+//! a pointer of actions is expected.
+//!
+//! ```
+//! use symbolt::prelude::*;
+//!
+//! struct Parts;
+//! impl VocabTag for Parts { const NAME: &'static str = "parts"; }
+//!
+//! let parts = VocabularyBuilder::<Parts>::new(256, Seed::new(1)).pointers(["NUT", "JIG"]).build()?;
+//! let mut graph = GraphBuilder::new();
+//! let nut = graph.add("nut", Constant::pointer(parts.space(), &parts.get("NUT")?));
+//! let jig = graph.add("jig", Constant::pointer(parts.space(), &parts.get("JIG")?));
+//! let bind = graph.add("bind", Bind::new(&parts));
+//! graph.connect(&nut, &bind.a, Synapse::None);
+//! graph.connect(&jig, &bind.b, Synapse::None);
+//!
+//! let graph = graph.build(Timebase::default(), &PopulationPlan::direct(), Seed::new(1))?;
+//! let mut sim = Simulator::new(graph.into(), RunConfig::default())?;
+//! sim.run_for(SimDuration::from_millis(50))?;
+//! assert!(cosine(&sim.value(&bind.output), &parts.parse("JIG * NUT")?) > 0.999);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # The main types
+//!
+//! | to | use |
+//! |---|---|
+//! | name pointers | [`VocabularyBuilder`](spa::VocabularyBuilder), [`Vocabulary`](spa::Vocabulary), [`VocabTag`](sim::VocabTag) |
+//! | describe a graph | [`GraphBuilder`](sim::GraphBuilder), [`Synapse`](sim::Synapse), [`ProbeSpec`](sim::ProbeSpec) |
+//! | feed it | [`Constant`](sim::Constant), [`Stimulus`](sim::Stimulus), [`Noise`](sim::Noise) |
+//! | compute with pointers | [`Bind`](spa::Bind), [`Unbind`](spa::Unbind), [`CleanupMemory`](spa::CleanupMemory), [`AssociativeMemory`](spa::AssociativeMemory), [`State`](spa::State), [`GoalBuffer`](spa::GoalBuffer), [`BasalGanglia`](spa::BasalGanglia) |
+//! | choose exact maths, rates or spikes | [`PopulationPlan`](neurons::PopulationPlan), [`Population`](neurons::Population), [`LifSpec`](neurons::LifSpec) |
+//! | run it | [`Simulator`](sim::Simulator), [`RunConfig`](sim::RunConfig), [`Seed`](sim::Seed) |
+//! | add your own part | [`Module`](sim::Module), [`Node`](sim::Node), [`World`](sim::World) |
+//! | learn a domain, or write one | [`Recording`](task::Recording), [`learn`](task::learn::learn), [`Domain`](task::Domain), [`DomainBuilder`](task::DomainBuilder) |
+//! | find an object's state | [`Classifier`](task::Classifier) |
+//! | plan | [`Planner`](task::planner::Planner), [`PlannerSpec`](task::planner::PlannerSpec), [`Decision`](task::planner::Decision) |
+#![cfg_attr(
+    feature = "physics",
+    doc = "| act in physics | [`Task`](task::tasks::Task), [`demonstrate`](task::demonstrate), [`episode`](task::execute::episode) |"
+)]
+//! | count over trials | [`Experiment`](study::experiment::Experiment), [`Run`](study::experiment::Run) |
+//!
+//! [`prelude`] exports what nearly every program needs. [`guide`] has six guides: planner graphs in code, your own modules, timing,
+//! ablations, your own recordings, and the scene.
+//!
+//! # What it is not for
+//!
+//! - General neural networks: there are no learning rules for synapses, no neuron types besides LIF and its rate, and no GPU backend.
+//! - Existing Nengo models: they have to be rewritten. The README compares the names.
+//! - Perception: learner and planner receive poses of objects, not images.
+//! - Driving a real arm: the robot and its physics are a simulation, with perfect sensing.
+//!
+//! # Feature flags
+//!
+//! | feature | default | adds |
+//! |---|---|---|
+//! | `physics` | yes | the scene in Rapier, skills, the closed loop, and the report |
+//! | `cli` | yes | the program `symbolt`; turns on `physics` |
+//!
+//! `default-features = false` leaves the engine, neurons, algebra, learner, planner and experiments.
+//!
+//! # Build profiles
+//!
+//! A plain `cargo run` in your own crate compiles symbolt without optimisation, and the program is then slow: spiking neurons and
+//! physics become tens of times slower. Run with `--release`, or add this to your `Cargo.toml`:
+//!
+//! ```toml
+//! [profile.dev.package."*"]
+//! opt-level = 3
+//! ```
+//!
+//! It optimises your dependencies once and leaves your own code quick to compile.
 #![deny(unsafe_code)]
 
 pub mod files;
+// These links come first and replace those of the file, which lead to source files.
+#[doc = concat!(
+    "[`AssociativeMemory`]: crate::spa::AssociativeMemory\n",
+    "[`BasalGanglia`]: crate::spa::BasalGanglia\n",
+    "[`Bind`]: crate::spa::Bind\n",
+    "[`Classifier`]: crate::task::Classifier\n",
+    "[`CleanupMemory`]: crate::spa::CleanupMemory\n",
+    "[`Decision`]: crate::task::planner::Decision\n",
+    "[`Domain`]: crate::task::Domain\n",
+    "[`GoalBuffer`]: crate::spa::GoalBuffer\n",
+    "[`GraphBuilder`]: crate::sim::GraphBuilder\n",
+    "[`ItemMemory`]: crate::spa::ItemMemory\n",
+    "[`LifSpec`]: crate::neurons::LifSpec\n",
+    "[`Module`]: crate::sim::Module\n",
+    "[`Node`]: crate::sim::Node\n",
+    "[`Noise`]: crate::sim::Noise\n",
+    "[`Operator`]: crate::task::Operator\n",
+    "[`Pointer`]: crate::sim::Pointer\n",
+    "[`Population`]: crate::neurons::Population\n",
+    "[`PopulationPlan`]: crate::neurons::PopulationPlan\n",
+    "[`ProbeSpec`]: crate::sim::ProbeSpec\n",
+    "[`Recording`]: crate::task::Recording\n",
+    "[`Scalar`]: crate::sim::Scalar\n",
+    "[`Seed`]: crate::sim::Seed\n",
+    "[`SelectRule`]: crate::neurons::SelectRule\n",
+    "[`Simulator`]: crate::sim::Simulator\n",
+    "[`Synapse`]: crate::sim::Synapse\n",
+    "[`Unbind`]: crate::spa::Unbind\n",
+    "[`Vector`]: crate::sim::Vector\n",
+    "[`Vocabulary`]: crate::spa::Vocabulary\n",
+    "[`World`]: crate::sim::World\n",
+    "[`WorldState`]: crate::task::WorldState\n",
+    "[`statistics`]: crate::study::statistics\n",
+    "\n",
+    include_str!("../docs/glossary.md"),
+)]
+pub mod glossary {}
+// The guides' blocks are parts of programs: the examples `guide_*` compile them, not rustdoc.
+#[cfg(not(doctest))]
 pub mod guide;
 pub mod neurons;
 #[cfg(feature = "physics")]
@@ -11,11 +135,23 @@ pub mod spa;
 pub mod study;
 pub mod task;
 
-/// What most programs that build a graph need.
+/// The README's Rust blocks, compiled and run as doctests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+mod readme {}
+
+/// Names that nearly every program needs: `use symbolt::prelude::*;`.
 pub mod prelude {
-    pub use crate::neurons::{Population, PopulationPlan};
+    pub use crate::neurons::{LifSpec, Population, PopulationPlan, SelectRule};
     pub use crate::sim::{
-        Add, Constant, GraphBuilder, Module, Noise, ProbeSpec, RunConfig, Scope, Seed, SimDuration,
-        Simulator, StopReason, Synapse, Timebase,
+        Add, Constant, GraphBuilder, In, Module, Noise, Out, Pointer, ProbeSpec, RunConfig, Scalar,
+        Scope, Seed, SimDuration, Simulator, Stimulus, StopReason, Synapse, Threads, Timebase,
+        Vector, VocabTag,
     };
+    pub use crate::spa::{
+        AssociativeMemory, BasalGanglia, Bind, CleanupMemory, Gate, GoalBuffer, State, Superpose,
+        Unbind, UnbindFixed, Vocabulary, VocabularyBuilder, cosine, dot,
+    };
+    pub use crate::task::planner::{Planner, PlannerSpec};
+    pub use crate::task::{Domain, DomainBuilder, TaskError, Verdict};
 }

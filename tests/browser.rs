@@ -3,12 +3,11 @@
 #![cfg(feature = "cli")]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use std::fs::File;
 use std::process::ExitCode;
 
 use ndarray::{Array1, Array2, Array3};
-use ndarray_npy::NpzReader;
 use serde_json::{Value, json};
+use symbolt::files::npz::NpzReader;
 
 #[path = "support/browser.rs"]
 mod browser;
@@ -41,12 +40,12 @@ fn main() -> ExitCode {
 }
 
 fn in_a_browser_scene_traces_and_decisions_follow_the_moment() {
-    let mut npz =
-        NpzReader::new(File::open(made().join("arrays.npz")).expect("there")).expect("npz");
-    let times: Array1<f64> = npz.by_name("frames_t").expect("times");
-    let parts: Array3<f32> = npz.by_name("frames_parts").expect("parts");
-    let thought: Array1<f64> = npz.by_name("modules_t").expect("times");
-    let module: Array2<f32> = npz.by_name("module_cause").expect("a module");
+    let arrays = std::fs::read(made().join("arrays.npz")).expect("there");
+    let mut npz = NpzReader::new(&arrays).expect("npz");
+    let times: Array1<f64> = npz.read("frames_t").expect("times");
+    let parts: Array3<f32> = npz.read("frames_parts").expect("parts");
+    let thought: Array1<f64> = npz.read("modules_t").expect("times");
+    let module: Array2<f32> = npz.read("module_cause").expect("a module");
     let lines = text(made(), "trace.jsonl");
     let asked: Vec<f64> = lines
         .lines()

@@ -671,33 +671,3 @@ fn help_version_and_completions_are_there() {
     assert!(ok(folder.path(), &["completions", "bash"]).contains("_symbolt"));
     assert!(files(folder.path()).is_empty());
 }
-
-/// Blocks of the README that follow `<!-- lines of: symbolt ... -->`: the command and its lines.
-fn shown_in_the_readme() -> Vec<(Vec<&'static str>, Vec<&'static str>)> {
-    let readme = include_str!("../README.md");
-    let mut lines = readme.lines();
-    let mut shown = Vec::new();
-    while let Some(line) = lines.next() {
-        let Some(command) = line.strip_prefix("<!-- lines of: symbolt ") else { continue };
-        let command = command.trim_end_matches(" -->").split(' ').collect();
-        assert_eq!(lines.next(), Some("```text"));
-        let block = lines.by_ref().take_while(|l| *l != "```").filter(|l| !l.is_empty()).collect();
-        shown.push((command, block));
-    }
-    shown
-}
-
-#[test]
-fn the_readme_shows_what_the_program_prints() {
-    let shown = shown_in_the_readme();
-    assert_eq!(shown.len(), 1);
-    for (command, block) in shown {
-        let folder = tempfile::tempdir().expect("a folder");
-        let printed = ok(folder.path(), &command);
-        let mut rest = printed.lines();
-        assert!(block.len() > 10);
-        for line in block {
-            assert!(rest.any(|l| l == line), "not printed, or not in this order: {line}");
-        }
-    }
-}

@@ -394,6 +394,84 @@ fn table_4_is_the_papers_within_8_points_and_ours_is_above_99_9_percent() {
     assert!(one > two && two > three, "{one} {two} {three}");
 }
 
+/// The mean, or the rate, of the one cell with these settings.
+fn value(cells: &[serde_json::Value], settings: &serde_json::Value) -> (f64, f64) {
+    let is = |cell: &&serde_json::Value| {
+        let same = |(key, value): (&String, &serde_json::Value)| {
+            cell[key] == *value || (value.is_number() && cell[key].as_f64() == value.as_f64())
+        };
+        settings.as_object().expect("settings").iter().all(same)
+    };
+    let cell = cells.iter().find(is).unwrap_or_else(|| panic!("{settings} in {cells:?}"));
+    let number = cell.get("rate").or(cell.get("mean")).and_then(serde_json::Value::as_f64);
+    (number.expect("a number"), cell["sd"].as_f64().unwrap_or(f64::NAN))
+}
+
+#[test]
+#[ignore = "long statistics"]
+fn the_page_shows_what_table_4_and_timing_give() {
+    let page = include_str!("../docs/experiments.md");
+    let place = folder();
+    let cells =
+        |name| table(place.path(), &["experiment", name, "--quiet", "--json", "--out", name]);
+    let found = cells("table-4");
+    let row = |structure: u64, decoder: &str| -> String {
+        let rates = [0.1, 0.2, 0.3, 0.4, 0.5].map(|sigma| {
+            let settings =
+                serde_json::json!({"structure": structure, "sigma": sigma, "decoder": decoder});
+            format!(" {:.1} |", 100.0 * value(&found, &settings).0)
+        });
+        rates.concat()
+    };
+    for structure in 1..=3 {
+        let ours = format!("| our decoder, each structure |{}", row(structure, "best"));
+        assert!(page.contains(&ours), "structure {structure}: {ours}");
+        let line = format!("decoder here, structure {structure} |{}", row(structure, "paper"));
+        assert!(page.contains(&line), "{line}");
+    }
+    let found = cells("timing");
+    let of =
+        |mode: &str, what: &str| value(&found, &serde_json::json!({"mode": mode, "what": what}));
+    let [first, whole] = ["first decision (ms)", "whole plan (ms)"];
+    let line = format!(
+        "first decision {:.0} ms in direct mode, 334 ms (SD 11) in spiking neurons; a plan of three steps {:.0} ms and 645 ms (SD 19)",
+        of("direct", first).0,
+        of("direct", whole).0,
+    );
+    // Other processors round otherwise, and spikes follow.
+    for ((mean, sd), shown) in
+        [(of("lif", first), [334.0, 11.0]), (of("lif", whole), [645.0, 19.0])]
+    {
+        assert!((mean - shown[0]).abs() < 10.0 && (sd - shown[1]).abs() < 10.0, "{mean} {sd}");
+    }
+    assert!(page.contains(&line), "{line}");
+}
+
+#[test]
+fn the_page_shows_what_the_figures_about_distances_give() {
+    let page = include_str!("../docs/experiments.md");
+    let place = folder();
+    let cells =
+        |name| table(place.path(), &["experiment", name, "--quiet", "--json", "--out", name]);
+    let found = cells("figure-1a");
+    for (p, digits) in [(2, 2), (-3, 3)] {
+        let means = [0, 2, 6].map(|tight| {
+            let mean = value(&found, &serde_json::json!({"tight": tight, "p": p})).0;
+            format!("{mean:.digits$}")
+        });
+        let shown = format!("{} for p = {p}", means.join(" / "));
+        assert!(page.contains(&shown), "{shown}");
+    }
+    let found = cells("figure-1c");
+    let share = |p: i64| {
+        let pairs = "share of pairs within below those between";
+        100.0 * value(&found, &serde_json::json!({"p": p, "pairs": pairs})).0
+    };
+    let shown =
+        format!("{:.0}% of comparisons for p = -3, in {:.0}% for p = 2", share(-3), share(2));
+    assert!(page.contains(&shown), "{shown}");
+}
+
 #[test]
 #[ignore = "long statistics"]
 fn capacity_is_as_predicted_and_our_decoder_is_never_below_linear_reading() {

@@ -3,13 +3,12 @@
 #![cfg(feature = "cli")]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use std::fs::File;
 use std::path::Path;
 use std::process::Command;
 
 use ndarray::{Array1, Array2, Array3};
-use ndarray_npy::{NpzReader, NpzWriter};
 use serde_json::{Value, json};
+use symbolt::files::npz::{NpzReader, NpzWriter};
 
 #[path = "support/run.rs"]
 mod run;
@@ -157,31 +156,32 @@ fn a_damaged_array_is_left_out_alone() {
     let said = |change: &dyn Fn(&mut Modules)| {
         let copy = copied();
         let path = copy.path().join("arrays.npz");
-        let mut npz = NpzReader::new(File::open(&path).expect("there")).expect("arrays");
-        let times: Array1<f64> = npz.by_name("frames_t").expect("times");
-        let angles: Array2<f32> = npz.by_name("frames_angles").expect("angles");
-        let fingers: Array2<f32> = npz.by_name("frames_fingers").expect("fingers");
-        let parts: Array3<f32> = npz.by_name("frames_parts").expect("parts");
-        let samples: Array1<f64> = npz.by_name("modules_t").expect("times");
-        let names: Vec<String> = npz.names().expect("names");
+        let bytes = std::fs::read(&path).expect("there");
+        let mut npz = NpzReader::new(&bytes).expect("arrays");
+        let times: Array1<f64> = npz.read("frames_t").expect("times");
+        let angles: Array2<f32> = npz.read("frames_angles").expect("angles");
+        let fingers: Array2<f32> = npz.read("frames_fingers").expect("fingers");
+        let parts: Array3<f32> = npz.read("frames_parts").expect("parts");
+        let samples: Array1<f64> = npz.read("modules_t").expect("times");
+        let names: Vec<String> = npz.names();
         let names = names.into_iter().filter(|name| name.starts_with("module_"));
         let mut modules: Modules = names
             .map(|name| {
-                let values: Array2<f32> = npz.by_name(&name).expect("a module");
+                let values: Array2<f32> = npz.read(&name).expect("a module");
                 (name, values.mapv(f64::from))
             })
             .collect();
         change(&mut modules);
-        let mut npz = NpzWriter::new(File::create(&path).expect("made"));
-        npz.add_array("frames_t", &times).expect("written");
-        npz.add_array("frames_angles", &angles).expect("written");
-        npz.add_array("frames_fingers", &fingers).expect("written");
-        npz.add_array("frames_parts", &parts).expect("written");
-        npz.add_array("modules_t", &samples).expect("written");
+        let mut npz = NpzWriter::new();
+        npz.add("frames_t", &times).expect("written");
+        npz.add("frames_angles", &angles).expect("written");
+        npz.add("frames_fingers", &fingers).expect("written");
+        npz.add("frames_parts", &parts).expect("written");
+        npz.add("modules_t", &samples).expect("written");
         for (name, values) in &modules {
-            npz.add_array(name.as_str(), values).expect("written");
+            npz.add(name, values).expect("written");
         }
-        npz.finish().expect("written");
+        std::fs::write(&path, npz.finish().expect("finished")).expect("written");
         let (found, _) = report(copy.path());
         missing(&found).iter().map(|said| (*said).to_owned()).collect::<Vec<_>>()
     };
@@ -248,10 +248,10 @@ fn another_episode_than_the_first_can_be_recorded() {
     );
     // The frames begin as `scene.json` says and end when the second episode ends.
     let scene: Value = serde_json::from_str(&text(out, "scene.json")).expect("JSON");
-    let file = File::open(out.join("arrays.npz")).expect("there");
-    let mut npz = NpzReader::new(file).expect("arrays");
-    let parts: Array3<f32> = npz.by_name("frames_parts").expect("parts");
-    let times: Array1<f64> = npz.by_name("frames_t").expect("times");
+    let bytes = std::fs::read(out.join("arrays.npz")).expect("there");
+    let mut npz = NpzReader::new(&bytes).expect("arrays");
+    let parts: Array3<f32> = npz.read("frames_parts").expect("parts");
+    let times: Array1<f64> = npz.read("frames_t").expect("times");
     let seen = numbers(&scene["objects"][0]["position"]);
     assert!(
         (0..2).any(|part| (0..2).all(|i| (seen[i] - f64::from(parts[[0, part, i]])).abs() < 2e-3))

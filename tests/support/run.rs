@@ -10,8 +10,8 @@ use std::sync::OnceLock;
 use std::time::UNIX_EPOCH;
 
 use ndarray::{Array1, Array2, Array3};
-use ndarray_npy::NpzWriter;
 use serde_json::{Value, json};
+use symbolt::files::npz::NpzWriter;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_symbolt");
 
@@ -116,27 +116,27 @@ fn lengthen(folder: &Path) {
     let wave = |frame: usize, number: usize| {
         (0.37 * frame as f64 + 1.7 * number as f64).sin() as f32 * 0.3
     };
-    let file = File::create(folder.join("arrays.npz")).expect("made");
-    let mut npz = NpzWriter::new_compressed(file);
+    let mut npz = NpzWriter::new();
     let seconds = Array1::from_shape_fn(frames, |f| f as f64 / per_s);
-    npz.add_array("frames_t", &seconds).expect("written");
-    npz.add_array("frames_angles", &Array2::from_shape_fn((frames, 7), |(f, i)| wave(f, i)))
+    npz.add("frames_t", &seconds).expect("written");
+    npz.add("frames_angles", &Array2::from_shape_fn((frames, 7), |(f, i)| wave(f, i)))
         .expect("written");
-    npz.add_array("frames_fingers", &Array2::from_elem((frames, 2), 0.03f32)).expect("written");
+    npz.add("frames_fingers", &Array2::from_elem((frames, 2), 0.03f32)).expect("written");
     let parts = Array3::from_shape_fn((frames, 8, 7), |(f, p, i)| wave(f, 7 * p + i));
-    npz.add_array("frames_parts", &parts).expect("written");
+    npz.add("frames_parts", &parts).expect("written");
     let samples = frames + 100 * 150;
     let moments = Array1::from_shape_fn(samples, |s| 60.0 * minutes * s as f64 / samples as f64);
-    npz.add_array("modules_t", &moments).expect("written");
+    npz.add("modules_t", &moments).expect("written");
     for module in facts["modules"].as_array().expect("modules") {
         let columns = module["names"].as_array().expect("names").len();
         let values = Array2::from_shape_fn((samples, columns), |(s, c)| wave(s, c));
         let name = format!("module_{}", module["name"].as_str().expect("a name"));
-        npz.add_array(name, &values).expect("written");
+        npz.add(&name, &values).expect("written");
     }
-    npz.add_array("spikes_t", &Array1::<f64>::zeros(0)).expect("written");
-    npz.add_array("spikes_row", &Array1::<u32>::zeros(0)).expect("written");
-    npz.finish().expect("written");
+    npz.add("spikes_t", &Array1::<f64>::zeros(0)).expect("written");
+    npz.add("spikes_row", &Array1::<u32>::zeros(0)).expect("written");
+    let bytes = npz.finish().expect("finished");
+    std::fs::write(folder.join("arrays.npz"), bytes).expect("written");
 }
 
 fn copy_all(from: &Path, to: &Path) {

@@ -1,0 +1,414 @@
+//! README and `docs`: length, links, and their blocks, tables and figures against the program, the sources and other tests.
+
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+#![cfg(feature = "cli")]
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use assert_cmd::Command;
+use serde_json::Value;
+use symbolt::prelude::*;
+use symbolt::study::catalogue;
+use symbolt::task::planner::PlanEnd;
+use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn read(file: &str) -> String {
+    fs::read_to_string(root().join(file)).unwrap_or_else(|error| panic!("{file}: {error}"))
+}
+
+/// The README and the pages of `docs`, by their paths.
+fn pages() -> Vec<String> {
+    let files = fs::read_dir(root().join("docs")).expect("a folder");
+    let names = files.filter_map(|file| file.ok()?.file_name().into_string().ok());
+    let pages = names.filter(|name| name.ends_with(".md")).map(|name| format!("docs/{name}"));
+    let mut pages: Vec<String> = pages.chain(["README.md".to_owned()]).collect();
+    pages.sort();
+    pages
+}
+
+fn symbolt(folder: &Path, args: &[&str]) -> String {
+    let mut program = Command::cargo_bin("symbolt").expect("the program was built");
+    let output = program.current_dir(folder).args(args).output().expect("it starts");
+    assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// The cells of each row of the tables in a page, without headings.
+fn rows(page: &str) -> Vec<Vec<String>> {
+    let lines: Vec<&str> = page.lines().collect();
+    let is_row = |line: &str| line.starts_with("| ");
+    let is_rule = |line: &&str| line.starts_with("|---");
+    let all = lines
+        .iter()
+        .enumerate()
+        .filter(|(at, line)| is_row(line) && !lines.get(at + 1).is_some_and(is_rule));
+    let cells = |line: &str| {
+        let cells = line.trim_matches('|').split(" | ");
+        cells.map(|cell| cell.trim().to_owned()).collect()
+    };
+    all.map(|(_, line)| cells(line)).collect()
+}
+
+/// The texts between back-quotes.
+fn quoted(text: &str) -> Vec<&str> {
+    text.split('`').skip(1).step_by(2).collect()
+}
+
+#[test]
+fn the_readme_has_at_most_1400_words() {
+    let words = read("README.md").split_whitespace().count();
+    assert!(words <= 1_400, "{words} words");
+}
+
+/// The targets of a page's links and images.
+fn targets(page: &str) -> Vec<String> {
+    let inline = page.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+    let defined = page.lines().filter(|line| line.starts_with('['));
+    let defined = defined.filter_map(|line| line.split_once("]: ")).map(|(_, target)| target);
+    inline.chain(defined).map(str::to_owned).collect()
+}
+
+/// A heading as a link refers to it.
+fn anchor(heading: &str) -> String {
+    let heading = heading.trim_start_matches('#').trim().to_lowercase().replace(' ', "-");
+    heading.chars().filter(|c| c.is_alphanumeric() || *c == '-').collect()
+}
+
+#[test]
+fn every_relative_link_and_image_leads_somewhere() {
+    let mut checked = 0;
+    for page in pages() {
+        let text = read(&page);
+        for target in targets(&text) {
+            if target.starts_with("http") {
+                continue;
+            }
+            let (file, part) = target.split_once('#').unwrap_or((&target, ""));
+            let folder = root().join(&page).parent().expect("a folder").to_path_buf();
+            let path = if file.is_empty() { root().join(&page) } else { folder.join(file) };
+            assert!(path.exists(), "{page}: {target}");
+            if !part.is_empty() {
+                let text = fs::read_to_string(&path).expect("text");
+                let mut headings = text.lines().filter(|line| line.starts_with('#'));
+                assert!(headings.any(|heading| anchor(heading) == part), "{page}: {target}");
+            }
+            checked += 1;
+        }
+        // A link by reference without a definition shows its brackets.
+        let prose: String = text.split("```").step_by(2).collect();
+        for name in prose.split("][").skip(1).filter_map(|rest| rest.split(']').next()) {
+            assert!(text.contains(&format!("\n[{name}]: ")), "{page}: [{name}]");
+        }
+    }
+    assert!(checked > 40, "{checked}");
+}
+
+/// Blocks of the README that follow `<!-- lines of: symbolt ... -->`: the command and its lines.
+fn shown_in_the_readme() -> Vec<(Vec<&'static str>, Vec<&'static str>)> {
+    let readme = include_str!("../README.md");
+    let mut lines = readme.lines();
+    let mut shown = Vec::new();
+    while let Some(line) = lines.next() {
+        let Some(command) = line.strip_prefix("<!-- lines of: symbolt ") else { continue };
+        let command = command.trim_end_matches(" -->").split(' ').collect();
+        assert_eq!(lines.next(), Some("```text"));
+        let block = lines.by_ref().take_while(|l| *l != "```").filter(|l| !l.is_empty()).collect();
+        shown.push((command, block));
+    }
+    shown
+}
+
+#[test]
+fn the_readme_shows_what_the_program_prints_and_the_commands_page_what_it_writes() {
+    let shown = shown_in_the_readme();
+    assert_eq!(shown.len(), 1);
+    for (command, block) in shown {
+        let folder = tempfile::tempdir().expect("a folder");
+        let printed = symbolt(folder.path(), &command);
+        let mut rest = printed.lines();
+        assert!(block.len() > 10);
+        for line in block {
+            assert!(rest.any(|l| l == line), "not printed, or not in this order: {line}");
+        }
+        let written = fs::read_dir(folder.path().join("out")).expect("a folder");
+        let written: BTreeSet<String> =
+            written.filter_map(|file| file.ok()?.file_name().into_string().ok()).collect();
+        let page = read("docs/commands.md");
+        let files = page.split_once("## The files of a run").expect("a heading").1;
+        let listed: BTreeSet<String> =
+            rows(files).iter().map(|row| row[0].trim_matches('`').to_owned()).collect();
+        assert_eq!(listed, written);
+    }
+}
+
+#[test]
+fn the_command_for_the_long_statistics_names_the_tests_that_have_them() {
+    let mut long: Vec<String> = Vec::new();
+    for file in fs::read_dir(root().join("tests")).expect("a folder").filter_map(Result::ok) {
+        let path = file.path();
+        let marked = path.extension().is_some_and(|e| e == "rs")
+            && fs::read_to_string(&path).expect("text").contains("#[ignore = \"long statistics");
+        // This file only looks for the mark.
+        let name = path.file_stem().and_then(|name| name.to_str()).unwrap_or_default().to_owned();
+        long.extend(Some(name).filter(|name| marked && name != "docs"));
+    }
+    long.sort();
+    let names: String = long.iter().map(|name| format!(" --test {name}")).collect();
+    let command = format!("cargo test{names} -- --ignored\n");
+    for page in ["README.md", "docs/verification.md"] {
+        assert!(read(page).contains(&command), "{page} lacks {command}");
+    }
+}
+
+/// Figures of `docs/verification.md` and `docs/experiments.md`, and the test that asserts each in these words.
+const ASSERTED: &[(&str, &str, &str, &str)] = &[
+    (
+        "verification",
+        "the next merge at 1.171 mm",
+        "recordings.rs",
+        "(next[\"bolt\"] - 0.001171).abs() < 5e-7",
+    ),
+    ("verification", "means within 0.1 mm", "recordings.rs", "worst < 1e-4"),
+    ("verification", "40 of 40 episodes", "scene.rs", "for seed in 0..40"),
+    ("verification", "slip less than a millimetre", "scene.rs", "slip_m < 1e-3"),
+    ("verification", "640 of 640 answers", "populations.rs", "of 640 accepted"),
+    (
+        "verification",
+        "within 8 points of the paper",
+        "experiments.rs",
+        "(ours - paper).abs() < 8.0",
+    ),
+    ("verification", "our decoder exceeds 99.9%", "experiments.rs", "best >= 99.9"),
+    (
+        "verification",
+        "as predicted in 68 cells",
+        "experiments.rs",
+        "(off.len(), gain.len()), (68, 68)",
+    ),
+    ("verification", "4,500 and 1,000 trials a cell", "experiments.rs", "\"--trials\", \"1000\""),
+    ("verification", "signal 9 at 50 random moments", "experiments.rs", "killed(50)"),
+    (
+        "experiments",
+        "| 98.8 | 98.3 | 96.9 | 94.6 | 80.5 |",
+        "experiments.rs",
+        "[98.8, 98.3, 96.9, 94.6, 80.5]",
+    ),
+    ("experiments", "In 68 cells", "experiments.rs", "(68, 68)"),
+    ("speed", "after 41 ms (median of 20 seeds)", "populations.rs", "(Unbinding::Products, 65.0)"),
+];
+
+#[test]
+fn figures_of_long_tests_stand_in_the_tests() {
+    for (page, shown, test, asserted) in ASSERTED {
+        let text = read(&format!("docs/{page}.md")).to_lowercase();
+        assert!(text.contains(&shown.to_lowercase()), "docs/{page}.md lacks: {shown}");
+        assert!(read(&format!("tests/{test}")).contains(asserted), "tests/{test}: {asserted}");
+    }
+    let page = read("docs/verification.md");
+    let tests = rows(page.split("## Measured by hand").next().expect("a part"));
+    assert!(tests.len() > 15);
+    for row in tests {
+        for path in quoted(&row[2]) {
+            assert!(root().join(path).exists(), "{path}");
+        }
+    }
+}
+
+#[test]
+fn the_simulated_ms_are_those_of_the_planner() {
+    let domain = DomainBuilder::of_the_paper().build().expect("valid");
+    let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1)).expect("builds");
+    let goal = domain.state("BOLT_ASSEMBLED").expect("there");
+    let scene = domain.counts(["NUT_ON_TABLE", "BOLT_ON_TABLE"]).expect("states");
+    let plan = planner.plan(&scene, goal).expect("plans");
+    assert_eq!(plan.end, PlanEnd::Met);
+    let times: Vec<f64> = plan.steps.iter().map(|step| step.decision.time_ms).collect();
+    let (first, whole) = (times[0], times.iter().sum::<f64>());
+    let experiments = read("docs/experiments.md");
+    assert!(experiments.contains(&format!("first decision {first} ms in direct mode")), "{first}");
+    assert!(experiments.contains(&format!("a plan of three steps {whole} ms")), "{whole}");
+    let speed = read("docs/speed.md");
+    assert_eq!(speed.matches(&format!("{first} simulated ms")).count(), 2, "{first}");
+}
+
+#[test]
+fn the_experiments_page_has_every_experiment_and_no_other() {
+    let page = read("docs/experiments.md");
+    for (name, _) in catalogue::all() {
+        assert!(page.contains(&format!("`{name}`")), "{name}");
+    }
+    let known: Vec<&str> = catalogue::all().into_iter().map(|(name, _)| name).collect();
+    let (table, _) = page.split_once("`table-4`, correct").expect("a second table");
+    for row in rows(table) {
+        assert!(quoted(&row[0]).iter().all(|name| known.contains(name)), "{row:?}");
+    }
+}
+
+#[test]
+fn the_commands_page_has_every_command_and_no_other() {
+    let page = read("docs/commands.md");
+    let listed = rows(page.split("| exit code").next().expect("a part"));
+    let listed: BTreeSet<String> = listed
+        .iter()
+        .filter_map(|row| quoted(&row[0])[0].split(' ').nth(1).map(str::to_owned))
+        .collect();
+    let help = symbolt(&root(), &["--help"]);
+    let commands = help.split_once("Commands:\n").expect("a list").1;
+    let commands = commands.lines().take_while(|line| line.starts_with("  "));
+    let commands: BTreeSet<String> = commands
+        .filter(|line| !line.starts_with("   "))
+        .filter_map(|line| line.split_whitespace().next().map(str::to_owned))
+        .filter(|name| name != "help")
+        .collect();
+    assert_eq!(listed, commands);
+}
+
+#[test]
+fn the_architecture_page_has_every_room_and_no_other() {
+    let page = read("docs/architecture.md");
+    let listed: BTreeSet<String> = rows(&page)
+        .iter()
+        .flat_map(|row| quoted(&row[0]).into_iter().map(str::to_owned).collect::<Vec<_>>())
+        .collect();
+    for path in &listed {
+        assert!(root().join(path).exists(), "{path}");
+    }
+    for folder in ["src", "src/task"] {
+        for room in fs::read_dir(root().join(folder)).expect("a folder").filter_map(Result::ok) {
+            let room = format!("{folder}/{}", room.file_name().to_string_lossy());
+            assert!(!root().join(&room).is_dir() || listed.contains(&room), "{room}");
+        }
+    }
+    let readme = read("README.md");
+    let folders = rows(readme.split_once("| source folder").expect("a table").1);
+    for row in &folders {
+        assert!(row[0].starts_with("---") || listed.contains(row[0].trim_matches('`')), "{row:?}");
+    }
+}
+
+/// All sources as one text.
+fn sources(folder: &Path, into: &mut String) {
+    for entry in fs::read_dir(folder).expect("a folder").filter_map(Result::ok) {
+        let path = entry.path();
+        if path.is_dir() {
+            sources(&path, into);
+        } else {
+            into.push_str(&fs::read_to_string(&path).unwrap_or_default());
+        }
+    }
+}
+
+#[test]
+fn names_in_the_table_for_users_of_nengo_exist() {
+    let mut all = String::new();
+    sources(&root().join("src"), &mut all);
+    let readme = read("README.md");
+    let table = readme.split_once("## Coming from nengo_spa").expect("a heading").1;
+    let table = table.split("\n## ").next().expect("a part");
+    let mut checked = 0;
+    for row in rows(table) {
+        for name in
+            quoted(&row[1]).into_iter().flat_map(|code| code.split(['(', ')', '&', ':', '.']))
+        {
+            if name.len() > 4 && name.chars().all(|c| c.is_alphanumeric() || c == '_') {
+                let public = ["struct", "enum", "fn", "const", "trait"];
+                let declared =
+                    public.iter().any(|kind| all.contains(&format!("pub {kind} {name}")))
+                        || all.contains(&format!("    {name}("))
+                        || all.contains(&format!("    {name},"));
+                assert!(declared, "{name}");
+                checked += 1;
+            }
+        }
+    }
+    assert!(checked > 20, "{checked}");
+}
+
+/// The numbers in a value or a text, in order.
+fn numbers(value: &Value) -> Vec<f64> {
+    match value {
+        Value::Array(all) => all.iter().flat_map(numbers).collect(),
+        Value::Number(number) => number.as_f64().into_iter().collect(),
+        Value::String(text) => {
+            let text = text.replace(';', ",");
+            let words = text.split(", ").map(|word| word.trim().replace(',', ""));
+            words.filter_map(|word| word.parse().ok()).collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
+#[test]
+fn the_scene_guide_has_the_defaults_of_the_scene() {
+    let defaults = serde_json::json!(NutsAndBolts::default());
+    let page = read("docs/scene.md");
+    let table = page.split_once("| setting |").expect("a table").1;
+    let table = table.split("\n\n").next().expect("a part");
+    let table: Vec<_> = rows(table).into_iter().filter(|row| row.len() == 3).collect();
+    assert!(table.len() > 15);
+    for row in table {
+        let settings = quoted(&row[0]);
+        let pointer = |setting: &&str| format!("/{}", setting.replace('.', "/"));
+        let values = settings.iter().map(pointer).map(|at| defaults.pointer(&at).cloned());
+        let values: Vec<Value> = values.collect::<Option<_>>().unwrap_or_else(|| panic!("{row:?}"));
+        let shown = numbers(&Value::String(row[2].clone()));
+        let expected: Vec<f64> = values.iter().flat_map(numbers).collect();
+        let same =
+            settings.len() > 1 && shown.len() == 1 && expected.iter().all(|e| *e == shown[0]);
+        assert!(same || shown == expected, "{row:?}: {expected:?}");
+        for value in values.iter().filter_map(Value::as_str) {
+            assert!(row[2].contains(value), "{row:?}: {value}");
+        }
+    }
+}
+
+#[test]
+fn the_planner_guides_have_the_defaults_of_the_planner() {
+    let spec = PlannerSpec::default();
+    let ms = |span: SimDuration| format!("{} ms", span.as_millis_f64());
+    let timing = spec.timing;
+    let waits = [timing.load, timing.settle, timing.hold, timing.patience];
+    let listed = waits.map(|wait| wait.as_millis_f64().to_string()).join(", ");
+    let (planner, timings) = (read("docs/planner_graph.md"), read("docs/timing.md"));
+    let expected = [
+        ("dimensions", spec.dimensions.to_string()),
+        ("max_similarity", spec.max_similarity.to_string()),
+        ("commitment", format!("`{:?}`", spec.commitment)),
+        ("absent", if spec.absent { "yes" } else { "no" }.to_owned()),
+        ("unbinding", format!("`{:?}`", spec.unbinding)),
+        ("synapse", ms(spec.synapse)),
+        ("retention", spec.retention.to_string()),
+        ("timing", format!("{listed} ms")),
+        ("without", if spec.without.is_none() { "none" } else { "some" }.to_owned()),
+    ];
+    let table = rows(&planner);
+    for (name, default) in expected {
+        let row = table.iter().find(|row| row[0] == format!("`{name}`")).expect(name);
+        assert_eq!(row[2], default, "{name}");
+    }
+    for (name, wait) in ["load", "settle", "hold", "patience"].into_iter().zip(waits) {
+        let row = rows(&timings).into_iter().find(|row| row[0] == format!("`{name}`"));
+        assert_eq!(row.expect(name)[1], ms(wait), "{name}");
+    }
+    let lif = LifSpec::default();
+    let numbers = format!(
+        "`per_dimension` ({}), `per_item` ({}), `per_product` ({}) and `per_function` ({})",
+        lif.per_dimension, lif.per_item, lif.per_product, lif.per_function
+    );
+    let ablation = read("docs/ablation.md").replace('\n', " ");
+    assert!(ablation.contains(&numbers), "{numbers}");
+}
+
+#[test]
+fn build_profiles_are_the_same_in_the_readme_and_in_the_crates_front_page() {
+    let readme = read("README.md");
+    let snippet = readme.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next());
+    let front: String = snippet.expect("a snippet").lines().map(|l| format!("//! {l}\n")).collect();
+    assert!(read("src/lib.rs").contains(&front), "{front}");
+}
