@@ -314,9 +314,9 @@ fn spikes_are_counted_by_population_and_no_name_is_cut() {
         STANDARD.encode(numbers.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>())
     };
     let [times, rows] = [[0.1, 0.11, 0.12, 0.19], [0.0, 4.0, 1.0, 3.0]].map(|v| packed(&v));
-    let spikes = format!(r#""spikes":{{"row":"{rows}","t":"{times}"}}"#);
+    let spikes = format!(r#""spikes":{{"t":"{times}","row":"{rows}"}}"#);
     let page = page().replacen(r#""populations":[]"#, &populations, 1).replacen(
-        r#""spikes":{"row":"","t":""}"#,
+        r#""spikes":{"t":"","row":""}"#,
         &spikes,
         1,
     );
