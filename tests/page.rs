@@ -306,7 +306,7 @@ fn the_reader_s_choice_of_colours_counts_more_than_the_system_s() {
 fn spikes_are_counted_by_population_and_no_name_is_cut() {
     let Some(browser) = browser() else { return };
     // A run in direct mode has no spikes: two populations are put into its data.
-    let long = "graph/a_population_with_a_long_name/that_has_parts/within";
+    let long = "graph/a_population/with_several/parts";
     let populations = format!(
         r#""populations":[{{"neurons":90,"path":"graph/first","rows":2}},{{"neurons":8,"path":"{long}","rows":3}}]"#
     );
