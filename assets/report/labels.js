@@ -1,6 +1,7 @@
 // Names of the states at free places along the left and right rim of the picture, each with a line to its state.
 
-const RIM = { margin: 6, gap: 3, clear: 7, stay: 60 };
+// A narrow picture has room for a few names only.
+const RIM = { margin: 6, gap: 3, clear: 7, stay: 60, narrow: 600, few: 8 };
 
 const touching = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
 
@@ -34,6 +35,8 @@ class Labels {
   show(visible) {
     this.shown = visible;
     this.overlay.hidden = !visible;
+    // Hidden labels have no size.
+    if (visible && this.width) this.measure(this.width, this.height);
   }
 
   // Puts every label where it covers nothing of `solid` (gripper and parts) and, if it can, nothing of `soft` (arm and
@@ -41,14 +44,15 @@ class Labels {
   place(camera, solid, soft) {
     if (!this.shown || !this.width) return;
     const taken = [];
-    const seen = this.labels.map((one) => {
+    const few = this.width < RIM.narrow ? RIM.few : Infinity;
+    const seen = this.labels.map((one, i) => {
       const { x, y, z } = one.at.clone().project(camera);
-      const outside = z > 1 || Math.abs(x) > 1 || Math.abs(y) > 1;
-      return { one, x: ((x + 1) / 2) * this.width, y: ((1 - y) / 2) * this.height, outside };
+      const omitted = z > 1 || Math.abs(x) > 1 || Math.abs(y) > 1 || i >= few;
+      return { one, x: ((x + 1) / 2) * this.width, y: ((1 - y) / 2) * this.height, omitted };
     });
     seen.sort((a, b) => a.y - b.y);
-    for (const { one, x, y, outside } of seen) {
-      one.place = outside ? null : this.best(one, x, y, solid, soft, taken);
+    for (const { one, x, y, omitted } of seen) {
+      one.place = omitted ? null : this.best(one, x, y, solid, soft, taken);
       one.label.hidden = !one.place;
       one.line.style.visibility = one.place ? "visible" : "hidden";
       if (!one.place) continue;

@@ -9,7 +9,7 @@ class Replay {
     this.held = () => null;
     this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias: true });
     this.renderer.shadowMap.enabled = true;
-    this.renderer.shadowMap.type = THREE.PCFShadowMap;
+    this.renderer.shadowMap.type = THREE.BasicShadowMap;
     // Shadows are drawn when something has moved, not when only the camera has.
     this.renderer.shadowMap.autoUpdate = false;
     this.camera = new THREE.PerspectiveCamera(34, 1.6, 0.05, 20);
@@ -121,8 +121,8 @@ class Replay {
 
   // The share of a body's surface points facing the camera's way that nothing else hides.
   visible(bodies) {
-    const { scene, states, floor } = this.bodies;
-    const solids = scene.children.filter((child) => child !== states && child !== floor);
+    const { scene, states, floor, shade } = this.bodies;
+    const solids = scene.children.filter((child) => ![states, floor, shade].includes(child));
     const ray = new THREE.Raycaster();
     const own = new Set(bodies);
     const seen = bodies.map((body) => {

@@ -5,7 +5,7 @@ const LOOKS = {
   table: { colour: 0xb9a78c, roughness: 0.9 }, link: { colour: 0xf2f3f5, roughness: 0.5 },
   hand: { colour: 0x4a5663, roughness: 0.6 },
 };
-const FLOOR = { radius: 2.6, clear: 0.55, rings: 10 };
+const FLOOR = { radius: 2.0, clear: 0.5, rings: 8, shaded: 1.0 };
 const SHADOW = { pixels: 1024, half: 0.85, above: 2.2 };
 
 function geometry(mesh) {
@@ -110,9 +110,10 @@ class Bodies {
     parent.add(this.tool);
   }
 
-  // A disc that fades into the background, so that the floor has no edge.
+  // A disc that fades into the background, so that the floor has no edge, and the shadows on it. Neither is lit: they
+  // fill most of the picture, and lighting them would double the time of a frame without a graphics card.
   addFloor() {
-    const shape = new THREE.RingGeometry(0.001, FLOOR.radius, 64, FLOOR.rings);
+    const shape = new THREE.RingGeometry(0.001, FLOOR.radius, 48, FLOOR.rings);
     const { position } = shape.attributes;
     const shades = new Float32Array(4 * position.count).fill(1);
     for (let i = 0; i < position.count; i++) {
@@ -120,12 +121,15 @@ class Bodies {
       shades[4 * i + 3] = clamp((1 - far) / (1 - FLOOR.clear / FLOOR.radius), 0, 1);
     }
     shape.setAttribute("color", new THREE.BufferAttribute(shades, 4));
-    const material = new THREE.MeshLambertMaterial({ vertexColors: true, transparent: true, depthWrite: false });
+    const material = new THREE.MeshBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false });
     this.floor = new THREE.Mesh(shape, material);
-    this.floor.position.set(...this.middle().setZ(this.ground - 0.001).toArray());
-    this.floor.receiveShadow = true;
-    this.floor.renderOrder = -1;
-    this.scene.add(this.floor);
+    this.shade = new THREE.Mesh(new THREE.CircleGeometry(FLOOR.shaded, 32), new THREE.ShadowMaterial({ depthWrite: false }));
+    this.shade.receiveShadow = true;
+    [this.floor, this.shade].forEach((disc, i) => {
+      disc.position.set(...this.middle().setZ(this.ground - 0.001).toArray());
+      disc.renderOrder = i - 2;
+      this.scene.add(disc);
+    });
   }
 
   middle() {
@@ -145,8 +149,8 @@ class Bodies {
     Object.assign(this.sun.shadow.camera, {
       left: -SHADOW.half, right: SHADOW.half, top: SHADOW.half, bottom: -SHADOW.half, near: 0.5, far: 2 * SHADOW.above,
     });
-    this.sun.shadow.bias = -0.0008;
-    this.sun.shadow.normalBias = 0.004;
+    this.sun.shadow.bias = -0.0015;
+    this.sun.shadow.normalBias = 0.006;
     this.scene.add(this.sky, this.sun, this.sun.target, fill);
   }
 
@@ -178,6 +182,7 @@ class Bodies {
   paint() {
     this.scene.background = new THREE.Color(theme.colours.sky || "#e9edf1");
     this.floor.material.color.set(theme.colours.floor || "#dfe4ea");
+    this.shade.material.opacity = theme.dark ? 0.45 : 0.22;
     this.sky.intensity = theme.dark ? 0.9 : 1.5;
   }
 }
