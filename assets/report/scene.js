@@ -19,7 +19,9 @@ function geometry(mesh) {
 
 function solid(mesh, look) {
   const { colour: color, roughness } = look;
-  const body = new THREE.Mesh(geometry(mesh), new THREE.MeshStandardMaterial({ color, roughness, metalness: 0.1 }));
+  const body = new THREE.Mesh(geometry(mesh), new THREE.MeshStandardMaterial({
+    color, roughness, metalness: 0.1, shadowSide: THREE.DoubleSide,
+  }));
   body.castShadow = true;
   body.receiveShadow = true;
   return body;
