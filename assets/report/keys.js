@@ -25,6 +25,10 @@ function listenToKeys(page) {
     l: () => byId("names-shown")?.click(), s: () => byId("gaussians")?.click(),
     "+": () => page.timeline?.zoom(0.5), "=": () => page.timeline?.zoom(0.5), "-": () => page.timeline?.zoom(2),
   };
+  // After a click with the pointer, Space plays again instead of repeating the click.
+  document.addEventListener("click", (event) => {
+    if (event.detail > 0) event.target.closest("button, input[type=checkbox]")?.blur();
+  });
   document.addEventListener("keydown", (event) => {
     const { key, target } = event;
     if (event.ctrlKey || event.altKey || event.metaKey || event.defaultPrevented || ownKey(target, key)) return;

@@ -154,7 +154,7 @@ class RunPage {
 
   buildLearned() {
     const { domain, recording } = this.data;
-    if (!domain) throw new Error("the learned domain is missing");
+    if (!domain) throw new Error("the domain is missing");
     byId("states").append(statesTable(domain));
     byId("operators").append(operatorsTable(domain));
     const from = recording && domain.provenance
@@ -166,7 +166,7 @@ class RunPage {
 
   buildSettings() {
     const { run } = this.data;
-    if (!run) throw new Error("the run's settings are missing");
+    if (!run) throw new Error("the settings of the run are missing");
     byId("command").textContent = run.command;
     byId("made").textContent = `Written by symbolt ${run.symbolt}, seed ${run.seed}, mode ${run.mode}. `
       + "On the same machine the same command writes the same files, bit for bit.";
