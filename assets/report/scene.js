@@ -5,7 +5,7 @@ const LOOKS = {
   table: { colour: 0xb9a78c, roughness: 0.9 }, link: { colour: 0xf2f3f5, roughness: 0.5 },
   hand: { colour: 0x4a5663, roughness: 0.6 },
 };
-const FLOOR = { radius: 2.0, clear: 0.5, rings: 8, shaded: 1.0 };
+const FLOOR = { radius: 2.0, clear: 0.5, rings: 8, shaded: 0.85 };
 const SHADOW = { pixels: 1024, half: 0.85, above: 2.2 };
 
 function geometry(mesh) {
@@ -112,26 +112,31 @@ class Bodies {
     parent.add(this.tool);
   }
 
-  // A disc that fades into the background, so that the floor has no edge, and the shadows on it. Neither is lit: they
-  // fill most of the picture, and lighting them would double the time of a frame without a graphics card.
+  // A disc that turns into the background, so that the floor has no edge, and the shadows on it. The disc is opaque and
+  // neither is lit: they fill most of the picture, which is slow without a graphics card.
   addFloor() {
     const shape = new THREE.RingGeometry(0.001, FLOOR.radius, 48, FLOOR.rings);
-    const { position } = shape.attributes;
-    const shades = new Float32Array(4 * position.count).fill(1);
-    for (let i = 0; i < position.count; i++) {
-      const far = Math.hypot(position.getX(i), position.getY(i)) / FLOOR.radius;
-      shades[4 * i + 3] = clamp((1 - far) / (1 - FLOOR.clear / FLOOR.radius), 0, 1);
-    }
-    shape.setAttribute("color", new THREE.BufferAttribute(shades, 4));
-    const material = new THREE.MeshBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false });
-    this.floor = new THREE.Mesh(shape, material);
+    const shades = new Float32Array(3 * shape.attributes.position.count);
+    shape.setAttribute("color", new THREE.BufferAttribute(shades, 3));
+    this.floor = new THREE.Mesh(shape, new THREE.MeshBasicMaterial({ vertexColors: true }));
     this.shade = new THREE.Mesh(new THREE.CircleGeometry(FLOOR.shaded, 32), new THREE.ShadowMaterial({ depthWrite: false }));
     this.shade.receiveShadow = true;
-    [this.floor, this.shade].forEach((disc, i) => {
-      disc.position.set(...this.middle().setZ(this.ground - 0.001).toArray());
-      disc.renderOrder = i - 2;
-      this.scene.add(disc);
-    });
+    this.shade.renderOrder = -1;
+    const middle = this.middle();
+    this.floor.position.set(middle.x, middle.y, this.ground - 0.002);
+    this.shade.position.set(0.7 * middle.x, middle.y, this.ground - 0.001);
+    this.scene.add(this.floor, this.shade);
+  }
+
+  paintFloor(near, far) {
+    const { position, color } = this.floor.geometry.attributes;
+    for (let i = 0; i < position.count; i++) {
+      const away = Math.hypot(position.getX(i), position.getY(i));
+      const share = clamp((away - FLOOR.clear) / (FLOOR.radius - FLOOR.clear), 0, 1);
+      const { r, g, b } = near.clone().lerp(far, share);
+      color.setXYZ(i, r, g, b);
+    }
+    color.needsUpdate = true;
   }
 
   middle() {
@@ -183,7 +188,7 @@ class Bodies {
   // Light or dark surroundings.
   paint() {
     this.scene.background = new THREE.Color(theme.colours.sky || "#e9edf1");
-    this.floor.material.color.set(theme.colours.floor || "#dfe4ea");
+    this.paintFloor(new THREE.Color(theme.colours.floor || "#d9dfe5"), this.scene.background);
     this.shade.material.opacity = theme.dark ? 0.45 : 0.22;
     this.sky.intensity = theme.dark ? 0.9 : 1.5;
   }
