@@ -4,10 +4,6 @@ import { OrbitControls } from "three/orbit";
 
 const DATA = JSON.parse(document.getElementById("data").textContent);
 
-// Colours that the colour-blind can tell apart (Okabe and Ito 2008).
-const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#3c3c3c"];
-const colour = (index) => COLOURS[index % COLOURS.length];
-
 function bytes(text) {
   const raw = atob(text);
   return Uint8Array.from(raw, (c) => c.charCodeAt(0));
@@ -25,7 +21,7 @@ function make(tag, text, ...children) {
   return element;
 }
 
-// Does its part of the page; whatever goes wrong there is said there and keeps nothing else from being shown.
+// Builds one part of the page. An error is shown in that part, and the other parts are still built.
 function shielded(id, act) {
   try {
     act();

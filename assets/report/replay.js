@@ -1,159 +1,53 @@
-// The scene in three dimensions: the shapes of the physics at the moments that were kept.
+// The 3-D view of the episode: poses at a moment, camera, labels.
 
-// What every scene has; how parts and fixtures look stands in the data.
-const LOOKS = {
-  table: { colour: 0xb9a78c, roughness: 0.9 }, link: { colour: 0xf2f3f5, roughness: 0.5 },
-  hand: { colour: 0x3c4652, roughness: 0.6 },
-};
-const hex = (colour) => `#${colour.toString(16).padStart(6, "0")}`;
-const FRAME = { position: 3, pose: 7 };
-
-function geometry(mesh) {
-  const corners = new Float32Array(mesh.triangles.flat().flatMap((corner) => mesh.vertices[corner]));
-  const shape = new THREE.BufferGeometry();
-  shape.setAttribute("position", new THREE.BufferAttribute(corners, 3));
-  shape.computeVertexNormals();
-  return shape;
-}
-
-function solid(mesh, look) {
-  const { colour: color, roughness } = look;
-  const material = new THREE.MeshStandardMaterial({ color, roughness, metalness: 0.1 });
-  return new THREE.Mesh(geometry(mesh), material);
-}
-
-// Axes and lengths of a symmetric 3 x 3 matrix, by Jacobi's rotations.
-function principal(matrix) {
-  const a = matrix.map((row) => row.slice(0, 3));
-  const v = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
-  for (let sweep = 0; sweep < 12; sweep++) {
-    for (const [p, q] of [[0, 1], [0, 2], [1, 2]]) {
-      if (Math.abs(a[p][q]) < 1e-300) continue;
-      const angle = 0.5 * Math.atan2(2 * a[p][q], a[q][q] - a[p][p]);
-      const [c, s] = [Math.cos(angle), Math.sin(angle)];
-      for (const m of [a, v]) {
-        for (let k = 0; k < 3; k++) {
-          const [x, y] = [m[k][p], m[k][q]];
-          [m[k][p], m[k][q]] = [c * x - s * y, s * x + c * y];
-        }
-      }
-      for (let k = 0; k < 3; k++) {
-        const [x, y] = [a[p][k], a[q][k]];
-        [a[p][k], a[q][k]] = [c * x - s * y, s * x + c * y];
-      }
-    }
-  }
-  return { variances: [a[0][0], a[1][1], a[2][2]], axes: v };
-}
+const POSE = { position: 3, width: 7 };
 
 class Replay {
   constructor(view, outline, frames, states) {
     this.canvas = view.querySelector("canvas");
-    this.overlay = view.querySelector(".labels");
     this.frames = frames;
-    this.scene = new THREE.Scene();
-    this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias: true, alpha: true });
+    this.held = () => null;
+    this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias: true });
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.type = THREE.BasicShadowMap;
+    // Shadows are drawn when something has moved, not when only the camera has.
+    this.renderer.shadowMap.autoUpdate = false;
     this.camera = new THREE.PerspectiveCamera(34, 1.6, 0.05, 20);
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, this.canvas);
-    // As on the time axis: the wheel scrolls the page until the picture is taken hold of.
+    // As on the time axis, the wheel scrolls the page until the reader has clicked the picture.
     this.controls.enableZoom = false;
     this.canvas.addEventListener("focus", () => { this.controls.enableZoom = true; });
     this.canvas.addEventListener("blur", () => { this.controls.enableZoom = false; });
     this.canvas.addEventListener("pointerdown", () => this.canvas.focus({ preventScroll: true }));
-    this.controls.addEventListener("change", () => this.render());
-    this.light();
-    this.looks = new Map(outline.kinds.map((kind) => [kind.name, kind.look]));
-    this.build(outline);
-    this.gaussians = this.drawStates(states);
-    this.resetCamera();
+    this.bodies = new Bodies(outline, states);
+    this.labels = new Labels(view.querySelector(".labels"), this.bodies.anchors);
+    const { parts, fixtures, fingers, links } = this.bodies;
+    const measured = [...parts, ...fixtures, ...fingers.map(({ mesh }) => mesh), links.at(-1)];
+    this.extents = new Map(measured.map((body) => [body, corners(body)]));
+    const points = framed(this.bodies, frames, (time) => this.pose(time));
+    this.views = new Views(this.camera, this.controls, this.bodies, points);
+    this.controls.addEventListener("change", () => { if (!this.following) this.render(); });
+    theme.listeners.push(() => { this.bodies.paint(); this.render(); });
+    this.bodies.paint();
+    this.show(0);
     new ResizeObserver(() => this.resize()).observe(this.canvas);
     this.resize();
   }
 
-  light() {
-    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x9a8f80, 1.6));
-    for (const [x, y, z, strength] of [[1.2, -1.0, 2.0, 1.6], [-0.6, 1.4, 1.0, 0.6]]) {
-      const light = new THREE.DirectionalLight(0xffffff, strength);
-      light.position.set(x, y, z);
-      this.scene.add(light);
-    }
-  }
-
-  build(outline) {
-    const meshOf = (name) => outline.meshes.find((m) => JSON.stringify(m.body) === JSON.stringify(name));
-    this.scene.add(solid(meshOf("table"), LOOKS.table));
-    outline.fixtures.forEach((look, fixture) => this.scene.add(solid(meshOf({ fixture }), look)));
-    this.parts = outline.parts.map((kind) => {
-      const part = solid(meshOf({ kind }), outline.kinds[kind].look);
-      this.scene.add(part);
-      return part;
-    });
-    // What the arm stands on is not in the physics: nothing can come near it.
-    const stand = new THREE.MeshStandardMaterial({ color: LOOKS.hand.colour, roughness: LOOKS.hand.roughness });
-    const base = new THREE.Mesh(new THREE.CylinderGeometry(0.075, 0.095, 0.16, 32), stand);
-    base.rotation.x = Math.PI / 2;
-    base.position.z = 0.06;
-    this.scene.add(base);
-    // Each joint's frame hangs in the one before it and turns about its own z.
-    let parent = this.scene;
-    this.joints = outline.joints.map((pose, joint) => {
-      const fixed = new THREE.Group();
-      fixed.position.set(...pose.position);
-      fixed.quaternion.set(...pose.orientation);
-      const turning = new THREE.Group();
-      turning.add(solid(meshOf({ link: joint }), joint === outline.joints.length - 1 ? LOOKS.hand : LOOKS.link));
-      fixed.add(turning);
-      parent.add(fixed);
-      parent = turning;
-      return turning;
-    });
-    const closing = new THREE.Vector3(...outline.closing);
-    this.fingers = [0, 1].map((finger) => {
-      const mesh = solid(meshOf({ finger }), LOOKS.hand);
-      parent.add(mesh);
-      return { mesh, along: closing.clone().multiplyScalar(finger === 0 ? 1 : -1) };
-    });
-  }
-
-  // Each state as the ellipsoid of two standard deviations about its mean, at least 4 mm so that it is seen.
-  drawStates(states) {
-    const group = new THREE.Group();
-    this.labels = [];
-    for (const state of states) {
-      const { variances, axes } = principal(state.covariance);
-      const look = this.looks.get(state.kind) ?? { colour: 0x777777, ink: 0x333333 };
-      const material = new THREE.MeshBasicMaterial({
-        color: look.colour, transparent: true, opacity: 0.3, depthWrite: false,
-      });
-      const mesh = new THREE.Mesh(new THREE.SphereGeometry(1, 24, 16), material);
-      const lengths = variances.map((v) => Math.max(2 * Math.sqrt(Math.max(v, 0)), 0.004));
-      const columns = [0, 1, 2].map((i) => new THREE.Vector3(axes[0][i], axes[1][i], axes[2][i]));
-      if (columns[0].clone().cross(columns[1]).dot(columns[2]) < 0) columns[2].negate();
-      mesh.quaternion.setFromRotationMatrix(new THREE.Matrix4().makeBasis(...columns));
-      mesh.scale.set(...lengths);
-      mesh.position.set(...state.mean.position);
-      group.add(mesh);
-      const label = make("span", state.name);
-      label.style.color = hex(look.ink);
-      this.overlay.append(label);
-      const above = Math.max(...lengths.map((length, i) => Math.abs(columns[i].z) * length));
-      this.labels.push({ label, at: mesh.position.clone().add(new THREE.Vector3(0, 0, above + 0.012)) });
-    }
-    this.scene.add(group);
-    return group;
-  }
-
   showStates(visible) {
-    this.gaussians.visible = visible;
-    this.overlay.hidden = !visible;
+    this.bodies.states.visible = visible;
     this.render();
   }
 
-  resetCamera() {
-    this.camera.position.set(1.62, -1.15, 0.95);
-    this.controls.target.set(0.3, 0.0, 0.29);
-    this.controls.update();
+  showLabels(visible) {
+    this.labels.show(visible);
+    this.render();
+  }
+
+  choose(view) {
+    this.views.choose(view);
+    this.render();
   }
 
   resize() {
@@ -163,60 +57,107 @@ class Replay {
     this.renderer.setSize(clientWidth, clientHeight, false);
     this.camera.aspect = clientWidth / clientHeight;
     this.camera.updateProjectionMatrix();
+    this.labels.measure(clientWidth, clientHeight);
+    if (!this.views.moved) this.views.place();
+    this.render();
+  }
+
+  show(time) {
+    this.pose(time);
+    this.bodies.scene.updateMatrixWorld(true);
+    this.renderer.shadowMap.needsUpdate = true;
+    this.following = true;
+    this.views.follow();
+    this.following = false;
     this.render();
   }
 
   // Puts everything where it was at a moment, between the two frames around it.
-  show(time) {
+  pose(time) {
     const { t, angles, fingers, poses, parts, count } = this.frames;
-    if (count > 0) {
-      const next = clamp(countUpTo(t, time), 0, count - 1);
-      const last = Math.max(next - 1, 0);
-      const share = next > last ? clamp((time - t[last]) / (t[next] - t[last]), 0, 1) : 0;
-      const mix = (numbers, width, i) =>
-        numbers[last * width + i] * (1 - share) + numbers[next * width + i] * share;
-      this.joints.forEach((joint, i) => { joint.rotation.z = mix(angles, 7, i); });
-      this.fingers.forEach(({ mesh, along }, i) => mesh.position.copy(along).multiplyScalar(mix(fingers, 2, i)));
-      const width = parts * FRAME.pose;
-      const turn = new THREE.Quaternion();
-      this.parts.slice(0, parts).forEach((part, index) => {
-        const from = index * FRAME.pose;
-        part.position.set(mix(poses, width, from), mix(poses, width, from + 1), mix(poses, width, from + 2));
-        part.quaternion.fromArray(poses, last * width + from + FRAME.position);
-        part.quaternion.slerp(turn.fromArray(poses, next * width + from + FRAME.position), share);
-      });
-    }
-    this.render();
-  }
-
-  render() {
-    this.renderer.render(this.scene, this.camera);
-    if (this.overlay.hidden) return;
-    const { clientWidth, clientHeight } = this.canvas;
-    // From the lowest up; whatever would cover another moves above it.
-    const placed = this.labels
-      .map(({ label, at }) => ({ label, seen: at.clone().project(this.camera) }))
-      .map(({ label, seen }) => ({
-        label, hidden: seen.z > 1, x: ((seen.x + 1) / 2) * clientWidth, y: ((1 - seen.y) / 2) * clientHeight,
-        width: label.offsetWidth, height: label.offsetHeight,
-      }))
-      .sort((a, b) => b.y - a.y);
-    placed.forEach((one, i) => {
-      for (const other of placed.slice(0, i)) {
-        const beside = Math.abs(one.x - other.x) > (one.width + other.width) / 2;
-        if (!beside && Math.abs(one.y - other.y) < other.height) one.y = other.y - other.height;
-      }
-      one.label.hidden = one.hidden;
-      one.label.style.left = `${one.x}px`;
-      one.label.style.top = `${one.y}px`;
+    if (count === 0) return;
+    const next = clamp(countUpTo(t, time), 0, count - 1);
+    const last = Math.max(next - 1, 0);
+    const share = next > last ? clamp((time - t[last]) / (t[next] - t[last]), 0, 1) : 0;
+    const mix = (numbers, width, i) => numbers[last * width + i] * (1 - share) + numbers[next * width + i] * share;
+    this.bodies.joints.forEach((joint, i) => { joint.rotation.z = mix(angles, 7, i); });
+    this.bodies.fingers.forEach(({ mesh, along }, i) => mesh.position.copy(along).multiplyScalar(mix(fingers, 2, i)));
+    const width = parts * POSE.width;
+    const turn = new THREE.Quaternion();
+    this.bodies.parts.slice(0, parts).forEach((part, index) => {
+      const from = index * POSE.width;
+      part.position.set(mix(poses, width, from), mix(poses, width, from + 1), mix(poses, width, from + 2));
+      part.quaternion.fromArray(poses, last * width + from + POSE.position);
+      part.quaternion.slerp(turn.fromArray(poses, next * width + from + POSE.position), share);
     });
   }
 
-  // Where things are, in metres: for tests of the page.
+  render() {
+    this.renderer.render(this.bodies.scene, this.camera);
+    if (!this.labels.shown) return;
+    const { parts, fixtures, fingers, links, joints } = this.bodies;
+    const hand = [...fingers.map(({ mesh }) => mesh), links.at(-1)];
+    const solids = [this.around(hand), ...parts.map((part) => this.around([part]))];
+    // The arm as points along its links.
+    const at = [...joints, this.bodies.tool].map((joint) => this.project(joint.getWorldPosition(new THREE.Vector3())));
+    const soft = at.slice(1).flatMap((to, i) => [0.25, 0.5, 0.75, 1].map((share) => {
+      const [x, y] = [0, 1].map((axis) => at[i][axis] + share * (to[axis] - at[i][axis]));
+      return { left: x - 18, right: x + 18, top: y - 18, bottom: y + 18 };
+    }));
+    this.labels.place(this.camera, solids, [...soft, ...fixtures.map((fixture) => this.around([fixture]))]);
+  }
+
+  project(point) {
+    const { x, y } = point.clone().project(this.camera);
+    return [((x + 1) / 2) * this.canvas.clientWidth, ((1 - y) / 2) * this.canvas.clientHeight];
+  }
+
+  // The rectangle of some bodies in the picture.
+  around(bodies) {
+    const seen = bodies.flatMap((body) => inWorld(body, this.extents.get(body))).map((point) => this.project(point));
+    const [xs, ys] = [0, 1].map((axis) => seen.map((point) => point[axis]));
+    return { left: Math.min(...xs), right: Math.max(...xs), top: Math.min(...ys), bottom: Math.max(...ys) };
+  }
+
+  // The share of a body's surface points facing the camera's way that nothing else hides.
+  visible(bodies) {
+    const { scene, states, floor, shade } = this.bodies;
+    const solids = scene.children.filter((child) => ![states, floor, shade].includes(child));
+    const ray = new THREE.Raycaster();
+    const own = new Set(bodies);
+    const seen = bodies.map((body) => {
+      const { position } = body.geometry.attributes;
+      const every = Math.max(Math.floor(position.count / 24), 1);
+      let free = 0;
+      let all = 0;
+      for (let i = 0; i < position.count; i += every) {
+        const at = new THREE.Vector3().fromBufferAttribute(position, i).applyMatrix4(body.matrixWorld);
+        ray.set(this.camera.position, at.clone().sub(this.camera.position).normalize());
+        const hit = ray.intersectObjects(solids, true).find(({ object }) => object.isMesh);
+        all += 1;
+        if (!hit || own.has(hit.object) || hit.distance > at.distanceTo(this.camera.position) - 1e-3) free += 1;
+      }
+      return free / all;
+    });
+    return Math.max(...seen);
+  }
+
+  // Where things are, in metres, and where they stand in the picture: for tests of the page.
   places() {
-    this.scene.updateMatrixWorld(true);
+    this.bodies.scene.updateMatrixWorld(true);
     const of = (object) => object.getWorldPosition(new THREE.Vector3()).toArray();
-    return { parts: this.parts.map(of), hand: of(this.joints[this.joints.length - 1]) };
+    return { parts: this.bodies.parts.map(of), hand: of(this.bodies.joints.at(-1)) };
+  }
+
+  picture() {
+    this.bodies.scene.updateMatrixWorld(true);
+    const fingers = this.bodies.fingers.map(({ mesh }) => mesh);
+    const body = (bodies) => ({ ...this.around(bodies), visible: this.visible(bodies) });
+    const held = this.bodies.parts[this.held()];
+    return {
+      width: this.canvas.clientWidth, height: this.canvas.clientHeight, labels: this.labels.rectangles(),
+      gripper: body(fingers), held: held ? body([held]) : null,
+    };
   }
 }
 

@@ -1,46 +1,5 @@
 // The page of a run: replay, time axis, decisions and tables, all following one moment.
 
-// What the modules on the way of a decision are for.
-const MEANING = {
-  goal_buffer: "The goal buffer holds the state that is looked into now. While it takes up the next one it is driven "
-    + "there so hard that it overshoots: the last one shows as negative for some 50 ms.",
-  cause: "The action that causes the state in the goal buffer.",
-  unbind: "That action's preconditions, as they are unbound from its deep pointer: with the noise of what else is in it.",
-  required: "The preconditions, cleaned up.",
-  open: "Which of these do not hold and have not been looked into.",
-  chosen: "The one of these that is looked into next.",
-  motor_gate: "What comes through to the motors once the planner commits.",
-  motor: "The action that is done.",
-};
-
-// How an episode came to its end, in words; states and actions by the domain's names.
-function endInWords(end, domain) {
-  if (!end) return "how it ended is not known";
-  const [kind, detail] = typeof end.ended === "object" ? Object.entries(end.ended)[0] : [end.ended, null];
-  const action = detail?.action ?? "an action";
-  const words = {
-    GoalMet: "the goal holds",
-    Stuck: "the goal cannot be had",
-    NoWay: `no part could be taken and put as ${action} wants`,
-    Occupied: `something lies where ${action} puts its part`,
-    GaveUp: "time or skills were used up",
-  };
-  const why = kind === "Stuck" && detail && typeof detail === "object" ? obstacleInWords(detail, domain) : "";
-  return (words[kind] ?? kind) + why;
-}
-
-function obstacleInWords(obstacle, domain) {
-  const [kind, at] = Object.entries(obstacle)[0] ?? [];
-  const state = domain?.states[at?.state]?.name ?? "a state";
-  const action = domain?.operators[at?.action]?.name ?? "an action";
-  const words = {
-    NothingCauses: `${state} does not hold and no action brings it about`,
-    MustBeAbsent: `${state} must be absent before ${action}, and holds`,
-    NeedsItself: `${state} is needed to bring itself about`,
-  };
-  return `: ${words[kind] ?? inWords(obstacle)}`;
-}
-
 class RunPage {
   constructor(data, main) {
     this.data = data;
@@ -48,6 +7,7 @@ class RunPage {
     this.recorded = data.filmed;
     this.events = (data.events ?? []).filter((line) => line.episode === this.recorded);
     this.frames = this.unpackFrames();
+    this.touches = this.events.flatMap((line) => line.touch ?? []);
     this.acts = this.decisionsAndActs();
     const ends = [this.frames.t.at(-1), ...this.acts.map((act) => act.until), this.times().at(-1), 0.1];
     this.duration = Math.max(...ends.filter(Number.isFinite));
@@ -55,15 +15,22 @@ class RunPage {
     this.playing = false;
     this.decisionRows = [];
     const { episodes = 1 } = data.run?.summary ?? {};
-    if (this.recorded === null) byId("episode").textContent = "An episode; which is not known";
+    if (this.recorded === null) byId("episode").textContent = "An episode of unknown number";
     else if (episodes > 1) byId("episode").textContent = `Episode ${this.recorded + 1} of ${episodes}`;
     shielded("replay", () => this.buildReplay());
-    shielded("timeline", () => this.buildTimeline());
+    shielded("timeline", () => this.buildThinking());
     shielded("decisions", () => this.buildDecisions());
     shielded("learned", () => this.buildLearned());
     shielded("settings", () => this.buildSettings());
     this.buildControls();
+    listenToKeys(this);
     this.seek(0);
+  }
+
+  // The part between the fingers at a moment.
+  heldAt(time) {
+    const last = this.touches.findLast((touch) => touch.t <= time);
+    return last?.contact ? last.part : undefined;
   }
 
   // A part's kind and its number among those of its kind.
@@ -85,7 +52,7 @@ class RunPage {
     return this.data.arrays ? singles(this.data.arrays.modules.t) : new Float32Array();
   }
 
-  // Every decision of the recorded episode, with the action that came of it and until when it was done.
+  // Every decision of the recorded episode, with its action and the moment at which the action ended.
   decisionsAndActs() {
     const decisions = this.events.flatMap((line) => line.decision ?? []);
     const end = this.events.flatMap((line) => line.end ?? [])[0];
@@ -105,69 +72,24 @@ class RunPage {
     const view = document.querySelector("#replay .view");
     const { outline, domain } = this.data;
     if (!outline || this.frames.count === 0) {
-      view.replaceChildren(make("p", "There is nothing to replay: the frames or the scene's shapes are missing."));
+      view.replaceChildren(make("p", "There is nothing to replay: the frames or the shapes of the scene are missing."));
       return;
     }
     try {
       this.replay = new Replay(view, outline, this.frames, domain?.states ?? []);
+      this.replay.held = () => this.heldAt(this.time);
     } catch (error) {
-      view.replaceChildren(make("p", `This browser draws nothing in three dimensions (${error.message}).`));
+      view.replaceChildren(make("p", `This browser cannot draw the 3-D view (${error.message}).`));
     }
   }
 
-  buildTimeline() {
-    const { run, arrays } = this.data;
-    const known = new Map((run?.modules ?? []).map((module) => [module.name, module]));
-    const order = [...known.keys()];
-    const modules = (arrays?.modules.of ?? [])
-      .filter(({ name }) => known.has(name))
-      .sort((a, b) => order.indexOf(a.name) - order.indexOf(b.name))
-      .map(({ name, steps, values }) => {
-        const numbers = Float32Array.from(small(values), (v) => v / steps);
-        const [low, high] = numbers.reduce(([low, high], v) => [Math.min(low, v), Math.max(high, v)], [-0.05, 1.05]);
-        return { ...known.get(name), values: numbers, range: [low - 0.05, high + 0.05] };
-      });
-    const populations = run?.populations ?? [];
-    const spikes = { t: singles(arrays?.spikes.t ?? ""), row: singles(arrays?.spikes.row ?? "") };
-    const touches = this.events.flatMap((line) => line.touch ?? [])
-      .map((touch) => ({ ...touch, name: this.partName(touch.part) }));
-    const content = {
-      duration: this.duration, acts: this.acts, touches, times: this.times(), modules, spikes, populations,
-      rows: spikes.t.length ? populations.reduce((sum, p) => sum + p.rows, 0) : 0,
-    };
-    this.timeline = new Timeline(document.querySelector("#timeline canvas"), content, (time) => this.seek(time));
-    byId("thinking").textContent = [
-      `Goal: ${run?.goal ?? "unknown"}.`,
-      "Lines are the chosen module's numbers; modules are looked at every 2 ms while the graph decides, every 40 ms while the robot acts.",
-      content.rows ? "Below, spikes of some neurons of each population, kept while the graph decides." : "",
-    ].join(" ");
-    const select = byId("module");
-    modules.forEach((module, i) => select.append(new Option(module.name, String(i))));
-    select.addEventListener("change", () => this.chooseModule(Number(select.value)));
-    this.chooseModule(0);
-    const first = this.acts[0];
-    if (first) this.timeline.look(0, Math.min(this.duration, first.decided + 0.1));
+  buildThinking() {
+    this.thinking = new Thinking(this);
+    this.timeline = this.thinking.timeline;
   }
 
   chooseModule(index) {
-    this.timeline.chosen = index;
-    byId("meaning").textContent = MEANING[this.timeline.content.modules[index]?.name] ?? "";
-    const names = this.timeline.content.modules[index]?.names ?? [];
-    const boxes = names.map((name, i) => {
-      const box = make("input");
-      box.type = "checkbox";
-      box.checked = !this.timeline.hidden.has(name);
-      box.addEventListener("change", () => {
-        if (box.checked) this.timeline.hidden.delete(name);
-        else this.timeline.hidden.add(name);
-        this.timeline.draw();
-      });
-      const line = make("i");
-      line.style.background = colour(i);
-      return make("label", null, box, line, name);
-    });
-    byId("names").replaceChildren(...boxes);
-    this.timeline.draw();
+    this.thinking.choose(index);
   }
 
   buildDecisions() {
@@ -185,21 +107,20 @@ class RunPage {
         listed(decision.holds), decision.action ?? "nothing", decision.action ? needs(decision.action) : "–", outcome,
       ];
     });
-    const columns = [">asked at, s", ">took, ms", "holds", "decided", "which needs", "outcome"];
+    const columns = [">at, s", ">took, ms", "states that hold", "decision", "its preconditions", "outcome"];
     const grid = table([...(many ? [">episode"] : []), ...columns], rows);
-    const of = many ? ` of episode ${this.recorded + 1}, marked at the left,` : "";
-    const others = many ? "; the others were not recorded (the option --record-episode chooses)" : "";
+    const of = many ? ` of episode ${this.recorded + 1} (marked at the left)` : "";
+    const others = many ? " The option --record-episode chooses the episode that is recorded." : "";
     byId("clicking").textContent = this.recorded === null
-      ? "Which episode was recorded is not known."
-      : `Click one${of} to go to its moment${others}.`;
+      ? "The number of the recorded episode is not known."
+      : `Click a decision${of}, or select it and press Enter, to go to its moment.${others}`;
     grid.querySelectorAll("tbody tr").forEach((row, i) => {
       if (all[i].episode !== this.recorded) return;
       const act = this.acts[this.decisionRows.length];
       this.decisionRows.push(row);
+      row.setAttribute("aria-label", `Decision ${this.decisionRows.length}: ${act.action ?? "nothing"}`);
       pressable(row, () => {
-        this.pause();
-        this.timeline.look(act.asked - 0.05, act.decided + 0.1);
-        this.seek(act.asked);
+        this.open(act);
         byId("replay").scrollIntoView({ behavior: "smooth" });
       });
     });
@@ -207,6 +128,21 @@ class RunPage {
     box.classList.toggle("long", all.length > 24);
     box.append(grid);
     this.bringIntoBox(this.decisionRows[0]);
+  }
+
+  // Goes to a decision and shows it closely.
+  open(act) {
+    this.pause();
+    this.timeline.look(act.asked - 0.05, act.decided + 0.1);
+    this.seek(act.asked);
+  }
+
+  // Opens the decision after the moment, or before it.
+  openDecision(way) {
+    const later = this.acts.find((act) => act.asked > this.time + 1e-6);
+    const earlier = this.acts.findLast((act) => act.asked < this.time - 1e-6);
+    const act = way > 0 ? later : earlier;
+    if (act) this.open(act);
   }
 
   // Scrolls the table of decisions, and not the page, to one of its rows.
@@ -218,22 +154,22 @@ class RunPage {
 
   buildLearned() {
     const { domain, recording } = this.data;
-    if (!domain) throw new Error("the learned domain is missing");
+    if (!domain) throw new Error("the domain is missing");
     byId("states").append(statesTable(domain));
     byId("operators").append(operatorsTable(domain));
-    const from = recording
-      ? `From ${recording.demonstrations} demonstrations with ${recording.snapshots} snapshots. `
+    const from = recording && domain.provenance
+      ? `Learned from ${recording.demonstrations} demonstrations with ${recording.snapshots} snapshots. `
       : "";
-    byId("taught").textContent = `${from}In the replay each is the ellipsoid of two standard deviations about its mean, `
-      + "at least 4 mm.";
+    byId("taught").textContent = `${from}In the 3-D view each state is an ellipsoid of two standard deviations about its `
+      + "mean, with half axes of at least 4 mm.";
   }
 
   buildSettings() {
     const { run } = this.data;
-    if (!run) throw new Error("the run's settings are missing");
+    if (!run) throw new Error("the settings of the run are missing");
     byId("command").textContent = run.command;
-    byId("made").textContent = `Made by symbolt ${run.symbolt}, seed ${run.seed}, mode ${run.mode}. `
-      + "The same command writes the same files, to the bit, on the same machine.";
+    byId("made").textContent = `Written by symbolt ${run.symbolt}, seed ${run.seed}, mode ${run.mode}. `
+      + "On the same machine the same command writes the same files, bit for bit.";
     shielded("figures", () => byId("figures").append(figuresTable(run.summary)));
     byId("all").textContent = JSON.stringify({ planner: run.planner, task: run.task, scene: run.scene }, null, 2);
   }
@@ -241,29 +177,40 @@ class RunPage {
   buildControls() {
     const scrub = byId("scrub");
     if (!scrub) return;
-    scrub.max = String(this.duration);
-    scrub.step = "any";
+    // In whole milliseconds.
+    scrub.max = (Math.ceil(1000 * this.duration - 1e-3) / 1000).toFixed(3);
     scrub.addEventListener("input", () => { this.pause(); this.seek(Number(scrub.value)); });
-    byId("play")?.addEventListener("click", () => (this.playing ? this.pause() : this.play()));
+    const on = (id, act) => byId(id)?.addEventListener("click", act);
+    on("play", () => (this.playing ? this.pause() : this.play()));
+    on("earlier", () => this.openDecision(-1));
+    on("later", () => this.openDecision(1));
     byId("gaussians")?.addEventListener("change", (event) => this.replay?.showStates(event.target.checked));
-    byId("camera")?.addEventListener("click", () => this.replay?.resetCamera());
-    byId("nearer")?.addEventListener("click", () => this.timeline.zoom(0.5));
-    byId("farther")?.addEventListener("click", () => this.timeline.zoom(2));
-    byId("whole")?.addEventListener("click", () => this.timeline.look(0, this.duration));
+    byId("names-shown")?.addEventListener("change", (event) => this.replay?.showLabels(event.target.checked));
+    Object.keys(VIEWS).forEach((view) => on(`view-${view}`, () => this.chooseView(view)));
+    on("nearer", () => this.timeline.zoom(0.5));
+    on("farther", () => this.timeline.zoom(2));
+    on("whole", () => this.timeline.look(0, this.duration));
+  }
+
+  chooseView(view) {
+    this.replay?.choose(view);
+    Object.keys(VIEWS).forEach((other) => byId(`view-${other}`)?.setAttribute("aria-pressed", String(other === view)));
   }
 
   play() {
+    if (!byId("play")) return;
     if (this.time >= this.duration) this.seek(0);
     this.playing = true;
     byId("play").textContent = "Pause";
-    // Wide enough to be read while it goes by.
+    byId("reading")?.setAttribute("aria-live", "off");
+    // The span is wide enough to be read while the moment moves through it.
     const speed = () => Number(byId("speed").value);
     const wide = 8 * speed();
-    const [from, to] = this.timeline.view;
+    const [from, to] = this.timeline?.view ?? [0, wide];
     if (to - from < wide) this.timeline.look(this.time - 0.1 * wide, this.time + 0.9 * wide);
     let before = performance.now();
     const step = (now) => {
-      // After a pause of the browser's own it goes on from where it was.
+      // When the browser itself has paused, the episode continues at the moment it had reached.
       this.seek(this.time + Math.min(Math.max(now - before, 0), 100) / 1000 * speed());
       before = now;
       if (this.time >= this.duration) this.pause();
@@ -275,27 +222,48 @@ class RunPage {
   pause() {
     this.playing = false;
     cancelAnimationFrame(this.next);
-    byId("play").textContent = "Play";
+    if (byId("play")) byId("play").textContent = "Play";
+    byId("reading")?.setAttribute("aria-live", "polite");
   }
 
   seek(time) {
     this.time = clamp(time, 0, this.duration);
-    if (byId("scrub")) byId("scrub").value = String(this.time);
-    if (byId("clock")) byId("clock").textContent = `${seconds(this.time)} of ${seconds(this.duration)}`;
+    const scrub = byId("scrub");
+    if (scrub) {
+      scrub.value = this.time.toFixed(3);
+      scrub.setAttribute("aria-valuetext", [seconds(this.time, 3), ...this.saysAt(this.time)].join(", "));
+    }
+    if (byId("clock")) byId("clock").textContent = `${seconds(this.time, 3)} of ${seconds(this.duration)}`;
     this.replay?.show(this.time);
     this.timeline?.at(this.time);
     if (byId("now")) this.showNow();
   }
 
-  // The decision that is being made or acted upon.
-  current() {
-    return this.acts.findLastIndex((act) => act.asked <= this.time);
+  // The decision that is made or acted upon at a moment.
+  current(time = this.time) {
+    return this.acts.findLastIndex((act) => act.asked <= time);
+  }
+
+  // A moment in words: the decision and the part in the hand.
+  saysAt(time) {
+    const index = this.current(time);
+    const act = this.acts[index];
+    const held = this.heldAt(time);
+    const hand = held === undefined ? [] : [`in the hand: ${this.partName(held)}`];
+    if (!act) return ["no decision yet", ...hand];
+    const name = `decision ${index + 1}`;
+    if (time < act.decided) return [`${name}: deciding since ${seconds(act.asked, 3)}, takes ${act.took.toFixed(0)} ms`, ...hand];
+    if (!act.action) return [`${name}: nothing to do`, ...hand];
+    return [`${name}: ${act.action}, ${act.outcome} at ${seconds(act.until, 3)}`, ...hand];
   }
 
   showNow() {
     const index = this.current();
     const act = this.acts[index];
-    this.decisionRows.forEach((row, i) => row.classList.toggle("current", i === index));
+    this.decisionRows.forEach((row, i) => {
+      row.classList.toggle("current", i === index);
+      row.setAttribute("aria-current", String(i === index));
+    });
     if (index !== this.shown) this.bringIntoBox(this.decisionRows[index]);
     this.shown = index;
     const end = this.events.find((line) => line.end)?.end;
@@ -311,30 +279,30 @@ class RunPage {
       entries.push(["now", `done: ${endInWords(end, this.data.domain)}`]);
     }
     if (act?.action && end && this.time >= this.duration - 1e-6) {
-      entries.push(["in the end", endInWords(end, this.data.domain)]);
+      entries.push(["at the end", endInWords(end, this.data.domain)]);
     }
+    const held = this.heldAt(this.time);
+    entries.push(["in the hand", held === undefined ? "nothing" : this.partName(held)]);
     if (act) {
-      entries.push(["holds", listed(act.holds)]);
+      entries.push(["states that hold", listed(act.holds)]);
       const operator = this.data.domain?.operators.find((o) => o.name === act.action);
       if (operator && this.time >= act.decided) {
-        entries.push([`${act.action} needs`, listed(operator.preconditions)]);
-        entries.push(["and brings about", listed(operator.effects)]);
+        entries.push([`preconditions of ${act.action}`, listed(operator.preconditions)]);
+        entries.push(["its effects", listed(operator.effects)]);
       }
     }
     entries.push(["goal", this.data.run?.goal ?? "unknown"]);
     byId("now").replaceChildren(...entries.flatMap(([name, text]) => [make("dt", name), make("dd", text)]));
   }
 
-  // What the page shows, as data: for tests.
+  // What the page shows, as data: for the tests.
   state() {
-    const { content, chosen } = this.timeline;
-    const module = content.modules[chosen];
-    const sample = Math.max(countUpTo(content.times, this.time) - 1, 0);
-    const columns = module?.names.length ?? 0;
+    const panels = this.timeline?.panels ?? [];
+    const shown = panels.map((panel) => ({ module: panel.module?.name, names: panel.module?.names, values: panel.values(this.time) }));
     return {
-      time: this.time, decision: this.current(), now: byId("now").innerText, module: module?.name,
-      names: module?.names, sample: Array.from(module?.values.slice(sample * columns, (sample + 1) * columns) ?? []),
-      view: this.timeline.view, places: this.replay?.places(),
+      time: this.time, decision: this.current(), now: byId("now")?.innerText, module: shown[0]?.module,
+      names: shown[0]?.names, sample: shown[0]?.values ?? [], shown, playing: this.playing,
+      view: this.timeline?.view, places: this.replay?.places(),
     };
   }
 }

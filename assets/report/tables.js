@@ -14,12 +14,12 @@ function table(columns, rows) {
   return make("table", null, make("thead", null, make("tr", null, ...head)), make("tbody", null, ...body));
 }
 
-// Calls `act` for a click on a row, or Enter or space.
+// Calls `act` for a click on a row or for Enter. Space plays the episode.
 function pressable(row, act) {
   row.tabIndex = 0;
   row.addEventListener("click", act);
   row.addEventListener("keydown", (event) => {
-    if (event.key !== "Enter" && event.key !== " ") return;
+    if (event.key !== "Enter") return;
     event.preventDefault();
     act();
   });
@@ -29,6 +29,8 @@ const listed = (names) => (names && names.length ? names.join(", ") : "–");
 
 function statesTable(domain) {
   const rows = domain.states.map((state) => {
+    // A state of a domain written in code has no poses.
+    if (!state.mean) return [state.name, state.kind, "–", "–", "–", "–"];
     const spread = [0, 1, 2].map((i) => Math.sqrt(Math.max(state.covariance[i][i], 0)));
     return [
       state.name, state.kind, String(state.count), state.origin,
@@ -36,24 +38,25 @@ function statesTable(domain) {
       spread.map((v) => millimetres(v)).join(", "),
     ];
   });
-  const columns = ["state", "kind", ">poses", "parts were", ">mean position, mm", ">spread (SD), mm"];
+  const columns = ["state", "kind", ">poses", "origin", ">mean position, mm", ">standard deviation, mm"];
   return table(columns, rows);
 }
 
 function operatorsTable(domain) {
   const index = new Map(domain.states.map((state, i) => [state.name, i]));
   const rows = domain.operators.map((operator) => {
-    const { instances, before } = operator.evidence;
-    const counted = (names) => listed(names.map((n) => `${n} (${before[index.get(n)] ?? 0}/${instances})`));
+    const { instances, before } = operator.evidence ?? {};
+    const counted = (names) =>
+      listed(instances ? names.map((n) => `${n} (${before[index.get(n)] ?? 0}/${instances})`) : names);
     return [
-      operator.name, String(instances), counted(operator.preconditions), listed(operator.effects),
+      operator.name, instances ? String(instances) : "–", counted(operator.preconditions), listed(operator.effects),
       counted(operator.absent),
     ];
   });
-  return table(["action", ">times seen", "needs", "brings about", "never held before"], rows);
+  return table(["action", ">instances", "preconditions", "effects", "never held before it"], rows);
 }
 
-// A value of `--json` in words.
+// A value of `--json` as text.
 function inWords(value) {
   if (Array.isArray(value)) return value.length ? value.map(inWords).join("; ") : "none";
   if (value === null) return "–";
@@ -62,18 +65,18 @@ function inWords(value) {
   return String(value);
 }
 
-// Figures whose names say too little.
+// Clearer words for some figures of the summary.
 const FIGURES = {
   assembled: "episodes solved",
-  minimum_steps: "episodes in the least number of steps",
-  least_steps: "the least number of steps",
-  false_goals: "goals taken to be met that were not",
-  replans: "plans made anew after a failed step",
-  replans_after: "which failed",
-  strays: "parts that came to be in no state",
-  ended_with_strays: "episodes that ended with such parts",
-  meddled: "episodes in which a person put a part somewhere",
-  decision_ms: "decision, simulated ms",
+  minimum_steps: "episodes with the least number of steps",
+  least_steps: "least number of steps",
+  false_goals: "goals declared met that were not",
+  replans: "new plans after a failed step",
+  replans_after: "steps that failed",
+  strays: "parts that ended in no state",
+  ended_with_strays: "episodes with such parts at the end",
+  meddled: "episodes with a perturbation",
+  decision_ms: "time of a decision, simulated ms",
   slip_mm: "greatest slip in the hand, mm",
 };
 

@@ -138,7 +138,7 @@ fn of_run(folder: &Path) -> Report {
         }
     });
     let domain = reader.take("domain.json", |bytes, name| {
-        domain_to_page(&Domain::parse(bytes, name).map_err(|e| e.to_string())?)
+        Domain::parse(bytes, name).map(|domain| domain_to_page(&domain)).map_err(|e| e.to_string())
     });
     let shown = reader.take("recording.jsonl", |bytes, name| {
         let (recording, _) = Recording::parse(bytes, name).map_err(|e| e.to_string())?;
@@ -197,32 +197,31 @@ fn of_run(folder: &Path) -> Report {
     Report { html: page::html(&data), missing }
 }
 
-/// Returns a learned domain as the page reads it, for every version of the file: states with their poses, and operators
-/// with the names of their states and their evidence.
-fn domain_to_page(domain: &Domain) -> Result<Value, String> {
-    let unlearned = || "the domain was not learned, so its states have no poses".to_owned();
+/// Returns a domain as the page reads it, for every version of the file: states with their geometry, and operators with
+/// the names of their states and their evidence. Geometry and evidence are null in a domain written in code.
+fn domain_to_page(domain: &Domain) -> Value {
     let states = domain.states().iter().map(|s| {
-        let learned = s.learned.as_ref().ok_or_else(unlearned)?;
-        Ok(json!({
-            "name": s.name, "kind": s.kind, "count": learned.count, "distinct": learned.distinct,
-            "origin": learned.origin, "mean": learned.mean, "covariance": learned.covariance,
-        }))
+        let learned = s.learned.as_ref();
+        json!({
+            "name": s.name, "kind": s.kind, "count": learned.map(|l| l.count),
+            "distinct": learned.map(|l| l.distinct), "origin": learned.map(|l| l.origin),
+            "mean": learned.map(|l| &l.mean), "covariance": learned.map(|l| &l.covariance),
+        })
     });
     let operators = domain.operators().iter().map(|o| {
-        let evidence = o.evidence.as_ref().ok_or_else(unlearned)?;
-        Ok(json!({
+        json!({
             "name": o.name, "kind": o.kind(), "from": o.from.map(|s| &domain[s].name),
             "to": domain[o.to].name, "preconditions": domain.names(&o.preconditions),
             "effects": domain.names(&o.effects), "absent": domain.names(&o.absent),
-            "removes": domain.names(&o.removes), "evidence": evidence,
-        }))
+            "removes": domain.names(&o.removes), "evidence": o.evidence,
+        })
     });
-    Ok(json!({
+    json!({
         "provenance": domain.provenance(),
         "goal": domain.goal_name(),
-        "states": states.collect::<Result<Vec<Value>, String>>()?,
-        "operators": operators.collect::<Result<Vec<Value>, String>>()?,
-    }))
+        "states": states.collect::<Vec<_>>(),
+        "operators": operators.collect::<Vec<_>>(),
+    })
 }
 
 /// Returns the number of episodes that `run.json` states.

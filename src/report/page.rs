@@ -7,12 +7,21 @@ use serde_json::{Value, json};
 const PAGE: &str = include_str!("../../assets/report/page.html");
 const STYLE: &str = include_str!("../../assets/report/style.css");
 /// The page's code. In this order the files form one JavaScript module.
-const CODE: [&str; 6] = [
+const CODE: [&str; 15] = [
     include_str!("../../assets/report/data.js"),
+    include_str!("../../assets/report/theme.js"),
     include_str!("../../assets/report/tables.js"),
+    include_str!("../../assets/report/scene.js"),
+    include_str!("../../assets/report/camera.js"),
+    include_str!("../../assets/report/labels.js"),
     include_str!("../../assets/report/replay.js"),
+    include_str!("../../assets/report/strips.js"),
     include_str!("../../assets/report/timeline.js"),
+    include_str!("../../assets/report/words.js"),
+    include_str!("../../assets/report/thinking.js"),
     include_str!("../../assets/report/run.js"),
+    include_str!("../../assets/report/keys.js"),
+    include_str!("../../assets/report/experiments.js"),
     include_str!("../../assets/report/main.js"),
 ];
 const THREE: &str = include_str!("../../assets/vendor/three/three.module.min.js");

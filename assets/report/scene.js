@@ -1,0 +1,196 @@
+// The objects of the 3-D view: table, fixtures, parts, arm, floor, lights and the states' ellipsoids.
+
+// Looks that every scene shares. The data say how parts and fixtures look.
+const LOOKS = {
+  table: { colour: 0xb9a78c, roughness: 0.9 }, link: { colour: 0xf2f3f5, roughness: 0.5 },
+  hand: { colour: 0x4a5663, roughness: 0.6 },
+};
+const FLOOR = { radius: 2.0, clear: 0.5, rings: 8, shaded: 0.85 };
+const SHADOW = { pixels: 1024, half: 0.85, above: 2.2 };
+
+function geometry(mesh) {
+  const corners = new Float32Array(mesh.triangles.flat().flatMap((corner) => mesh.vertices[corner]));
+  const shape = new THREE.BufferGeometry();
+  shape.setAttribute("position", new THREE.BufferAttribute(corners, 3));
+  shape.computeVertexNormals();
+  shape.computeBoundingBox();
+  return shape;
+}
+
+function solid(mesh, look) {
+  const { colour: color, roughness } = look;
+  const body = new THREE.Mesh(geometry(mesh), new THREE.MeshStandardMaterial({
+    color, roughness, metalness: 0.1, shadowSide: THREE.DoubleSide,
+  }));
+  body.castShadow = true;
+  body.receiveShadow = true;
+  return body;
+}
+
+// The corners of an object's own bounding box, in its own frame.
+function corners(object) {
+  const { min, max } = object.geometry.boundingBox;
+  return [0, 1, 2, 3, 4, 5, 6, 7].map((i) => new THREE.Vector3(i & 1 ? max.x : min.x, i & 2 ? max.y : min.y, i & 4 ? max.z : min.z));
+}
+
+const inWorld = (object, points) => points.map((point) => point.clone().applyMatrix4(object.matrixWorld));
+
+// Axes and lengths of a symmetric 3 x 3 matrix, by Jacobi's rotations.
+function principal(matrix) {
+  const a = matrix.map((row) => row.slice(0, 3));
+  const v = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
+  for (let sweep = 0; sweep < 12; sweep++) {
+    for (const [p, q] of [[0, 1], [0, 2], [1, 2]]) {
+      if (Math.abs(a[p][q]) < 1e-300) continue;
+      const angle = 0.5 * Math.atan2(2 * a[p][q], a[q][q] - a[p][p]);
+      const [c, s] = [Math.cos(angle), Math.sin(angle)];
+      for (const m of [a, v]) {
+        for (let k = 0; k < 3; k++) {
+          const [x, y] = [m[k][p], m[k][q]];
+          [m[k][p], m[k][q]] = [c * x - s * y, s * x + c * y];
+        }
+      }
+      for (let k = 0; k < 3; k++) {
+        const [x, y] = [a[p][k], a[q][k]];
+        [a[p][k], a[q][k]] = [c * x - s * y, s * x + c * y];
+      }
+    }
+  }
+  return { variances: [a[0][0], a[1][1], a[2][2]], axes: v };
+}
+
+class Bodies {
+  constructor(outline, states) {
+    this.scene = new THREE.Scene();
+    const meshOf = (name) => outline.meshes.find((m) => JSON.stringify(m.body) === JSON.stringify(name));
+    const add = (body, parent = this.scene) => {
+      parent.add(body);
+      return body;
+    };
+    this.table = add(solid(meshOf("table"), LOOKS.table));
+    this.fixtures = outline.fixtures.map((look, fixture) => add(solid(meshOf({ fixture }), look)));
+    this.parts = outline.parts.map((kind) => add(solid(meshOf({ kind }), outline.kinds[kind].look)));
+    this.ground = this.table.geometry.boundingBox.min.z;
+    this.addArm(outline, meshOf, add);
+    this.addFloor();
+    this.addLights();
+    this.addStates(states, new Map(outline.kinds.map((kind) => [kind.name, kind.look])));
+  }
+
+  addArm(outline, meshOf, add) {
+    // The physics has no base because nothing can come near it.
+    const stand = new THREE.MeshStandardMaterial({ color: LOOKS.hand.colour, roughness: LOOKS.hand.roughness });
+    const height = 0.14 - this.ground;
+    const base = add(new THREE.Mesh(new THREE.CylinderGeometry(0.075, 0.095, height, 32), stand));
+    base.rotation.x = Math.PI / 2;
+    base.position.z = this.ground + height / 2;
+    base.castShadow = true;
+    // Each joint's frame hangs in the frame before it and turns about its own z.
+    let parent = this.scene;
+    const last = outline.joints.length - 1;
+    this.links = [];
+    this.joints = outline.joints.map((pose, joint) => {
+      const fixed = new THREE.Group();
+      fixed.position.set(...pose.position);
+      fixed.quaternion.set(...pose.orientation);
+      const turning = new THREE.Group();
+      this.links.push(add(solid(meshOf({ link: joint }), joint === last ? LOOKS.hand : LOOKS.link), turning));
+      fixed.add(turning);
+      parent.add(fixed);
+      parent = turning;
+      return turning;
+    });
+    const closing = new THREE.Vector3(...outline.closing);
+    this.fingers = [0, 1].map((finger) => {
+      const mesh = add(solid(meshOf({ finger }), LOOKS.hand), parent);
+      return { mesh, along: closing.clone().multiplyScalar(finger === 0 ? 1 : -1) };
+    });
+    // Half a centimetre behind the fingertips, in the last link's frame.
+    const tip = Math.max(...this.fingers.map(({ mesh }) => mesh.geometry.boundingBox.max.z));
+    this.tool = new THREE.Object3D();
+    this.tool.position.z = tip - 0.005;
+    parent.add(this.tool);
+  }
+
+  // A disc that turns into the background, so that the floor has no edge, and the shadows on it. The disc is opaque and
+  // neither is lit: they fill most of the picture, which is slow without a graphics card.
+  addFloor() {
+    const shape = new THREE.RingGeometry(0.001, FLOOR.radius, 48, FLOOR.rings);
+    const shades = new Float32Array(3 * shape.attributes.position.count);
+    shape.setAttribute("color", new THREE.BufferAttribute(shades, 3));
+    this.floor = new THREE.Mesh(shape, new THREE.MeshBasicMaterial({ vertexColors: true }));
+    this.shade = new THREE.Mesh(new THREE.CircleGeometry(FLOOR.shaded, 32), new THREE.ShadowMaterial({ depthWrite: false }));
+    this.shade.receiveShadow = true;
+    this.shade.renderOrder = -1;
+    const middle = this.middle();
+    this.floor.position.set(middle.x, middle.y, this.ground - 0.002);
+    this.shade.position.set(0.7 * middle.x, middle.y, this.ground - 0.001);
+    this.scene.add(this.floor, this.shade);
+  }
+
+  paintFloor(near, far) {
+    const { position, color } = this.floor.geometry.attributes;
+    for (let i = 0; i < position.count; i++) {
+      const away = Math.hypot(position.getX(i), position.getY(i));
+      const share = clamp((away - FLOOR.clear) / (FLOOR.radius - FLOOR.clear), 0, 1);
+      const { r, g, b } = near.clone().lerp(far, share);
+      color.setXYZ(i, r, g, b);
+    }
+    color.needsUpdate = true;
+  }
+
+  middle() {
+    return this.table.geometry.boundingBox.getCenter(new THREE.Vector3());
+  }
+
+  addLights() {
+    this.sky = new THREE.HemisphereLight(0xffffff, 0x9a8f80, 1.5);
+    this.sun = new THREE.DirectionalLight(0xffffff, 2.0);
+    const fill = new THREE.DirectionalLight(0xffffff, 0.5);
+    fill.position.set(-0.6, 1.4, 1.0);
+    const middle = this.middle().multiplyScalar(0.7);
+    this.sun.position.copy(middle).add(new THREE.Vector3(0.7, -0.55, SHADOW.above));
+    this.sun.target.position.copy(middle);
+    this.sun.castShadow = true;
+    this.sun.shadow.mapSize.set(SHADOW.pixels, SHADOW.pixels);
+    Object.assign(this.sun.shadow.camera, {
+      left: -SHADOW.half, right: SHADOW.half, top: SHADOW.half, bottom: -SHADOW.half, near: 0.5, far: 2 * SHADOW.above,
+    });
+    this.sun.shadow.bias = -0.0015;
+    this.sun.shadow.normalBias = 0.006;
+    this.scene.add(this.sky, this.sun, this.sun.target, fill);
+  }
+
+  // Each state as the ellipsoid of two standard deviations about its mean, with half axes of at least 4 mm.
+  addStates(states, looks) {
+    this.states = new THREE.Group();
+    this.anchors = [];
+    for (const state of states) {
+      if (!state.mean || !state.covariance) continue;
+      const { variances, axes } = principal(state.covariance);
+      const look = looks.get(state.kind) ?? { colour: 0x777777 };
+      const material = new THREE.MeshBasicMaterial({
+        color: look.colour, transparent: true, opacity: 0.28, depthWrite: false,
+      });
+      const mesh = new THREE.Mesh(new THREE.SphereGeometry(1, 24, 16), material);
+      const lengths = variances.map((v) => Math.max(2 * Math.sqrt(Math.max(v, 0)), 0.004));
+      const columns = [0, 1, 2].map((i) => new THREE.Vector3(axes[0][i], axes[1][i], axes[2][i]));
+      if (columns[0].clone().cross(columns[1]).dot(columns[2]) < 0) columns[2].negate();
+      mesh.quaternion.setFromRotationMatrix(new THREE.Matrix4().makeBasis(...columns));
+      mesh.scale.set(...lengths);
+      mesh.position.set(...state.mean.position);
+      this.states.add(mesh);
+      this.anchors.push({ name: state.name, colour: look.colour, at: mesh.position.clone() });
+    }
+    this.scene.add(this.states);
+  }
+
+  // Light or dark surroundings.
+  paint() {
+    this.scene.background = new THREE.Color(theme.colours.sky || "#e9edf1");
+    this.paintFloor(new THREE.Color(theme.colours.floor || "#d9dfe5"), this.scene.background);
+    this.shade.material.opacity = theme.dark ? 0.45 : 0.22;
+    this.sky.intensity = theme.dark ? 0.9 : 1.5;
+  }
+}
+
