@@ -84,8 +84,8 @@ pub fn read_ordinary_file(path: &Path) -> Result<Vec<u8>, FileError> {
     read_file(path)
 }
 
-/// Writes a file atomically: writes a temporary file in the same folder and renames it. A reader sees the old content or
-/// the complete new content.
+/// Writes a file atomically: writes a temporary file in the same folder and renames it. A reader sees the old content
+/// or the complete new content.
 ///
 /// # Errors
 /// [`FileError::Exists`] if the file exists and must not be replaced. [`FileError::Io`] if the file cannot be written.

@@ -1,17 +1,18 @@
-//! A planner in semantic pointers, from demonstrations to a robot that acts.
+//! Plans with semantic pointers: from recorded demonstrations to a simulated robot that acts.
 //!
 //! symbolt learns the states and actions of a task from a few recorded demonstrations, turns them into semantic
-//! pointers, and plans with a graph of modules in simulated time. The same graph runs as exact maths, as firing rates or
-//! as spiking neurons, and reports in simulated milliseconds when it reached each step of a decision. You can also use
-//! only a part: the engine and its modules for your own cognitive models, or the learner and planner for your own recordings.
+//! pointers, and plans with a graph of modules in simulated time. The same graph runs as exact maths, as firing rates
+//! or as spiking neurons. For each decision it reports the simulated time of every step, in ms. You can also use only
+//! a part of the crate: the engine and its modules for your own cognitive models, or the learner and planner for your
+//! own recordings.
 //!
-//! It follows the Neural Engineering Framework and the Semantic Pointer Architecture. [`glossary`] explains their terms, as they
-//! are used here, on one page.
+//! The crate follows the Neural Engineering Framework and the Semantic Pointer Architecture. [`glossary`] explains the
+//! terms on one page.
 //!
 //! # A first graph
 //!
-//! You describe a graph, build it, and run it. A port is typed by its vocabulary: a pointer of parts does not fit where
-//! a pointer of actions is expected.
+//! You describe a graph, build it, and run it. The type of a port names its vocabulary, so you cannot connect a
+//! pointer of parts to an input for pointers of actions.
 //!
 //! ```
 //! use symbolt::prelude::*;
@@ -40,28 +41,29 @@
 //! |---|---|
 //! | name pointers | [`VocabularyBuilder`](spa::VocabularyBuilder), [`Vocabulary`](spa::Vocabulary), [`VocabTag`](sim::VocabTag) |
 //! | describe a graph | [`GraphBuilder`](sim::GraphBuilder), [`Synapse`](sim::Synapse), [`ProbeSpec`](sim::ProbeSpec) |
-//! | feed it | [`Constant`](sim::Constant), [`Stimulus`](sim::Stimulus), [`Noise`](sim::Noise) |
+//! | feed values to a graph | [`Constant`](sim::Constant), [`Stimulus`](sim::Stimulus), [`Noise`](sim::Noise) |
 //! | compute with pointers | [`Bind`](spa::Bind), [`Unbind`](spa::Unbind), [`CleanupMemory`](spa::CleanupMemory), [`AssociativeMemory`](spa::AssociativeMemory), [`State`](spa::State), [`GoalBuffer`](spa::GoalBuffer), [`BasalGanglia`](spa::BasalGanglia) |
 //! | choose exact maths, rates or spikes | [`PopulationPlan`](neurons::PopulationPlan), [`Population`](neurons::Population), [`LifSpec`](neurons::LifSpec) |
-//! | run it | [`Simulator`](sim::Simulator), [`RunConfig`](sim::RunConfig), [`Seed`](sim::Seed) |
-//! | add your own part | [`Module`](sim::Module), [`Node`](sim::Node), [`World`](sim::World) |
-//! | learn a domain, or write one | [`Recording`](task::Recording), [`learn`](task::learn::learn), [`Domain`](task::Domain), [`DomainBuilder`](task::DomainBuilder) |
+//! | run a graph | [`Simulator`](sim::Simulator), [`RunConfig`](sim::RunConfig), [`Seed`](sim::Seed) |
+//! | add your own module, node or world | [`Module`](sim::Module), [`Node`](sim::Node), [`World`](sim::World) |
+//! | learn or write a domain | [`Recording`](task::Recording), [`learn`](task::learn::learn), [`Domain`](task::Domain), [`DomainBuilder`](task::DomainBuilder) |
 //! | find an object's state | [`Classifier`](task::Classifier) |
 //! | plan | [`Planner`](task::planner::Planner), [`PlannerSpec`](task::planner::PlannerSpec), [`Decision`](task::planner::Decision) |
 #![cfg_attr(
     feature = "physics",
     doc = "| act in physics | [`Task`](task::tasks::Task), [`demonstrate`](task::demonstrate), [`episode`](task::execute::episode) |"
 )]
-//! | count over trials | [`Experiment`](study::experiment::Experiment), [`Run`](study::experiment::Run) |
+//! | repeat trials and analyse them | [`Experiment`](study::experiment::Experiment), [`Run`](study::experiment::Run) |
 //!
-//! [`prelude`] exports what nearly every program needs. [`guide`] has six guides: planner graphs in code, your own modules, timing,
-//! ablations, your own recordings, and the scene.
+//! [`prelude`] exports what nearly every program needs. [`guide`] has six guides: planner graphs in code, your own
+//! modules, timing, ablations, your own recordings, and the scene.
 //!
 //! # What it is not for
 //!
-//! - General neural networks: there are no learning rules for synapses, no neuron types besides LIF and its rate, and no GPU backend.
+//! - General neural networks: there are no learning rules for synapses, no neuron types besides LIF and its rate, and
+//!   no GPU backend.
 //! - Existing Nengo models: they have to be rewritten. The README compares the names.
-//! - Perception: learner and planner receive poses of objects, not images.
+//! - Perception: the learner and the planner receive poses of objects, not images.
 //! - Driving a real arm: the robot and its physics are a simulation, with perfect sensing.
 //!
 //! # Feature flags
@@ -71,23 +73,25 @@
 //! | `physics` | yes | the scene in Rapier, skills, the closed loop, and the report |
 //! | `cli` | yes | the program `symbolt`; turns on `physics` |
 //!
-//! `default-features = false` leaves the engine, neurons, algebra, learner, planner and experiments.
+//! `default-features = false` leaves the engine, the neurons, the algebra, the learner, the planner and the
+//! experiments.
 //!
 //! # Build profiles
 //!
-//! A plain `cargo run` in your own crate compiles symbolt without optimisation, and the program is then slow: spiking neurons and
-//! physics become tens of times slower. Run with `--release`, or add this to your `Cargo.toml`:
+//! A plain `cargo run` in your own crate compiles symbolt without optimisation, and the program is then slow: spiking
+//! neurons and physics become tens of times slower. Run with `--release`, or add this to your `Cargo.toml`:
 //!
 //! ```toml
 //! [profile.dev.package."*"]
 //! opt-level = 3
 //! ```
 //!
-//! It optimises your dependencies once and leaves your own code quick to compile.
+//! This optimises your dependencies once. Your own code still compiles quickly.
 #![deny(unsafe_code)]
 
 pub mod files;
-// These links come first and replace those of the file, which lead to source files.
+// Rustdoc uses the first definition of each link. These definitions point to items; those of the file point to source
+// files.
 #[doc = concat!(
     "[`AssociativeMemory`]: crate::spa::AssociativeMemory\n",
     "[`BasalGanglia`]: crate::spa::BasalGanglia\n",
@@ -124,7 +128,7 @@ pub mod files;
     include_str!("../docs/glossary.md"),
 )]
 pub mod glossary {}
-// The guides' blocks are parts of programs: the examples `guide_*` compile them, not rustdoc.
+// Rustdoc does not compile the guides' code blocks, because they are fragments. The examples `guide_*` compile them.
 #[cfg(not(doctest))]
 pub mod guide;
 pub mod neurons;

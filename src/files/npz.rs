@@ -1,9 +1,9 @@
 //! numpy's `.npz` archives of arrays, read and written.
 //!
 //! The format is that of `numpy.savez`: a zip archive with one `NAME.npy` for each array
-//! (<https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>). A header is checked against the bytes that
-//! follow before memory is taken, and an archive may hold at most [`MAX_BYTES`], so a damaged or hostile file costs
-//! no more than a large one.
+//! (<https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>). A header is checked against the bytes
+//! that follow before memory is taken, and an archive may hold at most [`MAX_BYTES`], so a damaged or hostile file
+//! costs no more than a large one.
 //!
 //! ```
 //! use ndarray::{Array2, Ix2, array};
@@ -166,8 +166,8 @@ impl<'b> NpzReader<'b> {
     /// Reads an array. Costs its bytes twice.
     ///
     /// # Errors
-    /// [`NpzError::Missing`] if there is none of that name, [`NpzError::Array`] if it is damaged, above [`MAX_BYTES`], or
-    /// of another type or number of dimensions.
+    /// [`NpzError::Missing`] if there is none of that name, [`NpzError::Array`] if it is damaged, above [`MAX_BYTES`],
+    /// or of another type or number of dimensions.
     pub fn read<T: Element, D: Dimension>(&mut self, name: &str) -> Result<Array<T, D>, NpzError> {
         let mut file = match self.zip.by_name(&format!("{name}.npy")) {
             Err(ZipError::FileNotFound) => return Err(NpzError::Missing { name: name.into() }),

@@ -1,4 +1,4 @@
-//! The arenas: a few flat vectors that hold all numbers of a run. The layout fixes the ranges.
+//! The arenas: a few flat vectors that hold all numbers of a run. The layout assigns the ranges.
 
 use super::graph::{Sizes, Source};
 use super::node::{Complex, Real};
@@ -8,7 +8,7 @@ use super::node::{Complex, Real};
 pub(crate) struct Arenas {
     /// Outputs written in emit, in the order of emits.
     pub signals: Vec<Real>,
-    /// Registered outputs as last written.
+    /// Registered outputs, as nodes and the world last wrote them.
     pub registered: Vec<Real>,
     /// Values that stay constant during a tick: registered outputs at its start, then the filters of connections.
     pub held: Vec<Real>,
@@ -85,8 +85,8 @@ impl Arenas {
     }
 }
 
-/// Returns whether all numbers are finite, without a branch per number. A number times zero is zero, unless the number is
-/// infinite or not a number. Eight independent sums let the compiler use wide registers.
+/// Returns whether all numbers are finite, without a branch per number. A number times zero is zero, unless the number
+/// is infinite or not a number. Eight independent sums let the compiler use wide registers.
 fn finite(values: &[Real]) -> bool {
     let mut sums = [0.0f32; 8];
     let chunks = values.chunks_exact(8);

@@ -20,8 +20,8 @@ use super::synapse::Synapse;
 use super::time::Timebase;
 use super::world::WorldLink;
 
-/// The next builder's number, unique within the process. Builders use it to refuse each other's handles.
-/// Results do not depend on it.
+/// The next builder's number, unique within the process. A builder recognises handles of other builders by this
+/// number. Results do not depend on it.
 static NEXT_BUILDER: AtomicU64 = AtomicU64::new(0);
 
 /// A named group of nodes with ports of its own.
@@ -121,7 +121,7 @@ impl GraphBuilder {
         self.root().node(name, node)
     }
 
-    /// Adds the link to the world under `name`. A graph has at most one.
+    /// Adds the link to the world under `name`. A graph has at most one link.
     #[track_caller]
     pub fn world(&mut self, name: &str, link: WorldLink) -> NodePorts {
         self.root().world(name, link)
@@ -221,7 +221,8 @@ impl GraphBuilder {
 pub struct Scope<'a> {
     builder: &'a mut GraphBuilder,
     path: String,
-    /// Whether this path was added before. Names inside it may then repeat too; that is not reported again.
+    /// Whether this path was added before. Names inside it may then repeat too, and these repetitions are not
+    /// reported.
     repeated: bool,
 }
 
@@ -264,7 +265,7 @@ impl Scope<'_> {
         self.push(name, Body::Layer(Box::new(request)), ports)
     }
 
-    /// Adds the link to the world. A graph has at most one.
+    /// Adds the link to the world. A graph has at most one link.
     #[track_caller]
     pub fn world(&mut self, name: &str, link: WorldLink) -> NodePorts {
         let mut ports = PortDecl::default();
@@ -282,9 +283,8 @@ impl Scope<'_> {
         self.builder.probe(of, spec)
     }
 
-    /// Makes the input of an inner node the module's own input `name`. Faults then name the port as users
-    /// of the module know it, `bind.a` instead of `bind/left.in`. Use the name of the field in the module's
-    /// port struct.
+    /// Makes the input of an inner node the module's own input `name`. Faults then call the port `bind.a`, as users of
+    /// the module know it, and not `bind/left.in`. Use the name of the field in the module's port struct.
     pub fn input<K: Kind>(&mut self, name: &str, port: In<K>) -> In<K> {
         let exposed = self.expose(name, port.port, |ports, index, name| {
             if let Some(port) = ports.inputs.get_mut(index) {
@@ -305,7 +305,7 @@ impl Scope<'_> {
         Out::new(exposed)
     }
 
-    /// Reports that the module cannot be built as described. `build` returns the reason with this path.
+    /// Reports that the module cannot be built as described. `build` returns `reason` with the path of this scope.
     pub fn refuse(&mut self, reason: impl Into<String>) {
         self.builder
             .draft

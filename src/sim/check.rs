@@ -195,8 +195,8 @@ fn space_name(shape: &Shape) -> String {
     shape.space.as_ref().map_or_else(|| "no space".into(), ToString::to_string)
 }
 
-/// Returns whether `port` is a valid choice in a message about the port `of`: a port in the same module or in an
-/// enclosing one. Inner ports of other modules are not.
+/// Returns whether a message about the port `of` may offer `port` as a choice: `port` must be in the same module or in
+/// an enclosing one.
 fn is_visible(port: &str, of: &str) -> bool {
     let scope = |name: &str| name.rfind('/').unwrap_or(0);
     let (outer, inner) = (&port[..scope(port)], &of[..scope(of)]);
@@ -316,8 +316,8 @@ fn check_probes(draft: &Draft, time: Timebase, faults: &mut Vec<BuildError>) {
     }
 }
 
-/// Returns the order in which nodes emit: each node after those whose outputs it reads in the same tick, ties by
-/// path. Reports a fault for each loop.
+/// Returns the order in which nodes emit. Each node comes after the nodes whose outputs it reads in the same tick.
+/// Nodes that could come in either order are sorted by path. Reports a fault for each loop.
 fn emit_order(
     nodes: &[CheckedNode],
     edges: &[EdgeDraft],
@@ -350,7 +350,7 @@ fn emit_order(
     let mut told = vec![false; nodes.len()];
     for start in (0..nodes.len()).filter(|n| waiting[*n] > 0) {
         // A node that never became ready reads another such node. Walking backwards therefore ends in a loop, or in
-        // nodes whose loop has been reported.
+        // nodes whose loop is already reported.
         let mut trail: Vec<usize> = Vec::new();
         let mut at = start;
         while !told[at] {

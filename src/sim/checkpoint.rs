@@ -8,8 +8,8 @@ use super::seed::Seed;
 use super::simulator::Simulator;
 use super::world::WorldSave;
 
-/// The state of a run after a tick: all values, the tick, the run seed, the noise scale and the saved world. The samples
-/// of probes are not included.
+/// The state of a run after a tick: all values, the tick, the run seed, the noise scale and the saved world. The
+/// samples of probes are not included.
 ///
 /// A checkpoint carries the fingerprint of its graph, and [`Simulator::restore`] refuses checkpoints of other graphs.
 /// The fingerprint has two limits:
@@ -66,12 +66,12 @@ impl Simulator {
     }
 
     /// Returns to the state of `checkpoint`, with its run seed and noise scale, and deletes the samples of all probes.
-    /// Running on gives the same bits as the run that the checkpoint was taken from.
+    /// The run then continues with the same bits as the run that the checkpoint was taken from.
     ///
     /// # Errors
     /// [`SimError::ForeignCheckpoint`] if the checkpoint was taken from a graph with another fingerprint (see
-    /// [`Checkpoint`]), or with a world if this run has none, or the reverse. [`SimError::World`] if the world refuses
-    /// its save. In both cases the values of the graph stay as they are.
+    /// [`Checkpoint`]), or if only one of the two runs has a world. [`SimError::World`] if the world refuses its save.
+    /// After an error the values of the graph are unchanged.
     pub fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), SimError> {
         let fits = checkpoint.graph == self.graph.fingerprint
             && checkpoint.signals.len() == self.arenas.signals.len()

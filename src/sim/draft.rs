@@ -1,4 +1,4 @@
-//! A graph's description as plain data: the builder fills it, then it is checked and laid out.
+//! A graph's description as plain data. The builder fills the description; `check` and `layout` turn it into a graph.
 
 use std::collections::HashMap;
 use std::panic::Location;
@@ -22,13 +22,14 @@ pub(crate) struct Draft {
     pub leaves: HashMap<String, &'static Location<'static>>,
     pub nodes: Vec<NodeDraft>,
     pub edges: Vec<EdgeDraft>,
-    /// Inputs connected to a faulty output. The output is reported, so these inputs do not count as unconnected.
+    /// Inputs connected to a faulty output. The fault of the output is reported, so these inputs do not count as
+    /// unconnected.
     pub excused: Vec<(usize, usize)>,
     pub probes: Vec<ProbeDraft>,
     pub faults: Vec<BuildError>,
 }
 
-/// What a described node becomes.
+/// The body of a described node: a finished node, a layer that the plan turns into a node, or the link to the world.
 pub(crate) enum Body {
     Node(Box<dyn Node>),
     Layer(Box<dyn LayerRequest>),

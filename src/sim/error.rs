@@ -1,4 +1,4 @@
-//! Errors in durations, in descriptions of graphs and in runs.
+//! Errors of durations, graph descriptions and runs.
 
 use std::fmt;
 
@@ -77,7 +77,7 @@ pub enum BuildError {
         /// The node's ports in that direction, as `name: kind`.
         choices: Vec<String>,
     },
-    /// A handle from another builder.
+    /// A handle that another builder returned.
     #[error(
         "the {direction} `{port}` belongs to another `GraphBuilder`; use a handle that this builder returned"
     )]
@@ -234,12 +234,12 @@ fn arrows(path: &[String]) -> String {
     path.iter().map(|node| format!("`{node}`")).collect::<Vec<_>>().join(" -> ")
 }
 
-/// The end of a message that offers choices. Empty if there are none.
+/// The end of a message that lists valid choices. Empty if there are no choices.
 fn offered(choices: &[String]) -> String {
     if choices.is_empty() { String::new() } else { format!("; valid choices: {}", list(choices)) }
 }
 
-/// Names joined for a message. A long list is cut and ends with the number left out.
+/// Names joined for a message. A list of more than 12 names is cut and ends with the number of names left out.
 fn list(items: &[String]) -> String {
     const MAX_SHOWN: usize = 12;
     if items.is_empty() {
@@ -302,7 +302,7 @@ pub enum SimError {
     #[error(transparent)]
     Config(#[from] ConfigError),
     /// An output value that is infinite or not a number.
-    #[error("`{path}.{port}` became {value} in tick {tick}")]
+    #[error("`{path}.{port}` became {value} in tick {tick}; expected a finite number")]
     NonFinite {
         /// The node's path.
         path: String,
@@ -340,7 +340,7 @@ pub enum SimError {
         given: bool,
     },
     /// A world whose number of sense or command values differs from that of the graph's link.
-    #[error("the world has {world} {what} values but the world link `{link}` has {graph}")]
+    #[error("the world has {world} {what} values but the world link `{link}` has {graph}; expected equal numbers")]
     WorldShape {
         /// The link's path.
         link: String,
@@ -360,7 +360,7 @@ pub enum SimError {
     /// A checkpoint from a graph with another fingerprint, or from a run with a world if this run has none (or the
     /// reverse).
     #[error(
-        "the checkpoint belongs to another graph or run; nodes, parameters, connections, tick, build seed and the presence of a world must be the same"
+        "the checkpoint belongs to another graph or run; nodes, parameters, connections, probes, length of a tick, build seed and presence of a world must be the same"
     )]
     ForeignCheckpoint,
     /// An output that the graph does not have.

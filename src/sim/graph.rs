@@ -1,4 +1,5 @@
-//! The built graph: immutable, shared by simulators, with a fixed place in the arenas for every number.
+//! The built graph. It is immutable, and simulators share it. It gives every number of a run a fixed place in the
+//! arenas.
 
 use std::any::Any;
 use std::fmt::Write as _;
@@ -14,7 +15,7 @@ use super::span::Span;
 use super::synapse::Synapse;
 use super::time::Timebase;
 
-/// The values that a filter or probe reads: the signals of this tick, or the registered outputs as just written.
+/// The values that a filter or probe reads: signals of this tick, or registered outputs that were just written.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Source {
     Signal(Span),
@@ -25,7 +26,7 @@ pub(crate) enum Source {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct GatherPlan {
     pub into: Span,
-    /// In [`Graph::gather_sources`].
+    /// Range in [`Graph::gather_sources`].
     pub sources: Span,
 }
 
@@ -47,18 +48,18 @@ pub(crate) struct NodeInfo {
     pub longs: Span,
 }
 
-/// What a tick needs to know of a node in one phase. Plans are small and stored in the order of use, because with a
-/// thousand nodes they are most of what streams through the cache.
+/// The data that a tick needs about a node in one phase. Plans are small and stored in the order of use: in a graph of
+/// a thousand nodes they make up most of the data that passes through the cache.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PhasePlan {
     pub node: u32,
     /// The node's range in the arena that it writes in this phase.
     pub own: Span,
-    /// In [`Graph::outs`].
+    /// Range in [`Graph::outs`].
     pub outs: Span,
-    /// In [`Graph::slots`].
+    /// Range in [`Graph::slots`].
     pub slots: Span,
-    /// In [`Graph::gathers`].
+    /// Range in [`Graph::gathers`].
     pub gathers: Span,
     /// Whether the node has state: `reals`, `words` or `longs`.
     pub stateful: bool,
@@ -84,9 +85,9 @@ pub(crate) struct ProbePlan {
 pub(crate) struct WorldPlan {
     pub node: usize,
     pub sense: Span,
-    /// In [`Graph::slots`].
+    /// Range in [`Graph::slots`].
     pub slots: Span,
-    /// In [`Graph::gathers`].
+    /// Range in [`Graph::gathers`].
     pub gathers: Span,
     pub command_width: usize,
 }
@@ -116,7 +117,7 @@ pub struct Graph {
     pub(crate) builder: u64,
     /// The index in `nodes` of each of the builder's nodes.
     pub(crate) handles: Vec<usize>,
-    /// In the order of emits, as all further lists.
+    /// In the order in which nodes emit. `bodies`, `emits` and `advances` have the same order.
     pub(crate) nodes: Vec<NodeInfo>,
     pub(crate) bodies: Vec<Box<dyn Node>>,
     pub(crate) emits: Vec<PhasePlan>,
@@ -183,7 +184,8 @@ impl Graph {
         self.nodes.iter().map(|n| n.path.as_str())
     }
 
-    /// Returns all nodes with their paths. A caller that knows a node's type can downcast it.
+    /// Returns all nodes with their paths, in the order in which they emit. Callers that know the type of a node can
+    /// downcast the node.
     pub fn parts(&self) -> impl Iterator<Item = (&str, &dyn Any)> {
         let bodies = self.bodies.iter().map(|body| &**body as &dyn Any);
         self.paths().zip(bodies)
@@ -204,8 +206,8 @@ impl Graph {
             .flat_map(|n| n.ports.outputs.iter().map(move |o| format!("{}.{}", n.path, o.name)))
     }
 
-    /// Finds an output by node path and port name (`bind/back.out`), or by the name that its module gives it
-    /// (`bind.output`).
+    /// Finds an output by name. The name is either node path and port name (`bind/back.out`), or the name that a
+    /// module gives to the output (`bind.output`). Costs O(nodes).
     ///
     /// # Errors
     /// [`SimError::UnknownOutput`], with a list of all outputs, if there is no such output.
@@ -235,8 +237,9 @@ impl Graph {
         }
     }
 
-    /// Returns the graph in the DOT language of Graphviz. Nodes are boxes with their output width, modules are clusters,
-    /// and connections are labelled with their ports and time constants. A dashed connection delays by one tick.
+    /// Returns the graph in the DOT language of Graphviz. Nodes are boxes with their output width, modules are
+    /// clusters, and connections are labelled with their ports and time constants. A dashed connection delays by one
+    /// tick.
     pub fn to_dot(&self) -> String {
         let mut by_path: Vec<usize> = (0..self.nodes.len()).collect();
         by_path.sort_by(|a, b| self.nodes[*a].path.cmp(&self.nodes[*b].path));

@@ -1,4 +1,4 @@
-//! Typed handles of ports, used to connect them.
+//! Typed handles to ports. The builder connects ports by their handles.
 
 use std::any::TypeId;
 use std::fmt;
@@ -64,8 +64,8 @@ impl<K: Kind> fmt::Debug for In<K> {
 
 /// The ports of a node, looked up by name.
 ///
-/// Looking up a name or kind that the node does not have returns a faulty handle. If it is used, `build` reports the
-/// fault with the ports that exist.
+/// Looking up a name or kind that the node does not have returns a faulty handle. If you use this handle, `build`
+/// reports a fault that lists the node's ports.
 #[derive(Debug, Clone)]
 pub struct NodePorts {
     pub(crate) builder: u64,

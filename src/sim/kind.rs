@@ -92,8 +92,8 @@ pub struct PointerRef<'a, V: VocabTag> {
 }
 
 impl<'a, V: VocabTag> PointerRef<'a, V> {
-    /// Wraps components from outside the crate as a pointer of `V`. The caller guarantees that they belong to such
-    /// a vocabulary; nothing is checked.
+    /// Wraps components from outside the crate as a pointer of `V`. Checks nothing: the caller guarantees that the
+    /// components are a pointer of a vocabulary with this tag.
     pub fn from_raw(values: &'a [Real]) -> Self {
         Self { values, tag: PhantomData }
     }
@@ -153,7 +153,8 @@ impl SpaceId {
     }
 }
 
-/// The vector space of a vocabulary with the tag `V`. Ports that carry its pointers are declared with it.
+/// The vector space of a vocabulary with the tag `V`. A port for pointers of the vocabulary is declared with this
+/// space.
 #[derive(Debug)]
 pub struct Space<V: VocabTag> {
     id: SpaceId,

@@ -1,4 +1,4 @@
-//! Lays out a valid description: gives every signal, filter and state its place in the arenas.
+//! Lays out a valid description: assigns every signal, filter and state its place in the arenas.
 
 use std::collections::HashMap;
 
@@ -358,8 +358,8 @@ fn probe_plans(
     probes.iter().map(plan).collect()
 }
 
-/// Hashes everything that gives the numbers of a checkpoint their meaning: the build seed, the tick, the nodes with
-/// their ports and parameters, the connections, and the filters of the probes.
+/// Hashes everything that a checkpoint must share with its graph: the build seed, the tick, the nodes with their ports
+/// and parameters, the connections, and the filters of the probes.
 fn fingerprint(checked: &Checked) -> u64 {
     let mut hash = Fingerprint::default();
     hash.text("symbolt graph 2")

@@ -1,4 +1,4 @@
-//! The engine: graphs of nodes that exchange numbers, tick by tick. It knows no symbols, neurons or robots.
+//! The engine: runs graphs of nodes that exchange numbers, tick by tick. It knows no symbols, neurons or robots.
 //!
 //! # Describe, build, run
 //!
@@ -31,17 +31,18 @@
 //! # Nodes, modules and paths
 //!
 //! A [`Node`] computes outputs from inputs and from its state. A [`Module`] is a named group of nodes. Names nest: the
-//! node `left` of the module `bind` has the path `bind/left`. Every name can be used once in its module. A path and a
-//! port name an output (`bind/left.out`), as [`Graph::output`] expects it.
+//! node `left` of the module `bind` has the path `bind/left`. Names are unique within their module. [`Graph::output`]
+//! finds an output by the path of its node and the name of the port: `bind/left.out`.
 //!
 //! # Ports and kinds
 //!
-//! Nodes and modules have inputs and outputs, together called ports. Every port has a [`Kind`]: [`Scalar`] is one number,
-//! [`Vector`] several, and [`Pointer`] a semantic pointer of one vocabulary. The handles [`Out`] and [`In`] carry the kind
-//! as a type, so a connection between different kinds does not compile. Widths and vocabularies are checked by `build`.
+//! Nodes and modules have inputs and outputs, together called ports. Every port has a [`Kind`]: [`Scalar`] is one
+//! number, [`Vector`] several, and [`Pointer`] a semantic pointer of one vocabulary. The handles [`Out`] and [`In`]
+//! carry the kind as a type, so a connection between different kinds does not compile. Widths and vocabularies are
+//! checked by `build`.
 //!
-//! An input takes exactly one connection unless its node declares otherwise: an input can add several sources
-//! ([`InputSpec::sum`]) or do without any ([`InputSpec::optional`]).
+//! By default an input takes exactly one connection. [`InputSpec::sum`] lets an input add several sources, and
+//! [`InputSpec::optional`] lets it stay unconnected.
 //!
 //! # Ticks
 //!
@@ -55,27 +56,28 @@
 //!
 //! - A low-pass [`Synapse`] on the connection.
 //! - A registered output ([`OutputSpec::registered`]). It is written in advance and visible to readers one tick later.
-//! - An input that its node reads in advance only ([`InputSpec::at_advance`]). It affects the node's outputs from the
-//!   next tick on.
+//! - An input that its node reads in advance only ([`InputSpec::at_advance`]). Its value affects the node's outputs
+//!   from the next tick on.
 //!
-//! Every loop in a graph needs at least one of them; `build` reports a loop that has none.
+//! Every loop in a graph needs at least one of these delays. `build` reports a loop without delay.
 //!
 //! # Seeds
 //!
 //! Random numbers depend on two seeds. The build seed decides the parameters of layers, such as encoders. The run seed
-//! ([`RunConfig`]) decides noise and what is random in the world. Each node derives a seed of its own from its path (see
-//! [`Seed::derive`]), so adding a node does not change the random numbers of others. The same seeds give the same bits.
+//! ([`RunConfig`]) decides the noise and all random events in the world. Each node derives its own seed from its path
+//! (see [`Seed::derive`]), so adding a node does not change the random numbers of other nodes. The same seeds give the
+//! same bits.
 //!
 //! # The world
 //!
-//! A graph can link to one [`World`], such as a physics scene, that runs in the same simulated time. The
-//! world reads commands from the graph and writes its senses to it, once per period.
+//! A graph can link to one [`World`], such as a physics scene, that runs in the same simulated time. Once per period
+//! the world reads commands from the graph and writes sensed values to the graph.
 //!
 //! # How it differs from similar engines
 //!
 //! Connections without a synapse copy nothing: outputs are stored in topological order, so a node reads the outputs of
-//! earlier nodes in place while it writes its own, without `unsafe` code. Connections from one output with the same time
-//! constant share one filter. No tick allocates memory.
+//! earlier nodes in place while it writes its own, without `unsafe` code. Connections from one output with the same
+//! time constant share one filter. No tick allocates memory.
 
 mod arena;
 mod builder;

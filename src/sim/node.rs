@@ -48,18 +48,18 @@ pub type Complex = rustfft::num_complex::Complex<f32>;
 /// }
 /// ```
 pub trait Node: Any + Send + Sync {
-    /// Declares the node's ports, state and scratch memory. May be called more than once and must always declare the
-    /// same.
+    /// Declares the node's ports, state and scratch memory. The engine may call this method more than once. Every call
+    /// must make the same declarations.
     fn declare(&self, ports: &mut PortDecl);
 
-    /// Adds the node's parameters to `hash`: every number that affects the node's results, except what its ports
-    /// already show.
+    /// Adds the node's parameters to `hash`: every number that affects the node's results. The engine adds the
+    /// declared ports and state itself.
     ///
-    /// A graph refuses checkpoints of graphs with another fingerprint. If a parameter is left out, the graph accepts
-    /// checkpoints that were taken with another value of it.
+    /// A graph refuses checkpoints of graphs with another fingerprint. If you leave out a parameter, the graph also
+    /// accepts checkpoints that were taken with another value of that parameter.
     fn fingerprint(&self, hash: &mut Fingerprint);
 
-    /// Returns the name of the node's type, a part of the fingerprint. Do not override this method.
+    /// Returns the name of the node's type, which is part of the fingerprint. Do not override this method.
     fn type_name(&self) -> &'static str {
         std::any::type_name::<Self>()
     }
@@ -124,18 +124,19 @@ impl StepCx<'_> {
         self.time.span(self.tick)
     }
 
-    /// Returns the run's factor for all noise amplitudes: 0 for no noise, 1 for noise as described.
+    /// Returns the run's factor for all noise amplitudes: 0 turns noise off, 1 leaves the amplitudes unchanged.
     pub fn noise_scale(&self) -> Real {
         self.noise_scale
     }
 
-    /// Returns the threads that may compute the node. With [`Threads::Pool`] the node may share its work among the threads
-    /// of the Rayon pool. The results must have the same bits either way.
+    /// Returns the threads that may compute the node. With [`Threads::Pool`] the node may share its work among the
+    /// threads of the Rayon pool. The results must have the same bits in both cases.
     pub fn threads(&self) -> Threads {
         self.threads
     }
 
-    /// Returns a random number generator that depends only on run seed, node path and tick. Does not allocate.
+    /// Returns a random number generator that depends only on run seed, node path and tick. All calls in one tick
+    /// return the same generator. Does not allocate.
     pub fn rng(&self) -> ChaCha8Rng {
         let mut rng = self.node_seed.rng();
         rng.set_stream(self.tick);

@@ -82,7 +82,7 @@ impl<K: Kind> Module for Constant<K> {
     }
 }
 
-/// An output whose value changes at given times.
+/// An output whose value changes at given simulated times.
 ///
 /// Adding it to a graph returns the output's handle. Costs one copy per tick.
 ///
@@ -102,36 +102,43 @@ pub struct Stimulus<K: Kind> {
 }
 
 impl Stimulus<Scalar> {
-    /// Creates a number that starts as `value`.
+    /// Creates a stimulus that starts as the number `value`.
     pub fn scalar(value: Real) -> Self {
         Self::new(OutputSpec::scalar(), vec![value])
     }
 
-    /// Changes the number to `values[0]` at `time`. Each time must be later than the one before.
+    /// Changes the number to `values[0]` at `time`.
+    ///
+    /// `values` must hold one number, and `time` must be later than the time of the previous change. `build` reports
+    /// anything else.
     pub fn from(self, time: SimDuration, values: &[Real]) -> Self {
         self.then(time, values)
     }
 }
 
 impl Stimulus<Vector> {
-    /// Creates a vector that starts as `values`.
+    /// Creates a stimulus that starts as the vector `values`.
     pub fn vector(values: &[Real]) -> Self {
         Self::new(OutputSpec::vector(values.len()), values.to_vec())
     }
 
-    /// Changes the vector to `values` at `time`. Each time must be later than the one before.
+    /// Changes the vector to `values` at `time`.
+    ///
+    /// `values` must have the width of the vector, and `time` must be later than the time of the previous change.
+    /// `build` reports anything else.
     pub fn from(self, time: SimDuration, values: &[Real]) -> Self {
         self.then(time, values)
     }
 }
 
 impl<V: VocabTag> Stimulus<Pointer<V>> {
-    /// Creates a pointer of `space` that starts as `value`.
+    /// Creates a stimulus that starts as the pointer `value` of `space`.
     pub fn pointer(space: &Space<V>, value: &impl AsPointer<V>) -> Self {
         Self::new(OutputSpec::pointer(space), value.as_pointer().to_vec())
     }
 
-    /// Changes the pointer to `value` at `time`. Each time must be later than the one before.
+    /// Changes the pointer to `value` at `time`, which must be later than the time of the previous change. `build`
+    /// reports an earlier time.
     ///
     /// ```
     /// # use symbolt::sim::{PointerRef, SimDuration, Space, Stimulus, VocabTag};
@@ -162,7 +169,7 @@ impl<V: VocabTag> Stimulus<Pointer<V>> {
         self.then(time, &value.as_pointer())
     }
 
-    /// Changes the pointer to the zero vector at `time`.
+    /// Changes the pointer to the zero vector at `time`, which must be later than the time of the previous change.
     pub fn silent_from(self, time: SimDuration) -> Self {
         let width = self.rest.len();
         self.then(time, &vec![0.0; width])
@@ -186,7 +193,7 @@ impl<K: Kind> Node for Stimulus<K> {
         let width = AnyOutput::from(self.spec.clone()).width();
         for values in self.entries.iter().chain([&self.rest]) {
             if values.len() != width {
-                ports.fault(format!("{} values are given; the width is {width}", values.len()));
+                ports.fault(format!("a value has {} numbers; expected {width}", values.len()));
             }
             if values.iter().any(|v| !v.is_finite()) {
                 ports.fault("a value is infinite or not a number; use finite values");
@@ -194,7 +201,7 @@ impl<K: Kind> Node for Stimulus<K> {
         }
         if self.starts.windows(2).any(|w| w[0] >= w[1]) {
             ports.fault(
-                "the times of a stimulus must increase; give the changes in the order of time",
+                "the times of a stimulus must increase; give the changes in order of time",
             );
         }
         ports.output("out", self.spec.clone());
@@ -292,8 +299,9 @@ pub struct NoisePorts<K: Kind> {
 
 /// Adds independent Gaussian noise to every component in every tick, without delay.
 ///
-/// The noise depends only on run seed, path and tick. It is multiplied by the run's noise scale
-/// ([`RunConfig::noise`](super::RunConfig::noise)). At scale 0 the output has the same bits as the input.
+/// The noise depends only on run seed, path and tick. The run multiplies the noise by its noise scale
+/// ([`RunConfig::noise`](super::RunConfig::noise)). At scale 0 the output has the same bits as the input. A standard
+/// deviation that is negative or not finite is a fault when the graph is built.
 pub struct Noise<K: Kind> {
     input: InputSpec<K>,
     output: OutputSpec<K>,

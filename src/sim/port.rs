@@ -258,7 +258,7 @@ pub struct PortDecl {
 }
 
 impl PortDecl {
-    /// Declares the next input.
+    /// Declares the next input. A repeated name or a width of 0 is a fault when the graph is built.
     pub fn input(&mut self, name: &str, spec: impl Into<AnyInput>) -> &mut Self {
         let spec = spec.into();
         self.check(name, spec.shape.width, self.inputs.iter().any(|p| p.name == name));
@@ -266,7 +266,7 @@ impl PortDecl {
         self
     }
 
-    /// Declares the next output.
+    /// Declares the next output. A repeated name or a width of 0 is a fault when the graph is built.
     pub fn output(&mut self, name: &str, spec: impl Into<AnyOutput>) -> &mut Self {
         let spec = spec.into();
         self.check(name, spec.shape.width, self.outputs.iter().any(|p| p.name == name));
@@ -286,14 +286,15 @@ impl PortDecl {
         self
     }
 
-    /// Requests a call of [`Node::advance`](super::Node::advance) in every tick. Nodes with state, registered
-    /// outputs or inputs read in advance do not need this request. It serves nodes that only watch for faults.
+    /// Requests a call of [`Node::advance`](super::Node::advance) in every tick. Nodes with state, registered outputs
+    /// or inputs read in advance do not need this request. It is for other nodes, such as those that only check for
+    /// faults.
     pub fn advances(&mut self) -> &mut Self {
         self.always_advance = true;
         self
     }
 
-    /// Declares that the node can share its work among threads. It does so with Rayon if
+    /// Declares that the node can share its work among threads. The node uses Rayon if
     /// [`StepCx::threads`](super::StepCx::threads) is [`Threads::Pool`](super::Threads::Pool).
     pub fn parallel(&mut self) -> &mut Self {
         self.parallel = true;
@@ -308,7 +309,7 @@ impl PortDecl {
 
     fn check(&mut self, name: &str, width: usize, taken: bool) {
         if taken {
-            self.faults.push(format!("two ports are named `{name}`"));
+            self.faults.push(format!("two ports are named `{name}`; give one of them another name"));
         }
         if width == 0 {
             self.faults.push(format!("port `{name}` has width 0; at least 1 is needed"));

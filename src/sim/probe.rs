@@ -20,7 +20,7 @@ pub enum Capacity {
 /// The settings of a probe. The default records the unfiltered value in every tick and keeps all samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ProbeSpec {
-    /// Simulated time between samples. Zero means one sample per tick.
+    /// Simulated time between samples, a whole number of ticks. Zero means one sample per tick.
     pub period: SimDuration,
     /// Filter in front of the probe, updated in every tick.
     pub filter: Synapse,

@@ -16,12 +16,12 @@ use super::world::World;
 /// assert!(quiet.world.is_none());
 /// ```
 pub struct RunConfig {
-    /// Run seed. It decides noise and everything random in the world.
+    /// Run seed. It decides the noise and all random events in the world.
     pub seed: Seed,
-    /// Factor for all noise amplitudes in the graph, at least 0. At 0 the results are those of a graph without noise; at 1
-    /// noise is as described.
+    /// Factor for all noise amplitudes in the graph, finite and at least 0. 0 turns noise off; 1 leaves the amplitudes
+    /// unchanged.
     pub noise: Real,
-    /// World. Required if the graph links to one, and otherwise not allowed.
+    /// World. Required if the graph links to a world, and otherwise not allowed.
     pub world: Option<Box<dyn World>>,
     /// Threads that compute a tick. They affect the speed, never the results.
     pub threads: Threads,
@@ -51,7 +51,7 @@ impl RunConfig {
         self
     }
 
-    /// Sets the factor for all noise amplitudes.
+    /// Sets the factor for all noise amplitudes, a finite number of at least 0.
     pub fn with_noise(mut self, scale: Real) -> Self {
         self.noise = scale;
         self
@@ -76,8 +76,8 @@ pub type Stop = ControlFlow<StopReason>;
 pub struct RunReport {
     /// Reason why the run ended.
     pub reason: StopReason,
-    /// Number of ticks.
+    /// Number of ticks that the run lasted.
     pub ticks: u64,
-    /// Simulated time of these ticks.
+    /// Simulated time that the run lasted.
     pub span: SimDuration,
 }

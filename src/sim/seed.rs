@@ -6,11 +6,11 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use serde::{Deserialize, Serialize};
 
-/// The seed of random choices: 64 bits. Further seeds derive from it by name.
+/// A 64-bit seed of random choices. Other seeds derive from it by name.
 ///
-/// The derivation depends on names only, never on the order of construction. It is fixed: 64-bit FNV-1a over
-/// `path 0xFF role`, started from the mixed parent seed and finished with the SplitMix64 mixer (Steele, Lea and Flood
-/// 2014).
+/// The derivation depends on names only, never on the order of construction. It is fixed: 64-bit FNV-1a hashes `path
+/// 0xFF role`, starting from the mixed parent seed. The SplitMix64 mixer (Steele, Lea and Flood 2014) mixes the
+/// result.
 ///
 /// ```
 /// use symbolt::sim::Seed;
@@ -63,7 +63,7 @@ impl Seed {
         Self(mix64(hash))
     }
 
-    /// Returns the seed for the trial, population or draw number `index` of `role`.
+    /// Returns the seed number `index` for `role`, such as the seed of a trial or an ensemble.
     pub fn derive_index(self, role: &str, index: u64) -> Self {
         Self(mix64(self.derive("", role).0 ^ mix64(index)))
     }

@@ -71,11 +71,15 @@ pub struct Simulator {
 const BLOCK: u64 = 4096;
 
 impl Simulator {
-    /// Creates a run of `graph` at tick 0, and resets the world.
+    /// Creates a run of `graph` at tick 0 and resets the world. Allocates all memory of the run except that of
+    /// samples.
     ///
     /// # Errors
-    /// If the world does not fit the graph's link, the world's period is not a whole number of ticks, the noise scale is
-    /// not a finite number of at least 0, or the world cannot be reset.
+    /// - [`SimError::BadNoise`] if the noise scale is negative or not finite;
+    /// - [`SimError::WorldMissing`] if the graph links to a world and the run has none, or the reverse;
+    /// - [`SimError::WorldShape`] if the world and the graph's link have different numbers of sense or command values;
+    /// - [`SimError::Config`] if the world's period is not a whole number of ticks;
+    /// - [`SimError::World`] if the world cannot be reset.
     pub fn new(graph: Arc<Graph>, run: RunConfig) -> Result<Self, SimError> {
         super::warn_if_unoptimised();
         if !run.noise.is_finite() || run.noise < 0.0 {
@@ -112,7 +116,7 @@ impl Simulator {
     /// Returns to tick 0 and empties the recordings. The next run has the same bits as a run of a new simulator.
     ///
     /// # Errors
-    /// If the world cannot be reset.
+    /// [`SimError::World`] if the world cannot be reset.
     pub fn reset(&mut self) -> Result<(), SimError> {
         self.tick = 0;
         self.clear_recordings();
@@ -171,13 +175,16 @@ impl Simulator {
     /// Runs for `span` of simulated time.
     ///
     /// # Errors
-    /// If `span` is not a whole number of ticks, a node or the world fails, or a value becomes infinite or not a number.
+    /// - [`SimError::Config`] if `span` is not a whole number of ticks;
+    /// - [`SimError::Node`] or [`SimError::World`] if a node or the world fails;
+    /// - [`SimError::NonFinite`] if a value becomes infinite or not a number;
+    /// - [`SimError::ProbeStorage`] if there is too little memory for the samples of a probe.
     pub fn run_for(&mut self, span: SimDuration) -> Result<RunReport, SimError> {
         self.run_until(span, |_| ControlFlow::Continue(()))
     }
 
-    /// Runs until `stop` returns [`ControlFlow::Break`], but at most for `limit`. `stop` is called after every tick, with
-    /// [`Threads::Pool`] possibly on another thread.
+    /// Runs until `stop` returns [`ControlFlow::Break`], but at most for `limit`. `stop` is called after every tick.
+    /// With [`Threads::Pool`] the call may come from another thread.
     ///
     /// # Errors
     /// As for [`Simulator::run_for`].
@@ -188,7 +195,8 @@ impl Simulator {
     ) -> Result<RunReport, SimError> {
         let limit = self.graph.time.ticks(limit)?;
         let outside = rayon::current_thread_index().is_none();
-        // Entering the pool costs some microseconds: here once per run, in the node once per tick.
+        // Entering the pool costs some microseconds. Here that happens once per run; in a node it would happen once
+        // per tick.
         if outside && self.threads() == Threads::Pool && rayon::current_num_threads() > 1 {
             rayon::scope(|_| self.run_ticks(limit, stop))
         } else {
@@ -196,7 +204,7 @@ impl Simulator {
         }
     }
 
-    /// The threads that compute a tick of this graph.
+    /// Returns the threads that compute a tick of this graph.
     pub(super) fn threads(&self) -> Threads {
         if self.graph.parallel { self.threads } else { Threads::Serial }
     }
@@ -229,7 +237,8 @@ impl Simulator {
         K::value(self.graph.source(of).map_or(&[], |source| self.arenas.source(source)))
     }
 
-    /// Returns the values of an output that [`Graph::output`] found.
+    /// Returns the values of an output that [`Graph::output`] found in this graph. With an output of another graph the
+    /// values are meaningless, and the call may panic.
     pub fn value_of(&self, of: OutputRef) -> &[Real] {
         self.arenas.source(of.source)
     }

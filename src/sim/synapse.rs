@@ -48,9 +48,9 @@ pub(crate) fn lowpass_decay(tau: SimDuration, dt_s: f64) -> Real {
 /// Filters set magnitudes below this bound to zero. It is 2^-63, the square root of the smallest normal number.
 ///
 /// Without the bound, a filter without input would decay to a subnormal number and stay there, because rounding undoes
-/// the last steps. Computing with subnormal numbers is much slower on many processors. Above the bound, even the product
-/// of two filtered values is a normal number. The bound is 12 orders of magnitude below the rounding error of a
-/// signal of order 1.
+/// the last steps. Computing with subnormal numbers is much slower on many processors. Above the bound, even the
+/// product of two filtered values is a normal number. The bound is 12 orders of magnitude below the rounding error of
+/// a signal of order 1.
 const NEGLIGIBLE: Real = 1.0 / (1u64 << 63) as Real;
 
 /// Returns the next value of a first-order low-pass, `a y + (1 - a) u`, or zero if its magnitude is below 2^-63 (about

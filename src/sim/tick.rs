@@ -1,8 +1,8 @@
 //! One tick of a running graph.
 //!
 //! A tick does these steps in this order: emit, advance, update the filters of connections, check that all numbers are
-//! finite, step the world if its period ends, make registered outputs visible to the next tick, sample the probes. Nothing
-//! here allocates.
+//! finite, step the world if its period ends, make registered outputs visible to the next tick, sample the probes. No
+//! step allocates.
 //!
 //! Cost: a node that copies one number takes about 20 ns per tick, and a filter about 0.1 ns per component
 //! (`graph/tick` in the benches).
@@ -34,7 +34,7 @@ impl Simulator {
             node_seed: Seed::new(0),
             graph: PhantomData,
         };
-        // Without these locals, which nothing can alias, every access goes through two pointers.
+        // These locals cannot be aliased. Without them every access goes through two pointers.
         let (bodies, slots, outs) = (&graph.bodies[..], &graph.slots[..], &graph.outs[..]);
         let seeds = &node_seeds[..];
         let (signals, registered) = (&mut arenas.signals[..], &mut arenas.registered[..]);

@@ -8,8 +8,8 @@ use super::error::ConfigError;
 
 /// A duration of simulated time, in whole microseconds.
 ///
-/// The engine counts time in whole ticks, so time does not drift. Seconds as floating-point numbers appear only where
-/// values enter or leave ([`SimDuration::from_secs_f64`], [`SimDuration::as_secs_f64`]).
+/// The engine counts time in whole ticks, so time does not drift. Only [`SimDuration::from_secs_f64`] and
+/// [`SimDuration::as_secs_f64`] convert from and to floating-point seconds.
 ///
 /// ```
 /// use symbolt::sim::SimDuration;
@@ -120,7 +120,7 @@ impl Timebase {
         self.tick.as_secs_f64()
     }
 
-    /// Returns the number of ticks in `span`, without rounding.
+    /// Returns the number of ticks in `span`. Never rounds.
     ///
     /// # Errors
     /// [`ConfigError::Indivisible`] if `span` is not a whole number of ticks.
@@ -131,7 +131,7 @@ impl Timebase {
         Ok(span.micros / self.tick.micros)
     }
 
-    /// Returns the simulated time of `ticks` ticks.
+    /// Returns the simulated time of `ticks` ticks. Saturates at about 584,000 years.
     pub fn span(&self, ticks: u64) -> SimDuration {
         SimDuration::from_micros(ticks.saturating_mul(self.tick.micros))
     }

@@ -1,7 +1,7 @@
-//! Warns once when the crate was compiled without optimisation: a plain `cargo run` in another crate does that.
+//! Warns once if the crate was compiled without optimisation, as a plain `cargo run` in another crate does.
 
-/// Prints to standard error, once in a process, that the crate is slow as compiled and what to add to `Cargo.toml`.
-/// Does nothing in an optimised build.
+/// Prints a warning to standard error, once per process: the crate is slow as compiled, and lines for `Cargo.toml`
+/// make it fast. Does nothing in an optimised build.
 pub(crate) fn warn() {
     #[cfg(unoptimised)]
     {

@@ -18,10 +18,10 @@ pub struct WorldSave(pub Vec<u8>);
 
 /// A system outside the graph that runs in the same simulated time, such as a physics scene.
 ///
-/// A graph connects to its world through a [`WorldLink`]. At the end of each [`period`](World::period) the engine calls
-/// [`advance`](World::advance) with the values of the link's inputs, and then [`sense`](World::sense). The link's outputs
-/// hold the sensed values until the end of the next period. The first values are sensed at the start of a run. Code that
-/// knows the type of a world can downcast it through [`Any`].
+/// A graph connects to its world through a [`WorldLink`]. At the end of each [`period`](World::period) the engine
+/// calls [`advance`](World::advance) with the values of the link's inputs, and then [`sense`](World::sense). The
+/// link's outputs hold the sensed values until the end of the next period. The first values are sensed at the start of
+/// a run. Code that knows the type of a world can downcast it through [`Any`].
 pub trait World: Send + Any {
     /// Returns the simulated time between two steps of the world, a whole number of ticks.
     fn period(&self) -> SimDuration;
@@ -32,10 +32,11 @@ pub trait World: Send + Any {
     /// Returns the number of values that [`advance`](World::advance) takes.
     fn command_width(&self) -> usize;
 
-    /// Writes what the world shows at this moment.
+    /// Writes the values that the world shows at this moment to `out`, which has [`sense_width`](World::sense_width)
+    /// numbers.
     fn sense(&self, out: &mut [Real]);
 
-    /// Applies `command` and advances by one period.
+    /// Applies `command`, which has [`command_width`](World::command_width) numbers, and advances by one period.
     ///
     /// # Errors
     /// A [`WorldError`] ends the run.
@@ -56,7 +57,7 @@ pub trait World: Send + Any {
     /// Returns to a saved moment.
     ///
     /// # Errors
-    /// A [`WorldError`] if `saved` does not come from such a world.
+    /// A [`WorldError`] if `saved` does not come from a world of this type.
     fn restore(&mut self, saved: &WorldSave) -> Result<(), WorldError>;
 }
 
@@ -127,7 +128,8 @@ pub struct ScriptedWorld {
 }
 
 impl ScriptedWorld {
-    /// Creates a world that shows `senses[0]` first and the next entry after each `period`. The last entry stays.
+    /// Creates a world that shows `senses[0]` first and the next entry after each `period`. At the end of the script
+    /// it keeps showing the last entry.
     ///
     /// Entries shorter than the first are padded with zeros. A world with an empty script has no senses.
     pub fn new(period: SimDuration, senses: Vec<Vec<Real>>, command_width: usize) -> Self {
