@@ -1,6 +1,6 @@
 //! Reads whole files and writes them atomically.
 //!
-//! All modules of the crate may use this one; it uses none of them.
+//! Every module of the crate may use this module. It uses no other module.
 
 pub mod npz;
 
@@ -24,7 +24,7 @@ pub enum FileError {
         source: std::io::Error,
     },
     /// The output file already exists.
-    #[error("{} exists already; choose another name, or force it", path.display())]
+    #[error("{} exists already; choose another name, or allow overwriting", path.display())]
     Exists {
         /// Output file.
         path: PathBuf,
@@ -47,7 +47,7 @@ impl FileError {
     }
 }
 
-/// Says whether an existing file may be replaced.
+/// Whether an existing file may be replaced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Overwrite {
     /// Keep the file and return an error.
@@ -84,8 +84,8 @@ pub fn read_ordinary_file(path: &Path) -> Result<Vec<u8>, FileError> {
     read_file(path)
 }
 
-/// Writes a file atomically: writes a temporary file in the same folder and renames it. A reader sees the old content
-/// or the complete new content.
+/// Writes a file atomically: writes a temporary file in the same folder and renames it. A reader sees either the old
+/// content or all of the new content. If `path` is a symbolic link, the file that it points to is replaced.
 ///
 /// # Errors
 /// [`FileError::Exists`] if the file exists and must not be replaced. [`FileError::Io`] if the file cannot be written.
@@ -130,7 +130,7 @@ pub fn write_atomic(
     Ok(())
 }
 
-/// Temporary files are private to their owner. A file that is renamed into place needs the usual permissions.
+/// Sets usual permissions for a temporary file that is renamed into place. Without this, only its owner could read it.
 trait PermissionsLikeANewFile {
     fn permissions_like_a_new_file(&mut self) -> &mut Self;
 }

@@ -78,8 +78,8 @@
 //!
 //! # Build profiles
 //!
-//! A plain `cargo run` in your own crate compiles symbolt without optimisation, and the program is then slow: spiking
-//! neurons and physics become tens of times slower. Run with `--release`, or add this to your `Cargo.toml`:
+//! A plain `cargo run` in your own crate compiles symbolt without optimisation. Spiking neurons and physics then run
+//! tens of times slower. Run with `--release`, or add this to your `Cargo.toml`:
 //!
 //! ```toml
 //! [profile.dev.package."*"]

@@ -288,7 +288,10 @@ fn worlds_that_do_not_fit_are_refused() {
     assert_eq!(none.as_deref(), Some(expected));
     let narrow = ScriptedWorld::new(MS(4), vec![vec![1.0]], 3);
     let text = refuse(RunConfig::default().in_world(narrow)).unwrap_or_default();
-    assert_eq!(text, "the world has 1 sense values but the world link `world` has 2; expected equal numbers");
+    assert_eq!(
+        text,
+        "the world has 1 sense values but the world link `world` has 2; expected equal numbers"
+    );
     let slow = ScriptedWorld::new(SimDuration::from_micros(4_166), vec![vec![1.0, 2.0]], 3);
     let text = refuse(RunConfig::default().in_world(slow)).unwrap_or_default();
     assert!(text.contains("not a whole number of ticks"), "{text}");

@@ -1,9 +1,11 @@
-//! numpy's `.npz` archives of arrays, read and written.
+//! Reads and writes numpy's `.npz` archives of arrays.
 //!
-//! The format is that of `numpy.savez`: a zip archive with one `NAME.npy` for each array
-//! (<https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>). A header is checked against the bytes
-//! that follow before memory is taken, and an archive may hold at most [`MAX_BYTES`], so a damaged or hostile file
-//! costs no more than a large one.
+//! The format is that of `numpy.savez`: a zip archive with one file `NAME.npy` for each array
+//! (<https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>).
+//!
+//! The reader takes at most [`MAX_BYTES`] per array. It checks the shape in the header against the number of bytes
+//! that follow, and only then allocates the array. A damaged or hostile file therefore costs no more than a large
+//! valid one.
 //!
 //! ```
 //! use ndarray::{Array2, Ix2, array};
@@ -27,18 +29,19 @@ use zip::result::ZipError;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
-/// Greatest number of uncompressed bytes that an array may have.
+/// Greatest uncompressed size of an array, with its header, in bytes: 256 MiB. [`NpzReader::read`] refuses larger
+/// arrays.
 pub const MAX_BYTES: u64 = 256 << 20;
 
 /// An archive that cannot be read or written.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum NpzError {
-    /// The archive itself is damaged.
-    #[error("the archive is damaged ({0})")]
+    /// The bytes are not a zip archive, or the zip format does not allow the operation.
+    #[error("cannot read or write the zip archive ({0})")]
     Archive(#[from] ZipError),
     /// An array that is not in the archive.
-    #[error("there is no array {name}")]
+    #[error("the archive has no array `{name}`")]
     Missing {
         /// The array's name.
         name: String,
@@ -49,8 +52,8 @@ pub enum NpzError {
         /// What is wrong with the array.
         reason: String,
     },
-    /// The system refused.
-    #[error("the array's bytes cannot be read or written ({0})")]
+    /// The bytes of an array could not be read or written.
+    #[error("cannot read or write the bytes of the array ({0})")]
     Io(#[from] std::io::Error),
 }
 
@@ -58,9 +61,9 @@ fn bad<T>(reason: impl Into<String>) -> Result<T, NpzError> {
     Err(NpzError::Array { reason: reason.into() })
 }
 
-/// A number that an array can hold.
+/// A type of number that an array can hold: `f32`, `f64`, `u32` or `u8`.
 pub trait Element: Copy + private::Bytes {
-    /// numpy's name of the type, in little-endian order.
+    /// numpy's name for the type in little-endian order, such as `<f4` for `f32`.
     const DESCR: &'static str;
 }
 
@@ -92,7 +95,7 @@ macro_rules! elements {
 
 elements!(f32 => "<f4", f64 => "<f8", u32 => "<u4", u8 => "|u1");
 
-/// Builds an archive in memory, compressed.
+/// Builds a compressed archive in memory.
 pub struct NpzWriter {
     zip: ZipWriter<Cursor<Vec<u8>>>,
 }
@@ -104,10 +107,11 @@ impl NpzWriter {
         Self { zip: ZipWriter::new(Cursor::new(Vec::new())) }
     }
 
-    /// Adds an array, in row-major order. Costs a copy.
+    /// Adds an array under `name`, in row-major order. Costs one copy of the array.
     ///
     /// # Errors
-    /// [`NpzError::Archive`] if the name is taken.
+    /// [`NpzError::Archive`] if the archive already has an array called `name`; [`NpzError::Io`] if the bytes cannot
+    /// be compressed.
     pub fn add<T, S, D>(&mut self, name: &str, array: &ArrayBase<S, D>) -> Result<(), NpzError>
     where
         T: Element,
@@ -118,7 +122,7 @@ impl NpzWriter {
         let shape = if array.ndim() == 1 { shape.trim_end() } else { shape.trim_end_matches(", ") };
         let dict =
             format!("{{'descr': '{}', 'fortran_order': False, 'shape': ({shape}), }}", T::DESCR);
-        // Magic, version and length take 10 bytes; numpy wants the numbers at a multiple of 64.
+        // Magic, version and header length take 10 bytes. numpy starts the numbers at a multiple of 64 bytes.
         let length = (PREAMBLE + dict.len() + 1).next_multiple_of(64) - PREAMBLE;
         let mut bytes = Vec::with_capacity(PREAMBLE + length + array.len() * T::SIZE);
         bytes.extend(MAGIC);
@@ -135,7 +139,7 @@ impl NpzWriter {
     /// Returns the archive's bytes.
     ///
     /// # Errors
-    /// [`NpzError::Archive`] if it is too large.
+    /// [`NpzError::Archive`] if the archive is too large for the zip format.
     pub fn finish(self) -> Result<Vec<u8>, NpzError> {
         Ok(self.zip.finish()?.into_inner())
     }
@@ -153,52 +157,66 @@ impl<'b> NpzReader<'b> {
     /// Opens an archive.
     ///
     /// # Errors
-    /// [`NpzError::Archive`] if the bytes are no archive.
+    /// [`NpzError::Archive`] if the bytes are not a zip archive.
     pub fn new(bytes: &'b [u8]) -> Result<Self, NpzError> {
         Ok(Self { zip: ZipArchive::new(Cursor::new(bytes))? })
     }
 
-    /// Returns the names of the arrays, in the archive's order.
+    /// Returns the names of the arrays, in the order of the archive.
     pub fn names(&self) -> Vec<String> {
         self.zip.file_names().filter_map(|n| n.strip_suffix(".npy")).map(Into::into).collect()
     }
 
-    /// Reads an array. Costs its bytes twice.
+    /// Reads the array `name`. `T` and `D` must be its type of number and number of dimensions. Needs memory for two
+    /// copies of the array.
     ///
     /// # Errors
-    /// [`NpzError::Missing`] if there is none of that name, [`NpzError::Array`] if it is damaged, above [`MAX_BYTES`],
-    /// or of another type or number of dimensions.
+    /// - [`NpzError::Missing`] if the archive has no array called `name`;
+    /// - [`NpzError::Array`] if the array is damaged, larger than [`MAX_BYTES`], or of another type or number of
+    ///   dimensions;
+    /// - [`NpzError::Archive`] or [`NpzError::Io`] if the array cannot be decompressed.
     pub fn read<T: Element, D: Dimension>(&mut self, name: &str) -> Result<Array<T, D>, NpzError> {
         let mut file = match self.zip.by_name(&format!("{name}.npy")) {
             Err(ZipError::FileNotFound) => return Err(NpzError::Missing { name: name.into() }),
             file => file?,
         };
         if file.size() > MAX_BYTES {
-            return bad(format!("{} bytes; at most {MAX_BYTES} are read", file.size()));
+            return bad(format!(
+                "the array has {} bytes; expected at most {MAX_BYTES}",
+                file.size()
+            ));
         }
         let mut bytes = Vec::new();
         (&mut file).take(MAX_BYTES).read_to_end(&mut bytes)?;
         let (header, numbers) = Header::parse(&bytes)?;
         if header.descr != T::DESCR {
-            return bad(format!("numbers of type {}; expected {}", header.descr, T::DESCR));
+            return bad(format!(
+                "the array has numbers of type {}; expected {}",
+                header.descr,
+                T::DESCR
+            ));
         }
         let expected = header.shape.iter().try_fold(T::SIZE, |all, n| all.checked_mul(*n));
         if expected != Some(numbers.len()) {
-            return bad(format!("{} bytes for the shape {:?}", numbers.len(), header.shape));
+            return bad(format!(
+                "{} bytes of numbers do not fit the shape {:?}",
+                numbers.len(),
+                header.shape
+            ));
         }
         let numbers: Option<Vec<T>> = numbers.chunks_exact(T::SIZE).map(T::from_bytes).collect();
         let shape = IxDyn(&header.shape).set_f(header.column_major);
         let Some(array) = numbers.and_then(|n| ArrayD::from_shape_vec(shape, n).ok()) else {
-            return bad(format!("the shape {:?} is impossible", header.shape));
+            return bad(format!("the array has the impossible shape {:?}", header.shape));
         };
         array.into_dimensionality().or_else(|_| {
             let expected = D::NDIM.unwrap_or(0);
-            bad(format!("{} dimensions; expected {expected}", header.shape.len()))
+            bad(format!("the number of dimensions is {}; expected {expected}", header.shape.len()))
         })
     }
 }
 
-/// What an array's header says.
+/// The content of an array's header.
 #[derive(Debug, PartialEq)]
 struct Header {
     descr: String,
@@ -210,21 +228,24 @@ impl Header {
     /// Splits an array's bytes into the header and the numbers.
     fn parse(bytes: &[u8]) -> Result<(Self, &[u8]), NpzError> {
         let Some((preamble, rest)) = bytes.split_at_checked(PREAMBLE) else {
-            return bad("it ends within its header");
+            return bad("the array ends within its header");
         };
-        // Versions 2 and 3 have longer headers, for types with fields, which are not read.
+        // Versions 2 and 3 are for arrays with named fields, which the reader does not support.
         if !preamble.starts_with(MAGIC) || preamble[6] != 1 {
-            return bad("it is no array in numpy's format of version 1");
+            return bad("the array is not in version 1 of numpy's format");
         }
         let length = usize::from(u16::from_le_bytes([preamble[8], preamble[9]]));
         let Some((text, numbers)) = rest.split_at_checked(length) else {
-            return bad("it ends within its header");
+            return bad("the array ends within its header");
         };
         let header = std::str::from_utf8(text).ok().and_then(Self::of);
-        header.map_or_else(|| bad("its header is damaged"), |header| Ok((header, numbers)))
+        header.map_or_else(
+            || bad("the header of the array is damaged"),
+            |header| Ok((header, numbers)),
+        )
     }
 
-    /// Reads the header's dictionary: the three keys, in any order.
+    /// Parses the header's dictionary, which has three keys in any order. Returns `None` if it is invalid.
     fn of(text: &str) -> Option<Self> {
         let mut rest = text.trim().strip_prefix('{')?.strip_suffix('}')?.trim();
         let (mut descr, mut column_major, mut shape) = (None, None, None);
@@ -294,10 +315,10 @@ mod tests {
         let mut npz = NpzReader::new(&bytes).expect("an archive");
         let said =
             |error: Result<_, NpzError>| error.map(|_: Array2<f64>| ()).unwrap_err().to_string();
-        assert_eq!(said(npz.read("other")), "there is no array other");
-        assert_eq!(said(npz.read("line")), "numbers of type <u4; expected <f8");
+        assert_eq!(said(npz.read("other")), "the archive has no array `other`");
+        assert_eq!(said(npz.read("line")), "the array has numbers of type <u4; expected <f8");
         let line = npz.read::<u32, Ix2>("line").unwrap_err().to_string();
-        assert_eq!(line, "1 dimensions; expected 2");
+        assert_eq!(line, "the number of dimensions is 1; expected 2");
         assert!(NpzReader::new(b"no archive").is_err());
     }
 
@@ -325,7 +346,7 @@ mod tests {
         ] {
             assert_eq!(Header::of(text), None, "{text}");
         }
-        // Took for ever with a backtracking parser.
+        // A parser that backtracks would never finish this header.
         assert_eq!(Header::of(&format!("{{'shape': {}", "(".repeat(60_000))), None);
     }
 
@@ -341,6 +362,6 @@ mod tests {
         let bytes = zip.finish().expect("finished").into_inner();
         let mut npz = NpzReader::new(&bytes).expect("an archive");
         let said = npz.read::<f64, Ix2>("huge").unwrap_err().to_string();
-        assert_eq!(said, "0 bytes for the shape [10000000000, 4]");
+        assert_eq!(said, "0 bytes of numbers do not fit the shape [10000000000, 4]");
     }
 }

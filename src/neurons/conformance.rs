@@ -1,9 +1,9 @@
 //! Compares spikes and outputs with those that Nengo computes from the same parameters and inputs.
 //!
-//! `tests/conformance/fixtures.py` wrote the fixtures with Nengo 4.1. Each fixture runs two ensembles in a row,
-//! joined by a synapse, for one second. In double precision every spike falls in the same tick as Nengo's. The hot
-//! loop works in single precision, with series for logarithm and exponential; there one spike in ten thousand may
-//! fall one tick earlier or later.
+//! `tests/conformance/fixtures.py` wrote the fixtures with Nengo 4.1. Each fixture runs two ensembles in a row, joined
+//! by a synapse, for one second. In double precision every spike falls in the same tick as in Nengo. The hot loop uses
+//! single precision, with series for logarithm and exponential. There at most one spike in ten thousand falls one tick
+//! earlier or later.
 
 use std::path::Path;
 

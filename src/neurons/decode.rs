@@ -1,10 +1,10 @@
 //! Decoders: regularised least squares from the neurons' rates to the target values.
 //!
-//! `D = (A^T A + m s^2 I)^-1 A^T F`, where A holds the rates at m evaluation points (one row per point), F the target
-//! values there, and `s` is the regularisation times the greatest rate (Eliasmith and Anderson 2003, chapter 2).
-//! Scaling by the greatest rate follows Nengo's `LstsqL2`, so the same regularisation means the same in both. A
-//! Cholesky factorisation ([`dense`]) solves the system, in single precision where that is accurate enough and in
-//! double precision elsewhere.
+//! `D = (A^T A + m s^2 I)^-1 A^T F`. A holds the rates at m evaluation points (one row per point), F holds the target
+//! values there, and s is the regularisation times the greatest rate (Eliasmith and Anderson 2003, chapter 2). Scaling
+//! by the greatest rate follows `LstsqL2` of Nengo, so the same regularisation has the same meaning in both. A
+//! Cholesky factorisation ([`dense`]) solves the system, in single precision if that is accurate enough, and otherwise
+//! in double precision.
 
 use multiversion::multiversion;
 use ndarray::linalg::general_mat_mul;
@@ -103,14 +103,14 @@ pub(crate) fn rates<T: Precision>(lif: &Lif, neurons: &Neurons, values: &[f64]) 
     out
 }
 
-/// Condition number up to which a system is solved in single precision. The bound is the number of neurons
-/// divided by the square of the regularisation; below it, rounding adds far less error than the regularisation does.
+/// Greatest condition number for single precision. The condition number is at most the number of neurons divided by
+/// the square of the regularisation. Up to this limit, rounding adds far less error than the regularisation does.
 const SINGLE: f64 = 1e6;
 
 /// Solves for decoders, one row per neuron. The decoded value is the sum over all neurons of rate times row.
 ///
-/// Costs about `m n^2 + n^3 / 3` operations for n neurons and m points. Single precision is twice as fast and is used
-/// where the regularisation hides its rounding.
+/// Costs about `m n^2 + n^3 / 3` operations for n neurons and m points. Single precision is twice as fast; it is used
+/// if its rounding errors are small beside the effect of the regularisation.
 pub(crate) fn solve(
     lif: &Lif,
     neurons: &Neurons,

@@ -1,8 +1,8 @@
 //! The dense algebra of a decoder solve: a symmetric product, the Cholesky factor and its two substitutions.
 //!
-//! Every operation splits its matrices in halves, so that nearly all of the work is matrix products, which `ndarray`
-//! computes with vector instructions. A library of linear algebra would be a fifth faster, but takes longer to
-//! compile than the rest of a small program.
+//! Every operation splits its matrices in halves. Nearly all of the work is then matrix products, which `ndarray`
+//! computes with vector instructions. A linear-algebra library would be a fifth faster, but takes longer to compile
+//! than the rest of a small program.
 
 use ndarray::linalg::general_mat_mul;
 use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis, NdFloat};
@@ -10,13 +10,13 @@ use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis, NdFloat};
 /// Rows up to which plain loops are used.
 const LEAF: usize = 24;
 
-/// Where to split `n` rows: in halves, at a multiple of the leaf.
+/// Returns the row at which `n` rows are split: about the middle, at a multiple of the leaf size.
 fn half(n: usize) -> usize {
     (n / 2).div_ceil(LEAF) * LEAF
 }
 
-/// `out = scale * out + alpha * A^T A`, of which only the lower triangle is written (and parts of the upper one). The
-/// columns of A belong to the rows of `out`.
+/// Computes `out = scale * out + alpha * A^T A`. Only the lower triangle of `out` is valid afterwards. `out` has one
+/// row per column of A.
 pub(super) fn add_gram<T: NdFloat>(
     alpha: T,
     a: ArrayView2<'_, T>,
@@ -40,8 +40,8 @@ pub(super) fn add_gram<T: NdFloat>(
     add_gram(alpha, a2, scale, out22);
 }
 
-/// Replaces the lower triangle of a symmetric matrix by its Cholesky factor L, `A = L L^T`. The upper triangle is
-/// neither read nor kept. Costs `n^3 / 3` operations. `None` where the matrix is not positive definite.
+/// Replaces the lower triangle of a symmetric matrix by its Cholesky factor L, `A = L L^T`. Does not read the upper
+/// triangle and may overwrite it. Costs `n^3 / 3` operations. Returns `None` if the matrix is not positive definite.
 pub(super) fn cholesky<T: NdFloat>(mut a: ArrayViewMut2<'_, T>) -> Option<()> {
     let n = a.nrows();
     if n <= LEAF {
@@ -71,7 +71,7 @@ pub(super) fn cholesky<T: NdFloat>(mut a: ArrayViewMut2<'_, T>) -> Option<()> {
     cholesky(a22)
 }
 
-/// `X = X L^-T` for a lower triangular L.
+/// Computes `X = X L^-T` for a lower triangular L.
 fn divide_by_transpose<T: NdFloat>(mut x: ArrayViewMut2<'_, T>, l: ArrayView2<'_, T>) {
     let n = l.nrows();
     if n <= LEAF {
@@ -96,7 +96,7 @@ fn divide_by_transpose<T: NdFloat>(mut x: ArrayViewMut2<'_, T>, l: ArrayView2<'_
     divide_by_transpose(x2, l22);
 }
 
-/// `X = X L^-1` for a lower triangular L.
+/// Computes `X = X L^-1` for a lower triangular L.
 fn divide<T: NdFloat>(mut x: ArrayViewMut2<'_, T>, l: ArrayView2<'_, T>) {
     let n = l.nrows();
     if n <= LEAF {
@@ -121,8 +121,8 @@ fn divide<T: NdFloat>(mut x: ArrayViewMut2<'_, T>, l: ArrayView2<'_, T>) {
     divide(x1, l11);
 }
 
-/// Solves `A Y = B` for a symmetric positive definite A, of which the lower triangle is read and overwritten. Each
-/// row of `b` is one right-hand side, and becomes its solution. `None` where A is not positive definite.
+/// Solves `A Y = B` for a symmetric positive definite A. Reads and overwrites the lower triangle of A. Each row of `b`
+/// is one right-hand side and is replaced by its solution. Returns `None` if A is not positive definite.
 pub(super) fn solve<T: NdFloat>(a: &mut Array2<T>, b: &mut Array2<T>) -> Option<()> {
     cholesky(a.view_mut())?;
     divide_by_transpose(b.view_mut(), a.view());

@@ -6,7 +6,8 @@ use crate::sim::{
 
 use super::layer::{EVIDENCE_THRESHOLD, INHIBITION, Map, Product, Represent, Select, SelectRule};
 
-/// Passes its input on. Scales it back to the radius if its norm exceeds the radius, and by the gate if there is one.
+/// Passes its input on. If the norm exceeds the radius, scales the value back to the radius. If there is a gate,
+/// scales the value by the gate.
 pub(crate) struct DirectRepresent(pub Represent);
 
 impl Node for DirectRepresent {

@@ -1,7 +1,7 @@
 //! The four layers that a module can request, independent of what computes them.
 //!
-//! A layer computes at the end of a tick, from the tick's inputs, and every connection that leaves it has a
-//! synapse. It therefore costs one tick in every mode.
+//! A layer computes at the end of a tick, from the inputs of this tick. Every connection from a layer has a synapse. A
+//! layer therefore costs one tick in every mode.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use crate::sim::{
 /// to `radius`, as a neural population would saturate there.
 ///
 /// In neurons, a pointer gets ensembles of at most [`LifSpec::sub_dimensions`](super::LifSpec::sub_dimensions)
-/// dimensions; a vector gets one ensemble per component, and `radius` then limits each component.
+/// dimensions. A vector gets one ensemble per component, and `radius` then limits each component.
 #[derive(Debug, Clone)]
 pub struct Represent {
     pub(crate) input: AnyInput,
@@ -164,21 +164,23 @@ pub enum SelectRule {
         /// Least utility of a chosen item (finite).
         level: Real,
     },
-    /// Chooses the item of greatest utility if that is at least `level`. In direct mode the first of equal items wins.
+    /// Chooses the item of greatest utility if this utility is at least `level`. In direct mode the first of equal
+    /// items wins.
     WinnerTakeAll {
         /// Least utility of a chosen item (finite).
         level: Real,
     },
     /// Chooses the first item that has gathered enough evidence.
     ///
-    /// Each item's evidence integrates the excess of its utility over `level`; `tau` sets the speed. The first item
-    /// whose evidence reaches 0.8 is chosen, and holds the evidence of all others at zero until its own has drained
-    /// (Gosmann, Voelker and Eliasmith, "A spiking independent accumulator model for winner-take-all computation",
-    /// 2017). This is slower than [`WinnerTakeAll`](Self::WinnerTakeAll) but never chooses two items at once.
+    /// Each item integrates the excess of its utility over `level` as evidence; `tau` sets the speed. The first item
+    /// whose evidence reaches 0.8 is chosen. It holds the evidence of all others at zero until its own evidence has
+    /// drained (Gosmann, Voelker and Eliasmith, "A spiking independent accumulator model for winner-take-all
+    /// computation", 2017). This is slower than [`WinnerTakeAll`](Self::WinnerTakeAll) but never chooses two items at
+    /// once.
     IndependentAccumulators {
         /// Utility above which evidence grows and below which it drains (finite).
         level: Real,
-        /// Time in which a utility of 1 above the level gathers evidence of 1 (above zero).
+        /// Time in which an excess of 1 over the level gathers evidence of 1. Must be above zero.
         tau: SimDuration,
     },
 }
@@ -214,7 +216,7 @@ pub struct Select {
     pub(crate) rule: SelectRule,
 }
 
-/// Amount that an inhibition of 1 subtracts from a utility: enough to silence any similarity.
+/// Amount that an inhibition of 1 subtracts from a utility. It is enough to silence any similarity.
 pub(crate) const INHIBITION: Real = 4.0;
 
 impl Select {
@@ -284,7 +286,7 @@ pub struct SelectPorts {
     pub output: Out<Vector>,
 }
 
-/// Adds neural layers to a [`Scope`], the place where a module adds its parts.
+/// Adds neural layers to a [`Scope`], the place to which a module adds its parts.
 ///
 /// `name` becomes the last part of the layer's path. It must be unique in its scope; [`PopulationPlan`] patterns
 /// match the whole path. All settings are checked when the graph is built.

@@ -1,8 +1,9 @@
-//! Neural layers, and the plan that decides how each layer is computed.
+//! Neural layers, and the plan that decides how each of them is computed.
 //!
-//! This is the Neural Engineering Framework (Eliasmith and Anderson, "Neural Engineering", 2003) as a library of four
-//! layers. A module requests a layer without saying how it is computed. When the graph is built, a plan assigns
-//! neurons or exact arithmetic to each layer. The connections, delays and seeds of the graph are the same either way.
+//! This module implements the Neural Engineering Framework (Eliasmith and Anderson, "Neural Engineering", 2003) as
+//! four layers. A module requests a layer without saying how to compute it. When the graph is built, a plan assigns
+//! neurons or exact arithmetic to each layer. The connections, delays and seeds of the graph are the same in all
+//! modes.
 //!
 //! # Layers
 //!
@@ -23,8 +24,8 @@
 //! - [`Population::Rate`]: rate neurons, with the distortion of a population but no spikes;
 //! - [`Population::Lif`]: spiking leaky integrate-and-fire neurons.
 //!
-//! [`LifSpec`] sets the number and tuning of the neurons, [`Lif`] their time constants. A [`SolvedModel`] keeps
-//! neurons and decoders, so that another run need not solve for them again.
+//! [`LifSpec`] sets the number and tuning of the neurons, and [`Lif`] their time constants. A [`SolvedModel`] keeps
+//! neurons and decoders, so that later runs do not solve for them again.
 //!
 //! # Example
 //!
@@ -66,8 +67,8 @@
 //! - It knows no symbols: semantic pointers and their algebra are in the module `spa`, which builds on this one.
 //! - It has one neuron model, [`Lif`], and no learning rules: decoders are solved when the graph is built.
 //! - Ensembles cannot be connected neuron to neuron. All connections carry decoded values.
-//! - It reads no Nengo models. Spikes and decoded values agree with Nengo's for equal parameters, which the
-//!   tests check; the random draws of the two programs differ.
+//! - It reads no Nengo models. For equal parameters, spikes and decoded values agree with those of Nengo; the tests
+//!   check this. The random draws of the two programs differ.
 
 mod bank;
 #[cfg(test)]

@@ -23,9 +23,7 @@ pub enum TuningError {
         expected: String,
     },
     /// A decoder solve that failed.
-    #[error(
-        "cannot solve for the decoders of {neurons} neurons; expected a larger `regularisation`"
-    )]
+    #[error("cannot solve for the decoders of {neurons} neurons; use a larger `regularisation`")]
     Unsolvable {
         /// Number of neurons in the ensemble.
         neurons: usize,
@@ -90,12 +88,12 @@ impl Lif {
 
     /// Returns the gain and bias of a neuron with the given maximum rate (Hz) and intercept.
     ///
-    /// With x the represented value along the neuron's encoder, in units of the radius, the neuron begins to fire at
-    /// x = `intercept` and fires at `max_rate` at x = 1. The current is `gain x + bias`.
+    /// Let x be the represented value along the encoder of the neuron, in units of the radius. The neuron begins to
+    /// fire at x = `intercept` and fires at `max_rate` at x = 1. The current is `gain x + bias`.
     ///
     /// # Errors
-    /// [`TuningError::Setting`] if the intercept is outside [-1, 1), or the rate is not above 0 and below
-    /// `1 / tau_ref`.
+    /// [`TuningError::Setting`] if `intercept` is not in [-1, 1), or `max_rate` is not above 0 and below `1 /
+    /// tau_ref`.
     pub fn gain_bias(&self, max_rate: f64, intercept: f64) -> Result<(f64, f64), TuningError> {
         if !(-1.0..1.0).contains(&intercept) {
             return Err(refuse("intercept", intercept, "at least -1 and below 1"));
@@ -110,10 +108,11 @@ impl Lif {
         Ok((gain, 1.0 - gain * intercept))
     }
 
-    /// Steps the neuron by `dt_s` seconds at a constant current, in double precision. Returns whether it fires.
+    /// Steps the neuron by `dt_s` seconds at a constant current, in double precision. Returns whether the neuron
+    /// fires.
     ///
-    /// `voltage` and `refractory_s` (the rest of the refractory period, in seconds) are the neuron's state; start both
-    /// at 0. The refractory period begins at the moment of the spike within the step.
+    /// `voltage` and `refractory_s` are the state of the neuron; start both at 0. `refractory_s` is the rest of the
+    /// refractory period, in seconds. The refractory period begins at the moment of the spike within the step.
     pub fn step(&self, dt_s: f64, current: f64, voltage: &mut f64, refractory_s: &mut f64) -> bool {
         *refractory_s -= dt_s;
         let free_s = (dt_s - *refractory_s).clamp(0.0, dt_s);

@@ -11,17 +11,18 @@ use super::solved::SolvedModel;
 
 /// The number and tuning of a layer's neurons. The defaults are those of the standard networks of `symbolt bench`.
 ///
-/// Ranges are checked when the graph is built. A fault names the layer's path. Besides the ranges below, an ensemble
-/// must have 1 to 10,000 neurons, and the tick must not exceed a quarter of the membrane time constant nor, in spiking
-/// mode, the refractory period.
+/// Ranges are checked when the graph is built. A fault names the path of the layer. Besides the ranges below, an
+/// ensemble must have 1 to 10,000 neurons. The tick must be at most a quarter of the membrane time constant and, in
+/// spiking mode, at most the refractory period.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LifSpec {
     /// Neuron model: the time constants.
     pub model: Lif,
-    /// Least and greatest maximum rate, in Hz; above 0 and below `1 / tau_ref`. Drawn uniformly. Default: 200 to 400.
+    /// Range of maximum rates, in Hz: above 0 and below `1 / tau_ref`. Each neuron draws its rate uniformly. Default:
+    /// 200 to 400.
     pub max_rates: [f64; 2],
-    /// Least and greatest intercept of neurons of one dimension; at least -1 and below 1. Drawn uniformly.
-    /// Default: -1 to 0.9.
+    /// Range of intercepts for neurons of one dimension: at least -1 and below 1. Each neuron draws its intercept
+    /// uniformly. Default: -1 to 0.9.
     ///
     /// Selections and [`Map::above`](super::Map::above) draw intercepts above their level. Pointers draw them from the
     /// distribution of cosines between random directions (Gosmann and Eliasmith, "Optimizing semantic pointer
@@ -29,19 +30,19 @@ pub struct LifSpec {
     pub intercepts: [f64; 2],
     /// Number of neurons per dimension of a pointer. Default: 50.
     pub per_dimension: usize,
-    /// Greatest number of dimensions in one ensemble of a pointer. The greatest divisor of the pointer's width
-    /// up to this number is used. Default: 16.
+    /// Greatest number of dimensions in one ensemble of a pointer. Each ensemble gets the greatest divisor of the
+    /// width of the pointer up to this number. Default: 16.
     pub sub_dimensions: usize,
     /// Number of neurons per component of a function or of a represented vector. Default: 100.
     pub per_function: usize,
-    /// Number of neurons per product, half of them for each of its two squares. Default: 200.
+    /// Number of neurons per product. Each of its two squares gets half of them. Default: 200.
     pub per_product: usize,
     /// Number of neurons per item of a selection. Default: 50.
     pub per_item: usize,
     /// Regularisation of the decoder solve, as a fraction of the greatest rate (above 0, finite). Default: 0.1.
     ///
-    /// Decoders are `(A^T A + m s^2 I)^-1 A^T F`, with rates A and target values F at m evaluation points, and s this
-    /// number times the greatest rate (Eliasmith and Anderson 2003, chapter 2; `reg` of Nengo's `LstsqL2`).
+    /// Decoders are `(A^T A + m s^2 I)^-1 A^T F`. A holds the rates and F the target values at m evaluation points; s
+    /// is this number times the greatest rate (Eliasmith and Anderson 2003, chapter 2; `reg` of Nengo's `LstsqL2`).
     pub regularisation: f64,
     /// Factor on all numbers of neurons (above 0). Default: 1.
     pub scale: f64,
@@ -114,7 +115,7 @@ impl fmt::Display for Population {
     }
 }
 
-/// A pattern that matches paths: `*` stands for any part of one name, `**` for any number of names, also none.
+/// A pattern that matches paths: `*` stands for any part of one name, `**` for any number of names, including none.
 ///
 /// ```
 /// use symbolt::neurons::PathPattern;
@@ -167,7 +168,7 @@ impl PathPattern {
     /// Returns whether the pattern matches all of `path`. Costs at most O(length of pattern x length of path).
     pub fn matches(&self, path: &str) -> bool {
         let names: Vec<&str> = path.split('/').collect();
-        // reach[i]: the pattern's parts so far can match the first i names.
+        // reach[i] says whether the parts so far can match the first i names.
         let mut reach = vec![false; names.len() + 1];
         reach[0] = true;
         for part in &self.parts {
@@ -203,7 +204,7 @@ fn name_matches(part: &str, name: &str) -> bool {
 }
 
 /// The mode of every layer of a graph: a default, and exceptions by path. If several patterns match a path, the last
-/// one counts.
+/// one added decides.
 ///
 /// A pattern that matches no layer is a fault when the graph is built, so a misspelt ablation cannot go unnoticed.
 ///
@@ -243,7 +244,7 @@ impl PopulationPlan {
 
     /// Takes the populations of all neural layers from `solved` instead of solving for them.
     ///
-    /// Building the graph then fails if `solved` lacks a layer, or has one that was solved from another seed, tick,
+    /// Building the graph then fails if `solved` lacks a layer, or if the layer was solved from another seed, tick,
     /// tuning, size or function.
     pub fn solved(mut self, solved: impl Into<Arc<SolvedModel>>) -> Self {
         self.solved = Some(solved.into());

@@ -1,10 +1,10 @@
-//! Representations, functions and products as populations: the tuning of their neurons, and their nodes.
+//! Populations for representations, functions and products: the tuning of their neurons, and their nodes.
 //!
 //! - Ensembles of at most [`LifSpec::sub_dimensions`] dimensions represent a pointer. One ensemble per component
 //!   represents a plain vector.
 //! - Two squares make a product, `a b = ((a + b) / 2)^2 - ((a - b) / 2)^2`, each in an ensemble of one dimension
 //!   (Gosmann, "Precise multiplications with the NEF", 2015).
-//! - `selection.rs` holds selections.
+//! - The populations for selections are in `selection.rs`.
 
 use std::sync::Arc;
 
@@ -22,7 +22,7 @@ use crate::sim::{
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// Everything that the populations of one layer are built from.
+/// The data from which the populations of one layer are built.
 pub(crate) struct Maker<'a> {
     pub spec: &'a LifSpec,
     pub firing: Firing,
@@ -162,8 +162,8 @@ fn count(of: f64, scale: f64) -> Result<usize, TuningError> {
 }
 
 impl Maker<'_> {
-    /// Solves for a bank, or takes it from the solved model. `marks` are the numbers in which this bank differs from
-    /// other banks of the same role; they enter its fingerprint.
+    /// Solves for a bank, or takes it from the solved model. `marks` are the numbers that distinguish this bank from
+    /// other banks of the same role. They enter its fingerprint.
     fn bank(
         &self,
         shape: Shape,
@@ -220,7 +220,7 @@ impl Maker<'_> {
         self.spec.max_rates[0]..=self.spec.max_rates[1]
     }
 
-    /// Draws neurons of one dimension. Half of them have the encoder 1, the others -1.
+    /// Draws neurons of one dimension. Half of them have the encoder 1, the other half -1.
     ///
     /// The range of intercepts is cut into as many equal parts as there are pairs of neurons; each pair draws its
     /// intercepts from one part. This leaves less distortion than independent draws.
@@ -278,7 +278,7 @@ impl Maker<'_> {
         let dims = (1..=most).rev().find(|d| width.is_multiple_of(*d)).unwrap_or(1);
         let neurons = count(self.spec.per_dimension as f64 * dims as f64, self.spec.scale)?;
         let shape = Shape { ensembles: width / dims, neurons, dims, outputs: dims };
-        // The usual norm of a unit pointer's part; the ensemble represents a little more than that.
+        // Usual norm of a part of a unit pointer. The ensemble represents norms up to 1.2 times that.
         let usual = (dims as f64 / width as f64).sqrt();
         let ball = radius * usual * POINTER_ROOM;
         let points = (neurons * 3 / 2).clamp(300, 2_000);

@@ -1,9 +1,9 @@
 //! Selections as populations: a threshold, a contest of utilities, or a race of evidence.
 //!
 //! Each item has an ensemble that decodes to 1 above the level and is silent below it. A contest (winner-take-all)
-//! adds a second ensemble per item, which inhibits all other items in proportion to its own utility, so that the
-//! greatest utility silences the rest. A race (independent accumulators) adds one that gathers evidence through a
-//! recurrent synapse.
+//! adds a second ensemble per item. It inhibits all other items in proportion to the utility of its own item, so the
+//! greatest utility silences the rest. A race (independent accumulators) adds a second ensemble per item that gathers
+//! evidence through a recurrent synapse.
 
 use super::layer::{EVIDENCE_THRESHOLD, INHIBITION, Select, SelectRule};
 use super::population::{Maker, Refusal, Spread};
@@ -56,7 +56,8 @@ impl NeuralSelect {
     }
 }
 
-/// Weight of the inhibition between items: on a rival's utility in a contest, on its activity in a race.
+/// Weight of the inhibition between items. In a contest it applies to the utility of a rival, in a race to the
+/// activity of a rival.
 const RIVALRY: Real = 2.0;
 /// Time constant of the inhibition between items, in seconds.
 const RIVALRY_TAU_S: f64 = 0.005;
@@ -128,7 +129,7 @@ impl Node for NeuralSelect {
                 let (evidence, held) = held.split_at_mut(items);
                 let (filtered, winning) = held.split_at_mut(items);
                 let (level, all) = (self.layer.rule.level(), winning.iter().sum::<Real>());
-                // Each item's evidence, less the inhibition from a chosen rival and from outside.
+                // Evidence of each item, minus the inhibition from a chosen rival and from outside.
                 let own = evidence.iter().zip(&*winning).zip(inhibit);
                 for (said, ((evidence, own), inhibit)) in said.iter_mut().zip(own) {
                     *said = evidence - RIVALRY * (all - own) - INHIBITION * inhibit;

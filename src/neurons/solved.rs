@@ -1,9 +1,9 @@
 //! Solved models: the neurons and decoders of a graph's layers, for reuse bit for bit.
 //!
-//! A file begins with one line of JSON that describes the rest. Then follow 32-bit floating-point numbers,
-//! little-endian: encoders, biases and decoders of each population. A population carries a fingerprint of everything
-//! it was solved from (path, seed, tick, time constants, tuning, target function at its evaluation points). A
-//! graph refuses a population whose fingerprint is not the one it needs.
+//! A file begins with one line of JSON that describes the rest. The encoders, biases and decoders of each population
+//! follow as 32-bit floating-point numbers, little-endian. Each population has a fingerprint of everything that it was
+//! solved from: path, seed, tick, time constants, tuning, and target function at its evaluation points. A graph
+//! refuses a population with another fingerprint than it needs.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -25,8 +25,8 @@ pub(crate) struct Kept {
 }
 
 impl Kept {
-    /// Writes the state at the start of a run. Voltages are random between rest and threshold, so that neurons do not
-    /// fire in synchrony.
+    /// Writes the state at the start of a run. Random voltages between rest and threshold keep neurons from firing in
+    /// synchrony.
     pub fn init(&self, state: &mut [Real]) {
         let voltages = state.len() / 2;
         let mut rng = Seed::new(self.fingerprint).derive("", "voltages").rng();
@@ -36,9 +36,12 @@ impl Kept {
 
 /// The solved populations of a graph, by the paths of their layers.
 ///
-/// Building a neural graph solves for all decoders. A solved model saves that work the next time: take it from a built
-/// graph ([`SolvedModel::of`]), write it to a file ([`encode`](Self::encode)), load it ([`read`](Self::read)) and hand
-/// it to the plan ([`PopulationPlan::solved`](super::PopulationPlan::solved)).
+/// Building a neural graph solves for all decoders. A solved model saves this work the next time:
+///
+/// 1. Take it from a built graph ([`SolvedModel::of`]).
+/// 2. Encode it ([`encode`](Self::encode)) and write the bytes to a file.
+/// 3. Load the file ([`read`](Self::read)).
+/// 4. Give the model to the plan ([`PopulationPlan::solved`](super::PopulationPlan::solved)).
 ///
 /// ```
 /// use symbolt::neurons::{
@@ -106,7 +109,9 @@ pub enum SolvedError {
         expected: usize,
     },
     /// A file whose numbers do not match their checksum, or are not finite.
-    #[error("the numbers do not match their checksum; expected an undamaged file")]
+    #[error(
+        "the numbers do not match their checksum; the file is damaged, so solve the model again"
+    )]
     Damaged,
     /// A model whose description cannot be written as JSON.
     #[error("cannot write the first line as JSON: {reason}")]
@@ -176,7 +181,7 @@ fn json_bytes(value: &impl Serialize) -> Result<Vec<u8>, SolvedError> {
     serde_json::to_vec(value).map_err(|e| SolvedError::Unwritable { reason: e.to_string() })
 }
 
-/// The part of the first line that every version of the format has.
+/// The fields of the first line that every version of the format has.
 #[derive(Deserialize)]
 struct Beginning {
     format: String,
@@ -261,8 +266,8 @@ impl SolvedModel {
     /// Reads a file with the bytes of [`encode`](Self::encode). The path `-` reads standard input.
     ///
     /// # Errors
-    /// [`SolvedFileError::File`] if `path` is not an ordinary file or cannot be read;
-    /// [`SolvedFileError::Content`] if the content is of another format or version, or damaged.
+    /// [`SolvedFileError::File`] if `path` is not a regular file or cannot be read; [`SolvedFileError::Content`] if
+    /// the content has another format or version, or is damaged.
     pub fn read(path: &Path) -> Result<Self, SolvedFileError> {
         let content = |source| SolvedFileError::Content { file: path.into(), source };
         Self::decode(&read_ordinary_file(path)?).map_err(content)
@@ -272,7 +277,7 @@ impl SolvedModel {
     ///
     /// # Errors
     /// [`SolvedError::Format`], [`Version`](SolvedError::Version), [`Length`](SolvedError::Length),
-    /// [`Shape`](SolvedError::Shape) or [`Damaged`](SolvedError::Damaged) if the bytes are anything else.
+    /// [`Shape`](SolvedError::Shape) or [`Damaged`](SolvedError::Damaged) if `encode` did not write these bytes.
     pub fn decode(bytes: &[u8]) -> Result<Self, SolvedError> {
         let not_one = |reason: String| SolvedError::Format { reason };
         let end = bytes.iter().position(|b| *b == b'\n');

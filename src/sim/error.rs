@@ -340,7 +340,9 @@ pub enum SimError {
         given: bool,
     },
     /// A world whose number of sense or command values differs from that of the graph's link.
-    #[error("the world has {world} {what} values but the world link `{link}` has {graph}; expected equal numbers")]
+    #[error(
+        "the world has {world} {what} values but the world link `{link}` has {graph}; expected equal numbers"
+    )]
     WorldShape {
         /// The link's path.
         link: String,

@@ -200,9 +200,7 @@ impl<K: Kind> Node for Stimulus<K> {
             }
         }
         if self.starts.windows(2).any(|w| w[0] >= w[1]) {
-            ports.fault(
-                "the times of a stimulus must increase; give the changes in order of time",
-            );
+            ports.fault("the times of a stimulus must increase; give the changes in order of time");
         }
         ports.output("out", self.spec.clone());
     }

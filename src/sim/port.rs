@@ -309,7 +309,8 @@ impl PortDecl {
 
     fn check(&mut self, name: &str, width: usize, taken: bool) {
         if taken {
-            self.faults.push(format!("two ports are named `{name}`; give one of them another name"));
+            self.faults
+                .push(format!("two ports are named `{name}`; give one of them another name"));
         }
         if width == 0 {
             self.faults.push(format!("port `{name}` has width 0; at least 1 is needed"));

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-/// An error of making a vocabulary, expression or memory.
+/// An error in making or using a vocabulary, expression or memory.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum VocabError {
@@ -51,9 +51,9 @@ pub enum VocabError {
         others: usize,
         /// Number of vectors that were drawn.
         attempts: usize,
-        /// Greatest similarity, in magnitude, of the best vector.
+        /// Greatest magnitude of the similarity between the best vector and another pointer.
         best: f32,
-        /// Name of the pointer to which the best vector has that similarity.
+        /// Name of the other pointer with this similarity.
         nearest: String,
     },
     /// A name that the vocabulary does not have.
@@ -69,7 +69,7 @@ pub enum VocabError {
         choices: Vec<String>,
     },
     /// An expression that cannot be parsed.
-    #[error("cannot read the expression at character {at}: {problem}, expected {expected}\n  {text}\n  {:>width$}", "^", width = at + 1)]
+    #[error("cannot read the expression at character {at}: found {problem}, expected {expected}\n  {text}\n  {:>width$}", "^", width = at + 1)]
     Syntax {
         /// Text of the expression.
         text: String,
@@ -80,7 +80,7 @@ pub enum VocabError {
         /// Description of the text that was expected.
         expected: &'static str,
     },
-    /// A vector of the wrong length or with a component that is not finite, or a memory without items.
+    /// A vector that has the wrong length or a component that is not finite; or a memory without items.
     #[error("`{name}`: {reason}")]
     BadVector {
         /// Name of the vector or memory.
@@ -94,8 +94,8 @@ fn near(nearest: &Option<String>) -> String {
     nearest.as_ref().map_or_else(String::new, |name| format!(" (did you mean `{name}`?)"))
 }
 
-/// Returns the name in `choices` that differs from `name` by the fewest edits, if so few edits suggest a typing
-/// error.
+/// Returns the name in `choices` that differs from `name` by the fewest edits. Returns `None` if that many edits are
+/// unlikely to be a typing error.
 pub(crate) fn nearest_name<'a>(
     name: &str,
     choices: impl Iterator<Item = &'a str>,

@@ -15,7 +15,7 @@ pub(crate) enum Expr {
     },
     Negate(Box<Expr>),
     Invert(Box<Expr>, usize),
-    /// Both sides and the position of the operator.
+    /// Left side, right side, and position of the operator.
     Add(Box<Expr>, Box<Expr>, usize),
     Subtract(Box<Expr>, Box<Expr>, usize),
     Times(Box<Expr>, Box<Expr>),

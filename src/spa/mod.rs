@@ -1,7 +1,7 @@
 //! The Semantic Pointer Architecture: vector-symbolic algebra, vocabularies and the modules of a graph.
 //!
-//! The algebra binds, compares and cleans up vectors directly, without a graph. The modules make up a graph through
-//! which semantic pointers flow, in exact arithmetic or in spiking neurons.
+//! The algebra binds, compares and cleans up vectors directly, without a graph. From the modules you build a graph
+//! through which semantic pointers flow, in exact arithmetic or in spiking neurons.
 //!
 //! # Algebra on vectors
 //!
@@ -28,8 +28,8 @@
 //! | [`Linear`] | applies a fixed linear map | transforms |
 //! | [`Reinterpret`] | passes a pointer on as one of another vocabulary | `reinterpret` |
 //!
-//! Every module filters the output of its own populations, with a synapse of 5 ms unless its docs say otherwise. You
-//! can therefore connect its outputs without a synapse. The delay of a module is the same in every mode.
+//! Every module filters the output of its populations with a synapse of 5 ms, unless its docs say otherwise. You can
+//! therefore connect its outputs without a synapse. The delay of a module is the same in every mode.
 //!
 //! # Example
 //!

@@ -1,20 +1,20 @@
 //! Decodes all fillers of a sum of role-filler pairs at once, by soft interference cancellation.
 //!
-//! The usual read-out unbinds one role and takes the most similar item (linear read-out). All other pairs disturb
-//! it. Subtracting pairs that were already read helps only if they were read correctly; wrong readings add to
-//! the disturbance.
+//! The usual read-out unbinds one role and takes the most similar item (linear read-out). All other pairs act as
+//! noise. Subtracting pairs that are already read helps only if they were read correctly; wrong readings add noise.
 //!
-//! This decoder subtracts the expected value of each pair. It keeps a weight for every item of every role. While
-//! little is known, the weights are small and nearly equal, so an overloaded sum stays nearly unchanged.
+//! This decoder subtracts the expected value of each pair. It keeps a weight for every item of every role. While it
+//! knows little, the weights are small and nearly equal, and it subtracts almost nothing from an overloaded sum.
 //!
-//! The decoder visits one role after another. Let r be the sum minus the expected values of all other pairs. With
-//! Gaussian interference of variance v per component, an item whose bound pair is a has the log likelihood
-//! `(a . r - |a|^2 / 2) / v`. The role's weights move half of the way to the normalised likelihoods. The variance
-//! v is what is still unknown of the other pairs, but at least what the sum leaves unexplained.
+//! The decoder visits one role after another. Let r be the sum minus the expected values of the pairs of all other
+//! roles, p the visited role bound to an item, and v the variance of Gaussian interference per component. Then the log
+//! likelihood of the item is `(p . r - |p|^2 / 2) / v`, up to a constant. The weights of the role move half of the way
+//! to the normalised likelihoods. The variance v follows from how much of the other pairs is still unknown, or from
+//! the part of the sum that is still unexplained, whichever is greater.
 //!
-//! The method is multistage detection with soft decisions, known from receivers for several users of one channel
-//! (Divsalar, Simon and Raphaeli 1998; Tanaka and Okada 2005 for its analysis), with a vocabulary as the
-//! alphabet. The experiment `capacity` compares it with linear read-out.
+//! The method is multistage detection with soft decisions, used in receivers for several users of one channel
+//! (Divsalar, Simon and Raphaeli 1998; analysed by Tanaka and Okada 2005). Here the alphabet is a vocabulary. The
+//! experiment `capacity` compares the method with linear read-out.
 
 use super::algebra::{Algebra, Hrr, Workspace, dot};
 use super::error::VocabError;
@@ -25,19 +25,19 @@ use crate::sim::Real;
 const DAMPING: Real = 0.5;
 /// Change of a weight in one round below which the decoder has converged.
 const TOLERANCE: Real = 1e-3;
-/// Least variance, summed over all components: an allowance for rounding.
+/// Least variance, summed over all components. It allows for rounding.
 const MIN_VARIANCE: Real = 1e-3;
 
-/// The item that is bound to a role, as a [`PairDecoder`] reads it.
+/// The item that a [`PairDecoder`] reads for a role.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Filler {
     /// Index of the item among the decoder's items.
     pub item: usize,
-    /// Weight of the item, 0 to 1. The weights of all items for one role add up to 1 (all are 0 if the sum was not
-    /// finite).
+    /// Weight of the item, 0 to 1. The weights of all items for one role add up to 1. If the sum was not finite, all
+    /// weights are 0.
     ///
     /// Greater weights mark more reliable readings, but a weight is not a probability. In overloaded sums more
-    /// readings are right than the weights suggest; in other sums, fewer.
+    /// readings are right than the weights suggest. In other sums, fewer readings are right.
     pub weight: Real,
 }
 
@@ -45,7 +45,7 @@ pub struct Filler {
 ///
 /// The roles are known. Every filler is one of the decoder's items. All vectors have a norm of about 1.
 ///
-/// The decoder reads all fillers together, by soft interference cancellation: for each role it subtracts the expected
+/// The decoder reads all fillers together, by soft interference cancellation. For each role it subtracts the expected
 /// values of all other pairs, and repeats this until the weights of the items settle. It reads more fillers correctly
 /// than unbinding one role at a time (multistage detection with soft decisions: Divsalar, Simon and Raphaeli 1998;
 /// Tanaka and Okada 2005).
@@ -81,11 +81,11 @@ pub struct PairDecoder {
     weights: Vec<Real>,
     /// Expected value of each pair, `roles x dim`.
     expected: Vec<Real>,
-    /// Squared norm of each pair that its weights leave unknown.
+    /// Fraction of the squared norm of each pair that is still unknown.
     unknown: Vec<Real>,
     /// The sum minus the expected values of all pairs.
     unexplained: Vec<Real>,
-    /// The same with the current pair's expected value added again.
+    /// `unexplained` plus the expected value of the current pair.
     rest: Vec<Real>,
     unbound: Vec<Real>,
     filler: Vec<Real>,
@@ -95,7 +95,7 @@ pub struct PairDecoder {
 }
 
 impl PairDecoder {
-    /// Greatest number of rounds over all roles.
+    /// Greatest number of rounds; one round visits every role once.
     pub const ROUNDS: usize = 24;
 
     /// Makes a decoder for vectors of `dim` components. `roles` and `items` are row-major, with `dim` numbers per
@@ -119,7 +119,10 @@ impl PairDecoder {
             }
             if let Some(at) = rows.iter().position(|v| !v.is_finite()) {
                 let (component, row) = (at % dim, at / dim);
-                return bad(format!("component {component} of vector {row} is {}", rows[at]));
+                return bad(format!(
+                    "component {component} of vector {row} is {}; expected a finite number",
+                    rows[at]
+                ));
             }
         }
         let mut work = Hrr.scratch(dim);
@@ -195,8 +198,8 @@ impl PairDecoder {
         &self.read
     }
 
-    /// Moves one pair's weights towards the values that follow from all other pairs. Returns the greatest change of a
-    /// weight.
+    /// Moves the weights of one pair towards the values that follow from all other pairs. Returns the greatest change
+    /// of a weight.
     fn turn(&mut self, pair: usize) -> Real {
         let (dim, count) = (self.dim, self.scores.len());
         let weights = &mut self.weights[pair * count..][..count];

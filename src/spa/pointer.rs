@@ -6,7 +6,7 @@ use std::ops::Deref;
 
 use crate::sim::{AsPointer, PointerRef, Real, VocabTag};
 
-/// An owned pointer of vocabulary `V`, with the expression that it is the value of.
+/// An owned pointer of vocabulary `V`, with the expression that gave its value.
 ///
 /// Dereferences to its components, one per dimension.
 pub struct PointerValue<V: VocabTag> {
@@ -22,7 +22,7 @@ impl<V: VocabTag> PointerValue<V> {
 
     /// Makes a pointer of `V` from components, without checking them.
     ///
-    /// Meant for vectors from outside the program. Pointers that a vocabulary returns are typed already.
+    /// Use it for vectors from outside the program. Pointers from a vocabulary are typed already.
     pub fn from_raw(values: Vec<Real>) -> Self {
         Self { values, expression: "given values".into(), tag: PhantomData }
     }
@@ -32,8 +32,8 @@ impl<V: VocabTag> PointerValue<V> {
         self.values
     }
 
-    /// Returns the expression that the pointer is the value of; `given values` for one made by
-    /// [`from_raw`](Self::from_raw).
+    /// Returns the expression that gave the pointer its value, or `given values` if [`from_raw`](Self::from_raw) made
+    /// the pointer.
     pub fn expression(&self) -> &str {
         &self.expression
     }

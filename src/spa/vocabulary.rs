@@ -13,7 +13,8 @@ use super::expr::{self, Expr};
 use super::pointer::PointerValue;
 use crate::sim::{AsPointer, PointerRef, Real, Seed, Space, VocabTag};
 
-/// Greatest number of vectors drawn for one name before the similarity ceiling counts as unreachable.
+/// Greatest number of vectors drawn for one name. If none of them keeps the similarity ceiling, the ceiling counts as
+/// unreachable.
 const MAX_ATTEMPTS: u64 = 20_000;
 
 /// Draws a random unit vector of `dim` components, uniformly on the sphere.
@@ -80,14 +81,14 @@ impl<V: VocabTag> VocabularyBuilder<V> {
         }
     }
 
-    /// Uses another algebra.
+    /// Sets the algebra. The default is [`Hrr`].
     pub fn algebra(mut self, algebra: Arc<dyn Algebra>) -> Self {
         self.algebra = algebra;
         self
     }
 
-    /// Sets the similarity ceiling: the greatest magnitude of the dot product between a random pointer and any pointer
-    /// added before it. It must be above 0 and at most 1; [`build`](Self::build) checks it.
+    /// Sets the similarity ceiling (default 0.1): the greatest magnitude of the dot product between a random pointer
+    /// and any pointer added before it. It must be above 0 and at most 1; [`build`](Self::build) checks it.
     pub fn max_similarity(mut self, ceiling: Real) -> Self {
         self.ceiling = Some(ceiling);
         self
@@ -113,14 +114,14 @@ impl<V: VocabTag> VocabularyBuilder<V> {
         self
     }
 
-    /// Adds a random unitary vector. Unbinding it is exact, so it is a good role.
+    /// Adds a random unitary vector called `name`. Unbinding a unitary vector is exact, so it is a good role.
     pub fn unitary(mut self, name: impl Into<String>) -> Self {
         self.entries.push((name.into(), Entry::Unitary));
         self
     }
 
-    /// Adds a given pointer unchanged. [`PointerRef::from_raw`] makes one from numbers; [`build`](Self::build) checks
-    /// that they are finite and as many as the vocabulary has dimensions.
+    /// Adds a given pointer unchanged. [`PointerRef::from_raw`] makes a pointer from numbers. [`build`](Self::build)
+    /// checks that there is one finite number per dimension.
     ///
     /// ```
     /// # use symbolt::sim::{PointerRef, Seed, VocabTag};
@@ -162,7 +163,8 @@ impl<V: VocabTag> VocabularyBuilder<V> {
         self
     }
 
-    /// Adds the value of an expression over the names added before. The value is not normalised.
+    /// Adds the value of an expression over the names added before, for example `ROLE * NUT`. The value is not
+    /// normalised. [`build`](Self::build) checks the expression.
     pub fn define(mut self, name: impl Into<String>, expression: impl Into<String>) -> Self {
         self.entries.push((name.into(), Entry::Defined(expression.into())));
         self
@@ -170,9 +172,9 @@ impl<V: VocabTag> VocabularyBuilder<V> {
 
     /// Draws all pointers, in the order in which their names were added.
     ///
-    /// The vectors drawn for a name depend on the seed, the vocabulary's tag, the dimension and the name. The first one
-    /// within the similarity ceiling is taken, which also depends on the names before it. Costs O(names^2 D) for
-    /// D dimensions, and many times that if the ceiling is tight.
+    /// The vectors drawn for a name depend on the seed, the tag of the vocabulary, the dimension and the name. `build`
+    /// takes the first vector within the similarity ceiling, so the result also depends on the names added before.
+    /// Costs O(names^2 D) for D dimensions, and many times that if the ceiling is tight.
     ///
     /// # Errors
     /// - [`VocabError::Dimension`] if the algebra cannot use the dimension;
@@ -263,7 +265,7 @@ impl<V: VocabTag> std::fmt::Debug for Vocabulary<V> {
 }
 
 impl<V: VocabTag> Vocabulary<V> {
-    /// Returns the space of the pointers. The ports of a graph are typed by it.
+    /// Returns the space of the pointers. Ports for these pointers are declared with it.
     pub fn space(&self) -> &Space<V> {
         &self.space
     }
@@ -299,7 +301,7 @@ impl<V: VocabTag> Vocabulary<V> {
         &self.vectors
     }
 
-    /// Returns the pointer of the `index`-th name, `None` if there are not so many names.
+    /// Returns the pointer of name number `index`, counted from 0. Returns `None` if there are fewer names.
     pub fn vector(&self, index: usize) -> Option<PointerRef<'_, V>> {
         let dim = self.dim();
         self.vectors.get(index * dim..(index + 1) * dim).map(PointerRef::from_raw)
@@ -330,8 +332,8 @@ impl<V: VocabTag> Vocabulary<V> {
 
     /// Evaluates an expression such as `PRECONDITION * (NUT_IN_JIG + BOLT_IN_JIG)`.
     ///
-    /// `+` and `-` add and subtract, `*` binds two pointers or scales one by a number, `~` inverts, a leading `-`
-    /// negates, and parentheses group. The value is not normalised. Allocates.
+    /// `+` and `-` add and subtract. `*` binds two pointers or scales a pointer by a number. `~` inverts, a leading
+    /// `-` negates, and parentheses group. The value is not normalised. Allocates.
     ///
     /// # Errors
     /// - [`VocabError::Syntax`] if the text is not an expression with at least one name; the error shows the position;

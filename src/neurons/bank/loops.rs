@@ -9,7 +9,7 @@ use crate::sim::Real;
 pub(super) struct Work<'a> {
     pub(super) consts: Consts,
     pub(super) shape: Shape,
-    /// Current added to every neuron; below 0 while a gate closes.
+    /// Current added to every neuron: 0 while the gate is fully open, below 0 otherwise.
     pub(super) shift: Real,
     /// Squared norm of the input up to which `shift` keeps every neuron from firing; below 0 if it does not.
     pub(super) quiet: Real,
@@ -23,8 +23,8 @@ pub(super) struct Work<'a> {
 
 /// Steps spiking neurons for one tick: the hot loop.
 ///
-/// Compilers turn every pass into wide instructions, because none of them branches. The exception is the last pass
-/// of ensembles with several outputs, which visits only the neurons that fired.
+/// Compilers turn every pass without branches into wide instructions. Only the last pass of ensembles with several
+/// outputs branches: it visits only the neurons that fired.
 #[multiversion(targets("x86_64+avx2", "x86_64+sse4.1"))]
 pub(super) fn spikes(work: &Work<'_>, v: &mut [Real], r: &mut [Real], out: &mut [Real]) {
     let Consts { dt, per_tau, tau_rc, tau_ref } = work.consts;

@@ -9,10 +9,10 @@
 //!
 //! # Passes
 //!
-//! One pass over a block of neurons computes currents. A second computes voltages and a mask of the neurons that
-//! fired. The third decodes. With several outputs it adds the decoders of the neurons that fired and of no others
-//! (event-driven); with one output a masked sum over all neurons costs less than finding those that fired. The
-//! loop skips an ensemble at rest that its input cannot wake; the bits are the same as without skipping.
+//! One pass over a block of neurons computes currents. A second pass computes voltages and a mask of the neurons that
+//! fired. A third pass decodes. With several outputs it adds only the decoders of the neurons that fired
+//! (event-driven). With one output it adds all decoders under the mask, which costs less than finding the neurons that
+//! fired. The loop skips an ensemble at rest if its input cannot wake it. Skipping does not change the bits.
 //!
 //! # Memory traffic
 //!
@@ -31,10 +31,10 @@
 //! | sixteen dimensions | 4.6 to 5 ns | reading from the last cache alone: 1.6 ns |
 //!
 //! Most of the time is arithmetic. The decay within a refractory period and the moment of a spike (a division) are
-//! computed for every neuron: a branch for the tenth that fires would cost more, because it is often mispredicted.
-//! With sixteen dimensions, a third of the time is encoding and a fifth is waiting for the decoders of the neurons
-//! that fired. A network of 341,450 neurons does not fit the caches: reading its 22 MB of encoders takes 0.8 ms per
-//! tick at the bandwidth of both cores.
+//! computed for every neuron. A branch for the tenth of the neurons that fires would often be mispredicted and cost
+//! more. With sixteen dimensions, a third of the time is encoding and a fifth is waiting for the decoders of the
+//! neurons that fired. A network of 341,450 neurons does not fit the caches: reading its 22 MB of encoders takes 0.8
+//! ms per tick at the bandwidth of both cores.
 
 mod loops;
 #[cfg(test)]
@@ -75,7 +75,7 @@ pub(crate) struct Shape {
 /// One ensemble before its decoders are solved.
 pub(crate) struct Draft {
     pub neurons: Neurons,
-    /// Radius: the norm of a value that lies on the rim of the unit ball.
+    /// Radius: greatest norm of a represented value. Division by the radius maps values to the unit ball.
     pub radius: f64,
     /// Evaluation points, in units of the radius. The target values are not divided by the radius.
     pub points: Points,
@@ -147,7 +147,7 @@ const BLOCK: usize = 128;
 /// Number of neurons above which a second thread is worth its cost.
 const MIN_SHARED_NEURONS: usize = 6_000;
 
-/// Longest tick, in membrane time constants, for which the series of the decay is accurate to 1e-6.
+/// Longest tick, in membrane time constants. Up to it, the series of the decay is accurate to 1e-6.
 const MAX_TICK: f64 = 0.25;
 
 impl Bank {
@@ -214,8 +214,8 @@ impl Bank {
         }
     }
 
-    /// Returns whether a neuron fired in the tick that left this state. More than one refractory period is left
-    /// only then.
+    /// Returns whether a neuron fired in the tick that left this state. Only then is more than one refractory period
+    /// left.
     pub fn spiked(&self, state: &[Real], neuron: usize) -> bool {
         let (each, per) = (self.shape.neurons, self.shape.padded());
         let refractory = &state[state.len() / 2..];
@@ -245,7 +245,7 @@ impl Bank {
 
     /// Steps the bank by one tick.
     ///
-    /// `values` and `out` have one row per ensemble. `open` is the gate: 0 silences every neuron, 1 leaves them alone.
+    /// `values` and `out` have one row per ensemble. `open` is the gate: 0 silences every neuron, 1 has no effect.
     pub fn step(
         &self,
         threads: Threads,

@@ -5,7 +5,7 @@
 //! By the convolution theorem a binding costs O(D log D): two real transforms, D/2 + 1 complex products and one inverse
 //! transform.
 //!
-//! The inverse is exact for unitary vectors, whose spectrum has modulus 1 everywhere.
+//! The inverse is exact for unitary vectors: their spectrum has modulus 1 everywhere.
 //!
 //! In a graph each of the D/2 + 1 complex products becomes four real products. A population then computes 2 D + 4
 //! products for even D; everything else is linear.
@@ -21,8 +21,8 @@ use crate::spa::error::VocabError;
 /// The algebra of holographic reduced representations: binding is circular convolution (Plate, "Holographic reduced
 /// representations", 1995).
 ///
-/// Works for 2 to 1,048,576 dimensions. The inverse is approximate, but exact for unitary vectors. One binding takes
-/// about 0.7, 1.3 and 2.9 microseconds at D = 256, 512 and 1024.
+/// Works for 2 to 1,048,576 dimensions. The inverse is exact for unitary vectors and approximate for others. One
+/// binding takes about 0.7, 1.3 and 2.9 microseconds at D = 256, 512 and 1024.
 ///
 /// ```
 /// use symbolt::spa::{Algebra, Hrr, cosine_of_slices, random_pointer};
@@ -201,7 +201,7 @@ impl Algebra for Hrr {
         ProductForm {
             pairs: 4 * plans.bins(),
             // The real and imaginary parts of a unit vector's unnormalised spectrum have variance 1/2. A convolution
-            // in neurons had the least error at 1.7, and a larger one at 0.9 and 2.2.
+            // in neurons had the least error with 1.7. With 0.9 and with 2.2 the error was larger.
             magnitude: 1.7,
             left: Box::new(Factors { plans: plans.clone(), order: [false, true, false, true] }),
             right: Box::new(Factors { plans: plans.clone(), order: [false, true, true, false] }),

@@ -13,7 +13,7 @@ pub trait LinearMap: Send + Sync {
     /// Returns the size of the working memory that [`apply_into`](LinearMap::apply_into) needs.
     fn scratch(&self) -> ScratchSpec;
 
-    /// Adds the map's identity to `hash`: a name that no other kind of map has, and all its numbers.
+    /// Adds the identity of the map to `hash`: a name that no other kind of map has, and all numbers of the map.
     fn fingerprint(&self, hash: &mut Fingerprint);
 
     /// Applies the map: `out = M input`. `scratch` has the size that [`scratch`](LinearMap::scratch) returns. Must not
@@ -27,8 +27,8 @@ pub trait LinearMap: Send + Sync {
 pub struct ProductForm {
     /// Number of products.
     pub pairs: usize,
-    /// Radius for a population that computes the products. For random unit vectors a and b, about 99 of 100 values of
-    /// (x + y) / 2 and (x - y) / 2 lie within it, with x and y the factors of one product.
+    /// Radius for a population that computes the products. Let x and y be the factors of one product. For random unit
+    /// vectors a and b, about 99% of the values (x + y) / 2 and (x - y) / 2 lie within this radius.
     pub magnitude: Real,
     /// Map from the first vector to the first factors.
     pub left: Box<dyn LinearMap>,

@@ -46,14 +46,14 @@ pub trait Algebra: Send + Sync + fmt::Debug {
     /// If a slice has another length than `scratch` was made for, or another algebra made `scratch`.
     fn bind_into(&self, a: &[Real], b: &[Real], out: &mut [Real], scratch: &mut Workspace);
 
-    /// Writes the inverse of `a` under binding to `out`. It is linear in `a`. Each algebra documents whether it is
-    /// exact.
+    /// Writes the inverse of `a` under binding to `out`. The inverse is linear in `a`. Each algebra documents whether
+    /// its inverse is exact.
     fn inverse_into(&self, a: &[Real], out: &mut [Real]);
 
     /// Writes the identity of binding to `out`: `a (*) identity = a`.
     fn identity_into(&self, out: &mut [Real]);
 
-    /// Replaces `a` by the nearest unitary vector: binding with it preserves norms, and its
+    /// Replaces `a` by the nearest unitary vector. Binding with a unitary vector preserves norms, and its
     /// [`inverse_into`](Algebra::inverse_into) is exact.
     ///
     /// # Panics
@@ -73,8 +73,8 @@ pub fn norm(a: &[Real]) -> Real {
     a.iter().map(|v| f64::from(*v) * f64::from(*v)).sum::<f64>().sqrt() as Real
 }
 
-/// Returns the dot product of `a` and `b`, summed in double precision. If the lengths differ, the surplus components of
-/// the longer one are ignored.
+/// Returns the dot product of `a` and `b`, summed in double precision. If one slice is longer, its surplus components
+/// are ignored.
 pub fn dot(a: &[Real], b: &[Real]) -> Real {
     a.iter().zip(b).map(|(x, y)| f64::from(*x) * f64::from(*y)).sum::<f64>() as Real
 }

@@ -12,13 +12,13 @@ use crate::sim::Real;
 pub(super) const LINE: usize = 128;
 
 /// Number of queries screened together against one row. Their sums and one line of the row fit the sixteen registers
-/// of AVX2; their totals fit one register.
+/// of AVX2, and their totals fit one register.
 pub(super) const GROUP: usize = 8;
 
 /// Greatest magnitude in a row's code.
 ///
-/// Among the pairs of `ROW_MAX` and [`QUERY_MAX`] for which four sums of two products fit 16 bits, this one has the
-/// least sum of quantisation errors.
+/// `ROW_MAX` and [`QUERY_MAX`] are chosen together. Four sums of two products must fit 16 bits; among the pairs that
+/// allow this, these have the least sum of quantisation errors.
 pub(super) const ROW_MAX: i16 = 44;
 /// Greatest magnitude in a query's code.
 pub(super) const QUERY_MAX: i16 = 46;
@@ -51,7 +51,7 @@ pub(super) struct RowFacts {
 #[derive(Debug, Clone, Copy)]
 #[repr(align(32))]
 pub(super) struct Screening {
-    /// Part of the integer dot product that the rows' offset adds.
+    /// Part of the integer dot product that comes from the offset of the rows.
     pub bias: [i32; GROUP],
     /// Value of one step of the code.
     pub step: [Real; GROUP],
@@ -59,7 +59,7 @@ pub(super) struct Screening {
     pub norm: [Real; GROUP],
     /// Norm of the query's quantisation error, plus an allowance for rounding.
     pub rest: [Real; GROUP],
-    /// Similarity that a row must be able to reach to hit.
+    /// Least similarity that a row must be able to reach to be a hit.
     pub best: [Real; GROUP],
 }
 
@@ -75,7 +75,7 @@ impl Default for Screening {
     }
 }
 
-/// A row that may be similar enough to some query of a group.
+/// A row that may be similar enough to at least one query of a group.
 pub(super) struct Hit<'a> {
     /// Index of the row in the block.
     pub row: usize,
@@ -92,9 +92,9 @@ const BOUND_SLACK: Real = 1.001;
 
 /// Screens every row of a block for `Q` queries, 1 or [`GROUP`].
 ///
-/// `codes` holds `queries.len()` lines per row, with values from 1 to `ROW_MAX + OFFSET`. `queries` holds, for each
-/// line of a row, the corresponding line of every query, with magnitudes up to `QUERY_MAX`. `visit` gets every row
-/// whose screened similarity plus its error bound reaches `screening.best`.
+/// `codes` holds `queries.len()` lines per row, with values from 1 to `ROW_MAX + OFFSET`. `queries` holds one entry
+/// per line of a row: that line of every query, with magnitudes up to `QUERY_MAX`. `visit` gets every row whose
+/// screened similarity plus its error bound reaches `screening.best`.
 pub(super) fn screen_block<const Q: usize>(
     codes: &[Line],
     facts: &[RowFacts],

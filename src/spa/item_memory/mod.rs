@@ -2,10 +2,11 @@
 //!
 //! # Method
 //!
-//! The memory keeps every vector (item) twice: in single precision, and quantised to 89 steps. It quantises a query to
-//! 93 steps and screens all items with integer dot products. These read a quarter of the memory and do four times the
-//! arithmetic per instruction. The exact similarity of an item is computed only if its screened similarity, plus a
-//! bound on the quantisation error, reaches the best exact similarity found so far.
+//! The memory keeps every vector (item) twice: in single precision, and quantised to 89 steps. A search quantises the
+//! query to 93 steps and screens all items with integer dot products. The quantised items take a quarter of the
+//! memory, and one instruction does four times the arithmetic. The exact similarity of an item is computed only if the
+//! item can still be the best: its screened similarity plus a bound on the quantisation error must reach the best
+//! exact similarity so far.
 //!
 //! Let `m` be an item, `q` the query, and `m^` and `q^` their quantised forms. Then
 //! `q.m = q^.m^ + q^.(m - m^) + (q - q^).m`, so the quantisation error is at most
@@ -13,9 +14,9 @@
 //!
 //! # Cost
 //!
-//! Memory traffic limits a single query. It reads one byte per component, and takes a quarter to a third of the time of
-//! reading the single-precision copy. Integer multiply-adds limit a batch of queries, which is twice as fast as a
-//! single-precision matrix product (bench `memory`).
+//! Memory traffic limits the speed of a single query. The query reads one byte per component, and takes a quarter to a
+//! third of the time of reading the single-precision copy. Integer multiply-adds limit the speed of a batch of
+//! queries. A batch is twice as fast as a single-precision matrix product (bench `memory`).
 
 mod kernel;
 
@@ -36,9 +37,9 @@ pub struct Match {
 
 /// A store of vectors that finds the one most similar to a query, by the dot product.
 ///
-/// A search screens quantised copies of all vectors with integer arithmetic, and computes the exact similarity only of
-/// those that can still be the best. Its answer is always the exact one. A single query takes a quarter to a third of
-/// the time of reading all vectors in single precision; batches of queries are several times faster still.
+/// A search screens quantised copies of all vectors with integer arithmetic. It computes the exact similarity only of
+/// vectors that can still be the best, so its answer is always exact. A single query takes a quarter to a third of the
+/// time of reading all vectors in single precision. In a batch, each query is several times faster still.
 ///
 /// ```
 /// use symbolt::sim::Seed;
@@ -64,7 +65,7 @@ pub struct ItemMemory {
 /// A quantised query.
 struct Screen {
     code: Vec<Line>,
-    /// Part of every integer dot product that the rows' offset adds.
+    /// Part of every integer dot product that comes from the offset of the rows.
     bias: i32,
     step: Real,
     /// Upper bound on the norm of the quantised query.
@@ -79,7 +80,7 @@ struct Screen {
 const MAX_DIM: usize = 500_000;
 
 impl ItemMemory {
-    /// Stores `rows`, a row-major matrix with `dim` numbers per vector (1 to 500,000). No rows make an empty memory.
+    /// Stores `rows`, a row-major matrix with `dim` numbers per vector (1 to 500,000). `rows` may be empty.
     ///
     /// Costs two passes over the rows and a quarter more memory than the rows themselves.
     ///
@@ -132,7 +133,7 @@ impl ItemMemory {
         self.dim
     }
 
-    /// Returns the stored vector `index`, `None` if there is no such vector.
+    /// Returns stored vector number `index`, counted from 0, or `None` if there are fewer vectors.
     pub fn row(&self, index: usize) -> Option<&[Real]> {
         self.rows.get(index * self.dim..(index + 1) * self.dim)
     }
@@ -151,7 +152,8 @@ impl ItemMemory {
         dots(&self.rows, query, out);
     }
 
-    /// Finds the stored vector with the greatest dot product with `query`; of several equal ones, the first.
+    /// Finds the stored vector with the greatest dot product with `query`. Of several equal vectors it finds the
+    /// first.
     ///
     /// Returns `None` if the memory is empty or a component of `query` is not finite. Costs O(len x dim) byte
     /// operations and a few exact dot products. Allocates.
@@ -162,7 +164,8 @@ impl ItemMemory {
         self.search::<1>(&[query]).pop().flatten()
     }
 
-    /// Finds the [`best`](Self::best) stored vector for each of many queries, several times faster than one by one.
+    /// Finds the [`best`](Self::best) stored vector for each of many queries, several times faster than one call per
+    /// query.
     ///
     /// `queries` is row-major, with `dim` numbers per query. The result has one entry per query.
     ///
@@ -228,7 +231,7 @@ impl ItemMemory {
     /// Finds all stored vectors whose dot product with `query` is at least `level`, in the order of their indices.
     ///
     /// The result is empty if a component of `query` is not finite. Costs as much as [`best`](Self::best), plus one
-    /// exact dot product per vector that may reach the level.
+    /// exact dot product for each vector that may reach the level.
     ///
     /// # Panics
     /// If `query` does not have `dim` components.

@@ -1,10 +1,10 @@
 //! Action selection by basal ganglia and thalamus.
 //!
 //! Five nuclei of rectified populations disinhibit the action of greatest utility. Weights, thresholds and slopes are
-//! those of Gurney, Prescott and Redgrave, "A computational model of action selection in the basal ganglia" (2001),
-//! as simplified for spiking neurons by Stewart, Choo and Eliasmith, "Dynamic behaviour of a spiking model of action
-//! selection in the basal ganglia" (2010). Excitation has a synapse of 2 ms, inhibition one of 8 ms. Connections from
-//! the basal ganglia to the thalamus have 5 ms, like any connection between modules.
+//! those of Gurney, Prescott and Redgrave, "A computational model of action selection in the basal ganglia" (2001), as
+//! simplified for spiking neurons by Stewart, Choo and Eliasmith, "Dynamic behaviour of a spiking model of action
+//! selection in the basal ganglia" (2010). Excitation has a synapse of 2 ms and inhibition a synapse of 8 ms.
+//! Connections from the basal ganglia to the thalamus have a synapse of 5 ms, like other connections between modules.
 
 use super::FEED_FORWARD;
 use super::linear::Linear;
@@ -16,9 +16,9 @@ const GABA: Synapse = Synapse::lowpass_ms(8);
 
 /// Basal ganglia and thalamus: chooses the action of greatest utility.
 ///
-/// Takes one utility per action, between 0.3 and 1. Gives about 1 for the chosen action and 0 for all others.
-/// Weights, thresholds and slopes are those of Gurney, Prescott and Redgrave (2001), as simplified for spiking
-/// neurons by Stewart, Choo and Eliasmith (2010).
+/// Takes one utility per action, between 0.3 and 1. The output is about 1 for the chosen action and 0 for all others.
+/// Weights, thresholds and slopes are those of Gurney, Prescott and Redgrave (2001), as simplified for spiking neurons
+/// by Stewart, Choo and Eliasmith (2010).
 ///
 /// Synapses on the way: 2 ms for excitation, 8 ms for inhibition, 5 ms to the thalamus and 5 ms on the output.
 /// Connections between all pairs of actions cost O(actions^2) per tick.
@@ -62,7 +62,7 @@ impl Module for BasalGanglia {
         let (d1, d2) = (nucleus("striatum_d1", 0.2), nucleus("striatum_d2", 0.2));
         let (stn, gpe) = (nucleus("stn", -0.25), nucleus("gpe", -0.2));
         let gpi = nucleus("gpi", -0.2);
-        // A constant excites every action; the output nucleus inhibits all actions but the chosen one.
+        // A constant excites every action. The output nucleus inhibits all actions except the chosen one.
         let thalamus: LayerPorts<Vector> =
             scope.map("thalamus", Map::each(n, |x| x.clamp(0.0, 1.0)).above(0.0).size(0.5));
         let utilities = scope.add("utilities", Add::vector(n));

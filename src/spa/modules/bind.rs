@@ -1,8 +1,8 @@
 //! Binding and unbinding of two changing pointers, or of a changing pointer with a fixed role.
 //!
-//! A layer of products between linear maps binds two changing pointers. Holographic reduced representations need
-//! 2 D + 4 products (Plate 1995, in the half spectrum). The module's delay is the layer's synapse. Binding with a
-//! fixed vector is linear and costs no tick.
+//! Two changing pointers are bound by a linear map of each, a layer of products, and a linear map of the products.
+//! Holographic reduced representations need 2 D + 4 products (Plate 1995, in the half spectrum). The delay of the
+//! module is the synapse of the layer. Binding with a fixed vector is linear and costs no tick.
 
 use std::sync::Arc;
 
@@ -19,8 +19,8 @@ use crate::spa::vocabulary::Vocabulary;
 
 /// Binds two changing pointers: `out = a (*) b`, one synapse (5 ms) later.
 ///
-/// In neurons, a layer of products computes the binding: 2 D + 4 of them for [`Hrr`](crate::spa::Hrr) of D (even)
-/// dimensions.
+/// In neurons, a layer of products computes the binding. [`Hrr`](crate::spa::Hrr) with an even number D of dimensions
+/// needs 2 D + 4 products.
 pub struct Bind<V: VocabTag> {
     space: Space<V>,
     algebra: Arc<dyn Algebra>,
@@ -33,12 +33,12 @@ pub struct BindPorts<V: VocabTag> {
     pub a: In<Pointer<V>>,
     /// Second pointer; one source.
     pub b: In<Pointer<V>>,
-    /// The two pointers bound.
+    /// Binding of the two pointers.
     pub output: Out<Pointer<V>>,
 }
 
 impl<V: VocabTag> Bind<V> {
-    /// Makes a binding in the space of `vocabulary`, by its algebra.
+    /// Makes a module that binds in the space of `vocabulary`, by its algebra.
     pub fn new(vocabulary: &Vocabulary<V>) -> Self {
         Self {
             space: vocabulary.space().clone(),
@@ -83,7 +83,7 @@ impl<V: VocabTag> Module for Bind<V> {
 
 /// Unbinds a changing role from a changing pointer: `out = bound (*) inverse(role)`, one synapse (5 ms) later.
 ///
-/// Costs as much as [`Bind`]; the inverse is a linear map without a tick of delay.
+/// Costs as much as [`Bind`]. The inverse is a linear map and costs no tick.
 pub struct Unbind<V: VocabTag> {
     bind: Bind<V>,
 }
@@ -99,7 +99,7 @@ pub struct UnbindPorts<V: VocabTag> {
 }
 
 impl<V: VocabTag> Unbind<V> {
-    /// Makes an unbinding in the space of `vocabulary`, by its algebra.
+    /// Makes a module that unbinds in the space of `vocabulary`, by its algebra.
     pub fn new(vocabulary: &Vocabulary<V>) -> Self {
         Self { bind: Bind::new(vocabulary) }
     }
@@ -171,10 +171,10 @@ pub struct UnbindFixed<V: VocabTag> {
 pub type UnbindFixedPorts<V> = LinearPorts<Pointer<V>, Pointer<V>>;
 
 impl<V: VocabTag> UnbindFixed<V> {
-    /// Makes an unbinding of the value of `role`, an expression over `vocabulary`.
+    /// Makes a module that unbinds `role`, an expression over `vocabulary`.
     ///
     /// # Errors
-    /// As [`Vocabulary::parse`]: an invalid expression, or a name that the vocabulary does not have.
+    /// As for [`Vocabulary::parse`]: an invalid expression, or a name that the vocabulary does not have.
     pub fn new(vocabulary: &Vocabulary<V>, role: &str) -> Result<Self, VocabError> {
         let role = vocabulary.parse(role)?;
         let mut inverse = vec![0.0; vocabulary.dim()];

@@ -27,7 +27,7 @@ use crate::spa::vocabulary::Vocabulary;
 /// # Ok::<(), symbolt::spa::VocabError>(())
 /// ```
 ///
-/// A gate of `Actions` does not, and the program does not compile:
+/// A gate of `Actions` does not take it, so this program does not compile:
 ///
 /// ```compile_fail
 /// # use symbolt::prelude::*;
@@ -56,8 +56,8 @@ pub struct Gate<V: VocabTag> {
 pub struct GatePorts<V: VocabTag> {
     /// Pointer to let pass; the sum of any number of sources.
     pub input: In<Pointer<V>>,
-    /// Gate: 1 is open, 0 is closed; the sum of any number of sources. Values outside 0 to 1 count as the nearer end.
-    /// In direct mode, values between 0 and 1 scale the pointer; neurons respond more steeply.
+    /// Gate: 1 is open, 0 is closed; the sum of any number of sources. A value below 0 counts as 0, and a value above
+    /// 1 as 1. In direct mode, values between 0 and 1 scale the pointer; neurons respond more steeply.
     pub open: In<Scalar>,
     /// Pointer that has passed.
     pub output: Out<Pointer<V>>,

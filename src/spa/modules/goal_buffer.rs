@@ -10,15 +10,14 @@ use crate::spa::vocabulary::Vocabulary;
 ///
 /// A population holds its value through a recurrent synapse (100 ms). While the gate is open, ten times the difference
 /// between input and held value drives the population. The output then follows the input within two feed-forward
-/// synapses (5 ms each). The held value is within 10% of the input after 40 ms. While the gate is closed, direct mode
-/// holds the value unchanged; neurons add a slow drift.
+/// synapses (5 ms each), and after 40 ms the held value is within 10% of the input. While the gate is closed, direct
+/// mode holds the value unchanged; neurons add a slow drift.
 ///
-/// With slower feed-forward synapses the drive is proportionally weaker, and storing takes proportionally longer. At
-/// ten times the difference, the loop of gate and memory would ring: it would store the previous value with the
-/// opposite sign.
+/// With slower feed-forward synapses the drive is proportionally weaker, and storing takes proportionally longer. With
+/// the full drive, the loop of gate and memory would then ring and store the previous value with the opposite sign.
 ///
-/// The radius is 3, because the drive that charges the slow synapse passes through the same population. Direct mode
-/// clamps at the radius; neurons saturate there. A smaller radius charges the synapse more slowly.
+/// The radius is 3, because the drive passes through the population that also holds the value. Direct mode clamps at
+/// the radius; neurons saturate there. With a smaller radius, storing takes longer.
 pub struct GoalBuffer<V: VocabTag> {
     space: Space<V>,
     radius: Real,
@@ -31,7 +30,7 @@ pub struct GoalBuffer<V: VocabTag> {
 pub struct GoalBufferPorts<V: VocabTag> {
     /// Pointer to store while the gate is open; one source.
     pub input: In<Pointer<V>>,
-    /// Gate: 1 stores the input, 0 holds the stored value.
+    /// Gate: 1 stores the input, 0 holds the stored value; the sum of any number of sources.
     pub open: In<Scalar>,
     /// Pointer that the memory holds.
     pub output: Out<Pointer<V>>,
@@ -73,9 +72,9 @@ impl<V: VocabTag> GoalBuffer<V> {
 
     /// Replaces the weight of the recurrent connection (default 1).
     ///
-    /// Below 1 the held value decays with the time constant `tau / (1 - weight)`, where `tau` is that of the
-    /// recurrent synapse. Above 1 the value would grow up to the radius. Anything but a finite number is a fault when
-    /// the graph is built.
+    /// Below 1 the held value decays with the time constant `tau / (1 - weight)`, where `tau` is the time constant of
+    /// the recurrent synapse. Above 1 the value grows until it reaches the radius. A weight that is not finite is a
+    /// fault when the graph is built.
     pub fn retention(mut self, weight: Real) -> Self {
         self.retention = weight;
         self

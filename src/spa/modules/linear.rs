@@ -1,4 +1,4 @@
-//! Linear nodes: fixed maps, matrices, weighted sums and changes of vocabulary. None of them costs a tick.
+//! Linear nodes: fixed maps, matrices, weighted sums and changes of vocabulary. They cost no tick.
 
 use crate::sim::{
     AnyInput, AnyOutput, EmitIo, Fingerprint, In, InputSpec, Kind, Module, Node, Out, OutputSpec,
@@ -27,8 +27,8 @@ pub struct LinearPorts<A: Kind, B: Kind> {
 }
 
 impl<A: Kind, B: Kind> Linear<A, B> {
-    /// Makes a node that applies `map` between ports of the given kinds. If the widths of map and ports differ,
-    /// building the graph reports a fault.
+    /// Makes a node that applies `map` between ports of the given kinds. Different widths of map and ports are a fault
+    /// when the graph is built.
     pub fn new(input: InputSpec<A>, output: OutputSpec<B>, map: Box<dyn LinearMap>) -> Self {
         Self { input, output, map, fault: None }
     }
@@ -86,8 +86,8 @@ impl<A: VocabTag> Linear<Pointer<A>, Vector> {
 impl<B: VocabTag> Linear<Vector, Pointer<B>> {
     /// Makes a node that gives a weighted sum of `values`, pointers of `space`. The input has one weight per value.
     ///
-    /// A value of weight zero costs nothing; every other costs O(dimensions) per tick. A value with another number of
-    /// dimensions is a fault when the graph is built.
+    /// A value of weight zero costs nothing. Each other value costs O(dimensions) per tick. A value with another
+    /// number of dimensions is a fault when the graph is built.
     pub fn combination<'p>(
         space: &Space<B>,
         values: impl IntoIterator<Item = PointerRef<'p, B>>,
@@ -101,8 +101,8 @@ impl<B: VocabTag> Linear<Vector, Pointer<B>> {
 }
 
 /// Stacks pointers as the rows of a matrix. Also returns the fault of the first pointer whose number of dimensions is
-/// not that of `space`. The row of such a pointer is zero, so that the ports keep their widths and the graph has no
-/// further faults.
+/// not that of `space`. The row of such a pointer is zero: the ports keep their widths, and the graph gets no further
+/// faults.
 fn stacked<'p, V: VocabTag>(
     space: &Space<V>,
     pointers: impl IntoIterator<Item = PointerRef<'p, V>>,
@@ -136,8 +136,8 @@ fn broken_row(width: usize, matrix: &[Real]) -> Option<String> {
 impl Linear<Vector, Vector> {
     /// Makes a node that gives the dot products of a vector of `width` numbers with the rows of `matrix`.
     ///
-    /// `matrix` is row-major, with `width` numbers per row; an incomplete row is a fault when the graph is built. Costs
-    /// O(rows x width) per tick.
+    /// `matrix` is row-major, with `width` numbers per row. An incomplete row is a fault when the graph is built.
+    /// Costs O(rows x width) per tick.
     pub fn rows(width: usize, matrix: Vec<Real>) -> Self {
         let fault = broken_row(width, &matrix);
         let map = Rows { matrix, dim: width };
@@ -148,8 +148,8 @@ impl Linear<Vector, Vector> {
 
     /// Makes a node that gives a weighted sum of the rows of `matrix`. The input has one weight per row.
     ///
-    /// `matrix` is row-major, with `width` numbers per row; an incomplete row is a fault when the graph is built. A row
-    /// of weight zero costs nothing; every other costs O(width) per tick.
+    /// `matrix` is row-major, with `width` numbers per row. An incomplete row is a fault when the graph is built. A
+    /// row of weight zero costs nothing; each other row costs O(width) per tick.
     pub fn weighted_rows(width: usize, matrix: Vec<Real>) -> Self {
         let fault = broken_row(width, &matrix);
         let map = WeightedRows { matrix, dim: width };
@@ -179,7 +179,7 @@ impl<A: Kind, B: Kind> Node for Linear<A, B> {
         );
         if (takes, gives) != (self.map.input_width(), self.map.output_width()) {
             ports.fault(format!(
-                "the map takes {} and gives {} numbers; the ports take {takes} and give {gives}",
+                "the map takes {} and gives {} numbers; the ports take {takes} and give {gives}; expected equal widths",
                 self.map.input_width(),
                 self.map.output_width()
             ));
@@ -347,7 +347,7 @@ impl<V: VocabTag> Module for Superpose<V> {
 
 /// Passes values on unchanged, as another kind of port or a pointer of another vocabulary.
 ///
-/// Use it to cross vocabularies on purpose: a direct connection between vocabularies does not compile. Costs no tick.
+/// Use it to connect ports of different vocabularies on purpose; a direct connection does not compile. Costs no tick.
 pub struct Reinterpret<A: Kind, B: Kind> {
     input: InputSpec<A>,
     output: OutputSpec<B>,

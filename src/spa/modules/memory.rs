@@ -1,4 +1,5 @@
-//! Cleanup and associative memory: compares a pointer with keys, chooses among them, and recalls the chosen values.
+//! Cleanup and associative memory: compares a pointer with keys, chooses among the keys, and recalls the values stored
+//! with them.
 
 use super::FEED_FORWARD;
 use super::linear::Linear;
@@ -22,14 +23,14 @@ pub struct MemoryPorts<A: VocabTag, B: VocabTag> {
     pub items: Out<Vector>,
 }
 
-/// An associative memory: maps a pointer to the values stored with the keys that it is similar to.
+/// An associative memory: maps a pointer to the values stored with similar keys.
 ///
 /// The memory computes the similarity (dot product) of the input to every key. A [`SelectRule`] chooses items by
 /// similarity. The output is the sum of the values of the chosen items, one synapse (5 ms) later.
 ///
-/// [`SelectRule::Threshold`] can choose several items, so a superposition of keys gives the superposition of
-/// their values. [`SelectRule::WinnerTakeAll`] chooses only the most similar key. If all similarities are below the
-/// level, the memory chooses nothing and the output is zero: a miss.
+/// [`SelectRule::Threshold`] can choose several items: a superposition of keys then gives the superposition of their
+/// values. [`SelectRule::WinnerTakeAll`] chooses only the most similar key. If all similarities are below the level,
+/// the memory chooses nothing and the output is zero (a miss).
 ///
 /// Comparing and recalling cost O(items x dimensions) per tick.
 pub struct AssociativeMemory<A: VocabTag, B: VocabTag> {
@@ -44,8 +45,8 @@ impl<A: VocabTag, B: VocabTag> AssociativeMemory<A, B> {
     /// Makes a memory of pairs of expressions: a key over `keys` and a value over `values`.
     ///
     /// # Errors
-    /// As [`Vocabulary::parse`] for an invalid expression or unknown name; [`VocabError::BadVector`] if there are no
-    /// pairs.
+    /// As for [`Vocabulary::parse`] if an expression is invalid or a name unknown; [`VocabError::BadVector`] if there
+    /// are no pairs.
     pub fn new<'p>(
         keys: &Vocabulary<A>,
         values: &Vocabulary<B>,
@@ -99,7 +100,7 @@ impl<A: VocabTag, B: VocabTag> Module for AssociativeMemory<A, B> {
     }
 }
 
-/// A cleanup memory: replaces a noisy or superposed pointer by the stored pointers that it is similar to.
+/// A cleanup memory: replaces a noisy or superposed pointer by the stored pointers that are similar to it.
 ///
 /// It is an [`AssociativeMemory`] whose values are its keys.
 pub struct CleanupMemory<V: VocabTag> {

@@ -1,7 +1,7 @@
-//! The modules of a graph that semantic pointers flow through.
+//! Modules for graphs of semantic pointers.
 //!
-//! Every module filters the output of its own populations, with a synapse of 5 ms unless its doc says otherwise. Its
-//! outputs can therefore be connected without a synapse. Each module's doc states its delay, which is the same in
+//! Every module filters the output of its populations with a synapse of 5 ms, unless its docs say otherwise. You can
+//! therefore connect its outputs without a synapse. The docs of each module state its delay, which is the same in
 //! every mode.
 
 mod basal_ganglia;

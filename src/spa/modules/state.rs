@@ -30,10 +30,10 @@ impl<V: VocabTag> State<V> {
         Self { space, radius: 1.0, synapse: FEED_FORWARD, recurrent: None }
     }
 
-    /// Feeds the value back with weight 1 through `synapse`, so that it remains when the input ends.
+    /// Feeds the value back with weight 1 through `synapse`. The population then keeps the value when the input ends.
     ///
-    /// The population integrates its input: an input that lasts for the synapse's time constant is stored with its full
-    /// norm.
+    /// The population integrates its input. An input that lasts as long as the time constant of the synapse is stored
+    /// with its full norm.
     pub fn recurrent(mut self, synapse: Synapse) -> Self {
         self.recurrent = Some(synapse);
         self
