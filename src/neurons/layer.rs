@@ -78,7 +78,7 @@ pub struct Map {
 }
 
 impl Map {
-    /// Requests `function` of each of `width` components. The input adds any number of sources.
+    /// Requests `function` of each of `width` components (at least 1). The input adds any number of sources.
     pub fn each(width: usize, function: impl Fn(Real) -> Real + Send + Sync + 'static) -> Self {
         Self { width, radius: 1.0, above: None, size: 1.0, function: Arc::new(function) }
     }
@@ -130,7 +130,7 @@ pub struct Product {
 }
 
 impl Product {
-    /// Requests `pairs` independent products. Each input takes one source.
+    /// Requests `pairs` independent products (at least 1). Each input takes one source.
     pub fn new(pairs: usize) -> Self {
         Self { pairs, radius: 1.0 }
     }
@@ -220,7 +220,7 @@ pub struct Select {
 pub(crate) const INHIBITION: Real = 4.0;
 
 impl Select {
-    /// Requests a choice among `items` utilities by `rule`.
+    /// Requests a choice among `items` utilities (at least 1) by `rule`.
     ///
     /// A level that is not finite, or an accumulator time constant of zero, is a fault when the graph is built.
     pub fn new(items: usize, rule: SelectRule) -> Self {

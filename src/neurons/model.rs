@@ -76,8 +76,8 @@ impl Lif {
         Ok(())
     }
 
-    /// Returns the firing rate at the constant current J, in Hz: `1 / (tau_ref + tau_rc ln(1 + 1 / (J - 1)))`, or 0
-    /// if J is at most 1.
+    /// Returns the firing rate at the constant current J, in Hz. It is `1 / (tau_ref + tau_rc ln(1 + 1 / (J - 1)))`
+    /// for J above 1, and otherwise 0.
     pub fn rate(&self, current: f64) -> f64 {
         if current > 1.0 {
             1.0 / (self.tau_ref_s + self.tau_rc_s * (1.0 / (current - 1.0)).ln_1p())
@@ -92,8 +92,8 @@ impl Lif {
     /// fire at x = `intercept` and fires at `max_rate` at x = 1. The current is `gain x + bias`.
     ///
     /// # Errors
-    /// [`TuningError::Setting`] if `intercept` is not in [-1, 1), or `max_rate` is not above 0 and below `1 /
-    /// tau_ref`.
+    /// [`TuningError::Setting`] if `intercept` is outside [-1, 1), or if `max_rate` is outside 0 to `1 / tau_ref`,
+    /// both limits excluded.
     pub fn gain_bias(&self, max_rate: f64, intercept: f64) -> Result<(f64, f64), TuningError> {
         if !(-1.0..1.0).contains(&intercept) {
             return Err(refuse("intercept", intercept, "at least -1 and below 1"));

@@ -134,7 +134,8 @@ pub struct PathPattern {
 /// The error for text that is not a path pattern.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error(
-    "`{pattern}` is not a path pattern; expected names joined by `/`, where `*` stands for any characters of a name and `**` for any names"
+    "`{pattern}` is not a path pattern; expected names joined by `/`, \
+     where `*` stands for any characters of a name and `**` for any names"
 )]
 pub struct PatternError {
     /// Text that was given.

@@ -89,7 +89,8 @@ pub enum BuildError {
     },
     /// A connection between ports of different widths.
     #[error(
-        "`{from}` has width {from_width} but `{to}` takes width {to_width}; outputs of width {to_width}: {}; free inputs of width {from_width}: {}",
+        "`{from}` has width {from_width} but `{to}` takes width {to_width}; \
+         outputs of width {to_width}: {}; free inputs of width {from_width}: {}",
         list(outputs),
         list(inputs)
     )]
@@ -109,7 +110,8 @@ pub enum BuildError {
     },
     /// A connection between pointers of different vocabularies.
     #[error(
-        "`{from}` carries pointers of {from_space} but `{to}` takes pointers of {to_space}; outputs that fit: {}; to convert on purpose, put a node between them that takes the first and returns the second",
+        "`{from}` carries pointers of {from_space} but `{to}` takes pointers of {to_space}; \
+         outputs that fit: {}; to convert on purpose, put a node between them that takes the first and returns the second",
         list(outputs)
     )]
     SpaceMismatch {
@@ -146,7 +148,8 @@ pub enum BuildError {
     },
     /// A connection without a synapse from an output that requires one.
     #[error(
-        "`{from}` is connected to `{to}` without a synapse, but every connection from `{from}` needs one; use `Synapse::lowpass_ms(5)`, for example"
+        "`{from}` is connected to `{to}` without a synapse, \
+         but every connection from `{from}` needs one; use `Synapse::lowpass_ms(5)`, for example"
     )]
     Unfiltered {
         /// The source port.
@@ -362,7 +365,8 @@ pub enum SimError {
     /// A checkpoint from a graph with another fingerprint, or from a run with a world if this run has none (or the
     /// reverse).
     #[error(
-        "the checkpoint belongs to another graph or run; nodes, parameters, connections, probes, length of a tick, build seed and presence of a world must be the same"
+        "the checkpoint belongs to another graph or run; \
+         nodes, parameters, connections, probes, length of a tick, build seed and presence of a world must be the same"
     )]
     ForeignCheckpoint,
     /// An output that the graph does not have.
@@ -375,7 +379,8 @@ pub enum SimError {
     },
     /// Too little memory for the samples of a probe.
     #[error(
-        "too little memory for {samples} more samples of the probe on `{port}`; limit its capacity or use a longer period"
+        "too little memory for {samples} more samples of the probe on `{port}`; \
+         limit its capacity or use a longer period"
     )]
     ProbeStorage {
         /// The probed port.

@@ -167,11 +167,12 @@ pub struct Inputs<'a> {
 }
 
 impl<'a> Inputs<'a> {
-    /// Returns the numbers of input `index`, counted in the order of declaration. An unconnected input reads zeros.
+    /// Returns the numbers of input `index`. Inputs are counted from 0 in the order of declaration. An unconnected
+    /// input reads zeros.
     ///
     /// # Panics
     /// If the node has no such input, or if emit reads an input declared [`at_advance`](super::InputSpec::at_advance).
-    /// Both are mistakes in the node's code.
+    /// Both are errors in the code of the node.
     #[inline]
     pub fn get(&self, index: usize) -> &'a [Real] {
         match self.slots[index] {
@@ -209,12 +210,12 @@ pub(crate) struct OutSlot {
 }
 
 impl Outputs<'_> {
-    /// Returns the numbers of output `index`, counted in the order of declaration, for writing. A registered output
-    /// still holds its latest value.
+    /// Returns the numbers of output `index`, for writing. Outputs are counted from 0 in the order of declaration. A
+    /// registered output still holds its latest value.
     ///
     /// # Panics
-    /// If the node has no such output, or if the output belongs to the other phase. Both are mistakes in the node's
-    /// code.
+    /// If the node has no such output, or if the output belongs to the other phase. Both are errors in the code of the
+    /// node.
     #[inline]
     pub fn get_mut(&mut self, index: usize) -> &mut [Real] {
         let slot = self.spans[index];

@@ -13,7 +13,8 @@ use super::time::SimDuration;
 
 /// An output with a constant value.
 ///
-/// Adding it to a graph returns the output's handle. Costs one copy per tick.
+/// Adding it to a graph returns the handle of the output. A value that is not finite is a fault when the graph is
+/// built. Costs one copy per tick.
 pub struct Constant<K: Kind> {
     spec: OutputSpec<K>,
     values: Vec<Real>,
@@ -84,7 +85,8 @@ impl<K: Kind> Module for Constant<K> {
 
 /// An output whose value changes at given simulated times.
 ///
-/// Adding it to a graph returns the output's handle. Costs one copy per tick.
+/// Adding it to a graph returns the handle of the output. A value that is not finite is a fault when the graph is
+/// built. Costs one copy per tick.
 ///
 /// ```
 /// use symbolt::sim::{SimDuration, Stimulus};

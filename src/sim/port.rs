@@ -242,10 +242,10 @@ pub struct ScratchSpec {
     pub words: usize,
 }
 
-/// A node's declaration of its ports, state, scratch memory and faults.
+/// The declaration of a node: its ports, state, scratch memory and faults.
 ///
-/// Inputs are numbered from 0 in the order of declaration, and so are outputs. The node uses these indices to read
-/// and write its ports.
+/// Inputs are numbered from 0 in the order of declaration, and outputs likewise. A node reads and writes its ports by
+/// these numbers.
 #[derive(Debug, Default)]
 pub struct PortDecl {
     pub(crate) inputs: Vec<InputDecl>,

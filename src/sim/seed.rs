@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 
 /// A 64-bit seed of random choices. Other seeds derive from it by name.
 ///
-/// The derivation depends on names only, never on the order of construction. It is fixed: 64-bit FNV-1a hashes `path
-/// 0xFF role`, starting from the mixed parent seed. The SplitMix64 mixer (Steele, Lea and Flood 2014) mixes the
-/// result.
+/// The derivation depends on names only, never on the order of construction. It is fixed: 64-bit FNV-1a, started from
+/// the mixed parent seed, hashes path, the byte 0xFF and role. The SplitMix64 mixer (Steele, Lea and Flood 2014) then
+/// mixes the hash.
 ///
 /// ```
 /// use symbolt::sim::Seed;

@@ -26,7 +26,7 @@ impl Synapse {
         Self::Lowpass { tau }
     }
 
-    /// Creates a low-pass with a time constant in milliseconds.
+    /// Creates a low-pass with a time constant of `millis` milliseconds. `build` reports a time constant of zero.
     pub const fn lowpass_ms(millis: u64) -> Self {
         Self::Lowpass { tau: SimDuration::from_millis(millis) }
     }

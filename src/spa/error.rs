@@ -38,7 +38,9 @@ pub enum VocabError {
     },
     /// Random vectors that all exceed the similarity ceiling.
     #[error(
-        "none of {attempts} random vectors of {dim} dimensions for `{name}` keeps its similarity to the {others} others within {ceiling}; the best reaches {best:.3} to `{nearest}`; use more dimensions or a higher ceiling"
+        "none of {attempts} random vectors of {dim} dimensions for `{name}` keeps its similarity to the {others} others \
+         within {ceiling}; the best reaches {best:.3} to `{nearest}`; \
+         use more dimensions or a higher ceiling"
     )]
     TooSimilar {
         /// Name of the pointer that could not be drawn.

@@ -12,7 +12,7 @@
 //! One pass over a block of neurons computes currents. A second pass computes voltages and a mask of the neurons that
 //! fired. A third pass decodes. With several outputs it adds only the decoders of the neurons that fired
 //! (event-driven). With one output it adds all decoders under the mask, which costs less than finding the neurons that
-//! fired. The loop skips an ensemble at rest if its input cannot wake it. Skipping does not change the bits.
+//! fired. The loop skips resting ensembles that their input cannot wake. Skipping does not change the bits.
 //!
 //! # Memory traffic
 //!
@@ -33,8 +33,8 @@
 //! Most of the time is arithmetic. The decay within a refractory period and the moment of a spike (a division) are
 //! computed for every neuron. A branch for the tenth of the neurons that fires would often be mispredicted and cost
 //! more. With sixteen dimensions, a third of the time is encoding and a fifth is waiting for the decoders of the
-//! neurons that fired. A network of 341,450 neurons does not fit the caches: reading its 22 MB of encoders takes 0.8
-//! ms per tick at the bandwidth of both cores.
+//! neurons that fired. A network of 341,450 neurons does not fit the caches: at the bandwidth of both cores, reading
+//! its 22 MB of encoders takes 0.8 ms per tick.
 
 mod loops;
 #[cfg(test)]

@@ -44,7 +44,7 @@ fn mixing(actions: usize, own: Real, all: Real) -> Vec<Real> {
 }
 
 impl BasalGanglia {
-    /// Makes a choice among `actions` actions.
+    /// Makes a module that chooses among `actions` actions (at least 1).
     pub fn new(actions: usize) -> Self {
         Self { actions }
     }

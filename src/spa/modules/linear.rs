@@ -160,7 +160,8 @@ impl Linear<Vector, Vector> {
 }
 
 impl Linear<Vector, Scalar> {
-    /// Makes a node that gives the dot product of a vector with `weights`.
+    /// Makes a node that gives the dot product of a vector with `weights`. The vector has one component per weight.
+    /// Costs O(weights) per tick.
     pub fn weighted_sum(weights: Vec<Real>) -> Self {
         let dim = weights.len();
         let map = Rows { matrix: weights, dim };
@@ -274,7 +275,8 @@ impl LinearMap for WeightedRows {
     }
 }
 
-/// Adds pointers of one vocabulary, each with a weight. Needs no neurons and costs no tick.
+/// Adds pointers of one vocabulary, each with a weight. Needs no neurons and no tick of delay. Computing it takes
+/// O(weights x dimensions) per tick.
 ///
 /// [`State`](super::State) represents a sum in neurons.
 pub struct Superpose<V: VocabTag> {
@@ -291,7 +293,7 @@ pub struct SuperposePorts<V: VocabTag> {
 }
 
 impl<V: VocabTag> Superpose<V> {
-    /// Makes a sum of as many pointers of `vocabulary` as there are `weights`.
+    /// Makes a module that adds pointers of `vocabulary`, one per weight.
     ///
     /// A weight that is not finite is a fault when the graph is built.
     pub fn new(vocabulary: &Vocabulary<V>, weights: &[Real]) -> Self {

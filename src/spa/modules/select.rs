@@ -23,12 +23,12 @@ pub struct SelectionPorts {
 }
 
 impl Selection {
-    /// Makes a choice among `items` utilities by `rule`.
+    /// Makes a module that chooses among `items` utilities (at least 1) by `rule`.
     pub fn new(items: usize, rule: SelectRule) -> Self {
         Self { items, rule, synapse: FEED_FORWARD }
     }
 
-    /// Replaces the synapse on the output of the choice (default 5 ms).
+    /// Replaces the synapse on the output (default 5 ms).
     pub fn synapse(mut self, synapse: Synapse) -> Self {
         self.synapse = synapse;
         self
