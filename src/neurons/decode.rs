@@ -64,8 +64,8 @@ impl Precision for f32 {
 
 /// Computes [`Lif::rate`] of many currents in wide instructions, with a relative error of about 1e-5.
 ///
-/// The logarithm is split: the exponent gives one part, and the series of `2 artanh((q - 1) / (q + 1))` gives the
-/// logarithm of the mantissa q, which lies between the square roots of 1/2 and 2.
+/// The logarithm is split. The exponent gives one part. The mantissa q lies between the square roots of 1/2 and 2; the
+/// series of `2 artanh((q - 1) / (q + 1))` gives its logarithm.
 #[multiversion(targets("x86_64+avx2+fma", "x86_64+avx2", "x86_64+sse4.1"))]
 fn rates_f32(tau_ref: f32, tau_rc: f32, currents: &mut [f32]) {
     for current in currents {

@@ -1,4 +1,4 @@
-//! The four layers that a module can request, independent of what computes them.
+//! The four layers that a module can request. A request does not say how the layer is computed.
 //!
 //! A layer computes at the end of a tick, from the inputs of this tick. Every connection from a layer has a synapse. A
 //! layer therefore costs one tick in every mode.
@@ -12,8 +12,8 @@ use crate::sim::{
 
 /// A request for a population that represents a scalar, vector or pointer.
 ///
-/// The input adds any number of sources. In direct mode a value whose Euclidean norm exceeds `radius` is scaled back
-/// to `radius`, as a neural population would saturate there.
+/// The input adds any number of connections. In direct mode a value whose Euclidean norm exceeds `radius` is scaled
+/// back to `radius`, because a neural population would saturate there.
 ///
 /// In neurons, a pointer gets ensembles of at most [`LifSpec::sub_dimensions`](super::LifSpec::sub_dimensions)
 /// dimensions. A vector gets one ensemble per component, and `radius` then limits each component.
@@ -78,7 +78,7 @@ pub struct Map {
 }
 
 impl Map {
-    /// Requests `function` of each of `width` components (at least 1). The input adds any number of sources.
+    /// Requests `function` of each of `width` components (at least 1). The input adds any number of connections.
     pub fn each(width: usize, function: impl Fn(Real) -> Real + Send + Sync + 'static) -> Self {
         Self { width, radius: 1.0, above: None, size: 1.0, function: Arc::new(function) }
     }
@@ -93,7 +93,7 @@ impl Map {
 }
 
 impl Map {
-    /// States that the function is zero below `least`, so that no neuron fires there. Direct mode ignores this.
+    /// States that the function is zero below `least`. No neuron then fires there. Direct mode ignores this.
     ///
     /// In neurons, `least / radius` is limited to the range from -0.99 to 0.9.
     pub fn above(mut self, least: Real) -> Self {
@@ -130,7 +130,7 @@ pub struct Product {
 }
 
 impl Product {
-    /// Requests `pairs` independent products (at least 1). Each input takes one source.
+    /// Requests `pairs` independent products (at least 1). Each input takes one connection.
     pub fn new(pairs: usize) -> Self {
         Self { pairs, radius: 1.0 }
     }
@@ -178,7 +178,8 @@ pub enum SelectRule {
     /// computation", 2017). This is slower than [`WinnerTakeAll`](Self::WinnerTakeAll) but never chooses two items at
     /// once.
     IndependentAccumulators {
-        /// Utility above which evidence grows and below which it drains (finite).
+        /// Level of utility, a finite number. Evidence grows while the utility is above the level and drains while it
+        /// is below.
         level: Real,
         /// Time in which an excess of 1 over the level gathers evidence of 1. Must be above zero.
         tau: SimDuration,
@@ -248,7 +249,7 @@ impl LayerRequest for Select {
 
 /// Ports of a layer with one input.
 pub struct LayerPorts<K: Kind> {
-    /// Input of the layer, the sum of any number of sources.
+    /// Input of the layer; adds any number of connections.
     pub input: In<K>,
     /// Output of the layer. Every connection from it needs a synapse.
     pub output: Out<K>,
@@ -256,9 +257,9 @@ pub struct LayerPorts<K: Kind> {
 
 /// Ports of a gated [`Represent`] layer.
 pub struct GatedPorts<K: Kind> {
-    /// Value to be represented, the sum of any number of sources.
+    /// Value to represent; adds any number of connections.
     pub input: In<K>,
-    /// Gate: 1 lets the value pass, 0 silences it. The sum of any number of sources.
+    /// Gate: 1 lets the value pass, 0 silences it. Adds any number of connections.
     pub open: In<Scalar>,
     /// Represented value. Every connection from it needs a synapse.
     pub output: Out<K>,
@@ -267,9 +268,9 @@ pub struct GatedPorts<K: Kind> {
 /// Ports of a [`Product`] layer.
 #[derive(Debug, Clone)]
 pub struct ProductPorts {
-    /// First factors, one per pair; one source.
+    /// First factors, one per pair; takes one connection.
     pub a: In<Vector>,
-    /// Second factors, one per pair; one source.
+    /// Second factors, one per pair; takes one connection.
     pub b: In<Vector>,
     /// Products, one per pair. Every connection from it needs a synapse.
     pub output: Out<Vector>,
@@ -278,9 +279,9 @@ pub struct ProductPorts {
 /// Ports of a [`Select`] layer.
 #[derive(Debug, Clone)]
 pub struct SelectPorts {
-    /// Utilities, one per item; the sum of any number of sources.
+    /// Utilities, one per item; adds any number of connections.
     pub input: In<Vector>,
-    /// Inhibition, one number per item: 1 silences the item. May stay unconnected.
+    /// Inhibition, one number per item: 1 silences the item. Adds any number of connections, or none.
     pub inhibit: In<Vector>,
     /// Activity, one number per item: 1 if chosen, else 0. Every connection from it needs a synapse.
     pub output: Out<Vector>,

@@ -9,7 +9,7 @@ use thiserror::Error;
 use super::model::Lif;
 use super::solved::SolvedModel;
 
-/// The number and tuning of a layer's neurons. The defaults are those of the standard networks of `symbolt bench`.
+/// The number and tuning of the neurons of a layer. The standard networks of `symbolt bench` use the defaults.
 ///
 /// Ranges are checked when the graph is built. A fault names the path of the layer. Besides the ranges below, an
 /// ensemble must have 1 to 10,000 neurons. The tick must be at most a quarter of the membrane time constant and, in

@@ -183,7 +183,7 @@ impl Maker<'_> {
         Ok(Kept { bank: Arc::new(bank), fingerprint })
     }
 
-    /// Checks the ranges that neurons are drawn from, so that an invalid range fails for every seed.
+    /// Checks the ranges from which neurons are drawn. An invalid range then fails for every seed.
     fn check(&self) -> Result<(), TuningError> {
         let LifSpec { model, max_rates: [low, high], intercepts, .. } = self.spec;
         model.check()?;
@@ -241,7 +241,7 @@ impl Maker<'_> {
         )
     }
 
-    /// Makes one ensemble per component of a plain vector, which computes a function of that component.
+    /// Makes one ensemble per component of a plain vector. Each ensemble computes a function of its component.
     fn components(
         &self,
         width: usize,
@@ -330,7 +330,7 @@ impl Maker<'_> {
         Ok(NeuralProduct { layer: layer.clone(), kept })
     }
 
-    /// Makes one ensemble per component, whose neurons are silent below `from` and compute a function above it.
+    /// Makes one ensemble per component. Its neurons are silent below `from` and compute a function above it.
     pub(super) fn above(
         &self,
         (width, per): (usize, f64),

@@ -105,9 +105,9 @@ fn spiking_error(count: usize, seed: Seed) -> f64 {
     square / 1_200.0
 }
 
-/// The error of spiking decoding falls with a power of the number of neurons. The power lies between 2, that of the
-/// static distortion, and 1, that of independent spikes (Eliasmith and Anderson 2003, sections 2.3 and 4.4).
-/// Measured slope: about -1.3.
+/// The error of spiking decoding falls with a power of the number of neurons. The power lies between 2 (static
+/// distortion) and 1 (independent spikes; Eliasmith and Anderson 2003, sections 2.3 and 4.4). Measured slope: about
+/// -1.3.
 #[test]
 fn the_error_of_spiking_decoding_falls_with_the_neurons() {
     let median = |count: usize| {

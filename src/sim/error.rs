@@ -111,7 +111,8 @@ pub enum BuildError {
     /// A connection between pointers of different vocabularies.
     #[error(
         "`{from}` carries pointers of {from_space} but `{to}` takes pointers of {to_space}; \
-         outputs that fit: {}; to convert on purpose, put a node between them that takes the first and returns the second",
+         outputs that fit: {}; to convert, put a node between them that takes pointers of the first \
+         and returns pointers of the second",
         list(outputs)
     )]
     SpaceMismatch {
@@ -342,7 +343,7 @@ pub enum SimError {
         /// Whether the run has a world.
         given: bool,
     },
-    /// A world whose number of sense or command values differs from that of the graph's link.
+    /// A world and a link with different numbers of sense or command values.
     #[error(
         "the world has {world} {what} values but the world link `{link}` has {graph}; expected equal numbers"
     )]

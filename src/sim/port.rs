@@ -244,8 +244,8 @@ pub struct ScratchSpec {
 
 /// The declaration of a node: its ports, state, scratch memory and faults.
 ///
-/// Inputs are numbered from 0 in the order of declaration, and outputs likewise. A node reads and writes its ports by
-/// these numbers.
+/// Inputs are numbered from 0 in the order of declaration. Outputs have numbers of their own, also from 0. A node
+/// reads and writes its ports by these numbers.
 #[derive(Debug, Default)]
 pub struct PortDecl {
     pub(crate) inputs: Vec<InputDecl>,

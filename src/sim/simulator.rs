@@ -71,7 +71,7 @@ pub struct Simulator {
 const BLOCK: u64 = 4096;
 
 impl Simulator {
-    /// Creates a run of `graph` at tick 0 and resets the world. Allocates all memory of the run except that of
+    /// Creates a run of `graph` at tick 0 and resets the world. Allocates all memory of the run except the memory for
     /// samples.
     ///
     /// # Errors

@@ -168,7 +168,7 @@ impl Simulator {
         }
     }
 
-    /// Returns an error that names the first output with a value that is not finite.
+    /// Returns an error that names the first output with an infinite value or a value that is not a number.
     fn blame_non_finite(&self) -> SimError {
         let tick = self.tick;
         for node in &self.graph.nodes {

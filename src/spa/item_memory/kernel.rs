@@ -147,13 +147,13 @@ mod avx2 {
     #[target_feature(enable = "avx2")]
     fn quarter(line: &Line, at: usize) -> __m256i {
         let part: &[i8; 32] = &line.0.as_chunks::<32>().0[at];
-        // SAFETY: `part` is a reference to 32 bytes, which is what an unaligned load reads.
+        // SAFETY: `part` refers to 32 bytes, as many as the unaligned load reads.
         unsafe { _mm256_loadu_si256(part.as_ptr().cast()) }
     }
 
     #[target_feature(enable = "avx2")]
     fn reals(lanes: &[Real; GROUP]) -> __m256 {
-        // SAFETY: `lanes` is a reference to eight numbers, which is what an unaligned load reads.
+        // SAFETY: `lanes` refers to eight numbers, as many as the unaligned load reads.
         unsafe { _mm256_loadu_ps(lanes.as_ptr()) }
     }
 
@@ -185,7 +185,7 @@ mod avx2 {
             assert!(LINE == 128 && most <= i16::MAX as i32);
         }
         let ones = _mm256_set1_epi16(1);
-        // SAFETY: `bias` is eight 32-bit integers, which is what an unaligned load reads.
+        // SAFETY: `bias` has eight 32-bit integers, as many as the unaligned load reads.
         let bias = unsafe { _mm256_loadu_si256(screening.bias.as_ptr().cast()) };
         let (step, norm) = (reals(&screening.step), reals(&screening.norm));
         let (rest, slack) = (reals(&screening.rest), _mm256_set1_ps(BOUND_SLACK));
@@ -217,7 +217,7 @@ mod avx2 {
             let hits = _mm256_movemask_ps(hit) as u32 & ((1 << Q) - 1);
             if hits != 0 {
                 let mut lanes = [0.0; GROUP];
-                // SAFETY: `lanes` is eight numbers, which is what an unaligned store writes.
+                // SAFETY: `lanes` has eight numbers, as many as the unaligned store writes.
                 unsafe { _mm256_storeu_ps(lanes.as_mut_ptr(), reach) };
                 visit(Hit { row: at, queries: hits, reach: lanes, screening });
             }

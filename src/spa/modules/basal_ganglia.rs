@@ -28,7 +28,7 @@ pub struct BasalGanglia {
 
 /// Ports of a [`BasalGanglia`].
 pub struct BasalGangliaPorts {
-    /// Utilities, one per action; the sum of any number of sources.
+    /// Utilities, one per action; adds any number of connections.
     pub utilities: In<Vector>,
     /// Activity of each action: about 1 if chosen, else 0.
     pub chosen: Out<Vector>,

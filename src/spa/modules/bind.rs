@@ -29,9 +29,9 @@ pub struct Bind<V: VocabTag> {
 
 /// Ports of a [`Bind`].
 pub struct BindPorts<V: VocabTag> {
-    /// First pointer; one source.
+    /// First pointer; takes one connection.
     pub a: In<Pointer<V>>,
-    /// Second pointer; one source.
+    /// Second pointer; takes one connection.
     pub b: In<Pointer<V>>,
     /// Binding of the two pointers.
     pub output: Out<Pointer<V>>,
@@ -90,9 +90,9 @@ pub struct Unbind<V: VocabTag> {
 
 /// Ports of an [`Unbind`].
 pub struct UnbindPorts<V: VocabTag> {
-    /// Bound pointer; one source.
+    /// Bound pointer; takes one connection.
     pub bound: In<Pointer<V>>,
-    /// Role to unbind; one source.
+    /// Role to unbind; takes one connection.
     pub role: In<Pointer<V>>,
     /// Pointer that was bound to the role, with noise unless the inverse is exact.
     pub output: Out<Pointer<V>>,

@@ -54,10 +54,10 @@ pub struct Gate<V: VocabTag> {
 
 /// Ports of a [`Gate`].
 pub struct GatePorts<V: VocabTag> {
-    /// Pointer to let pass; the sum of any number of sources.
+    /// Pointer to let pass; adds any number of connections.
     pub input: In<Pointer<V>>,
-    /// Gate: 1 is open, 0 is closed; the sum of any number of sources. A value below 0 counts as 0, and a value above
-    /// 1 as 1. In direct mode, values between 0 and 1 scale the pointer; neurons respond more steeply.
+    /// Gate: 1 is open, 0 is closed. Adds any number of connections; a sum below 0 counts as 0, and a sum above 1 as
+    /// 1. In direct mode, values between 0 and 1 scale the pointer; neurons respond more steeply.
     pub open: In<Scalar>,
     /// Pointer that has passed.
     pub output: Out<Pointer<V>>,

@@ -28,9 +28,9 @@ pub struct GoalBuffer<V: VocabTag> {
 
 /// Ports of a [`GoalBuffer`].
 pub struct GoalBufferPorts<V: VocabTag> {
-    /// Pointer to store while the gate is open; one source.
+    /// Pointer to store while the gate is open; takes one connection.
     pub input: In<Pointer<V>>,
-    /// Gate: 1 stores the input, 0 holds the stored value; the sum of any number of sources.
+    /// Gate: 1 stores the input, 0 holds the stored value; adds any number of connections.
     pub open: In<Scalar>,
     /// Pointer that the memory holds.
     pub output: Out<Pointer<V>>,

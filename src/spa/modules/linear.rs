@@ -20,7 +20,7 @@ pub struct Linear<A: Kind, B: Kind> {
 
 /// Input and output of a [`Linear`].
 pub struct LinearPorts<A: Kind, B: Kind> {
-    /// Input of the map; one source.
+    /// Input of the map; takes one connection.
     pub input: In<A>,
     /// Output of the map.
     pub output: Out<B>,
@@ -100,8 +100,8 @@ impl<B: VocabTag> Linear<Vector, Pointer<B>> {
     }
 }
 
-/// Stacks pointers as the rows of a matrix. Also returns the fault of the first pointer whose number of dimensions is
-/// not that of `space`. The row of such a pointer is zero: the ports keep their widths, and the graph gets no further
+/// Stacks pointers as the rows of a matrix. Also returns a fault that names the first pointer without the dimensions
+/// of `space`. Such a pointer becomes a row of zeros: the ports keep their widths, and the graph gets no further
 /// faults.
 fn stacked<'p, V: VocabTag>(
     space: &Space<V>,
@@ -286,7 +286,7 @@ pub struct Superpose<V: VocabTag> {
 
 /// Ports of a [`Superpose`].
 pub struct SuperposePorts<V: VocabTag> {
-    /// Inputs, one per weight; one source each.
+    /// Inputs, one per weight; each takes one connection.
     pub inputs: Vec<In<Pointer<V>>>,
     /// Weighted sum of the inputs.
     pub output: Out<Pointer<V>>,

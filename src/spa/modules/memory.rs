@@ -13,9 +13,9 @@ use crate::spa::vocabulary::Vocabulary;
 
 /// Ports of a memory with keys of vocabulary `A` and values of vocabulary `B`.
 pub struct MemoryPorts<A: VocabTag, B: VocabTag> {
-    /// Pointer to compare with the keys; one source.
+    /// Pointer to compare with the keys; takes one connection.
     pub input: In<Pointer<A>>,
-    /// Inhibition, one number per item: 1 keeps the item from being chosen. May stay unconnected.
+    /// Inhibition, one number per item: 1 keeps the item from being chosen. Adds any number of connections, or none.
     pub inhibit: In<Vector>,
     /// Sum of the values of the chosen items.
     pub output: Out<Pointer<B>>,

@@ -14,9 +14,9 @@ pub struct Selection {
 
 /// Ports of a [`Selection`].
 pub struct SelectionPorts {
-    /// Utilities, one per item; the sum of any number of sources.
+    /// Utilities, one per item; adds any number of connections.
     pub utilities: In<Vector>,
-    /// Inhibition, one number per item: 1 keeps the item from being chosen. May stay unconnected.
+    /// Inhibition, one number per item: 1 keeps the item from being chosen. Adds any number of connections, or none.
     pub inhibit: In<Vector>,
     /// Activity, one number per item: 1 if chosen, else 0.
     pub items: Out<Vector>,

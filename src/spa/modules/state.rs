@@ -17,7 +17,7 @@ pub struct State<V: VocabTag> {
 
 /// Ports of a [`State`].
 pub struct StatePorts<V: VocabTag> {
-    /// Pointer to represent; the sum of any number of sources.
+    /// Pointer to represent; adds any number of connections.
     pub input: In<Pointer<V>>,
     /// Represented pointer, one synapse later.
     pub output: Out<Pointer<V>>,
