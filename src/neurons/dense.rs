@@ -7,7 +7,7 @@
 use ndarray::linalg::general_mat_mul;
 use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis, NdFloat};
 
-/// Rows up to which plain loops are used.
+/// Greatest number of rows for plain loops.
 const LEAF: usize = 24;
 
 /// Returns the row at which `n` rows are split: about the middle, at a multiple of the leaf size.
@@ -24,7 +24,7 @@ pub(super) fn add_gram<T: NdFloat>(
     out: ArrayViewMut2<'_, T>,
 ) {
     let n = out.nrows();
-    // Below this size a whole product is cheaper than its halves.
+    // Up to this size, computing the whole product costs less than splitting it.
     if n <= 4 * LEAF {
         let mut out = out;
         general_mat_mul(alpha, &a.t(), &a, scale, &mut out);

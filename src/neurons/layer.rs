@@ -38,8 +38,8 @@ impl Represent {
         }
     }
 
-    /// Adds a gate, the scalar input `open`: at 1 the value passes, at 0 the population is silenced. Values outside
-    /// 0 to 1 count as the nearer end.
+    /// Adds a gate, the scalar input `open`. At 1 the value passes; at 0 the population is silent. A value below 0
+    /// counts as 0, and a value above 1 as 1.
     pub fn gated(mut self) -> Self {
         self.gated = true;
         self

@@ -21,7 +21,7 @@
 //! A [`PopulationPlan`] assigns a [`Population`] to each layer, by the layer's path:
 //!
 //! - [`Population::Direct`]: the exact function;
-//! - [`Population::Rate`]: rate neurons, with the distortion of a population but no spikes;
+//! - [`Population::Rate`]: firing rates of neurons, with the decoding error of a population but without spikes;
 //! - [`Population::Lif`]: spiking leaky integrate-and-fire neurons.
 //!
 //! [`LifSpec`] sets the number and tuning of the neurons, and [`Lif`] their time constants. A [`SolvedModel`] keeps

@@ -72,8 +72,8 @@ pub enum Population {
     /// Direct mode: the exact function, with the delays of a population.
     #[default]
     Direct,
-    /// Rate mode: neurons whose output is their firing rate. They have the tuning and distortion of a population but
-    /// no spikes.
+    /// Rate mode: the output of a neuron is its firing rate. Such neurons have the tuning and decoding error of a
+    /// population but no spikes.
     Rate(LifSpec),
     /// Spiking mode: leaky integrate-and-fire neurons.
     Lif(LifSpec),

@@ -22,7 +22,7 @@ pub(crate) struct NeuralSelect {
 
 /// How items inhibit each other.
 enum Rivalry {
-    /// Not at all: the threshold rule.
+    /// No inhibition: the threshold rule.
     None,
     /// Each item inhibits all others in proportion to its own utility.
     Contest { contest: Kept, decay: Real },
@@ -85,7 +85,8 @@ impl Node for NeuralSelect {
         }
     }
 
-    /// Hashes the rule and the populations. The weights between populations follow from these and the tick.
+    /// Hashes the rule and the populations. The weights between populations follow from these and the length of a
+    /// tick.
     fn fingerprint(&self, hash: &mut Fingerprint) {
         self.layer.rule.fingerprint(hash);
         for kept in std::iter::once(&self.chosen).chain(self.rivalry.bank()) {

@@ -1,4 +1,4 @@
-//! Solved models: the neurons and decoders of a graph's layers, for reuse bit for bit.
+//! Solved models: the stored neurons and decoders of a graph, with which later runs give the same bits.
 //!
 //! A file begins with one line of JSON that describes the rest. The encoders, biases and decoders of each population
 //! follow as 32-bit floating-point numbers, little-endian. Each population has a fingerprint of everything that it was
@@ -200,7 +200,7 @@ struct Entry {
 }
 
 impl Entry {
-    /// Numbers of encoders, biases and decoders. `None` if the shape is impossible.
+    /// Lengths of the arrays of encoders, biases and decoders. `None` if the shape is impossible.
     fn lengths(&self) -> Option<[usize; 3]> {
         let shape = self.shape;
         let possible = (1..=10_000).contains(&shape.neurons)

@@ -16,9 +16,9 @@ use super::world::WorldLink;
 pub(crate) struct Draft {
     /// The builder's number. Every handle of this builder carries it.
     pub builder: u64,
-    /// Where in the program each path was added.
+    /// Line of the program that added each path.
     pub added: HashMap<String, &'static Location<'static>>,
-    /// Where in the program the node at each scope's own path was added, by [`Scope::leaf`](super::Scope::leaf).
+    /// Line of the program that added the node at each scope's own path, with [`Scope::leaf`](super::Scope::leaf).
     pub leaves: HashMap<String, &'static Location<'static>>,
     pub nodes: Vec<NodeDraft>,
     pub edges: Vec<EdgeDraft>,

@@ -164,7 +164,7 @@ pub enum BuildError {
         arrows(path)
     )]
     AlgebraicLoop {
-        /// The nodes along the loop. The last is the first again.
+        /// Nodes along the loop. The last node repeats the first.
         path: Vec<String>,
     },
     /// A synapse with a time constant of zero.
@@ -198,7 +198,7 @@ pub enum BuildError {
     Lowering {
         /// The path of the layer, or the pattern of the plan.
         path: String,
-        /// What is wrong.
+        /// Reason for the fault.
         reason: String,
         /// Valid choices.
         choices: Vec<String>,
@@ -363,8 +363,7 @@ pub enum SimError {
         /// The scale given.
         scale: f32,
     },
-    /// A checkpoint from a graph with another fingerprint, or from a run with a world if this run has none (or the
-    /// reverse).
+    /// A checkpoint from a graph with another fingerprint, or a world in only one of the two runs.
     #[error(
         "the checkpoint belongs to another graph or run; \
          nodes, parameters, connections, probes, length of a tick, build seed and presence of a world must be the same"

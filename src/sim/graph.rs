@@ -53,7 +53,7 @@ pub(crate) struct NodeInfo {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PhasePlan {
     pub node: u32,
-    /// The node's range in the arena that it writes in this phase.
+    /// Range that the node writes in this phase, in the arena of signals or of registered outputs.
     pub own: Span,
     /// Range in [`Graph::outs`].
     pub outs: Span,

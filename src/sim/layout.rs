@@ -130,7 +130,7 @@ struct Places {
     own: Vec<(Span, Span)>,
     signals: Cursor,
     registered: Cursor,
-    /// The greatest size that any node needs.
+    /// Greatest size of scratch memory that a node needs.
     scratch: ScratchSpec,
 }
 

@@ -23,9 +23,9 @@ pub trait LayerRequest: Any + Send + Sync {
 pub struct PendingLayer<'a> {
     /// The layer's full path.
     pub path: &'a str,
-    /// The request. The lowering can downcast it to the types that it knows.
+    /// The request. A lowering can downcast it to the request types that it knows.
     pub request: &'a dyn LayerRequest,
-    /// The build seed derived for this path.
+    /// Seed of the layer, derived from the build seed and the path.
     pub seed: Seed,
 }
 
@@ -34,7 +34,7 @@ pub struct PendingLayer<'a> {
 pub struct LoweringFault {
     /// The path of the request, or the pattern that matches no layer.
     pub path: String,
-    /// What is wrong.
+    /// Reason for the fault.
     pub reason: String,
     /// Valid choices.
     pub choices: Vec<String>,

@@ -63,7 +63,7 @@ impl Seed {
         Self(mix64(hash))
     }
 
-    /// Returns the seed number `index` for `role`, such as the seed of a trial or an ensemble.
+    /// Returns seed number `index` of `role`, such as the seed of a trial or an ensemble.
     pub fn derive_index(self, role: &str, index: u64) -> Self {
         Self(mix64(self.derive("", role).0 ^ mix64(index)))
     }

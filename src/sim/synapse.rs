@@ -31,7 +31,7 @@ impl Synapse {
         Self::Lowpass { tau: SimDuration::from_millis(millis) }
     }
 
-    /// Returns the decay per tick of `dt_s` seconds, or `None` without a filter.
+    /// Returns the decay factor for a tick of `dt_s` seconds, or `None` without a filter.
     pub(crate) fn decay(self, dt_s: f64) -> Option<Real> {
         match self {
             Self::None => None,
@@ -40,7 +40,7 @@ impl Synapse {
     }
 }
 
-/// Returns the decay per tick of `dt_s` seconds of a low-pass with time constant `tau`.
+/// Returns the decay factor of a low-pass with time constant `tau` for a tick of `dt_s` seconds.
 pub(crate) fn lowpass_decay(tau: SimDuration, dt_s: f64) -> Real {
     (-dt_s / tau.as_secs_f64()).exp() as Real
 }

@@ -8,8 +8,8 @@ use super::error::ConfigError;
 
 /// A duration of simulated time, in whole microseconds.
 ///
-/// The engine counts time in whole ticks, so time does not drift. Only [`SimDuration::from_secs_f64`] and
-/// [`SimDuration::as_secs_f64`] convert from and to floating-point seconds.
+/// The engine counts time in whole ticks, so time does not drift. It converts to and from floating-point seconds only
+/// where values leave or enter the engine ([`SimDuration::as_secs_f64`], [`SimDuration::from_secs_f64`]).
 ///
 /// ```
 /// use symbolt::sim::SimDuration;

@@ -82,7 +82,7 @@ const MAX_DIM: usize = 500_000;
 impl ItemMemory {
     /// Stores `rows`, a row-major matrix with `dim` numbers per vector (1 to 500,000). `rows` may be empty.
     ///
-    /// Costs two passes over the rows and a quarter more memory than the rows themselves.
+    /// Makes two passes over the rows. The quantised copy takes a quarter of the memory of the rows.
     ///
     /// # Errors
     /// [`VocabError::BadVector`] if `dim` is out of range, `rows` is not a whole number of vectors, or a component is
@@ -204,7 +204,7 @@ impl ItemMemory {
                         let (row, reach) = (first + hit.row, hit.reach[lane]);
                         let search = &mut found[*query];
                         if reach > search.highest {
-                            // The most promising row so far: its exact similarity raises the bar.
+                            // This row has the greatest upper bound so far. Its exact similarity rules out other rows.
                             search.highest = reach;
                             search.take(self.look(row, queries[*query]));
                             hit.screening.best[lane] =
@@ -219,7 +219,7 @@ impl ItemMemory {
         }
         for (search, query) in found.iter_mut().zip(queries) {
             for (row, reach) in std::mem::take(&mut search.later) {
-                // By now a better row has ruled out most of the postponed ones.
+                // By now a better row has ruled out most postponed rows.
                 if search.best.is_none_or(|b| reach >= b.similarity) {
                     search.take(self.look(row, query));
                 }
