@@ -313,7 +313,7 @@ impl PortDecl {
                 .push(format!("two ports are named `{name}`; give one of them another name"));
         }
         if width == 0 {
-            self.faults.push(format!("port `{name}` has width 0; at least 1 is needed"));
+            self.faults.push(format!("port `{name}` has width 0; expected at least 1"));
         }
     }
 

@@ -90,7 +90,7 @@ impl ItemMemory {
     pub fn new(rows: Vec<Real>, dim: usize) -> Result<Self, VocabError> {
         let bad = |reason: String| VocabError::BadVector { name: "item memory".into(), reason };
         if dim > MAX_DIM {
-            return Err(bad(format!("{dim} dimensions; expected 1 to {MAX_DIM}")));
+            return Err(bad(format!("{dim} dimensions per vector; expected 1 to {MAX_DIM}")));
         }
         if dim == 0 || !rows.len().is_multiple_of(dim) {
             return Err(bad(format!(
