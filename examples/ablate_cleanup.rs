@@ -13,14 +13,13 @@ impl VocabTag for Things {
     const NAME: &'static str = "things";
 }
 
-/// Asks on which shelf the nut is. The nut is in a tray and the tray is on a shelf, so the second recall starts from the
-/// result of the first plus noise of norm `sigma`. Returns the numbers of right answers to 200 questions: with the
-/// cleanup, and with only its synapse.
+/// Asks on which shelf the nut is. The nut is in a tray and the tray is on a shelf, so a second recall starts from the
+/// first one's result plus noise of norm `sigma`. Returns right answers of 200: with the cleanup, and with only its synapse.
 pub fn run(sigma: f32) -> Result<[Rate; 2], Box<dyn Error>> {
     let names = "NUT BOLT GEAR PIN RED BLUE GREY PINK LEFT RIGHT TOP LOW".split(' ');
     let things = VocabularyBuilder::<Things>::new(256, Seed::new(1)).pointers(names).build()?;
     let tray = things.parse("(NUT * RED + BOLT * BLUE + GEAR * GREY + PIN * PINK) * ~NUT")?;
-    // Unbinding this role from a tray gives the tray's shelf.
+    // Unbinding by this leads from a tray to its shelf.
     let shelves = "~(~RED * LEFT + ~BLUE * RIGHT + ~GREY * TOP + ~PINK * LOW)";
     let (trays, best) = (["RED", "BLUE", "GREY", "PINK"], SelectRule::WinnerTakeAll { level: 0.0 });
     let mut graph = GraphBuilder::new();

@@ -15,7 +15,7 @@ impl VocabTag for Items {
 /// Norms of the noise.
 pub const SIGMAS: [f32; 4] = [0.0, 2.0, 8.0, 32.0];
 
-/// Returns the share of 50 trials in which a memory of `items` recalls the right item, for each of [`SIGMAS`].
+/// Share of 50 trials that recalled the right one of `items`, for each of [`SIGMAS`].
 pub fn run(items: usize) -> Result<Vec<f64>, Box<dyn Error>> {
     let vocabulary = VocabularyBuilder::<Items>::new(128, Seed::new(1)).any_similarity();
     let vocabulary = vocabulary.pointers((0..items).map(|i| format!("ITEM_{i}"))).build()?;
@@ -35,7 +35,7 @@ pub fn run(items: usize) -> Result<Vec<f64>, Box<dyn Error>> {
     let share = |sigma| {
         let mut recalled = 0.0;
         for trial in 0..50 {
-            // A run's seed and scale change only the noise, so every sigma uses the same draws.
+            // Seed and scale of a run change only the noise, so every sigma has the same draws.
             let config = RunConfig::seeded(Seed::new(trial)).with_noise(sigma);
             let mut sim = Simulator::new(graph.clone(), config)?;
             sim.run_for(SimDuration::from_millis(50))?;

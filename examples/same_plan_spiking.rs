@@ -11,7 +11,7 @@ use symbolt::task::planner::PlanEnd;
 /// A plan: its actions, each with the simulated ms of its decision.
 pub type Steps = Vec<(String, f64)>;
 
-/// Returns the plan in direct mode and the plan in spiking mode.
+/// The plan in direct mode and in leaky integrate-and-fire neurons.
 pub fn run() -> Result<[Steps; 2], Box<dyn Error>> {
     let domain = DomainBuilder::new()
         .action("BOIL_WATER", ["KETTLE_FULL"], ["WATER_HOT"])
