@@ -2,15 +2,16 @@
 //!
 //! symbolt learns the states and actions of a task from a few recorded demonstrations, turns them into semantic
 //! pointers, and plans with a graph of modules in simulated time. The same graph runs as exact maths, as firing rates or
-//! as spiking neurons, and reports in simulated milliseconds when it reached each step of a decision. You can use parts of it alone:
-//! the engine and its modules for your own cognitive models, or the learner and planner for your own recordings.
+//! as spiking neurons, and reports in simulated milliseconds when it reached each step of a decision. You can also use
+//! only a part: the engine and its modules for your own cognitive models, or the learner and planner for your own recordings.
 //!
-//! It follows the Neural Engineering Framework and the Semantic Pointer Architecture. [`glossary`] explains all terms on one page.
+//! It follows the Neural Engineering Framework and the Semantic Pointer Architecture. [`glossary`] explains their terms, as they
+//! are used here, on one page.
 //!
 //! # A first graph
 //!
-//! You describe a graph, build it, and run it. Ports are typed by vocabulary, so connecting pointers of different vocabularies is a
-//! compile error.
+//! You describe a graph, build it, and run it. A port is typed by its vocabulary: a pointer of parts does not fit where
+//! a pointer of actions is expected.
 //!
 //! ```
 //! use symbolt::prelude::*;
@@ -51,10 +52,10 @@
     feature = "physics",
     doc = "| act in physics | [`Task`](task::tasks::Task), [`demonstrate`](task::demonstrate), [`episode`](task::execute::episode) |"
 )]
-//! | run statistics over trials | [`Experiment`](study::experiment::Experiment), [`Run`](study::experiment::Run) |
+//! | count over trials | [`Experiment`](study::experiment::Experiment), [`Run`](study::experiment::Run) |
 //!
 //! [`prelude`] exports what nearly every program needs. [`guide`] has six guides: planner graphs in code, your own modules, timing,
-//! ablations, your own recordings, and (with `physics`) the scene.
+//! ablations, your own recordings, and the scene.
 //!
 //! # What it is not for
 //!
@@ -70,7 +71,7 @@
 //! | `physics` | yes | the scene in Rapier, skills, the closed loop, and the report |
 //! | `cli` | yes | the program `symbolt`; turns on `physics` |
 //!
-//! `default-features = false` keeps the engine, neurons, algebra, learner, planner and experiments.
+//! `default-features = false` leaves the engine, neurons, algebra, learner, planner and experiments.
 //!
 //! # Build profiles
 //!

@@ -1,4 +1,4 @@
-//! The guides' programs are the examples, and the guides show what these and the command line print.
+//! Checks that the guides' code equals the examples, and that the guides show what these and the command line print.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 #![cfg(feature = "cli")]
@@ -14,7 +14,7 @@ thread_local! {
     static PRINTED: RefCell<String> = const { RefCell::new(String::new()) };
 }
 
-// In the modules below, `println!` is this macro: so the tests read what an example prints.
+// Replaces `println!` in the modules below, so that the tests read what an example prints.
 macro_rules! println {
     ($($arguments:tt)*) => {
         $crate::PRINTED.with_borrow_mut(|text| {
@@ -37,7 +37,7 @@ mod guide_planner_graph;
 #[path = "../examples/guide_timing.rs"]
 mod guide_timing;
 
-/// A guide, and the example that it consists of.
+/// A guide and its example.
 struct Guide {
     text: &'static str,
     example: &'static str,
@@ -81,8 +81,8 @@ impl Guide {
     }
 }
 
-/// Whether two lines are equal. In lines about spiking neurons numbers may differ: other processors round otherwise,
-/// and spikes follow.
+/// Returns whether two lines are equal. In lines about spiking neurons numbers may differ a little, because processors
+/// round differently.
 fn alike(shown: &str, printed: &str) -> bool {
     let number = |word: &str| word.parse::<f64>().ok();
     let spiking = ["spiking", "lif"].iter().any(|mode| shown.starts_with(mode));
