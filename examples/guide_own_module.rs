@@ -47,7 +47,10 @@ impl<V: VocabTag> Module for Novelty<V> {
         scope.connect(&memory.items, &known.input, Synapse::None);
         scope.connect(&known.output, &not.input, Synapse::None);
         scope.connect(&not.output, &output.input, FEED_FORWARD);
-        NoveltyPorts { input: memory.input, novelty: output.output }
+        NoveltyPorts {
+            input: scope.input("input", memory.input),
+            novelty: scope.output("novelty", output.output),
+        }
     }
 }
 

@@ -66,11 +66,21 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let scene = line(0, 0, "", [0.33, 0.21, 0.05], [0.17, -0.13, 0.01]);
     fs::write("scene.json", &scene)?;
     let scene = Snapshot::parse(scene.as_bytes(), "scene.json")?;
-    let world = Classifier::new(&domain, Grounding::default())?.world_state(&scene);
+    let classifier = Classifier::new(&domain, Grounding::default())?;
+    let world = classifier.world_state(&scene);
+    let goal = domain.state("BOX_CLOSED")?;
     let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1))?;
-    let decision = planner.decide(&world, domain.state("BOX_CLOSED")?)?;
+    let decision = planner.decide(&world, goal)?;
     if let Verdict::Act(action) = decision.verdict {
         println!("next: {} after {} simulated ms", domain[action].name, decision.time_ms);
     }
+
+    // A whole plan starts from the number of objects in each state.
+    let grounded = classifier.classify_all(&scene);
+    let states = grounded.iter().filter_map(|object| object.state);
+    let counts = domain.counts(states.map(|state| domain[state].name.as_str()))?;
+    let plan = planner.plan(&counts, goal)?;
+    let actions: Vec<&str> = plan.steps.iter().map(|s| domain[s.action].name.as_str()).collect();
+    println!("plan: {}", actions.join(", "));
     Ok(())
 }

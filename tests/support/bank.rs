@@ -1,8 +1,8 @@
-//! A throw-away bank of leaky integrate-and-fire neurons, to show that the node trait carries one.
+//! A minimal bank of LIF neurons in a single [`Node`].
 //!
-//! Neuron `i` is driven by a current of `1 + drive * (1 + 0.02 (i mod 97))`, the membrane time constant is
-//! 20 ms, the refractory period 2 ms. A spike's refractory time begins where the membrane crossed the
-//! threshold within the step. The output is the number of spikes of the tick.
+//! Neuron `i` gets a current of `1 + drive * (1 + 0.02 (i mod 97))`. The membrane time constant is 20 ms, the
+//! refractory period 2 ms. The refractory period begins at the moment within the step at which the membrane crosses
+//! the threshold. The output is the number of spikes in the tick.
 
 use multiversion::multiversion;
 use symbolt::sim::{
@@ -11,7 +11,7 @@ use symbolt::sim::{
 
 pub struct Bank {
     neurons: usize,
-    /// One period of the gains, sixteen a row.
+    /// One period of the gains, sixteen per row.
     gains: Vec<[f32; 16]>,
 }
 
@@ -30,7 +30,7 @@ impl Bank {
     }
 }
 
-/// The bank's mean firing rate by the closed form.
+/// Returns the bank's mean firing rate in Hz, from the closed form.
 #[allow(dead_code)]
 pub fn mean_rate_hz(neurons: usize, drive: f64) -> f64 {
     let rate = |i: usize| {
@@ -45,7 +45,7 @@ impl Node for Bank {
         ports
             .input("drive", InputSpec::scalar().at_advance())
             .output("spikes", OutputSpec::scalar().registered())
-            // Voltages, then the rest of each refractory period.
+            // Voltages, then the remaining refractory times.
             .state(StateSpec { reals: 2 * self.neurons, ..StateSpec::default() });
     }
 
@@ -64,8 +64,8 @@ impl Node for Bank {
 fn step(gains: &[[f32; 16]], drive: f32, dt: f32, voltage: &mut [f32], rest: &mut [f32]) -> f32 {
     let decay = -(-dt / TAU_S as f32).exp_m1();
     let (refractory, per_dt) = (REFRACTORY_S as f32, 1.0 / dt);
-    // Counted in integers: a float sum under a condition becomes a masked store to memory, four
-    // times slower than the rest of the loop.
+    // An integer count, because a conditional float sum compiles to a masked store, which is four times slower
+    // than the rest of the loop.
     let mut spikes = [0u32; 16];
     let (voltage, _) = voltage.as_chunks_mut::<16>();
     let (rest, _) = rest.as_chunks_mut::<16>();
@@ -73,12 +73,12 @@ fn step(gains: &[[f32; 16]], drive: f32, dt: f32, voltage: &mut [f32], rest: &mu
         for ((gain, v), r) in gains.iter().zip(voltage).zip(rest) {
             for lane in 0..16 {
                 let current = 1.0 + drive * gain[lane];
-                // The part of the step in which the neuron is not refractory.
+                // Fraction of the step in which the neuron is not refractory.
                 let open = (1.0 - r[lane] * per_dt).clamp(0.0, 1.0);
                 let rise = (current - v[lane]) * decay * open;
                 let next = v[lane] + rise;
                 let spiked = next > 1.0;
-                // Where within the step the threshold was crossed, by a straight line.
+                // Time since the threshold was crossed, by linear interpolation.
                 let over = dt * open * (next - 1.0) / rise.max(1e-9);
                 spikes[lane] += u32::from(spiked);
                 r[lane] = if spiked { refractory - over } else { (r[lane] - dt).max(0.0) };

@@ -7,7 +7,8 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::Value;
 
-/// Returns the path of Chromium: the variable `CHROMIUM`, or the first on the `PATH`. `None` if there is none.
+/// Returns the path of Chromium: the value of the variable `CHROMIUM`, else the first on the `PATH`. Returns `None` if
+/// Chromium is missing.
 pub fn browser() -> Option<PathBuf> {
     let named = std::env::var_os("CHROMIUM").filter(|name| !name.is_empty()).map(PathBuf::from);
     let paths = std::env::var_os("PATH").unwrap_or_default();
@@ -18,7 +19,7 @@ pub fn browser() -> Option<PathBuf> {
     named.or(found)
 }
 
-/// Opens a page, runs `script` in it, and returns the object `found` that the script fills.
+/// Opens a page, runs `script` in it, and returns the object `found`, which the script fills.
 pub fn opened(page: &str, script: &str) -> Value {
     let browser = browser().expect("Chromium is installed");
     let place = tempfile::tempdir().expect("a folder");

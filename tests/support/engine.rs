@@ -21,10 +21,10 @@ pub fn start(graph: &Arc<Graph>) -> Simulator {
     Simulator::new(graph.clone(), RunConfig::default()).expect("starts")
 }
 
-/// Returns a duration in milliseconds.
+/// Makes a duration from milliseconds.
 pub const MS: fn(u64) -> SimDuration = SimDuration::from_millis;
 
-/// A node that counts ticks. It shows the count as a plain and as a registered output.
+/// A node that counts ticks from 10. The output `now` shows the count in the same tick; `later` is registered.
 pub struct Counter;
 impl Node for Counter {
     fn declare(&self, ports: &mut PortDecl) {

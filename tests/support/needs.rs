@@ -1,11 +1,11 @@
-//! A test harness for tests that need something which not every machine has.
+//! A harness for tests that need something that may be missing, such as a browser.
 
 use std::process::ExitCode;
 
 use libtest_mimic::{Arguments, Trial};
 
-/// Runs the named tests. Without `present` they count as ignored. Every test is listed with its need, such as
-/// `[needs Chromium]`; a test that is run nevertheless, by `--ignored`, fails.
+/// Runs the named tests if `present`; otherwise they count as ignored, and fail if `--ignored` runs them. The list of
+/// tests shows `need` beside each name, such as `[needs Chromium]`.
 pub fn run_if(present: bool, need: &str, tests: &[(&'static str, fn())]) -> ExitCode {
     let trial = |(name, test): &(&'static str, fn())| {
         let (test, reason) = (*test, need.to_owned());
@@ -21,7 +21,7 @@ pub fn run_if(present: bool, need: &str, tests: &[(&'static str, fn())]) -> Exit
     libtest_mimic::run(&Arguments::from_args(), tests.iter().map(trial).collect()).exit_code()
 }
 
-/// The functions with their names.
+/// Makes a list of test functions with their names.
 macro_rules! named {
     ($($test:ident),* $(,)?) => { &[$((stringify!($test), $test as fn())),*] };
 }

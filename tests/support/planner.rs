@@ -3,7 +3,7 @@
 use symbolt::task::planner::{Decision, Planner};
 use symbolt::task::{Domain, StateId, Verdict, WorldState, acceptable_answers};
 
-/// How many answers there were of each sort.
+/// Number of answers with each verdict.
 #[derive(Debug, Default, PartialEq)]
 pub struct Tally {
     pub act: usize,
@@ -11,7 +11,10 @@ pub struct Tally {
     pub stuck: usize,
 }
 
-/// Asks once; the answer must be one that the reference planner accepts.
+/// Asks the planner once and adds the verdict to `tally`.
+///
+/// # Panics
+/// If the reference planner does not accept the verdict.
 pub fn check(
     domain: &Domain,
     planner: &Planner,

@@ -1,6 +1,6 @@
-//! Folders of runs and experiments. Each is made once for all test binaries, because a run takes seconds.
+//! Folders of runs and experiments. All test binaries share them, because a run takes seconds.
 
-// Each test binary uses only a part of this.
+// Each test binary uses only some of these functions.
 #![allow(dead_code)]
 
 use std::fs::{File, Metadata};
@@ -24,8 +24,8 @@ pub fn symbolt(args: &[&str]) -> Value {
     serde_json::from_slice(&output.stdout).expect("JSON")
 }
 
-/// Returns the folder `name`. Calls `make` with its path if this build of the program has not made it yet. Folders of
-/// earlier builds are removed.
+/// Returns the folder `name`. If this build of the program has not made the folder yet, removes the one of an earlier
+/// build and calls `make` with the folder's path.
 fn once(name: &str, make: impl FnOnce(&Path)) -> PathBuf {
     let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join("made");
     std::fs::create_dir_all(&place).expect("a folder");
@@ -58,7 +58,7 @@ pub fn made() -> &'static Path {
     })
 }
 
-/// Returns the folder of a run with two episodes, the second of which is recorded. Tests must not change it.
+/// Returns the folder of a run with two episodes; the second is recorded. Tests must not change it.
 pub fn made_of_two() -> &'static Path {
     static MADE: OnceLock<PathBuf> = OnceLock::new();
     MADE.get_or_init(|| {
@@ -69,7 +69,7 @@ pub fn made_of_two() -> &'static Path {
     })
 }
 
-/// Returns a folder with the folders of two experiments. Tests must not change it.
+/// Returns a folder that holds the folders of two experiments. Tests must not change it.
 pub fn made_experiments() -> &'static Path {
     static MADE: OnceLock<PathBuf> = OnceLock::new();
     MADE.get_or_init(|| {
@@ -83,7 +83,7 @@ pub fn made_experiments() -> &'static Path {
     })
 }
 
-/// Returns the folder of a run of ten minutes with eight parts, whose frames and activity are invented. Tests must not
+/// Returns the folder of a run of ten minutes with eight parts. Its frames and activity are made up. Tests must not
 /// change it.
 pub fn made_of_ten_minutes() -> &'static Path {
     static MADE: OnceLock<PathBuf> = OnceLock::new();
@@ -112,7 +112,7 @@ fn lengthen(folder: &Path) {
         line.to_string() + "\n"
     });
     std::fs::write(&trace, ends.collect::<String>()).expect("written");
-    // Everything moves all the time, so that the numbers hardly compress.
+    // Constant motion hardly compresses, so the page reaches its greatest size.
     let wave = |frame: usize, number: usize| {
         (0.37 * frame as f64 + 1.7 * number as f64).sin() as f32 * 0.3
     };
@@ -163,7 +163,7 @@ pub fn copied() -> tempfile::TempDir {
     copy_of(made())
 }
 
-/// Writes the report of a folder again. Returns what the command prints, and the page.
+/// Runs `symbolt report` on a folder. Returns the JSON that it prints, and the page.
 pub fn report(folder: &Path) -> (Value, String) {
     let found = symbolt(&["report", folder.to_str().expect("UTF-8")]);
     let page = std::fs::read_to_string(folder.join("report.html")).expect("a page");
@@ -171,7 +171,7 @@ pub fn report(folder: &Path) -> (Value, String) {
     (found, page)
 }
 
-/// Returns the sentences on missing and damaged files.
+/// Returns the sentences about missing and damaged files.
 pub fn missing(found: &Value) -> Vec<&str> {
     found["missing"].as_array().expect("a list").iter().filter_map(Value::as_str).collect()
 }
@@ -186,7 +186,7 @@ pub fn facts(folder: &Path) -> Value {
     serde_json::from_str(&text(folder, "run.json")).expect("JSON")
 }
 
-/// Returns the numbers of a JSON array.
+/// Returns the numbers in a JSON array.
 pub fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().expect("numbers").iter().filter_map(Value::as_f64).collect()
 }
