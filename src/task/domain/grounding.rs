@@ -8,7 +8,7 @@ use super::recording::Snapshot;
 use crate::task::domain::{Domain, LearnedState, Origin, State, StateId, WorldState};
 use crate::task::error::TaskError;
 
-/// Smallest number of distinct poses whose agreement in a coordinate is taken as a constraint of the state.
+/// Smallest number of distinct poses at which agreement in a coordinate counts as a constraint of the state.
 pub const MIN_DISTINCT: usize = 4;
 
 /// Parameters of the default rule for classifying objects, [`Grounding::Gated`].
@@ -44,9 +44,9 @@ pub struct GaussianGate {
     pub floor_m: f64,
     /// Standard deviation of a state seen once, in metres.
     pub prior_m: f64,
-    /// Smallest standard deviation at which a coordinate rejects nothing, in metres.
+    /// Smallest standard deviation at which a coordinate is unconstrained, in metres.
     pub broad_m: f64,
-    /// The same as `broad_m`, but for states in which objects were found, in metres.
+    /// As `broad_m`, for states in which objects were found, not placed, in metres.
     pub broad_found_m: f64,
     /// Largest accepted distance, in standard deviations.
     pub limit: f64,
@@ -211,7 +211,7 @@ impl Classifier {
         scene.objects.iter().map(|o| self.classify(&o.kind, &o.pose)).collect()
     }
 
-    /// Returns the states that hold in a scene: those that at least one object is in.
+    /// Returns the states that hold in a scene. A state holds if at least one object is in it.
     pub fn world_state(&self, scene: &Snapshot) -> WorldState {
         self.world_of(&self.classify_all(scene))
     }

@@ -28,7 +28,7 @@ use crate::sim::SimView;
 pub use episode::{Decided, Ended, EpisodeReport, SceneFrame, Touched};
 pub use skill::{SkillOutcome, SkillReport, Touch};
 
-/// An event. Times are simulated seconds, counted from when the parts had settled on the table.
+/// An event. Times are in simulated seconds, counted from the moment at which the parts have settled on the table.
 #[derive(Clone, Copy)]
 #[non_exhaustive]
 pub enum Event<'a> {

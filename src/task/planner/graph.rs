@@ -16,8 +16,9 @@
 //! (`alternatives`) works beside the memory, and its winner is added to the memory's output. If no state has
 //! several causes, the contest is left out.
 //!
-//! Every module adds one synapse of 5 ms. Six lie between the goal buffer and the choice, or seven through
-//! the contest. With 256 dimensions, a tick of the nut-and-bolt graph takes 6 to 8 microseconds.
+//! Every module adds one synapse of 5 ms. Between the goal buffer and the choice of an unmet precondition there are six
+//! synapses, or seven through the contest. With 256 dimensions, a tick of the nut-and-bolt graph takes 6 to 8
+//! microseconds.
 
 use std::sync::Arc;
 
@@ -63,7 +64,7 @@ pub enum Part {
 pub struct PlannerSpec {
     /// Number of dimensions of all pointers.
     pub dimensions: usize,
-    /// Greatest magnitude of the cosine between any two pointers of a vocabulary, above 0 to 1.
+    /// Greatest magnitude of the cosine between any two pointers of a vocabulary, above 0 and at most 1.
     pub max_similarity: Real,
     /// When the planner commits to an action.
     pub commitment: Commitment,
@@ -76,8 +77,8 @@ pub struct PlannerSpec {
     /// Time constant of the feed-forward synapses of the goal buffer and the motor gate. All other modules
     /// keep their defaults.
     pub synapse: SimDuration,
-    /// Share of its output that the goal buffer feeds back to itself, 0 to 1. With 1 it keeps a goal for
-    /// good; with less the goal fades.
+    /// Share of its output that the goal buffer feeds back to itself, 0 to 1. With 1 it keeps a goal indefinitely; with
+    /// less the goal fades.
     pub retention: Real,
     /// The part to leave out, if any.
     pub without: Option<Part>,
@@ -110,7 +111,7 @@ impl PlannerSpec {
 pub(super) const RECOGNISED: Real = 0.5;
 /// The reason for refusing a domain without actions.
 pub(super) const NO_ACTION: &str = "it has no action; planning needs at least one";
-/// Least distance from [`RECOGNISED`] that the similarity of every state must keep after unbinding.
+/// Least difference between [`RECOGNISED`] and the similarity of every state after unbinding.
 const MARGIN: Real = 0.05;
 
 /// The planner graph as a module.
@@ -135,7 +136,7 @@ pub struct PlanningGraph {
 
 /// The ports of a [`PlanningGraph`].
 pub struct PlanningPorts {
-    /// 1 while an answer is wanted. Back at 0, the graph forgets its last answer.
+    /// 1 while an answer is wanted. When `ready` returns to 0, the graph forgets its last answer.
     pub ready: In<Scalar>,
     /// One number for each state of the domain: 1 if it holds.
     pub present: In<Vector>,
@@ -170,9 +171,9 @@ impl PlanningGraph {
     /// Builds a planner graph over `domain` with the pointers of `encoded`.
     ///
     /// # Errors
-    /// [`TaskError::BadDomain`] if the domain has no action; [`TaskError::Setting`] for a retention outside
-    /// its range; [`TaskError::TooFewDimensions`] if the preconditions of some action cannot be told from
-    /// other states after unbinding.
+    /// [`TaskError::BadDomain`] if the domain has no action; [`TaskError::Setting`] for a retention outside its range;
+    /// [`TaskError::TooFewDimensions`] if the preconditions of some action cannot be distinguished from other states
+    /// after unbinding.
     pub fn new(
         domain: &Domain,
         encoded: Arc<Encoded>,

@@ -31,8 +31,8 @@ pub struct ModuleView {
 }
 
 impl ModuleView {
-    /// Writes the numbers after this tick to `out`, one for each name. Costs names x dimensions
-    /// multiplications.
+    /// Writes the numbers after this tick to `out`, one for each name. For similarities, this costs one multiplication
+    /// for each name and dimension.
     ///
     /// # Panics
     /// If `out` does not have one number for each name.

@@ -28,19 +28,18 @@ pub struct Choice {
 pub enum Why {
     /// All other causes had been ruled out.
     OnlyOneLeft,
-    /// It has fewer unmet preconditions than any other cause.
+    /// The cause has fewer unmet preconditions than any other cause.
     FewestUnmet {
         /// Number of unmet preconditions.
         unmet: usize,
     },
-    /// No other cause has fewer unmet preconditions, and it comes first in
-    /// [`Domain::causes`](crate::task::domain::Domain::causes) among those with equally many.
+    /// No other cause has fewer unmet preconditions. Among the causes with equally many, the chosen cause comes first
+    /// in [`Domain::causes`](crate::task::domain::Domain::causes).
     Preferred {
         /// Number of unmet preconditions.
         unmet: usize,
     },
-    /// The neurons were not precise enough: by the rule, another cause is better. Never occurs in direct
-    /// mode.
+    /// The neurons were not precise enough: by the rule, another cause should have won. Never occurs in direct mode.
     Imprecision,
 }
 
