@@ -26,7 +26,7 @@ pub struct ModuleSamples {
     pub names: Vec<String>,
     /// Kind of its numbers.
     pub shows: Shows,
-    /// Values: one row for each of [`ActivityRecorder::times_s`], one number in it for each name.
+    /// Values, row by row: one row for each of [`ActivityRecorder::times_s`], with one number for each name.
     pub values: Vec<Real>,
 }
 
@@ -38,7 +38,7 @@ struct RasterRows {
     neurons: Vec<usize>,
 }
 
-/// Records the activity of a planner's graph over one episode.
+/// Records the activity of a planner graph over one episode.
 pub struct ActivityRecorder {
     planner: Arc<Planner>,
     times_s: Vec<f64>,

@@ -226,8 +226,11 @@ impl Planner {
     pub(crate) fn goal_pointer(&self, goal: StateId) -> Result<Vec<Real>, TaskError> {
         let states = self.domain.states();
         let Some(state) = states.get(goal.index()) else {
-            let value =
-                format!("state number {} (from 0) of a domain with {} states", goal.index(), states.len());
+            let value = format!(
+                "state number {} (from 0) of a domain with {} states",
+                goal.index(),
+                states.len()
+            );
             return Err(TaskError::Setting { name: "goal", value, expected: OWN_GOAL });
         };
         Ok(self.encoded.states.get(&state.name)?.to_vec())

@@ -1,13 +1,13 @@
 //! The arm's kinematics: the pose of the end effector at given joint angles, and joint angles for a given
 //! pose.
 //!
-//! Lengths, offsets and joint limits are those that Franka Emika publishes for the Panda (modified
-//! Denavit-Hartenberg parameters). The origin of the end effector's frame is the tool centre point, between
-//! the fingers' pads. Its z axis points the way the hand points; the fingers close along its y axis.
+//! Lengths, offsets and joint limits are those that Franka Emika publishes for the Panda (modified Denavit-Hartenberg
+//! parameters). The origin of the end effector's frame is the tool centre point, between the fingers' pads. Its z axis
+//! points in the direction of the hand; the fingers close along its y axis.
 //!
-//! The inverse uses damped least squares within the joints' limits, with a pull towards the middle of their
-//! ranges in the null space (Buss, "Introduction to inverse kinematics", 2004; Liegeois 1977). It tries
-//! several starts.
+//! The inverse kinematics uses damped least squares within the joints' limits, with a pull towards the middle of their
+//! ranges in the null space (Buss, "Introduction to inverse kinematics", 2004; Liegeois 1977). It tries several
+//! starting postures.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -156,7 +156,7 @@ fn clamp(q: &mut Angles) {
     }
 }
 
-/// Accepted errors of the inverse, in metres and radians.
+/// Accepted errors of the inverse kinematics, in metres and radians.
 const NEAR: (f64, f64) = (1e-5, 1e-4);
 
 /// Iterates from `start` to joint angles, within the limits, that bring the end effector to `target`. Costs
@@ -165,7 +165,7 @@ pub(crate) fn solve(target: &Frame, start: &Angles) -> Option<Angles> {
     iterate(target, start, 0.05)
 }
 
-/// As [`solve`], but without the pull to the middle: finds the nearest posture, for points along a line.
+/// As [`solve`], but without the pull to the middle of the ranges: finds the nearest posture, for points along a line.
 pub(crate) fn solve_near(target: &Frame, start: &Angles) -> Option<Angles> {
     iterate(target, start, 0.0)
 }
@@ -206,7 +206,7 @@ fn iterate(target: &Frame, start: &Angles, pull: f64) -> Option<Angles> {
     None
 }
 
-/// Returns starts for [`solve`]: the current posture, then the waiting posture facing the target, with
+/// Returns starting postures for [`solve`]: the current posture, then the waiting posture facing the target, with
 /// shoulder, elbow and wrist turned either way.
 pub(crate) fn starts(current: &Angles, target: &Frame) -> impl Iterator<Item = Angles> {
     let at = target.translation;

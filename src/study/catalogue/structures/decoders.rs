@@ -53,8 +53,8 @@ impl Paper {
                 break;
             }
             found.push(best);
-            // The item is subtracted as retrieved, with its noise. Along the query this is the noise of the comparison;
-            // across the query it is drawn here.
+            // The item is subtracted as retrieved, with its noise. The component of the noise along the query is the
+            // noise of the comparison; the components across the query are drawn here.
             retrieved.iter_mut().for_each(|component| *component = noise(part, 1.0));
             let along =
                 (amiss - dot(&retrieved, &rest)) / (length * length).max(Real::MIN_POSITIVE);

@@ -1,4 +1,4 @@
-//! `table-4`: how often a planner succeeds with three structures of a state's pointer, by noise (section III.B).
+//! `table-4`: the success rate of a planner with three structures of a state's pointer, by noise (section III.B).
 //!
 //! A trial is an episode of three steps. It draws a new vocabulary of atoms, states and actions. A state or action has
 //! a deep pointer: the normalised sum of its bound pairs. To decide whether the goal is satisfied, the planner decodes
@@ -15,8 +15,8 @@
 //! item. If the similarity is at least 0.3, it subtracts the item as retrieved and repeats.
 //!
 //! Our decoder compares the query with everything that could have been stored, after the same unbinding. It takes the
-//! nearest, which is the most likely under white noise. It is not given the number of items. It compares with pointers
-//! that are computed once from the atoms of the vocabulary; each is retrieved with noise.
+//! nearest candidate, which is the most likely under white noise. It is not given the number of items. The candidates
+//! are computed once from the atoms of the vocabulary; each is retrieved with noise.
 
 mod decoders;
 mod episode;

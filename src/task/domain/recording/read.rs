@@ -206,7 +206,8 @@ fn json_fault(error: &serde_json::Error, place: Place<'_>, whole_file: bool) -> 
         serde_json::error::Category::Eof => "a complete JSON object",
         serde_json::error::Category::Syntax => "a JSON object",
         _ => {
-            "the fields `demo`, `snapshot`, `next_action`, `t`, `event`, `object` and `objects` with `id`, `kind`, `position` [3] and `orientation` [4]"
+            "the fields `demo`, `snapshot`, `next_action`, `t`, `event`, `object` and `objects` \
+             with `id`, `kind`, `position` [3] and `orientation` [4]"
         }
     };
     place.fault("", problem, expected)
