@@ -3,7 +3,7 @@
 const MEANING = {
   goal_buffer: "The state that the planner examines now. While the buffer takes up a new state it overshoots: the old "
     + "state shows as negative for about 50 ms.",
-  cause: "The action that causes the state in the goal buffer.",
+  cause: "The action that brings about the state in the goal buffer.",
   unbind: "The preconditions of that action, as unbound from its pointer, with noise from the other contents of the "
     + "pointer.",
   required: "The preconditions after cleanup.",

@@ -81,7 +81,7 @@ impl Grid {
         Some(widths)
     }
 
-    /// Splits a table into several, each with the rows' numbers; `None` if a column is too wide even so.
+    /// Splits a table into several tables, each with the rows' numbers; `None` if a single column is too wide.
     fn split(&self) -> Option<Vec<Self>> {
         let number = self.rows.len().to_string().len();
         let mut groups: Vec<Vec<usize>> = vec![Vec::new()];

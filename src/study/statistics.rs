@@ -50,8 +50,8 @@ impl Rate {
     /// Computes the rate of trials in clusters. Each item is a cluster's number of successes and number of trials.
     /// Clusters are independent of one another; trials within a cluster may be correlated.
     ///
-    /// The variance of the rate is that of a ratio of two sums over clusters (Cochran 1977, section 9A.2). The
-    /// effective number of trials is the number of independent trials with the same variance. It is reduced because
+    /// The variance of the rate is computed as that of a ratio of two sums over clusters (Cochran 1977, section 9A.2).
+    /// The effective number of trials is the number of independent trials with the same variance. It is reduced because
     /// Student's interval is wider with few clusters (Korn and Graubard 1998); unequal clusters count as fewer equal
     /// clusters (Kish 1965).
     ///

@@ -15,8 +15,8 @@ pub const MIN_DISTINCT: usize = 4;
 ///
 /// The rule measures the distance of the object's position from each state of its kind, in standard deviations over the
 /// coordinates that the state constrains. A state is accepted if the distance is at most [`Self::limit`]. If several
-/// states are accepted, the rule chooses the one with the highest probability density. If none is accepted, the object
-/// is in no state.
+/// states are accepted, the rule chooses the one with the highest probability density. If no state is accepted, the
+/// object is in no state.
 ///
 /// Demonstrations are few, so the standard deviations need care:
 ///
@@ -61,8 +61,8 @@ impl Default for GaussianGate {
 /// The rule that finds an object's state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Grounding {
-    /// Chooses the state with the highest probability density among those within [`GaussianGate::limit`], or no state
-    /// if none is. [`GaussianGate`] describes the rule.
+    /// Chooses, among the states within [`GaussianGate::limit`], the state with the highest probability density. If no
+    /// state is within the limit, the object is in no state. [`GaussianGate`] describes the rule.
     Gated(GaussianGate),
     /// Chooses the state whose mean position is nearest by p-norm, at any distance: the paper's rule (section II.F).
     Nearest {

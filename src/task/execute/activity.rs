@@ -102,7 +102,7 @@ impl ActivityRecorder {
         &self.modules
     }
 
-    /// Returns the populations in the raster: path, number of neurons shown, number of neurons in all.
+    /// Returns the populations in the raster: path, number of neurons shown, total number of neurons.
     pub fn populations(&self) -> impl Iterator<Item = (&str, usize, usize)> {
         self.raster.iter().map(|h| (h.path.as_str(), h.neurons.len(), h.of.units))
     }

@@ -78,7 +78,7 @@ mod tests {
         values[0] = -1e9;
         // Dropping 2 of 20 values at each end leaves 2 to 17.
         assert_eq!(robust_mean(&mut values), 9.5);
-        // With fewer than ten values, none is dropped.
+        // With fewer than ten values, no value is dropped.
         assert_eq!(robust_mean(&mut [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 9.0]), 1.0);
         assert_eq!(robust_mean(&mut []), 0.0);
     }

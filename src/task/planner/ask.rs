@@ -263,8 +263,8 @@ impl Planner {
     /// Decides what to do next towards `goal` in `world`.
     ///
     /// # Errors
-    /// As [`Planner::simulator`]; [`TaskError::Undecided`] if the graph does not settle. In direct mode this
-    /// happens only if the pointers have too few dimensions to be told apart.
+    /// As [`Planner::simulator`]; [`TaskError::Undecided`] if the graph does not settle. In direct mode this happens
+    /// only if the pointers have too few dimensions to be distinguished.
     pub fn decide(&self, world: &WorldState, goal: StateId) -> Result<Decision, TaskError> {
         let mut sim = self.simulator(world, goal)?;
         let mut watch = Watch::new(self, world);

@@ -118,7 +118,7 @@ pub(crate) struct Executive {
 
 /// The executive's ports. Every vector holds one number for each item: 1 if it is active.
 pub(crate) struct ExecutivePorts {
-    /// 1 while an answer is wanted.
+    /// 1 while a decision is requested.
     pub ready: In<Scalar>,
     /// The state that is the goal.
     pub goal: In<Vector>,

@@ -136,7 +136,7 @@ pub struct PlanningGraph {
 
 /// The ports of a [`PlanningGraph`].
 pub struct PlanningPorts {
-    /// 1 while an answer is wanted. When `ready` returns to 0, the graph forgets its last answer.
+    /// 1 while a decision is requested. When `ready` returns to 0, the graph forgets its last answer.
     pub ready: In<Scalar>,
     /// One number for each state of the domain: 1 if it holds.
     pub present: In<Vector>,
@@ -226,8 +226,8 @@ impl PlanningGraph {
         })
     }
 
-    /// Unbinds every deep pointer and compares the result with the action's preconditions. With too few
-    /// dimensions, states that are not preconditions would be read out as well.
+    /// Unbinds every deep pointer and compares the result with the action's preconditions. With too few dimensions,
+    /// states that are not preconditions would be decoded too.
     fn check_unbinding(domain: &Domain, encoded: &Encoded, absent: bool) -> Result<(), TaskError> {
         let states = &encoded.states;
         let mut sums: Vec<(&Operator, &str, &[StateId])> = Vec::new();

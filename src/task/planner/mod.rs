@@ -36,9 +36,9 @@
 //!    [`Preconditions`](Stage::Preconditions)).
 //! 5. It removes the preconditions that hold or are known to be reachable, and chooses one of the rest
 //!    (milestone [`Comparison`](Stage::Comparison)).
-//! 6. The executive draws its conclusion (milestone [`Conclusion`](Stage::Conclusion)). If a precondition is
-//!    unmet, the next question examines it. If none is unmet, the state is reachable, and the executive
-//!    returns to the state before it.
+//! 6. The executive draws its conclusion (milestone [`Conclusion`](Stage::Conclusion)). If a precondition is unmet, the
+//!    next question examines it. If no precondition is unmet, the state is reachable, and the executive returns to the
+//!    state before it.
 //! 7. If the recalled action turns out to be impossible, the executive tries another cause of the state. If no cause is
 //!    left, the verdict is [`Stuck`](crate::task::Verdict::Stuck) with the reason.
 //! 8. Once the goal is known to be reachable, the executive recalls the first action that was found possible and opens

@@ -1,7 +1,7 @@
 //! The arm's kinematics: the pose of the end effector at given joint angles, and joint angles for a given
 //! pose.
 //!
-//! Lengths, offsets and joint limits are those that Franka Emika publishes for the Panda (modified Denavit-Hartenberg
+//! Lengths, offsets and joint limits are Franka Emika's published values for the Panda (modified Denavit-Hartenberg
 //! parameters). The origin of the end effector's frame is the tool centre point, between the fingers' pads. Its z axis
 //! points in the direction of the hand; the fingers close along its y axis.
 //!
@@ -60,13 +60,12 @@ pub(crate) fn offset(joint: usize) -> Frame {
     Frame::from_parts(Vector::new(a, 0.0, 0.0) + tilt * Vector::new(0.0, 0.0, d), tilt)
 }
 
-/// Returns the hand's frame in that of the last joint: at the flange, turned so that the fingers close along
-/// y.
+/// Returns the hand's frame in the frame of the last joint: at the flange, turned so that the fingers close along y.
 pub(crate) fn hand_offset() -> Frame {
     Frame::from_parts(Vector::new(0.0, 0.0, FLANGE_M), Rotation::from_rotation_z(-FRAC_PI_4))
 }
 
-/// Returns the end effector's frame in that of the last joint.
+/// Returns the end effector's frame in the frame of the last joint.
 pub(crate) fn tool_offset() -> Frame {
     hand_offset() * Frame::from_translation(Vector::new(0.0, 0.0, TOOL_M))
 }

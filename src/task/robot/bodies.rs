@@ -44,7 +44,7 @@ const CAPSULES: [([f64; 3], [f64; 3], f64); JOINTS] = [
 /// Mass of each link, in kilograms, roughly as in the Panda.
 const MASSES: [f64; JOINTS] = [3.0, 3.0, 3.0, 3.0, 3.0, 1.7, 0.7];
 
-/// Inertia that each joint's motor is tuned to move, in kilogram square metres: that of the stretched-out arm.
+/// Inertia that each joint's motor is tuned to move, in kilogram square metres: the inertia of the stretched-out arm.
 pub(crate) const LOADS: [f64; JOINTS] = [4.0, 4.0, 3.0, 3.0, 0.4, 0.4, 0.1];
 
 /// Returns the robot's collision shapes and their frames, with the arm at `angles` and the fingers at `opening`. The

@@ -235,7 +235,7 @@ impl Scene {
         })
     }
 
-    /// Sets the joint angles (radians) and speeds (radians per second) wanted at the end of the next step.
+    /// Sets the target joint angles (radians) and speeds (radians per second) for the end of the next step.
     ///
     /// An outer loop turns the position error into a speed, and the motor holds that speed, as in industrial drives. A
     /// motor that held a position would instead pull towards the same position in every substep. The resulting
@@ -270,7 +270,7 @@ impl Scene {
         self.physics.integration_parameters.num_solver_iterations = substeps;
     }
 
-    /// Sets the wanted distance of each finger from the middle, in metres.
+    /// Sets the target distance of each finger from the middle of the gripper, in metres.
     pub(crate) fn drive_fingers(&mut self, opening: f64) {
         let frequency = self.spec.gripper.frequency;
         for handle in self.robot.fingers {

@@ -28,7 +28,7 @@ pub(crate) struct Placing {
 const BEFORE_M: f64 = 0.06;
 /// Height by which a part is lifted, in metres.
 const LIFT_M: f64 = 0.10;
-/// Height above its resting place at which a part is let go, in metres.
+/// Height above its resting place at which the hand lets go of a part, in metres.
 const RELEASE_M: f64 = 0.0013;
 /// Greatest number of searches for joint angles in one plan.
 const BUDGET: usize = 1_500;

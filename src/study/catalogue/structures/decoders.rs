@@ -96,7 +96,7 @@ impl Decoder for Paper {
             Some(items) if items.is_empty() => None,
             Some(items) => Some(only(items, &[ACTIONS, ACTIONS + 1, ACTIONS + 2])?),
         };
-        // The right object is the one whose unbinding yields a place and a state of assembly.
+        // The right object is the object whose unbinding yields a place and a state of assembly.
         (0..OBJECTS.len()).find_map(|object| match parts[object].as_slice() {
             [place, assembly] => Some(fact(
                 object,
