@@ -25,10 +25,10 @@ pub const MIN_DISTINCT: usize = 4;
 ///   therefore has the prior's spread. A state whose poses agree within nanometres has at least the floor's spread, so
 ///   it does not reject every new pose.
 /// * **Broad coordinates.** A coordinate with a standard deviation of at least [`Self::broad_m`] is unconstrained and
-///   rejects nothing, so a part may lie anywhere on the table. For a state in which objects were found, not
-///   placed ([`Origin::Found`]), the smaller [`Self::broad_found_m`] applies instead, because a few starting positions
-///   can agree by chance. In 1 of 20 sets of five demonstrations, the bolt's five positions agreed to 8 mm in one
-///   coordinate; with the larger value, bolts elsewhere on the table were in no state.
+///   rejects nothing, so a part may lie anywhere on the table. For a state in which objects were found, not placed
+///   ([`Origin::Found`]), the smaller [`Self::broad_found_m`] applies instead, because a few starting positions can
+///   agree by chance. In 1 of 20 sets of five demonstrations, the bolt's five positions agreed within 8 mm in one
+///   coordinate. With [`Self::broad_m`], bolts elsewhere on the table were then in no state.
 /// * **Few poses.** A found state with fewer than [`MIN_DISTINCT`] distinct poses may be broad in a coordinate that no
 ///   demonstration has varied. Its deviations are measured in units of the floor and combined by a p-norm with
 ///   p = -2, as the paper combines coordinates. Such a state accepts an object that agrees with it in one constrained
@@ -116,7 +116,7 @@ impl Grounding {
 pub struct Grounded {
     /// The object's state; `None` if it is in no state.
     pub state: Option<StateId>,
-    /// Distance to that state, or to the nearest state if the object is in none: in standard deviations for
+    /// Distance to that state, or to the nearest state if the object is in no state: in standard deviations for
     /// [`Grounding::Gated`], in metres for [`Grounding::Nearest`]. `None` if the kind has no states with geometry.
     pub distance: Option<f64>,
 }

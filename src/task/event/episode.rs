@@ -21,9 +21,9 @@ pub struct SceneFrame {
 /// One decision of the planner graph, with the skill that followed it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Decided {
-    /// Simulated time at which the planner was asked, in seconds.
+    /// Simulated time of the request to the planner, in seconds.
     pub asked_s: f64,
-    /// Simulated time from question to decision, in milliseconds: a whole number of physics steps.
+    /// Simulated time from the request to the decision, in milliseconds: a whole number of physics steps.
     pub took_ms: f64,
     /// Names of the states that held when the planner was asked.
     pub holds: Vec<String>,

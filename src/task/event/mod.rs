@@ -67,7 +67,7 @@ pub enum Event<'a> {
     /// A skill has ended.
     ///
     /// In a demonstration, a skill that cannot begin ([`SkillOutcome::Unreachable`]) sends this event without a
-    /// [`Event::SkillBegan`]. A skill that is still running when its episode reaches a limit does not send it.
+    /// [`Event::SkillBegan`]. A skill that is still running when its episode reaches a limit does not send this event.
     SkillEnded {
         /// Time of the event.
         time_s: f64,

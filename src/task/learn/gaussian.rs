@@ -22,8 +22,8 @@ pub fn robust_mean(values: &mut [f64]) -> f64 {
 /// A six-dimensional Gaussian over poses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PoseGaussian {
-    /// Robust mean pose: each coordinate by [`robust_mean`], the orientation by [`mean_orientation`] of the
-    /// `n - floor(n / 10)` poses closest to the mean orientation of all.
+    /// Robust mean pose: each coordinate by [`robust_mean`], the orientation by [`mean_orientation`] of the `n -
+    /// floor(n / 10)` poses closest to the mean orientation of all poses.
     pub mean: Pose,
     /// Covariance about the mean, `sum x x^T / (n - 1)`: first the three coordinates in metres, then the rotations from
     /// the mean about the scene's three axes in radians. Zero for a single pose.

@@ -1,8 +1,8 @@
 //! Learns a domain from demonstrations: states from the poses of objects, operators from the changes between states.
 //!
-//! [`learn`] takes a [`Recording`] and [`Settings`] and returns a [`Learned`]: the [`Domain`] and a [`LearnReport`]. It
-//! sees the kinds and poses of objects and, if recorded, the events and the objects touched. It is given no names,
-//! labels or state count.
+//! [`learn`] takes a [`Recording`] and [`Settings`] and returns a [`Learned`]: the [`Domain`] and a [`LearnReport`].
+//! The learner sees the kinds and poses of objects and, if recorded, the events and the touched objects. It is given no
+//! names, labels or state count.
 //!
 //! # Method
 //!

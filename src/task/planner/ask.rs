@@ -63,7 +63,7 @@ pub struct Milestone {
     pub time_ms: f64,
 }
 
-/// A planner's decision, with how it was reached.
+/// A planner's decision, with its milestones and choices.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Decision {
     /// The verdict: act, met or stuck.
@@ -74,8 +74,8 @@ pub struct Decision {
     pub time_ms: f64,
     /// Number of questions. A state that is examined twice counts twice.
     pub questions: u32,
-    /// Choices among several causes of a state, in order of time. A later choice for the same state replaces
-    /// the earlier one. Empty if no state has more than one cause.
+    /// Choices among several causes of a state, in order of time. A later choice for the same state replaces the
+    /// earlier choice. Empty if no state has several causes.
     pub choices: Vec<Choice>,
 }
 
@@ -260,7 +260,7 @@ impl Planner {
         )?)
     }
 
-    /// Decides what to do next towards `goal` in `world`.
+    /// Decides the next action towards `goal` in `world`.
     ///
     /// # Errors
     /// As [`Planner::simulator`]; [`TaskError::Undecided`] if the graph does not settle. In direct mode this happens

@@ -46,7 +46,7 @@ pub enum Unbinding {
     /// By a fixed linear map, without delay.
     #[default]
     Fixed,
-    /// By a layer of products, as for two pointers that both change. Adds one synapse.
+    /// By a layer of products, which can also unbind two changing pointers. Adds one synapse.
     Products,
 }
 
@@ -146,8 +146,9 @@ pub struct PlanningPorts {
     pub action: Out<Pointer<ActionSpace>>,
     /// One number for each action of the domain: 1 for the action to do.
     pub actions: Out<Vector>,
-    /// The executive's trace: phase, number of questions so far, the examined state, a second state, an
-    /// action.
+    /// The executive's trace: phase, number of questions so far, the examined state, a second state, an action. The
+    /// phase is 0 while idle, 1 while loading, 2 while settling, 3 for met, 4 for act, 5 if nothing causes the state, 6
+    /// if the second state must be absent, 7 if the state needs itself, and 8 if the executive gave up.
     pub trace: Out<Vector>,
     /// Pointer in the goal buffer.
     pub goal_buffer: Out<Pointer<StateSpace>>,

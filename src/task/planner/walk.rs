@@ -36,7 +36,7 @@ const ALLOWED: u32 = 0;
 const FOR_GOOD: u32 = 1;
 const FOR_NOW: u32 = 2;
 
-/// The causes of every state, kept only if some state has several.
+/// The causes of every state, kept only if some state has several causes.
 #[derive(Debug)]
 pub(super) struct Alternatives {
     /// For each state, the indices of its causes, in order of preference.
@@ -45,7 +45,7 @@ pub(super) struct Alternatives {
 }
 
 impl Alternatives {
-    /// Returns the causes; `None` if no state has several.
+    /// Returns the causes; `None` if no state has several causes.
     pub fn of(domain: &Domain) -> Option<Self> {
         let causes: Vec<Vec<usize>> = domain
             .state_ids()

@@ -80,7 +80,7 @@ impl<'p> Watch<'p> {
         self.milestones.push((question, stage, subject, time_ms));
     }
 
-    /// Notes the cause that the conclusion is about, if the state has several.
+    /// Notes the cause that the conclusion is about, if the state has several causes.
     fn note_choice(&mut self, question: u32, about: usize) {
         let (state, domain) = (StateId::new(about), &self.planner.domain);
         let (Some(action), true) = (self.recalled, about < domain.states().len()) else { return };
@@ -127,8 +127,8 @@ impl<'p> Watch<'p> {
             let stages = [Stage::Goal, Stage::Action, Stage::Preconditions, Stage::Comparison];
             let mut reached: Vec<(Stage, f64)> = Vec::new();
             for (at, stage) in stages.into_iter().enumerate() {
-                // The comparison ends with the choice; if nothing is unmet, it ends when no item is open any
-                // more.
+                // The comparison ends with the choice. If no precondition is unmet, the comparison ends when the last
+                // open item becomes inactive.
                 let time = if at == 3 {
                     self.changed_ms[3].max(self.changed_ms[4])
                 } else {

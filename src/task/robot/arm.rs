@@ -84,7 +84,7 @@ pub(crate) fn tool(q: &Angles) -> Frame {
     links(q)[JOINTS - 1] * tool_offset()
 }
 
-/// Height of the second joint, about which the arm reaches out, above the table, in metres.
+/// Height above the table of the second joint, about which the arm reaches out, in metres.
 const SHOULDER_M: f64 = 0.333;
 /// Greatest distance of the tool centre point from the second joint when the hand points down, in metres.
 const REACH_M: f64 = 0.72;
@@ -106,9 +106,9 @@ pub fn forward_kinematics(angles: &[f64; 7]) -> [Pose; 8] {
     })
 }
 
-/// Finds joint angles, in radians and within the limits, that bring the end effector to `target` (metres from
-/// the base). The search begins near `start`. Returns `None` if it finds none. Costs about 20 microseconds if
-/// a solution is near `start`, and up to a millisecond if there is none.
+/// Finds joint angles, in radians and within the limits, that bring the end effector to `target` (metres from the
+/// base). The search begins near `start`. Returns `None` if it finds no solution. Costs about 20 microseconds if a
+/// solution is near `start`, and up to a millisecond if there is no solution.
 ///
 /// ```
 /// use symbolt::task::Pose;

@@ -62,8 +62,8 @@ pub struct BodyKind {
     pub pieces: Vec<Piece>,
     /// Density, in kilograms per cubic metre.
     pub density: f64,
-    /// Coefficient of friction. Between two bodies the mean of their coefficients applies; between pad and
-    /// part the greater.
+    /// Coefficient of friction. Between two bodies, the mean of their coefficients applies. Between a pad and a part,
+    /// the greater coefficient applies.
     pub friction: f64,
     /// How the robot puts the body down.
     pub handling: Handling,

@@ -6,10 +6,10 @@
 //! planner looks up the action that causes it and unbinds the action's preconditions. The first unsatisfied
 //! precondition becomes the goal (sections II.E and II.F).
 //!
-//! Gaussian noise of standard deviation sigma / sqrt(D) is added to each component of every retrieved pointer (a deep
-//! pointer, the role or object that unbinds it, an item that is compared with the result) and of every unbound pointer.
-//! The noise depends on the trial, the step, the retrieved pointer, and the number of times it was retrieved. Both
-//! decoders thus get the same noise.
+//! Every retrieved pointer (a deep pointer, the role or object that unbinds it, an item that is compared with the
+//! result) and every unbound pointer gets Gaussian noise, of standard deviation sigma / sqrt(D) in each component. The
+//! noise depends on the trial, the step, the retrieved pointer, and the number of times it was retrieved. Both decoders
+//! thus get the same noise.
 //!
 //! The paper's decoder is matching pursuit over the vocabulary. It normalises the query and finds the most similar
 //! item. If the similarity is at least 0.3, it subtracts the item as retrieved and repeats.
