@@ -166,8 +166,8 @@ impl Standard {
     /// Builds `model` and measures the build time.
     ///
     /// # Errors
-    /// [`TaskError::Setting`] for fewer than 300 ms; [`TaskError::Vocabulary`] or [`TaskError::Build`] if the dimensions
-    /// or the population are invalid.
+    /// [`TaskError::Setting`] for fewer than 300 ms; [`TaskError::Vocabulary`] or [`TaskError::Build`] if the number of
+    /// dimensions or the population is invalid.
     pub fn build(&self, model: Model) -> Result<Built, TaskError> {
         self.build_by(model, &PopulationPlan::all(self.population))
     }
@@ -175,7 +175,7 @@ impl Standard {
     /// Builds `model` with solved populations.
     ///
     /// # Errors
-    /// As [`build`](Self::build); [`TaskError::Build`] also if `solved` belongs to another network or to other settings.
+    /// As [`build`](Self::build); [`TaskError::Build`] also if `solved` belongs to another network or other settings.
     pub fn build_from(
         &self,
         model: Model,
