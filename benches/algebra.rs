@@ -1,4 +1,4 @@
-//! Binding and unbinding by dimension, and binding by the sum that defines it.
+//! Binding and unbinding for several dimensions, and binding computed as the sum that defines it.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 #![allow(missing_docs)]

@@ -79,7 +79,7 @@ fn graph(c: &mut Criterion) {
         ("tick_hold", chain(nodes, || Hold, Synapse::None)),
         ("tick_pass_filtered", chain(nodes, || Pass, Synapse::lowpass_ms(5))),
     ];
-    // The time is that of 200 ticks. Throughput is in ticks.
+    // Each measurement runs many ticks. Throughput is in ticks.
     group.throughput(Throughput::Elements(ticks));
     for (name, described) in cases {
         let mut sim = Simulator::new(build(described), RunConfig::default()).expect("starts");

@@ -1,4 +1,4 @@
-//! Learning from demonstrations, and the clustering that takes most of the time for long recordings.
+//! Learning from demonstrations, and clustering, which takes most of the time for long recordings.
 //!
 //! To measure on one core: `RAYON_NUM_THREADS=1 cargo bench --bench learn`.
 

@@ -1,5 +1,5 @@
-//! Cleanup among 25,000 vectors of 1,000 dimensions, compared with the time to read them, and decoding of sums of bound
-//! pairs.
+//! Cleanup among 25,000 vectors of 1,000 dimensions, compared with the time to read the vectors, and decoding of sums
+//! of bound pairs.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 #![allow(missing_docs)]

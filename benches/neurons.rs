@@ -1,6 +1,6 @@
 //! Spiking populations: a step of a neuron, banks with dense and with event-driven decoding, each module, and the build
-//! and run of the standard networks over 300 simulated milliseconds. For a bare loop over voltages see
-//! `graph/lif_bank`.
+//! and run of the standard networks over 300 simulated milliseconds. `graph/lif_bank` measures a bare loop over
+//! voltages.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 

@@ -38,7 +38,7 @@ fn world(c: &mut Criterion) {
         let spec = NutsAndBolts { nuts: parts, bolts: parts, ..NutsAndBolts::default() };
         let mut scene = built(&spec);
         group.bench_function(BenchmarkId::new("step_at_rest", parts), |b| b.iter(|| scene.step()));
-        // The arm moves a nut again and again. A single step is measured.
+        // The arm moves a nut repeatedly. Each measurement is a single step.
         let mut robot = Robot::default();
         group.bench_function(BenchmarkId::new("step_moving", parts), |b| {
             b.iter(|| {

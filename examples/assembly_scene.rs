@@ -19,7 +19,7 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
 
     let shown = demonstrate(&task, 1, Seed::new(1))?;
     let domain = learn(&shown.recording, &Settings::default())?.domain;
-    let goal = domain.goal().ok_or("the demonstration brought nothing about")?;
+    let goal = domain.goal().ok_or("the demonstration has no goal")?;
     let planner = Arc::new(Planner::new(&domain, PlannerSpec::default(), Seed::new(1))?);
 
     let spec = EpisodeSpec::of(task);

@@ -17,8 +17,8 @@ struct Controller {
 }
 
 impl Node for Controller {
-    // The engine resets, saves and restores declared state. A registered output is visible from the next tick
-    // on, so it may stand in a loop.
+    // The engine resets, saves and restores declared state. A registered output is visible from the next tick on, so it
+    // may be part of a loop.
     fn declare(&self, ports: &mut PortDecl) {
         ports
             .input("celsius", InputSpec::scalar().at_advance())
@@ -39,7 +39,7 @@ impl Node for Controller {
     }
 }
 
-/// The water's temperature after 20 simulated seconds, in degrees Celsius.
+/// Returns the water's temperature after 20 simulated seconds, in degrees Celsius.
 pub fn run() -> Result<Real, Box<dyn Error>> {
     let mut graph = GraphBuilder::new();
     let controller = graph.node("controller", Controller { setpoint: 80.0 });

@@ -9,10 +9,10 @@ use symbolt::task::learn::{Learned, Settings, learn};
 use symbolt::task::tasks::nuts_and_bolts::SyntheticDemonstrations;
 use symbolt::task::{Classifier, Grounding};
 
-/// Each object's id and state.
+/// The id and the state of each object; `None` for an object in no state.
 pub type Seen = Vec<(String, Option<String>)>;
 
-/// The learned domain with its report, and the state of each part in a new scene.
+/// Returns the learned domain with its report, and the state of each part in a new scene.
 pub fn run() -> Result<(Learned, Seen), Box<dyn Error>> {
     let synthetic = SyntheticDemonstrations {
         demos: 7,

@@ -15,7 +15,7 @@ impl VocabTag for Items {
 /// Norms of the noise.
 pub const SIGMAS: [f32; 4] = [0.0, 2.0, 8.0, 32.0];
 
-/// Share of 50 trials that recalled the right one of `items`, for each of [`SIGMAS`].
+/// Returns the share of 50 trials that recall the right item among `items` items, for each of [`SIGMAS`].
 pub fn run(items: usize) -> Result<Vec<f64>, Box<dyn Error>> {
     let vocabulary = VocabularyBuilder::<Items>::new(128, Seed::new(1)).any_similarity();
     let vocabulary = vocabulary.pointers((0..items).map(|i| format!("ITEM_{i}"))).build()?;
@@ -35,7 +35,8 @@ pub fn run(items: usize) -> Result<Vec<f64>, Box<dyn Error>> {
     let share = |sigma| {
         let mut recalled = 0.0;
         for trial in 0..50 {
-            // Seed and scale of a run change only the noise, so every sigma has the same draws.
+            // The seed and the noise scale of a run change only the noise. Trials with the same seed have the same
+            // draws for every sigma.
             let config = RunConfig::seeded(Seed::new(trial)).with_noise(sigma);
             let mut sim = Simulator::new(graph.clone(), config)?;
             sim.run_for(SimDuration::from_millis(50))?;

@@ -11,7 +11,7 @@ use symbolt::task::planner::PlanEnd;
 /// A plan: its actions, each with the simulated ms of its decision.
 pub type Steps = Vec<(String, f64)>;
 
-/// The plan in direct mode and in leaky integrate-and-fire neurons.
+/// Returns the plan in direct mode and in leaky integrate-and-fire neurons.
 pub fn run() -> Result<[Steps; 2], Box<dyn Error>> {
     let domain = DomainBuilder::new()
         .action("BOIL_WATER", ["KETTLE_FULL"], ["WATER_HOT"])
@@ -19,7 +19,7 @@ pub fn run() -> Result<[Steps; 2], Box<dyn Error>> {
         .build()?;
     let scene = domain.counts(["KETTLE_FULL", "LEAVES_IN_POT"])?;
 
-    // Only the way in which each layer is computed differs.
+    // The two plans differ only in the population of each layer.
     let plan_in = |population: Population| -> Result<Steps, Box<dyn Error>> {
         let plan = PopulationPlan::all(population);
         let planner = Planner::with_plan(&domain, PlannerSpec::default(), &plan, Seed::new(1))?;

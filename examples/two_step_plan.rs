@@ -8,7 +8,7 @@ use symbolt::prelude::*;
 use symbolt::task::ActionId;
 use symbolt::task::planner::PlanEnd;
 
-/// The plan's actions, each with the simulated ms of its decision.
+/// Returns the plan's actions, each with the simulated ms of its decision.
 pub fn run() -> Result<Vec<(String, f64)>, Box<dyn Error>> {
     let domain = DomainBuilder::new()
         .action("BOIL_WATER", ["KETTLE_FULL"], ["WATER_HOT"])

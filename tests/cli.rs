@@ -453,7 +453,7 @@ fn plan_says_what_to_do_and_when_it_knew() {
     assert_eq!(plan["status"], "stuck");
     assert_eq!(
         stuck.err.trim_end(),
-        "symbolt: stuck: BOLT_AT_START does not hold and no action brings it about"
+        "symbolt: stuck: BOLT_AT_START does not hold and no action causes it"
     );
 }
 
@@ -501,9 +501,9 @@ fn of_a_domain_written_in_code_only_what_it_has_is_printed() {
                     | WATER  | object |\n\
                     | COFFEE | object |\n\n\
                     1 action:\n\n\
-                    | action | needs | brings about |\n\
-                    |--------|-------|--------------|\n\
-                    | BREW   | WATER | COFFEE       |\n\n";
+                    | action | preconditions | effects |\n\
+                    |--------|---------------|---------|\n\
+                    | BREW   | WATER         | COFFEE  |\n\n";
     assert_eq!(printed, expected);
 }
 

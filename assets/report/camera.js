@@ -8,10 +8,11 @@ const VIEWS = {
 // The share of the picture's half width and half height that the framed points may fill.
 const FILL = 0.95;
 
-// The moves of an episode are looked at in so many frames.
+// Number of frames at which the movements of an episode are examined.
 const LOOKS_AT = 48;
 
-// The points that a view must show, each with a radius: table, fixtures, and parts and arm wherever they come.
+// The points that a view must show, each with a radius: table and fixtures, and the parts and the arm wherever they
+// move.
 function framed(bodies, frames, pose) {
   bodies.scene.updateMatrixWorld(true);
   const still = [bodies.table, ...bodies.fixtures].flatMap((body) => inWorld(body, corners(body)));
@@ -30,7 +31,7 @@ function framed(bodies, frames, pose) {
   const near = (point) => point.z > bodies.ground - 0.02 && point.distanceTo(middle) < 1.2;
   const round = (points, radius) => points.filter(near).map((at) => ({ at, radius }));
   const stand = { at: new THREE.Vector3(0, 0, bodies.ground), radius: 0.09 };
-  // `table` is what happens on the table; `arm` is the rest of the arm.
+  // `table` are the points on and near the table; `arm` are the other points of the arm.
   return { table: [...round(still, 0), ...round(parts, 0.05), ...round(tool, 0.07)], arm: [...round(arm, 0.06), stand] };
 }
 
@@ -68,7 +69,7 @@ class Views {
     this.place();
   }
 
-  // Frames the view anew; after the reader has moved the camera only on request.
+  // Frames the view again. Once the reader has moved the camera, this happens only on request.
   place() {
     const { table, arm } = this.points;
     const view = VIEWS[this.name];

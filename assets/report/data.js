@@ -32,7 +32,7 @@ function shielded(id, act) {
   }
 }
 
-// How many of the rising numbers are at most `value`.
+// The number of values in an ascending list that are at most `value`.
 function countUpTo(numbers, value) {
   let low = 0;
   let high = numbers.length;

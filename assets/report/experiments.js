@@ -32,8 +32,7 @@ function again(results) {
   return [make("pre", trials > 0 ? `${how} --trials ${trials}` : how), settings];
 }
 
-// The number of trials of a rate. Where the members of a trial are alike, also the number of independent trials that
-// they are worth.
+// The number of trials of a rate. For correlated trials, also the number of independent trials with the same precision.
 function counted({ trials, effective_trials: effective }) {
   if (effective === null || effective === undefined || Math.round(effective) >= trials) return String(trials);
   return `${trials} (as ${effective < 0.95 ? "less than 1" : Math.round(effective)})`;

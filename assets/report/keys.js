@@ -4,7 +4,7 @@
 const STEPS = { plain: 0.01, shift: 0.001, page: 1 };
 const VIEW_KEYS = { 1: "overview", 2: "top", 3: "follow" };
 
-// Whether the element does something of its own with the key.
+// Whether the element handles the key itself.
 function ownKey(target, key) {
   if (!(target instanceof Element)) return false;
   if (target.closest("select, textarea, [contenteditable]")) return true;

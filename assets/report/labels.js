@@ -40,7 +40,7 @@ class Labels {
   }
 
   // Puts every label where it covers nothing of `solid` (gripper and parts) and, if it can, nothing of `soft` (arm and
-  // fixtures). A label stays at its place while that is free. A state outside the picture has no label.
+  // fixtures). A label stays at its place while the place is free. A state outside the picture has no label.
   place(camera, solid, soft) {
     if (!this.shown || !this.width) return;
     const taken = [];

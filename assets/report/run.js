@@ -239,7 +239,7 @@ class RunPage {
     if (byId("now")) this.showNow();
   }
 
-  // The decision that is made or acted upon at a moment.
+  // The decision that is being made or carried out at a moment.
   current(time = this.time) {
     return this.acts.findLastIndex((act) => act.asked <= time);
   }

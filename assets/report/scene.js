@@ -1,6 +1,6 @@
 // The objects of the 3-D view: table, fixtures, parts, arm, floor, lights and the states' ellipsoids.
 
-// Looks that every scene shares. The data say how parts and fixtures look.
+// The looks of objects in every scene. The looks of parts and fixtures are in the data.
 const LOOKS = {
   table: { colour: 0xb9a78c, roughness: 0.9 }, link: { colour: 0xf2f3f5, roughness: 0.5 },
   hand: { colour: 0x4a5663, roughness: 0.6 },
@@ -78,7 +78,7 @@ class Bodies {
   }
 
   addArm(outline, meshOf, add) {
-    // The physics has no base because nothing can come near it.
+    // The physics has no body for the base because nothing can come near it.
     const stand = new THREE.MeshStandardMaterial({ color: LOOKS.hand.colour, roughness: LOOKS.hand.roughness });
     const height = 0.14 - this.ground;
     const base = add(new THREE.Mesh(new THREE.CylinderGeometry(0.075, 0.095, height, 32), stand));

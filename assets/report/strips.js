@@ -3,7 +3,7 @@
 const SIZES = { decide: 20, act: 22, touch: 20, plot: 118, band: 13, row: 2.2, name: 13, scale: 24, pad: 5 };
 const FONT = "12px system-ui, sans-serif";
 const SMALL = "11px system-ui, sans-serif";
-// Spikes are counted over so many seconds before the moment.
+// Number of seconds before the moment over which spikes are counted.
 const RECENT_S = 0.05;
 
 // A strip: a canvas with a line at the moment and one at the pointer.
@@ -86,7 +86,7 @@ class Lanes extends Strip {
     pen.fillStyle = theme.colours.ink;
     pen.textAlign = "left";
     const from = Math.max(x(act.decided), this.axis.left);
-    // As much text as there is room for; the outcome counts more than the action.
+    // Show as much text as there is room for. The outcome comes before the action.
     const texts = [`${act.action}: ${act.outcome}`, act.outcome, act.outcome[0]];
     const text = texts.find((text) => pen.measureText(text).width < x(act.until) - from - 8);
     if (text) pen.fillText(text, from + 4, rows[1] + 9);
@@ -163,7 +163,7 @@ class Panel extends Strip {
     pen.setLineDash(theme.dash(column));
     pen.lineWidth = 1.6;
     pen.beginPath();
-    // Of samples that share a pixel, only the least and the greatest.
+    // Of samples that share a pixel, draw only the least and the greatest.
     let pixel = null;
     let least = 0;
     let greatest = 0;

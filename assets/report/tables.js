@@ -65,19 +65,19 @@ function inWords(value) {
   return String(value);
 }
 
-// Clearer words for some figures of the summary.
+// Clearer words for some figures of the summary, in the words of `symbolt run` where it prints them.
 const FIGURES = {
   assembled: "episodes solved",
-  minimum_steps: "episodes with the least number of steps",
-  least_steps: "least number of steps",
-  false_goals: "goals declared met that were not",
-  replans: "new plans after a failed step",
+  minimum_steps: "episodes solved in the fewest possible steps",
+  least_steps: "fewest possible steps",
+  false_goals: "goals wrongly taken as met",
+  replans: "re-plans after a failed step",
   replans_after: "steps that failed",
-  strays: "parts that ended in no state",
+  strays: "parts that ended up in no state",
   ended_with_strays: "episodes with such parts at the end",
   meddled: "episodes with a perturbation",
   decision_ms: "time of a decision, simulated ms",
-  slip_mm: "greatest slip in the hand, mm",
+  slip_mm: "largest slip in the gripper, mm",
 };
 
 function figuresTable(summary) {

@@ -47,7 +47,7 @@ class Thinking {
     return this.add(Math.max(next, 0));
   }
 
-  // A panel with its head: which module, its names with their values. Gives the module's selector.
+  // Adds a panel with its head: the module's selector, and the names with their values. Returns the selector.
   add(index) {
     const panel = this.timeline.addPanel(index);
     const select = make("select", null, ...this.content.modules.map(({ name }, i) => new Option(name, String(i))));

@@ -13,7 +13,7 @@ pub(crate) use super::options::{
     whole,
 };
 
-/// A well-formed argument that the command cannot use, and why, in one sentence.
+/// A sentence on a well-formed argument that the command cannot use.
 #[derive(Debug, Error)]
 #[error("{0}")]
 pub(crate) struct BadArgument(pub String);
@@ -33,8 +33,8 @@ impl BadArgument {
     about,
     disable_help_subcommand = true,
     override_usage = "symbolt [OPTIONS OF run]\n       symbolt <COMMAND> [OPTIONS]",
-    after_help = "Without a command, `symbolt` does what `symbolt run` does: it shows the robot the\n\
-                  task, learns from that, lets the robot do it, and writes the folder out/.\n\
+    after_help = "Without a command, `symbolt` does what `symbolt run` does: it records\n\
+                  demonstrations, learns from them, runs an episode, and writes the folder out/.\n\
                   `symbolt COMMAND --help` lists the options of a command and their defaults."
 )]
 pub(crate) struct Cli {
@@ -111,7 +111,7 @@ pub(crate) struct RunArgs {
     /// [default: out, where an earlier run is replaced]
     #[arg(verbatim_doc_comment, long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
-    /// Replace the files of the folder, even if it is not a run's
+    /// Replace the files of the folder, even if no run wrote them
     #[arg(long)]
     pub force: bool,
 }
@@ -210,7 +210,7 @@ pub(crate) struct ExperimentArgs {
     /// Keep the intact trials of a damaged journal and run the others again
     #[arg(long, conflicts_with = "force")]
     pub salvage: bool,
-    /// Run one part of the trials only, such as 2/4
+    /// Run only one part of the trials, such as 2/4
     #[arg(long, value_name = "I/N")]
     pub shard: Option<String>,
 }
@@ -253,7 +253,7 @@ pub(crate) struct RecordArgs {
     pub kinematic: bool,
     #[command(flatten)]
     pub synthetic: SyntheticArgs,
-    /// Write a single scene, all parts on the table, and no demonstrations
+    /// Write a single scene with all parts on the table, no demonstrations
     #[arg(long)]
     pub scene: bool,
     /// Write the names of actions to `next_action`; needs --kinematic

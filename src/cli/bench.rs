@@ -115,7 +115,7 @@ fn ready(args: &BenchArgs, spec: &Standard, model: Model) -> Result<Ready, Error
     write_atomic(&path, &bytes, Overwrite::Never)?;
     let (again, load_s) = load(spec, model, &path)?;
     if again.solved() != built.solved() {
-        anyhow::bail!("the network read back from its file differs from the one that was built");
+        anyhow::bail!("the network loaded from its file differs from the network that was built");
     }
     Ok(Ready { built, load_s, peak_mb })
 }

@@ -34,7 +34,7 @@ fn inspect(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
         }));
     }
     let header: Option<Value> = serde_json::from_slice(bytes).ok();
-    // Of these files only domains name their format, so a truncated domain is still recognised.
+    // Of these files, only domains name their format, so even a truncated domain is recognised.
     let head = String::from_utf8_lossy(&bytes[..bytes.len().min(200)]);
     if header.as_ref().map_or(head.contains("\"format\""), |v| v.get("format").is_some()) {
         let domain = Domain::parse(bytes, name)?;

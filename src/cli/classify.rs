@@ -73,7 +73,7 @@ fn read_scenes(path: &std::path::Path) -> Result<Vec<Scene>, Error> {
             });
             Ok(scenes.collect())
         }
-        // A file that is neither is reported as a faulty recording.
+        // A file that is neither a recording nor a scene is reported as a faulty recording.
         Err(fault) => match Snapshot::parse(&bytes, &name) {
             Ok(scene) => Ok(vec![(None, scene)]),
             Err(_) => Err(TaskError::Input(fault).into()),

@@ -71,10 +71,13 @@ fn list() -> String {
 
 pub(crate) fn merged(args: &MergeArgs) -> Result<Outcome, Error> {
     let Some(first) = args.folders.first() else {
-        return Err(BadArgument("merge needs the folders of the shards".into()).into());
+        return Err(BadArgument(
+            "no folder is given; `symbolt merge` needs the folders of the shards".into(),
+        )
+        .into());
     };
     let origin = Origin::read(first)?;
-    // Settings of the journals are the defaults. An option on the command line must agree with them.
+    // The settings of the journals are the defaults. An option on the command line must agree with them.
     let mut common = args.common.clone();
     if !was_given("seed") {
         common.seed = origin.seed.value();
@@ -94,7 +97,7 @@ pub(crate) fn merged(args: &MergeArgs) -> Result<Outcome, Error> {
     Ok(Outcome::Done)
 }
 
-/// Whether the command line of `symbolt merge` has this option.
+/// Returns whether the command line of `symbolt merge` has this option.
 fn was_given(option: &str) -> bool {
     let matches = Cli::command().try_get_matches_from(std::env::args_os());
     let source = matches.ok().and_then(|all| all.subcommand_matches("merge")?.value_source(option));
@@ -245,9 +248,9 @@ struct Bar {
 
 /// State of the progress lines.
 struct Lines {
-    /// When timing began, and how many trials were already done.
+    /// Time at which timing began, and number of trials that were already done.
     begun: Option<(Instant, u64)>,
-    /// When the last line was printed.
+    /// Time at which the last line was printed.
     last: Instant,
 }
 

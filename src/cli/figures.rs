@@ -216,14 +216,14 @@ impl Figures<'_> {
         grid
     }
 
-    /// Returns why an episode failed, in words.
+    /// Returns the reason why an episode failed, in words.
     fn reason(&self, ended: &Ended) -> String {
         match ended {
-            Ended::GoalMet => "the planner took the goal as met, but it is not".into(),
+            Ended::GoalMet => "the planner took the goal as met, although it is not".into(),
             Ended::Stuck(obstacle) => plan::obstacle_text(&self.learned.domain, *obstacle),
             Ended::NoWay { action } => format!("no part could be grasped and placed for {action}"),
             Ended::Occupied { action } => format!("another part lies where {action} puts its part"),
-            Ended::GaveUp => "the time or the number of skills was used up".into(),
+            Ended::GaveUp => "the limit on time or skills was reached".into(),
         }
     }
 }

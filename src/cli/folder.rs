@@ -28,8 +28,8 @@ const FACTS: &str = "run.json";
 /// Returns the folder to write, which may not exist yet.
 ///
 /// # Errors
-/// If the folder must not be replaced: one named with `--out` must hold none of the files; `out` must be empty or hold
-/// an earlier run. `--force` allows both.
+/// If the folder must not be replaced. A folder named with `--out` must hold none of the files. The default `out` must
+/// be empty or hold an earlier run. `--force` lifts both conditions.
 pub(crate) fn folder(args: &RunArgs) -> Result<PathBuf, Error> {
     let folder = args.out.clone().unwrap_or_else(|| PathBuf::from("out"));
     if folder.exists() && !folder.is_dir() {
@@ -54,7 +54,7 @@ pub(crate) fn folder(args: &RunArgs) -> Result<PathBuf, Error> {
     }
 }
 
-/// Returns the sign that a folder was not written by a run, if there is one.
+/// Returns a sentence on why a folder cannot have been written by a run; `None` if it can.
 fn foreign(folder: &Path) -> Result<Option<String>, FileError> {
     let failed = FileError::io("read", folder);
     let entries = match std::fs::read_dir(folder) {
@@ -64,7 +64,7 @@ fn foreign(folder: &Path) -> Result<Option<String>, FileError> {
     };
     let mut empty = true;
     for entry in entries {
-        // Hidden files, such as those that keep a folder in a repository, make no folder foreign.
+        // Hidden files, such as those that keep a folder in a repository, are ignored.
         empty &= entry.map_err(&failed)?.file_name().to_string_lossy().starts_with('.');
     }
     if empty {
@@ -84,13 +84,14 @@ fn is_facts(path: &Path) -> bool {
         .is_ok_and(|facts| facts["format"] == RunFacts::FORMAT.0 && facts["version"].is_u64())
 }
 
-/// Replaces the files of a folder; `contents` are those of [`FILES`] but for the page, in their order.
+/// Replaces the files of a folder. `contents` are the contents of [`FILES`] without the page, in the same order.
 ///
 /// # Errors
 /// [`FileError`] if a file cannot be removed or written.
 pub(crate) fn write(folder: &Path, contents: [Vec<u8>; 6]) -> Result<(), FileError> {
     std::fs::create_dir_all(folder).map_err(FileError::io("make", folder))?;
-    // After a kill at any moment the folder is still recognised, and it never mixes the files of two runs.
+    // In this order, the folder is still recognised after a kill at any moment, and it never mixes the files of two
+    // runs.
     let plain = |path: &PathBuf| path.symlink_metadata().is_ok_and(|m| m.is_file());
     let others = FILES.iter().filter(|file| **file != FACTS).map(|file| folder.join(file));
     for path in others.filter(plain) {

@@ -120,7 +120,7 @@ fn summary(learned: &Learned) -> Value {
         "threshold_m": by_kind(|c| c.threshold_m),
         "operators": operators,
         "goal": domain.goal_name(),
-        // `tries` are attempts, `strays` are unexplained poses: scripts rely on the old keys.
+        // `tries` counts attempts, `strays` lists unexplained poses. Scripts rely on these old keys.
         "tries": learned.report.attempts.len(),
         "failed": failed,
         "strays": unexplained,
@@ -136,14 +136,14 @@ fn failed(report: &LearnReport) -> impl Iterator<Item = (&AttemptReport, Failure
     })
 }
 
-/// Returns why an attempt failed, in words.
+/// Returns the reason why an attempt failed, in words.
 fn reason(why: Failure) -> &'static str {
     match why {
         Failure::NothingMoved => "nothing moved",
         Failure::PartLost => "the part was lost",
-        Failure::NothingNew => "it brought about no new state",
+        Failure::NothingNew => "it led to no new state",
         Failure::Detour => "it was a detour that other demonstrations avoided",
-        Failure::Undone => "the part came back to an earlier place",
+        Failure::Undone => "the part returned to an earlier state",
         _ => "it achieved nothing",
     }
 }
@@ -189,7 +189,7 @@ pub(crate) fn domain_tables(domain: &Domain) -> String {
     section(&mut text, &counted(domain.operators().len(), "action"), &action_table(domain));
     let evidence = evidence_table(domain);
     if !evidence.is_empty() {
-        let title = "Evidence (a need marked 4/5 held before 4 of 5 instances)";
+        let title = "Evidence (a precondition marked 4/5 held before 4 of 5 instances)";
         section(&mut text, title, &evidence);
     }
     let mut grid = Grid::new(&["kind", ">threshold mm", ">next merge mm"]);
@@ -260,11 +260,12 @@ fn spread_table(domain: &Domain) -> Grid {
 /// Returns the actions with their preconditions and effects.
 fn action_table(domain: &Domain) -> Grid {
     let operators = domain.operators();
-    // Absent states are required by a written action, but only observed of a learned one.
+    // An action written in code requires its absent states to be absent. For a learned action, they were only observed
+    // to be absent.
     let learned = operators.iter().any(|o| o.evidence.is_some());
     let with_absent = !learned && operators.iter().any(|o| !o.absent.is_empty());
-    let mut columns = vec!["action", "needs", "brings about"];
-    columns.extend(with_absent.then_some("needs absent"));
+    let mut columns = vec!["action", "preconditions", "effects"];
+    columns.extend(with_absent.then_some("must be absent"));
     let mut grid = Grid::new(&columns);
     for operator in operators {
         let evidence = operator.evidence.as_ref();
@@ -287,9 +288,9 @@ fn action_table(domain: &Domain) -> Grid {
     grid
 }
 
-/// Returns how often each learned action was seen, and the states never seen before it.
+/// Returns the number of instances of each learned action, and the states that never held before it.
 fn evidence_table(domain: &Domain) -> Grid {
-    let mut grid = Grid::new(&["action", ">instances", "never seen before it"]);
+    let mut grid = Grid::new(&["action", ">instances", "never held before it"]);
     for operator in domain.operators() {
         if let Some(evidence) = &operator.evidence {
             let absent = domain.names(&operator.absent).join(", ");

@@ -130,7 +130,7 @@ fn sentence(error: &Error) -> String {
 }
 
 fn complain(sentence: &str) {
-    // Without standard error, no one can be told.
+    // If standard error is closed, the message is lost.
     let _ = writeln!(std::io::stderr(), "symbolt: {sentence}");
 }
 

@@ -24,7 +24,7 @@ pub(crate) struct Common {
     /// Worker threads, 0 for one per core; results do not change
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<usize>)]
     pub threads: usize,
-    /// Print no progress to standard error
+    /// Do not print progress to standard error
     #[arg(long)]
     pub quiet: bool,
     /// Print JSON instead of tables
@@ -61,10 +61,10 @@ pub(crate) struct PlannerArgs {
     /// Maximum similarity (cosine) of two pointers
     #[arg(long, value_name = "COSINE", default_value_t = 0.1, value_parser = number::<Real>)]
     pub max_similarity: Real,
-    /// Also require the absence of states never seen before an action
+    /// Also require the absence of states that never held before an action
     #[arg(long)]
     pub absent: bool,
-    /// Act on the first possible action (the paper's rule); by default
+    /// Take the first possible action (the paper's rule); by default
     /// the planner first shows that the goal can be reached
     #[arg(verbatim_doc_comment, long)]
     pub first: bool,
@@ -81,7 +81,7 @@ impl VocabTag for Checked {
 }
 
 impl PlannerArgs {
-    /// Checks the options, so that a wrong one is refused before any work.
+    /// Checks the options, so that a wrong option is refused before any work.
     ///
     /// # Errors
     /// If the mode, the dimensions or the maximum similarity cannot be used.
@@ -185,7 +185,7 @@ impl DemoArgs {
     }
 }
 
-/// Names the options of demonstrations in an error about their task.
+/// Names the option of demonstrations in an error about their task.
 pub(crate) fn demonstrated(error: TaskError) -> Error {
     let option = match &error {
         TaskError::Setting { name: "nuts", .. } => "--demo-nuts",

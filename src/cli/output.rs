@@ -58,7 +58,7 @@ impl Progress {
         Self { bar, lines: !terminal && !common.quiet }
     }
 
-    /// Returns whether standard error is a terminal, where the line can change.
+    /// Returns whether progress goes to a terminal, where a line can change.
     pub fn lively(&self) -> bool {
         self.bar.is_some()
     }

@@ -79,36 +79,36 @@ pub(crate) fn count(
     (counts, loose)
 }
 
-/// Returns success if there is an action or the goal is met, or else why not.
+/// Returns success if there is an action or the goal is met, otherwise the reason why the planner is stuck.
 pub(crate) fn outcome(planner: &Planner, plan: &RolledOut) -> Outcome {
     match (plan.steps.is_empty(), plan.end) {
         (true, PlanEnd::Stuck(obstacle)) => {
             Outcome::Failed(format!("stuck: {}", obstacle_text(planner.domain(), obstacle)))
         }
-        // Only the next action counts: the robot looks and plans again after each.
+        // Only the next action counts: the robot looks and plans again after each action.
         _ => Outcome::Done,
     }
 }
 
-/// Returns an obstacle in words.
+/// Returns an obstacle in words. `assets/report/words.js` has the same sentences.
 pub(crate) fn obstacle_text(domain: &Domain, obstacle: Obstacle) -> String {
     let state = |state: StateId| domain[state].name.as_str();
     let action = |action: ActionId| domain[action].name.as_str();
     match obstacle {
         Obstacle::NothingCauses { state: s } => {
-            format!("{} does not hold and no action brings it about", state(s))
+            format!("{} does not hold and no action causes it", state(s))
         }
         Obstacle::MustBeAbsent { action: a, state: s } => {
             format!("{} holds, but must be absent before {}", state(s), action(a))
         }
         Obstacle::NeedsItself { state: s } => {
-            format!("every way to {} needs {} first", state(s), state(s))
+            format!("every way to reach {} requires {} itself", state(s), state(s))
         }
         _ => "the goal cannot be reached".into(),
     }
 }
 
-/// Returns why a cause was chosen, in words.
+/// Returns the reason why a cause was chosen, in words.
 fn why_text(choice: &Choice) -> String {
     let unmet = |unmet: usize| match unmet {
         0 => "all its preconditions hold".to_owned(),
@@ -124,7 +124,7 @@ fn why_text(choice: &Choice) -> String {
     }
 }
 
-/// Returns the decision about the scene itself; the others are about predicted worlds.
+/// Returns the decision about the scene itself. The other decisions are about predicted world states.
 fn first(plan: &RolledOut) -> &Decision {
     plan.steps.first().map_or(&plan.last, |step| &step.decision)
 }
@@ -236,7 +236,7 @@ pub(crate) fn table(
     text
 }
 
-/// The title of the milestones, with the moment from which all times of a plan count.
+/// The title of the milestones. It names the moment from which all times of a plan count.
 const MILESTONES: &str = "Milestones of the next decision. All times count from the moment at which the planner \
                           is given the goal and the scene:";
 

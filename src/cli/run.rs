@@ -45,7 +45,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let shown = demonstrate_observed(&task, count, seed, &mut line)?;
     if shown.solved == 0 {
         let sentence =
-            format!("none of {count} demonstrations was assembled, so there is nothing to learn");
+            format!("none of {count} demonstrations solved the task, so there is nothing to learn");
         return Ok(Outcome::Failed(sentence));
     }
     let settings = Settings { seed: args.common.seed, ..Settings::default() };
@@ -53,7 +53,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let domain = &learned.domain;
     let Some(goal) = domain.goal() else {
         return Ok(Outcome::Failed(
-            "the demonstrations brought about no state that could be a goal".into(),
+            "the demonstrations reached no state that could be the goal".into(),
         ));
     };
     progress.say("building the planner graph");

@@ -2,13 +2,13 @@
 
 use std::fmt;
 
-/// Columns that every terminal has.
+/// Number of columns that every terminal has.
 const WIDTH: usize = 80;
 
-/// The most rows that are listed cell by cell if they are too wide for a table.
+/// Maximum number of rows that are listed cell by cell if they are too wide for a table.
 const LISTED: usize = 12;
 
-/// Joins the words of a text: a table breaks no line between them.
+/// Joins the words of a text so that a table breaks no line between them.
 pub(crate) fn unbroken(text: &str) -> String {
     text.replace(' ', "\u{a0}")
 }
@@ -81,7 +81,7 @@ impl Grid {
         Some(widths)
     }
 
-    /// Splits a table into several, each with the rows' numbers; `None` if a column is too wide even so.
+    /// Splits a table into several tables, each with the rows' numbers; `None` if a single column is too wide.
     fn split(&self) -> Option<Vec<Self>> {
         let number = self.rows.len().to_string().len();
         let mut groups: Vec<Vec<usize>> = vec![Vec::new()];
@@ -249,10 +249,8 @@ mod tests {
     #[test]
     fn a_table_that_fits_no_line_becomes_a_list() {
         let name = "A_NAME_OF_MORE_THAN_FORTY_CHARACTERS_IN_ALL";
-        let text = table(&["action", "brings about"], &[&[name, name], &[name, "B"]]);
-        let expected = format!(
-            "action      : {name}\nbrings about: {name}\n\naction      : {name}\nbrings about: B\n"
-        );
+        let text = table(&["action", "effects"], &[&[name, name], &[name, "B"]]);
+        let expected = format!("action : {name}\neffects: {name}\n\naction : {name}\neffects: B\n");
         assert_eq!(text, expected);
     }
 

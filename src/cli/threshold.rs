@@ -6,13 +6,14 @@ use super::args::BadArgument;
 const UNITS: [(&str, f64); 5] =
     [("mm", 1e-3), ("cm", 1e-2), ("µm", 1e-6), ("um", 1e-6), ("m", 1.0)];
 
-/// The greatest number without a unit, in metres; millimetres typed by mistake are above it.
+/// Greatest accepted number without a unit, in metres. A number meant in millimetres is greater.
 const MOST_BARE_M: f64 = 0.1;
 
 /// Reads a threshold in metres.
 ///
 /// # Errors
-/// [`BadArgument`] if it is no length above zero, or a number without a unit that is too great to be metres.
+/// [`BadArgument`] for anything but a length above 0, and for a number without a unit that is too great to be in
+/// metres.
 pub(crate) fn metres(typed: &str) -> Result<f64, BadArgument> {
     let refused = || {
         BadArgument::range("--threshold", typed, "a length above 0, such as 1.169mm or 0.001169m")

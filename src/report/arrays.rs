@@ -33,7 +33,7 @@ pub struct Arrays {
     modules: Vec<(String, Array2<f32>)>,
     spikes_t: Array1<f64>,
     spikes_row: Array1<u32>,
-    /// Names of modules that the file holds but that could not be read.
+    /// Names of the modules in the file that could not be read.
     unread: Vec<String>,
 }
 
@@ -63,7 +63,7 @@ fn singles<D: Dimension>(npz: &mut NpzReader<'_>, name: &str) -> Result<Array<f3
 /// Maximum number of rows of a spike raster.
 const MAX_ROWS: usize = 2_000;
 
-/// Whether times are in ascending order and within the length of an episode.
+/// Returns whether times are in ascending order and within the length of an episode.
 fn rising(times: &Array1<f64>) -> bool {
     times.iter().all(|t| (0.0..=MAX_EPISODE_S).contains(t))
         && times.iter().zip(times.iter().skip(1)).all(|(a, b)| a <= b)
@@ -128,7 +128,7 @@ impl Arrays {
     /// sentence on each of them. Numbers may be of single or double precision.
     ///
     /// # Errors
-    /// A sentence, if the bytes are not a file of arrays.
+    /// A sentence on the reason if the bytes are not a file of arrays.
     pub fn from_npz(bytes: &[u8]) -> Result<(Self, Vec<String>), String> {
         let mut npz = NpzReader::new(bytes).map_err(|error| error.to_string())?;
         let (mut arrays, mut odd) = (Self::empty(), Vec::new());

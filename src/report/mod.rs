@@ -28,7 +28,7 @@ use crate::task::scene::Outline;
 pub struct Report {
     /// The page, as HTML.
     pub html: String,
-    /// Sentences on missing and damaged files.
+    /// One sentence for each missing or damaged file.
     pub missing: Vec<String>,
 }
 
@@ -46,8 +46,8 @@ const TRIALS: &str = "trials.bin";
 /// the task, the page omits the replay and says so.
 ///
 /// # Errors
-/// [`TaskError::NothingToReport`] if the folder holds no file of a run or experiment; [`TaskError::File`] if it cannot be
-/// read.
+/// [`TaskError::NothingToReport`] if the folder holds no file of a run or experiment; [`TaskError::File`] if the folder
+/// cannot be read.
 pub fn report(folder: &Path) -> Result<Report, TaskError> {
     let entries = std::fs::read_dir(folder).map_err(FileError::io("read", folder))?;
     if RUN.iter().any(|name| folder.join(name).exists()) {
@@ -158,7 +158,7 @@ fn of_run(folder: &Path) -> Report {
     let recorded = recorded_episode(facts.as_ref(), events.as_deref());
     if let (Some(facts), None) = (&facts, recorded) {
         let (number, all) = (facts.recorded, episodes(facts).unwrap_or(0));
-        let problem = format!("`filmed` is {number}; expected an episode from 0 to below {all}");
+        let problem = format!("`filmed` is {number}; expected an episode number below {all}");
         reader.missing.push(format!("run.json: {problem}"));
     }
     let mut odd = Vec::new();

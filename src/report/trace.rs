@@ -21,7 +21,7 @@ pub struct End {
     pub simulated_s: f64,
 }
 
-/// A line of the trace: the number of an episode, and one of the other fields.
+/// A line of the trace: the number of an episode, and exactly one of the other fields.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Line {
@@ -66,7 +66,7 @@ impl Observer for Tracer {
     fn observe(&mut self, event: &Event<'_>) {
         let own = Line { episode: self.episode, ..Line::default() };
         match event {
-            // A decision that is carried out is written when its skill is over.
+            // A decision that the robot carries out is written when its skill is over.
             Event::Decided(decision) if !decision.begun => {
                 put(&mut self.decisions, &Line { decision: Some((*decision).clone()), ..own });
             }
@@ -101,7 +101,7 @@ pub(super) const MAX_EPISODE_S: f64 = 200_000.0;
 const MAX_EPISODES: usize = 100_000;
 
 impl Line {
-    /// Whether the episode's number and all times are in range.
+    /// Returns whether the episode's number and all times are in range.
     fn in_range(&self) -> bool {
         let moments = [
             self.decision.as_ref().map(|d| d.asked_s),

@@ -9,10 +9,10 @@ const Z: f64 = 1.959_963_984_540_054;
 /// Number of independent trials below which an interval is only a rough guide
 /// ([`Statistic::is_of_few_trials`]).
 ///
-/// The interval of a mean rests on the sample's standard deviation, which from `n` normal numbers has a relative
-/// standard error of about `1 / sqrt(2 (n - 1))`: 24% at ten, 71% at two. If the numbers are not normal, so few trials
-/// do not reveal it, and Student's interval may hold the true mean less often than 95%. The interval of a rate spans 28
-/// points at ten trials and 66 points at two, even if all trials agree.
+/// The interval of a mean depends on the sample's standard deviation. For `n` normal numbers, this has a relative
+/// standard error of about `1 / sqrt(2 (n - 1))`: 24% for ten numbers, 71% for two. For numbers that are not normal,
+/// Student's interval may contain the true mean less often than in 95% of cases, and so few trials do not reveal this.
+/// The interval of a rate spans 28 percentage points for ten trials and 66 for two, even if all trials agree.
 pub const FEW_TRIALS: u64 = 10;
 
 /// The 97.5% point of Student's t distribution. Degrees of freedom below one half count as one half.
@@ -47,17 +47,17 @@ impl Rate {
         Self { successes, trials, clusters: trials, effective: trials as f64 }
     }
 
-    /// Computes the rate of trials in clusters. Each cluster is given as successes and trials. Clusters are independent
-    /// of one another; trials within a cluster may be correlated.
+    /// Computes the rate of trials in clusters. Each item is a cluster's number of successes and number of trials.
+    /// Clusters are independent of one another; trials within a cluster may be correlated.
     ///
-    /// The variance of the rate is that of a ratio of two sums over clusters (Cochran 1977, section 9A.2). The
-    /// effective number of trials is the number of independent trials with the same variance. It is reduced because
+    /// The variance of the rate is computed as that of a ratio of two sums over clusters (Cochran 1977, section 9A.2).
+    /// The effective number of trials is the number of independent trials with the same variance. It is reduced because
     /// Student's interval is wider with few clusters (Korn and Graubard 1998); unequal clusters count as fewer equal
     /// clusters (Kish 1965).
     ///
-    /// If nearly all trials agree, the data hardly show the correlation within clusters. The number is therefore a
-    /// weighted harmonic mean of two numbers: the one above, with the count of the rarer answer as its weight, and the
-    /// number for clusters of identical trials, with weight 1.
+    /// If nearly all trials agree, the data hardly show the correlation within clusters. The effective number is
+    /// therefore a weighted harmonic mean of two numbers: the number above, with the count of the rarer answer as its
+    /// weight, and the number for clusters of identical trials, with weight 1.
     pub fn of_clusters(clusters: impl Iterator<Item = [u64; 2]> + Clone) -> Self {
         let filled = clusters.filter(|[_, of]| *of > 0).map(|[own, of]| [own.min(of), of]);
         let (mut count, mut successes, mut trials, mut squares) = (0u32, 0, 0, 0.0);
@@ -242,7 +242,7 @@ impl Statistic {
         }
     }
 
-    /// Whether the statistic comes from fewer than [`FEW_TRIALS`] independent trials or clusters.
+    /// Returns whether the statistic comes from fewer than [`FEW_TRIALS`] independent trials or clusters.
     pub fn is_of_few_trials(&self) -> bool {
         let independent = match self {
             Self::Rate(rate) => rate.clusters,

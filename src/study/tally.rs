@@ -38,7 +38,7 @@ pub struct Tally {
     pub simulated_s: f64,
     /// Greatest slip in the gripper of any part that was placed, in metres.
     pub slip_m: f64,
-    /// Unsolved episodes: index, counted from 0, and how the episode ended.
+    /// Unsolved episodes: the episode's index, counted from 0, and how it ended.
     pub failures: Vec<(usize, Ended)>,
 }
 
@@ -75,7 +75,7 @@ impl Tally {
         tally
     }
 
-    /// Returns the quantile `share` (0 to 1) of the decisions' duration, in simulated milliseconds; `None` without
+    /// Returns the quantile `share` (0 to 1) of the durations of decisions, in simulated milliseconds; `None` without
     /// decisions.
     pub fn decision_quantile(&self, share: f64) -> Option<f64> {
         let last = self.decision_ms.len().checked_sub(1)?;

@@ -13,7 +13,7 @@ use crate::spa::VocabError;
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("{file}{}: {problem}; expected {expected}", place(.line, .field))]
 pub struct InputFault {
-    /// The file name, or another name for the source of the text.
+    /// Name of the file, or another name for the source of the text.
     pub file: String,
     /// The line, counted from 1; `None` if the fault is not in a single line.
     pub line: Option<usize>,
@@ -130,7 +130,7 @@ pub enum TaskError {
     /// A value cannot be written as JSON.
     #[error("{what} cannot be written as JSON")]
     Json {
-        /// The value that was to be written, such as `the domain`.
+        /// Name of the value that could not be written, such as `the domain`.
         what: &'static str,
         /// The error from serde.
         source: serde_json::Error,

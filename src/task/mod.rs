@@ -30,7 +30,7 @@
 //! The `physics` feature enables `robot`, `scene`, `skill` and `execute`.
 //!
 //! A submodule depends only on submodules above it in the table. `robot`, `scene` and `skill` do not depend on `learn`
-//! and `planner`. Experiments, reports and the command line are outside `task`.
+//! or `planner`. Experiments, reports and the command line are outside `task`.
 
 pub mod domain;
 mod error;

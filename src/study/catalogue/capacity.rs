@@ -1,4 +1,4 @@
-//! `capacity`: how often the right filler is decoded from a sum of bound pairs, compared with a prediction.
+//! `capacity`: the rate at which the right filler is decoded from a sum of bound pairs, compared with a prediction.
 //!
 //! A trial draws K roles and a vocabulary of M items; K of the items are the fillers. The trial sums the bound pairs,
 //! adds noise of standard deviation sigma / sqrt(D) to each component, unbinds the first role, and takes the most
@@ -6,9 +6,10 @@
 //!
 //! The prediction is computed as follows. Let q be the unbound pointer and c its dot product with the right filler. If
 //! another filler scores above c, the answer is wrong. Otherwise it is right if none of the other M - K items scores
-//! above c. That has the probability `F((1 + c / |q|) / 2)^(M - K)`. F is the distribution function of
-//! `Beta((D - 1) / 2, (D - 1) / 2)`, which is the distribution of `(1 + cosine) / 2` for directions uniform on the
-//! sphere. The prediction is the mean of this probability over q, so each trial returns the probability for its own q.
+//! above c. The probability of this is `F((1 + c / |q|) / 2)^(M - K)`. Here F is the distribution function of the beta
+//! distribution `Beta((D - 1) / 2, (D - 1) / 2)`, which is the distribution of `(1 + cosine) / 2` for directions
+//! uniform on the sphere. The prediction is the mean of this probability over q, so each trial returns the probability
+//! for its own q.
 //!
 //! The table also has the large-D formula (Plate 1995, appendix; Frady, Kleyko and Sommer 2018):
 //! `integral of phi(h) Phi(s + h)^(M - 1)` with the signal-to-noise ratio `s = sqrt(D / (K + 1 + sigma^2))`, or

@@ -67,8 +67,8 @@ pub(super) fn part_poses<'r>(
 
 type Made<T> = Arc<OnceLock<Result<Arc<T>, String>>>;
 
-/// A cache of values that are costly to compute and that several cells of a trial share. If several threads ask for the
-/// same value, one computes it and the others wait.
+/// A cache of costly values that several cells of a trial share. If several threads ask for the same value, one thread
+/// computes it and the others wait.
 pub(super) struct Once<T>(Mutex<HashMap<u64, Made<T>>>);
 
 impl<T> Once<T> {
@@ -93,7 +93,7 @@ impl<T> Once<T> {
 /// Number of demonstrations from which states are learned, as in the paper.
 pub(super) const DEMOS: usize = 5;
 
-/// Figure 3: how many states are found in five demonstrations.
+/// Figure 3: the number of states found in five demonstrations.
 pub(super) struct Clusters {
     trials: u64,
 }
@@ -174,10 +174,10 @@ impl Experiment for Clusters {
     }
 }
 
-/// Number of demonstrations, with three of each part, whose poses are classified: 96 poses in a trial.
+/// Number of demonstrations whose poses are classified. Each has three of each part, which gives 96 poses in a trial.
 const UNSEEN: usize = 2;
 
-/// Number of poses by rule, true state, and the state that the rule gives. The last column is for no state.
+/// Number of poses, indexed by rule, true state, and the state that the rule gives. The last column is for no state.
 type Confusion = [[[f64; TRUTHS.len() + 1]; TRUTHS.len()]; 2];
 
 /// Figure 4: unseen poses, classified by the paper's rule and by ours.

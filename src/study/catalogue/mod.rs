@@ -20,7 +20,7 @@ use crate::task::TaskError;
 /// Settings that every experiment takes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
-    /// Seed of everything that trials share, such as a pool of poses. It should equal the run's seed.
+    /// Seed of the data that trials share, such as a pool of poses. It should equal the run's seed.
     pub seed: Seed,
     /// Number of trials of each cell, 1 to [`MAX_TRIALS`]; `None` for the experiment's default.
     pub trials: Option<u64>,
@@ -60,18 +60,18 @@ fn makers() -> Vec<Make> {
     ]
 }
 
-/// Creates the experiment with this name. If the experiment uses a recording and one is given, this reads the recording
-/// and learns from it.
+/// Creates the experiment with this name. If `options` has a recording and the experiment uses it, this function reads
+/// the recording and learns from it.
 ///
 /// # Errors
-/// [`TaskError::UnknownExperiment`], which lists the experiments; [`TaskError::Setting`] if the number of trials is out of
-/// range.
+/// [`TaskError::UnknownExperiment`], which lists the experiments; [`TaskError::Setting`] if the number of trials is not
+/// 1 to [`MAX_TRIALS`]. A recording that cannot be used is reported by the trials.
 pub fn find(name: &str, options: &Options) -> Result<Box<dyn Experiment>, TaskError> {
     if let Some(trials) = options.trials.filter(|n| !(1..=MAX_TRIALS).contains(n)) {
         let value = trials.to_string();
         return Err(TaskError::Setting { name: "trials", value, expected: "1 to 100000" });
     }
-    // With default options this is cheap. With a recording an experiment may read it and learn from it.
+    // Search with default options, which is cheap. With a recording, an experiment may read it and learn from it.
     let plain = Options::default();
     match makers().into_iter().find(|make| make(&plain).name() == name) {
         Some(make) => Ok(make(options)),

@@ -1,4 +1,4 @@
-//! `threshold`: which clustering thresholds find the true states, in the simulated scene and in a recording.
+//! `threshold`: the clustering thresholds that find the true states, in the simulated scene and in a recording.
 
 use rand::RngExt;
 use rand::seq::SliceRandom;
@@ -32,7 +32,7 @@ struct Kind {
     automatic: f64,
 }
 
-/// The experiment: which thresholds cluster batches perfectly, and whether the automatic choice does.
+/// The experiment: the thresholds that cluster batches perfectly, and whether the automatic threshold is among them.
 pub(super) struct Thresholds {
     seed: Seed,
     trials: u64,
@@ -42,7 +42,7 @@ pub(super) struct Thresholds {
     made: Once<Vec<Kind>>,
 }
 
-/// Number of demonstrations, with three of each part, in a pool from which batches are drawn.
+/// Number of demonstrations in a pool from which batches are drawn. Each has three of each part.
 const POOL_DEMOS: usize = 13;
 /// Number of pools.
 const POOLS: u64 = 12;
@@ -132,7 +132,7 @@ fn range(points: &[([f64; 3], usize)]) -> Result<[f64; 2], TaskError> {
     let mut states: Vec<usize> = points.iter().map(|p| p.1).collect();
     states.sort_unstable();
     states.dedup();
-    // With fewer merges within states, some state is never a single cluster.
+    // With fewer merges within states than this, some state is never a single cluster.
     let whole = joins + states.len() == points.len();
     Ok([if whole { low } else { f64::INFINITY }, high])
 }

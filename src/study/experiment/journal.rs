@@ -64,7 +64,7 @@ impl Settings {
         self.cells.iter().map(|cell| cell.trials).max().unwrap_or(0)
     }
 
-    /// Returns the name and both values of each setting. Of the cells, only the first that differs is returned.
+    /// Returns the name and both values of each setting. Of the cells, only the first that differs is included.
     fn pairs(&self, other: &Self) -> Vec<(String, Value, Value)> {
         let mut pairs = vec![("revision".to_owned(), json!(self.revision), json!(other.revision))];
         match (&self.experiment, &other.experiment) {
@@ -120,7 +120,8 @@ impl Header {
         Ok(line)
     }
 
-    /// Says why this journal's trials cannot be used for `wanted`. `None` if they can; `wanted` may have more trials.
+    /// Returns why this journal's trials cannot be used for `wanted`; `None` if they can. `wanted` may have more
+    /// trials.
     fn mismatch(&self, wanted: &Self) -> Option<String> {
         if self.shard != wanted.shard {
             let [index, of] = self.shard;
@@ -134,8 +135,8 @@ impl Header {
         Some(format!("it does not fit this run: {differences}"))
     }
 
-    /// Names every setting, the shard aside, whose value differs from that in `other`, with both values. `places` are
-    /// the names of the two folders. `None` if all settings are equal.
+    /// Lists the settings that differ from those of `other`, with both values; `None` if all are equal. The shard is
+    /// not compared. `places` are the names of the two folders.
     pub fn differences(&self, other: &Self, places: &[String; 2]) -> Option<String> {
         let mut pairs: Vec<(String, Value, Value)> =
             vec![("experiment".into(), json!(self.experiment), json!(other.experiment))];
@@ -286,8 +287,8 @@ impl Journal {
         Ok((Self { file, path, width, complete, torn: false, _lock: lock }, contents.records))
     }
 
-    /// Appends a finished trial. After a failure nothing more is appended, because a record behind an incomplete
-    /// record could not be found again.
+    /// Appends a finished trial. After a failure nothing more is appended, because a record after an incomplete record
+    /// could not be found again.
     pub fn append(&mut self, record: Record) -> Result<(), FileError> {
         let failed = FileError::io("write", &self.path);
         if self.torn {

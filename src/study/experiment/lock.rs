@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::files::FileError;
 
-/// A condition that a user should know of but that does not stop the run.
+/// A condition that the user should know about but that does not stop the run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Warning {
@@ -70,7 +70,8 @@ impl Lock {
     }
 }
 
-/// ENOLCK, which a network file system returns if no lock server answers. The standard library has no kind for it.
+/// ENOLCK, which a network file system returns if no lock server answers. The standard library has no error kind for
+/// ENOLCK.
 const ENOLCK: Option<i32> = if cfg!(any(target_os = "linux", target_os = "android")) {
     Some(37)
 } else if cfg!(unix) {

@@ -100,7 +100,7 @@ impl Run<'_> {
             }
             shards.push((folder.as_path(), contents));
         }
-        // This check comes last: a difference between two folders is of more use to the reader.
+        // This check comes last, because a difference between two folders helps the reader more.
         if let Some((first, held)) = shards.first() {
             let places = [first.display().to_string(), "this merge".into()];
             if let Some(differences) = held.header.differences(&self.header(), &places) {
@@ -112,7 +112,7 @@ impl Run<'_> {
     }
 }
 
-/// Says how many trials are missing, and which shards they belong to. `None` if none is missing.
+/// Returns a sentence on the number of missing trials and their shards; `None` if no trial is missing.
 fn missing(
     outcomes: &[Vec<Option<TrialOutcome>>],
     all: u64,

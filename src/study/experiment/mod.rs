@@ -39,14 +39,14 @@ pub fn outcome<const N: usize>(numbers: [f64; N]) -> TrialOutcome {
     std::array::from_fn(|i| numbers.get(i).copied().unwrap_or(f64::NAN))
 }
 
-/// The statistic that is computed from a number of the trials. A field of a variant is the index of another reading of
-/// the same cell.
+/// The statistic that is computed from one reading of all trials. The field of a variant is the index of another
+/// reading of the same cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Measure {
     /// 1 for success, 0 for failure: a rate with a Wilson interval.
     Rate,
-    /// As [`Rate`](Self::Rate), for correlated trials, such as trials drawn from one pool. Trials are correlated if the
-    /// [`Auxiliary`](Self::Auxiliary) number at that index is equal.
+    /// As [`Rate`](Self::Rate), for correlated trials, such as trials drawn from one pool. Trials with the same
+    /// [`Auxiliary`](Self::Auxiliary) number at that index are correlated.
     ClusteredRate(usize),
     /// A count of successes: a rate over the attempts of all trials. The [`Auxiliary`](Self::Auxiliary) number at that
     /// index is the count of attempts. Attempts of a trial may be correlated; the interval treats trials as clusters
@@ -54,8 +54,8 @@ pub enum Measure {
     Share(usize),
     /// Any number: a mean with its standard deviation and interval.
     Mean,
-    /// As [`Mean`](Self::Mean), for correlated trials. Trials are correlated if the [`Auxiliary`](Self::Auxiliary)
-    /// number at that index is equal.
+    /// As [`Mean`](Self::Mean), for correlated trials. Trials with the same [`Auxiliary`](Self::Auxiliary) number at
+    /// that index are correlated.
     ClusteredMean(usize),
     /// A difference between two rates or probabilities, from -1 to 1.
     Difference,
@@ -63,7 +63,7 @@ pub enum Measure {
     Auxiliary,
 }
 
-/// A number of a trial, with the settings that distinguish it from the cell's other numbers.
+/// A number that a trial returns, with the settings that distinguish it from the cell's other numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reading {
     /// Settings of the reading, such as the decoder.
@@ -111,8 +111,8 @@ pub trait Experiment: Send + Sync {
     fn question(&self) -> &'static str;
     /// Returns all settings that outcomes depend on, except the seed, the cells and the number of trials.
     fn settings(&self) -> Value;
-    /// Returns the revision of the code. It must increase with every change that gives a trial of the same settings and
-    /// seed another outcome. A journal of another revision is not resumed.
+    /// Returns the revision of the code. It must increase with every change after which a trial with the same settings
+    /// and seed has another outcome. A journal of another revision is not resumed.
     fn revision(&self) -> u32 {
         1
     }
@@ -130,5 +130,5 @@ pub trait Experiment: Send + Sync {
     }
 }
 
-/// Maximum number of trials of a cell. They are held in memory, 72 bytes each.
+/// Maximum number of trials of a cell. Trials are held in memory, 72 bytes each.
 pub const MAX_TRIALS: u64 = 100_000;

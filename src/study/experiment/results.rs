@@ -32,7 +32,7 @@ impl Row {
         self.settings.get(setting)?.as_f64()
     }
 
-    /// Whether a setting has this value.
+    /// Returns whether a setting has this value.
     pub fn is(&self, setting: &str, value: &Value) -> bool {
         self.settings.get(setting) == Some(value)
     }

@@ -19,7 +19,7 @@ use crate::study::statistics::{Mean, Rate, Statistic};
 use crate::task::TaskError;
 use crate::task::event::{Event, Observer};
 
-/// A part of the trials: the trials whose number leaves the remainder `index` when divided by `of`.
+/// A part of an experiment's trials: those whose number has the remainder `index` when divided by `of`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shard {
     /// Index of the part, counted from 0.
@@ -175,7 +175,7 @@ impl<'a> Run<'a> {
         observer.observe(&Event::Trials { done: done.load(Ordering::Relaxed), of });
         let observer = Mutex::new((observer, 0));
         let kept = Mutex::new((journal, outcomes));
-        // A failure can cause others on other threads. Only the first is reported.
+        // A failure can cause further failures on other threads. Only the first is reported.
         let failure = Mutex::new(None);
         let failed = |error: TaskError| {
             failure.lock().unwrap_or_else(|e| e.into_inner()).get_or_insert(error);
@@ -191,7 +191,7 @@ impl<'a> Run<'a> {
                 outcomes[*cell as usize][*trial as usize] = Some(outcome);
             }
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-            // A thread does not wait to report progress while another reports; only the last trial must be reported.
+            // A thread skips its report while another thread reports. Only the last trial must be reported.
             let mut told = if done == of { observer.lock().ok() } else { observer.try_lock().ok() };
             if let Some((observer, last)) = told.as_deref_mut()
                 && done > *last

@@ -58,9 +58,9 @@ impl Model {
 
 /// No standard network has this name.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("there is no model `{asked}`; the models are: {}", Model::ALL.map(|m| m.0).join(", "))]
+#[error("there is no network `{asked}`; the networks are: {}", Model::ALL.map(|m| m.0).join(", "))]
 pub struct UnknownModel {
-    /// Name that was asked for.
+    /// The name given.
     pub asked: String,
 }
 
@@ -76,7 +76,7 @@ impl FromStr for Model {
 /// Settings of a standard network and its run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Standard {
-    /// Dimensions of pointers. Published results are for 256.
+    /// Number of dimensions of the pointers. Published results are for 256.
     pub dimensions: usize,
     /// Population of every layer: direct, rate or LIF.
     pub population: Population,
@@ -84,11 +84,11 @@ pub struct Standard {
     pub unbinding: Unbinding,
     /// Rule by which the cleanup memory selects items.
     pub choice: SelectRule,
-    /// Simulated time in milliseconds, at least 300. Quality is measured at 300.
+    /// Simulated time in milliseconds, at least 300. Quality is measured at 300 ms.
     pub sim_ms: u64,
     /// Seed of neurons, pointers and inputs.
     pub seed: Seed,
-    /// Threads that compute the ticks of the run. They affect the time but not the quality.
+    /// Threads that compute the ticks of the run. The threads affect the run time but not the quality.
     pub threads: Threads,
 }
 
@@ -166,8 +166,8 @@ impl Standard {
     /// Builds `model` and measures the build time.
     ///
     /// # Errors
-    /// [`TaskError::Setting`] for fewer than 300 ms; [`TaskError::Vocabulary`] or [`TaskError::Build`] if the dimensions or
-    /// the population are invalid.
+    /// [`TaskError::Setting`] for fewer than 300 ms; [`TaskError::Vocabulary`] or [`TaskError::Build`] if the number of
+    /// dimensions or the population is invalid.
     pub fn build(&self, model: Model) -> Result<Built, TaskError> {
         self.build_by(model, &PopulationPlan::all(self.population))
     }
@@ -175,7 +175,7 @@ impl Standard {
     /// Builds `model` with solved populations.
     ///
     /// # Errors
-    /// As for [`build`](Self::build), and [`TaskError::Build`] if `solved` belongs to another network or other settings.
+    /// As [`build`](Self::build); [`TaskError::Build`] also if `solved` belongs to another network or other settings.
     pub fn build_from(
         &self,
         model: Model,

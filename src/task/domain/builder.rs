@@ -58,8 +58,8 @@ impl DomainBuilder {
         self
     }
 
-    /// Adds an action with its preconditions and effects. There must be at least one effect; the
-    /// first is the state that the action moves its object into ([`Operator::to`]).
+    /// Adds an action with its preconditions and effects. The first effect is the state that the action moves its
+    /// object into ([`Operator::to`]). [`build`](Self::build) requires at least one effect.
     pub fn action<'n>(
         self,
         name: &str,
@@ -69,8 +69,8 @@ impl DomainBuilder {
         self.action_unless(name, preconditions, [], effects)
     }
 
-    /// Adds an action like [`action`](Self::action) that also requires the states `absent` not to hold. A planner
-    /// checks these only if [`Rules::absent`](super::Rules::absent) is set.
+    /// Adds an action, as [`action`](Self::action) does, that also requires the states in `absent` to be absent. A
+    /// planner checks these only if [`Rules::absent`](super::Rules::absent) is set.
     pub fn action_unless<'n>(
         mut self,
         name: &str,

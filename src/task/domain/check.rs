@@ -12,7 +12,7 @@ pub(crate) const RESERVED: [&str; 3] = ["PRECONDITION", "ABSENT", "NOTHING"];
 /// Maximum length of a name of a state or an action, in characters.
 const MAX_NAME: usize = 200;
 
-/// Largest difference of the norm of an orientation from 1.
+/// Largest accepted deviation of an orientation's norm from 1.
 const NORM_TOLERANCE: f64 = 1e-3;
 
 /// Largest magnitude of a covariance entry. No recording exceeds it, as coordinates are at most 1e6 m in magnitude.

@@ -22,8 +22,8 @@ pub fn check_exponent(p: f64) -> Result<(), TaskError> {
 /// Returns the p-norm of `u - v`: `(sum |u_i - v_i|^p)^(1/p)` (equation 1 of the paper).
 ///
 /// With `p < 0`, the distance is at most the smallest coordinate difference, so two positions are close as soon as one
-/// coordinate agrees. If a difference is exactly 0, the distance is 0, the limit of the formula, whatever the other
-/// differences are. Equal positions have distance 0 for any `p`.
+/// coordinate agrees. If a difference is exactly 0, the distance for such `p` is 0, the limit of the formula. Equal
+/// positions have distance 0 for any `p`.
 ///
 /// ```
 /// use symbolt::task::learn::p_distance;

@@ -8,15 +8,15 @@ use super::recording::Snapshot;
 use crate::task::domain::{Domain, LearnedState, Origin, State, StateId, WorldState};
 use crate::task::error::TaskError;
 
-/// Smallest number of distinct poses whose agreement in a coordinate is taken as a constraint of the state.
+/// Smallest number of distinct poses at which agreement in a coordinate counts as a constraint of the state.
 pub const MIN_DISTINCT: usize = 4;
 
 /// Parameters of the default rule for classifying objects, [`Grounding::Gated`].
 ///
 /// The rule measures the distance of the object's position from each state of its kind, in standard deviations over the
 /// coordinates that the state constrains. A state is accepted if the distance is at most [`Self::limit`]. If several
-/// states are accepted, the rule chooses the one with the highest probability density. If none is accepted, the object
-/// is in no state.
+/// states are accepted, the rule chooses the one with the highest probability density. If no state is accepted, the
+/// object is in no state.
 ///
 /// Demonstrations are few, so the standard deviations need care:
 ///
@@ -25,10 +25,10 @@ pub const MIN_DISTINCT: usize = 4;
 ///   therefore has the prior's spread. A state whose poses agree within nanometres has at least the floor's spread, so
 ///   it does not reject every new pose.
 /// * **Broad coordinates.** A coordinate with a standard deviation of at least [`Self::broad_m`] is unconstrained and
-///   rejects nothing, so a part may lie anywhere on the table. For a state in which objects were found, not
-///   placed ([`Origin::Found`]), the smaller [`Self::broad_found_m`] applies instead, because a few starting positions
-///   can agree by chance. In 1 of 20 sets of five demonstrations, the bolt's five positions agreed to 8 mm in one
-///   coordinate; with the larger value, bolts elsewhere on the table were in no state.
+///   rejects nothing, so a part may lie anywhere on the table. For a state in which objects were found, not placed
+///   ([`Origin::Found`]), the smaller [`Self::broad_found_m`] applies instead, because a few starting positions can
+///   agree by chance. In 1 of 20 sets of five demonstrations, the bolt's five positions agreed within 8 mm in one
+///   coordinate. With [`Self::broad_m`], bolts elsewhere on the table were then in no state.
 /// * **Few poses.** A found state with fewer than [`MIN_DISTINCT`] distinct poses may be broad in a coordinate that no
 ///   demonstration has varied. Its deviations are measured in units of the floor and combined by a p-norm with
 ///   p = -2, as the paper combines coordinates. Such a state accepts an object that agrees with it in one constrained
@@ -44,9 +44,9 @@ pub struct GaussianGate {
     pub floor_m: f64,
     /// Standard deviation of a state seen once, in metres.
     pub prior_m: f64,
-    /// Smallest standard deviation at which a coordinate rejects nothing, in metres.
+    /// Smallest standard deviation at which a coordinate is unconstrained, in metres.
     pub broad_m: f64,
-    /// The same as `broad_m`, but for states in which objects were found, in metres.
+    /// As `broad_m`, for states in which objects were found, not placed, in metres.
     pub broad_found_m: f64,
     /// Largest accepted distance, in standard deviations.
     pub limit: f64,
@@ -61,8 +61,8 @@ impl Default for GaussianGate {
 /// The rule that finds an object's state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Grounding {
-    /// Chooses the state with the highest probability density among those within [`GaussianGate::limit`], or no state
-    /// if none is. [`GaussianGate`] describes the rule.
+    /// Chooses, among the states within [`GaussianGate::limit`], the state with the highest probability density. If no
+    /// state is within the limit, the object is in no state. [`GaussianGate`] describes the rule.
     Gated(GaussianGate),
     /// Chooses the state whose mean position is nearest by p-norm, at any distance: the paper's rule (section II.F).
     Nearest {
@@ -116,7 +116,7 @@ impl Grounding {
 pub struct Grounded {
     /// The object's state; `None` if it is in no state.
     pub state: Option<StateId>,
-    /// Distance to that state, or to the nearest state if the object is in none: in standard deviations for
+    /// Distance to that state, or to the nearest state if the object is in no state: in standard deviations for
     /// [`Grounding::Gated`], in metres for [`Grounding::Nearest`]. `None` if the kind has no states with geometry.
     pub distance: Option<f64>,
 }
@@ -211,7 +211,7 @@ impl Classifier {
         scene.objects.iter().map(|o| self.classify(&o.kind, &o.pose)).collect()
     }
 
-    /// Returns the states that hold in a scene: those that at least one object is in.
+    /// Returns the states that hold in a scene. A state holds if at least one object is in it.
     pub fn world_state(&self, scene: &Snapshot) -> WorldState {
         self.world_of(&self.classify_all(scene))
     }

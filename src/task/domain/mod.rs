@@ -134,8 +134,8 @@ impl Domain {
         (0..self.operators.len()).map(ActionId::new)
     }
 
-    /// Returns the goal of the demonstrations: the state that the last action of most of them reached. `None` if it is
-    /// unknown, as in a domain written in code.
+    /// Returns the goal of the demonstrations: the state that most of them reached with their last action. `None` if it
+    /// is unknown, as in a domain written in code.
     pub fn goal(&self) -> Option<StateId> {
         self.goal
     }
@@ -194,7 +194,8 @@ impl Domain {
     }
 
     /// Counts the objects in each state, as input for [`Planner::plan`](super::planner::Planner::plan). `things` names
-    /// one state for each object. The result has one count for each state, in the order of their ids.
+    /// the state of each object, so a name can occur several times. The result has one count for each state, in the
+    /// order of the states' ids.
     ///
     /// # Errors
     /// [`TaskError::Unknown`] for a name that is not a state; the error lists all states.

@@ -44,7 +44,7 @@ pub struct Operator {
     pub absent: Vec<StateId>,
     /// States that no longer hold after the action.
     pub removes: Vec<StateId>,
-    /// Counts behind the lists above; `None` in a domain written in code.
+    /// Counts behind `preconditions`, `effects`, `absent` and `removes`; `None` in a domain written in code.
     pub evidence: Option<Evidence>,
 }
 
@@ -61,16 +61,16 @@ impl Operator {
     }
 }
 
-/// The counts behind an operator, over all demonstrated instances of its action. Each list has one entry for each state
-/// of the domain, in the same order.
+/// The counts behind an operator, over all demonstrated instances of its action. Each list has one entry for each
+/// state, in the order of the domain's states.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Evidence {
     /// Number of instances.
     pub instances: u32,
-    /// Number of instances before which the state held: `sum G` (section II.E of the paper).
+    /// For each state, the number of instances in which it held before the action: `sum G` (section II.E of the paper).
     pub before: Vec<u32>,
-    /// Number of instances in which the state began to hold, minus the number in which it ceased to hold:
+    /// For each state, the number of instances in which it began to hold, minus the number in which it ceased to hold:
     /// `sum (H - G)` (section II.E).
     pub change: Vec<i32>,
 }

@@ -63,7 +63,7 @@ pub fn mean_orientation(orientations: &[[f64; 4]]) -> Option<[f64; 4]> {
 pub fn rotation_between(from: &Pose, to: &Pose) -> [f64; 3] {
     let turn: Vector3<f64> = (to.rotation() * from.rotation().inverse()).scaled_axis();
     let angle = turn.norm();
-    // The axis-angle form may turn by more than pi: take the equal rotation of at most pi.
+    // The axis-angle form may turn by more than pi: take the equivalent rotation of at most pi.
     let turn = if angle > std::f64::consts::PI {
         turn * ((angle - std::f64::consts::TAU) / angle)
     } else {

@@ -8,10 +8,10 @@ use serde::{Deserialize, Serialize};
 pub struct KindClusters {
     /// Kind of object.
     pub kind: String,
-    /// Clustering threshold used, in metres; `None` if no attempt changed the state of such an object, so that
-    /// all poses form one cluster.
+    /// Clustering threshold used, in metres; `None` if no attempt moved an object of this kind to another state. All
+    /// poses then form one cluster.
     pub threshold_m: Option<f64>,
-    /// Linkage of the first merge at or above the threshold, in metres; `None` if there is none.
+    /// Linkage of the lowest merge at or above the threshold, in metres; `None` if there is no such merge.
     pub next_merge_m: Option<f64>,
 }
 
@@ -21,16 +21,16 @@ pub struct KindClusters {
 pub struct Provenance {
     /// Version of symbolt.
     pub symbolt: String,
-    /// Seed given. Learning itself uses no random numbers.
+    /// Seed from the settings. Learning itself uses no random numbers.
     pub seed: u64,
     /// Exponent of the p-norm distance.
     pub p: f64,
-    /// Clustering threshold given, in metres; `None` if it was found from the data.
+    /// Clustering threshold from the settings, in metres; `None` if the learner found it from the data.
     pub threshold_m: Option<f64>,
     /// Number of demonstrations in the recording.
     pub demonstrations: usize,
     /// Number of snapshots in the recording.
     pub snapshots: usize,
-    /// Clustering of each kind that moved.
+    /// Clustering of each kind of object that moved.
     pub clusters: Vec<KindClusters>,
 }

@@ -1,6 +1,6 @@
 //! The reference planner: a symbolic search that determines which answers are correct.
 //!
-//! The planner graph is tested against it. [`acceptable_answers`] defines correctness.
+//! The planner graph is tested against the reference planner. [`acceptable_answers`] defines which answers are correct.
 
 use std::collections::{BTreeSet, HashSet};
 
@@ -9,10 +9,10 @@ use super::verdict::{Commitment, Obstacle, Rules, Verdict};
 use super::world::WorldState;
 use crate::task::domain::Domain;
 
-/// All correct answers to one question.
+/// All correct answers for one goal in one world state.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct AcceptableAnswers {
-    /// Whether the goal already holds. If so, no other answer is correct.
+    /// Whether the goal already holds. If so, the only correct answer is [`Verdict::Met`].
     pub met: bool,
     /// Correct next actions.
     pub actions: BTreeSet<ActionId>,
@@ -41,8 +41,8 @@ impl AcceptableAnswers {
 /// * **Met.** If `g` is in `W`, the only correct answer is that the goal is met.
 /// * **Derivable.** A state outside `W` is *derivable* if it has a cause that can be done, or a cause with unmet
 ///   preconditions that are all derivable. The derivable states are the smallest set with this property.
-/// * **Act.** If `g` is derivable, a *proof* of `g` selects one cause for each state that it needs, without cycles. An
-///   action is correct if it can be done and belongs to a proof.
+/// * **Act.** If `g` is derivable, a *proof* of `g` selects one cause for each state that has to be reached, without
+///   cycles. An action is correct if it can be done and belongs to a proof.
 /// * **Stuck.** If `g` is not derivable, the correct answer is an obstacle. Start at `g` and step from a state to the
 ///   unmet preconditions of its causes, entering only states that are not derivable. Every obstacle on the way is
 ///   correct: a state without causes, a state that leads back to itself, or a cause that has no unmet precondition but
@@ -185,12 +185,12 @@ impl Search<'_> {
 
 /// Walks down from the goal along all proofs.
 ///
-/// A proof has no cycles, so a cause belongs to one only if its unmet preconditions are derivable without the states on
-/// the path from the goal to the cause.
+/// A proof has no cycles. A cause therefore belongs to a proof only if its unmet preconditions are derivable without
+/// the states on the path from the goal to the cause.
 struct Proofs<'s, 'd> {
     search: &'s Search<'d>,
     below: Vec<BTreeSet<StateId>>,
-    /// Visited states, each with the states on its path that it can lead back to. The rest of the path is irrelevant.
+    /// Visited states, each with the states of its path that it can lead back to. The rest of the path does not matter.
     visited: HashSet<(StateId, Vec<StateId>)>,
     actions: BTreeSet<ActionId>,
 }

@@ -7,10 +7,10 @@ use super::ids::{ActionId, StateId};
 /// When a planner commits to an action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Commitment {
-    /// When every state needed for the goal is shown to be reachable.
+    /// Once it has shown that every state needed for the goal is reachable.
     #[default]
     Proven,
-    /// When it finds the first action that can be done (section II.F of the paper).
+    /// As soon as it finds an action that can be done: the paper's rule (section II.F).
     First,
 }
 
@@ -32,7 +32,7 @@ pub enum Obstacle {
         /// The state without a cause.
         state: StateId,
     },
-    /// All preconditions of the action hold, but so does a state that must be absent.
+    /// All preconditions of the action hold, but a state that must be absent holds too.
     MustBeAbsent {
         /// The action.
         action: ActionId,

@@ -30,12 +30,12 @@ impl WorldState {
         Self { holds: vec![false; states] }
     }
 
-    /// Returns the number of states covered: all states of the domain.
+    /// Returns the number of states of the domain, whether or not they hold.
     pub fn states(&self) -> usize {
         self.holds.len()
     }
 
-    /// Returns whether `state` holds; `false` for a state that is not covered.
+    /// Returns whether `state` holds; `false` if it is out of range.
     pub fn holds(&self, state: StateId) -> bool {
         self.holds.get(state.index()).copied().unwrap_or(false)
     }
@@ -43,7 +43,7 @@ impl WorldState {
     /// Adds `state` to the states that hold.
     ///
     /// # Panics
-    /// If the state is not covered.
+    /// If `state` is out of range.
     pub fn insert(&mut self, state: StateId) {
         self.holds[state.index()] = true;
     }
@@ -51,7 +51,7 @@ impl WorldState {
     /// Removes `state` from the states that hold.
     ///
     /// # Panics
-    /// If the state is not covered.
+    /// If `state` is out of range.
     pub fn remove(&mut self, state: StateId) {
         self.holds[state.index()] = false;
     }

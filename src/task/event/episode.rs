@@ -12,7 +12,7 @@ pub struct SceneFrame {
     pub t: f64,
     /// Joint angles, in radians.
     pub angles: [f64; 7],
-    /// Distance of each finger from the middle, in metres.
+    /// Distance of each finger from the middle of the gripper, in metres.
     pub fingers: [f64; 2],
     /// Poses of all parts, in the scene's order.
     pub parts: Vec<Pose>,
@@ -21,16 +21,16 @@ pub struct SceneFrame {
 /// One decision of the planner graph, with the skill that followed it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Decided {
-    /// Simulated time at which the planner was asked, in seconds.
+    /// Simulated time of the request to the planner, in seconds.
     pub asked_s: f64,
-    /// Simulated time from question to decision, in milliseconds: a whole number of physics steps.
+    /// Simulated time from the request to the decision, in milliseconds: a whole number of physics steps.
     pub took_ms: f64,
     /// Names of the states that held when the planner was asked.
     pub holds: Vec<String>,
     /// Name of the next action; `None` if the goal was met or the planner was stuck.
     pub action: Option<String>,
-    /// Whether the robot began the action. It does not if the world state changed before the decision, if the
-    /// action's target is occupied or out of reach, or if the episode has used up its skills.
+    /// Whether the robot began the action. It does not begin if the world state changed before the decision, if the
+    /// action's target is occupied or out of reach, or if the episode has reached its limit of skills.
     pub begun: bool,
     /// Report of the skill that executed the action; `None` until the skill ends.
     #[serde(default)]
@@ -99,7 +99,7 @@ pub struct EpisodeReport {
     pub touches: Vec<Touched>,
     /// Number of parts in no state at the last look, including parts that fell off the table.
     pub in_no_state: usize,
-    /// Number of times that a part was newly found in no state, compared with the previous look.
+    /// Number of times that a look newly found a part in no state.
     pub unexplained: usize,
     /// Whether the requested perturbation was carried out.
     pub perturbed: bool,

@@ -28,7 +28,7 @@ use crate::sim::SimView;
 pub use episode::{Decided, Ended, EpisodeReport, SceneFrame, Touched};
 pub use skill::{SkillOutcome, SkillReport, Touch};
 
-/// An event. Times are simulated seconds, counted from when the parts had settled on the table.
+/// An event. Times are in simulated seconds, counted from the moment at which the parts have settled on the table.
 #[derive(Clone, Copy)]
 #[non_exhaustive]
 pub enum Event<'a> {
@@ -67,7 +67,7 @@ pub enum Event<'a> {
     /// A skill has ended.
     ///
     /// In a demonstration, a skill that cannot begin ([`SkillOutcome::Unreachable`]) sends this event without a
-    /// [`Event::SkillBegan`]. A skill that is still running when its episode reaches a limit does not send it.
+    /// [`Event::SkillBegan`]. A skill that is still running when its episode reaches a limit does not send this event.
     SkillEnded {
         /// Time of the event.
         time_s: f64,

@@ -26,7 +26,7 @@ pub struct ModuleSamples {
     pub names: Vec<String>,
     /// Kind of its numbers.
     pub shows: Shows,
-    /// Values: one row for each of [`ActivityRecorder::times_s`], one number in it for each name.
+    /// Values, row by row: one row for each of [`ActivityRecorder::times_s`], with one number for each name.
     pub values: Vec<Real>,
 }
 
@@ -38,7 +38,7 @@ struct RasterRows {
     neurons: Vec<usize>,
 }
 
-/// Records the activity of a planner's graph over one episode.
+/// Records the activity of a planner graph over one episode.
 pub struct ActivityRecorder {
     planner: Arc<Planner>,
     times_s: Vec<f64>,
@@ -102,7 +102,7 @@ impl ActivityRecorder {
         &self.modules
     }
 
-    /// Returns the populations in the raster: path, number of neurons shown, number of neurons in all.
+    /// Returns the populations in the raster: path, number of neurons shown, total number of neurons.
     pub fn populations(&self) -> impl Iterator<Item = (&str, usize, usize)> {
         self.raster.iter().map(|h| (h.path.as_str(), h.neurons.len(), h.of.units))
     }

@@ -1,10 +1,10 @@
-//! Turns an action into a target and candidate parts: the mean pose of its effect state, and the parts in the
-//! state that it takes its part from.
+//! Turns an action into a target and candidate parts. The target is the mean pose of the operator's `to` state. The
+//! candidates are the parts in its `from` state.
 
 use crate::task::domain::{Domain, Grounded, Operator, Snapshot, StateId};
 use crate::task::skill::Target;
 
-/// Returns where the action puts its part; `None` if the effect state has no mean pose.
+/// Returns the target of the action; `None` if the operator's `to` state has no mean pose.
 pub(super) fn target(domain: &Domain, operator: &Operator) -> Option<Target> {
     let state = domain[operator.to].learned.as_ref()?;
     let [x, y, z, w] = state.mean.orientation;
@@ -13,9 +13,8 @@ pub(super) fn target(domain: &Domain, operator: &Operator) -> Option<Target> {
     Some(Target { position: state.mean.position, axis })
 }
 
-/// Returns the objects that the action can be done with, by their index in the snapshot: objects of its kind
-/// in the state that it takes its part from. If the operator names no such state, these are all objects of
-/// its kind that are not in its effect state.
+/// Returns the objects that the action can move, by their index in the snapshot: objects of its kind in the operator's
+/// `from` state. Without a `from` state, these are all objects of its kind that are not in the `to` state.
 pub(super) fn candidates(operator: &Operator, seen: &Snapshot, states: &[Grounded]) -> Vec<usize> {
     let fits = |state: Option<StateId>| match operator.from {
         Some(_) => state == operator.from,

@@ -1,7 +1,7 @@
 //! Demonstrations: a task's demonstrator controls the robot, and the recorder takes snapshots.
 //!
-//! The result is a recording of where everything was when the gripper touched a part and when it let go.
-//! Learner and executor know the demonstrations only from this recording.
+//! The recorder takes a snapshot of all poses whenever the gripper touches or releases a part. The learner and the
+//! executor know the demonstrations only from this recording.
 
 use super::recorder::Recorder;
 use crate::sim::{Seed, warn_if_unoptimised};
@@ -12,7 +12,7 @@ use crate::task::scene::Scene;
 use crate::task::skill::Robot;
 use crate::task::tasks::{Demonstrator, Task};
 
-/// A recording of demonstrations, with facts that are not in it.
+/// A recording of demonstrations, with facts that the recording does not contain.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Demonstrated {
     /// The recording for the learner.
@@ -27,7 +27,7 @@ pub struct Demonstrated {
     pub simulated_s: f64,
 }
 
-/// The demonstrator gives up after this many skills for each action that the task needs at least.
+/// Number of skills after which the demonstrator gives up, as a multiple of [`Task::min_actions`].
 const PATIENCE: usize = 4;
 
 /// Demonstrates the task `demos` times, each time in a newly drawn scene. Costs about half a second for a
@@ -39,8 +39,8 @@ pub fn demonstrate(task: &dyn Task, demos: usize, seed: Seed) -> Result<Demonstr
     demonstrate_observed(task, demos, seed, &mut Ignore)
 }
 
-/// Demonstrates the task, as [`demonstrate`], and tells `observer` when a demonstration begins and ends, of
-/// every physics step, of skills and of touches.
+/// Demonstrates the task, as [`demonstrate`] does, and sends events to `observer`: the beginning and end of each
+/// demonstration, physics steps, skills, contacts and releases.
 ///
 /// # Errors
 /// As [`demonstrate`].
@@ -59,11 +59,11 @@ pub fn demonstrate_observed(
         simulated_s: 0.0,
     };
     if task.min_actions() == 0 {
-        // Otherwise the demonstrator would never be asked.
+        // With 0, the demonstrator would never be asked.
         let (name, expected) = ("min_actions", "at least 1 action");
         return Err(TaskError::Setting { name, value: "0".into(), expected });
     }
-    // Settings without a valid scene are refused even if `demos` is 0.
+    // Refuse settings without a valid scene even if `demos` is 0.
     task.scene(seed)?.check()?;
     for demo in 0..demos {
         let mut scene = Scene::new(task.scene(seed.derive_index("demonstration", demo as u64))?)?;

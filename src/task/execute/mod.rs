@@ -19,10 +19,10 @@
 //! 3. *Ask*: `ready` is 1, and the graph decides.
 //! 4. *Check*: if the verdict is met or stuck, the episode ends. Otherwise the executor looks again. If the
 //!    world state has changed, it returns to step 1.
-//! 5. *Choose*: the executor chooses a part in the state that the action takes its part from. The target is
-//!    the mean pose of the state that the action puts it into.
-//! 6. *Act*: the robot runs the skill. However it ends, the loop returns to step 1. This is why a drop or a
-//!    person's intervention leads to a new decision (a re-plan).
+//! 5. *Choose*: the executor chooses a part in the action's [`from`](crate::task::domain::Operator::from) state. The
+//!    target is the mean pose of the action's [`to`](crate::task::domain::Operator::to) state.
+//! 6. *Act*: the robot runs the skill. However the skill ends, the loop returns to step 1. A drop or a person's
+//!    intervention therefore leads to a new decision (a re-plan).
 //!
 //! [`Ended`] lists the ways in which an episode ends. The executor knows the learned domain and, from the
 //! task, the grasps. It knows nothing else about the task.
@@ -37,7 +37,9 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::sim::{RunConfig, Seed, SimDuration, Simulator, StopReason, Threads};
+use crate::sim::{
+    RunConfig, Seed, SimDuration, SimError, Simulator, StopReason, Threads, WorldError,
+};
 use crate::task::domain::{Grounding, StateId};
 use crate::task::error::TaskError;
 use crate::task::event::{Ended, EpisodeReport, Event, Ignore, Observer, SceneFrame};
@@ -61,7 +63,7 @@ pub struct EpisodeSpec {
     pub limit_s: f64,
     /// Number of skills after which an episode is given up.
     pub most_skills: usize,
-    /// What a person does to the scene during the episode, if anything.
+    /// Change that a person makes to the scene during the episode, if any.
     pub perturbation: Option<Perturbation>,
     /// Simulated time between the frames kept for pictures, in milliseconds; `None` keeps none.
     pub frame_ms: Option<u64>,
@@ -89,7 +91,7 @@ impl EpisodeSpec {
         Self { task: Arc::new(task), ..Self::default() }
     }
 
-    /// Checks the numbers, and that the task's scene can be built.
+    /// Checks that all numbers are in range and that the task's scene can be built.
     ///
     /// # Errors
     /// [`TaskError::Setting`] for a rate or limit outside its range, or for a perturbation of a part that
@@ -131,7 +133,7 @@ impl EpisodeSpec {
 /// The result of an episode.
 #[derive(Debug, Clone)]
 pub struct Episode {
-    /// What happened. The same seed gives the same report.
+    /// Report of the episode. The same seed gives the same report.
     pub report: EpisodeReport,
     /// Frames kept for pictures.
     pub frames: Vec<SceneFrame>,
@@ -143,7 +145,7 @@ pub struct Episode {
 ///
 /// # Errors
 /// As [`EpisodeSpec::check`]; [`TaskError::Setting`] for a goal that is not a state of the planner's domain;
-/// [`TaskError::Sim`] if the graph does not fit the world.
+/// [`TaskError::Sim`] if the graph does not fit the world or the simulation fails.
 pub fn episode(
     planner: &Arc<Planner>,
     grounding: Grounding,
@@ -154,7 +156,7 @@ pub fn episode(
     episode_observed(planner, grounding, goal, spec, seed, &mut Ignore)
 }
 
-/// Runs one episode, as [`episode`], and tells `observer` what happens.
+/// Runs one episode, as [`episode`] does, and sends its events to `observer`.
 ///
 /// Within one physics step, events come in the order in which they happened: decision, touch, end of a skill,
 /// frame, tick.
@@ -188,9 +190,8 @@ pub fn episode_observed(
         }
     })?;
     let Some(world) = EpisodeWorld::of(sim.world()) else {
-        return Err(TaskError::BadDomain {
-            reason: "the simulator's world was replaced during the episode".into(),
-        });
+        let source = WorldError::new("it is no longer the world of this episode");
+        return Err(SimError::World { tick: sim.tick(), source }.into());
     };
     let episode = world.report();
     observer.observe(&Event::EpisodeEnded(&episode.report));
@@ -204,7 +205,7 @@ struct Teller {
     decisions: usize,
     touches: usize,
     frames: usize,
-    /// Whether the end of the last decision's skill is still to be reported.
+    /// Whether the end of the last decision's skill has not been reported yet.
     acting: bool,
 }
 
@@ -244,7 +245,7 @@ impl Teller {
 }
 
 impl EpisodeWorld {
-    /// Returns what has happened so far.
+    /// Returns the report and the frames so far.
     fn report(&self) -> Episode {
         let (scene, log) = (self.scene(), self.log());
         let report = EpisodeReport {

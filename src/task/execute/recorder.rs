@@ -1,15 +1,15 @@
-//! The recorder: takes snapshots of where every part and landmark of a scene is.
+//! The recorder: takes snapshots of the poses of all parts and landmarks of a scene.
 
 use std::sync::Arc;
 
 use crate::task::domain::{ObjectPose, Snapshot, SnapshotEvent};
 use crate::task::scene::Scene;
 
-/// Takes snapshots of a scene: first its parts, then its landmarks. An object's id is the name of its kind
-/// and a number.
+/// Takes snapshots of a scene. A snapshot lists first the parts, then the landmarks. An object's id is the name of its
+/// kind, an underscore and a number from 0.
 ///
-/// A part that fell off the table disappears from later snapshots, and the later ids of its kind move down,
-/// as in recordings by a camera that numbers what it sees.
+/// A part that fell off the table disappears from later snapshots, and the later ids of its kind move down, as in
+/// recordings by a camera that numbers the objects it sees.
 #[derive(Debug, Clone, Default)]
 pub struct Recorder {
     snapshots: Vec<Snapshot>,

@@ -1,4 +1,5 @@
-//! The scene as the planner graph's world: looks, asks the graph, and lets the robot carry out the answer.
+//! The scene as the planner graph's world: looks at the scene, asks the graph, and lets the robot carry out the
+//! decision.
 
 use std::any::Any;
 use std::sync::Arc;
@@ -173,7 +174,7 @@ impl EpisodeWorld {
     }
 }
 
-/// The parts of the world that the executor looks and asks with.
+/// The parts of the world that the executor only reads.
 struct Mind<'w> {
     planner: &'w Planner,
     classifier: &'w Classifier,
@@ -277,7 +278,7 @@ impl Live {
         let (seen, parts) = mind.recorder.look(&self.scene);
         let states = mind.classifier.classify_all(&seen);
         if mind.classifier.world_of(&states) != self.present {
-            // The world state has changed while the graph was deciding.
+            // The world state changed while the graph was deciding.
             return Phase::Rest { left: REST };
         }
         let Some(target) = choose::target(domain, operator) else {
@@ -285,7 +286,7 @@ impl Live {
         };
         let mut blocked = false;
         let mut candidates = choose::candidates(operator, &seen, &states);
-        // Parts with fewer failures come first: after a failure another part may do better.
+        // Try parts with fewer failures first: after a failure, another part may succeed.
         let failures = |object: &usize| {
             let part = parts[*object];
             let failed =

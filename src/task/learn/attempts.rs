@@ -94,22 +94,22 @@ pub(crate) fn cut(demo: usize, demonstration: &Demonstration, tracks: &[Track]) 
 }
 
 impl Attempt {
-    /// The pose at the release, as (demonstration, track, snapshot), if a later snapshot shows the result. The part may
-    /// have been falling, so this pose is not clustered.
+    /// Returns the pose at the release, as (demonstration, track, snapshot); `None` unless a later snapshot shows the
+    /// result. The part may have been falling, so this pose is not clustered.
     pub fn falling(&self) -> Option<(usize, usize, usize)> {
         let snapshot = self.released.filter(|released| *released < self.after)?;
         Some((self.demo, self.track?, snapshot))
     }
 }
 
-/// A part that moved less than this share of the longest distance in its attempt was nudged, not manipulated.
+/// A part that moved less than this share of the longest movement in the attempt was nudged, not manipulated.
 const NUDGED: f64 = 0.2;
 
 /// Guesses the manipulated object of an attempt.
 ///
-/// Of the parts that moved farthest, the guess is the one with the largest p-norm between its poses before and after: a
-/// part that was knocked across the table stays at the table's height, a manipulated part usually does not. If no part
-/// moved, the guess is a part that was lost during the attempt.
+/// The guess is one of the parts that moved farthest: the part with the largest p-norm between its poses before and
+/// after. A part that was knocked across the table stays at the table's height, so its p-norm is small; a manipulated
+/// part usually changes its height. If no part moved, the guess is a part that was lost during the attempt.
 pub(crate) fn guess(
     demo: &Demonstration,
     tracks: &[Track],

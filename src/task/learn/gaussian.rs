@@ -22,8 +22,8 @@ pub fn robust_mean(values: &mut [f64]) -> f64 {
 /// A six-dimensional Gaussian over poses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PoseGaussian {
-    /// Robust mean pose: each coordinate by [`robust_mean`], the orientation by [`mean_orientation`] of the
-    /// `n - floor(n / 10)` poses closest to the mean orientation of all.
+    /// Robust mean pose: each coordinate by [`robust_mean`], the orientation by [`mean_orientation`] of the `n -
+    /// floor(n / 10)` poses closest to the mean orientation of all poses.
     pub mean: Pose,
     /// Covariance about the mean, `sum x x^T / (n - 1)`: first the three coordinates in metres, then the rotations from
     /// the mean about the scene's three axes in radians. Zero for a single pose.
@@ -78,7 +78,7 @@ mod tests {
         values[0] = -1e9;
         // Dropping 2 of 20 values at each end leaves 2 to 17.
         assert_eq!(robust_mean(&mut values), 9.5);
-        // With fewer than ten values, none is dropped.
+        // With fewer than ten values, no value is dropped.
         assert_eq!(robust_mean(&mut [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 9.0]), 1.0);
         assert_eq!(robust_mean(&mut []), 0.0);
     }

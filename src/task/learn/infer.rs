@@ -27,7 +27,7 @@ pub(super) struct Inferred<'a> {
 }
 
 impl Observations<'_> {
-    /// Returns for each attempt the cluster in which it ended, or why it failed, if the clusters `states` are the
+    /// Returns for each attempt the cluster in which it ended, or why it failed. The clusters `states` are taken as the
     /// states.
     fn judge(&self, states: &[usize], transitions: &Transitions) -> Vec<Result<usize, Failure>> {
         let judge = |(index, t): (usize, &Attempt)| {
@@ -90,7 +90,7 @@ impl Observations<'_> {
         Ok(Learned { domain, report })
     }
 
-    /// Returns the clusters that occur before or after failed attempts only.
+    /// Returns the clusters that occur only before or after failed attempts.
     fn unexplained(&self, states: &[usize], judged: &[Result<usize, Failure>]) -> BTreeSet<usize> {
         let (mut used, mut failed) = (BTreeSet::new(), BTreeSet::new());
         for (attempt, outcome) in self.attempts.iter().zip(judged) {
@@ -151,7 +151,7 @@ impl Observations<'_> {
         named: &[State],
         judged: &[Result<usize, Failure>],
     ) -> Vec<Operator> {
-        // A name must be unique among states and actions together.
+        // States and actions share one set of unique names.
         let mut names = Names::default();
         for state in named {
             names.take(&state.name);
@@ -201,7 +201,7 @@ impl Observations<'_> {
         operators
     }
 
-    /// Returns the state that the last action of most demonstrations reached.
+    /// Returns the state that most demonstrations reached with their last action.
     fn goal(&self, states: &[usize], judged: &[Result<usize, Failure>]) -> Option<StateId> {
         let mut last: BTreeMap<usize, usize> = BTreeMap::new();
         for (attempt, outcome) in self.attempts.iter().zip(judged) {

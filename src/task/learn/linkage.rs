@@ -79,13 +79,13 @@ impl Dendrogram {
         self.points - self.merges.partition_point(|m| m.height < threshold)
     }
 
-    /// Returns the height of the first merge that a cut at `threshold` does not make: the lowest at or above it.
-    /// `None` if the cut makes all merges.
+    /// Returns the height of the lowest merge at or above `threshold`, the first that a cut there does not make. `None`
+    /// if the cut makes all merges.
     pub fn next_merge(&self, threshold: f64) -> Option<f64> {
         self.merges.get(self.merges.partition_point(|m| m.height < threshold)).map(|m| m.height)
     }
 
-    /// Returns the height of the last merge that a cut at `threshold` makes: the highest below it. `None` if the cut
+    /// Returns the height of the highest merge below `threshold`, the last that a cut there makes. `None` if the cut
     /// makes no merge.
     pub fn last_merge(&self, threshold: f64) -> Option<f64> {
         let made = self.merges.partition_point(|m| m.height < threshold);
@@ -101,7 +101,7 @@ impl Dendrogram {
             parent[merge.first] = self.points + index;
             parent[merge.second] = self.points + index;
         }
-        // The parent of a merge is always a later merge, so a backward pass knows every root in time.
+        // The parent of a merge is always a later merge, so a backward pass finds each root before it is needed.
         for node in (0..parent.len()).rev() {
             parent[node] = parent[parent[node]];
         }
@@ -117,6 +117,9 @@ impl Dendrogram {
 
     /// Returns the cophenetic distance of each pair of points: the height of the merge that first joins them in one
     /// cluster, or 0 if both are the same point. Takes at most O(n) time per pair.
+    ///
+    /// # Panics
+    /// If a pair has an index that is not below [`len`](Self::len).
     pub fn join_heights(&self, pairs: &[(usize, usize)]) -> Vec<f64> {
         let mut parent = vec![usize::MAX; self.points + self.merges.len()];
         for (index, merge) in self.merges.iter().enumerate() {

@@ -1,8 +1,8 @@
 //! Learns a domain from demonstrations: states from the poses of objects, operators from the changes between states.
 //!
-//! [`learn`] takes a [`Recording`] and [`Settings`] and returns a [`Learned`]: the [`Domain`] and a [`LearnReport`]. It
-//! sees the kinds and poses of objects and, if recorded, the events and the objects touched. It is given no names,
-//! labels or state count.
+//! [`learn`] takes a [`Recording`] and [`Settings`] and returns a [`Learned`]: the [`Domain`] and a [`LearnReport`].
+//! The learner sees the kinds and poses of objects and, if recorded, the events and the touched objects. It is given no
+//! names, labels or state count.
 //!
 //! # Method
 //!
@@ -22,16 +22,19 @@
 //!    the state are the [`Instance`]s of the action. [`Evidence`] counts the states before and after them.
 //!    Preconditions are the states that held most often before, effects the states that began to hold most often
 //!    (II.E, Tables I to III).
-//! 7. **Choose the goal.** The goal is the state that the last action of most demonstrations reached.
+//! 7. **Choose the goal.** The goal is the state that most demonstrations reach with their last action.
 //!
 //! # Beyond the paper
 //!
 //! * The threshold is found from the data ([`Settings::threshold_m`]).
-//! * If the manipulated object was not recorded, it is inferred.
+//! * If the recording does not name the manipulated object, the learner infers it.
 //! * Failed attempts are recognised and teach no action.
 //! * The goal is chosen from the demonstrations.
-//! * An operator also lists the states that were always absent before its action, and the states that the action ends.
+//! * An operator also lists the states that were always absent before its action, and the states that the action ends
+//!   ([`Operator::absent`], [`Operator::removes`]).
 //!
+//! [`Operator::absent`]: crate::task::domain::Operator::absent
+//! [`Operator::removes`]: crate::task::domain::Operator::removes
 //! [`Evidence`]: crate::task::domain::Evidence
 
 mod attempts;
@@ -113,7 +116,7 @@ pub fn learn(recording: &Recording, settings: &Settings) -> Result<Learned, Task
     learn_observed(recording, settings, &mut Ignore)
 }
 
-/// Learns a domain like [`learn`], and sends an [`Event::Learning`] to `observer` before each step.
+/// Learns a domain, as [`learn`] does, and sends an [`Event::Learning`] to `observer` before each step.
 ///
 /// # Errors
 /// As [`learn`].
@@ -145,8 +148,8 @@ pub fn learn_observed(
     if observed.attempts.is_empty() {
         return Err(nothing("no object was picked up and released; expected at least one attempt"));
     }
-    // The clusters depend on the guesses of manipulated objects, and these on the clusters: repeat until nothing
-    // changes. No recording has needed five rounds.
+    // The clusters depend on the guesses of manipulated objects, and the guesses depend on the clusters. Repeat until
+    // nothing changes. No recording has needed five rounds.
     for _ in 0..5 {
         observed.cluster(settings);
         if !observed.reconsider() {

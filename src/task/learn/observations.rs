@@ -25,7 +25,7 @@ pub(super) struct Kind {
     pub name: Arc<str>,
     /// (demonstration, track, snapshot) of every clustered pose.
     poses: Vec<(usize, usize, usize)>,
-    /// Index of each of these poses in `poses`.
+    /// Index in `poses` of each (demonstration, track, snapshot).
     places: HashMap<(usize, usize, usize), usize>,
     pub tree: Dendrogram,
     /// Linkage at which the dendrogram is cut.
@@ -139,8 +139,7 @@ impl Observations<'_> {
     }
 
     /// Corrects guesses of the manipulated part. If the guessed part stayed in its cluster and exactly one other part
-    /// moved to a cluster that was empty before, then that part was manipulated and the guessed one was knocked
-    /// aside.
+    /// moved to a cluster that was empty before, the other part was manipulated and the guessed part was knocked aside.
     /// Returns whether any guess changed.
     pub fn reconsider(&mut self) -> bool {
         let mut changed = false;
@@ -201,7 +200,7 @@ impl Observations<'_> {
         clusters
     }
 
-    /// Returns the states that hold in a snapshot, if the clusters `states` are the states.
+    /// Returns the states that hold in a snapshot. The clusters `states` are taken as the states.
     pub fn world_state(&self, demo: usize, snapshot: usize, states: &[usize]) -> WorldState {
         let held: BTreeSet<usize> =
             (0..self.tracks[demo].len()).filter_map(|t| self.label(demo, t, snapshot)).collect();

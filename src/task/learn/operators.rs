@@ -54,8 +54,8 @@ impl Evidence {
         (0..self.change.len()).filter(|s| self.change[*s] == most).map(StateId::new).collect()
     }
 
-    /// Returns the states that never held before the action. A planner may require them to be absent; with few
-    /// instances, a state can be missing by coincidence.
+    /// Returns the states that never held before the action. A planner may require them to be absent. With few
+    /// instances, a state can be absent by coincidence.
     pub fn absent(&self) -> Vec<StateId> {
         (0..self.before.len()).filter(|s| self.before[*s] == 0).map(StateId::new).collect()
     }

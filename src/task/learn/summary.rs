@@ -43,7 +43,7 @@ pub struct AttemptReport {
     pub before: u64,
     /// Number of the snapshot after the attempt, as recorded.
     pub after: u64,
-    /// Id of the manipulated object in the snapshot before; `None` if no manipulated object was found.
+    /// Id of the manipulated object in the snapshot before the attempt; `None` if no manipulated object was found.
     pub object: Option<String>,
     /// Whether the manipulated object was inferred instead of recorded.
     pub inferred: bool,

@@ -26,9 +26,9 @@ pub const RESOLUTION: f64 = 1e-3;
 pub(crate) struct Manipulation {
     /// Index of the demonstration.
     pub demo: usize,
-    /// Point of the pose before.
+    /// Point of the pose before the manipulation.
     pub before: usize,
-    /// Point of the pose after.
+    /// Point of the pose after the manipulation.
     pub after: usize,
     /// Distance that the part moved, in metres.
     pub moved: f64,
@@ -39,7 +39,7 @@ pub(crate) struct Manipulation {
 pub(crate) struct Choice {
     /// Threshold of the cut: merges at or above it are not made.
     pub threshold: f64,
-    /// Number of manipulations that end in another cluster than they began in.
+    /// Number of manipulations that moved their part to another cluster.
     pub explained: usize,
 }
 

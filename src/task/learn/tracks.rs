@@ -37,7 +37,7 @@ impl Track {
 ///
 /// While the number of objects of a kind stays the same, ids identify them. If the number changes, for example because
 /// a part fell off the table and later ids moved down, objects are matched by distance, nearest first. Objects that did
-/// not move are thus matched before those that did.
+/// not move are thus matched before objects that moved.
 pub(crate) fn follow(demo: &Demonstration) -> Vec<Track> {
     let mut tracks: Vec<Track> = Vec::new();
     let length = demo.snapshots.len();

@@ -11,8 +11,8 @@ pub(super) struct Transitions {
     /// although parts went directly to the next cluster at least as often. Examples are a bolt left standing and a nut
     /// on the jig's rim.
     pub detours: BTreeSet<usize>,
-    /// Attempts that returned a part to a cluster that it had left earlier, unless the part stayed there and does so in
-    /// at least half of the demonstrations.
+    /// Attempts that returned a part to a cluster that it had left earlier. The exception is a part that stayed there,
+    /// if parts return to stay in this cluster in at least half of the demonstrations.
     pub undone: BTreeSet<usize>,
 }
 

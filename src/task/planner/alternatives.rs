@@ -15,13 +15,14 @@
 //! causes. In neurons this holds only up to the precision of the represented utilities. The following was
 //! measured with 50 neurons an item over 8 seeds:
 //!
-//! - One cause had no unmet precondition, the others one each. Rate neurons chose another cause in 0 of 16
-//!   cases with 2 causes of 1 precondition, and in 0 of 24 with 3 causes of 2; spiking neurons in 0 of 16 and
-//!   1 of 24.
-//! - No cause had an unmet precondition. Rate neurons did not choose the first cause in 0 of 8 and 1 of 8
-//!   cases; spiking neurons in 3 of 8 and 5 of 8. In neurons, do not rely on the order among equal causes.
+//! - One cause had no unmet precondition, the others had one each. With 2 causes of 1 precondition each, rate and
+//!   spiking neurons chose another cause in 0 of 16 cases. With 3 causes of 2 preconditions each, rate neurons chose
+//!   another cause in 0 of 24 cases, and spiking neurons in 1 of 24.
+//! - No cause had an unmet precondition. With the same 2 and 3 causes, rate neurons missed the first cause in 0 of 8
+//!   and 1 of 8 cases, and spiking neurons in 3 of 8 and 5 of 8. In neurons, do not rely on the order among equal
+//!   causes.
 //!
-//! The verdict stays right: a cause that turns out to be impossible is ruled out, and another is tried.
+//! The verdict is still correct: a cause that turns out to be impossible is ruled out, and another is tried.
 
 use std::sync::Arc;
 
@@ -47,7 +48,8 @@ pub(super) struct CauseContest {
     actions: usize,
     /// Utilities of the causes: one row for each state with several causes, one column for each action.
     utilities: Vec<Real>,
-    /// Support that a holding state gives: one row for each state, one column for each action.
+    /// Support that each state gives to each action while the state holds: one row for each state, one column for each
+    /// action.
     support: Vec<Real>,
     /// Pointer of each action.
     pointers: Vec<PointerValue<ActionSpace>>,
@@ -62,13 +64,13 @@ pub(super) struct CauseContestPorts {
     pub present: In<Vector>,
     /// The actions ruled out.
     pub ruled_out: In<Vector>,
-    /// One number for each action: 1 for the chosen one. All are 0 for a state with fewer than two causes.
+    /// One number for each action: 1 for the chosen action. All are 0 for a state with fewer than two causes.
     pub items: Out<Vector>,
     /// The pointer of the chosen action.
     pub action: Out<Pointer<ActionSpace>>,
 }
 
-/// Returns the states that several actions cause.
+/// Returns the states that have several causes.
 pub(super) fn states_with_several_causes(domain: &Domain) -> Vec<StateId> {
     domain.state_ids().filter(|state| domain.causes(*state).len() > 1).collect()
 }

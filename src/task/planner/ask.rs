@@ -27,9 +27,9 @@ pub enum Stage {
     Action,
     /// The action's preconditions are unbound and cleaned up.
     Preconditions,
-    /// The preconditions are compared with the world, and an unmet one is chosen if there is one.
+    /// The preconditions are compared with the world, and an unmet precondition, if any, is chosen.
     Comparison,
-    /// The executive has drawn its conclusion about the examined state.
+    /// The executive has drawn its conclusion about the examined state: the next question, or the verdict.
     Conclusion,
     /// The decision is at the graph's outputs.
     Decision,
@@ -63,7 +63,7 @@ pub struct Milestone {
     pub time_ms: f64,
 }
 
-/// A planner's decision, with how it was reached.
+/// A planner's decision, with its milestones and choices.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Decision {
     /// The verdict: act, met or stuck.
@@ -74,8 +74,8 @@ pub struct Decision {
     pub time_ms: f64,
     /// Number of questions. A state that is examined twice counts twice.
     pub questions: u32,
-    /// Choices among several causes of a state, in order of time. A later choice for the same state replaces
-    /// the earlier one. Empty if no state has more than one cause.
+    /// Choices among several causes of a state, in order of time. A later choice for the same state replaces the
+    /// earlier choice. Empty if no state has several causes.
     pub choices: Vec<Choice>,
 }
 
@@ -118,7 +118,7 @@ impl Planner {
     ///
     /// # Errors
     /// [`TaskError::BadDomain`] if the domain has no action; [`TaskError::Vocabulary`] or
-    /// [`TaskError::TooFewDimensions`] if the dimension is unusable or too small; [`TaskError::Setting`] or
+    /// [`TaskError::TooFewDimensions`] if the number of dimensions is invalid or too small; [`TaskError::Setting`] or
     /// [`TaskError::Build`] for settings outside their ranges.
     pub fn new(domain: &Domain, spec: PlannerSpec, seed: Seed) -> Result<Self, TaskError> {
         Self::with_plan(domain, spec, &PopulationPlan::direct(), seed)
@@ -183,11 +183,11 @@ impl Planner {
         })
     }
 
-    /// Sets which threads compute the ticks of this planner's own runs: [`simulator`](Self::simulator),
+    /// Sets the threads that compute the ticks of this planner's own runs: [`simulator`](Self::simulator),
     /// [`decide`](Self::decide), [`plan`](Self::plan) and [`first_shown`](Self::first_shown). The default is
-    /// [`Threads::Pool`]. [`Threads::Serial`] suits a caller that asks many planners at once. The results
-    /// have the same bits either way. Runs in a scene use
-    /// [`EpisodeSpec::threads`](crate::task::execute::EpisodeSpec::threads) instead.
+    /// [`Threads::Pool`]. [`Threads::Serial`] suits a caller that asks many planners at once. The results have the same
+    /// bits either way. Runs in a scene use [`EpisodeSpec::threads`](crate::task::execute::EpisodeSpec::threads)
+    /// instead.
     pub fn with_threads(mut self, threads: Threads) -> Self {
         self.threads = threads;
         self
@@ -226,8 +226,11 @@ impl Planner {
     pub(crate) fn goal_pointer(&self, goal: StateId) -> Result<Vec<Real>, TaskError> {
         let states = self.domain.states();
         let Some(state) = states.get(goal.index()) else {
-            let value =
-                format!("number {}, counted from 0, of {} states", goal.index(), states.len());
+            let value = format!(
+                "state number {} (from 0) of a domain with {} states",
+                goal.index(),
+                states.len()
+            );
             return Err(TaskError::Setting { name: "goal", value, expected: OWN_GOAL });
         };
         Ok(self.encoded.states.get(&state.name)?.to_vec())
@@ -257,11 +260,11 @@ impl Planner {
         )?)
     }
 
-    /// Decides what to do next towards `goal` in `world`.
+    /// Decides the next action towards `goal` in `world`.
     ///
     /// # Errors
-    /// As [`Planner::simulator`]; [`TaskError::Undecided`] if the graph does not settle. In direct mode this
-    /// happens only if the pointers have too few dimensions to be told apart.
+    /// As [`Planner::simulator`]; [`TaskError::Undecided`] if the graph does not settle. In direct mode this happens
+    /// only if the pointers have too few dimensions to be distinguished.
     pub fn decide(&self, world: &WorldState, goal: StateId) -> Result<Decision, TaskError> {
         let mut sim = self.simulator(world, goal)?;
         let mut watch = Watch::new(self, world);
@@ -294,8 +297,8 @@ impl Planner {
     }
 
     /// Returns the first action that the motor output shows, and the simulated time at which it appears, in
-    /// milliseconds; `None` if no action appears `within` the given time. The action counts even if the
-    /// planner has not decided yet.
+    /// milliseconds; `None` if no action appears within the time `within`. The action counts even if the planner has
+    /// not decided yet.
     ///
     /// ```
     /// use symbolt::sim::{Seed, SimDuration};
@@ -336,10 +339,11 @@ impl Planner {
     /// Returns the greatest possible number of questions in one decision.
     fn max_looks(&self) -> u64 {
         let (states, actions) = (self.domain.states().len(), self.domain.operators().len());
-        // Every state is examined once for itself and once for each state that it sends the walk to.
+        // Every state is examined when the walk reaches it, and again when the walk returns to it from another state.
+        // Each state is returned from at most once.
         let once = 2 * states as u64 + 2;
-        // Ruling out an action costs a question, and every state found reachable can readmit the actions
-        // ruled out for now.
+        // Ruling out an action costs a question. Every state found reachable can readmit the actions that are ruled out
+        // for now.
         let again = self.ruled_out.as_ref().map_or(1, |_| states as u64 + 1);
         (once + self.ruled_out.as_ref().map_or(0, |_| 2 * actions as u64)) * again
     }
@@ -370,7 +374,7 @@ impl Planner {
             Phase::Idle => "recognising the goal".into(),
             Phase::Load => format!("loading {subject} into the goal buffer"),
             Phase::Act => {
-                format!("letting the action that causes {subject} through the motor gate")
+                format!("opening the motor gate for the action that causes {subject}")
             }
             _ => format!("examining the preconditions of {subject}"),
         };

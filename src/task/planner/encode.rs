@@ -1,10 +1,10 @@
 //! A domain as semantic pointers: its vocabularies and the expressions that its memories store.
 //!
-//! Every state has a random pointer. Every action has two: a random *shallow* pointer in the space of
-//! actions, and a *deep* pointer in the space of states. The deep pointer is PRECONDITION bound to the sum of
-//! the action's preconditions (section II.E of the paper). PRECONDITION is unitary, so unbinding it is exact.
-//! The deep pointer of an action without preconditions is `PRECONDITION * NOTHING`. States that must be
-//! absent are kept in a second deep pointer, `ABSENT * (...)`; in the first they would only add noise.
+//! Every state has a random pointer. Every action has two pointers: a random *shallow* pointer in the space of actions,
+//! and a *deep* pointer in the space of states. The deep pointer is PRECONDITION bound to the sum of the action's
+//! preconditions (section II.E of the paper). PRECONDITION is unitary, so unbinding it is exact. The deep pointer of an
+//! action without preconditions is `PRECONDITION * NOTHING`. States that must be absent are kept in a second deep
+//! pointer, `ABSENT * (...)`; in the first they would only add noise.
 
 use crate::sim::{Real, Seed, VocabTag};
 use crate::spa::{Vocabulary, VocabularyBuilder};
@@ -48,7 +48,7 @@ impl Encoded {
     /// have a cosine outside `-ceiling..=ceiling`.
     ///
     /// # Errors
-    /// [`TaskError::Vocabulary`] if the dimension is unusable, or too small for this ceiling.
+    /// [`TaskError::Vocabulary`] if `dim` is invalid or too small for this ceiling, or if `ceiling` is out of range.
     pub fn new(domain: &Domain, dim: usize, ceiling: Real, seed: Seed) -> Result<Self, TaskError> {
         let states = VocabularyBuilder::new(dim, seed)
             .max_similarity(ceiling)

@@ -1,24 +1,25 @@
 //! The executive: the planner's control. It opens the graph's gates and decides when a question is answered.
 //!
-//! The executive is control, not representation. It reads which items of the graph's memories are active, and
-//! writes gates and one-hot item vectors. It holds no pointers and has no neural form. It walks from the goal
-//! along unmet preconditions. It keeps a path, to notice circles and to find the way back, and the set of
-//! states shown to be reachable ([`walk`](super::walk)):
+//! The executive is control, not representation. It reads which items of the graph's memories are active, and writes
+//! gates and one-hot item vectors. It holds no pointers and has no neural form. It walks from the goal along unmet
+//! preconditions. It remembers its path, to detect circles and to find the way back, and the states shown to be
+//! reachable ([`walk`](super::walk)):
 //!
 //! 1. *Load*: load the examined state into the goal buffer, then close the buffer's gate.
-//! 2. *Settle*: wait for the graph to recall the action that causes the state, its preconditions and the
-//!    unmet ones.
-//! 3. *Conclude*. If no action is active, nothing causes the state: stuck. If all preconditions hold, the
-//!    action can be done, and the executive remembers the first such state. If a precondition is neither met
-//!    nor reachable, the chosen one is examined next; if it is already on the path, it needs itself: stuck.
-//!    If every precondition holds or is reachable, the state is reachable too.
-//! 4. *Return*: take a reachable state off the path and examine the state before it again. If the reachable
-//!    state is the goal, load the remembered state once more and open the motor gate for its action.
-//! 5. If states have several causes, *stuck* only rules out the current action. The executive tells the graph
-//!    so and examines the state again.
+//! 2. *Settle*: wait for the graph to recall the action that causes the state, the action's preconditions, and which of
+//!    them are unmet.
+//! 3. *Conclude*. If no action is active, nothing causes the state: stuck. If all preconditions hold, the action can be
+//!    done, and the executive remembers the first state for which this is so. If some preconditions neither hold nor
+//!    are reachable, the graph chooses one of them, and the executive examines it next. If the chosen state is already
+//!    on the path, it needs itself: stuck. If every precondition holds or is reachable, the examined state is reachable
+//!    too.
+//! 4. *Return*: take a reachable state off the path and examine the state before it again. If the reachable state is
+//!    the goal, load the remembered state again and open the motor gate for its action.
+//! 5. If states have several causes, *stuck* only rules out the current action. The executive tells the graph which
+//!    actions are ruled out and examines the state again.
 //!
-//! An answer counts as settled when the active items have not changed for [`Timing::hold`], and at the
-//! earliest [`Timing::settle`] after loading began.
+//! An answer counts as settled once the active items have stayed the same for [`Timing::hold`], but not before
+//! [`Timing::settle`] has passed since loading began.
 
 use super::graph::PlannerSpec;
 use super::walk::{
@@ -35,8 +36,8 @@ use crate::task::domain::Domain;
 pub struct Timing {
     /// Time for which the goal buffer's gate stays open.
     pub load: SimDuration,
-    /// Earliest time after the gate opened at which an answer counts. It must exceed the delay from the goal
-    /// buffer to the choice of an unmet precondition: six synapses.
+    /// Time after the opening of the gate before which no answer counts. It must exceed the delay from the goal buffer
+    /// to the choice of an unmet precondition: six synapses.
     pub settle: SimDuration,
     /// Time for which the active items must stay the same.
     pub hold: SimDuration,
@@ -66,13 +67,13 @@ pub(crate) enum Phase {
     Settle,
     /// The goal already holds.
     Met,
-    /// The recalled action is to be done.
+    /// The recalled action is the decision.
     Act,
     /// No action causes the examined state.
     NothingCauses,
     /// The second state in the trace must be absent but holds.
     MustBeAbsent,
-    /// The state in the trace is needed to bring itself about.
+    /// Reaching the state in the trace requires the state itself.
     NeedsItself,
     /// The goal is not a state of the domain, or the graph's answer did not settle.
     Lost,
@@ -117,7 +118,7 @@ pub(crate) struct Executive {
 
 /// The executive's ports. Every vector holds one number for each item: 1 if it is active.
 pub(crate) struct ExecutivePorts {
-    /// 1 while an answer is wanted.
+    /// 1 while a decision is requested.
     pub ready: In<Scalar>,
     /// The state that is the goal.
     pub goal: In<Vector>,
@@ -135,7 +136,7 @@ pub(crate) struct ExecutivePorts {
     pub violated: In<Vector>,
     /// States that hold.
     pub present: In<Vector>,
-    /// Opens the goal buffer.
+    /// 1 while the goal buffer's gate is open.
     pub load: Out<Scalar>,
     /// The state to load into the goal buffer.
     pub next: Out<Vector>,
@@ -143,7 +144,7 @@ pub(crate) struct ExecutivePorts {
     pub reachable: Out<Vector>,
     /// Actions that turned out to be impossible; `None` if no state has several causes.
     pub ruled_out: Option<Out<Vector>>,
-    /// 1 when the recalled action is to be done.
+    /// 1 while the motor gate is open for the recalled action.
     pub act: Out<Scalar>,
     /// Phase, number of questions so far, the examined state, a second state, an action.
     pub trace: Out<Vector>,

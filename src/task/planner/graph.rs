@@ -16,8 +16,9 @@
 //! (`alternatives`) works beside the memory, and its winner is added to the memory's output. If no state has
 //! several causes, the contest is left out.
 //!
-//! Every module adds one synapse of 5 ms. Six lie between the goal buffer and the choice, or seven through
-//! the contest. With 256 dimensions, a tick of the nut-and-bolt graph takes 6 to 8 microseconds.
+//! Every module adds one synapse of 5 ms. Between the goal buffer and the choice of an unmet precondition there are six
+//! synapses, or seven through the contest. With 256 dimensions, a tick of the nut-and-bolt graph takes 6 to 8
+//! microseconds.
 
 use std::sync::Arc;
 
@@ -45,7 +46,7 @@ pub enum Unbinding {
     /// By a fixed linear map, without delay.
     #[default]
     Fixed,
-    /// By a layer of products, as for two pointers that both change. Adds one synapse.
+    /// By a layer of products, which can also unbind two changing pointers. Adds one synapse.
     Products,
 }
 
@@ -63,7 +64,7 @@ pub enum Part {
 pub struct PlannerSpec {
     /// Number of dimensions of all pointers.
     pub dimensions: usize,
-    /// Greatest magnitude of the cosine between any two pointers of a vocabulary, above 0 to 1.
+    /// Greatest magnitude of the cosine between any two pointers of a vocabulary, above 0 and at most 1.
     pub max_similarity: Real,
     /// When the planner commits to an action.
     pub commitment: Commitment,
@@ -76,8 +77,8 @@ pub struct PlannerSpec {
     /// Time constant of the feed-forward synapses of the goal buffer and the motor gate. All other modules
     /// keep their defaults.
     pub synapse: SimDuration,
-    /// Share of its output that the goal buffer feeds back to itself, 0 to 1. With 1 it keeps a goal for
-    /// good; with less the goal fades.
+    /// Share of its output that the goal buffer feeds back to itself, 0 to 1. With 1 it keeps a goal indefinitely; with
+    /// less the goal fades.
     pub retention: Real,
     /// The part to leave out, if any.
     pub without: Option<Part>,
@@ -110,7 +111,7 @@ impl PlannerSpec {
 pub(super) const RECOGNISED: Real = 0.5;
 /// The reason for refusing a domain without actions.
 pub(super) const NO_ACTION: &str = "it has no action; planning needs at least one";
-/// Least distance from [`RECOGNISED`] that the similarity of every state must keep after unbinding.
+/// Least difference between [`RECOGNISED`] and the similarity of every state after unbinding.
 const MARGIN: Real = 0.05;
 
 /// The planner graph as a module.
@@ -135,7 +136,7 @@ pub struct PlanningGraph {
 
 /// The ports of a [`PlanningGraph`].
 pub struct PlanningPorts {
-    /// 1 while an answer is wanted. Back at 0, the graph forgets its last answer.
+    /// 1 while a decision is requested. When `ready` returns to 0, the graph forgets its last answer.
     pub ready: In<Scalar>,
     /// One number for each state of the domain: 1 if it holds.
     pub present: In<Vector>,
@@ -145,8 +146,9 @@ pub struct PlanningPorts {
     pub action: Out<Pointer<ActionSpace>>,
     /// One number for each action of the domain: 1 for the action to do.
     pub actions: Out<Vector>,
-    /// The executive's trace: phase, number of questions so far, the examined state, a second state, an
-    /// action.
+    /// The executive's trace: phase, number of questions so far, the examined state, a second state, an action. The
+    /// phase is 0 while idle, 1 while loading, 2 while settling, 3 for met, 4 for act, 5 if nothing causes the state, 6
+    /// if the second state must be absent, 7 if the state needs itself, and 8 if the executive gave up.
     pub trace: Out<Vector>,
     /// Pointer in the goal buffer.
     pub goal_buffer: Out<Pointer<StateSpace>>,
@@ -170,9 +172,9 @@ impl PlanningGraph {
     /// Builds a planner graph over `domain` with the pointers of `encoded`.
     ///
     /// # Errors
-    /// [`TaskError::BadDomain`] if the domain has no action; [`TaskError::Setting`] for a retention outside
-    /// its range; [`TaskError::TooFewDimensions`] if the preconditions of some action cannot be told from
-    /// other states after unbinding.
+    /// [`TaskError::BadDomain`] if the domain has no action; [`TaskError::Setting`] for a retention outside its range;
+    /// [`TaskError::TooFewDimensions`] if the preconditions of some action cannot be distinguished from other states
+    /// after unbinding.
     pub fn new(
         domain: &Domain,
         encoded: Arc<Encoded>,
@@ -225,8 +227,8 @@ impl PlanningGraph {
         })
     }
 
-    /// Unbinds every deep pointer and compares the result with the action's preconditions. With too few
-    /// dimensions, states that are not preconditions would be read out as well.
+    /// Unbinds every deep pointer and compares the result with the action's preconditions. With too few dimensions,
+    /// states that are not preconditions would be decoded too.
     fn check_unbinding(domain: &Domain, encoded: &Encoded, absent: bool) -> Result<(), TaskError> {
         let states = &encoded.states;
         let mut sums: Vec<(&Operator, &str, &[StateId])> = Vec::new();

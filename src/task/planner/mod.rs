@@ -12,7 +12,7 @@
 //!
 //! # The modules
 //!
-//! | module | what it does |
+//! | module | function |
 //! |---|---|
 //! | `goal` | a cleanup memory; recognises the goal that the world sends |
 //! | `goal_buffer` | holds the pointer of the examined state |
@@ -21,13 +21,13 @@
 //! | `deep` | an associative memory from an action to its deep pointer, `PRECONDITION * (A + B + ...)` |
 //! | `unbind`, `required` | unbinding and a cleanup memory; together they give the action's preconditions |
 //! | `open`, `chosen` | the unmet preconditions, and one of them |
-//! | `motor_gate`, `motor` | let the action out once the decision is made |
+//! | `motor_gate`, `motor` | pass the action to the output once the decision is made |
 //! | `executive` | the planner's control: opens gates and draws conclusions |
 //!
 //! # One decision
 //!
-//! A decision is a series of questions. Each question examines one state and asks how it can be brought
-//! about. The first question examines the goal.
+//! A decision is a series of questions. Each question examines one state and asks which action causes it. The first
+//! question examines the goal.
 //!
 //! 1. The world sets `ready` to 1. If the goal holds, the verdict is [`Met`](crate::task::Verdict::Met).
 //! 2. The executive loads the examined state into the goal buffer (milestone [`Goal`](Stage::Goal)).
@@ -36,14 +36,15 @@
 //!    [`Preconditions`](Stage::Preconditions)).
 //! 5. It removes the preconditions that hold or are known to be reachable, and chooses one of the rest
 //!    (milestone [`Comparison`](Stage::Comparison)).
-//! 6. The executive draws its conclusion (milestone [`Conclusion`](Stage::Conclusion)). If a precondition is
-//!    unmet, the next question examines it. If none is unmet, the state is reachable, and the executive
-//!    returns to the state before it.
-//! 7. If nothing causes the state, or it needs itself, the executive tries another cause of the state. If no
-//!    cause is left, the verdict is [`Stuck`](crate::task::Verdict::Stuck) with the reason.
-//! 8. Once the goal is reachable, the executive recalls the first action that was found possible, and the
-//!    motor gate lets it out: the verdict is [`Act`](crate::task::Verdict::Act). With
-//!    [`Commitment::First`](crate::task::Commitment::First) it does not wait for the goal.
+//! 6. The executive draws its conclusion (milestone [`Conclusion`](Stage::Conclusion)). If a precondition is unmet, the
+//!    next question examines it. If no precondition is unmet, the state is reachable, and the executive returns to the
+//!    state before it.
+//! 7. If the recalled action turns out to be impossible, the executive tries another cause of the state. If no cause is
+//!    left, the verdict is [`Stuck`](crate::task::Verdict::Stuck) with the reason.
+//! 8. Once the goal is known to be reachable, the executive recalls the first action that was found possible and opens
+//!    the motor gate for it: the verdict is [`Act`](crate::task::Verdict::Act). With
+//!    [`Commitment::First`](crate::task::Commitment::First) the executive does not wait until the goal is known to be
+//!    reachable.
 //!
 //! The last milestone of every decision is [`Decision`](Stage::Decision), the time at which the verdict is at
 //! the graph's outputs.

@@ -75,7 +75,7 @@ impl Violated {
     }
 }
 
-/// The stage that tells unbound preconditions apart.
+/// The stage that identifies the unbound preconditions.
 pub(super) struct Required {
     pub input: Vec<In<Pointer<StateSpace>>>,
     pub items: Out<Vector>,

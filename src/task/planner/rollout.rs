@@ -1,4 +1,4 @@
-//! Whole plans: asks the planner graph repeatedly, in worlds predicted from the operators.
+//! Whole plans: asks the planner graph repeatedly, in world states predicted from the operators.
 
 use super::ask::{Decision, Planner};
 use crate::task::domain::{ActionId, Obstacle, StateId, Verdict, WorldState};
@@ -20,7 +20,7 @@ pub enum PlanEnd {
     Met,
     /// The goal cannot be reached, for this reason.
     Stuck(Obstacle),
-    /// The predicted worlds repeat.
+    /// The predicted world states repeat.
     Circle,
 }
 
@@ -36,7 +36,8 @@ pub struct RolledOut {
 }
 
 impl Planner {
-    /// Plans from a scene to `goal`. `objects` gives the number of objects in each state.
+    /// Plans from a scene to `goal`. `objects` gives the number of objects in each state, as
+    /// [`Domain::counts`](crate::task::domain::Domain::counts) returns it.
     ///
     /// An action is predicted to move one object from the operator's `from` state, if it has one, to its `to`
     /// state, and to have the operator's other effects.
@@ -47,7 +48,7 @@ impl Planner {
         let mut counts = objects.to_vec();
         let mut steps: Vec<PlannedStep> = Vec::new();
         let mut seen: Vec<Vec<usize>> = Vec::new();
-        // Without detours, each object enters each state at most once.
+        // A plan without detours moves each object into each state at most once.
         let most = (objects.iter().sum::<usize>() + 1) * (objects.len() + 1);
         loop {
             let world: WorldState = counts.iter().map(|c| *c > 0).collect();

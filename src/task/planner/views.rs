@@ -10,8 +10,8 @@ use crate::task::planner::encode::Encoded;
 /// Kind of numbers that a [`ModuleView`] shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shows {
-    /// Cosines of the module's pointer with the named pointers, -1 to 1. A pointer shorter than 1 is not
-    /// normalised: its dot products are shown, so a fading pointer goes to 0.
+    /// Cosines of the module's pointer with the named pointers, -1 to 1. A pointer shorter than 1 is not normalised:
+    /// the numbers are then its dot products, so they go to 0 as the pointer fades.
     Similarities,
     /// Activities of the module's items: 1 for a chosen item.
     Activities,
@@ -31,8 +31,8 @@ pub struct ModuleView {
 }
 
 impl ModuleView {
-    /// Writes the numbers after this tick to `out`, one for each name. Costs names x dimensions
-    /// multiplications.
+    /// Writes the numbers after this tick to `out`, one for each name. For similarities, this costs one multiplication
+    /// for each name and dimension.
     ///
     /// # Panics
     /// If `out` does not have one number for each name.

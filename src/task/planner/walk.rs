@@ -5,15 +5,16 @@
 //! is *ruled out*, and its state is examined again, until no cause is left. Then the state itself fails, and
 //! with it the action that needed it.
 //!
-//! An action whose precondition is on the path may become possible once other states are reachable. It is
-//! ruled out only *for now*, and is readmitted whenever another state becomes reachable. So the walk always
-//! ends, and it finds the goal reachable if and only if it is.
+//! An action whose precondition is on the path may become possible once other states are reachable. It is ruled out
+//! only *for now*, and is readmitted whenever another state becomes reachable. So the walk always ends, and it finds
+//! the goal reachable exactly if the goal is reachable.
 
 use super::executive::Phase;
 use crate::sim::Real;
 use crate::task::domain::{Commitment, Domain};
 
-// State words. The path follows them, with one word for each state: its place on the path, from 1, or 0.
+// State words. The path follows them, with one word for each state: its place on the path, counted from 1, or 0 if it
+// is not on the path.
 pub(super) const PHASE: usize = 0;
 pub(super) const EXAMINED: usize = 1;
 pub(super) const SUBJECT: usize = 2;
@@ -35,7 +36,7 @@ const ALLOWED: u32 = 0;
 const FOR_GOOD: u32 = 1;
 const FOR_NOW: u32 = 2;
 
-/// The causes of every state, kept only if some state has several.
+/// The causes of every state, kept only if some state has several causes.
 #[derive(Debug)]
 pub(super) struct Alternatives {
     /// For each state, the indices of its causes, in order of preference.
@@ -44,7 +45,7 @@ pub(super) struct Alternatives {
 }
 
 impl Alternatives {
-    /// Returns the causes; `None` if no state has several.
+    /// Returns the causes; `None` if no state has several causes.
     pub fn of(domain: &Domain) -> Option<Self> {
         let causes: Vec<Vec<usize>> = domain
             .state_ids()
@@ -95,7 +96,7 @@ pub(super) struct Answer<'a> {
     pub present: &'a [Real],
     /// The first state that holds but must be absent.
     pub violated: Option<usize>,
-    /// Whether a precondition neither holds nor is reachable, and the one chosen.
+    /// Whether some precondition neither holds nor is reachable. `chosen` is one such precondition.
     pub unmet: bool,
     pub chosen: Option<usize>,
 }
@@ -189,7 +190,7 @@ impl Walk<'_> {
             return self.end(Fault::nothing(self.subject()));
         }
         let subject = self.subject();
-        // Otherwise some cause is still allowed, and none has won the contest yet.
+        // If some cause is not ruled out, the contest has no winner yet: wait.
         if let Some((fault, for_now)) = self.exhausted(subject) {
             self.state_failed(fault, for_now);
         }

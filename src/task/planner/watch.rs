@@ -28,19 +28,18 @@ pub struct Choice {
 pub enum Why {
     /// All other causes had been ruled out.
     OnlyOneLeft,
-    /// It has fewer unmet preconditions than any other cause.
+    /// The cause has fewer unmet preconditions than any other cause.
     FewestUnmet {
         /// Number of unmet preconditions.
         unmet: usize,
     },
-    /// No other cause has fewer unmet preconditions, and it comes first in
-    /// [`Domain::causes`](crate::task::domain::Domain::causes) among those with equally many.
+    /// No other cause has fewer unmet preconditions. Among the causes with equally many, the chosen cause comes first
+    /// in [`Domain::causes`](crate::task::domain::Domain::causes).
     Preferred {
         /// Number of unmet preconditions.
         unmet: usize,
     },
-    /// The neurons were not precise enough: by the rule, another cause is better. Never occurs in direct
-    /// mode.
+    /// The neurons were not precise enough: by the rule, another cause should have won. Never occurs in direct mode.
     Imprecision,
 }
 
@@ -81,7 +80,7 @@ impl<'p> Watch<'p> {
         self.milestones.push((question, stage, subject, time_ms));
     }
 
-    /// Notes the cause that the conclusion is about, if the state has several.
+    /// Notes the cause that the conclusion is about, if the state has several causes.
     fn note_choice(&mut self, question: u32, about: usize) {
         let (state, domain) = (StateId::new(about), &self.planner.domain);
         let (Some(action), true) = (self.recalled, about < domain.states().len()) else { return };
@@ -128,8 +127,8 @@ impl<'p> Watch<'p> {
             let stages = [Stage::Goal, Stage::Action, Stage::Preconditions, Stage::Comparison];
             let mut reached: Vec<(Stage, f64)> = Vec::new();
             for (at, stage) in stages.into_iter().enumerate() {
-                // The comparison ends with the choice; if nothing is unmet, it ends when no item is open any
-                // more.
+                // The comparison ends with the choice. If no precondition is unmet, the comparison ends when the last
+                // open item becomes inactive.
                 let time = if at == 3 {
                     self.changed_ms[3].max(self.changed_ms[4])
                 } else {

@@ -1,13 +1,13 @@
 //! The arm's kinematics: the pose of the end effector at given joint angles, and joint angles for a given
 //! pose.
 //!
-//! Lengths, offsets and joint limits are those that Franka Emika publishes for the Panda (modified
-//! Denavit-Hartenberg parameters). The origin of the end effector's frame is the tool centre point, between
-//! the fingers' pads. Its z axis points the way the hand points; the fingers close along its y axis.
+//! Lengths, offsets and joint limits are Franka Emika's published values for the Panda (modified Denavit-Hartenberg
+//! parameters). The origin of the end effector's frame is the tool centre point, between the fingers' pads. Its z axis
+//! points in the direction of the hand; the fingers close along its y axis.
 //!
-//! The inverse uses damped least squares within the joints' limits, with a pull towards the middle of their
-//! ranges in the null space (Buss, "Introduction to inverse kinematics", 2004; Liegeois 1977). It tries
-//! several starts.
+//! The inverse kinematics uses damped least squares within the joints' limits, with a pull towards the middle of their
+//! ranges in the null space (Buss, "Introduction to inverse kinematics", 2004; Liegeois 1977). It tries several
+//! starting postures.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -60,13 +60,12 @@ pub(crate) fn offset(joint: usize) -> Frame {
     Frame::from_parts(Vector::new(a, 0.0, 0.0) + tilt * Vector::new(0.0, 0.0, d), tilt)
 }
 
-/// Returns the hand's frame in that of the last joint: at the flange, turned so that the fingers close along
-/// y.
+/// Returns the hand's frame in the frame of the last joint: at the flange, turned so that the fingers close along y.
 pub(crate) fn hand_offset() -> Frame {
     Frame::from_parts(Vector::new(0.0, 0.0, FLANGE_M), Rotation::from_rotation_z(-FRAC_PI_4))
 }
 
-/// Returns the end effector's frame in that of the last joint.
+/// Returns the end effector's frame in the frame of the last joint.
 pub(crate) fn tool_offset() -> Frame {
     hand_offset() * Frame::from_translation(Vector::new(0.0, 0.0, TOOL_M))
 }
@@ -85,7 +84,7 @@ pub(crate) fn tool(q: &Angles) -> Frame {
     links(q)[JOINTS - 1] * tool_offset()
 }
 
-/// Height of the second joint, about which the arm reaches out, above the table, in metres.
+/// Height above the table of the second joint, about which the arm reaches out, in metres.
 const SHOULDER_M: f64 = 0.333;
 /// Greatest distance of the tool centre point from the second joint when the hand points down, in metres.
 const REACH_M: f64 = 0.72;
@@ -107,9 +106,9 @@ pub fn forward_kinematics(angles: &[f64; 7]) -> [Pose; 8] {
     })
 }
 
-/// Finds joint angles, in radians and within the limits, that bring the end effector to `target` (metres from
-/// the base). The search begins near `start`. Returns `None` if it finds none. Costs about 20 microseconds if
-/// a solution is near `start`, and up to a millisecond if there is none.
+/// Finds joint angles, in radians and within the limits, that bring the end effector to `target` (metres from the
+/// base). The search begins near `start`. Returns `None` if it finds no solution. Costs about 20 microseconds if a
+/// solution is near `start`, and up to a millisecond if there is no solution.
 ///
 /// ```
 /// use symbolt::task::Pose;
@@ -156,7 +155,7 @@ fn clamp(q: &mut Angles) {
     }
 }
 
-/// Accepted errors of the inverse, in metres and radians.
+/// Accepted errors of the inverse kinematics, in metres and radians.
 const NEAR: (f64, f64) = (1e-5, 1e-4);
 
 /// Iterates from `start` to joint angles, within the limits, that bring the end effector to `target`. Costs
@@ -165,7 +164,7 @@ pub(crate) fn solve(target: &Frame, start: &Angles) -> Option<Angles> {
     iterate(target, start, 0.05)
 }
 
-/// As [`solve`], but without the pull to the middle: finds the nearest posture, for points along a line.
+/// As [`solve`], but without the pull to the middle of the ranges: finds the nearest posture, for points along a line.
 pub(crate) fn solve_near(target: &Frame, start: &Angles) -> Option<Angles> {
     iterate(target, start, 0.0)
 }
@@ -206,7 +205,7 @@ fn iterate(target: &Frame, start: &Angles, pull: f64) -> Option<Angles> {
     None
 }
 
-/// Returns starts for [`solve`]: the current posture, then the waiting posture facing the target, with
+/// Returns starting postures for [`solve`]: the current posture, then the waiting posture facing the target, with
 /// shoulder, elbow and wrist turned either way.
 pub(crate) fn starts(current: &Angles, target: &Frame) -> impl Iterator<Item = Angles> {
     let at = target.translation;

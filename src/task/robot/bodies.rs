@@ -41,14 +41,14 @@ const CAPSULES: [([f64; 3], [f64; 3], f64); JOINTS] = [
     ([0.0, 0.0, 0.0], [0.0, 0.0, 0.07], 0.042),
 ];
 
-/// Mass of each link, in kilograms, of the order of the Panda's.
+/// Mass of each link, in kilograms, roughly as in the Panda.
 const MASSES: [f64; JOINTS] = [3.0, 3.0, 3.0, 3.0, 3.0, 1.7, 0.7];
 
-/// Inertia that each joint's motor is tuned to move, in kilogram square metres, for the stretched-out arm.
+/// Inertia that each joint's motor is tuned to move, in kilogram square metres: the inertia of the stretched-out arm.
 pub(crate) const LOADS: [f64; JOINTS] = [4.0, 4.0, 3.0, 3.0, 0.4, 0.4, 0.1];
 
-/// Returns the robot's collision shapes and their frames, with the arm at `angles` and the fingers at
-/// `opening`. The first link is left out: it stands at the table's edge and comes near nothing.
+/// Returns the robot's collision shapes and their frames, with the arm at `angles` and the fingers at `opening`. The
+/// first link is left out: it stands at the table's edge, and nothing comes near it.
 pub(crate) fn outline(angles: &Angles, opening: f64) -> impl Iterator<Item = (Frame, SharedShape)> {
     let links = arm::links(angles);
     let hand = links[JOINTS - 1] * arm::hand_offset();
@@ -181,8 +181,8 @@ fn pose_robot(
     let Some((multibody, _)) = physics.multibody_joints.get_mut(robot.joints[0]) else { return };
     multibody.set_self_contacts_enabled(false);
     multibody.forward_kinematics(&physics.bodies, true);
-    // Coupled at the finger that is solved last. Coupled at the other, the first finger pushes the hand's
-    // middle aside by one substep's motion.
+    // Couple the fingers at the finger that is solved last. A coupling at the other finger lets the first finger push
+    // the middle of the hand aside by one substep's motion.
     multibody.add_dof_coupling(MultibodyDofCoupling {
         link1: links[1],
         dof1: 0,

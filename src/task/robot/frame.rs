@@ -18,8 +18,8 @@ pub(crate) fn pose_of(frame: &Frame) -> Pose {
     Pose { position: frame.translation.to_array(), orientation: [q.x, q.y, q.z, q.w] }
 }
 
-/// A rotation in the arithmetic of the physics. What a task computes with it has the same bits as in the
-/// physics. `a * b` turns by `b` first.
+/// A rotation in the arithmetic of the physics. Results have the same bits as in the physics. `a * b` turns by `b`
+/// first.
 ///
 /// ```
 /// use std::f64::consts::FRAC_PI_2;

@@ -2,19 +2,18 @@
 //!
 //! | to | use |
 //! |---|---|
-//! | compute where the end effector is | [`forward_kinematics`] |
+//! | compute the pose of the end effector | [`forward_kinematics`] |
 //! | find joint angles for a pose of the end effector | [`inverse_kinematics`], [`reaches_table`] |
 //! | set motors, speeds and forces | [`ArmSpec`], [`GripperSpec`] |
 //! | compute a task's geometry with the bits of the physics | [`Turn`], [`BodyFrame`], [`vector`] |
 //!
-//! The room also holds paths of joint angles, which run from rest to rest, and the robot's bodies for the
-//! physics. [`skill`](crate::task::skill) plans with the paths, and [`scene`](crate::task::scene) holds the
-//! bodies.
+//! This module also holds paths of joint angles, which run from rest to rest, and the robot's bodies for the physics.
+//! [`skill`](crate::task::skill) plans with the paths, and [`scene`](crate::task::scene) holds the bodies.
 //!
-//! The end effector's frame has its origin at the tool centre point, between the fingers. Its z axis points
-//! the way the hand points; the fingers close along its y axis. The arm's base is the origin of the scene.
+//! The end effector's frame has its origin at the tool centre point, between the fingers. Its z axis points in the
+//! direction of the hand; the fingers close along its y axis. The arm's base is the origin of the scene.
 //!
-//! Nothing here knows what the robot handles.
+//! This module does not depend on what the robot handles.
 
 pub(crate) mod arm;
 pub(crate) mod bodies;

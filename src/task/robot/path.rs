@@ -22,7 +22,7 @@ const SHORTEST_S: f64 = 0.1;
 /// Distance between the points of a straight line, in metres.
 const LINE_STEP_M: f64 = 0.004;
 
-/// Number of pieces in which the end effector's movement is measured.
+/// Number of pieces into which a path is divided to measure the end effector's movement.
 const LOOKS: usize = 16;
 
 fn farthest(a: &Angles, b: &Angles) -> f64 {
@@ -117,8 +117,8 @@ impl Path {
         (angles, speeds)
     }
 
-    /// Returns the number of samples needed so that no joint turns by more than `most` radians between two;
-    /// at least 8.
+    /// Returns the number of samples needed so that no joint turns by more than `most` radians between two samples; at
+    /// least 8.
     pub fn looks(&self, most: f64) -> usize {
         let ways = self.points.windows(2).map(|w| farthest(&w[0], &w[1]));
         let steepest = ways.fold(0.0, f64::max) * (self.points.len() - 1) as f64;

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::task::error::TaskError;
 
-/// Refuses the first number outside its range. Each entry holds name, number, least and greatest value.
+/// Returns an error for the first number outside its range. Each entry holds name, number, least and greatest value.
 pub(crate) fn in_range(numbers: &[(&'static str, f64, f64, f64)]) -> Result<(), TaskError> {
     match numbers.iter().find(|(_, value, least, most)| !(least..=most).contains(&value)) {
         Some(&(name, value, least, most)) => Err(TaskError::Range { name, value, least, most }),
@@ -21,7 +21,7 @@ pub struct GripperSpec {
     /// Coefficient of friction of the pads. Between pad and part, the greater of the two coefficients
     /// applies.
     pub friction: f64,
-    /// Greatest distance of each finger from the middle, in metres.
+    /// Greatest distance of each finger from the middle of the gripper, in metres.
     pub stroke_m: f64,
     /// Natural frequency of the fingers' motors, in radians per second.
     pub frequency: f64,
@@ -67,12 +67,12 @@ pub struct ArmSpec {
     pub carry_speed: f64,
     /// Greatest speed of the end effector while it holds a part, in metres per second.
     pub carry_m_s: f64,
-    /// Greatest acceleration of a joint, in radians per second squared: with an empty hand, and with a part
-    /// in it.
+    /// Greatest acceleration of a joint, in radians per second squared: first with an empty hand, then with a part in
+    /// the hand.
     pub acceleration: [f64; 2],
     /// Greatest speed of the end effector near parts, in metres per second.
     pub approach_m_s: f64,
-    /// Position error of the end effector above which the arm counts as having hit something, in metres.
+    /// Position error of the end effector above which the arm is taken to have hit something, in metres.
     pub alarm_m: f64,
 }
 

@@ -23,6 +23,6 @@ pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 /// Returns the vector of length 1 in the same direction. The result is not finite if `a` has length 0.
 pub fn unit(a: [f64; 3]) -> [f64; 3] {
     let [x, y, z] = a;
-    // Multiplied rather than divided, as in the physics: the last bit differs.
+    // Multiply by the reciprocal, as the physics does: a division differs in the last bit.
     scale(a, 1.0 / (x * x + y * y + z * z).sqrt())
 }

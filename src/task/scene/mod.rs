@@ -4,13 +4,13 @@
 //! |---|---|
 //! | describe a scene | [`SceneSpec`], with its [`BodyKind`]s, [`Part`]s, [`Fixture`]s and [`Landmark`]s |
 //! | build it and step it | [`Scene`] |
-//! | draw it | [`Outline`] for the shapes, [`Scene::frame`] for where they are |
+//! | draw it | [`Outline`] for the shapes, [`Scene::frame`] for their poses |
 //!
 //! A task draws a [`SceneSpec`] from a seed. [`Scene::new`] builds the bodies, drops the parts and lets them
 //! settle. The [`Robot`](crate::task::skill::Robot) then drives arm and fingers and steps the scene. Friction
 //! and contact alone hold a part in the hand.
 //!
-//! Nothing here knows a task: neither what the bodies are for nor what should be done with them.
+//! This module knows no task: neither the purpose of the bodies nor what the robot should do with them.
 
 mod outline;
 pub(crate) mod physics;

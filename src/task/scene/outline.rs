@@ -23,8 +23,8 @@ pub enum Body {
     Kind(usize),
     /// The link that moves with a joint, counted from 0. The last link includes the hand.
     Link(usize),
-    /// A finger: 0 opens along [`Outline::closing`], 1 against it. The mesh shows it closed, in the last
-    /// link's frame.
+    /// A finger. Finger 0 opens along [`Outline::closing`], finger 1 in the opposite direction. The mesh shows the
+    /// closed finger, in the last link's frame.
     Finger(usize),
 }
 
@@ -48,7 +48,7 @@ pub struct KindOutline {
     pub look: Look,
 }
 
-/// Everything visible in a scene, except where the parts are.
+/// Everything visible in a scene, except the poses of the parts.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Outline {
     /// One mesh for each body. Parts of one kind share a mesh.

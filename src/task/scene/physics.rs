@@ -9,9 +9,9 @@
 //! - No contact recycling, and stiff contacts. Otherwise parts float above the table and sink into the pads.
 //! - Friction in the bias pass and Coulomb's model. Otherwise parts creep in the hand.
 //! - Armature on the joints. Otherwise the wrist gives way.
-//! - Arm motors that hold speeds; see [`Scene::drive_arm`].
-//! - The fingers' coupling at the finger that is solved last.
-//! - Substeps of 1 ms while a part that the hand does not carry moves.
+//! - Arm motors that hold speeds instead of positions ([`Scene::drive_arm`]).
+//! - Fingers coupled at the finger that is solved last.
+//! - Substeps of 1 ms while a part moves outside the hand.
 
 use std::time::{Duration, Instant};
 
@@ -51,12 +51,12 @@ pub struct Scene {
     robot: RobotBodies,
     parts: Vec<PartBody>,
     steps: u64,
-    /// Measures the run; not part of the scene's state.
+    /// Wall time of the steps. It is not part of the scene's state.
     #[serde(skip)]
     wall: Duration,
 }
 
-/// Greatest apparent overlap of two parts of which one goes into the other, in metres.
+/// Greatest apparent overlap, in metres, of two parts when one is put into the other.
 const MEETING_M: f64 = 1.5e-3;
 
 impl Scene {
@@ -100,7 +100,8 @@ impl Scene {
             RigidBodyBuilder::dynamic().pose(part.frame.frame()),
             shapes::compound(&kind.pieces).density(kind.density).friction(kind.friction),
         );
-        // Thresholds of sleep: after so long a rest, the part no longer moves by itself.
+        // A part slower than these thresholds for 0.3 s falls asleep: the physics no longer moves it until something
+        // touches it.
         let activation = self.physics.bodies[body].activation_mut();
         activation.normalized_linear_threshold = 1e-3;
         activation.angular_threshold = 0.05;
@@ -185,7 +186,8 @@ impl Scene {
         self.speed(&self.parts[index])
     }
 
-    /// Moves a part to `pose`, at rest, as a person might do. The robot never calls this.
+    /// Moves a part to `pose`, at rest, as a person might do. Does nothing if there is no such part. The robot never
+    /// calls this.
     pub fn disturb(&mut self, index: usize, pose: &Pose) {
         if let Some(part) = self.parts.get(index) {
             let body = &mut self.physics.bodies[part.body];
@@ -233,11 +235,11 @@ impl Scene {
         })
     }
 
-    /// Sets the joint angles (radians) and speeds (radians per second) wanted at the end of the next step.
+    /// Sets the target joint angles (radians) and speeds (radians per second) for the end of the next step.
     ///
-    /// An outer loop turns the position error into a speed, and the motor holds that speed, as in industrial
-    /// drives. A motor that holds a position instead pulls towards the same position in every substep, and
-    /// that shaking makes held parts creep.
+    /// An outer loop turns the position error into a speed, and the motor holds that speed, as in industrial drives. A
+    /// motor that held a position would instead pull towards the same position in every substep. The resulting
+    /// vibration makes held parts creep.
     pub(crate) fn drive_arm(&mut self, angles: &Angles, speeds: &Angles) {
         let ArmSpec { position_gain, velocity_gain, armature, .. } = self.spec.arm;
         let now = self.angles();
@@ -247,8 +249,8 @@ impl Scene {
             if let Some((multibody, link)) = self.physics.multibody_joints.get_mut(handle)
                 && let Some(link) = multibody.link_mut(link)
             {
-                // Absolute, in newton metres. A motor that scales by the inertia of its own joint alone gives
-                // way when joints move together.
+                // The torque is absolute, in newton metres. A motor whose torque scales with the inertia of its own
+                // joint alone gives way when joints move together.
                 let damping = (bodies::LOADS[joint] + armature) * velocity_gain;
                 let speed = position_gain * (angles[joint] - now[joint]) + ahead * speeds[joint];
                 link.joint.data.set_motor(JointAxis::AngX, 0.0, speed, 0.0, damping);
@@ -256,8 +258,8 @@ impl Scene {
         }
     }
 
-    /// Chooses the number of substeps. With longer substeps a held part creeps more, and parts that touch a
-    /// fixture never come to rest.
+    /// Chooses the number of substeps. With longer substeps, held parts creep more, and parts that touch a fixture
+    /// never come to rest.
     pub(crate) fn refine(&mut self, carrying: bool) {
         let awake = |part: &PartBody| !self.physics.bodies[part.body].is_sleeping();
         let substeps = match (carrying, self.parts.iter().any(awake)) {
@@ -268,7 +270,7 @@ impl Scene {
         self.physics.integration_parameters.num_solver_iterations = substeps;
     }
 
-    /// Sets the wanted distance of each finger from the middle, in metres.
+    /// Sets the target distance of each finger from the middle of the gripper, in metres.
     pub(crate) fn drive_fingers(&mut self, opening: f64) {
         let frequency = self.spec.gripper.frequency;
         for handle in self.robot.fingers {
@@ -343,7 +345,7 @@ impl Scene {
     }
 }
 
-/// Substeps of a step: while parts move outside the hand, while the hand carries a part through the air, and
+/// Number of substeps of a step: while parts move outside the hand, while the hand carries a part through the air, and
 /// while all parts rest.
 const SUBSTEPS: usize = 4;
 const SUBSTEPS_CARRYING: usize = 3;

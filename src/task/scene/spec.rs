@@ -31,10 +31,10 @@ pub struct Look {
     pub roughness: f64,
 }
 
-/// The ways in which a body can stand at a target, which gives only the direction of its z axis.
+/// The ways in which a body can stand at a target. The target gives only the direction of the body's z axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Symmetry {
-    /// Number of equal steps of a full turn about the z axis that are tried (at least 1).
+    /// Number of equally spaced rotations about the z axis that are tried, 1 to 360.
     pub turns: u32,
     /// Whether the body may also stand upside down.
     pub flips: bool,
@@ -45,11 +45,11 @@ pub struct Symmetry {
 pub struct Handling {
     /// The ways in which the body can stand at a target.
     pub symmetry: Symmetry,
-    /// Height above the target at which the body arrives before it is lowered straight down, in metres.
+    /// Height above the target from which the body is lowered straight down, in metres.
     pub rise_m: f64,
-    /// Distance of each finger from the middle when it lets go, in metres.
+    /// Distance of each finger from the middle of the gripper when the hand lets go of the body, in metres.
     pub release_m: f64,
-    /// Horizontal distance within which another body of the same kind is in the way of a target, in metres.
+    /// Horizontal distance within which another body of the same kind blocks a target, in metres.
     pub in_the_way_m: f64,
 }
 
@@ -62,8 +62,8 @@ pub struct BodyKind {
     pub pieces: Vec<Piece>,
     /// Density, in kilograms per cubic metre.
     pub density: f64,
-    /// Coefficient of friction. Between two bodies the mean of their coefficients applies; between pad and
-    /// part the greater.
+    /// Coefficient of friction. Between two bodies, the mean of their coefficients applies. Between a pad and a part,
+    /// the greater coefficient applies.
     pub friction: f64,
     /// How the robot puts the body down.
     pub handling: Handling,
@@ -71,7 +71,7 @@ pub struct BodyKind {
     pub look: Look,
 }
 
-/// A movable body and the place from which it falls at the beginning.
+/// A movable body, and the frame from which it falls at the beginning.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Part {
     /// Index of its kind in [`SceneSpec::kinds`].
@@ -105,7 +105,8 @@ pub struct Landmark {
 /// The table. Its top is at height 0. Lengths in metres.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TableSpec {
-    /// Inner corners of the rim, the lower one first.
+    /// Inner corners of the rim as `[x, y]`: first the corner with the smaller coordinates, then the corner with the
+    /// greater.
     pub rim: [[f64; 2]; 2],
     /// Height of the rim.
     pub rim_height_m: f64,
@@ -267,7 +268,7 @@ impl SceneSpec {
         kinds.chain(self.fixtures.iter().map(|f| f.friction)).chain([self.table.friction])
     }
 
-    /// Checks that the scene can be built. Costs the hulls of all pieces, well below a millisecond.
+    /// Checks that the scene can be built. This computes the hulls of all pieces, in well below a millisecond.
     ///
     /// # Errors
     /// [`TaskError::Setting`] or [`TaskError::Range`], with the setting, its value and what is expected.

@@ -13,9 +13,9 @@ use crate::task::scene::physics::Scene;
 /// The result of one step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Stepped {
-    /// Contact or release to record, if any.
+    /// Contact or release in this step, at which a snapshot is recorded; `None` if there is none.
     pub touch: Option<Touch>,
-    /// Report of the skill, in the step in which it ended.
+    /// Report of the skill in the step in which it ends; `None` in all other steps.
     pub ended: Option<SkillReport>,
 }
 
@@ -40,7 +40,7 @@ struct Skill {
     stage: Stage,
     /// Simulated time in this stage, in seconds.
     time_s: f64,
-    /// Time for which the condition that ends the stage has held, in seconds.
+    /// Time for which the stage's end condition has held, in seconds.
     so_s: f64,
     opening: f64,
     approach: Path,
@@ -71,7 +71,7 @@ pub struct Robot {
 
 /// Least force on each pad that counts as contact, in newtons.
 const TOUCH_N: f64 = 1.0;
-/// Rest at the end of a path before anything is measured, in seconds.
+/// Time of rest at the end of a path before anything is measured, in seconds.
 const REST_S: f64 = 0.06;
 const CLOSING_S: (f64, f64) = (0.2, 0.7);
 const CLOSING_M_S: f64 = 0.1;
@@ -101,13 +101,13 @@ impl Robot {
         self.skill.as_ref().map(|s| s.part)
     }
 
-    /// Begins a skill: takes `part` (its index in the scene) by the first of `grasps` that works, and puts it
-    /// at `target`. With `drop_at`, the fingers open by accident at that share (0 to 1) of the carrying.
-    /// Costs the search for joint angles and paths: from a fraction of a millisecond to some hundred.
+    /// Begins a skill: takes `part` (its index in the scene) by the first of `grasps` that works, and puts it at
+    /// `target`. With `drop_at`, the fingers open by accident at that share (0 to 1) of the carrying. Searching for
+    /// joint angles and paths takes from a fraction of a millisecond to some hundred milliseconds.
     ///
     /// # Errors
-    /// A report with [`SkillOutcome::Unreachable`] if there is no collision-free path, no such part, no
-    /// grasp, or no direction in the target's axis. Nothing has moved then.
+    /// A report with [`SkillOutcome::Unreachable`] if there is no collision-free path, no such part or no grasp, or if
+    /// the target's axis has length 0. In that case nothing has moved.
     pub fn begin(
         &mut self,
         scene: &Scene,
@@ -229,7 +229,7 @@ impl Skill {
         (self.measure(scene).translation - was.translation).length() > LOST_M
     }
 
-    /// Opens the hand and gives up for the reason `why`. The first reason counts.
+    /// Opens the hand and gives up for the reason `why`. Later reasons are ignored.
     fn fail(&mut self, why: SkillOutcome) {
         if self.failure.is_none() {
             self.failure = Some(why);

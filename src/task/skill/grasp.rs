@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::task::scene::Symmetry;
 
-/// A grasp: the end effector's frame and the opening of the fingers on the way there. The tool centre point
-/// lies between the pads, [`FINGER_TIP_M`](crate::task::robot::FINGER_TIP_M) behind the fingers' tips.
+/// A grasp: the end effector's frame, and the opening of the fingers during the approach. The tool centre point lies
+/// between the pads, [`FINGER_TIP_M`](crate::task::robot::FINGER_TIP_M) behind the fingers' tips.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Grasp {
     /// Tool centre point in the scene, in metres.
@@ -17,7 +17,7 @@ pub struct Grasp {
     pub approach: [f64; 3],
     /// Direction along which the fingers close, perpendicular to `approach`.
     pub closing: [f64; 3],
-    /// Distance of each finger from the middle, in metres.
+    /// Distance of each finger from the middle of the gripper, in metres.
     pub opening_m: f64,
 }
 
@@ -34,10 +34,10 @@ impl Grasp {
     }
 }
 
-/// The place where a part is to be put.
+/// The place and direction in which a part is to be put.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Target {
-    /// Place where the origin of the part's frame should come to rest, in metres.
+    /// Position at which the origin of the part's frame should come to rest, in metres.
     pub position: [f64; 3],
     /// Direction in which the part's z axis should point.
     pub axis: [f64; 3],
@@ -79,7 +79,7 @@ pub(crate) fn place_tools(placements: &[Frame], in_hand: &Frame) -> Vec<Frame> {
         let pointing = tool.rotation * Vector::Z;
         let out = Vector::new(tool.translation.x, tool.translation.y, 0.0).normalize();
         let flat = Vector::new(pointing.x, pointing.y, 0.0);
-        // A hand that points down faces no side.
+        // A hand that points straight down reaches in no direction.
         if flat.length() < 0.2 { 0.0 } else { (flat.dot(out) / flat.length()).acos() }
     };
     tools.sort_by(|a, b| {

@@ -5,7 +5,7 @@
 //! [`Robot::step`] then advances the skill and the physics by one step. In the last step, [`Stepped::ended`]
 //! holds the [`SkillReport`](crate::task::event::SkillReport).
 //!
-//! | phase | what the robot does | how it can fail |
+//! | phase | the robot | possible failures |
 //! |---|---|---|
 //! | reach | moves to 6 cm in front of the grasp | blocked |
 //! | approach | moves straight to the grasp | blocked |
@@ -25,8 +25,8 @@
 //! opens the hand, raises it and settles. The [`SkillOutcome`](crate::task::event::SkillOutcome) names the
 //! failure.
 //!
-//! Nothing here knows what a part is for. A task gives the grasps and the target, and a kind's
-//! [`Handling`](crate::task::scene::Handling) says in how many ways a part may stand at a target.
+//! This module does not know the purpose of a part. A task gives the grasps and the target, and a kind's
+//! [`Handling`](crate::task::scene::Handling) lists the ways in which a part may stand at a target.
 
 mod controller;
 mod grasp;

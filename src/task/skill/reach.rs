@@ -20,7 +20,7 @@ pub(crate) struct Lift {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Placing {
     pub carry: Vec<Path>,
-    /// Frame of the part at which the hand lets go.
+    /// Frame of the part when the hand lets go of it.
     pub part: Frame,
 }
 
@@ -28,7 +28,7 @@ pub(crate) struct Placing {
 const BEFORE_M: f64 = 0.06;
 /// Height by which a part is lifted, in metres.
 const LIFT_M: f64 = 0.10;
-/// Height above its resting place at which a part is let go, in metres.
+/// Height above its resting place at which the hand lets go of a part, in metres.
 const RELEASE_M: f64 = 0.0013;
 /// Greatest number of searches for joint angles in one plan.
 const BUDGET: usize = 1_500;
@@ -65,7 +65,7 @@ impl Search<'_> {
     }
 }
 
-/// Plans how to take `part` by the first of `grasps` from which it can also be put at `target`.
+/// Plans how to take `part` by the first of `grasps` from which the part can also be put at `target`.
 pub(crate) fn plan_lift(
     scene: &Scene,
     current: &Angles,
@@ -227,7 +227,7 @@ fn free(
                 scene.part_collides(part, &(arm::tool(q) * in_hand.inverse()))
             })
     };
-    // Every eighth point first: this refuses most blocked paths quickly.
+    // Test every eighth point first: this finds most blocked paths quickly.
     let count = path.looks(LOOK_RAD);
     let (points, most) = (path.samples(count).collect::<Vec<_>>(), if begins_here { 2 } else { 0 });
     let far = |i: &usize| *i >= most.min(count);

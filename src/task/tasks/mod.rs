@@ -1,9 +1,9 @@
-//! Tasks: everything that is true of one task alone, each in its own folder.
+//! Tasks: everything that is specific to one task, each task in its own folder.
 //!
-//! A [`Task`] describes a scene, the grasps for its parts, a demonstrator and a judge. Scene, skills,
-//! recorder, learner, planner, closed loop and report work from these and know no task.
+//! A [`Task`] describes a scene, the grasps for its parts, a demonstrator and a judge. Scene, skills, recorder,
+//! learner, planner, closed loop and report use only these descriptions and depend on no particular task.
 //!
-//! | task | what the robot does |
+//! | task | goal |
 //! |---|---|
 //! | [`nuts_and_bolts`] | puts a nut and a bolt into a jig, then the bolt through the nut |
 //!
@@ -17,10 +17,10 @@
 //!    `grasps` lists the [`Grasp`](crate::task::skill::Grasp)s for a part, the best first. `judge` says
 //!    whether the task is solved.
 //! 3. Implement [`Demonstrator`]. It looks at the scene and returns the next [`Step`]: a part and its target.
-//! 4. Read the settings with [`parse_settings`], so that errors name file, line and field.
+//! 4. Read the settings with [`parse_settings`], so that errors name the file and the line or field.
 //! 5. Run [`demonstrate`](crate::task::execute::demonstrate()) and
-//!    [`EpisodeSpec::of`](crate::task::execute::EpisodeSpec::of) with your type. If the command line should
-//!    offer the task, name it in [`all`].
+//!    [`EpisodeSpec::of`](crate::task::execute::EpisodeSpec::of) with your type. To offer the task on the command line,
+//!    add it to [`all`].
 //!
 //! `tests/second_task.rs` in the repository is a complete example.
 
@@ -45,7 +45,7 @@ mod registry {
     use super::nuts_and_bolts::NutsAndBolts;
     use crate::task::error::TaskError;
 
-    /// Returns the default task, for use where none is named.
+    /// Returns the default task, which is used if no task is named.
     pub fn default() -> Arc<dyn Task> {
         Arc::new(NutsAndBolts::default())
     }

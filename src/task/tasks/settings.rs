@@ -4,12 +4,12 @@ use serde::de::DeserializeOwned;
 
 use crate::task::error::{InputFault, TaskError, json_problem};
 
-/// Reads a task's settings from JSON text, and checks them with `check`. `name` is the name of the file, for
-/// errors.
+/// Reads a task's settings from JSON text, and checks them with `check`. `name` is the name of the file in error
+/// messages.
 ///
 /// # Errors
-/// [`TaskError::Input`]: with the line if the text is not such a JSON object, and with the field for a
-/// [`TaskError::Setting`] or [`TaskError::Range`] of `check`. Other errors of `check` are passed on.
+/// [`TaskError::Input`], which names the line if the text is not such a JSON object, or the field if `check` returns a
+/// [`TaskError::Setting`] or [`TaskError::Range`]. Other errors of `check` are passed on.
 pub fn parse_settings<T: DeserializeOwned>(
     text: &[u8],
     name: &str,

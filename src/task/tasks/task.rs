@@ -21,7 +21,7 @@ pub trait Task: Debug + Send + Sync {
     /// Returns a short name in lower case with hyphens, such as `nuts-and-bolts`.
     fn name(&self) -> &'static str;
 
-    /// Returns one line that says what is to be done. Lists of tasks show it beside the name.
+    /// Returns a description of the task in one line. Lists of tasks show it beside the name.
     fn description(&self) -> &'static str;
 
     /// Returns the settings as a JSON object, as `symbolt config` prints them and `run.json` stores them.
@@ -38,7 +38,7 @@ pub trait Task: Debug + Send + Sync {
     /// must be the same for every seed.
     ///
     /// # Errors
-    /// [`TaskError::Setting`] or [`TaskError::Range`] for settings that cannot make a scene.
+    /// [`TaskError::Setting`] or [`TaskError::Range`] for settings that give no valid scene.
     fn scene(&self, seed: Seed) -> Result<SceneSpec, TaskError>;
 
     /// Returns the grasps for a part as it lies now, the best first; an empty list if the part cannot be
@@ -49,21 +49,22 @@ pub trait Task: Debug + Send + Sync {
     /// demonstrations; differences between them must be drawn from `seed` and `demo`.
     fn demonstrator(&self, seed: Seed, demo: usize) -> Box<dyn Demonstrator>;
 
-    /// Judges whether the scene is as the task wants it. Neither the learner nor the executor uses this.
+    /// Judges whether the scene satisfies the task. Neither the learner nor the executor uses the judgement.
     fn judge(&self, scene: &Scene) -> Judgement;
 
     /// Returns the least number of pick-and-place actions that solve the task: at least 1.
     fn min_actions(&self) -> usize;
 
-    /// Returns what a person does to the scene during an episode; `None` if the task offers no perturbation.
+    /// Returns the change that a person makes to the scene during an episode; `None` if the task offers no
+    /// perturbation.
     fn perturbation(&self, seed: Seed) -> Option<Perturbation> {
         let _ = seed;
         None
     }
 }
 
-/// A policy that shows the task. It may look at the scene itself; the learner sees only the recording of what
-/// it did.
+/// A policy that demonstrates the task. It may look at the scene itself; the learner sees only the recording of its
+/// skills.
 pub trait Demonstrator {
     /// Returns the next step; `None` if the task is solved or nothing can be done. `so_far` holds the reports
     /// of this demonstration's skills.
@@ -88,8 +89,8 @@ pub struct Judgement {
     pub achieved: Vec<String>,
 }
 
-/// A perturbation: a person moves a part once, as soon as the robot does not handle the part and the place is
-/// free.
+/// A perturbation: a person moves a part once, as soon as the earliest time has come, the robot does not handle the
+/// part, and the place is free.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Perturbation {
     /// Earliest simulated time, in seconds.

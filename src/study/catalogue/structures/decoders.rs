@@ -53,8 +53,8 @@ impl Paper {
                 break;
             }
             found.push(best);
-            // The item is subtracted as retrieved, with its noise. Along the query this is the noise of the comparison;
-            // across the query it is drawn here.
+            // The item is subtracted as retrieved, with its noise. The component of the noise along the query is the
+            // noise of the comparison; the components across the query are drawn here.
             retrieved.iter_mut().for_each(|component| *component = noise(part, 1.0));
             let along =
                 (amiss - dot(&retrieved, &rest)) / (length * length).max(Real::MIN_POSITIVE);
@@ -96,7 +96,7 @@ impl Decoder for Paper {
             Some(items) if items.is_empty() => None,
             Some(items) => Some(only(items, &[ACTIONS, ACTIONS + 1, ACTIONS + 2])?),
         };
-        // The right object is the one whose unbinding yields a place and a state of assembly.
+        // The right object is the object whose unbinding yields a place and a state of assembly.
         (0..OBJECTS.len()).find_map(|object| match parts[object].as_slice() {
             [place, assembly] => Some(fact(
                 object,

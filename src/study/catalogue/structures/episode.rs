@@ -104,7 +104,7 @@ impl Episode<'_> {
     }
 }
 
-/// Runs an episode with each of the decoders that are asked for, with the same noise. Returns whether each succeeds.
+/// Runs an episode with each of the given decoders, with the same noise. Returns whether each decoder succeeds.
 pub(super) fn episodes(
     structure: Structure,
     sigma: f64,

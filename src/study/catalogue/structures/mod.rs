@@ -1,4 +1,4 @@
-//! `table-4`: how often a planner succeeds with three structures of a state's pointer, by noise (section III.B).
+//! `table-4`: the success rate of a planner with three structures of a state's pointer, by noise (section III.B).
 //!
 //! A trial is an episode of three steps. It draws a new vocabulary of atoms, states and actions. A state or action has
 //! a deep pointer: the normalised sum of its bound pairs. To decide whether the goal is satisfied, the planner decodes
@@ -6,17 +6,17 @@
 //! planner looks up the action that causes it and unbinds the action's preconditions. The first unsatisfied
 //! precondition becomes the goal (sections II.E and II.F).
 //!
-//! Gaussian noise of standard deviation sigma / sqrt(D) is added to each component of every retrieved pointer (a deep
-//! pointer, the role or object that unbinds it, an item that is compared with the result) and of every unbound pointer.
-//! The noise depends on the trial, the step, the retrieved pointer, and the number of times it was retrieved. Both
-//! decoders thus get the same noise.
+//! Every retrieved pointer (a deep pointer, the role or object that unbinds it, an item that is compared with the
+//! result) and every unbound pointer gets Gaussian noise, of standard deviation sigma / sqrt(D) in each component. The
+//! noise depends on the trial, the step, the retrieved pointer, and the number of times it was retrieved. Both decoders
+//! thus get the same noise.
 //!
 //! The paper's decoder is matching pursuit over the vocabulary. It normalises the query and finds the most similar
 //! item. If the similarity is at least 0.3, it subtracts the item as retrieved and repeats.
 //!
 //! Our decoder compares the query with everything that could have been stored, after the same unbinding. It takes the
-//! nearest, which is the most likely under white noise. It is not given the number of items. It compares with pointers
-//! that are computed once from the atoms of the vocabulary; each is retrieved with noise.
+//! nearest candidate, which is the most likely under white noise. It is not given the number of items. The candidates
+//! are computed once from the atoms of the vocabulary; each is retrieved with noise.
 
 mod decoders;
 mod episode;

@@ -91,7 +91,7 @@ impl Domain {
         Self::parse(&read_file(path)?, &path.display().to_string())
     }
 
-    /// Reads a domain from the bytes of a domain file. Error messages call the source `file`. Never panics.
+    /// Reads a domain from the bytes of a domain file. `file` is the file's name in error messages. Never panics.
     ///
     /// # Errors
     /// [`TaskError::Input`] if the bytes are not a valid domain file of version 1 or 2.

@@ -26,8 +26,8 @@ pub enum SnapshotEvent {
 /// The pose of one object at one moment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObjectPose {
-    /// Id that the recorder gave the object. Within a demonstration it identifies the object only while the number of
-    /// objects of its kind stays the same: when an object is lost, later ids may move down.
+    /// Id that the recorder gave the object. An id identifies an object only within a demonstration, and only while the
+    /// number of objects of its kind stays the same: when an object is lost, later ids may move down.
     pub id: Arc<str>,
     /// Kind of the object.
     pub kind: Arc<str>,
@@ -69,7 +69,8 @@ pub struct Recording {
     pub demos: Vec<Demonstration>,
 }
 
-/// A person's names for the actions about to start, by demonstration and snapshot; `None` where there is no label.
+/// Labels that a person gave, by demonstration and snapshot: the name of the action that begins after the snapshot, or
+/// `None` if there is no label.
 pub type Labels = Vec<Vec<Option<String>>>;
 
 impl Recording {

@@ -33,7 +33,7 @@ struct RawObject {
     orientation: [f64; 4],
 }
 
-/// Largest difference of the norm of an orientation from 1, as files contain rounded numbers.
+/// Largest accepted deviation of an orientation's norm from 1. Files contain rounded numbers.
 const NORM_TOLERANCE: f64 = 1e-3;
 
 /// Largest magnitude of a coordinate, in metres. Larger values are taken for a wrong unit.
@@ -85,12 +85,12 @@ impl Recording {
         Ok(Self::parse(&bytes, &path.display().to_string())?)
     }
 
-    /// Reads a recording from the bytes of a file. Error messages call the source `file`. Never panics.
+    /// Reads a recording from the bytes of a file. `file` is the file's name in error messages. Never panics.
     ///
     /// # Errors
-    /// Returns the first fault. A line is faulty if it is not a JSON object, has an unknown field, lacks a field, has a
-    /// number that is not finite, an orientation that is not a unit quaternion, or the same id twice, or is out of
-    /// order.
+    /// [`InputFault`] for the first faulty line: one that is not a JSON object, has an unknown field, lacks a field,
+    /// has a number that is not finite, has an orientation that is not a unit quaternion, uses an id twice, or is out
+    /// of order.
     pub fn parse(bytes: &[u8], file: &str) -> Result<(Self, Labels), InputFault> {
         let nowhere = Place { file, line: None };
         let mut recording = Self::default();
@@ -162,10 +162,10 @@ impl Snapshot {
         Ok(Self::parse(&bytes, &path.display().to_string())?)
     }
 
-    /// Reads a single scene from the bytes of a file. Error messages call the source `file`. Never panics.
+    /// Reads a single scene from the bytes of a file. `file` is the file's name in error messages. Never panics.
     ///
     /// # Errors
-    /// Returns an error if the bytes are not exactly one valid snapshot.
+    /// [`InputFault`] if the bytes are not exactly one valid snapshot.
     pub fn parse(bytes: &[u8], file: &str) -> Result<Self, InputFault> {
         let place = Place { file, line: None };
         let text = utf8(bytes, place)?;
@@ -206,7 +206,8 @@ fn json_fault(error: &serde_json::Error, place: Place<'_>, whole_file: bool) -> 
         serde_json::error::Category::Eof => "a complete JSON object",
         serde_json::error::Category::Syntax => "a JSON object",
         _ => {
-            "the fields `demo`, `snapshot`, `next_action`, `t`, `event`, `object` and `objects` with `id`, `kind`, `position` [3] and `orientation` [4]"
+            "the fields `demo`, `snapshot`, `next_action`, `t`, `event`, `object` and `objects` \
+             with `id`, `kind`, `position` [3] and `orientation` [4]"
         }
     };
     place.fault("", problem, expected)

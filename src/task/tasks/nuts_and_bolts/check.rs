@@ -128,9 +128,9 @@ const SIZES: [Rule; 10] = [
         name: "jig.hole_top_m",
         value: |s| {
             let (top, above) = (s.jig.hole_top_m, 1e3 * s.sink_m());
-            format!("{top}, where a bolt is {above:.1} mm higher than an assembled one")
+            format!("{top}, which puts a bolt in the hole {above:.1} mm above its assembled place")
         },
-        expected: "at least 1 mm between a bolt in the hole and an assembled bolt",
+        expected: "a difference in height of at least 1 mm",
         holds: |s| s.sink_m().abs() >= 1e-3,
     },
 ];

@@ -42,7 +42,7 @@ impl Demonstrator for Rules {
             let [x, y, _] = scene.part(nut)?.position;
             return Some(put(bolt, [x, y], jig.pocket_floor_m + part.nut_height_m));
         }
-        // A part that could not be taken is left, and another is tried.
+        // Leave a part that could not be taken and try another.
         let stuck = |part: usize| {
             so_far.iter().any(|r| r.part == part && r.outcome == SkillOutcome::Unreachable)
         };

@@ -1,8 +1,8 @@
 //! Grasps for nuts and bolts, the best first.
 //!
-//! A grasp closes on two opposing flats of the hexagon. A lying bolt rests on a flat, so the flats to grasp
-//! are 30 degrees off the horizontal. The hand tilts towards the bolt's tip, so that it is not below the bolt
-//! once the bolt is upright.
+//! A grasp closes on two opposing flats of the hexagon. A lying bolt rests on a flat, so the flats to grasp are 30
+//! degrees off the horizontal. The hand tilts towards the bolt's tip, so that the hand is not below the bolt once the
+//! bolt is upright.
 
 use std::f64::consts::FRAC_PI_3;
 
@@ -11,7 +11,7 @@ use crate::task::robot::vector::{add, cross, scale, sub, unit};
 use crate::task::robot::{BodyFrame, FINGER_TIP_M, Turn};
 use crate::task::skill::Grasp;
 
-/// Height of the nut that is grasped, in metres. With more, the pads would touch the pocket's rim.
+/// Length of a nut's flats that the pads cover, in metres. With more, the pads would touch the pocket's rim.
 const NUT_HELD_M: f64 = 0.007;
 /// Height of the pads' tips above the underside of the head, in metres.
 const HEAD_FREE_M: f64 = 0.002;
@@ -38,7 +38,7 @@ fn from_above(frame: &BodyFrame, top: [f64; 3], up: [f64; 3], half: f64) -> Vec<
         .collect()
 }
 
-/// Returns the grasps for a nut; none if it stands on its edge.
+/// Returns the grasps for a nut; no grasps if the nut stands on its edge.
 pub(super) fn nut(frame: &BodyFrame, part: &PartSpec) -> Vec<Grasp> {
     let axis = axis(frame);
     if axis[2].abs() <= 0.94 {
@@ -49,7 +49,7 @@ pub(super) fn nut(frame: &BodyFrame, part: &PartSpec) -> Vec<Grasp> {
     from_above(frame, add(frame.position, scale(up, above)), up, part.across_flats_m / 2.0)
 }
 
-/// Returns the grasps for a bolt; none if it stands on its head.
+/// Returns the grasps for a bolt; no grasps if the bolt stands on its head.
 pub(super) fn bolt(frame: &BodyFrame, part: &PartSpec) -> Vec<Grasp> {
     let (axis, half) = (axis(frame), part.across_flats_m / 2.0);
     if axis[2] > 0.94 {

@@ -18,9 +18,9 @@ pub(super) const BOLT: usize = 1;
 const CLEAR_M: f64 = 0.012;
 /// Height above its pocket from which a nut is lowered straight down, in metres.
 const NUT_RISE_M: f64 = 0.04;
-/// Number of equal steps of a full turn in which a part may stand at a target.
+/// Number of equally spaced rotations in which a part may stand at a target.
 const TURNS: u32 = 24;
-/// Distance within which another nut or bolt is in the way of a target, in metres.
+/// Distance within which another part of the same kind blocks a target, in metres.
 const IN_THE_WAY_M: f64 = 0.025;
 
 // Colours that colour-blind readers can tell apart (Okabe and Ito 2008).

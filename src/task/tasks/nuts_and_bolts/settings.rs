@@ -63,11 +63,11 @@ pub struct JigSpec {
     pub pocket_floor_m: f64,
     /// Depth of the pocket.
     pub pocket_depth_m: f64,
-    /// Radius of the pocket less the distance of a nut's corners from its centre.
+    /// Radius of the pocket minus the distance of a nut's corners from its centre.
     pub pocket_clearance_m: f64,
     /// Height of the hole's upper edge, on which a bolt's head rests.
     pub hole_top_m: f64,
-    /// Radius of the hole less the radius of a shaft.
+    /// Radius of the hole minus the radius of a shaft.
     pub hole_clearance_m: f64,
     /// Width of the chamfer at both entries.
     pub chamfer_m: f64,
@@ -95,15 +95,15 @@ impl Default for JigSpec {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TableSettings {
-    /// Inner corners of the rim, the lower one first.
+    /// Inner corners of the rim, as `[x, y]`: first the corner with the smaller coordinates.
     pub rim: [[f64; 2]; 2],
     /// Height of the rim.
     pub rim_height_m: f64,
-    /// Corners of the area in which parts are dropped, the lower one first.
+    /// Corners of the area in which parts are dropped, as `[x, y]`: first the corner with the smaller coordinates.
     pub drop: [[f64; 2]; 2],
     /// Height from which parts are dropped.
     pub drop_height_m: f64,
-    /// Greatest tilt of a dropped part from lying flat, 0 to 90.
+    /// Greatest tilt of a dropped part from its lying pose, 0 to 90 degrees.
     pub drop_tilt_deg: f64,
     /// Least distance between dropped parts.
     pub spacing_m: f64,
@@ -122,7 +122,7 @@ impl Default for TableSettings {
     }
 }
 
-/// The nut-and-bolt task and its settings. Nut and bolt are put into the jig, then the bolt through the nut.
+/// The nut-and-bolt task and its settings. The robot puts a nut and a bolt into the jig, then the bolt through the nut.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct NutsAndBolts {
@@ -177,11 +177,11 @@ impl NutsAndBolts {
         Self::parse(&read_file(path)?, &path.display().to_string())
     }
 
-    /// Parses settings from JSON text. `name` is the name of the file, for errors.
+    /// Parses settings from JSON text. `name` is the name of the file in error messages.
     ///
     /// # Errors
-    /// [`TaskError::Input`]: with the line if the text is not a JSON object of these settings, and with the
-    /// field for a value that [`NutsAndBolts::check`] refuses.
+    /// [`TaskError::Input`], which names the line if the text is not a JSON object of these settings, or the field if
+    /// [`NutsAndBolts::check`] refuses its value.
     pub fn parse(text: &[u8], name: &str) -> Result<Self, TaskError> {
         parse_settings(text, name, Self::check)
     }
@@ -196,7 +196,7 @@ impl NutsAndBolts {
         self
     }
 
-    /// Returns how much lower a bolt stands when assembled than in the jig's hole, in metres.
+    /// Returns the height of a bolt in the jig's hole above its height when assembled, in metres.
     pub fn sink_m(&self) -> f64 {
         let assembled = self.jig.pocket_floor_m + self.part.nut_height_m;
         self.jig.hole_top_m - assembled

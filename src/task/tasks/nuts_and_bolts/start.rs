@@ -1,4 +1,4 @@
-//! Draws where the parts fall at the beginning: apart from each other, lying but tilted.
+//! Draws the places from which the parts fall at the beginning: apart from each other, lying but tilted.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -17,7 +17,7 @@ use crate::task::scene::Part;
 /// [`TaskError::Setting`] if no attempt finds room for all parts.
 pub(super) fn parts(settings: &NutsAndBolts, seed: Seed) -> Result<Vec<Part>, TaskError> {
     let mut rng = seed.derive("scene", "drop").rng();
-    // The first places can leave no room for the last part, so start again.
+    // The places of the first parts can leave no room for the last part. In that case, start again.
     (0..200).find_map(|_| draw(settings, &mut rng)).ok_or_else(|| TaskError::Setting {
         name: "table.spacing_m",
         value: settings.table.spacing_m.to_string(),

@@ -1,8 +1,7 @@
 //! Synthetic demonstrations: recordings drawn from a seed, without physics.
 //!
-//! Tests, benches and examples use them when they need many demonstrations or have no physics. Parts lie
-//! anywhere on a table. The jig has a pocket for the nut and a hole for the bolt, and the bolt ends in the
-//! nut.
+//! They serve tests, benches and examples that need many demonstrations or have no physics. Parts lie anywhere on a
+//! table. The jig has a pocket for the nut and a hole for the bolt, and the bolt ends in the nut.
 //!
 //! Demonstrations can go wrong. An attempt can fail: the part falls back onto the table, a bolt ends up
 //! standing on its head, or an assembly comes apart. A part can fall off the table and be lost; the later ids
@@ -26,7 +25,7 @@ pub enum Order {
     NutFirst,
     /// The bolt.
     BoltFirst,
-    /// Either, alternating from a drawn start: two or more demonstrations show both orders.
+    /// The nut or the bolt, in turn. The seed draws the first. Two or more demonstrations show both orders.
     #[default]
     Either,
 }
@@ -48,8 +47,8 @@ pub struct SyntheticDemonstrations {
     pub loss_rate: f64,
     /// Probability that an attempt knocks another part aside (0 to 1).
     pub knock_rate: f64,
-    /// Whether snapshots have `t`, `event` and `object` and are taken at contact and release. Otherwise one
-    /// is taken before each attempt and one at the end, and nothing says which part was touched.
+    /// Whether snapshots are taken at contact and release and have `t`, `event` and `object`. Otherwise one snapshot is
+    /// taken before each attempt and one at the end, and the touched part is not recorded.
     pub events: bool,
 }
 
@@ -218,7 +217,7 @@ impl SyntheticDemonstrations {
     }
 }
 
-/// Greatest number of attempts in one demonstration.
+/// Maximum number of attempts in one demonstration.
 const MAX_ATTEMPTS: usize = 60;
 
 impl Stage<'_> {
