@@ -1,89 +1,44 @@
 //! The report page in headless Chromium: what is seen at each moment, keys, modules, values, widths and colours.
 //!
-//! Without Chromium each test says so and returns.
+//! Without Chromium these tests are ignored.
 
 #![cfg(feature = "cli")]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use std::path::{Path, PathBuf};
-use std::process::Command;
-use std::sync::OnceLock;
+use std::process::ExitCode;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::Value;
 
-/// The page of a run, made once for all tests.
-fn page() -> &'static str {
-    static PAGE: OnceLock<String> = OnceLock::new();
-    PAGE.get_or_init(|| {
-        let place = tempfile::tempdir().expect("a folder");
-        let out = place.path().join("out");
-        let output = Command::new(env!("CARGO_BIN_EXE_symbolt"))
-            .args(["run", "--demos", "2", "--quiet", "--out", out.to_str().expect("UTF-8")])
-            .output()
-            .expect("it runs");
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(0), "{said}");
-        std::fs::read_to_string(out.join("report.html")).expect("a page")
-    })
+#[path = "support/browser.rs"]
+mod browser;
+#[path = "support/needs.rs"]
+mod needs;
+#[path = "support/run.rs"]
+mod run;
+
+use browser::{Window, browser, opened_in};
+use needs::named;
+use run::made;
+
+fn main() -> ExitCode {
+    needs::run_if(
+        browser().is_some(),
+        "needs Chromium",
+        named![
+            gripper_and_held_part_are_seen_at_ten_moments_and_nothing_hangs_out,
+            keys_alone_play_move_and_open_a_decision,
+            two_modules_stand_under_one_time_axis_and_values_are_read_by_pointer_and_by_key,
+            the_reader_s_choice_of_colours_counts_more_than_the_system_s,
+            spikes_are_counted_by_population_and_no_name_is_cut,
+        ],
+    )
 }
 
-/// A browser, if there is one.
-fn browser() -> Option<PathBuf> {
-    let named = std::env::var_os("CHROMIUM").map(PathBuf::from);
-    let paths = std::env::var_os("PATH").unwrap_or_default();
-    let names = ["chromium", "chromium-browser", "google-chrome"];
-    let found = std::env::split_paths(&paths)
-        .flat_map(|folder| names.map(|name| folder.join(name)))
-        .find(|path| path.is_file());
-    let browser = named.or(found);
-    if browser.is_none() {
-        println!("there is no Chromium here: the page is not tested in a browser");
-    }
-    browser
-}
-
-/// Opens a page in a frame of a width in pixels, runs `script` in it, and returns what the script leaves in `found`.
-fn opened(browser: &Path, page: &str, width: u32, dark: bool, script: &str) -> Value {
-    let place = tempfile::tempdir().expect("a folder");
-    let driver = format!(
-        "<script type=\"module\">\nconst page = window.symbolt?.page;\nconst found = {{}};\n\
-         const byId = (id) => document.getElementById(id);\n\
-         const press = (key, options = {{}}) => (document.activeElement ?? document.body).dispatchEvent(\n\
-             new KeyboardEvent('keydown', {{ key, bubbles: true, cancelable: true, ...options }}));\n\
-         try {{ {script} }} catch (error) {{ found.error = String(error.stack ?? error); }}\n\
-         parent.postMessage(btoa(unescape(encodeURIComponent(JSON.stringify(found)))), '*');\n\
-         </script>\n</body>"
-    );
-    std::fs::write(place.path().join("page.html"), page.replacen("</body>", &driver, 1))
-        .expect("written");
-    let frame = format!(
-        "<!doctype html><body><iframe src=\"page.html\" width=\"{width}\" height=\"900\"></iframe><script>\n\
-         addEventListener('message', (event) => {{ const answer = document.createElement('pre');\n\
-         answer.id = 'found'; answer.textContent = event.data; document.body.append(answer); }});</script></body>"
-    );
-    let path = place.path().join("frame.html");
-    std::fs::write(&path, frame).expect("written");
-    let scheme = if dark { 0 } else { 1 };
-    let output = Command::new(browser)
-        .args(["--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader"])
-        .args(["--enable-unsafe-swiftshader", "--window-size=1500,1000", "--dump-dom"])
-        .arg(format!("--blink-settings=preferredColorScheme={scheme}"))
-        .arg(format!("--user-data-dir={}", place.path().join("profile").display()))
-        .arg("--virtual-time-budget=20000")
-        .arg(format!("file://{}", path.display()))
-        .output()
-        .expect("the browser starts");
-    let dom = String::from_utf8_lossy(&output.stdout);
-    let answer =
-        dom.split_once("<pre id=\"found\">").and_then(|(_, rest)| rest.split_once("</pre>"));
-    let said = String::from_utf8_lossy(&output.stderr);
-    let (answer, _) = answer.unwrap_or_else(|| panic!("no answer from the page: {said}"));
-    let found: Value =
-        serde_json::from_slice(&STANDARD.decode(answer).expect("base64")).expect("JSON");
-    assert!(found["error"].is_null(), "{}", found["error"]);
-    found
+/// Returns the page of a run.
+fn page() -> String {
+    std::fs::read_to_string(made().join("report.html")).expect("a page")
 }
 
 fn number(value: &Value) -> f64 {
@@ -104,9 +59,7 @@ fn overlap(a: &Value, b: &Value) -> bool {
     l < right && left < r && t < bottom && top < b
 }
 
-#[test]
 fn gripper_and_held_part_are_seen_at_ten_moments_and_nothing_hangs_out() {
-    let Some(browser) = browser() else { return };
     // Elements in boxes that scroll by themselves may be wider than the page.
     let script = "\
         found.moments = Array.from({ length: 10 }, (_, i) => {\n\
@@ -122,7 +75,7 @@ fn gripper_and_held_part_are_seen_at_ten_moments_and_nothing_hangs_out() {
         const view = byId('replay').querySelector('canvas').getBoundingClientRect();\n\
         found.small = view.width < 200 || view.height < 200;";
     for (width, dark) in [(1366, false), (1366, true), (390, false), (390, true)] {
-        let found = opened(&browser, page(), width, dark, script);
+        let found = opened_in(&Window { width, dark }, &page(), script);
         let at = format!("{width} px, dark {dark}");
         assert_eq!(found["theme"], if dark { "dark" } else { "light" }, "{at}");
         assert_eq!(found["ground"] == "rgb(255, 255, 255)", !dark, "{at}");
@@ -160,9 +113,7 @@ fn gripper_and_held_part_are_seen_at_ten_moments_and_nothing_hangs_out() {
     }
 }
 
-#[test]
 fn keys_alone_play_move_and_open_a_decision() {
-    let Some(browser) = browser() else { return };
     // Frames are called by hand, 50 ms apart.
     let script = "\
         let next = null;\n\
@@ -187,7 +138,7 @@ fn keys_alone_play_move_and_open_a_decision() {
         press('l'); found.names = page.replay.picture().labels.length; press('l');\n\
         found.back = page.replay.picture().labels.length;\n\
         byId('speed').focus(); press(' '); found.own = page.playing;";
-    let found = opened(&browser, page(), 1366, false, script);
+    let found = opened_in(&Window { width: 1366, dark: false }, &page(), script);
     assert_eq!((&found["playing"], &found["paused"]), (&true.into(), &true.into()), "{found}");
     assert!(number(&found["played"]) > 1.2, "{found}");
     assert!(number(&found["step"]) <= 0.001, "a decision lies between two steps");
@@ -211,9 +162,7 @@ fn keys_alone_play_move_and_open_a_decision() {
     assert_eq!(found["own"], false, "a selector keeps its own keys");
 }
 
-#[test]
 fn two_modules_stand_under_one_time_axis_and_values_are_read_by_pointer_and_by_key() {
-    let Some(browser) = browser() else { return };
     let script = "\
         page.seek(0.1); page.timeline.look(0, 0.4);\n\
         const selects = () => [...document.querySelectorAll('#panels select')];\n\
@@ -249,7 +198,7 @@ fn two_modules_stand_under_one_time_axis_and_values_are_read_by_pointer_and_by_k
         found.then = first.values(page.time).map((value) => value.toFixed(2));\n\
         found.reading = byId('reading').textContent;";
     for width in [1366, 390] {
-        let found = opened(&browser, page(), width, false, script);
+        let found = opened_in(&Window { width, dark: false }, &page(), script);
         assert_eq!(found["begun"].as_array().map(Vec::len), Some(2), "{found}");
         assert_eq!((&found["three"], &found["two"]), (&3.into(), &2.into()));
         assert_eq!(found["shown"], serde_json::json!(["required", "cause"]));
@@ -280,9 +229,7 @@ fn two_modules_stand_under_one_time_axis_and_values_are_read_by_pointer_and_by_k
     }
 }
 
-#[test]
 fn the_reader_s_choice_of_colours_counts_more_than_the_system_s() {
-    let Some(browser) = browser() else { return };
     let script = "\
         const pixel = () => { page.replay.render(); const gl = page.replay.renderer.getContext();\n\
             const rgba = new Uint8Array(4); gl.readPixels(2, gl.drawingBufferHeight - 3, 1, 1, gl.RGBA,\n\
@@ -295,16 +242,14 @@ fn the_reader_s_choice_of_colours_counts_more_than_the_system_s() {
         found.light = look();\n\
         byId('theme').value = 'dark'; byId('theme').dispatchEvent(new Event('change'));\n\
         found.dark = look();";
-    let found = opened(&browser, page(), 800, true, script);
+    let found = opened_in(&Window { width: 800, dark: true }, &page(), script);
     assert_eq!(found["system"], found["dark"]);
     assert_eq!((&found["light"][0], &found["dark"][0]), (&"light".into(), &"dark".into()));
     assert_ne!(found["light"][1], found["dark"][1]);
     assert!(number(&found["light"][2]) > number(&found["dark"][2]) + 200.0, "{found}");
 }
 
-#[test]
 fn spikes_are_counted_by_population_and_no_name_is_cut() {
-    let Some(browser) = browser() else { return };
     // A run in direct mode has no spikes: two populations are put into its data.
     let long = "graph/a_population/with_several/parts";
     let populations = format!(
@@ -332,7 +277,7 @@ fn spikes_are_counted_by_population_and_no_name_is_cut() {
         const room = page.timeline.namesAbove ? box.width : page.timeline.left;\n\
         found.fits = raster.nameWidth() <= room; found.above = page.timeline.namesAbove;";
     for (width, above) in [(1366, false), (390, true)] {
-        let found = opened(&browser, &page, width, false, script);
+        let found = opened_in(&Window { width: width, dark: false }, &page, script);
         let name = long.trim_start_matches("graph/");
         let counts = text(&found["counts"]);
         assert!(counts.contains("first 2") && counts.contains(&format!("{name} 1")), "{counts}");

@@ -8,7 +8,7 @@
 
 use multiversion::multiversion;
 use ndarray::linalg::general_mat_mul;
-use ndarray::{Array2, NdFloat};
+use ndarray::{Array1, Array2, NdFloat};
 
 use super::dense;
 use super::model::{Lif, TuningError};
@@ -85,16 +85,30 @@ fn rates_f32(tau_ref: f32, tau_rc: f32, currents: &mut [f32]) {
 /// Bits of the square root of 1/2.
 const ROOT_HALF: u32 = 0x3f35_04f3;
 
+/// Adds the product `a b` to `out`. Row by row where `a` is so narrow or short that blocks would not pay.
+fn add_product<T: Precision>(a: &Array2<T>, b: &Array2<T>, out: &mut Array2<T>) {
+    if a.nrows().min(a.ncols()) > 4 {
+        return general_mat_mul(T::one(), a, b, T::one(), out);
+    }
+    for (factors, mut out) in a.rows().into_iter().zip(out.rows_mut()) {
+        for (factor, row) in factors.iter().zip(b.rows()) {
+            out.scaled_add(*factor, &row);
+        }
+    }
+}
+
 /// Returns the neurons' rates at the points, one row per point: the matrix A.
 pub(crate) fn rates<T: Precision>(lif: &Lif, neurons: &Neurons, values: &[f64]) -> Array2<T> {
     let (dims, count) = (neurons.dims, neurons.count());
     let points = values.len() / dims;
-    let gained = Array2::from_shape_fn((count, dims), |(n, k)| {
+    let gained = Array2::from_shape_fn((dims, count), |(k, n)| {
         T::of(neurons.gains[n] * neurons.encoders[n * dims + k])
     });
     let values = Array2::from_shape_fn((points, dims), |(at, k)| T::of(values[at * dims + k]));
-    let mut out = Array2::from_shape_fn((points, count), |(_, n)| T::of(neurons.biases[n]));
-    general_mat_mul(T::one(), &values, &gained.t(), T::one(), &mut out);
+    let biases: Array1<T> = neurons.biases.iter().map(|bias| T::of(*bias)).collect();
+    let mut out = Array2::zeros((points, count));
+    out.rows_mut().into_iter().for_each(|mut row| row.assign(&biases));
+    add_product(&values, &gained, &mut out);
     for mut point in out.rows_mut() {
         if let Some(currents) = point.as_slice_mut() {
             T::rates(lif, currents);
@@ -132,7 +146,7 @@ fn solve_in<T: Precision>(
 ) -> Result<Vec<f64>, TuningError> {
     let at = rates::<T>(lif, neurons, &points.values);
     let (m, count) = at.dim();
-    let greatest = at.iter().map(|rate| rate.double()).fold(0.0, f64::max);
+    let greatest = greatest(&at).double();
     let noise = (regularisation * greatest).powi(2) * m as f64;
     let mut gram = Array2::<T>::zeros((count, count));
     dense::add_gram(T::one(), at.view(), T::zero(), gram.view_mut());
@@ -143,9 +157,12 @@ fn solve_in<T: Precision>(
     let wanted = Array2::from_shape_fn((points.outputs, m), |(k, p)| {
         T::of(points.wanted[p * points.outputs + k])
     });
-    let mut solved = wanted.dot(&at);
-    dense::solve(&mut gram, &mut solved).ok_or(TuningError::Unsolvable { neurons: count })?;
-    Ok(solved.t().iter().map(|decoder| decoder.double()).collect())
+    let mut upper = Array2::zeros((points.outputs, count));
+    add_product(&wanted, &at, &mut upper);
+    let mut solved = upper.t().as_standard_layout().into_owned();
+    dense::solve(gram.view_mut(), solved.view_mut())
+        .ok_or(TuningError::Unsolvable { neurons: count })?;
+    Ok(solved.iter().map(|decoder| decoder.double()).collect())
 }
 
 #[cfg(test)]

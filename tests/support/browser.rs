@@ -7,8 +7,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::Value;
 
-/// Returns the path of Chromium: the value of the variable `CHROMIUM`, else the first on the `PATH`. Returns `None` if
-/// Chromium is missing.
+/// Returns the path of Chromium: the variable `CHROMIUM`, or the first on the `PATH`. `None` if there is none.
 pub fn browser() -> Option<PathBuf> {
     let named = std::env::var_os("CHROMIUM").filter(|name| !name.is_empty()).map(PathBuf::from);
     let paths = std::env::var_os("PATH").unwrap_or_default();
@@ -19,23 +18,49 @@ pub fn browser() -> Option<PathBuf> {
     named.or(found)
 }
 
-/// Opens a page, runs `script` in it, and returns the object `found`, which the script fills.
+/// How a page is looked at.
+pub struct Window {
+    /// Width of the page, in pixels.
+    pub width: u32,
+    /// Whether the system asks for a dark page.
+    pub dark: bool,
+}
+
+/// Opens a page, runs `script` in it, and returns the object `found` that the script fills.
 pub fn opened(page: &str, script: &str) -> Value {
+    opened_in(&Window { width: 1366, dark: false }, page, script)
+}
+
+/// Opens a page as [`opened`] does, in a window. The page stands in a frame, because headless Chromium has no window as
+/// narrow as a telephone. The script must not wait: Chromium does not wait for timers in a frame.
+pub fn opened_in(window: &Window, page: &str, script: &str) -> Value {
     let browser = browser().expect("Chromium is installed");
     let place = tempfile::tempdir().expect("a folder");
     let driver = format!(
         "<script type=\"module\">\nconst page = window.symbolt?.page;\nconst found = {{}};\n\
          found.opened_ms = performance.now();\n\
+         const byId = (id) => document.getElementById(id);\n\
+         const press = (key, options = {{}}) => (document.activeElement ?? document.body).dispatchEvent(\n\
+             new KeyboardEvent('keydown', {{ key, bubbles: true, cancelable: true, ...options }}));\n\
          try {{ {script} }} catch (error) {{ found.error = String(error.stack ?? error); }}\n\
-         const answer = document.createElement(\"pre\");\nanswer.id = \"found\";\n\
-         answer.textContent = btoa(unescape(encodeURIComponent(JSON.stringify(found))));\n\
-         document.body.append(answer);\n</script>\n</body>"
+         parent.postMessage(btoa(unescape(encodeURIComponent(JSON.stringify(found)))), '*');\n\
+         </script>\n</body>"
     );
-    let path = place.path().join("page.html");
-    std::fs::write(&path, page.replacen("</body>", &driver, 1)).expect("written");
+    std::fs::write(place.path().join("page.html"), page.replacen("</body>", &driver, 1))
+        .expect("written");
+    let width = window.width;
+    let frame = format!(
+        "<!doctype html><body><iframe src=\"page.html\" width=\"{width}\" height=\"900\"></iframe><script>\n\
+         addEventListener('message', (event) => {{ const answer = document.createElement('pre');\n\
+         answer.id = 'found'; answer.textContent = event.data; document.body.append(answer); }});</script></body>"
+    );
+    let path = place.path().join("frame.html");
+    std::fs::write(&path, frame).expect("written");
+    let scheme = if window.dark { 0 } else { 1 };
     let output = Command::new(browser)
         .args(["--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader"])
-        .args(["--enable-unsafe-swiftshader", "--window-size=1366,900", "--dump-dom"])
+        .args(["--enable-unsafe-swiftshader", "--window-size=1500,1000", "--dump-dom"])
+        .arg(format!("--blink-settings=preferredColorScheme={scheme}"))
         .arg(format!("--user-data-dir={}", place.path().join("profile").display()))
         .arg("--virtual-time-budget=20000")
         .arg(format!("file://{}", path.display()))
