@@ -16,7 +16,7 @@ mod needs;
 #[path = "support/run.rs"]
 mod run;
 
-use browser::{browser, opened};
+use browser::{Window, browser, opened_in};
 use needs::named;
 use run::{
     copied, copy_of, facts, made, made_experiments, made_of_ten_minutes, made_of_two, missing,
@@ -37,6 +37,10 @@ fn main() -> ExitCode {
             experiments_are_shown,
         ],
     )
+}
+
+fn opened(page: &str, script: &str) -> Value {
+    opened_in(&Window { width: 1366, dark: false }, page, script)
 }
 
 fn in_a_browser_scene_traces_and_decisions_follow_the_moment() {

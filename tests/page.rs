@@ -277,7 +277,7 @@ fn spikes_are_counted_by_population_and_no_name_is_cut() {
         const room = page.timeline.namesAbove ? box.width : page.timeline.left;\n\
         found.fits = raster.nameWidth() <= room; found.above = page.timeline.namesAbove;";
     for (width, above) in [(1366, false), (390, true)] {
-        let found = opened_in(&Window { width: width, dark: false }, &page, script);
+        let found = opened_in(&Window { width, dark: false }, &page, script);
         let name = long.trim_start_matches("graph/");
         let counts = text(&found["counts"]);
         assert!(counts.contains("first 2") && counts.contains(&format!("{name} 1")), "{counts}");

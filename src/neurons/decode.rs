@@ -117,6 +117,17 @@ pub(crate) fn rates<T: Precision>(lif: &Lif, neurons: &Neurons, values: &[f64]) 
     out
 }
 
+/// Returns the greatest rate, or 0 if there is none. Eight running maxima need no order, so they fit one instruction.
+fn greatest<T: Precision>(rates: &Array2<T>) -> T {
+    let mut greatest = [T::zero(); 8];
+    for chunk in rates.as_slice().unwrap_or_default().chunks(8) {
+        for (greatest, rate) in greatest.iter_mut().zip(chunk) {
+            *greatest = if *rate > *greatest { *rate } else { *greatest };
+        }
+    }
+    greatest.into_iter().fold(T::zero(), T::max)
+}
+
 /// Greatest condition number for single precision. The condition number is at most the number of neurons divided by
 /// the square of the regularisation. Up to this limit, rounding adds far less error than the regularisation does.
 const SINGLE: f64 = 1e6;
