@@ -73,7 +73,7 @@
 //! | `physics` | yes | the scene in Rapier, skills, the closed loop, and the report |
 //! | `cli` | yes | the program `symbolt`; turns on `physics` |
 //!
-//! `default-features = false` leaves the engine, the neurons, the algebra, the learner, the planner and the
+//! Without default features the crate has the engine, the neurons, the algebra, the learner, the planner and the
 //! experiments.
 //!
 //! # Build profiles

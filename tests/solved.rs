@@ -103,9 +103,7 @@ fn a_model_file_cut_short_damaged_or_of_another_version_is_refused() {
         ("\"tau_ref\":0.002", "\"tau_ref\":0.004"),
         ("\"fingerprint\":1", "\"fingerprint\":2"),
     ] {
-        if head.contains(from) {
-            assert!(with(from, to).is_err(), "{from}");
-        }
+        assert!(with(from, to).is_err(), "{from}");
     }
     for neurons in ["0", "18446744073709551615", "10001"] {
         let huge = with("\"neurons\":100", &format!("\"neurons\":{neurons}"));

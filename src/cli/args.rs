@@ -171,8 +171,9 @@ pub(crate) struct ReportArgs {
 /// Options that shards of an experiment and their merge must agree on.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct TrialArgs {
-    /// Trials of each cell [default: the experiment's own number]
-    #[arg(long, value_name = "N", value_parser = whole::<u64>)]
+    /// Trials of each cell
+    /// [default: the experiment's own number; to merge, the shards' number]
+    #[arg(verbatim_doc_comment, long, value_name = "N", value_parser = whole::<u64>)]
     pub trials: Option<u64>,
     /// Recording for the experiment `threshold`, beside its own scene
     /// [default: nut_bolt_pybullet.jsonl in $SYMBOLT_RECORDINGS, if found]

@@ -294,7 +294,7 @@ mod tests {
             }
         }
         let [lowest, low, high, highest] = bins.map(|[all, right]| right / all);
-        // With at least 180 readings per bin, three standard errors are at most 11 percentage points.
+        // Three standard errors of a share of at least 100 readings are at most 15 percentage points.
         assert!(bins.iter().all(|[all, _]| *all >= 100.0), "{bins:?}");
         assert!(lowest < 0.45 && highest > 0.95, "{bins:?}");
         assert!(lowest + 0.1 < low && low + 0.05 < high && high < highest, "{bins:?}");

@@ -26,7 +26,8 @@ pub struct Window {
     pub dark: bool,
 }
 
-/// Opens a page in a window, runs `script` in it, and returns the object `found` that the script fills. The page stands in a frame, because headless Chromium has no window as
+/// Opens a page in a window, runs `script` in it, and returns the object `found` that the script fills. The page stands
+/// in a frame, because headless Chromium has no window as
 /// narrow as a telephone. The script must not wait: Chromium does not wait for timers in a frame.
 pub fn opened_in(window: &Window, page: &str, script: &str) -> Value {
     let browser = browser().expect("Chromium is installed");
