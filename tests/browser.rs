@@ -211,10 +211,14 @@ fn experiments_are_shown() {
     let script = "found.sections = document.querySelectorAll('main section').length;\n\
                   found.figures = [...document.querySelectorAll('img.figure')].length;\n\
                   found.rows = document.querySelectorAll('tbody tr').length;\n\
+                  found.warned = [...document.querySelectorAll('main section')].map((s) =>\n\
+                      s.textContent.includes('from fewer than 10 independent trials'));\n\
                   found.heads = [...document.querySelectorAll('th')].map((th) => th.textContent);";
     let shown = opened(&page, script);
     assert_eq!((&shown["sections"], &shown["figures"]), (&json!(2), &json!(2)));
     assert_eq!(shown["rows"], 14 + 10);
+    // Of 20 trials and of 2.
+    assert_eq!(shown["warned"], json!([false, true]));
     let heads = shown["heads"].to_string();
     assert!(heads.contains("tight") && !heads.contains("few_trials"), "{heads}");
 }

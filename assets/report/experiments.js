@@ -19,7 +19,7 @@ function experimentsPage(data, main) {
       section.append(image);
     }
     main.append(section);
-    if (results) shielded(section.id, () => section.append(resultsTable(results), ...again(results)));
+    if (results) shielded(section.id, () => section.append(resultsTable(results), ...fewTrials(results), ...again(results)));
   });
 }
 
@@ -38,17 +38,35 @@ function counted({ trials, effective_trials: effective }) {
   return `${trials} (as ${effective < 0.95 ? "less than 1" : Math.round(effective)})`;
 }
 
+// Whether all or only some intervals are from few independent trials.
+function ofFewTrials(cells) {
+  const few = cells.filter((cell) => cell.few_trials).length;
+  return { all: few > 0 && few === cells.length, some: few > 0 && few < cells.length };
+}
+
+// The warning below a table with intervals from few trials. The program prints the same sentences.
+function fewTrials(results) {
+  const { all, some } = ofFewTrials(Array.isArray(results.cells) ? results.cells : []);
+  if (!all && !some) return [];
+  const note = make("p", `${all ? "All intervals are" : "* Intervals"} from fewer than 10 independent trials. Take them as a rough guide: so few trials hardly show how much the results vary.`);
+  note.className = "note";
+  return [note];
+}
+
 // One row for each cell: its settings, its value with interval, its number of trials.
 function resultsTable(results) {
-  const own = new Set(["successes", "trials", "effective_trials", "rate", "interval95", "mean", "sd", "n", "quantiles"]);
+  const own = new Set(["successes", "trials", "effective_trials", "rate", "interval95", "mean", "sd", "n", "quantiles",
+    "few_trials"]);
   const cells = Array.isArray(results.cells) ? results.cells : [];
   const settings = [...new Set(cells.flatMap((cell) => Object.keys(cell).filter((key) => !own.has(key))))];
   const percent = (share) => (100 * share).toFixed(2);
   const number = (value) => (value === null || value === undefined ? "–" : String(Number(value.toPrecision(5))));
+  const { some } = ofFewTrials(cells);
   const rows = cells.map((cell) => {
     const rate = cell.rate !== undefined && cell.rate !== null;
     const show = rate ? percent : number;
-    const ends = (cell.interval95 ?? []).map(show).join(" to ") + (rate ? " %" : "");
+    const mark = some && cell.few_trials ? " *" : "";
+    const ends = (cell.interval95 ?? []).map(show).join(" to ") + (rate ? " %" : "") + mark;
     const quantiles = cell.quantiles ? `${number(cell.quantiles["5"])} to ${number(cell.quantiles["95"])}` : "";
     return [
       ...settings.map((key) => (cell[key] === undefined ? "" : inWords(cell[key]))),

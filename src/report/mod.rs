@@ -83,9 +83,8 @@ struct TableRow {
     sd: Option<f64>,
     n: Option<u64>,
     interval95: Option<[Option<f64>; 2]>,
-    // Named here so that it does not count as a setting.
-    #[serde(default, rename = "few_trials", skip_serializing)]
-    _few_trials: Option<bool>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    few_trials: Option<bool>,
     #[serde(flatten)]
     settings: Map<String, Value>,
 }
