@@ -632,6 +632,7 @@ fn help_version_and_completions_are_there() {
     let folder = tempfile::tempdir().expect("a folder");
     assert!(ok(folder.path(), &["--version"]).starts_with("symbolt "));
     let help = ok(folder.path(), &["--help"]);
+    assert!(help.lines().all(|line| line.chars().count() <= 80), "{help}");
     for part in ["classify", "symbolt [OPTIONS OF run]", "Without a command, `symbolt` does what"] {
         assert!(help.contains(part), "{part} in {help}");
     }

@@ -30,7 +30,6 @@ impl BadArgument {
 #[command(
     name = "symbolt",
     version,
-    about,
     disable_help_subcommand = true,
     override_usage = "symbolt [OPTIONS OF run]\n       symbolt <COMMAND> [OPTIONS]",
     after_help = "Without a command, `symbolt` does what `symbolt run` does: it records\n\
@@ -44,7 +43,7 @@ pub(crate) struct Cli {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Record demonstrations, learn from them, run episodes (the default command)
+    /// Record demonstrations, learn from them, run episodes (default)
     Run(RunArgs),
     /// Record demonstrations or a single scene, with or without physics
     Record(RecordArgs),
@@ -52,7 +51,7 @@ pub(crate) enum Command {
     Learn(LearnArgs),
     /// Print the state of every object in a recording or scene
     Classify(ClassifyArgs),
-    /// Print the next action in a scene, the whole plan, and the time to decide
+    /// Print the next action in a scene, the plan, and the decision time
     Plan(PlanArgs),
     /// Rename states and actions in place, or to a new file with --out
     Rename(RenameArgs),
