@@ -1,6 +1,6 @@
 //! Learning from demonstrations, and clustering, which takes most of the time for long recordings.
 //!
-//! To measure on one core: `RAYON_NUM_THREADS=1 cargo bench --bench learn`.
+//! To measure on one core: `RAYON_NUM_THREADS=1 cargo bench --package symbolt-benches --bench learn`.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 #![allow(missing_docs)]

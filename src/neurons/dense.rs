@@ -55,9 +55,9 @@ pub(super) fn add_gram<T: NdFloat>(
     }
 }
 
-/// Replaces the upper triangle of a symmetric matrix by its Cholesky factor U, `A = U^T U`. The lower triangle is
-/// neither read nor written. Rows are contiguous. Costs `n^3 / 3` operations. Returns `None` if the matrix is not
-/// positive definite.
+/// Replaces the upper triangle of a symmetric matrix by its Cholesky factor U, `A = U^T U`. The values of the lower
+/// triangle have no effect, but some are overwritten. Rows are contiguous. Costs `n^3 / 3` operations. Returns `None`
+/// if the matrix is not positive definite.
 fn cholesky<T: NdFloat>(mut a: ArrayViewMut2<'_, T>) -> Option<()> {
     let n = a.nrows();
     if n <= LEAF {
