@@ -3,9 +3,9 @@
 //! The format is that of `numpy.savez`: a zip archive with one file `NAME.npy` for each array
 //! (<https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>).
 //!
-//! The reader takes at most [`MAX_BYTES`] per array. It checks the shape in the header against the number of bytes
-//! that follow, and only then allocates the array. A damaged or hostile file therefore costs no more than a large
-//! valid one.
+//! The reader takes at most [`MAX_BYTES`] per array and [`MAX_TOTAL_BYTES`] per archive. It checks the shape in the
+//! header against the number of bytes that follow, and only then allocates the array. A damaged or hostile file
+//! therefore costs no more than a large valid one.
 //!
 //! ```
 //! use ndarray::{Array2, Ix2, array};
@@ -32,6 +32,11 @@ use zip::{CompressionMethod, ZipArchive, ZipWriter};
 /// Greatest uncompressed size of an array, with its header, in bytes: 256 MiB. [`NpzReader::read`] refuses larger
 /// arrays.
 pub const MAX_BYTES: u64 = 256 << 20;
+
+/// Greatest number of uncompressed bytes that an [`NpzReader`] takes from an archive: 1 GiB. Every call of
+/// [`NpzReader::read`] counts, even if it fails. Without this limit a small archive of many large arrays could fill
+/// the memory.
+pub const MAX_TOTAL_BYTES: u64 = 1 << 30;
 
 /// An archive that cannot be read or written.
 #[derive(Debug, Error)]
@@ -151,6 +156,8 @@ const PREAMBLE: usize = 10;
 /// Reads arrays from the bytes of an archive.
 pub struct NpzReader<'b> {
     zip: ZipArchive<Cursor<&'b [u8]>>,
+    /// Number of bytes that may still be read.
+    left: u64,
 }
 
 impl<'b> NpzReader<'b> {
@@ -159,7 +166,7 @@ impl<'b> NpzReader<'b> {
     /// # Errors
     /// [`NpzError::Archive`] if the bytes are not a zip archive.
     pub fn new(bytes: &'b [u8]) -> Result<Self, NpzError> {
-        Ok(Self { zip: ZipArchive::new(Cursor::new(bytes))? })
+        Ok(Self { zip: ZipArchive::new(Cursor::new(bytes))?, left: MAX_TOTAL_BYTES })
     }
 
     /// Returns the names of the arrays, in the order of the archive.
@@ -172,22 +179,22 @@ impl<'b> NpzReader<'b> {
     ///
     /// # Errors
     /// - [`NpzError::Missing`] if the archive has no array called `name`;
-    /// - [`NpzError::Array`] if the array is damaged, larger than [`MAX_BYTES`], or of another type or number of
-    ///   dimensions;
+    /// - [`NpzError::Array`] if the array is damaged, larger than [`MAX_BYTES`] or than the rest of
+    ///   [`MAX_TOTAL_BYTES`], or of another type or number of dimensions;
     /// - [`NpzError::Archive`] or [`NpzError::Io`] if the array cannot be decompressed.
     pub fn read<T: Element, D: Dimension>(&mut self, name: &str) -> Result<Array<T, D>, NpzError> {
         let mut file = match self.zip.by_name(&format!("{name}.npy")) {
             Err(ZipError::FileNotFound) => return Err(NpzError::Missing { name: name.into() }),
             file => file?,
         };
-        if file.size() > MAX_BYTES {
-            return bad(format!(
-                "the array has {} bytes; expected at most {MAX_BYTES}",
-                file.size()
-            ));
+        let allowed = MAX_BYTES.min(self.left);
+        if file.size() > allowed {
+            return bad(format!("the array has {} bytes; expected at most {allowed}", file.size()));
         }
         let mut bytes = Vec::new();
-        (&mut file).take(MAX_BYTES).read_to_end(&mut bytes)?;
+        let done = (&mut file).take(allowed).read_to_end(&mut bytes);
+        self.left -= bytes.len() as u64;
+        done?;
         let (header, numbers) = Header::parse(&bytes)?;
         if header.descr != T::DESCR {
             return bad(format!(
