@@ -3,7 +3,7 @@
 //! A file begins with one line of JSON that describes the rest. The encoders, biases and decoders of each population
 //! follow as 32-bit floating-point numbers, little-endian. Each population has a fingerprint of everything that it was
 //! solved from: path, seed, tick, time constants, tuning, and target function at its evaluation points. A graph
-//! refuses a population with another fingerprint than it needs.
+//! refuses a population whose fingerprint differs from the one that it needs.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
