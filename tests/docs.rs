@@ -61,8 +61,10 @@ fn quoted(text: &str) -> Vec<&str> {
 }
 
 #[test]
-fn the_readme_has_at_most_1400_words() {
-    let words = read("README.md").split_whitespace().count();
+fn the_readme_has_at_most_1400_words_and_no_gaps() {
+    let readme = read("README.md");
+    assert!(!readme.contains("@@"), "a figure is missing");
+    let words = readme.split_whitespace().count();
     assert!(words <= 1_400, "{words} words");
 }
 

@@ -36,13 +36,18 @@ pub(crate) fn folder(args: &RunArgs) -> Result<PathBuf, Error> {
         let problem = format!("{} is a file; a run needs a folder to write to", folder.display());
         return Err(BadArgument(problem).into());
     }
+    let facts = folder.join(FACTS);
+    if facts.symlink_metadata().is_ok_and(|found| !found.is_file()) {
+        let problem = format!("{} is not an ordinary file; remove it first", facts.display());
+        return Err(BadArgument(problem).into());
+    }
     if args.force {
-        return Ok(folder);
+        return made(folder);
     }
     if args.out.is_some() {
         return match FILES.iter().map(|file| folder.join(file)).find(|path| path.exists()) {
             Some(path) => Err(FileError::Exists { path }.into()),
-            None => Ok(folder),
+            None => made(folder),
         };
     }
     match foreign(&folder)? {
@@ -50,8 +55,14 @@ pub(crate) fn folder(args: &RunArgs) -> Result<PathBuf, Error> {
             let advice = "choose another folder with --out, or add --force to write there anyway";
             Err(BadArgument(format!("{what}; {advice}")).into())
         }
-        None => Ok(folder),
+        None => made(folder),
     }
+}
+
+/// Makes the folder before any work, so that a place that cannot be written to is refused at once.
+fn made(folder: PathBuf) -> Result<PathBuf, Error> {
+    std::fs::create_dir_all(&folder).map_err(FileError::io("make", &folder))?;
+    Ok(folder)
 }
 
 /// Returns a sentence on why a folder cannot have been written by a run; `None` if it can.
@@ -90,15 +101,18 @@ fn is_facts(path: &Path) -> bool {
 /// [`FileError`] if a file cannot be removed or written.
 pub(crate) fn write(folder: &Path, contents: [Vec<u8>; 6]) -> Result<(), FileError> {
     std::fs::create_dir_all(folder).map_err(FileError::io("make", folder))?;
-    // In this order, the folder is still recognised after a kill at any moment, and it never mixes the files of two
-    // runs.
+    // First the file that marks the folder as a run's. A full disk then leaves the earlier run, and a kill at any moment
+    // a folder that is still recognised.
+    let mut files: Vec<(&str, Vec<u8>)> = FILES.into_iter().zip(contents).collect();
+    files.sort_by_key(|(file, _)| *file != FACTS);
+    for (file, content) in files.drain(..1) {
+        write_atomic(&folder.join(file), content, Overwrite::Allowed)?;
+    }
     let plain = |path: &PathBuf| path.symlink_metadata().is_ok_and(|m| m.is_file());
     let others = FILES.iter().filter(|file| **file != FACTS).map(|file| folder.join(file));
     for path in others.filter(plain) {
         std::fs::remove_file(&path).map_err(FileError::io("remove", &path))?;
     }
-    let mut files: Vec<(&str, Vec<u8>)> = FILES.into_iter().zip(contents).collect();
-    files.sort_by_key(|(file, _)| *file != FACTS);
     for (file, content) in files {
         write_atomic(&folder.join(file), content, Overwrite::Allowed)?;
     }
@@ -130,6 +144,14 @@ mod tests {
         assert!(is_foreign(&[("run.json", r#"{"format": "symbolt-run"}"#)]));
         assert!(is_foreign(&[("run.json", r#"{"format": "other", "version": 1}"#)]));
         assert!(foreign(Path::new("no/such/folder")).unwrap().is_none());
+    }
+
+    #[test]
+    fn a_place_that_cannot_be_written_is_refused_before_the_work() {
+        let place = tempfile::tempdir().unwrap();
+        std::fs::write(place.path().join("file"), "").unwrap();
+        assert!(made(place.path().join("file/out")).is_err());
+        assert!(made(place.path().join("a/b")).is_ok_and(|folder| folder.is_dir()));
     }
 
     #[test]

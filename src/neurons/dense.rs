@@ -17,6 +17,7 @@ fn half(n: usize) -> usize {
 
 /// Subtracts `factor` times `x` from `y`.
 fn subtract<T: NdFloat>(mut y: ArrayViewMut1<'_, T>, factor: T, x: &[T]) {
+    debug_assert!(y.as_slice().is_some(), "rows are contiguous");
     if let Some(y) = y.as_slice_mut() {
         for (y, x) in y.iter_mut().zip(x) {
             *y -= factor * *x;
