@@ -42,12 +42,12 @@ pub(crate) fn folder(args: &RunArgs) -> Result<PathBuf, Error> {
         return Err(BadArgument(problem).into());
     }
     if args.force {
-        return made(folder);
+        return possible(folder);
     }
     if args.out.is_some() {
         return match FILES.iter().map(|file| folder.join(file)).find(|path| path.exists()) {
             Some(path) => Err(FileError::Exists { path }.into()),
-            None => made(folder),
+            None => possible(folder),
         };
     }
     match foreign(&folder)? {
@@ -55,13 +55,19 @@ pub(crate) fn folder(args: &RunArgs) -> Result<PathBuf, Error> {
             let advice = "choose another folder with --out, or add --force to write there anyway";
             Err(BadArgument(format!("{what}; {advice}")).into())
         }
-        None => made(folder),
+        None => possible(folder),
     }
 }
 
-/// Makes the folder before any work, so that a place that cannot be written to is refused at once.
-fn made(folder: PathBuf) -> Result<PathBuf, Error> {
-    std::fs::create_dir_all(&folder).map_err(FileError::io("make", &folder))?;
+/// Tries whether the folder can be made, before any work. Leaves nothing behind.
+fn possible(folder: PathBuf) -> Result<PathBuf, Error> {
+    let missing: Vec<&Path> = folder.ancestors().take_while(|path| !path.exists()).collect();
+    let made = std::fs::create_dir_all(&folder).map_err(FileError::io("make", &folder));
+    for path in missing.iter().filter(|path| !path.as_os_str().is_empty()) {
+        // A folder that another program has filled meanwhile stays.
+        let _ = std::fs::remove_dir(path);
+    }
+    made?;
     Ok(folder)
 }
 
@@ -150,8 +156,9 @@ mod tests {
     fn a_place_that_cannot_be_written_is_refused_before_the_work() {
         let place = tempfile::tempdir().unwrap();
         std::fs::write(place.path().join("file"), "").unwrap();
-        assert!(made(place.path().join("file/out")).is_err());
-        assert!(made(place.path().join("a/b")).is_ok_and(|folder| folder.is_dir()));
+        assert!(possible(place.path().join("file/out")).is_err());
+        assert!(possible(place.path().join("a/b")).is_ok());
+        assert!(!place.path().join("a").exists());
     }
 
     #[test]
