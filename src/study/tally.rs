@@ -43,7 +43,7 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// Counts over `episodes`. `min_skills` is the minimum number of skills that solves an episode.
+    /// Returns the counts over `episodes`. `min_skills` is the minimum number of skills that solves an episode.
     pub fn of(episodes: &[EpisodeReport], min_skills: usize) -> Self {
         let mut tally = Self { episodes: episodes.len(), ..Self::default() };
         for (index, episode) in episodes.iter().enumerate() {

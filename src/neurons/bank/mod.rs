@@ -112,7 +112,7 @@ pub(crate) struct Bank {
     pub(super) decoders: Vec<Real>,
     /// Magnitude of the negative current that silences every neuron.
     pub(super) silencing: Real,
-    /// Squared norm of the input up to which the silencing current is strong enough.
+    /// The silencing current silences every neuron for inputs of at most this squared norm.
     pub(super) quiet: Real,
     /// For each ensemble, the input below which no neuron gets a current above 0. Follows from the other fields.
     pub(super) rests: Vec<Real>,

@@ -36,7 +36,7 @@ pub enum Model {
     Select,
     /// Two arrays of 500 scalar ensembles in series.
     Channel,
-    /// Memories that lead from a goal to the preconditions of the action that causes it, with neural unbinding.
+    /// Memories that recall the action that causes a goal, and then its preconditions. Unbinding is neural.
     Planner,
     /// The parts of a goal-stack planner: 13 pointer memories behind 13 gates, associative memories, and an action
     /// selection with 11 rules.

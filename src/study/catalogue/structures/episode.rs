@@ -55,7 +55,7 @@ impl Episode<'_> {
         })
     }
 
-    /// Whether a state, as decoded, holds in the world.
+    /// Returns whether a decoded state holds in the world.
     pub(super) fn satisfied(&mut self, tools: &mut Tools, state: usize) -> bool {
         let unbound = self.unbound(tools, state, self.world.probes());
         let said =
@@ -89,7 +89,7 @@ impl Episode<'_> {
         None
     }
 
-    /// Whether the planner takes three right actions in a row.
+    /// Returns whether the planner takes three right actions in a row.
     pub(super) fn succeeds(&mut self, tools: &mut Tools) -> bool {
         for _ in 0..3 {
             let Some(action) = self.decide(tools) else { return false };

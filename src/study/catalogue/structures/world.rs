@@ -127,7 +127,7 @@ impl World {
         world
     }
 
-    /// Returns the pairs of atoms whose bound sum is a state's deep pointer.
+    /// Returns the pairs of atoms that are bound and added up to a state's deep pointer.
     pub(super) fn pairs(&self, fact: &Fact) -> Vec<[usize; 2]> {
         let parts = [OBJECTS[fact.object], PLACES[fact.place], ASSEMBLY[fact.assembly]];
         let mut pairs: Vec<[usize; 2]> = match self.structure {
@@ -150,7 +150,7 @@ impl World {
         deep
     }
 
-    /// Returns the pairs of atoms whose bound sum is an action's deep pointer.
+    /// Returns the pairs of atoms that are bound and added up to an action's deep pointer.
     pub(super) fn bound_needs(states: &[usize]) -> Vec<[usize; 2]> {
         states.iter().map(|state| [PRECONDITION, STATES + state]).collect()
     }
