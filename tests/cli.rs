@@ -133,6 +133,7 @@ fn without_a_command_the_main_job_runs_and_can_be_repeated() {
         assert!(!found[key].is_null(), "{key} in {found}");
     }
     assert_eq!((&found["episodes"], &found["assembled"]), (&1.into(), &1.into()));
+    assert_eq!(found["few_trials"], true, "the interval of one episode says little");
     for key in ["real_time_factor", "physics_real_time_factor"] {
         assert!(found[key].as_f64().is_some_and(|f| f > 0.0), "{key} in {found}");
     }

@@ -81,13 +81,14 @@ const FIGURES = {
 };
 
 function figuresTable(summary) {
-  const rows = Object.entries(summary).map(([name, value]) => {
+  const rough = summary.few_trials === true ? " (rough: few episodes)" : "";
+  const rows = Object.entries(summary).filter(([name]) => name !== "few_trials").map(([name, value]) => {
     if (name === "failures" && Array.isArray(value)) {
       // Files count episodes from 0.
       const failed = value.map(({ episode, reason }) => `episode ${episode + 1}: ${inWords(reason)}`);
       return [name, failed.length ? failed.join("; ") : "none"];
     }
-    if (name === "interval95" && Array.isArray(value)) return ["share solved, 95% interval", value.map((v) => `${(100 * v).toFixed(1)}%`).join(" to ")];
+    if (name === "interval95" && Array.isArray(value)) return [`share solved, 95% interval${rough}`, value.map((v) => `${(100 * v).toFixed(1)}%`).join(" to ")];
     return [FIGURES[name] ?? name.replaceAll("_", " "), inWords(value)];
   });
   return table(["figure", "value"], rows);

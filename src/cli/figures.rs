@@ -7,6 +7,7 @@ use serde_json::{Map, Value, json};
 use symbolt::report::RunFacts;
 use symbolt::sim::Seed;
 use symbolt::study::Tally;
+use symbolt::study::statistics::FEW_TRIALS;
 use symbolt::task::Demonstrated;
 use symbolt::task::event::{Ended, EpisodeReport};
 use symbolt::task::execute::ActivityRecorder;
@@ -105,6 +106,7 @@ impl Figures<'_> {
             ("episodes", json!(tally.episodes)),
             ("assembled", json!(tally.solved)),
             ("interval95", json!(tally.interval95())),
+            ("few_trials", json!(self.few())),
             ("minimum_steps", json!(tally.minimum_steps)),
             ("least_steps", json!(self.least)),
             ("false_goals", json!(tally.false_goals)),
@@ -174,6 +176,11 @@ impl Figures<'_> {
         text
     }
 
+    /// Returns whether the episodes are too few for an interval that says much.
+    fn few(&self) -> bool {
+        (self.tally.episodes as u64) < FEW_TRIALS
+    }
+
     /// Returns the figures as a table. `total_s` is the wall-clock time of the whole command in seconds.
     fn figures(&self, total_s: f64) -> Grid {
         let tally = self.tally;
@@ -182,10 +189,12 @@ impl Figures<'_> {
         let ms = |share: f64| {
             tally.decision_quantile(share).map_or_else(|| "-".into(), |ms| format!("{ms:.0}"))
         };
+        let interval =
+            if self.few() { "95% interval (rough: few episodes)" } else { "95% interval" };
         let mut grid = Grid::new(&["figure", ">value"]);
         let rows = [
             ("assembled", format!("{} of {}", tally.solved, tally.episodes)),
-            ("95% interval", format!("{} to {}", percent(low), percent(high))),
+            (interval, format!("{} to {}", percent(low), percent(high))),
             (
                 "in the fewest possible steps",
                 format!("{} ({} steps)", tally.minimum_steps, self.least),
