@@ -292,7 +292,8 @@ fn how_often_neurons_choose_against_the_rule() {
         ("rate", "rate", Population::Rate(LifSpec::default())),
         ("lif", "spiking", Population::Lif(LifSpec::default())),
     ] {
-        let mut rows = [format!("| {name}, one cause"), format!("| {name}, all causes")];
+        let mut rows =
+            [format!("| {name}, one cause ready"), format!("| {name}, all causes ready")];
         for shape in [(2, 1), (3, 2)] {
             let [needs, ties] = against_the_rule(population, shape, 1..=8);
             println!("{mode} {shape:?}: one needs less {needs:?}, ties {ties:?}");
