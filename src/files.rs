@@ -16,7 +16,7 @@ pub enum FileError {
     /// The operating system refused an operation.
     #[error("cannot {what} {}", path.display())]
     Io {
-        /// Operation: `read`, `write`, `make` or `remove`.
+        /// Operation: `read`, `write`, `write to`, `make` or `remove`.
         what: &'static str,
         /// File or folder.
         path: PathBuf,

@@ -17,7 +17,7 @@ use symbolt::task::event::{Event, Observer};
 
 use super::Outcome;
 use super::args::{BadArgument, Cli, Common, ExperimentArgs, MergeArgs};
-use super::output::{emit, emit_json, use_threads};
+use super::output::{Grid, emit, emit_json, use_threads, wrapped};
 
 pub(crate) fn experiment(args: &ExperimentArgs) -> Result<Outcome, Error> {
     let Some(name) = &args.name else {
@@ -60,13 +60,11 @@ pub(crate) fn experiment(args: &ExperimentArgs) -> Result<Outcome, Error> {
 
 /// Returns the table of all experiments and their questions.
 fn list() -> String {
-    let all = all();
-    let name = all.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
-    let widths = [name, WIDTH.saturating_sub(name + 7)];
-    let row = |cells: [&str; 2]| line(&cells.map(str::to_owned), &widths, |_| false);
-    let rule = format!("|{}|{}|\n", "-".repeat(widths[0] + 2), "-".repeat(widths[1] + 2));
-    let rows = all.iter().map(|(name, question)| row([*name, *question]));
-    [row(["experiment", "question"]), rule].into_iter().chain(rows).collect()
+    let mut grid = Grid::new(&["experiment", "question"]);
+    for (name, question) in all() {
+        grid.row([name.to_owned(), question.to_owned()]);
+    }
+    grid.to_string()
 }
 
 pub(crate) fn merged(args: &MergeArgs) -> Result<Outcome, Error> {
@@ -108,56 +106,37 @@ fn show(common: &Common, results: &Results) -> Result<(), Error> {
     if common.json {
         return emit_json(&[results.to_json()]);
     }
-    emit(&format!("{}\n\n{}", wrapped(results.question, WIDTH).join("\n"), tables(results)))
+    emit(&format!("{}\n\n{}", wrapped(results.question, 0), tables(results)))
 }
 
-/// Maximum width of the printed text, in characters.
-const WIDTH: usize = 80;
-
 /// The headings of the columns that every experiment has.
-const STATISTICS: [&str; 4] = ["value", "95% interval", "SD", "trials"];
+const STATISTICS: [&str; 4] = [">value", ">95% interval", ">SD", ">trials"];
 
-/// Returns the table of an experiment. If it is wider than [`WIDTH`], the settings on its left become headings of
-/// several narrower tables.
+/// Returns the table of an experiment. If the terminal is too narrow for it, the settings on its left become headings
+/// of several narrower tables.
 fn tables(results: &Results) -> String {
     let columns = results.columns();
     let few = results.rows.iter().filter(|row| row.statistic.is_of_few_trials()).count();
     let mark = few > 0 && few < results.rows.len();
     let rows: Vec<Vec<String>> =
         results.rows.iter().map(|row| cells(row, &columns, mark)).collect();
-    let heads: Vec<String> =
-        columns.iter().chain(&STATISTICS).map(|head| (*head).to_owned()).collect();
-    let widths: Vec<usize> = (0..heads.len())
-        .map(|at| rows.iter().chain([&heads]).map(|row| row[at].chars().count()).max().unwrap_or(0))
-        .collect();
-    let total = |from: usize| widths[from..].iter().map(|w| w + 3).sum::<usize>() + 1;
+    let heads: Vec<&str> = columns.iter().copied().chain(STATISTICS).collect();
+    let table = |rows: &[Vec<String>], from: usize| {
+        let mut grid = Grid::new(&heads[from..]);
+        rows.iter().for_each(|row| grid.row(row[from..].iter().cloned()));
+        grid
+    };
     let most = columns.len().saturating_sub(1);
-    let cut = (0..most).find(|from| total(*from) <= WIDTH).unwrap_or(most);
-    let mut widths = widths[cut..].to_vec();
-    let over = (widths.iter().map(|w| w + 3).sum::<usize>() + 1).saturating_sub(WIDTH);
-    if over > 0 && !columns.is_empty() {
-        let longest = rows.iter().flat_map(|row| row[cut].split(' ')).map(|w| w.chars().count());
-        let head = heads[cut].chars().count();
-        widths[0] = longest.max().unwrap_or(0).max(head).max(widths[0].saturating_sub(over));
-    }
+    let cut = (0..most).find(|from| table(&rows, *from).fits()).unwrap_or(most);
     let mut text = String::new();
     for group in rows.chunk_by(|a, b| a[..cut] == b[..cut]) {
         if cut > 0 {
             let settings = columns.iter().zip(&group[0][..cut]).filter(|(_, v)| !v.is_empty());
             let settings: Vec<String> = settings.map(|(name, v)| format!("{name} = {v}")).collect();
             let gap = if text.is_empty() { "" } else { "\n" };
-            text += &format!("{gap}{}\n\n", wrapped(&settings.join(", "), WIDTH).join("\n"));
+            text += &format!("{gap}{}\n\n", wrapped(&settings.join(", "), 0));
         }
-        // All columns but those of settings are numbers.
-        let right = |at: usize| at + cut >= columns.len();
-        text += &line(&heads[cut..], &widths, right);
-        text += &format!(
-            "|{}|\n",
-            widths.iter().map(|w| "-".repeat(w + 2)).collect::<Vec<_>>().join("|")
-        );
-        for row in group {
-            text += &line(&row[cut..], &widths, right);
-        }
+        text += &table(group, cut).to_string();
     }
     if few > 0 {
         let which = if mark { "* Intervals from" } else { "All intervals are from" };
@@ -165,43 +144,9 @@ fn tables(results: &Results) -> String {
             "{which} fewer than {FEW_TRIALS} independent trials. Take them as a rough guide: so few trials hardly \
              show how much the results vary."
         );
-        text += &format!("\n{}\n", wrapped(&warning, WIDTH).join("\n"));
+        text += &format!("\n{}\n", wrapped(&warning, 0));
     }
     text
-}
-
-/// Returns a row of a Markdown table. A cell that is wider than its column continues on further lines.
-fn line(cells: &[String], widths: &[usize], right: impl Fn(usize) -> bool) -> String {
-    let parts: Vec<Vec<String>> =
-        cells.iter().zip(widths).map(|(cell, width)| wrapped(cell, *width)).collect();
-    let height = parts.iter().map(Vec::len).max().unwrap_or(0).max(1);
-    let mut text = String::new();
-    for at in 0..height {
-        for (column, (lines, width)) in parts.iter().zip(widths.iter().copied()).enumerate() {
-            let part = lines.get(at).map_or("", String::as_str);
-            text += &match right(column) {
-                true => format!("| {part:>width$} "),
-                false => format!("| {part:<width$} "),
-            };
-        }
-        text += "|\n";
-    }
-    text
-}
-
-/// Breaks a text between words into lines of at most `width` characters. A longer word has a line of its own.
-fn wrapped(text: &str, width: usize) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for word in text.split(' ') {
-        match lines.last_mut() {
-            Some(line) if line.chars().count() + 1 + word.chars().count() <= width => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            _ => lines.push(word.to_owned()),
-        }
-    }
-    lines
 }
 
 /// Returns the cells of a row: its settings, then its statistic. With `mark`, an asterisk marks few trials.

@@ -59,10 +59,14 @@ pub(crate) fn folder(args: &RunArgs) -> Result<PathBuf, Error> {
     }
 }
 
-/// Tries whether the folder can be made, before any work. Leaves nothing behind.
+/// Tries whether the folder can be made and written to, before any work. Leaves nothing behind.
 fn possible(folder: PathBuf) -> Result<PathBuf, Error> {
     let missing: Vec<&Path> = folder.ancestors().take_while(|path| !path.exists()).collect();
     let made = std::fs::create_dir_all(&folder).map_err(FileError::io("make", &folder));
+    let made = made.and_then(|()| {
+        // The file has no name, so it is gone when it is closed.
+        tempfile::tempfile_in(&folder).map(drop).map_err(FileError::io("write to", &folder))
+    });
     for path in missing.iter().filter(|path| !path.as_os_str().is_empty()) {
         // A folder that another program has filled meanwhile stays.
         let _ = std::fs::remove_dir(path);

@@ -46,6 +46,13 @@ impl Grid {
         self.rows.is_empty()
     }
 
+    /// Returns whether no cell has to be broken.
+    pub fn fits(&self) -> bool {
+        let columns = 0..self.heads.len();
+        columns.map(|c| self.widest(c, length, length)).sum::<usize>() + frame(self.heads.len())
+            <= WIDTH
+    }
+
     /// Returns the greatest length of a column's heading and cells.
     fn widest(&self, column: usize, head: fn(&str) -> usize, cell: fn(&str) -> usize) -> usize {
         let cells = self.rows.iter().map(|row| cell(&row[column]));
