@@ -39,6 +39,7 @@ pub mod event;
 pub mod execute;
 pub mod learn;
 pub mod planner;
+pub mod relational;
 #[cfg(feature = "physics")]
 pub mod robot;
 #[cfg(feature = "physics")]

@@ -44,6 +44,7 @@ mod linkage;
 mod names;
 mod observations;
 mod operators;
+mod relational;
 mod summary;
 mod threshold;
 mod tracks;
@@ -56,6 +57,7 @@ pub use attempts::MOVED_M;
 pub use gaussian::{PoseGaussian, robust_mean};
 pub use linkage::{Dendrogram, MAX_POINTS, Merge};
 pub use operators::Instance;
+pub use relational::{RelationallyLearned, learn_relational, learn_relational_observed};
 pub use summary::{AttemptOutcome, AttemptReport, Failure, LearnReport, UnexplainedPoses};
 pub use threshold::RESOLUTION;
 

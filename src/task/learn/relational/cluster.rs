@@ -1,0 +1,191 @@
+//! Clusters of rests of one kind, each in the frame in which its poses are most likely.
+//!
+//! Starting from single rests, the two clusters whose union raises the posterior most are merged until no union raises
+//! it. The posterior is the marginal likelihood in the best frame, times a Chinese-restaurant prior. Rigid motions keep
+//! volumes, so densities in different frames can be compared. Cost: the square of the number of rests, times the number
+//! of frames. Of more than [`MOST`] rests, an even sample is clustered, and the others join the clusters in which they
+//! are most likely.
+
+use super::likelihood::{Likelihood, Sums};
+
+/// A rest to be clustered.
+#[derive(Debug, Clone)]
+pub(super) struct Item {
+    /// Sums in each frame; `None` where the frame has no reference for the rest or was refused.
+    pub frames: Vec<Option<Sums>>,
+}
+
+/// A problem: the rests of one kind.
+pub(super) struct Clustering<'a> {
+    pub items: &'a [Item],
+    /// Log prior of each frame.
+    pub priors: &'a [f64],
+    /// Size of the scene, in each frame.
+    pub extents: &'a [[f64; 3]],
+    /// Attempts, as pairs of items before and after.
+    pub attempts: &'a [(usize, usize)],
+    pub likelihood: &'a Likelihood,
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct Cluster {
+    pub members: Vec<usize>,
+    pub frames: Vec<Option<Sums>>,
+    /// Posterior in the best frame.
+    pub score: f64,
+    pub frame: usize,
+}
+
+/// Greatest number of rests that are compared pair by pair.
+pub(super) const MOST: usize = 600;
+/// Log probability that an attempt leaves its object in the same cluster.
+const SAME: f64 = 4.0;
+
+impl Clustering<'_> {
+    /// Returns the best frame and the posterior of a cluster with these sums.
+    fn score(&self, n: usize, frames: &[Option<Sums>]) -> (usize, f64) {
+        let mut best = (0, f64::NEG_INFINITY);
+        for (f, sums) in frames.iter().enumerate() {
+            let Some(sums) = sums else { continue };
+            let score = self.likelihood.poses(n, sums, &self.extents[f]) + self.priors[f];
+            if score > best.1 + 1e-9 {
+                best = (f, score);
+            }
+        }
+        // The Chinese-restaurant prior with concentration 1.
+        (best.0, best.1 + statrs::function::gamma::ln_gamma(n as f64))
+    }
+
+    fn union(a: &[Option<Sums>], b: &[Option<Sums>]) -> Vec<Option<Sums>> {
+        a.iter().zip(b).map(|(a, b)| Some(a.as_ref()?.add(b.as_ref()?))).collect()
+    }
+
+    /// Returns the clusters, in the order of their first members.
+    pub fn run(&self) -> Vec<Cluster> {
+        let n = self.items.len();
+        let step = n.div_ceil(MOST).max(1);
+        let sample: Vec<usize> = (0..n).step_by(step).collect();
+        let mut clusters = self.merge(&sample);
+        if step > 1 {
+            let rest: Vec<usize> = (0..n).filter(|i| i % step != 0).collect();
+            for i in rest {
+                self.join(&mut clusters, i);
+            }
+            clusters = self.agglomerate(clusters);
+        }
+        clusters.iter_mut().for_each(|c| c.members.sort_unstable());
+        clusters.sort_by_key(|c| c.members[0]);
+        clusters
+    }
+
+    fn single(&self, item: usize) -> Cluster {
+        let frames = self.items[item].frames.clone();
+        let (frame, score) = self.score(1, &frames);
+        Cluster { members: vec![item], frames, score, frame }
+    }
+
+    fn merge(&self, sample: &[usize]) -> Vec<Cluster> {
+        self.agglomerate(sample.iter().map(|i| self.single(*i)).collect())
+    }
+
+    /// Adds an item to the cluster whose posterior it raises most, or makes a cluster of it.
+    fn join(&self, clusters: &mut Vec<Cluster>, item: usize) {
+        let single = self.single(item);
+        let gain = |c: &Cluster| {
+            let frames = Self::union(&c.frames, &single.frames);
+            let (_, score) = self.score(c.members.len() + 1, &frames);
+            score - c.score - single.score
+        };
+        let best = clusters
+            .iter()
+            .enumerate()
+            .map(|(i, c)| (i, gain(c)))
+            .max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
+        match best {
+            Some((i, gain)) if gain > 0.0 => {
+                clusters[i] = self.together(&clusters[i], &single);
+            }
+            _ => clusters.push(single),
+        }
+    }
+
+    fn together(&self, a: &Cluster, b: &Cluster) -> Cluster {
+        let members: Vec<usize> = a.members.iter().chain(&b.members).copied().collect();
+        let frames = Self::union(&a.frames, &b.frames);
+        let (frame, score) = self.score(members.len(), &frames);
+        Cluster { members, frames, score, frame }
+    }
+
+    /// Merges clusters until no union raises the posterior.
+    fn agglomerate(&self, mut clusters: Vec<Cluster>) -> Vec<Cluster> {
+        let n = clusters.len();
+        let mut owner = vec![usize::MAX; self.items.len()];
+        for (c, cluster) in clusters.iter().enumerate() {
+            cluster.members.iter().for_each(|i| owner[*i] = c);
+        }
+        let mut between = vec![0.0f32; n * n];
+        for (a, b) in self.attempts {
+            let (a, b) = (owner[*a], owner[*b]);
+            if a < n && b < n && a != b {
+                between[a * n + b] += 1.0;
+                between[b * n + a] += 1.0;
+            }
+        }
+        let gain = |clusters: &[Cluster], between: &[f32], a: usize, b: usize| {
+            let (x, y) = (&clusters[a], &clusters[b]);
+            let frames = Self::union(&x.frames, &y.frames);
+            let (_, score) = self.score(x.members.len() + y.members.len(), &frames);
+            score - x.score - y.score - SAME * f64::from(between[a * n + b])
+        };
+        let mut alive: Vec<bool> = vec![true; n];
+        // The best partner of each cluster among the later ones.
+        let mut best: Vec<(f64, usize)> = vec![(f64::NEG_INFINITY, 0); n];
+        let mut gains = vec![f64::NEG_INFINITY; n * n];
+        for a in 0..n {
+            for b in a + 1..n {
+                let g = gain(&clusters, &between, a, b);
+                gains[a * n + b] = g;
+                if g > best[a].0 {
+                    best[a] = (g, b);
+                }
+            }
+        }
+        loop {
+            let chosen = (0..n)
+                .filter(|a| alive[*a])
+                .max_by(|a, b| best[*a].0.total_cmp(&best[*b].0).then(b.cmp(a)));
+            let Some(a) = chosen.filter(|a| best[*a].0 > 0.0) else { break };
+            let b = best[a].1;
+            clusters[a] = self.together(&clusters[a], &clusters[b]);
+            alive[b] = false;
+            for c in 0..n {
+                let sum = between[a * n + c] + between[b * n + c];
+                between[a * n + c] = sum;
+                between[c * n + a] = sum;
+            }
+            for c in (0..n).filter(|c| alive[*c] && *c != a) {
+                let (low, high) = (a.min(c), a.max(c));
+                gains[low * n + high] = gain(&clusters, &between, low, high);
+            }
+            for c in (0..n).filter(|c| alive[*c]) {
+                let stale = c == a || best[c].1 == a || best[c].1 == b;
+                let fresh = if c < a { gains[c * n + a] } else { f64::NEG_INFINITY };
+                if stale {
+                    best[c] = (c + 1..n)
+                        .filter(|d| alive[*d])
+                        .map(|d| (gains[c * n + d], d))
+                        .fold((f64::NEG_INFINITY, 0), |x, y| if y.0 > x.0 { y } else { x });
+                } else if fresh > best[c].0 {
+                    best[c] = (fresh, a);
+                }
+            }
+        }
+        let mut kept = Vec::new();
+        for (cluster, alive) in clusters.into_iter().zip(alive) {
+            if alive {
+                kept.push(cluster);
+            }
+        }
+        kept
+    }
+}

@@ -1,0 +1,128 @@
+//! Marginal likelihoods of clusters of poses, in closed form.
+//!
+//! A coordinate of a cluster is *tight* (a Gaussian with unknown mean and variance) or *open* (uniform over the scene).
+//! The mean of a tight coordinate has a uniform prior over the scene, its variance an inverse-gamma prior with shape
+//! 1/2 and the scale of careful placing, so that wide placings are possible, too. Both integrate out. The likelihood of
+//! a coordinate is the mean of the two. Orientations are treated alike: free, tight about one axis, or tight.
+
+use nalgebra::Matrix3;
+use statrs::function::gamma::ln_gamma;
+
+/// Shape of the prior of a variance.
+const SHAPE: f64 = 0.5;
+/// Volume of the rotations as rotation vectors, per coordinate: the cube root of 8 pi squared.
+const TURN_EXTENT: f64 = 4.290_6;
+/// The same for directions: the square root of 4 pi.
+const DIRECTION_EXTENT: f64 = 3.544_9;
+
+/// Additive sums over the poses of a cluster in one frame.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Sums {
+    pub sum: [f64; 3],
+    pub square: [f64; 3],
+    pub turn: Matrix3<f64>,
+    /// Sum of the logarithms of the number of references to choose from.
+    pub choices: f64,
+}
+
+impl Sums {
+    pub fn add(&self, other: &Self) -> Self {
+        Self {
+            sum: std::array::from_fn(|i| self.sum[i] + other.sum[i]),
+            square: std::array::from_fn(|i| self.square[i] + other.square[i]),
+            turn: self.turn + other.turn,
+            choices: self.choices + other.choices,
+        }
+    }
+}
+
+/// The settings of a likelihood.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Likelihood {
+    /// Scale of a tight coordinate, in metres.
+    pub scale_m: f64,
+    /// Scale of a tight orientation, in radians.
+    pub scale_rad: f64,
+    /// Whether orientation counts.
+    pub turns: bool,
+    /// `ln_gamma(SHAPE + k / 2)` for every k.
+    gammas: Vec<f64>,
+}
+
+impl Likelihood {
+    pub fn new(scale_m: f64, scale_rad: f64, most: usize) -> Self {
+        let gammas = (0..=3 * most).map(|k| ln_gamma(SHAPE + k as f64 / 2.0)).collect();
+        Self { scale_m, scale_rad, turns: false, gammas }
+    }
+
+    fn gamma(&self, k: usize) -> f64 {
+        self.gammas.get(k).copied().unwrap_or_else(|| ln_gamma(SHAPE + k as f64 / 2.0))
+    }
+
+    /// Log marginal likelihood of `n` values with this sum of squared deviations, if they are tight.
+    pub fn tight(&self, n: usize, squares: f64, extent: f64, scale: f64) -> f64 {
+        let b = SHAPE * scale * scale;
+        let free = n.saturating_sub(1);
+        -extent.ln() - 0.5 * (n as f64).ln() - 0.5 * free as f64 * std::f64::consts::TAU.ln()
+            + self.gamma(free)
+            - self.gamma(0)
+            + SHAPE * b.ln()
+            - (SHAPE + 0.5 * free as f64) * (b + 0.5 * squares.max(0.0)).ln()
+    }
+
+    /// Log marginal likelihoods of one coordinate: tight and open, each with its prior of 1/2.
+    pub fn coordinate(&self, n: usize, sum: f64, square: f64, extent: f64) -> (f64, f64) {
+        let squares = square - sum * sum / n as f64;
+        let half = std::f64::consts::LN_2;
+        let tight = self.tight(n, squares, extent, self.scale_m) - half;
+        (tight, -(n as f64) * extent.ln() - half)
+    }
+
+    /// Log marginal likelihoods of the orientations, relative to uniform ones: free, about one axis, full. Each has
+    /// its prior of 1/3.
+    pub fn turn(&self, n: usize, turn: &Matrix3<f64>) -> [f64; 3] {
+        let third = 3f64.ln();
+        if n < 2 {
+            return [-third; 3];
+        }
+        let [first, second, last] = singular(turn);
+        let signed = if turn.determinant() < 0.0 { -last } else { last };
+        let count = n as f64;
+        let about = 2.0 * (count - first);
+        let all = 3.0 * count - (first + second + signed);
+        let coordinate = |n: usize, squares: f64, extent: f64| {
+            self.tight(n, squares, extent, self.scale_rad) + n as f64 * extent.ln()
+        };
+        // Any two orientations share an axis, so the choice of the axis costs one pose.
+        let axis = 2.0 * coordinate(n - 1, about / 2.0, DIRECTION_EXTENT);
+        let full = 3.0 * coordinate(n, all / 3.0, TURN_EXTENT);
+        [-third, axis - third, full - third]
+    }
+
+    /// Log marginal likelihood of `n` poses in one frame. `extent` is the size of the scene.
+    pub fn poses(&self, n: usize, sums: &Sums, extent: &[f64; 3]) -> f64 {
+        let mut total = -sums.choices;
+        for i in 0..3 {
+            let (tight, open) = self.coordinate(n, sums.sum[i], sums.square[i], extent[i]);
+            total += log_add(tight, open);
+        }
+        if self.turns {
+            let [free, axis, full] = self.turn(n, &sums.turn);
+            total += log_add(log_add(free, axis), full);
+        }
+        total
+    }
+}
+
+/// Returns the singular values of a matrix, in descending order.
+pub(super) fn singular(matrix: &Matrix3<f64>) -> [f64; 3] {
+    let values = (matrix.transpose() * matrix).symmetric_eigenvalues();
+    let mut roots = [values[0], values[1], values[2]].map(|v: f64| v.max(0.0).sqrt());
+    roots.sort_by(|a, b| b.total_cmp(a));
+    roots
+}
+
+pub(super) fn log_add(a: f64, b: f64) -> f64 {
+    let most = a.max(b);
+    most + ((a - most).exp() + (b - most).exp()).ln()
+}

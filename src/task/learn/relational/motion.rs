@@ -1,0 +1,347 @@
+//! Movements in a recording: robust tracks, the noise of the poses, and the times for which each object rests.
+
+use std::collections::BTreeMap;
+
+use crate::task::domain::distance::p_distance;
+use crate::task::domain::{Demonstration, Pose, Recording, mean_orientation, rotation_between};
+use crate::task::learn::attempts::{self, Attempt, MOVED_M};
+use crate::task::learn::tracks::Track;
+
+/// Standard deviations of the recorded poses of objects that rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Noise {
+    /// Of each coordinate, in metres.
+    pub position_m: f64,
+    /// Of the rotation about each axis, in radians.
+    pub angle_rad: f64,
+}
+
+/// How an object came to rest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Came {
+    /// It lay there when the demonstration began.
+    Found,
+    /// An attempt put it there: its index in [`Motion::attempts`].
+    Placed(usize),
+    /// Something else moved it, such as its container or a knock.
+    Carried,
+}
+
+/// A time for which an object rests.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Rest {
+    pub demo: usize,
+    pub track: usize,
+    /// First and last snapshot of the rest.
+    pub first: usize,
+    pub last: usize,
+    /// Median pose.
+    pub pose: Pose,
+    pub came: Came,
+}
+
+/// A recording as objects that rest and are moved.
+pub(super) struct Motion<'r> {
+    pub recording: &'r Recording,
+    pub noise: Noise,
+    pub tracks: Vec<Vec<Track>>,
+    pub attempts: Vec<Attempt>,
+    pub rests: Vec<Rest>,
+    /// For each demonstration and track, the rest in each snapshot.
+    pub at: Vec<Vec<Vec<Option<usize>>>>,
+    /// Number of poses that disagree with the rest of their object.
+    pub outliers: usize,
+    /// Distance and angle beyond which a pose differs from another.
+    pub least: (f64, f64),
+}
+
+/// Number of standard deviations beyond which two noisy poses differ. The distance of two noisy positions exceeds six
+/// standard deviations of one coordinate in 1 of 2,500 pairs.
+const FAR: f64 = 6.0;
+/// Noise above which single disagreeing poses are taken for outliers, in metres.
+const NOISY_M: f64 = 5e-5;
+/// Smallest turn that counts as movement, in radians.
+const TURNED_RAD: f64 = 0.05;
+
+fn angle(a: &Pose, b: &Pose) -> f64 {
+    rotation_between(a, b).iter().map(|v| v * v).sum::<f64>().sqrt()
+}
+
+impl<'r> Motion<'r> {
+    /// Follows all objects, cuts the attempts and finds the rests.
+    pub fn of(recording: &'r Recording, p: f64) -> Self {
+        let noise = noise(recording);
+        let least = (MOVED_M + FAR * noise.position_m, TURNED_RAD + FAR * noise.angle_rad);
+        let tracks: Vec<Vec<Track>> =
+            recording.demos.iter().map(|demo| follow(demo, least.0)).collect();
+        let mut motion = Self {
+            recording,
+            noise,
+            at: tracks
+                .iter()
+                .zip(&recording.demos)
+                .map(|(tracks, demo)| vec![vec![None; demo.snapshots.len()]; tracks.len()])
+                .collect(),
+            tracks,
+            attempts: Vec::new(),
+            rests: Vec::new(),
+            outliers: 0,
+            least,
+        };
+        for d in 0..recording.demos.len() {
+            let demo = &recording.demos[d];
+            for mut attempt in attempts::cut(d, demo, &motion.tracks[d]) {
+                if !attempt.declared {
+                    attempt.track = motion.guess(&attempt, p);
+                }
+                motion.attempts.push(attempt);
+            }
+            for t in 0..motion.tracks[d].len() {
+                motion.rest(d, t);
+            }
+        }
+        motion
+    }
+
+    pub fn demo(&self, demo: usize) -> &'r Demonstration {
+        &self.recording.demos[demo]
+    }
+
+    /// Returns the rest of a track in a snapshot.
+    pub fn rest_at(&self, demo: usize, track: usize, snapshot: usize) -> Option<&Rest> {
+        Some(&self.rests[self.index_at(demo, track, snapshot)?])
+    }
+
+    pub fn index_at(&self, demo: usize, track: usize, snapshot: usize) -> Option<usize> {
+        *self.at[demo][track].get(snapshot)?
+    }
+
+    pub fn kind(&self, rest: &Rest) -> &str {
+        &self.tracks[rest.demo][rest.track].kind
+    }
+
+    /// Returns whether a track's pose differs between two snapshots by more than noise.
+    fn differs(&self, a: &Pose, b: &Pose) -> bool {
+        a.distance(b) > self.least.0 || angle(a, b) > self.least.1
+    }
+
+    /// Guesses the object of an attempt that the recording does not name, as the learner of the paper does. Objects
+    /// that were only turned come last.
+    fn guess(&self, attempt: &Attempt, p: f64) -> Option<usize> {
+        let (demo, tracks) = (self.demo(attempt.demo), &self.tracks[attempt.demo]);
+        let ends = |t: usize| {
+            let track = &tracks[t];
+            Some((track.pose(demo, attempt.before)?, track.pose(demo, attempt.after)?))
+        };
+        let moved: Vec<(usize, f64, f64)> = (0..tracks.len())
+            .filter_map(|t| {
+                let (before, after) = ends(t)?;
+                let unlike = p_distance(&before.position, &after.position, p);
+                Some((t, before.distance(after), unlike))
+            })
+            .filter(|(_, moved, _)| *moved > self.least.0)
+            .collect();
+        let farthest = moved.iter().map(|m| m.1).fold(0.0, f64::max);
+        let best = moved
+            .iter()
+            .filter(|(_, far, _)| *far >= 0.2 * farthest)
+            .max_by(|a, b| a.2.total_cmp(&b.2).then(a.1.total_cmp(&b.1)).then(b.0.cmp(&a.0)));
+        let turned = || {
+            (0..tracks.len())
+                .filter_map(|t| ends(t).map(|(before, after)| (t, angle(before, after))))
+                .filter(|(_, turn)| *turn > self.least.1)
+                .max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)))
+                .map(|(t, _)| t)
+        };
+        let mut lost = (0..tracks.len()).filter(|t| {
+            tracks[*t].at[attempt.before].is_some()
+                && tracks[*t].at[attempt.after..].iter().all(Option::is_none)
+        });
+        best.map(|(t, ..)| *t).or_else(turned).or_else(|| lost.next())
+    }
+
+    /// Cuts the life of an object into rests.
+    fn rest(&mut self, d: usize, t: usize) {
+        let length = self.demo(d).snapshots.len();
+        let own: Vec<(usize, Attempt)> = (self.attempts.iter().copied().enumerate())
+            .filter(|(_, a)| a.demo == d && a.track == Some(t))
+            .collect();
+        let mut from = 0;
+        let mut came = Came::Found;
+        for (index, attempt) in own {
+            self.segment(d, t, from, attempt.before, came);
+            (from, came) = (attempt.after, Came::Placed(index));
+        }
+        if from < length {
+            self.segment(d, t, from, length - 1, came);
+        }
+    }
+
+    /// Finds the rests within a time in which no attempt moved the object.
+    fn segment(&mut self, d: usize, t: usize, from: usize, to: usize, came: Came) {
+        let demo = self.demo(d);
+        let poses: Vec<(usize, Pose)> =
+            (from..=to).filter_map(|s| Some((s, *self.tracks[d][t].pose(demo, s)?))).collect();
+        let kept = self.without_outliers(&poses);
+        self.outliers += poses.len() - kept.len();
+        let mut came = came;
+        let mut group: Vec<(usize, Pose)> = Vec::new();
+        for (s, pose) in kept {
+            if group.last().is_some_and(|(_, last)| self.differs(last, &pose)) {
+                self.finish(d, t, &group, came);
+                group.clear();
+                came = Came::Carried;
+            }
+            group.push((s, pose));
+        }
+        self.finish(d, t, &group, came);
+    }
+
+    /// Leaves out poses that disagree with their neighbours while these agree with each other. In noisy recordings, a
+    /// single pose at either end that disagrees with two others is left out, too.
+    fn without_outliers(&self, poses: &[(usize, Pose)]) -> Vec<(usize, Pose)> {
+        let mut kept: Vec<(usize, Pose)> = Vec::new();
+        for (i, (s, pose)) in poses.iter().enumerate() {
+            let outlier = match (kept.last(), poses.get(i + 1)) {
+                (Some((_, last)), Some((_, next))) => {
+                    self.differs(last, pose)
+                        && self.differs(pose, next)
+                        && !self.differs(last, next)
+                }
+                _ => false,
+            };
+            if !outlier {
+                kept.push((*s, *pose));
+            }
+        }
+        if self.noise.position_m > NOISY_M {
+            let lone = |a: &Pose, b: &Pose, c: &Pose| self.differs(a, b) && !self.differs(b, c);
+            if kept.len() >= 3 && lone(&kept[0].1, &kept[1].1, &kept[2].1) {
+                kept.remove(0);
+            }
+            let n = kept.len();
+            if n >= 3 && lone(&kept[n - 1].1, &kept[n - 2].1, &kept[n - 3].1) {
+                kept.pop();
+            }
+        }
+        kept
+    }
+
+    fn finish(&mut self, demo: usize, track: usize, group: &[(usize, Pose)], came: Came) {
+        let (Some((first, _)), Some((last, _))) = (group.first(), group.last()) else { return };
+        let poses: Vec<Pose> = group.iter().map(|(_, pose)| *pose).collect();
+        let index = self.rests.len();
+        for slot in &mut self.at[demo][track][*first..=*last] {
+            *slot = Some(index);
+        }
+        let pose = median(&poses);
+        self.rests.push(Rest { demo, track, first: *first, last: *last, pose, came });
+    }
+}
+
+/// Returns the median position and the mean orientation of the poses near the median.
+fn median(poses: &[Pose]) -> Pose {
+    let position = std::array::from_fn(|i| {
+        let mut values: Vec<f64> = poses.iter().map(|p| p.position[i]).collect();
+        values.sort_by(f64::total_cmp);
+        let n = values.len();
+        0.5 * (values[(n - 1) / 2] + values[n / 2])
+    });
+    let turns: Vec<[f64; 4]> = poses.iter().map(|p| p.orientation).collect();
+    // The orientation with the least sum of angles to the others is no outlier.
+    let middle = poses.iter().min_by(|a, b| {
+        let far = |p: &Pose| poses.iter().map(|q| angle(p, q)).sum::<f64>();
+        far(a).total_cmp(&far(b))
+    });
+    let near: Vec<[f64; 4]> = poses
+        .iter()
+        .filter(|p| middle.is_none_or(|m| angle(m, p) < 0.5))
+        .map(|p| p.orientation)
+        .collect();
+    let kept = if near.is_empty() { &turns } else { &near };
+    let orientation = match kept[..] {
+        [one] => one,
+        _ => mean_orientation(kept).unwrap_or([0.0, 0.0, 0.0, 1.0]),
+    };
+    Pose { position, orientation }
+}
+
+/// Estimates the noise from consecutive poses. Most objects rest between two snapshots, so half the differences are
+/// free of movement.
+fn noise(recording: &Recording) -> Noise {
+    let (mut steps, mut turns) = (Vec::new(), Vec::new());
+    for demo in &recording.demos {
+        for pair in demo.snapshots.windows(2) {
+            let before: BTreeMap<&str, &Pose> =
+                pair[0].objects.iter().map(|o| (&*o.id, &o.pose)).collect();
+            for object in &pair[1].objects {
+                if let Some(was) = before.get(&*object.id) {
+                    steps.extend((0..3).map(|i| (object.pose.position[i] - was.position[i]).abs()));
+                    turns.push(angle(was, &object.pose));
+                }
+            }
+        }
+    }
+    let middle = |values: &mut Vec<f64>| {
+        values.sort_by(f64::total_cmp);
+        // The lower quartile allows for movements of a few of the objects.
+        values.get(values.len() / 4).copied().unwrap_or(0.0)
+    };
+    // The lower quartiles of |N(0, 1)| and of the length of three such numbers are 0.3186 and 1.1011. A difference has
+    // twice the variance.
+    Noise {
+        position_m: middle(&mut steps) / (0.3186 * std::f64::consts::SQRT_2),
+        angle_rad: middle(&mut turns) / (1.1011 * std::f64::consts::SQRT_2),
+    }
+}
+
+/// Follows the objects of a demonstration. Objects that did not move are matched first, whatever their ids, so swapped
+/// and shifted ids do no harm. An object may be missing for some snapshots.
+pub(super) fn follow(demo: &Demonstration, least_m: f64) -> Vec<Track> {
+    let mut tracks: Vec<Track> = Vec::new();
+    let mut last: Vec<(usize, usize)> = Vec::new();
+    let length = demo.snapshots.len();
+    for (now, snapshot) in demo.snapshots.iter().enumerate() {
+        let mut free: Vec<usize> = (0..snapshot.objects.len()).collect();
+        let mut open: Vec<usize> = (0..tracks.len()).collect();
+        let mut pairs = Vec::new();
+        for t in &open {
+            let was = &demo.snapshots[last[*t].0].objects[last[*t].1];
+            let missing = last[*t].0 + 1 != now;
+            for o in &free {
+                let is = &snapshot.objects[*o];
+                if is.kind == tracks[*t].kind {
+                    let far = was.pose.distance(&is.pose);
+                    let other = was.id != is.id;
+                    let moved = far > least_m;
+                    // Unmoved under its own id, unmoved under another, moved under its own id, and the rest by distance.
+                    let rank = match (moved, other) {
+                        (false, false) => 0,
+                        (false, true) => 1,
+                        (true, false) => 2,
+                        (true, true) => 3,
+                    };
+                    pairs.push((rank, missing && moved, far, *t, *o));
+                }
+            }
+        }
+        pairs.sort_by(|a, b| {
+            (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)).then((a.3, a.4).cmp(&(b.3, b.4)))
+        });
+        for (_, _, _, t, o) in pairs {
+            if open.contains(&t) && free.contains(&o) {
+                open.retain(|other| *other != t);
+                free.retain(|other| *other != o);
+                tracks[t].at[now] = Some(o);
+                last[t] = (now, o);
+            }
+        }
+        for o in free {
+            let mut at = vec![None; length];
+            at[now] = Some(o);
+            tracks.push(Track { kind: snapshot.objects[o].kind.clone(), at });
+            last.push((now, o));
+        }
+    }
+    tracks
+}

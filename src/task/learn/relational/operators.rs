@@ -1,0 +1,425 @@
+//! Operators and goals: conditions before and after each action, counted over its demonstrated instances.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::likelihood::Likelihood;
+use super::motion::Motion;
+use super::states::{Label, States, least_support};
+use crate::task::learn::attempts::Attempt;
+use crate::task::learn::names::action_name;
+use crate::task::learn::summary::Failure;
+use crate::task::relational::{
+    Condition, Displacement, GoalTerm, Need, NeedVerdict, Quantity, RelationalOperator, Role,
+    SideEffect, Subject, relative,
+};
+
+/// A demonstrated instance of an action.
+struct Instance {
+    attempt: Attempt,
+    object: usize,
+    from: Label,
+    to: Label,
+    before: Scene,
+    after: Scene,
+}
+
+/// The label of each track in a snapshot.
+type Scene = Vec<Option<Label>>;
+
+/// The outcome of each attempt: the state that its object entered.
+pub(super) struct Operators {
+    pub operators: Vec<RelationalOperator>,
+    /// For each attempt, the index of its operator, or why it failed.
+    pub judged: Vec<Result<usize, Failure>>,
+}
+
+/// Share of the instances that have to agree about a side effect, which knocks and outliers can disturb.
+const AGREE: f64 = 0.9;
+
+pub(super) fn find(motion: &Motion<'_>, found: &mut States) -> Operators {
+    let mut of_state: BTreeMap<usize, Vec<Instance>> = BTreeMap::new();
+    let mut outcomes = Vec::new();
+    for attempt in &motion.attempts {
+        let outcome = instance(motion, found, attempt);
+        outcomes.push(outcome.as_ref().map(|i| i.to.state).map_err(|f| *f));
+        if let Ok(instance) = outcome {
+            of_state.entry(instance.to.state).or_default().push(instance);
+        }
+    }
+    // What happened in few demonstrations is taken for an accident.
+    let least = least_support(motion.recording.demos.len());
+    of_state.retain(|_, instances| {
+        let demos: BTreeSet<usize> = instances.iter().map(|i| i.attempt.demo).collect();
+        demos.len() >= least
+    });
+    let seen = seen(motion, found);
+    let mut operators = Vec::new();
+    let mut index = BTreeMap::new();
+    for (state, instances) in &of_state {
+        index.insert(*state, operators.len());
+        let name = found.names.take(&action_name(&found.states[*state].name));
+        operators.push(operator(motion, found, name, *state, instances, &seen));
+    }
+    let judged = outcomes
+        .into_iter()
+        .map(|o| o.and_then(|state| index.get(&state).copied().ok_or(Failure::Undone)))
+        .collect();
+    Operators { operators, judged }
+}
+
+/// Returns the labels of all tracks in a snapshot.
+fn scene(motion: &Motion<'_>, found: &States, demo: usize, snapshot: usize) -> Scene {
+    (0..motion.tracks[demo].len())
+        .map(|t| {
+            // An object that is missing for a moment keeps its state.
+            let last = (0..=snapshot).rev().find_map(|s| motion.index_at(demo, t, s))?;
+            found.labels[last]
+        })
+        .collect()
+}
+
+fn instance(motion: &Motion<'_>, found: &States, attempt: &Attempt) -> Result<Instance, Failure> {
+    let object = attempt.track.ok_or(Failure::NothingMoved)?;
+    let at = |s| motion.index_at(attempt.demo, object, s);
+    let (Some(before), Some(after)) = (at(attempt.before), at(attempt.after)) else {
+        return Err(Failure::PartLost);
+    };
+    let label = |rest: usize| found.labels[rest].ok_or(Failure::NothingNew);
+    let (from, to) = (label(before)?, label(after)?);
+    if from.state == to.state && from.reference == to.reference {
+        return Err(Failure::NothingNew);
+    }
+    Ok(Instance {
+        attempt: *attempt,
+        object,
+        from,
+        to,
+        before: scene(motion, found, attempt.demo, attempt.before),
+        after: scene(motion, found, attempt.demo, attempt.after),
+    })
+}
+
+/// Returns the conditions that occur anywhere in the recording: states of other objects, with the kind of their
+/// reference.
+fn seen(motion: &Motion<'_>, found: &States) -> BTreeSet<(usize, String)> {
+    let mut seen = BTreeSet::new();
+    for (rest, label) in motion.rests.iter().zip(&found.labels) {
+        if let Some(Label { state, reference: Some(track), .. }) = label {
+            seen.insert((*state, motion.tracks[rest.demo][*track].kind.to_string()));
+        }
+    }
+    seen
+}
+
+impl Instance {
+    /// Returns the object that a role stands for.
+    fn role(&self, role: Role) -> Option<usize> {
+        match role {
+            Role::Object => Some(self.object),
+            Role::Origin => self.from.reference.filter(|o| Some(*o) != self.to.reference),
+            Role::Target => self.to.reference,
+        }
+    }
+
+    /// Counts the objects that fulfil a condition.
+    fn count(&self, scene: &Scene, condition: &Condition) -> usize {
+        let is = |track: usize| {
+            scene.get(track).copied().flatten().filter(|l| l.state == condition.state)
+        };
+        let parameters = [Role::Object, Role::Origin, Role::Target].map(|r| self.role(r));
+        match condition.subject {
+            Subject::Is(role) => self.role(role).map_or(0, |t| usize::from(is(t).is_some())),
+            Subject::At(role) => self.role(role).map_or(0, |reference| {
+                let others = (0..scene.len()).filter(|t| *t != self.object);
+                others.filter(|t| is(*t).is_some_and(|l| l.reference == Some(reference))).count()
+            }),
+            Subject::Any => {
+                let others = (0..scene.len()).filter(|t| !parameters.contains(&Some(*t)));
+                others.filter(|t| is(*t).is_some()).count()
+            }
+        }
+    }
+}
+
+/// Returns all conditions that can be expressed for an action.
+fn conditions(states: usize) -> impl Iterator<Item = Condition> {
+    let subjects = [
+        Subject::Is(Role::Origin),
+        Subject::Is(Role::Target),
+        Subject::At(Role::Object),
+        Subject::At(Role::Origin),
+        Subject::At(Role::Target),
+        Subject::Any,
+    ];
+    (0..states).flat_map(move |state| subjects.map(|subject| Condition { state, subject }))
+}
+
+fn operator(
+    motion: &Motion<'_>,
+    found: &States,
+    name: String,
+    to: usize,
+    instances: &[Instance],
+    seen: &BTreeSet<(usize, String)>,
+) -> RelationalOperator {
+    let mut from: BTreeMap<usize, usize> = BTreeMap::new();
+    for instance in instances {
+        *from.entry(instance.from.state).or_default() += 1;
+    }
+    let mut from: Vec<(usize, usize)> = from.into_iter().collect();
+    from.sort_by_key(|(state, count)| (usize::MAX - count, *state));
+    let of = instances.len();
+    let held_before =
+        |c: &Condition| -> Vec<usize> { instances.iter().map(|i| i.count(&i.before, c)).collect() };
+    let kind = |role: Role| -> Option<String> {
+        let first = &instances[0];
+        let track = first.role(role)?;
+        Some(motion.tracks[first.attempt.demo][track].kind.to_string())
+    };
+    let mut needs: Vec<Need> = Vec::new();
+    for condition in conditions(found.states.len()) {
+        let counts = held_before(&condition);
+        let held = counts.iter().filter(|c| **c > 0).count();
+        let least = counts.iter().copied().min().unwrap_or(0);
+        let need = |verdict, holds, least| Need { condition, verdict, holds, least, held, of };
+        let role = match condition.subject {
+            Subject::Is(role) | Subject::At(role) => Some(role),
+            Subject::Any => None,
+        };
+        if role.is_some_and(|r| instances.iter().any(|i| i.role(r).is_none())) {
+            continue;
+        }
+        let possible = role.and_then(kind).is_some_and(|k| seen.contains(&(condition.state, k)));
+        match condition.subject {
+            Subject::Is(_) if held == of => needs.push(need(NeedVerdict::Required, true, 1)),
+            Subject::At(_) if held == of => {
+                needs.push(need(NeedVerdict::Undecided, true, least));
+            }
+            Subject::At(Role::Object) if held == 0 && possible => {
+                needs.push(need(NeedVerdict::Absent, false, 1));
+            }
+            Subject::At(Role::Target) if held == 0 && possible && condition.state != to => {
+                needs.push(need(NeedVerdict::Undecided, false, 1));
+            }
+            // The same state at a parameter says more.
+            Subject::Any
+                if held == of
+                    && !needs.iter().any(|n| n.condition.state == condition.state && n.holds) =>
+            {
+                needs.push(need(NeedVerdict::Undecided, true, least));
+            }
+            _ => {}
+        }
+    }
+    let never_seen = (0..found.states.len())
+        .filter(|s| {
+            instances.iter().all(|i| i.before.iter().flatten().all(|label| label.state != *s))
+        })
+        .collect();
+    RelationalOperator {
+        name,
+        from: from.into_iter().map(|(state, _)| state).collect(),
+        to,
+        needs,
+        side_effects: side_effects(found, instances),
+        displacement: displacement(motion, found, to, instances),
+        instances: of,
+        never_seen,
+    }
+}
+
+/// Returns the changes of other objects' states. A change counts only where it was possible.
+fn side_effects(found: &States, instances: &[Instance]) -> Vec<SideEffect> {
+    let mut effects: Vec<SideEffect> = Vec::new();
+    for condition in conditions(found.states.len()) {
+        for begins in [true, false] {
+            let (mut changed, mut of) = (0, 0);
+            for instance in instances {
+                let before = instance.count(&instance.before, &condition) > 0;
+                let after = instance.count(&instance.after, &condition) > 0;
+                if before != begins {
+                    of += 1;
+                    changed += usize::from(after == begins);
+                }
+            }
+            let bound =
+                effects.iter().any(|e| e.condition.state == condition.state && e.begins == begins);
+            if changed >= 1 && changed as f64 >= AGREE * of as f64 && !bound {
+                effects.push(SideEffect { condition, begins, changed, of });
+            }
+        }
+    }
+    effects
+}
+
+/// Returns the displacement in the coordinates that the new place leaves open, if it is the same each time.
+fn displacement(
+    motion: &Motion<'_>,
+    found: &States,
+    to: usize,
+    instances: &[Instance],
+) -> Option<Displacement> {
+    let state = &found.states[to];
+    let open: Vec<usize> =
+        (0..3).filter(|i| state.places.iter().any(|p| p.coordinates[*i].is_open())).collect();
+    if open.is_empty() || instances.len() < 2 {
+        return None;
+    }
+    let moved: Vec<[f64; 3]> = instances
+        .iter()
+        .filter_map(|i| {
+            let demo = i.attempt.demo;
+            let before = motion.rest_at(demo, i.object, i.attempt.before)?.pose;
+            let after = motion.rest_at(demo, i.object, i.attempt.after)?;
+            let frame = match i.to.reference {
+                Some(track) => motion.rest_at(demo, track, after.first)?.pose,
+                None => crate::task::domain::Pose::at([0.0; 3]),
+            };
+            let (a, b) = (relative(&frame, &before), relative(&frame, &after.pose));
+            Some(std::array::from_fn(|k| b.position[k] - a.position[k]))
+        })
+        .collect();
+    let n = moved.len();
+    let likelihood = Likelihood::new(1e-3_f64.hypot(motion.noise.position_m), 0.02, n);
+    let mean: [f64; 3] =
+        std::array::from_fn(|i| moved.iter().map(|m| m[i]).sum::<f64>() / n.max(1) as f64);
+    let mut worst = 0.0f64;
+    for i in &open {
+        let range = state.places.iter().filter_map(|p| match p.coordinates[*i] {
+            crate::task::relational::Coordinate::Open { low, high } => Some(high - low),
+            crate::task::relational::Coordinate::Tight { .. } => None,
+        });
+        let extent = 2.0 * range.fold(0.0, f64::max).max(0.05);
+        let (sum, square) =
+            moved.iter().fold((0.0, 0.0), |(s, q), m| (s + m[*i], q + m[*i] * m[*i]));
+        let (tight, open) = likelihood.coordinate(n, sum, square, extent);
+        if tight < open + 1.0 {
+            return None;
+        }
+        let squares: f64 = moved.iter().map(|m| (m[*i] - mean[*i]).powi(2)).sum();
+        worst = worst.max((squares / n.saturating_sub(1).max(1) as f64).sqrt());
+    }
+    Some(Displacement { mean, sd: worst })
+}
+
+/// Share of the demonstrations that have to end with a term fulfilled.
+const GOAL: f64 = 0.9;
+
+/// Returns the terms that some action achieves and that hold at the end of nearly all demonstrations, in the order in
+/// which they were completed.
+pub(super) fn goals(
+    motion: &Motion<'_>,
+    found: &States,
+    operators: &[RelationalOperator],
+) -> Vec<GoalTerm> {
+    let demos: Vec<usize> = (0..motion.recording.demos.len())
+        .filter(|d| !motion.demo(*d).snapshots.is_empty())
+        .collect();
+    let achieved: BTreeSet<usize> = operators
+        .iter()
+        .flat_map(|o| {
+            let begun = o.side_effects.iter().filter(|e| e.begins).map(|e| e.condition.state);
+            std::iter::once(o.to).chain(begun)
+        })
+        .collect();
+    let ends: Vec<(Scene, Scene)> = demos
+        .iter()
+        .map(|d| {
+            let last = motion.demo(*d).snapshots.len() - 1;
+            (scene(motion, found, *d, 0), scene(motion, found, *d, last))
+        })
+        .collect();
+    let enough = (GOAL * demos.len() as f64).ceil().max(1.0) as usize;
+    let mut terms: Vec<(f64, GoalTerm)> = Vec::new();
+    for state in achieved {
+        let Some((quantity, held)) = quantity(motion, found, state, &demos, &ends, enough) else {
+            continue;
+        };
+        let rank = completed(motion, found, state, &demos);
+        terms.push((rank, GoalTerm { state, quantity, held, of: demos.len() }));
+    }
+    terms.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.state.cmp(&b.1.state)));
+    terms.into_iter().map(|(_, term)| term).collect()
+}
+
+fn quantity(
+    motion: &Motion<'_>,
+    found: &States,
+    state: usize,
+    demos: &[usize],
+    ends: &[(Scene, Scene)],
+    enough: usize,
+) -> Option<(Quantity, usize)> {
+    let count = |scene: &Scene| scene.iter().flatten().filter(|l| l.state == state).count();
+    let counts: Vec<(usize, usize)> = ends.iter().map(|(a, b)| (count(a), count(b))).collect();
+    let gained = counts.iter().filter(|(start, end)| end > start).count();
+    if gained < enough {
+        return None;
+    }
+    let model = &found.states[state];
+    let of_kind = |demo: usize, kind: &str| -> Vec<usize> {
+        let tracks = motion.tracks[demo].iter().enumerate();
+        tracks.filter(|(_, t)| &*t.kind == kind).map(|(i, _)| i).collect()
+    };
+    // The count that nearly all demonstrations reach.
+    let mut sorted: Vec<usize> = counts.iter().map(|(_, end)| *end).collect();
+    sorted.sort_unstable_by(|a, b| b.cmp(a));
+    let least = sorted[enough - 1].max(1);
+    let broad = model.places.iter().any(|p| p.coordinates.iter().any(|c| c.is_open()));
+    let all = demos
+        .iter()
+        .zip(&counts)
+        .filter(|(d, (_, end))| *end >= of_kind(**d, &model.kind).len())
+        .count();
+    let several = counts.iter().any(|(_, end)| *end > 1);
+    let spread = model.places.iter().any(|p| {
+        p.coordinates.iter().any(|c| match c {
+            crate::task::relational::Coordinate::Tight { sd, .. } => *sd > 0.015,
+            crate::task::relational::Coordinate::Open { .. } => true,
+        })
+    });
+    if (broad || spread) && several && all >= enough {
+        return Some((Quantity::EachObject, all));
+    }
+    if let Some(kind) = model.frame.kind() {
+        let per: Vec<Vec<usize>> = demos
+            .iter()
+            .zip(ends)
+            .map(|(d, (_, end))| {
+                let at = |r: usize| {
+                    let labels = end.iter().flatten();
+                    labels.filter(|l| l.state == state && l.reference == Some(r)).count()
+                };
+                of_kind(*d, kind).into_iter().map(at).collect()
+            })
+            .collect();
+        let least_each = per.iter().map(|c| c.iter().copied().min().unwrap_or(0));
+        let mut least_each: Vec<usize> = least_each.collect();
+        least_each.sort_unstable_by(|a, b| b.cmp(a));
+        let (each, several) = (least_each[enough - 1], per.iter().any(|c| c.len() > 1));
+        if each >= 1 && several {
+            let held = least_each.iter().filter(|c| **c >= each).count();
+            return Some((Quantity::EachReference(each), held));
+        }
+    }
+    let held = counts.iter().filter(|(_, end)| *end >= least).count();
+    Some((Quantity::AtLeast(least), held))
+}
+
+/// Returns the mean share of the demonstration after which the state reached its final count.
+fn completed(motion: &Motion<'_>, found: &States, state: usize, demos: &[usize]) -> f64 {
+    let mut total = 0.0;
+    for d in demos {
+        let last = motion.demo(*d).snapshots.len() - 1;
+        let count = |s: usize| {
+            scene(motion, found, *d, s).iter().flatten().filter(|l| l.state == state).count()
+        };
+        let end = count(last);
+        let mut at = last;
+        while at > 0 && count(at - 1) >= end {
+            at -= 1;
+        }
+        total += at as f64 / last.max(1) as f64;
+    }
+    total / demos.len().max(1) as f64
+}

@@ -1,0 +1,88 @@
+//! Frames of states, and poses relative to a frame.
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use crate::task::domain::Pose;
+use crate::task::domain::pose::quaternion_array;
+
+/// The frame in which a state's places are given.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(from = "String", into = "String")]
+pub enum Frame {
+    /// The world frame.
+    World,
+    /// The frame of an object of this kind, the reference.
+    Kind(String),
+}
+
+/// Name of the world frame in files and tables. A kind of this name cannot be a frame.
+const WORLD: &str = "world";
+
+impl From<String> for Frame {
+    fn from(name: String) -> Self {
+        if name == WORLD { Self::World } else { Self::Kind(name) }
+    }
+}
+
+impl From<Frame> for String {
+    fn from(frame: Frame) -> Self {
+        frame.name().to_owned()
+    }
+}
+
+impl Frame {
+    /// Returns `world`, or the kind of the reference.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::World => WORLD,
+            Self::Kind(kind) => kind,
+        }
+    }
+
+    /// Returns the kind of the reference; `None` for the world frame.
+    pub fn kind(&self) -> Option<&str> {
+        match self {
+            Self::World => None,
+            Self::Kind(kind) => Some(kind),
+        }
+    }
+}
+
+/// Returns `pose` in the frame of `reference`.
+pub(crate) fn relative(reference: &Pose, pose: &Pose) -> Pose {
+    let back = reference.rotation().inverse();
+    let offset = Vector3::from(pose.position) - Vector3::from(reference.position);
+    Pose {
+        position: (back * offset).into(),
+        orientation: quaternion_array(&(back * pose.rotation())),
+    }
+}
+
+/// Returns the world pose of `pose`, which is given in the frame of `reference`.
+pub(crate) fn world_pose(reference: &Pose, pose: &Pose) -> Pose {
+    let turn = reference.rotation();
+    let position = turn * Vector3::from(pose.position) + Vector3::from(reference.position);
+    Pose { position: position.into(), orientation: quaternion_array(&(turn * pose.rotation())) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pose_returns_from_the_frame_of_a_turned_reference() {
+        let half = 40f64.to_radians() / 2.0;
+        let reference =
+            Pose { position: [0.3, -0.2, 0.1], orientation: [0.0, 0.0, half.sin(), half.cos()] };
+        let pose = Pose { position: [0.5, 0.1, 0.4], orientation: [0.5, 0.5, 0.5, 0.5] };
+        let there = relative(&reference, &pose);
+        assert!((there.position[2] - 0.3).abs() < 1e-12);
+        let back = world_pose(&reference, &there);
+        for (a, b) in back.position.iter().zip(pose.position) {
+            assert!((a - b).abs() < 1e-12);
+        }
+        let dot: f64 = back.orientation.iter().zip(pose.orientation).map(|(a, b)| a * b).sum();
+        assert!((dot.abs() - 1.0).abs() < 1e-12);
+    }
+}

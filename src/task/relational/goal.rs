@@ -1,0 +1,29 @@
+//! Goals: conjunctions of quantified terms, in an order.
+
+use serde::{Deserialize, Serialize};
+
+/// How many objects a goal term asks for.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Quantity {
+    /// At least this number of objects is in the state.
+    AtLeast(usize),
+    /// Every reference has at least this number of objects in the state.
+    EachReference(usize),
+    /// Every object of the state's kind is in the state.
+    EachObject,
+}
+
+/// A term of a goal.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GoalTerm {
+    /// Index of the state.
+    pub state: usize,
+    /// How many objects have to be in the state.
+    pub quantity: Quantity,
+    /// Number of demonstrations that ended with the term fulfilled.
+    pub held: usize,
+    /// Number of demonstrations.
+    pub of: usize,
+}

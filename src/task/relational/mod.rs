@@ -1,0 +1,70 @@
+//! Relational domains: states in the frames of objects, operators with parameters, and goals with quantifiers.
+//!
+//! A [`Domain`](super::Domain) says only which states hold. A [`RelationalDomain`] says which object is in a state, and
+//! relative to which other object. It can therefore express "a knife beside every plate", "in the drawer" and "on the
+//! red block", wherever these objects stand.
+//!
+//! | to | use |
+//! |---|---|
+//! | learn one from a recording | [`learn_relational`](super::learn::learn_relational) |
+//! | read and write one | [`RelationalDomain::read`], [`RelationalDomain::to_json`] |
+//! | find the state and the reference of each object in a scene | [`Grounder`], which returns a [`Layout`] |
+//! | list the moves that are allowed now | [`Problem::moves`] |
+//! | plan | [`Problem::plan`], the reference planner |
+//!
+//! # Terms
+//!
+//! * A **state** is a condition of one object of one kind: it lies at one of the state's **places**, given in the
+//!   state's **frame**. The frame is the world, or an object of some kind, the **reference**.
+//! * The **turn** of a state says how the orientation is constrained: free, about one axis, or fully.
+//! * An **operator** describes an action that moves one object. Its parameters are the **object**, its **origin** (the
+//!   reference of the state that it leaves) and its **target** (the reference of the state that it enters).
+//! * A **need** is a condition before the action. It is *required*, *undecided* or *absent*. Each need carries the
+//!   counts behind it.
+//! * A **goal** is a conjunction of terms in the order in which they were completed.
+
+mod check;
+mod convert;
+mod file;
+mod frame;
+mod goal;
+mod grounder;
+mod layout;
+mod moves;
+mod operator;
+mod plan;
+mod problem;
+mod state;
+
+pub use frame::Frame;
+pub(crate) use frame::relative;
+pub use goal::{GoalTerm, Quantity};
+pub use grounder::{Grounder, Located};
+pub use layout::{Fact, LaidOut, Layout, Situation};
+pub use moves::{Move, TargetPose};
+pub use operator::{
+    Condition, Displacement, Need, RelationalOperator, Role, SideEffect, Subject,
+    Verdict as NeedVerdict,
+};
+pub use plan::PlannedMove;
+pub use problem::{Problem, ProblemError};
+pub use state::{Coordinate, FrameState, Place, Turn};
+
+use crate::task::domain::Provenance;
+
+/// A learned domain with states in frames, operators with parameters, and a goal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RelationalDomain {
+    /// The states.
+    pub states: Vec<FrameState>,
+    /// The operators. Their states are indices into `states`.
+    pub operators: Vec<RelationalOperator>,
+    /// The terms of the goal, in the order in which they were completed.
+    pub goals: Vec<GoalTerm>,
+    /// Standard deviation of the recorded positions of objects at rest, in metres.
+    pub noise_m: f64,
+    /// Standard deviation of the recorded orientations of objects at rest, in radians about each axis.
+    pub noise_rad: f64,
+    /// How the domain was learned.
+    pub provenance: Provenance,
+}

@@ -1,0 +1,178 @@
+//! The reference planner: searches forwards over situations.
+//!
+//! The search is a greedy best-first search. It expands the situation that lacks the least of the goal, and among
+//! equals the one with the fewest moves. Objects of a kind that is nobody's reference are interchangeable, so
+//! situations that differ only in their exchange count once.
+//!
+//! Undecided needs are in force if relaxed reachability shows that they can be met. If no plan exists with them, the
+//! planner searches again without any.
+
+use std::cmp::Reverse;
+use std::collections::{BTreeSet, BinaryHeap, HashSet};
+
+use super::Frame;
+use super::layout::{Fact, Situation};
+use super::moves::Move;
+use super::operator::Verdict;
+use super::problem::Problem;
+
+/// A move of a plan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PlannedMove {
+    /// The move.
+    pub action: Move,
+    /// Whether all undecided needs are met when the move is due.
+    pub decided: bool,
+}
+
+/// Greatest number of situations that a search expands.
+const MOST: usize = 20_000;
+
+struct Node {
+    situation: Situation,
+    from: Option<(usize, Move)>,
+}
+
+impl Problem<'_> {
+    /// Puts those undecided needs in force that can be met, judged by reachability without deletions.
+    pub(super) fn choose_undecided(&mut self, start: &Situation) {
+        let mut reached: BTreeSet<(usize, Fact)> =
+            start.iter().enumerate().filter_map(|(i, f)| Some((i, (*f)?))).collect();
+        loop {
+            let before = reached.len();
+            for m in self.relaxed_moves(&reached) {
+                let to = self.domain.operators[m.operator].to;
+                reached
+                    .insert((m.object, Fact { state: to, place: m.place, reference: m.reference }));
+                for effect in
+                    self.domain.operators[m.operator].side_effects.iter().filter(|e| e.begins)
+                {
+                    let state = effect.condition.state;
+                    let kind = &self.domain.states[state].kind;
+                    for i in self.of_kind(kind) {
+                        reached.insert((i, Fact { state, place: 0, reference: None }));
+                    }
+                }
+            }
+            if reached.len() == before {
+                break;
+            }
+        }
+        let count = |state: usize| {
+            let objects: BTreeSet<usize> =
+                reached.iter().filter(|(_, f)| f.state == state).map(|(i, _)| *i).collect();
+            objects.len()
+        };
+        let mut in_force = BTreeSet::new();
+        for (o, operator) in self.domain.operators.iter().enumerate() {
+            for (n, need) in operator.needs.iter().enumerate() {
+                if need.verdict == Verdict::Undecided
+                    && (!need.holds || count(need.condition.state) >= need.least)
+                {
+                    in_force.insert((o, n));
+                }
+            }
+        }
+        self.in_force = in_force;
+    }
+
+    /// Returns the moves that are possible if facts only accumulate. Only the state that the object leaves is checked.
+    fn relaxed_moves(&self, reached: &BTreeSet<(usize, Fact)>) -> Vec<Move> {
+        let mut moves = Vec::new();
+        for (o, operator) in self.domain.operators.iter().enumerate() {
+            let to = &self.domain.states[operator.to];
+            for object in self.of_kind(&to.kind) {
+                let from = |f: &(usize, Fact)| f.0 == object && operator.from.contains(&f.1.state);
+                if !reached.iter().any(from) {
+                    continue;
+                }
+                let references: Vec<Option<usize>> = match &to.frame {
+                    Frame::World => vec![None],
+                    Frame::Kind(kind) => {
+                        self.of_kind(kind).filter(|r| *r != object).map(Some).collect()
+                    }
+                };
+                for reference in references {
+                    for place in 0..to.places.len() {
+                        moves.push(Move { operator: o, object, reference, place });
+                    }
+                }
+            }
+        }
+        moves
+    }
+
+    /// Returns a plan from `start` to the goal: empty if the goal holds; `None` if there is none. Objects in `avoid` are
+    /// moved only if no other object will do.
+    pub fn plan(&self, start: &Situation, avoid: &[usize]) -> Option<Vec<PlannedMove>> {
+        let strict = self.search(start, avoid, true);
+        let moves = strict.or_else(|| self.search(start, avoid, false))?;
+        let mut situation = start.clone();
+        let mut plan = Vec::with_capacity(moves.len());
+        for action in moves {
+            plan.push(PlannedMove { action, decided: self.decided(&action, &situation) });
+            situation = self.after(&action, &situation);
+        }
+        Some(plan)
+    }
+
+    fn search(&self, start: &Situation, avoid: &[usize], strict: bool) -> Option<Vec<Move>> {
+        let mut nodes = vec![Node { situation: start.clone(), from: None }];
+        let mut visited: HashSet<Vec<Key>> = HashSet::from([self.key(start)]);
+        let mut open = BinaryHeap::from([Reverse((self.lacking(start), 0, 0))]);
+        while let Some(Reverse((lacking, depth, index))) = open.pop() {
+            if lacking == 0 {
+                return Some(self.path(&nodes, index));
+            }
+            if nodes.len() > MOST {
+                return None;
+            }
+            let situation = nodes[index].situation.clone();
+            let mut moves = self.moves(&situation);
+            if strict {
+                moves.retain(|m| self.permitted(m, &situation));
+            }
+            // Objects to avoid come last, so an exchangeable object comes first.
+            moves.sort_by_key(|m| (avoid.contains(&m.object), *m));
+            for m in moves {
+                let next = self.after(&m, &situation);
+                if !visited.insert(self.key(&next)) {
+                    continue;
+                }
+                let lacking = self.lacking(&next);
+                nodes.push(Node { situation: next, from: Some((index, m)) });
+                open.push(Reverse((lacking, depth + 1, nodes.len() - 1)));
+            }
+        }
+        None
+    }
+
+    fn path(&self, nodes: &[Node], mut index: usize) -> Vec<Move> {
+        let mut moves = Vec::new();
+        while let Some((from, m)) = nodes[index].from {
+            moves.push(m);
+            index = from;
+        }
+        moves.reverse();
+        moves
+    }
+
+    /// Returns a key under which situations that differ only by an exchange of like objects are equal.
+    fn key(&self, situation: &Situation) -> Vec<Key> {
+        let mut keys: Vec<Key> = situation
+            .iter()
+            .enumerate()
+            .map(|(i, fact)| {
+                let kind = &self.objects[i].kind;
+                let is_reference =
+                    self.domain.states.iter().any(|s| s.frame.kind() == Some(&**kind));
+                let first = self.of_kind(kind).next().unwrap_or(i);
+                (if is_reference { i } else { first }, *fact)
+            })
+            .collect();
+        keys.sort_unstable();
+        keys
+    }
+}
+
+type Key = (usize, Option<Fact>);

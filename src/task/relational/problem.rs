@@ -1,0 +1,354 @@
+//! A planning problem: the objects of a scene, a relational domain and a goal.
+
+use std::collections::BTreeSet;
+
+use thiserror::Error;
+
+use super::goal::Quantity;
+use super::layout::{Fact, LaidOut, Layout, Situation};
+use super::moves::Move;
+use super::operator::{Condition, Need, RelationalOperator, Role, Subject, Verdict};
+use super::state::{Coordinate, Place};
+use super::{Frame, GoalTerm, RelationalDomain};
+
+/// Why a scene and a domain give no planning problem.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum ProblemError {
+    /// The domain has no goal.
+    #[error("the domain has no goal; name one of its states: {}", .states.join(", "))]
+    NoGoal {
+        /// Names of the states.
+        states: Vec<String>,
+    },
+    /// No action achieves a term of the goal.
+    #[error("no action achieves {state}; the actions achieve: {}", .achieved.join(", "))]
+    NothingAchieves {
+        /// Name of the state.
+        state: String,
+        /// Names of the states that some action achieves.
+        achieved: Vec<String>,
+    },
+    /// The goal is relative to a kind of object that the scene lacks.
+    #[error("{state} is a state relative to a `{kind}`, and the scene has none")]
+    NoReference {
+        /// Name of the state.
+        state: String,
+        /// Kind of the missing reference.
+        kind: String,
+    },
+    /// The scene has too few objects for the goal.
+    #[error(
+        "the goal asks for {least} of {state}, and the scene has {present} objects of kind `{kind}`"
+    )]
+    TooFew {
+        /// Name of the state.
+        state: String,
+        /// Kind of the objects.
+        kind: String,
+        /// Number of objects that the goal asks for.
+        least: usize,
+        /// Number of objects in the scene.
+        present: usize,
+    },
+}
+
+/// A planning problem over one scene.
+#[derive(Debug, Clone)]
+pub struct Problem<'d> {
+    pub(super) domain: &'d RelationalDomain,
+    pub(super) objects: Vec<LaidOut>,
+    pub(super) goals: Vec<GoalTerm>,
+    /// Undecided needs that are in force, as (operator, need).
+    pub(super) in_force: BTreeSet<(usize, usize)>,
+    /// Pairs of places that exclude each other, as ((state, place), (state, place)).
+    conflicts: BTreeSet<((usize, usize), (usize, usize))>,
+}
+
+/// Standard deviation above which a place holds any number of objects, in metres.
+pub(super) const ROOMY_M: f64 = 0.015;
+/// Distance below which two places exclude each other, in metres.
+const SAME_PLACE_M: f64 = 0.008;
+
+/// Returns whether a place holds any number of objects.
+pub(super) fn roomy(place: &Place) -> bool {
+    place.coordinates.iter().any(|c| match *c {
+        Coordinate::Open { .. } => true,
+        Coordinate::Tight { sd, .. } => sd > ROOMY_M,
+    })
+}
+
+impl<'d> Problem<'d> {
+    /// Sets up the problem of reaching the domain's goal in a scene.
+    ///
+    /// # Errors
+    /// [`ProblemError`] if the goal cannot be asked for in this scene.
+    pub fn new(domain: &'d RelationalDomain, layout: &Layout) -> Result<Self, ProblemError> {
+        if domain.goals.is_empty() {
+            let states = domain.states.iter().map(|s| s.name.clone()).collect();
+            return Err(ProblemError::NoGoal { states });
+        }
+        Self::with_goals(domain, layout, domain.goals.clone())
+    }
+
+    /// Sets up the problem of reaching other goals.
+    ///
+    /// # Errors
+    /// As [`Problem::new`].
+    pub fn with_goals(
+        domain: &'d RelationalDomain,
+        layout: &Layout,
+        goals: Vec<GoalTerm>,
+    ) -> Result<Self, ProblemError> {
+        let mut conflicts = BTreeSet::new();
+        for (a, x) in domain.states.iter().enumerate() {
+            for (b, y) in domain.states.iter().enumerate().filter(|(_, y)| y.frame == x.frame) {
+                for (i, p) in x.places.iter().enumerate() {
+                    for (j, q) in y.places.iter().enumerate() {
+                        let near = p.pose().distance(&q.pose()) < SAME_PLACE_M;
+                        if near && !roomy(p) && !roomy(q) {
+                            conflicts.insert(((a, i), (b, j)));
+                        }
+                    }
+                }
+            }
+        }
+        let mut problem = Self {
+            domain,
+            objects: layout.objects.clone(),
+            goals,
+            in_force: BTreeSet::new(),
+            conflicts,
+        };
+        problem.check_goals()?;
+        problem.choose_undecided(&layout.situation());
+        Ok(problem)
+    }
+
+    /// Returns the domain.
+    pub fn domain(&self) -> &'d RelationalDomain {
+        self.domain
+    }
+
+    /// Returns the objects of the scene.
+    pub fn objects(&self) -> &[LaidOut] {
+        &self.objects
+    }
+
+    /// Returns the terms of the goal.
+    pub fn goals(&self) -> &[GoalTerm] {
+        &self.goals
+    }
+
+    /// Returns the undecided needs that the planner does without, because nothing achieves them here, as pairs of
+    /// operator and need.
+    pub fn dropped(&self) -> Vec<(usize, usize)> {
+        let operators = self.domain.operators.iter().enumerate();
+        let all = operators.flat_map(|(o, operator)| {
+            let undecided = operator.needs.iter().enumerate();
+            undecided.filter(|(_, n)| n.verdict == Verdict::Undecided).map(move |(n, _)| (o, n))
+        });
+        all.filter(|pair| !self.in_force.contains(pair)).collect()
+    }
+
+    fn check_goals(&self) -> Result<(), ProblemError> {
+        let achieved: BTreeSet<usize> = self
+            .domain
+            .operators
+            .iter()
+            .flat_map(|o| {
+                let begun = o.side_effects.iter().filter(|e| e.begins);
+                begun.map(|e| e.condition.state).chain([o.to])
+            })
+            .collect();
+        for goal in &self.goals {
+            let state = &self.domain.states[goal.state];
+            let name = || state.name.clone();
+            if !achieved.contains(&goal.state) {
+                let achieved =
+                    achieved.iter().map(|s| self.domain.states[*s].name.clone()).collect();
+                return Err(ProblemError::NothingAchieves { state: name(), achieved });
+            }
+            let references = match &state.frame {
+                Frame::World => 1,
+                Frame::Kind(kind) => {
+                    let count = self.of_kind(kind).count();
+                    if count == 0 {
+                        return Err(ProblemError::NoReference {
+                            state: name(),
+                            kind: kind.clone(),
+                        });
+                    }
+                    count
+                }
+            };
+            let least = match goal.quantity {
+                Quantity::AtLeast(n) => n,
+                Quantity::EachReference(n) => n * references,
+                Quantity::EachObject => 1,
+            };
+            let present = self.of_kind(&state.kind).count();
+            if present < least {
+                let kind = state.kind.clone();
+                return Err(ProblemError::TooFew { state: name(), kind, least, present });
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn of_kind<'s>(&'s self, kind: &'s str) -> impl Iterator<Item = usize> + 's {
+        let objects = self.objects.iter().enumerate();
+        objects.filter(move |(_, o)| *o.kind == *kind).map(|(i, _)| i)
+    }
+
+    /// Returns the number of objects, or references, that the goal still lacks.
+    pub fn lacking(&self, situation: &Situation) -> usize {
+        self.goals.iter().map(|g| self.lacking_in(g, situation)).sum()
+    }
+
+    /// Returns the number of objects that a term of the goal still lacks.
+    pub(super) fn lacking_in(&self, goal: &GoalTerm, situation: &Situation) -> usize {
+        let state = &self.domain.states[goal.state];
+        let count = |reference: Option<usize>| {
+            let facts = situation.iter().flatten().filter(|f| f.state == goal.state);
+            facts.filter(|f| reference.is_none() || f.reference == reference).count()
+        };
+        match goal.quantity {
+            Quantity::AtLeast(n) => n.saturating_sub(count(None)),
+            Quantity::EachReference(n) => {
+                let kind = state.frame.kind().unwrap_or_default();
+                self.of_kind(kind).map(|r| n.saturating_sub(count(Some(r)))).sum()
+            }
+            Quantity::EachObject => self.of_kind(&state.kind).count() - count(None),
+        }
+    }
+
+    /// Returns the object that a role of a move stands for.
+    pub(super) fn role(&self, m: &Move, role: Role, situation: &Situation) -> Option<usize> {
+        match role {
+            Role::Object => Some(m.object),
+            Role::Origin => situation[m.object]
+                .and_then(|f| f.reference)
+                .filter(|origin| Some(*origin) != m.reference),
+            Role::Target => m.reference,
+        }
+    }
+
+    /// Returns the objects that fulfil a condition of a move.
+    pub(super) fn holders(
+        &self,
+        m: &Move,
+        condition: &Condition,
+        situation: &Situation,
+    ) -> Vec<usize> {
+        let is = |i: usize| situation[i].filter(|f| f.state == condition.state);
+        let others = (0..situation.len()).filter(|i| *i != m.object);
+        match condition.subject {
+            Subject::Is(role) => {
+                self.role(m, role, situation).into_iter().filter(|i| is(*i).is_some()).collect()
+            }
+            Subject::At(role) => match self.role(m, role, situation) {
+                Some(r) => {
+                    others.filter(|i| is(*i).is_some_and(|f| f.reference == Some(r))).collect()
+                }
+                None => Vec::new(),
+            },
+            Subject::Any => {
+                let parameters =
+                    [Role::Origin, Role::Target].map(|role| self.role(m, role, situation));
+                others.filter(|i| !parameters.contains(&Some(*i)) && is(*i).is_some()).collect()
+            }
+        }
+    }
+
+    /// Returns whether a need of a move is met.
+    pub(super) fn met(&self, m: &Move, need: &Need, situation: &Situation) -> bool {
+        let count = self.holders(m, &need.condition, situation).len();
+        match need.verdict {
+            Verdict::Required => {
+                // The origin can be missing where the object left another state.
+                let bound = match need.condition.subject {
+                    Subject::Is(role) | Subject::At(role) => {
+                        self.role(m, role, situation).is_some()
+                    }
+                    Subject::Any => true,
+                };
+                !bound || count >= need.least
+            }
+            Verdict::Absent => count == 0,
+            Verdict::Undecided if need.holds => count >= need.least,
+            Verdict::Undecided => count == 0,
+        }
+    }
+
+    /// Returns whether no other object is at a place that the move needs.
+    pub(super) fn place_is_free(&self, m: &Move, situation: &Situation) -> bool {
+        let to = self.domain.operators[m.operator].to;
+        if roomy(&self.domain.states[to].places[m.place]) {
+            return true;
+        }
+        let wanted = (to, m.place);
+        situation.iter().enumerate().all(|(i, fact)| {
+            i == m.object
+                || !fact.is_some_and(|f| {
+                    f.reference == m.reference
+                        && self.conflicts.contains(&(wanted, (f.state, f.place)))
+                })
+        })
+    }
+
+    /// Returns whether `object` rests on `base`, directly or by way of other objects.
+    pub(super) fn rests_on(&self, object: usize, base: usize, situation: &Situation) -> bool {
+        let mut at = object;
+        for _ in 0..situation.len() {
+            match situation[at].and_then(|f| f.reference) {
+                Some(reference) if reference == base => return true,
+                Some(reference) => at = reference,
+                None => return false,
+            }
+        }
+        false
+    }
+
+    /// Returns the situation after a move.
+    pub(super) fn after(&self, m: &Move, situation: &Situation) -> Situation {
+        let operator: &RelationalOperator = &self.domain.operators[m.operator];
+        let mut next = situation.clone();
+        let ended: BTreeSet<usize> =
+            operator.side_effects.iter().filter(|e| !e.begins).map(|e| e.condition.state).collect();
+        for effect in operator.side_effects.iter().filter(|e| !e.begins) {
+            for i in self.holders(m, &effect.condition, situation) {
+                next[i] = None;
+            }
+        }
+        for effect in operator.side_effects.iter().filter(|e| e.begins) {
+            if !self.holders(m, &effect.condition, situation).is_empty() {
+                continue;
+            }
+            let state = &self.domain.states[effect.condition.state];
+            let all: Vec<usize> = match effect.condition.subject {
+                Subject::Is(role) => self.role(m, role, situation).into_iter().collect(),
+                _ => self.of_kind(&state.kind).filter(|i| *i != m.object).collect(),
+            };
+            let leaving: Vec<usize> = all
+                .iter()
+                .copied()
+                .filter(|i| situation[*i].is_some_and(|f| ended.contains(&f.state)))
+                .collect();
+            let changed = if leaving.is_empty() { all } else { leaving };
+            if let Some(i) = changed.first() {
+                let reference = match effect.condition.subject {
+                    Subject::At(role) => self.role(m, role, situation),
+                    _ => state.frame.kind().and_then(|kind| {
+                        let old = situation[*i].and_then(|f| f.reference);
+                        old.filter(|r| *self.objects[*r].kind == *kind)
+                            .or_else(|| self.of_kind(kind).next())
+                    }),
+                };
+                next[*i] = Some(Fact { state: effect.condition.state, place: 0, reference });
+            }
+        }
+        next[m.object] = Some(Fact { state: operator.to, place: m.place, reference: m.reference });
+        next
+    }
+}
