@@ -6,6 +6,8 @@
 //!
 //! * Objects that nobody touches keep their pose exactly. A placement by hand is off by about 0.2 mm and 0.2 degrees.
 //! * A target within the tolerance of a place is accepted. Objects in a container follow when it moves.
+//! * An action is named by the state that its object enters. Only one object can be at a place, which is not listed
+//!   among the needs.
 //! * The demonstrator draws the order of his moves wherever the world and his habits allow it.
 //! * The number and poses of objects in tests can differ from those in demonstrations.
 //!
@@ -41,7 +43,7 @@ use std::sync::Arc;
 pub use truth::{Extent, Need, TIGHT_M, TrueAction, TrueGoal, TrueState, Truth, Turn};
 
 use crate::sim::Seed;
-use crate::task::domain::{Demonstration, Pose, Recording, Snapshot, SnapshotEvent};
+use crate::task::domain::{Demonstration, Labels, Pose, Recording, Snapshot, SnapshotEvent};
 
 /// The purpose of a run. It determines the number of objects and how they lie at the beginning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,18 +70,38 @@ pub trait World: Debug + Send + Sync {
 
     /// Records demonstrations, with snapshots at the start, at each contact and release, and at the end.
     fn record(&self, demos: usize, seed: Seed) -> Recording {
-        let demos = (0..demos).map(|number| {
-            let mut run = self.begin(seed, Stage::Demonstration(number));
-            Demonstration { number: number as u64, snapshots: film(run.as_mut()) }
-        });
-        Recording { demos: demos.collect() }
+        self.show(demos, seed).recording
     }
+
+    /// Records the same demonstrations as [`World::record`], with the true states and actions beside them.
+    fn show(&self, demos: usize, seed: Seed) -> Shown {
+        let mut shown = Shown::default();
+        for number in 0..demos {
+            let mut run = self.begin(seed, Stage::Demonstration(number));
+            shown.film(number as u64, run.as_mut());
+        }
+        shown
+    }
+}
+
+/// The true state of an object.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Resting {
+    /// Name of the state.
+    pub state: &'static str,
+    /// Id of the reference object; `None` in the world frame.
+    pub reference: Option<Arc<str>>,
+    /// Index of the place in [`TrueState::places`].
+    pub place: usize,
 }
 
 /// A run of a world: a scene that moves change.
 pub trait Run {
     /// Returns the current poses of all objects. `number` is the number of accepted moves; there is no event.
     fn snapshot(&self) -> Snapshot;
+
+    /// Returns the true state of each object, in the order of [`Run::snapshot`]; `None` for a fixture without states.
+    fn resting(&self) -> Vec<Option<Resting>>;
 
     /// Moves an object to a target pose in the world frame and returns whether the world accepted the move. A refused
     /// move changes nothing. An accepted move ends at a resting pose near the target.
@@ -93,33 +115,54 @@ pub trait Run {
     fn next(&mut self) -> Option<(Arc<str>, Pose)>;
 }
 
+/// A recording with the truth behind it, for scoring. A learner must see only the recording.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Shown {
+    /// The recording.
+    pub recording: Recording,
+    /// True state of each object, by demonstration, snapshot and object; `None` for a fixture without states.
+    pub states: Vec<Vec<Vec<Option<Resting>>>>,
+    /// The action that begins after a snapshot, named by the state that the object enters.
+    pub labels: Labels,
+}
+
 /// Maximum number of moves in one demonstration.
 const MAX_MOVES: usize = 200;
 
 /// Simulated time from one snapshot to the next, in seconds.
 const SNAPSHOT_S: f64 = 1.5;
 
-/// Lets the demonstrator act and returns the snapshots.
-fn film(run: &mut dyn Run) -> Vec<Snapshot> {
-    let mut snapshots: Vec<Snapshot> = Vec::new();
-    let mut take = |run: &dyn Run, event, object: Option<&str>| {
-        let number = snapshots.len() as u64;
-        let mut snapshot = run.snapshot();
-        snapshot.number = number;
-        snapshot.time_s = Some(SNAPSHOT_S * number as f64);
-        snapshot.event = Some(event);
-        snapshot.object = object.and_then(|id| snapshot.objects.iter().position(|o| *o.id == *id));
-        snapshots.push(snapshot);
-    };
-    take(run, SnapshotEvent::Start, None);
-    for _ in 0..MAX_MOVES {
-        let Some((object, target)) = run.next() else { break };
-        take(run, SnapshotEvent::Contact, Some(&object));
-        run.act(&object, &target);
-        take(run, SnapshotEvent::Release, Some(&object));
+impl Shown {
+    /// Lets the demonstrator act and adds what he shows.
+    fn film(&mut self, number: u64, run: &mut dyn Run) {
+        let mut snapshots: Vec<Snapshot> = Vec::new();
+        let (mut states, mut labels) = (Vec::new(), Vec::new());
+        let mut take = |run: &dyn Run, event, object: Option<&str>| {
+            let mut snapshot = run.snapshot();
+            snapshot.number = snapshots.len() as u64;
+            snapshot.time_s = Some(SNAPSHOT_S * snapshots.len() as f64);
+            snapshot.event = Some(event);
+            let touched = object.and_then(|id| snapshot.objects.iter().position(|o| *o.id == *id));
+            snapshot.object = touched;
+            snapshots.push(snapshot);
+            states.push(run.resting());
+            touched.and_then(|t| run.resting().swap_remove(t)).map(|r| r.state.to_owned())
+        };
+        take(run, SnapshotEvent::Start, None);
+        labels.push(None);
+        for _ in 0..MAX_MOVES {
+            let Some((object, target)) = run.next() else { break };
+            take(run, SnapshotEvent::Contact, Some(&object));
+            run.act(&object, &target);
+            labels.push(take(run, SnapshotEvent::Release, Some(&object)));
+            labels.push(None);
+        }
+        take(run, SnapshotEvent::End, None);
+        labels.push(None);
+        self.recording.demos.push(Demonstration { number, snapshots });
+        self.states.push(states);
+        self.labels.push(labels);
     }
-    take(run, SnapshotEvent::End, None);
-    snapshots
 }
 
 /// Returns all worlds.

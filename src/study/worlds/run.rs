@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use super::rest::{draw, fits, rest};
 use super::spec::{Count, Job, Kind, Lie, Quota, Rule, Spec, Start};
 use super::truth::{Extent, Need};
-use super::{Run, Stage};
+use super::{Resting, Run, Stage};
 use crate::sim::Seed;
 use crate::task::domain::pose::quaternion_array;
 use crate::task::domain::{ObjectPose, Pose, Snapshot};
@@ -363,6 +363,15 @@ impl Run for RuleRun {
             objects: self.bodies.iter().map(object).collect(),
             ..Snapshot::default()
         }
+    }
+
+    fn resting(&self) -> Vec<Option<Resting>> {
+        let resting = |at: At| Resting {
+            state: self.spec.rules[at.rule].state.name,
+            reference: at.on.map(|on| self.bodies[on].id.clone()),
+            place: at.place,
+        };
+        self.bodies.iter().map(|body| body.at.map(resting)).collect()
     }
 
     fn act(&mut self, object: &str, target: &Pose) -> bool {

@@ -15,6 +15,12 @@ fn pose(iso: &Isometry3<f64>) -> Pose {
     Pose { position: [t.x, t.y, t.z], orientation: quaternion_array(&iso.rotation) }
 }
 
+/// Whether the object is in the state.
+fn is_in(run: &dyn Run, object: &str, state: &str) -> bool {
+    let index = run.snapshot().objects.iter().position(|o| &*o.id == object).unwrap();
+    run.resting()[index].as_ref().is_some_and(|r| r.state == state)
+}
+
 fn stages() -> [Stage; 3] {
     [Stage::Demonstration(0), Stage::Demonstration(1), Stage::Test]
 }
@@ -145,31 +151,36 @@ fn a_move_against_an_order_that_the_world_needs_is_refused_and_changes_nothing()
         let world = of(name);
         for seed in 0..4 {
             let mut run = world.begin(Seed::new(seed), Stage::Demonstration(0));
-            let before = run.snapshot();
             let targets = targets(world.as_ref(), run.as_ref(), state);
             assert!(!targets.is_empty(), "{name}");
             for (object, target) in targets {
-                assert!(!run.act(&object, &target), "{name}: {object} into {state}");
+                let before = run.snapshot();
+                if run.act(&object, &target) {
+                    // A cap cannot stay on a peg that lies on its side: it ends beside it.
+                    assert!(!is_in(run.as_ref(), &object, state), "{name}: {object} into {state}");
+                    assert_eq!(name, "keyed_peg");
+                } else {
+                    assert_eq!(run.snapshot(), before, "{name}");
+                }
             }
-            assert_eq!(run.snapshot(), before, "{name}");
         }
     }
 }
 
 #[test]
 fn every_need_of_every_action_is_enforced() {
-    // In the demonstrator's runs, an action whose needs do not hold yet is refused at its exact target. Each action with
-    // needs must have been refused at least once and accepted at least once.
+    // At the beginning no action with needs can be carried out at any exact target; the demonstrator can do it later.
     for world in all() {
         let truth = world.truth();
         for action in truth.actions.iter().filter(|a| !a.needs.is_empty()) {
             let (mut refused, mut accepted) = (0, 0);
             for seed in 0..4 {
                 let mut run = world.begin(Seed::new(seed), Stage::Demonstration(0));
-                if !targets(world.as_ref(), run.as_ref(), action.to)
-                    .iter()
-                    .any(|(object, target)| run.act(object, target))
-                {
+                if !targets(world.as_ref(), run.as_ref(), action.to).iter().any(
+                    |(object, target)| {
+                        run.act(object, target) && is_in(run.as_ref(), object, action.to)
+                    },
+                ) {
                     refused += 1;
                 }
                 let mut run = world.begin(Seed::new(seed), Stage::Demonstration(0));
@@ -324,6 +335,14 @@ fn recordings_repeat_to_the_bit_and_can_be_read_back() {
                     matches!(snapshot.event, Some(SnapshotEvent::Contact | SnapshotEvent::Release));
                 assert_eq!(snapshot.object.is_some(), contact);
             }
+        }
+        let shown = world.show(3, Seed::new(9));
+        assert_eq!(shown.recording, recording);
+        for ((demo, states), labels) in recording.demos.iter().zip(&shown.states).zip(&shown.labels)
+        {
+            assert_eq!((states.len(), labels.len()), (demo.snapshots.len(), demo.snapshots.len()));
+            let contacts = demo.snapshots.iter().map(|s| s.event == Some(SnapshotEvent::Contact));
+            assert!(labels.iter().map(Option::is_some).eq(contacts), "{}", world.name());
         }
         let text = recording.to_jsonl(None).unwrap();
         let (read, _) = Recording::parse(text.as_bytes(), "recording").unwrap();
