@@ -104,7 +104,7 @@ impl RuleRun {
         found
     }
 
-    /// Draws a free target for a move, in the world frame.
+    /// Draws a free target for a move of a job, in the world frame.
     fn target(
         &self,
         job: usize,
@@ -112,19 +112,25 @@ impl RuleRun {
         at: At,
         rng: &mut ChaCha8Rng,
     ) -> Option<Isometry3<f64>> {
+        let mut target = self.free_target(body, at, rng)?;
+        if self.spec.jobs[job].in_place {
+            target.translation = self.bodies[body].pose.translation;
+        }
+        Some(target)
+    }
+
+    /// Draws a free target in a state, in the world frame.
+    pub(super) fn free_target(
+        &self,
+        body: usize,
+        at: At,
+        rng: &mut ChaCha8Rng,
+    ) -> Option<Isometry3<f64>> {
         let place = self.place(at);
         let kind = self.kind(body);
-        for _ in 0..DRAWS {
-            let mut local = draw(&self.spec.rules[at.rule].state, kind.lie, rng);
-            if self.spec.jobs[job].in_place {
-                let here = place.inverse() * self.bodies[body].pose;
-                local.translation = here.translation;
-            }
-            let target = place * local;
-            if self.vacant(Some(body), kind.radius_m, at, &target) {
-                return Some(target);
-            }
-        }
-        None
+        (0..DRAWS).find_map(|_| {
+            let target = place * draw(&self.spec.rules[at.rule].state, kind.lie, rng);
+            self.vacant(Some(body), kind.radius_m, at, &target).then_some(target)
+        })
     }
 }

@@ -29,9 +29,12 @@ mod bins;
 mod blocks;
 mod containers;
 mod demonstrator;
+mod episode;
+mod explore;
 mod kitchen;
 mod rest;
 mod run;
+mod score;
 mod spec;
 #[cfg(test)]
 mod tests;
@@ -40,7 +43,9 @@ mod truth;
 use std::fmt::Debug;
 use std::sync::Arc;
 
-pub use truth::{Extent, Need, TIGHT_M, TrueAction, TrueGoal, TrueState, Truth, Turn};
+pub use episode::{Outcome, carry_out};
+pub use score::{NeedScore, Rates, SaidState, StateScore, score_needs, score_states};
+pub use truth::{Explored, Extent, Need, TIGHT_M, TrueAction, TrueGoal, TrueState, Truth, Turn};
 
 use crate::sim::Seed;
 use crate::task::domain::{Demonstration, Labels, Pose, Recording, Snapshot, SnapshotEvent};
@@ -67,6 +72,10 @@ pub trait World: Debug + Send + Sync {
 
     /// Returns the truth, for scoring.
     fn truth(&self) -> Truth;
+
+    /// Explores the world with random legal moves, mistakes included, and returns what always held when an action was
+    /// possible, in the order of [`Truth::actions`]. Takes milliseconds.
+    fn explore(&self) -> Vec<Explored>;
 
     /// Records demonstrations, with snapshots at the start, at each contact and release, and at the end.
     fn record(&self, demos: usize, seed: Seed) -> Recording {

@@ -264,6 +264,12 @@ impl RuleRun {
         }
     }
 
+    /// The number of objects in a state, without the moved and the reference object.
+    fn others(&self, body: usize, on: Option<usize>, state: &str) -> usize {
+        let others = (0..self.bodies.len()).filter(|b| *b != body && Some(*b) != on);
+        others.filter(|b| self.is_in(*b, state)).count()
+    }
+
     fn holds(&self, need: &Need, body: usize, on: Option<usize>) -> bool {
         match *need {
             Need::Object(state) => self.is_in(body, state),
@@ -271,7 +277,8 @@ impl RuleRun {
             Need::Holds { state, at_least } => {
                 on.is_some_and(|on| self.count(state, Some(on)) >= at_least)
             }
-            Need::Somewhere(state) => self.count(state, None) > 0,
+            Need::Somewhere(state) => self.others(body, on, state) > 0,
+            Need::Nowhere(state) => self.others(body, on, state) == 0,
             Need::Clear(state) => on.is_some_and(|on| self.count(state, Some(on)) == 0),
         }
     }

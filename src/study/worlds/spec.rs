@@ -5,8 +5,9 @@ use std::sync::Arc;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
+use super::explore::explore;
 use super::run::RuleRun;
-use super::truth::{Extent, Need, TrueAction, TrueGoal, TrueState, Truth, Turn};
+use super::truth::{Explored, Extent, Need, TrueAction, TrueGoal, TrueState, Truth, Turn};
 use super::{Run, Stage, World};
 use crate::sim::Seed;
 use crate::task::domain::Pose;
@@ -322,6 +323,10 @@ impl World for RuleWorld {
 
     fn begin(&self, seed: Seed, stage: Stage) -> Box<dyn Run> {
         Box::new(RuleRun::begin(self.0.clone(), seed, stage))
+    }
+
+    fn explore(&self) -> Vec<Explored> {
+        explore(&self.0)
     }
 
     fn truth(&self) -> Truth {

@@ -57,8 +57,15 @@ pub struct TrueState {
     pub shown: bool,
 }
 
+impl TrueState {
+    /// Returns whether the state has points as places, not areas.
+    pub fn is_spot(&self) -> bool {
+        matches!(self.extent, Extent::Spot { .. })
+    }
+}
+
 /// A condition that the world demands before an object can enter a state.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Need {
     /// The moved object is in this state.
     Object(&'static str),
@@ -71,9 +78,11 @@ pub enum Need {
         /// The least number of objects.
         at_least: usize,
     },
-    /// Some object of the world is in this state.
+    /// Some object other than the moved and the reference object is in this state.
     Somewhere(&'static str),
-    /// No object is in this state relative to the reference object.
+    /// No object other than the moved and the reference object is in this state.
+    Nowhere(&'static str),
+    /// No other object is in this state relative to the reference object.
     Clear(&'static str),
 }
 
@@ -85,6 +94,7 @@ impl Need {
             | Self::Reference(state)
             | Self::Holds { state, .. }
             | Self::Somewhere(state)
+            | Self::Nowhere(state)
             | Self::Clear(state) => state,
         }
     }
@@ -103,6 +113,22 @@ pub struct TrueAction {
     pub side_effects: Vec<&'static str>,
     /// Whether the position is left open: the object is only turned, wherever it lies.
     pub in_place: bool,
+}
+
+/// What an exploration found about an action.
+///
+/// A need that always held may be asserted: either the world demands it, or it follows from what the world demands. A
+/// need that did not always hold must not be asserted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Explored {
+    /// State that the object enters.
+    pub to: &'static str,
+    /// Needs that were met whenever the action was possible.
+    pub always: Vec<Need>,
+    /// States from which an object can enter the state.
+    pub origins: Vec<&'static str>,
+    /// Number of situations in which the action was possible.
+    pub situations: usize,
 }
 
 /// One condition of a goal.

@@ -1,3 +1,7 @@
+//! Tests of the worlds: what they accept and refuse, what they record, and how they are scored.
+
+mod scoring;
+
 use std::collections::HashSet;
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
