@@ -185,7 +185,8 @@ fn stated(
     if let [from] = operator.from[..]
         && let Some(state) = name(from)
     {
-        required.push(Need::Object(state));
+        // The state that the object leaves is a parameter's range, not an assertion that no other will do.
+        undecided.push(Need::Object(state));
     }
     for need in &operator.needs {
         let Some(state) = name(need.condition.state) else { continue };
