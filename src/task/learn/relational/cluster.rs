@@ -38,6 +38,8 @@ pub(super) struct Cluster {
 
 /// Greatest number of rests that are compared pair by pair.
 pub(super) const MOST: usize = 600;
+/// Log concentration of the Chinese-restaurant prior. A lower one makes fewer clusters of chance coincidences.
+const CONCENTRATION: f64 = -4.0;
 /// Log probability that an attempt leaves its object in the same cluster.
 const SAME: f64 = 4.0;
 
@@ -52,8 +54,7 @@ impl Clustering<'_> {
                 best = (f, score);
             }
         }
-        // The Chinese-restaurant prior with concentration 1.
-        (best.0, best.1 + statrs::function::gamma::ln_gamma(n as f64))
+        (best.0, best.1 + statrs::function::gamma::ln_gamma(n as f64) + CONCENTRATION)
     }
 
     fn union(a: &[Option<Sums>], b: &[Option<Sums>]) -> Vec<Option<Sums>> {

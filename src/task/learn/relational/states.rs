@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::cluster::{Cluster, Clustering, Item};
+use super::cluster::{Clustering, Item};
 use super::likelihood::{Likelihood, Sums, singular};
 use super::motion::{Came, Motion};
 use crate::task::domain::{MIN_DISTINCT, Origin, Pose, mean_orientation};
@@ -48,6 +48,8 @@ const SMALLEST_M: f64 = 0.05;
 /// Log priors of the world frame and of the frame of a kind, before its distance counts.
 const WORLD_PRIOR: f64 = -3.0;
 const KIND_PRIOR: f64 = -1.0;
+/// Distance below which an attempt left its object in place, in metres.
+const IN_PLACE_M: f64 = 5e-3;
 /// Share of a kind's attempts that may end in the cluster in which they began before orientation counts.
 const UNEXPLAINED: f64 = 0.3;
 /// Share of the demonstrations in which a state has to occur.
@@ -274,15 +276,20 @@ impl<'m, 'r> Search<'m, 'r> {
             };
             clustering.run()
         };
+        // Orientation counts if attempts only turned their object, or if positions leave attempts unexplained.
+        let still = attempts.iter().filter(|(a, b)| {
+            let pose = |i: usize| self.motion.rests[rests[i]].pose;
+            pose(*a).distance(&pose(*b)) <= self.motion.least.0.max(IN_PLACE_M)
+        });
+        likelihood.turns = still.count() as f64 > UNEXPLAINED * attempts.len() as f64;
         let mut clusters = run(&likelihood);
-        let owner = |clusters: &[Cluster], item: usize| {
-            clusters.iter().position(|c| c.members.contains(&item))
-        };
-        let same =
-            attempts.iter().filter(|(a, b)| owner(&clusters, *a) == owner(&clusters, *b)).count();
-        if same as f64 > UNEXPLAINED * attempts.len() as f64 {
-            likelihood.turns = true;
-            clusters = run(&likelihood);
+        if !likelihood.turns {
+            let owner = |item: usize| clusters.iter().position(|c| c.members.contains(&item));
+            let same = attempts.iter().filter(|(a, b)| owner(*a) == owner(*b)).count();
+            if same as f64 > UNEXPLAINED * attempts.len() as f64 {
+                likelihood.turns = true;
+                clusters = run(&likelihood);
+            }
         }
         let groups = clusters.into_iter().map(|c| Group {
             rests: c.members.iter().map(|m| rests[*m]).collect(),
