@@ -129,7 +129,8 @@ impl RuleRun {
             let somewhere = (0..self.bodies.len()).filter(others).any(|b| self.is_in(b, state));
             let need = if somewhere { Need::Somewhere(state) } else { Need::Nowhere(state) };
             found.insert(need);
-            if let Some(on) = on {
+            // A state in another frame has nothing to do with the reference object.
+            if let Some(on) = on.filter(|on| rule.state.frame == Some(self.kind(*on).name)) {
                 let here = (0..self.bodies.len()).filter(others).filter(|b| {
                     self.is_in(*b, state) && self.bodies[*b].at.and_then(|at| at.on) == Some(on)
                 });

@@ -397,3 +397,36 @@ fn heaps_fill_their_bins_and_vary_by_centimetres() {
     let gap = across.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
     assert!(gap < 0.01, "{gap}");
 }
+
+#[test]
+fn objects_do_not_overlap_when_a_run_begins() {
+    let specs = [
+        assembly::worlds(),
+        blocks::worlds(),
+        kitchen::worlds(),
+        containers::worlds(),
+        bins::worlds(),
+    ];
+    let mut checked = 0;
+    for spec in specs.into_iter().flatten().map(Arc::new) {
+        for seed in 0..40 {
+            for stage in stages() {
+                let run = run::RuleRun::begin(spec.clone(), Seed::new(seed), stage);
+                for (index, body) in run.bodies.iter().enumerate() {
+                    let heap = body.at.is_some_and(|at| {
+                        let extent = run.spec.rules[at.rule].state.extent;
+                        !matches!(extent, Extent::Area { depth_m: 0.0, .. })
+                    });
+                    if !heap {
+                        let on = body.at.and_then(|at| at.on);
+                        let radius = run.kind(index).radius_m;
+                        let clear = run.clear(Some(index), radius, on, &body.pose);
+                        assert!(clear, "{} {seed} {stage:?}: {}", spec.name, body.id);
+                        checked += 1;
+                    }
+                }
+            }
+        }
+    }
+    assert!(checked > 5000, "{checked}");
+}

@@ -66,6 +66,7 @@ fn needs_are_scored_by_what_the_world_demands() {
     let explored = explored.iter().find(|e| e.to == "BOLT_IN_NUT").unwrap();
     let full = score_needs(action, explored, &action.needs, &[]);
     assert_eq!((full.rates.precision(), full.rates.recall(), full.rates.due), (1.0, 1.0, 2));
+    assert_eq!(full.demanded, 2);
     let distracted = [Need::Object("BOLT_IN_HOLE"), Need::Somewhere("NUT_ON_TABLE")];
     let score = score_needs(action, explored, &distracted, &[]);
     assert_eq!((score.rates.right, score.rates.said, score.rates.found), (1, 2, 1));
