@@ -62,7 +62,7 @@ const CONCENTRATION: f64 = -1.0;
 /// the second.
 const SAME: (f64, f64) = (4.0, 40.0);
 /// Number of poses up to which a cluster can be a chance coincidence.
-const FEW: usize = 2;
+const FEW: usize = 4;
 /// Loss of posterior up to which the poses of such a cluster join another one.
 const CHANCE: f64 = 10.0;
 

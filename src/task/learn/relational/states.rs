@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::cluster::{Clustering, FramePrior, Item};
 use super::likelihood::{Likelihood, Sums, singular};
-use super::motion::{Came, Motion};
+use super::motion::{Came, Motion, Rest};
 use crate::task::domain::{MIN_DISTINCT, Origin, Pose, mean_orientation};
 use crate::task::learn::gaussian::robust_mean;
 use crate::task::learn::names::{Landmark, Names, state_name, symbol};
@@ -58,6 +58,11 @@ const COMMON: f64 = 8.0;
 const IN_PLACE_M: f64 = 5e-3;
 /// Share of a kind's attempts that may end in the cluster in which they began before orientation counts.
 const UNEXPLAINED: f64 = 0.3;
+/// Greatest distance of two poses of one place, in metres and in standard deviations of careful placing.
+const PLACE_M: f64 = 2e-3;
+const PLACE_SD: f64 = 6.0;
+/// Evidence for several places in a broad cluster, in nats.
+const PLACES: f64 = 6.0;
 /// Share of the demonstrations in which a state has to occur.
 const SUPPORT: f64 = 0.1;
 
@@ -89,6 +94,10 @@ struct Search<'m, 'r> {
     kinds: Vec<Arc<str>>,
     /// Whether an attempt or anything else ever moved an object of the kind.
     moves: Vec<bool>,
+    /// For each rest of an object that its container carried here, the rest before.
+    carried_from: BTreeMap<usize, usize>,
+    /// The inverse of `carried_from`.
+    carried_to: BTreeMap<usize, usize>,
     extent: [f64; 3],
 }
 
@@ -132,6 +141,9 @@ pub(super) fn find(motion: &Motion<'_>) -> States {
             out.unexplained.push(Unexplained { kind: search.kinds[kind].to_string(), rests: lost });
         }
     }
+    for (now, before) in &search.carried_from {
+        labels[*now] = labels[*before];
+    }
     out.labels = labels;
     out
 }
@@ -171,7 +183,54 @@ impl<'m, 'r> Search<'m, 'r> {
             }
         }
         let extent = std::array::from_fn(|i| (1.1 * (high[i] - low[i])).max(SMALLEST_M));
-        Self { motion, kinds, moves, extent }
+        let mut search = Self {
+            motion,
+            kinds,
+            moves,
+            extent,
+            carried_from: BTreeMap::new(),
+            carried_to: BTreeMap::new(),
+        };
+        search.follow_containers();
+        search
+    }
+
+    /// Finds the rests of objects that lie as before in the frame of some other object, which carried them.
+    fn follow_containers(&mut self) {
+        for (now, rest) in self.motion.rests.iter().enumerate() {
+            if rest.came != Came::Carried {
+                continue;
+            }
+            let before = (0..rest.first)
+                .rev()
+                .find_map(|s| self.motion.index_at(rest.demo, rest.track, s));
+            let Some(before) = before else { continue };
+            if (1..=self.kinds.len()).any(|f| self.lies_alike(before, now, f)) {
+                self.carried_from.insert(now, before);
+                self.carried_to.insert(before, now);
+            }
+        }
+    }
+
+    /// Returns the rest in which an object came into its container.
+    fn origin(&self, rest: usize) -> usize {
+        let mut rest = rest;
+        while let Some(before) = self.carried_from.get(&rest) {
+            rest = *before;
+        }
+        rest
+    }
+
+    /// Returns whether two rests of one object agree in a frame, with the same reference.
+    fn lies_alike(&self, before: usize, now: usize, frame: usize) -> bool {
+        let same = |rest: usize| self.reference(rest, frame).map(|(track, _)| track);
+        let (Some(a), Some(b)) = (self.pose(before, frame), self.pose(now, frame)) else {
+            return false;
+        };
+        let turn = a.rotation().angle_to(&b.rotation());
+        same(before) == same(now)
+            && a.distance(&b) <= self.motion.least.0
+            && turn <= self.motion.least.1
     }
 
     /// Returns the first rest of another object during a rest. A container that carried the object comes to rest a
@@ -186,20 +245,24 @@ impl<'m, 'r> Search<'m, 'r> {
         let kind = self.kinds.get(frame.checked_sub(1)?)?;
         let own = &self.motion.rests[rest];
         let mut nearest: Option<(f64, usize)> = None;
-        let mut choices = 0;
+        let mut choices = [0, 0];
+        let handled = |rest: &Rest| usize::from(matches!(rest.came, Came::Placed(_)));
         for (t, track) in self.motion.tracks[own.demo].iter().enumerate() {
             if track.kind != *kind || t == own.track {
                 continue;
             }
             let Some(there) = self.rest_during(rest, t) else { continue };
             let there = &self.motion.rests[there];
-            choices += 1;
+            choices[handled(there)] += 1;
             let far = there.pose.distance(&own.pose);
             if nearest.is_none_or(|(least, _)| far < least) {
                 nearest = Some((far, t));
             }
         }
-        nearest.map(|(_, t)| (t, choices))
+        // What was put somewhere is not mistaken for what lies about.
+        let (_, track) = nearest?;
+        let there = &self.motion.rests[self.rest_during(rest, track)?];
+        Some((track, choices[handled(there)]))
     }
 
     /// Returns the pose of a rest in a frame; `None` without a reference.
@@ -245,6 +308,12 @@ impl<'m, 'r> Search<'m, 'r> {
                 return None;
             }
         }
+        // Nor is a frame kept that its container left behind.
+        if let Some(next) = self.carried_to.get(&rest)
+            && !self.lies_alike(rest, *next, frame)
+        {
+            return None;
+        }
         let pose = self.pose(rest, frame)?;
         let turn = pose.rotation().to_rotation_matrix();
         Some(Sums {
@@ -260,6 +329,7 @@ impl<'m, 'r> Search<'m, 'r> {
     fn groups(&self, kind: usize) -> (Vec<Group>, bool) {
         let rests: Vec<usize> = (0..self.motion.rests.len())
             .filter(|r| self.motion.kind(&self.motion.rests[*r]) == &*self.kinds[kind])
+            .filter(|r| !self.carried_from.contains_key(r))
             .collect();
         let frames = self.kinds.len() + 1;
         let items: Vec<Item> = rests
@@ -278,8 +348,8 @@ impl<'m, 'r> Search<'m, 'r> {
         let attempts: Vec<(usize, usize)> = (self.motion.attempts.iter())
             .filter_map(|a| {
                 let track = a.track?;
-                let before = self.motion.index_at(a.demo, track, a.before)?;
-                let after = self.motion.index_at(a.demo, track, a.after)?;
+                let before = self.origin(self.motion.index_at(a.demo, track, a.before)?);
+                let after = self.origin(self.motion.index_at(a.demo, track, a.after)?);
                 Some((*place.get(&before)?, *place.get(&after)?))
             })
             .filter(|(before, after)| before != after)
@@ -322,7 +392,64 @@ impl<'m, 'r> Search<'m, 'r> {
             frame: c.frame,
             scores,
         });
-        (groups.collect(), likelihood.turns)
+        let split = groups.flat_map(|g| self.split(g, likelihood.scale_m)).collect();
+        (split, likelihood.turns)
+    }
+
+    /// Splits a cluster that is broad because it consists of several tight places.
+    fn split(&self, group: Group, scale_m: f64) -> Vec<Group> {
+        let poses: Vec<Option<Pose>> =
+            group.rests.iter().map(|r| self.pose(*r, group.frame)).collect();
+        let Some(poses) = poses.into_iter().collect::<Option<Vec<Pose>>>() else {
+            return vec![group];
+        };
+        let range = (0..3)
+            .map(|i| {
+                let values = poses.iter().map(|p| p.position[i]);
+                let low = values.clone().fold(f64::INFINITY, f64::min);
+                values.fold(f64::NEG_INFINITY, f64::max) - low
+            })
+            .fold(0.0, f64::max);
+        let width = PLACE_M.max(PLACE_SD * scale_m);
+        if range < 3.0 * width {
+            return vec![group];
+        }
+        // Single linkage.
+        let mut owner: Vec<usize> = (0..poses.len()).collect();
+        for a in 0..poses.len() {
+            for b in 0..a {
+                if poses[a].distance(&poses[b]) < width && owner[a] != owner[b] {
+                    let (keep, drop) = (owner[a].min(owner[b]), owner[a].max(owner[b]));
+                    owner.iter_mut().filter(|o| **o == drop).for_each(|o| *o = keep);
+                }
+            }
+        }
+        let places: BTreeSet<usize> = owner.iter().copied().collect();
+        // Each coincidence beyond the first pose of a place has a chance of about the width over the range.
+        let coincidences = (poses.len() - places.len()) as f64 * (range / (2.0 * width)).ln();
+        let wide = places.iter().any(|p| {
+            let own: Vec<&Pose> =
+                poses.iter().zip(&owner).filter(|(_, o)| *o == p).map(|(pose, _)| pose).collect();
+            own.iter().any(|a| own.iter().any(|b| a.distance(b) > 3.0 * width))
+        });
+        let sparse = 2 * places.len() > poses.len();
+        if places.len() < 2 || sparse || wide || coincidences < PLACES {
+            return vec![group];
+        }
+        places
+            .iter()
+            .map(|p| Group {
+                rests: group
+                    .rests
+                    .iter()
+                    .zip(&owner)
+                    .filter(|(_, o)| *o == p)
+                    .map(|(r, _)| *r)
+                    .collect(),
+                frame: group.frame,
+                scores: group.scores.clone(),
+            })
+            .collect()
     }
 
     /// Joins clusters into states with several places: clusters in one frame that are entered from the same clusters
@@ -331,9 +458,13 @@ impl<'m, 'r> Search<'m, 'r> {
         let n = groups.len();
         let mut owner: BTreeMap<usize, usize> = BTreeMap::new();
         for (g, group) in groups.iter().enumerate() {
-            group.rests.iter().for_each(|r| {
-                owner.insert(*r, g);
-            });
+            for r in &group.rests {
+                let mut rest = Some(*r);
+                while let Some(r) = rest {
+                    owner.insert(r, g);
+                    rest = self.carried_to.get(&r).copied();
+                }
+            }
         }
         let mut moves: BTreeMap<(usize, usize), usize> = BTreeMap::new();
         for attempt in &self.motion.attempts {
