@@ -63,6 +63,8 @@ const PLACE_M: f64 = 2e-3;
 const PLACE_SD: f64 = 6.0;
 /// Evidence for several places in a broad cluster, in nats.
 const PLACES: f64 = 6.0;
+/// Standard deviation above which an orientation is free, in radians.
+const WILD_RAD: f64 = 0.35;
 /// Share of the demonstrations in which a state has to occur.
 const SUPPORT: f64 = 0.1;
 
@@ -645,8 +647,10 @@ impl<'m, 'r> Search<'m, 'r> {
             let mut values: Vec<f64> = poses.iter().map(|p| p.position[i]).collect();
             let (sum, square) = values.iter().fold((0.0, 0.0), |(s, q), v| (s + v, q + v * v));
             let (tight, open) = likelihood.coordinate(n, sum, square, extent[i]);
-            let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-            let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            // Of many poses, a fiftieth at each end may belong elsewhere.
+            let mut sorted = values.clone();
+            sorted.sort_by(f64::total_cmp);
+            let (low, high) = (sorted[n / 50], sorted[n - 1 - n / 50]);
             if tight >= open {
                 let mean = robust_mean(&mut values);
                 let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
@@ -681,8 +685,11 @@ fn turn(places: &[Vec<Pose>], likelihood: &Likelihood) -> Turn {
     if free == 0.0 || logs[0] >= logs[1].max(logs[2]) {
         return Turn::Free;
     }
-    if logs[2] >= logs[1] {
+    if logs[2] >= logs[1] && sd(all, 3.0) < WILD_RAD {
         return Turn::Full { sd: sd(all, 3.0) };
+    }
+    if sd(about, 2.0) >= WILD_RAD {
+        return Turn::Free;
     }
     let eigen = squared.symmetric_eigen();
     let axis: Vector3<f64> = eigen.eigenvectors.column(eigen.eigenvalues.imax()).into_owned();
