@@ -6,7 +6,7 @@ use std::sync::Arc;
 use nalgebra::{Matrix3, Vector3};
 
 use super::cluster::{Clustering, FramePrior, Item};
-use super::likelihood::{Likelihood, Sums, singular};
+use super::likelihood::{Likelihood, Sums, about, overall};
 use super::motion::{Came, Motion, Rest};
 use crate::task::domain::{MIN_DISTINCT, Origin, Pose, mean_orientation};
 use crate::task::learn::gaussian::robust_mean;
@@ -49,9 +49,9 @@ const PLACED_RAD: f64 = 0.02;
 const SMALLEST_M: f64 = 0.05;
 /// Log priors of the frames: of the world, of kinds that never move and of kinds that move. What moves is a likely
 /// reference if it is near, and an unlikely one if it is far.
-const WORLD_PRIOR: FramePrior = FramePrior { base: -3.0, slope: 0.0 };
-const FIXED_PRIOR: FramePrior = FramePrior { base: -1.0, slope: 2.0 };
-const MOVING_PRIOR: FramePrior = FramePrior { base: 2.0, slope: 4.0 };
+const WORLD_PRIOR: FramePrior = FramePrior { base: -3.0, slope: 0.0, crowd: 0.0 };
+const FIXED_PRIOR: FramePrior = FramePrior { base: -1.0, slope: 2.0, crowd: 0.0 };
+const MOVING_PRIOR: FramePrior = FramePrior { base: 2.0, slope: 4.0, crowd: 3.0 };
 /// Loss of likelihood that the places of one state may have in a common frame, for each place.
 const COMMON: f64 = 8.0;
 /// Distance below which an attempt left its object in place, in metres.
@@ -61,6 +61,8 @@ const UNEXPLAINED: f64 = 0.3;
 /// Greatest distance of two poses of one place, in metres and in standard deviations of careful placing.
 const PLACE_M: f64 = 2e-3;
 const PLACE_SD: f64 = 6.0;
+/// Share of the usual distance of an attempt below which an object was only nudged.
+const NUDGED: f64 = 0.1;
 /// Evidence for several places in a broad cluster, in nats.
 const PLACES: f64 = 6.0;
 /// Standard deviation above which an orientation is free, in radians.
@@ -122,9 +124,10 @@ pub(super) fn find(motion: &Motion<'_>) -> States {
         let (groups, turns) = search.groups(kind);
         let mut lost = Vec::new();
         if std::env::var("DBG").is_ok() { for g in &groups { eprintln!("{} frame {} n{} {:?}", search.kinds[kind], g.frame, g.rests.len(), g.rests.iter().map(|r| { let r = &motion.rests[*r]; (r.demo, r.track, r.came, search.pose(g.rests[0], g.frame).map(|_| search.pose(motion.rests.iter().position(|x| x == r).unwrap_or(0), g.frame).map(|p| p.position.map(|v| (v * 1000.0).round())))) }).collect::<Vec<_>>()); } }
+        let groups = search.without_nudges(kind, groups);
         for places in search.together(groups) {
             let all: Vec<usize> = places.iter().flat_map(|g| g.rests.clone()).collect();
-            if !search.supported(&all) {
+            if !search.supported(&all) || search.is_everywhere(&places) {
                 lost.extend(all);
                 continue;
             }
@@ -174,7 +177,7 @@ impl<'m, 'r> Search<'m, 'r> {
         }
         let demos = motion.recording.demos.len();
         // Something that moved by itself in a single demonstration was knocked.
-        let often = (demos / 4).max(2).min(demos);
+        let often = (demos / 2).max(2).min(demos);
         let kinds: Vec<Arc<str>> = names.keys().cloned().collect();
         let moves = names.iter().map(|(k, by)| handled.contains(k) || by.len() >= often).collect();
         let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
@@ -278,6 +281,19 @@ impl<'m, 'r> Search<'m, 'r> {
         Some(relative(&there.pose, &own.pose))
     }
 
+    /// Returns whether another object that moves is clearly nearer to a rest than `far`.
+    fn is_crowded(&self, rest: usize, far: f64) -> bool {
+        let own = &self.motion.rests[rest];
+        let tracks = self.motion.tracks[own.demo].iter().enumerate();
+        tracks.filter(|(t, _)| *t != own.track).any(|(t, track)| {
+            let moves = self.kinds.iter().zip(&self.moves).any(|(k, m)| *k == track.kind && *m);
+            moves
+                && self.rest_during(rest, t).is_some_and(|r| {
+                    self.motion.rests[r].pose.distance(&own.pose) < 0.8 * far
+                })
+        })
+    }
+
     /// Returns the size of the scene along the axes of a frame: the mean width of the scene's box along the axes of the
     /// references, which may be turned.
     fn extent_in(&self, frame: usize) -> [f64; 3] {
@@ -298,13 +314,14 @@ impl<'m, 'r> Search<'m, 'r> {
     fn sums(&self, rest: usize, frame: usize) -> Option<Sums> {
         let own = &self.motion.rests[rest];
         let mut choices = 1;
-        let mut far = 0.0;
+        let (mut far, mut crowded) = (0.0, 0.0);
         if frame > 0 {
             let (track, of) = self.reference(rest, frame)?;
             choices = of;
             // A frame is refused if its object leaves while the rest lasts.
             let begin = self.rest_during(rest, track)?;
             far = self.motion.rests[begin].pose.distance(&own.pose);
+            crowded = f64::from(self.is_crowded(rest, far));
             let end = self.motion.index_at(own.demo, track, own.last);
             if end.is_some_and(|end| end != begin) {
                 return None;
@@ -324,6 +341,7 @@ impl<'m, 'r> Search<'m, 'r> {
             turn: *turn.matrix(),
             choices: (choices as f64).ln(),
             far,
+            crowded,
         })
     }
 
@@ -396,6 +414,47 @@ impl<'m, 'r> Search<'m, 'r> {
         });
         let split = groups.flat_map(|g| self.split(g, likelihood.scale_m)).collect();
         (split, likelihood.turns)
+    }
+
+    /// Joins clusters between which objects were only nudged: moved by no attempt, and much less than attempts move them.
+    fn without_nudges(&self, kind: usize, mut groups: Vec<Group>) -> Vec<Group> {
+        let mut moved: Vec<f64> = (self.motion.attempts.iter())
+            .filter_map(|a| {
+                let track = a.track?;
+                let own = &self.motion.tracks[a.demo][track].kind == &self.kinds[kind];
+                let before = self.motion.rest_at(a.demo, track, a.before)?;
+                let after = self.motion.rest_at(a.demo, track, a.after)?;
+                own.then(|| before.pose.distance(&after.pose))
+            })
+            .collect();
+        moved.sort_by(f64::total_cmp);
+        let Some(usual) = moved.get(moved.len() / 2).copied() else { return groups };
+        let mut a = 0;
+        while a < groups.len() {
+            let nudged = groups[a].rests.iter().find_map(|now| {
+                let rest = &self.motion.rests[*now];
+                let before = (0..rest.first)
+                    .rev()
+                    .find_map(|s| self.motion.index_at(rest.demo, rest.track, s))?;
+                let far = self.motion.rests[before].pose.distance(&rest.pose);
+                let near = rest.came == Came::Carried && far < NUDGED * usual;
+                let b = groups.iter().position(|g| g.rests.contains(&before))?;
+                (near && a != b).then_some(b)
+            });
+            match nudged.and_then(|b| Some((b, common_frame(&groups, &[a, b])?))) {
+                Some((b, frame)) => {
+                    let taken = groups[a].rests.clone();
+                    let other = groups[a].scores.clone();
+                    groups[b].rests.extend(taken);
+                    groups[b].scores.iter_mut().zip(other).for_each(|(x, y)| *x += y);
+                    groups[b].frame = frame;
+                    groups.remove(a);
+                    a = 0;
+                }
+                None => a += 1,
+            }
+        }
+        groups
     }
 
     /// Splits a cluster that is broad because it consists of several tight places.
@@ -575,6 +634,22 @@ impl<'m, 'r> Search<'m, 'r> {
         demos.len() >= least_support(self.motion.recording.demos.len())
     }
 
+    /// Returns whether poses are scattered over the whole scene, heights included. Such poses are outliers.
+    fn is_everywhere(&self, groups: &[Group]) -> bool {
+        groups.iter().all(|g| {
+            g.frame == 0
+                && (0..3).all(|i| {
+                    let values: Vec<f64> =
+                        g.rests.iter().map(|r| self.motion.rests[*r].pose.position[i]).collect();
+                    let n = values.len() as f64;
+                    let mean = values.iter().sum::<f64>() / n;
+                    let sd = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt();
+                    // A uniform distribution has a standard deviation of 0.29 of its range.
+                    self.extent[i] > SMALLEST_M && sd > 0.17 * self.extent[i]
+                })
+        })
+    }
+
     /// Returns the objects of the first snapshot whose kind never moved.
     fn landmarks(&self) -> Vec<Landmark> {
         let first = self.motion.recording.demos.iter().flat_map(|d| d.snapshots.first()).next();
@@ -667,18 +742,14 @@ impl<'m, 'r> Search<'m, 'r> {
 /// Chooses how a state constrains the orientation.
 fn turn(places: &[Vec<Pose>], likelihood: &Likelihood) -> Turn {
     let mut logs = [0.0; 3];
-    let mut squared = Matrix3::<f64>::zeros();
-    let (mut about, mut all, mut free) = (0.0, 0.0, 0.0);
+    let (mut by_axis, mut all, mut free) = ([0.0; 3], 0.0, 0.0);
     for poses in places {
         let sum: Matrix3<f64> =
             poses.iter().map(|p| *p.rotation().to_rotation_matrix().matrix()).sum();
         let n = poses.len();
         logs.iter_mut().zip(likelihood.turn(n, &sum)).for_each(|(a, b)| *a += b);
-        squared += sum.transpose() * sum;
-        let [a, b, c] = singular(&sum);
-        let c = if sum.determinant() < 0.0 { -c } else { c };
-        about += 2.0 * (n as f64 - a);
-        all += 3.0 * n as f64 - (a + b + c);
+        by_axis.iter_mut().zip(about(n, &sum)).for_each(|(a, b)| *a += b);
+        all += overall(n, &sum);
         free += n.saturating_sub(1) as f64;
     }
     let sd = |squares: f64, dof: f64| (squares.max(0.0) / (dof * f64::max(free, 1.0))).sqrt();
@@ -688,20 +759,14 @@ fn turn(places: &[Vec<Pose>], likelihood: &Likelihood) -> Turn {
     if logs[2] >= logs[1] && sd(all, 3.0) < WILD_RAD {
         return Turn::Full { sd: sd(all, 3.0) };
     }
-    if sd(about, 2.0) >= WILD_RAD {
+    let best = (0..3).min_by(|a, b| by_axis[*a].total_cmp(&by_axis[*b])).unwrap_or(2);
+    let spread = sd(by_axis[best], 2.0);
+    if spread >= WILD_RAD {
         return Turn::Free;
     }
-    let eigen = squared.symmetric_eigen();
-    let axis: Vector3<f64> = eigen.eigenvectors.column(eigen.eigenvalues.imax()).into_owned();
-    Turn::Axis { axis: snapped(axis), sd: sd(about, 2.0) }
-}
-
-/// Returns the coordinate axis nearby, or the axis itself.
-fn snapped(axis: Vector3<f64>) -> [f64; 3] {
-    let most = axis.iamax();
-    let mut near = [0.0; 3];
-    near[most] = 1.0;
-    if axis[most].abs() > 0.995 { near } else { (axis * axis[most].signum()).into() }
+    let mut axis = [0.0; 3];
+    axis[best] = 1.0;
+    Turn::Axis { axis, sd: spread }
 }
 
 /// Returns the orientation of a place: the mean if it is fully constrained, else that of the most central pose.
