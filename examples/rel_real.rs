@@ -9,7 +9,7 @@ fn main() {
     let truth = learn_relational(&r, &Settings::default()).unwrap();
     // reference labels from the clean recording
     let g = Grounder::new(&truth.domain);
-    let name = |d: &RelationalDomain, f: Option<Fact>| f.map(|f| { let s = &d.states[f.state]; format!("{} {:?}", s.kind, s.origin) + if s.kind == "bolt" && s.places[0].pose().position[1] > 0.0 && s.origin == Origin::Placed { if s.frame.kind() == Some("nut") || s.name.contains("NUT") { " nut" } else { " hole" } } else { "" } });
+    let name = |d: &RelationalDomain, f: Option<Fact>| f.map(|f| { let s = &d.states[f.state]; format!("{} {:?}", s.kind, s.origin) + if s.kind == "bolt" && s.origin == Origin::Placed { if s.frame.kind() == Some("nut") || s.name.contains("NUT") { " nut" } else { " hole" } } else { "" } });
     let labels: Vec<Vec<Vec<Option<String>>>> = r.demos.iter().map(|d| d.snapshots.iter().map(|s| g.layout(s).located.iter().map(|l| name(&truth.domain, l.fact)).collect()).collect()).collect();
     for (what, sensing) in [
         ("clean", Sensing::default()),
@@ -22,7 +22,7 @@ fn main() {
         ("outliers 5%", Sensing { outlier_rate: 0.05, ..Sensing::default() }),
     ] {
         let (mut good, mut right, mut all) = (0, 0, 0);
-        let mut why = std::collections::BTreeMap::new();
+        let mut conf = std::collections::BTreeMap::new(); let mut why = std::collections::BTreeMap::new();
         for seed in 0..20 {
             let noisy = sensing.apply_recording(&r, Seed::new(seed));
             let l = match learn_relational(&noisy, &Settings::default()) { Ok(l) => l, Err(e) => { *why.entry(e.to_string()).or_insert(0) += 1; continue } };
@@ -32,8 +32,9 @@ fn main() {
             if !ok { *why.entry(format!("{:?} ops {} {:?}", l.domain.states.iter().map(|s| &s.name).collect::<Vec<_>>(), l.domain.operators.len(), l.outliers)).or_insert(0) += 1; }
             let g = Grounder::new(&l.domain);
             for (d, demo) in r.demos.iter().enumerate() { for (s, snap) in demo.snapshots.iter().enumerate() { for (o, loc) in g.layout(snap).located.iter().enumerate() {
-                if let Some(t) = &labels[d][s][o] { all += 1; right += usize::from(name(&l.domain, loc.fact).as_ref() == Some(t)); } } } }
+                if let Some(t) = &labels[d][s][o] { all += 1; right += usize::from(name(&l.domain, loc.fact).as_ref() == Some(t)); if name(&l.domain, loc.fact).as_ref() != Some(t) { *conf.entry(format!("{t} -> {:?} {:.1?} {:?}", name(&l.domain, loc.fact), loc.distance.map(|d| d.round()), l.domain.states.iter().filter(|s| s.kind == &*snap.objects[o].kind && s.origin == Origin::Found).map(|s| (s.turn_matters, s.places[0].coordinates)).collect::<Vec<_>>())).or_insert(0) += 1; } } } } }
         }
+        if std::env::var("CONF").is_ok() { for (k, v) in conf.iter().take(12) { println!("       {v}x {k}"); } }
         println!("{what}: {good}/20 poses {:.4}", right as f64 / all as f64);
         for (k, v) in why.iter().take(4) { println!("    {v}x {k}"); }
     }

@@ -65,6 +65,8 @@ const PLACE_SD: f64 = 6.0;
 const NUDGED: f64 = 0.1;
 /// Evidence for several places in a broad cluster, in nats.
 const PLACES: f64 = 6.0;
+/// Least log likelihood of a state's poses, relative to poses scattered over the scene.
+const EVIDENCE: f64 = 4.0;
 /// Standard deviation above which an orientation is free, in radians.
 const WILD_RAD: f64 = 0.35;
 /// Share of the demonstrations in which a state has to occur.
@@ -81,6 +83,13 @@ struct Group {
     frame: usize,
     /// Posterior in each frame.
     scores: Vec<f64>,
+    /// Log likelihood in the best frame, relative to poses scattered over the scene.
+    evidence: f64,
+}
+
+/// Returns whether the poses of a state are as good as scattered over the scene. Such poses are outliers.
+fn is_scattered(places: &[Group]) -> bool {
+    places.iter().map(|g| g.evidence).sum::<f64>() < EVIDENCE
 }
 
 /// Returns the frame in which these groups can be places of one state: the frame with the greatest posterior, if each
@@ -127,7 +136,7 @@ pub(super) fn find(motion: &Motion<'_>) -> States {
         let groups = search.without_nudges(kind, groups);
         for places in search.together(groups) {
             let all: Vec<usize> = places.iter().flat_map(|g| g.rests.clone()).collect();
-            if !search.supported(&all) || search.is_everywhere(&places) {
+            if !search.supported(&all) || is_scattered(&places) {
                 lost.extend(all);
                 continue;
             }
@@ -407,10 +416,18 @@ impl<'m, 'r> Search<'m, 'r> {
                 clusters = run(&likelihood);
             }
         }
-        let groups = clusters.into_iter().map(|(scores, c)| Group {
-            rests: c.members.iter().map(|m| rests[*m]).collect(),
-            frame: c.frame,
-            scores,
+        let groups = clusters.into_iter().map(|(scores, c)| {
+            let scattered: f64 = extents[c.frame].iter().map(|l| -l.ln()).sum();
+            let n = c.members.len();
+            let likely = c.frames[c.frame]
+                .as_ref()
+                .map_or(0.0, |sums| likelihood.poses(n, sums, &extents[c.frame]));
+            Group {
+                rests: c.members.iter().map(|m| rests[*m]).collect(),
+                frame: c.frame,
+                scores,
+                evidence: likely - n as f64 * scattered,
+            }
         });
         let split = groups.flat_map(|g| self.split(g, likelihood.scale_m)).collect();
         (split, likelihood.turns)
@@ -448,6 +465,7 @@ impl<'m, 'r> Search<'m, 'r> {
                     groups[b].rests.extend(taken);
                     groups[b].scores.iter_mut().zip(other).for_each(|(x, y)| *x += y);
                     groups[b].frame = frame;
+                    groups[b].evidence += groups[a].evidence;
                     groups.remove(a);
                     a = 0;
                 }
@@ -509,6 +527,7 @@ impl<'m, 'r> Search<'m, 'r> {
                     .collect(),
                 frame: group.frame,
                 scores: group.scores.clone(),
+                evidence: group.evidence,
             })
             .collect()
     }
@@ -632,22 +651,6 @@ impl<'m, 'r> Search<'m, 'r> {
     fn supported(&self, rests: &[usize]) -> bool {
         let demos: BTreeSet<usize> = rests.iter().map(|r| self.motion.rests[*r].demo).collect();
         demos.len() >= least_support(self.motion.recording.demos.len())
-    }
-
-    /// Returns whether poses are scattered over the whole scene, heights included. Such poses are outliers.
-    fn is_everywhere(&self, groups: &[Group]) -> bool {
-        groups.iter().all(|g| {
-            g.frame == 0
-                && (0..3).all(|i| {
-                    let values: Vec<f64> =
-                        g.rests.iter().map(|r| self.motion.rests[*r].pose.position[i]).collect();
-                    let n = values.len() as f64;
-                    let mean = values.iter().sum::<f64>() / n;
-                    let sd = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt();
-                    // A uniform distribution has a standard deviation of 0.29 of its range.
-                    self.extent[i] > SMALLEST_M && sd > 0.17 * self.extent[i]
-                })
-        })
     }
 
     /// Returns the objects of the first snapshot whose kind never moved.
