@@ -1,0 +1,89 @@
+//! Prints a learned model as PDDL, with its evidence as comments.
+
+use std::fmt::{self, Display, Formatter};
+
+use super::{LearnedAction, LearnedModel, Precondition, Reason};
+use crate::task::strips::pddl::{Literal, Typed};
+use crate::task::strips::write::Shown;
+
+/// Formats a count with its noun.
+fn counted(number: usize, what: &str) -> String {
+    if number == 1 { format!("1 {what}") } else { format!("{number} {what}s") }
+}
+
+impl Precondition {
+    /// Returns the reason in words, with its counts.
+    pub fn explanation(&self, parameters: &[Typed]) -> String {
+        let show = |literal: &Literal| Shown { literal, parameters }.to_string();
+        let share = |chance: f64| match chance {
+            1.0 => "always true, whatever the objects".to_owned(),
+            c if c >= 0.001 => format!("by chance with probability {c:.3}"),
+            _ => "by chance with probability below 0.001".to_owned(),
+        };
+        match &self.reason {
+            Reason::Held => "always held".to_owned(),
+            Reason::Changed => "the action makes it false".to_owned(),
+            Reason::Refused { steps } => {
+                format!("the action was refused {} where only this was false", times(*steps))
+            }
+            Reason::Selective { chance, instances } | Reason::Chance { chance, instances } => {
+                format!("held for {}: {}", counted(*instances, "instance"), share(*chance))
+            }
+            Reason::Follows { from, instances } => {
+                let seen = counted(*instances, "instance");
+                format!("follows from {} in all of {seen}", show(from))
+            }
+            Reason::SameAs { other, instances } => {
+                let seen = counted(*instances, "instance");
+                format!("the same as {} in all of {seen}", show(other))
+            }
+        }
+    }
+}
+
+fn times(number: usize) -> String {
+    if number == 1 { "once".to_owned() } else { format!("{number} times") }
+}
+
+impl LearnedAction {
+    fn write(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let seen = counted(self.steps, "step");
+        write!(f, "  ; {}: learned from {seen}", self.name)?;
+        if self.refused > 0 {
+            write!(f, ", {} refused", self.refused)?;
+        }
+        f.write_str("\n")?;
+        if self.unexplained > 0 {
+            let changes = counted(self.unexplained, "change");
+            writeln!(f, "  ; {changes} concerned other objects and are not in its effects")?;
+        }
+        for (what, kept) in [("undecided, kept", true), ("left out", false)] {
+            let some = self.preconditions.iter().filter(|p| p.kept == kept);
+            for precondition in some.filter(|p| !p.reason.is_required()) {
+                let literal = &precondition.literal;
+                let shown = Shown { literal, parameters: &self.parameters };
+                let why = precondition.explanation(&self.parameters);
+                writeln!(f, "  ; {what}: {shown} {why}")?;
+            }
+        }
+        writeln!(f, "{}", self.action())
+    }
+}
+
+impl Display for LearnedModel {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        self.given.write_head(f)?;
+        for action in &self.actions {
+            f.write_str("\n")?;
+            match action.steps {
+                0 if action.refused > 0 => {
+                    let refused = counted(action.refused, "step");
+                    writeln!(f, "  ; {}: never done ({refused} refused), left out", action.name)?;
+                }
+                0 => writeln!(f, "  ; {}: never done, left out", action.name)?,
+                _ => action.write(f)?,
+            }
+        }
+        f.write_str(")\n")
+    }
+}
