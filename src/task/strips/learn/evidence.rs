@@ -15,8 +15,9 @@
 //! - A permutation of another literal's arguments, if both follow from each other (a symmetric relation). The literal
 //!   stays whose arguments come in the order of the action's parameters.
 //! - A positive literal that follows from another one but not the reverse, if its predicate changes over time and the
-//!   action changes no atom of that predicate. Such a literal is an invariant of the domain. A relation that never
-//!   changes stays: such relations are usually meant to restrict the arguments.
+//!   action changes no atom of that predicate. Such a literal is an invariant of the domain.
+//! - The same for a relation that never changes, if the action also asks for that relation between other arguments.
+//!   Otherwise such a relation stays, because it is usually meant to restrict the arguments.
 //! - A negative literal that follows from a positive one (mutual exclusion), or that could have held by chance: most
 //!   atoms are false most of the time.
 //!
@@ -226,7 +227,7 @@ impl Weighing<'_> {
             if !kept {
                 out.insert(*literal);
             }
-            weighed.push(Weighed { literal: *literal, kept, finding: Some(finding) });
+            weighed.push(Weighed { literal: *literal, kept, finding });
         }
         weighed
     }
@@ -236,25 +237,26 @@ impl Weighing<'_> {
         literal: Candidate,
         held: &[Candidate],
         out: &BTreeSet<Candidate>,
-    ) -> (bool, Finding) {
+    ) -> (bool, Option<Finding>) {
         let refusals = self.refusals(literal, held);
         if refusals > 0 {
-            return (true, Finding::Refused(refusals));
+            return (true, Some(Finding::Refused(refusals)));
         }
         if literal.positive && self.effects.delete.contains(&literal.index) {
-            return (true, Finding::Changed);
+            return (true, Some(Finding::Changed));
         }
         if let Some(finding) = self.redundant(literal, held, out) {
             let kept = match finding {
-                Finding::Follows { .. } if literal.positive => !self.is_invariant(literal),
-                _ => false,
+                _ if !literal.positive => false,
+                Finding::SameAs { other, .. } => self.predicate(other) != self.predicate(literal),
+                _ => !self.is_invariant(literal, held, out),
             };
-            return (kept, finding);
+            return (kept, Some(finding));
         }
         let (chance, instances) = self.chance(literal);
         match chance <= MAX_CHANCE {
-            true => (true, Finding::Selective { chance, instances }),
-            false => (literal.positive, Finding::Chance { chance, instances }),
+            true => (true, Some(Finding::Selective { chance, instances })),
+            false => (literal.positive, Some(Finding::Chance { chance, instances })),
         }
     }
 
@@ -269,15 +271,28 @@ impl Weighing<'_> {
         self.refused.iter().filter(alone).count()
     }
 
-    /// Returns whether the literal is about a predicate that changes, but not by this action.
-    fn is_invariant(&self, literal: Candidate) -> bool {
-        let predicate = self.vocabulary[literal.index].predicate;
-        let effects = self.effects.add.iter().chain(&self.effects.delete);
-        let mut touched = effects.map(|index| self.vocabulary[*index].predicate);
-        self.observed.changes[predicate] && !touched.any(|p| p == predicate)
+    fn predicate(&self, literal: Candidate) -> usize {
+        self.vocabulary[literal.index].predicate
     }
 
-    /// Returns the positive literal that this one follows from, unless that one was left out before.
+    /// Returns whether a literal that follows from another one is an invariant and no condition of this action.
+    fn is_invariant(
+        &self,
+        literal: Candidate,
+        held: &[Candidate],
+        out: &BTreeSet<Candidate>,
+    ) -> bool {
+        let predicate = self.predicate(literal);
+        if self.observed.changes[predicate] {
+            let mut effects = self.effects.add.iter().chain(&self.effects.delete);
+            return effects.all(|index| self.vocabulary[*index].predicate != predicate);
+        }
+        let mut others = held.iter().filter(|c| c.positive && **c != literal && !out.contains(c));
+        others.any(|c| self.predicate(*c) == predicate && self.redundant(*c, held, out).is_none())
+    }
+
+    /// Returns why a literal says no more than a positive one that was not left out before: it follows from that one, or
+    /// both follow from each other. Of the same predicate with other arguments, only the later one is redundant.
     fn redundant(
         &self,
         literal: Candidate,
@@ -294,7 +309,9 @@ impl Weighing<'_> {
                 literal.positive && self.observed.follows(self.action, to, from, true).is_some();
             if !back {
                 best.get_or_insert(Finding::Follows { from: *other, instances });
-            } else if from.predicate == to.predicate && from.slots < to.slots {
+            } else if from.predicate != to.predicate {
+                best.get_or_insert(Finding::SameAs { other: *other, instances });
+            } else if from.slots < to.slots {
                 return Some(Finding::SameAs { other: *other, instances });
             }
         }

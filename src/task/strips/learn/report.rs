@@ -15,27 +15,29 @@ impl Precondition {
     /// Returns the reason in words, with its counts.
     pub fn explanation(&self, parameters: &[Typed]) -> String {
         let show = |literal: &Literal| Shown { literal, parameters }.to_string();
-        let share = |chance: f64| match chance {
-            1.0 => "always true, whatever the objects".to_owned(),
-            c if c >= 0.001 => format!("by chance with probability {c:.3}"),
-            _ => "by chance with probability below 0.001".to_owned(),
+        let shown = |chance: f64| match chance {
+            c if c >= 0.001 => format!("is {c:.3}"),
+            _ => "is below 0.001".to_owned(),
         };
         match &self.reason {
             Reason::Held => "always held".to_owned(),
-            Reason::Changed => "the action makes it false".to_owned(),
+            Reason::Changed => "is made false by the action".to_owned(),
             Reason::Refused { steps } => {
-                format!("the action was refused {} where only this was false", times(*steps))
+                format!("alone did not hold when the action was refused ({})", times(*steps))
+            }
+            Reason::Chance { chance: 1.0, .. } => {
+                "held in every state, whatever the objects".to_owned()
             }
             Reason::Selective { chance, instances } | Reason::Chance { chance, instances } => {
-                format!("held for {}: {}", counted(*instances, "instance"), share(*chance))
+                let seen = counted(*instances, "instance");
+                format!("held for {seen}; the probability of that by chance {}", shown(*chance))
             }
             Reason::Follows { from, instances } => {
-                let seen = counted(*instances, "instance");
-                format!("follows from {} in all of {seen}", show(from))
+                format!("follows from {} in all {}", show(from), counted(*instances, "instance"))
             }
             Reason::SameAs { other, instances } => {
                 let seen = counted(*instances, "instance");
-                format!("the same as {} in all of {seen}", show(other))
+                format!("is equivalent to {} in all {seen}", show(other))
             }
         }
     }
