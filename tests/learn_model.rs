@@ -238,7 +238,7 @@ fn faults_of_a_domain_name_line_column_and_what_was_expected() {
         (
             ":equality",
             ":fluents",
-            "d.pddl, line 2, column 35: the requirement `:fluents` is not supported; expected one of: :strips",
+            "d.pddl, line 2, column 34: the requirement `:fluents` is not supported; expected one of: :strips",
         ),
         (
             "box car - thing",
@@ -251,19 +251,19 @@ fn faults_of_a_domain_name_line_column_and_what_was_expected() {
             "line 4, column 15: `home` has the unknown type `house`; expected one of: object, box",
         ),
         (
-            "(free)) (not (=",
-            "(free) (not (=",
+            " (not (= ?a ?b)))",
+            " (not (= ?a ?b))",
             "line 1, column 1: this list is not closed; expected `)`",
         ),
         (
             "(free))\n",
             "(free) (free))\n",
-            "line 5, column 56: the predicate `free` is declared twice",
+            "line 5, column 50: the predicate `free` is declared twice",
         ),
         (
             "?a ?b - place",
             "?a ?a - place",
-            "line 7, column 31: the parameter `?a` is declared twice",
+            "line 7, column 32: the parameter `?a` is declared twice",
         ),
         ("?a ?b - place", "?a b - place", "the parameter `b` has no question mark; expected `?b`"),
         (

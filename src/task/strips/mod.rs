@@ -3,7 +3,7 @@
 //! | module | contents |
 //! |---|---|
 //! | `pddl` | [`Domain`], [`Problem`] and the literals of actions |
-//! | `read` | the reader of domains and problems |
+//! | `read`, `problem` | the readers of domains and problems |
 //! | `write` | the printer |
 //! | `trace` | [`Trajectory`]: states and actions of one run |
 //! | [`learn`] | action models from trajectories |
@@ -24,6 +24,7 @@
 
 pub mod learn;
 mod pddl;
+mod problem;
 mod read;
 mod sexpr;
 mod trace;

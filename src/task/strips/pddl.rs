@@ -1,6 +1,6 @@
 //! Typed STRIPS in memory: domains, problems, and the atoms that both consist of.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Name of the type that every other type belongs to.
 pub const OBJECT: &str = "object";
@@ -22,7 +22,7 @@ pub struct Typed {
 pub struct Types {
     declared: Vec<Typed>,
     /// Every supertype of each declared type, the type itself and `object` included.
-    above: BTreeMap<String, Vec<String>>,
+    above: BTreeMap<String, BTreeSet<String>>,
 }
 
 impl Types {
@@ -32,32 +32,30 @@ impl Types {
     /// # Errors
     /// The name of a type that would be its own supertype.
     pub fn new(mut declared: Vec<Typed>) -> Result<Self, String> {
-        let known = |declared: &[Typed], name: &str| declared.iter().any(|t| t.name == name);
-        let parents: Vec<String> = declared.iter().flat_map(|t| t.types.clone()).collect();
-        for parent in parents {
-            if parent != OBJECT && !known(&declared, &parent) {
+        let mut parents: BTreeMap<String, Vec<String>> = BTreeMap::new();
+        for typed in &declared {
+            parents.entry(typed.name.clone()).or_default().extend(typed.types.iter().cloned());
+        }
+        for parent in declared.iter().flat_map(|t| t.types.clone()).collect::<Vec<_>>() {
+            if parent != OBJECT && !parents.contains_key(&parent) {
+                parents.insert(parent.clone(), vec![OBJECT.into()]);
                 declared.push(Typed { name: parent, types: vec![OBJECT.into()] });
             }
         }
         let mut above = BTreeMap::new();
-        for start in &declared {
-            let mut found: Vec<String> = Vec::new();
-            let mut open = start.types.clone();
+        for (name, direct) in &parents {
+            let mut found = BTreeSet::from([OBJECT.to_owned()]);
+            let mut open: Vec<&String> = direct.iter().collect();
             while let Some(next) = open.pop() {
-                if next == start.name && next != OBJECT {
-                    return Err(next);
+                if next == name && next != OBJECT {
+                    return Err(next.clone());
                 }
-                if !found.contains(&next) {
-                    let next_parents = declared.iter().filter(|t| t.name == next);
-                    open.extend(next_parents.flat_map(|t| t.types.clone()));
-                    found.push(next);
+                if found.insert(next.clone()) {
+                    open.extend(parents.get(next).into_iter().flatten());
                 }
             }
-            let entry: &mut Vec<String> = above.entry(start.name.clone()).or_default();
-            entry.extend(found);
-            entry.extend([start.name.clone(), OBJECT.into()]);
-            entry.sort();
-            entry.dedup();
+            found.insert(name.clone());
+            above.insert(name.clone(), found);
         }
         Ok(Self { declared, above })
     }
@@ -76,7 +74,7 @@ impl Types {
     pub fn is_a(&self, kind: &str, wanted: &str) -> bool {
         kind == wanted
             || wanted == OBJECT
-            || self.above.get(kind).is_some_and(|a| a.iter().any(|name| name == wanted))
+            || self.above.get(kind).is_some_and(|a| a.contains(wanted))
     }
 
     /// Returns whether a term of any of the types `kinds` may stand where one of the types `wanted` is expected.

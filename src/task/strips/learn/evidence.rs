@@ -29,12 +29,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::Seen;
 use super::effects::Effects;
 use super::vocabulary::{Bound, Slot};
-use crate::task::strips::pddl::{Action, Domain};
+use crate::task::strips::pddl::{Action, Domain, Typed};
 use crate::task::strips::trace::{GroundAtom, Trajectory};
 
 /// Number of different objects for which an implication must have held to be believed. An exception that concerns one
 /// object in seven would have shown among so many with a probability of 95%.
 pub const MIN_INSTANCES: usize = 20;
+
+/// Greatest number of pairs of literals that are compared. Beyond it, none is found redundant.
+const MAX_PAIRS: usize = 200_000;
 
 /// Probability up to which a literal is not believed to have held by chance.
 pub const MAX_CHANCE: f64 = 0.05;
@@ -78,6 +81,39 @@ impl State<'_> {
     }
 }
 
+/// For each trajectory and parameter of an action, whether each object is of the parameter's type.
+pub(super) struct Fitting(Vec<Vec<Vec<bool>>>);
+
+impl Fitting {
+    /// Returns whether an object of a trajectory can stand for a slot of the action.
+    fn fits(&self, trajectory: usize, slot: Slot, object: usize) -> bool {
+        match slot {
+            Slot::Constant(constant) => constant == object,
+            Slot::Parameter(position) => self.0[trajectory][position][object],
+        }
+    }
+
+    /// Returns whether all objects of a fact can stand for the slots of `bound`.
+    fn all_fit(&self, trajectory: usize, bound: &Bound, fact: &GroundAtom) -> bool {
+        let mut pairs = bound.slots.iter().zip(&fact.arguments);
+        pairs.all(|(slot, object)| self.fits(trajectory, *slot, *object))
+    }
+
+    /// Returns whether two facts agree in the objects that they share and the others are different and fit.
+    fn agree(
+        &self,
+        trajectory: usize,
+        (source, target): (&GroundAtom, &GroundAtom),
+        (slots, shared): (&[Slot], &[Option<usize>]),
+    ) -> bool {
+        let mut places = target.arguments.iter().zip(shared).zip(slots);
+        places.all(|((object, at), slot)| match at {
+            Some(at) => source.arguments[*at] == *object,
+            None => !source.arguments.contains(object) && self.fits(trajectory, *slot, *object),
+        })
+    }
+}
+
 /// All states of all trajectories.
 pub(super) struct Observed<'a> {
     domain: &'a Domain,
@@ -112,52 +148,46 @@ impl<'a> Observed<'a> {
         Self { domain, trajectories, states, changes }
     }
 
-    /// Returns whether an object of a trajectory can stand for a slot of the action.
-    fn fits(&self, action: &Action, trajectory: usize, slot: Slot, object: usize) -> bool {
-        match slot {
-            Slot::Constant(constant) => constant == object,
-            Slot::Parameter(position) => self.trajectories[trajectory].object_is(
-                self.domain,
-                object,
-                &action.parameters[position].types,
-            ),
-        }
+    /// Returns which objects can stand for the parameters of an action.
+    pub fn fitting(&self, action: &Action) -> Fitting {
+        let one = |trajectory: &Trajectory| {
+            let fits = |wanted: &Typed| {
+                let objects = 0..trajectory.objects.len();
+                objects.map(|o| trajectory.object_is(self.domain, o, &wanted.types)).collect()
+            };
+            action.parameters.iter().map(fits).collect()
+        };
+        Fitting(self.trajectories.iter().map(one).collect())
     }
 
     /// Returns the share of atoms of this kind that are true, over all states.
-    fn share(&self, action: &Action, bound: &Bound) -> f64 {
+    fn share(&self, fitting: &Fitting, bound: &Bound) -> f64 {
         let (mut facts, mut all) = (0.0, 0.0);
         let mut sizes = BTreeMap::new();
         for state in &self.states {
             all += *sizes.entry(state.trajectory).or_insert_with(|| {
                 let objects = 0..self.trajectories[state.trajectory].objects.len();
-                let fitting = |slot: &Slot| {
-                    let fits = |o: &usize| self.fits(action, state.trajectory, *slot, *o);
+                let number = |slot: &Slot| {
+                    let fits = |o: &usize| fitting.fits(state.trajectory, *slot, *o);
                     objects.clone().filter(fits).count() as f64
                 };
-                bound.slots.iter().map(fitting).product::<f64>()
+                bound.slots.iter().map(number).product::<f64>()
             });
-            let fits = |fact: &&&GroundAtom| self.all_fit(action, state, bound, fact);
+            let fits = |fact: &&&GroundAtom| fitting.all_fit(state.trajectory, bound, fact);
             facts += state.of(bound.predicate).iter().filter(fits).count() as f64;
         }
         if all > 0.0 { (facts / all).min(1.0) } else { 0.0 }
     }
 
-    /// Returns whether all objects of a fact can stand for the slots of `bound`.
-    fn all_fit(
-        &self,
-        action: &Action,
-        state: &State<'_>,
-        bound: &Bound,
-        fact: &GroundAtom,
-    ) -> bool {
-        let mut pairs = bound.slots.iter().zip(&fact.arguments);
-        pairs.all(|(slot, object)| self.fits(action, state.trajectory, *slot, *object))
-    }
-
     /// Returns for how many different objects it was seen that `from` implies `to` (or excludes it, if `positive` is
     /// false), or `None` if there is a counterexample. Parameters of `to` alone stand for any other object.
-    fn follows(&self, action: &Action, from: &Bound, to: &Bound, positive: bool) -> Option<usize> {
+    fn follows(
+        &self,
+        fitting: &Fitting,
+        from: &Bound,
+        to: &Bound,
+        positive: bool,
+    ) -> Option<usize> {
         let bound_by = |slot: &Slot| from.slots.iter().position(|s| s == slot);
         let shared: Vec<Option<usize>> = to.slots.iter().map(bound_by).collect();
         if positive && shared.iter().any(Option::is_none) {
@@ -167,7 +197,7 @@ impl<'a> Observed<'a> {
         let mut instances = BTreeSet::new();
         for state in &self.states {
             for source in state.of(from.predicate) {
-                if !self.all_fit(action, state, from, source) {
+                if !fitting.all_fit(state.trajectory, from, source) {
                     continue;
                 }
                 let found = match &whole {
@@ -176,7 +206,7 @@ impl<'a> Observed<'a> {
                         state.facts.contains(&GroundAtom { predicate: to.predicate, arguments })
                     }
                     None => state.of(to.predicate).iter().any(|target| {
-                        self.agree(action, state, (source, target), (&to.slots, &shared))
+                        fitting.agree(state.trajectory, (source, target), (&to.slots, &shared))
                     }),
                 };
                 if found != positive {
@@ -187,30 +217,12 @@ impl<'a> Observed<'a> {
         }
         Some(instances.len())
     }
-
-    /// Returns whether two facts agree in the objects that they share and the others are different and fit.
-    fn agree(
-        &self,
-        action: &Action,
-        state: &State<'_>,
-        (source, target): (&GroundAtom, &GroundAtom),
-        (slots, shared): (&[Slot], &[Option<usize>]),
-    ) -> bool {
-        let mut places = target.arguments.iter().zip(shared).zip(slots);
-        places.all(|((object, at), slot)| match at {
-            Some(at) => source.arguments[*at] == *object,
-            None => {
-                !source.arguments.contains(object)
-                    && self.fits(action, state.trajectory, *slot, *object)
-            }
-        })
-    }
 }
 
 /// The evidence on one action.
 pub(super) struct Weighing<'a> {
     pub observed: &'a Observed<'a>,
-    pub action: &'a Action,
+    pub fitting: Fitting,
     pub vocabulary: &'a [Bound],
     pub seen: &'a [Seen<'a>],
     pub refused: &'a [Seen<'a>],
@@ -300,13 +312,17 @@ impl Weighing<'_> {
         out: &BTreeSet<Candidate>,
     ) -> Option<Finding> {
         let to = &self.vocabulary[literal.index];
+        let positive = held.iter().filter(|c| c.positive).count();
+        if held.len() * positive > MAX_PAIRS {
+            return None;
+        }
         let mut best: Option<Finding> = None;
         for other in held.iter().filter(|c| c.positive && **c != literal && !out.contains(c)) {
             let from = &self.vocabulary[other.index];
-            let found = self.observed.follows(self.action, from, to, literal.positive);
+            let found = self.observed.follows(&self.fitting, from, to, literal.positive);
             let Some(instances) = found.filter(|n| *n >= MIN_INSTANCES) else { continue };
             let back =
-                literal.positive && self.observed.follows(self.action, to, from, true).is_some();
+                literal.positive && self.observed.follows(&self.fitting, to, from, true).is_some();
             if !back {
                 best.get_or_insert(Finding::Follows { from: *other, instances });
             } else if from.predicate != to.predicate {
@@ -322,7 +338,7 @@ impl Weighing<'_> {
     /// for which it held.
     fn chance(&self, literal: Candidate) -> (f64, usize) {
         let bound = &self.vocabulary[literal.index];
-        let share = self.observed.share(self.action, bound);
+        let share = self.observed.share(&self.fitting, bound);
         let share = if literal.positive { share } else { 1.0 - share };
         // An atom without arguments has no other objects: each step counts.
         let instances = match bound.parameters().next() {

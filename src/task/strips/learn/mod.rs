@@ -268,7 +268,7 @@ fn learn_action(
             let effects = from_all_steps(&vocabulary, &seen, &before);
             let weighing = Weighing {
                 observed,
-                action,
+                fitting: observed.fitting(action),
                 vocabulary: &vocabulary,
                 seen: &seen,
                 refused: &refused,
