@@ -269,7 +269,7 @@ fn faults_of_a_domain_name_line_column_and_what_was_expected() {
         (
             "(at ?x ?a) (free)",
             "(at ?x) (free)",
-            "line 8, column 24: `(at ...)` has 1 arguments; expected 2",
+            "line 8, column 24: `(at ...)` has 1 argument; expected 2",
         ),
         (
             "(at ?x ?a) (free)",
@@ -376,7 +376,7 @@ fn faults_of_problems_and_trajectories_name_the_place() {
     let wide = Domain::parse(wide.as_bytes(), "d", Bodies::Skip).expect("sound");
     let one = "(:trajectory (:state) (:action (a 1 2 3 4 5 6 7 8 9)) (:state))".to_owned();
     // 9 * 8 * 7 * 6 * 5 * 4 = 60,480 atoms can be held; another argument is too much.
-    assert!(learn(&wide, &read(&[one.clone()], &wide), Rule::Evidence).is_ok());
+    assert!(learn(&wide, &read(std::slice::from_ref(&one), &wide), Rule::Evidence).is_ok());
     let wider = wide.to_string().replace("?f)", "?f ?g)").replace("?9)", "?9 ?10)");
     let wider = Domain::parse(wider.as_bytes(), "d", Bodies::Skip).expect("sound");
     let traces = read(&[one.replace("9)", "9 10)")], &wider);

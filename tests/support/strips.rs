@@ -590,10 +590,9 @@ impl World {
         let mut goal = Vec::new();
         while walked.len() < steps {
             let random = chance(rng, 0.2);
-            if random || plan.is_empty() {
-                if goal.iter().all(|fact| state.contains(fact)) {
-                    goal = self.goal(&state, rng);
-                }
+            let idle = random || plan.is_empty();
+            if idle && goal.iter().all(|fact| state.contains(fact)) {
+                goal = self.goal(&state, rng);
             }
             let planned =
                 plan.first().and_then(|call| Some((*call, self.calls[*call].apply(&state)?)));

@@ -113,8 +113,8 @@ impl Source<'_> {
         match objects.iter().find(|o| !seen.insert(&o.name)) {
             None => Ok(()),
             Some(twice) => {
-                let places = sections.iter().filter(|s| s.head() == Some(":objects"));
-                let place = places.last().map_or(Place { line: 1, column: 1 }, |s| s.place);
+                let mut places = sections.iter().filter(|s| s.head() == Some(":objects"));
+                let place = places.next_back().map_or(Place { line: 1, column: 1 }, |s| s.place);
                 let problem = format!("the object `{}` is declared twice", twice.name);
                 Err(self.fault(place, problem, "one declaration of each object"))
             }

@@ -354,7 +354,8 @@ impl Source<'_> {
     }
 
     pub fn arity(&self, node: &Node, found: usize, wanted: usize) -> PddlFault {
-        let problem = format!("{} has {found} arguments", node.shown());
+        let s = if found == 1 { "" } else { "s" };
+        let problem = format!("{} has {found} argument{s}", node.shown());
         self.fault(node.place, problem, format!("{wanted}"))
     }
 

@@ -121,8 +121,7 @@ impl Source<'_> {
         })?;
         let mut open: Vec<(Place, Vec<Node>)> = Vec::new();
         let mut done = Vec::new();
-        let mut words = Words { rest: text, place: start };
-        while let Some((place, word)) = words.next() {
+        for (place, word) in (Words { rest: text, place: start }) {
             let node = match word {
                 "(" => {
                     if open.len() == MAX_DEPTH {

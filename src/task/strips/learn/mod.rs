@@ -102,7 +102,7 @@ pub enum Reason {
 }
 
 impl Reason {
-    /// Returns whether the reason proves that the literal is a precondition.
+    /// Returns whether the reason is evidence that the literal is a precondition.
     pub fn is_required(&self) -> bool {
         matches!(self, Self::Held | Self::Changed | Self::Refused { .. } | Self::Selective { .. })
     }
