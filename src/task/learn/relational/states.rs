@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::cluster::{Clustering, FramePrior, Item};
 use super::frames::Frames;
 use super::likelihood::Likelihood;
-use super::motion::{Came, Motion};
+use super::motion::Motion;
 use super::places::{Group, is_scattered};
 use crate::task::learn::names::Names;
 use crate::task::relational::FrameState;
