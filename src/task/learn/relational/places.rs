@@ -17,7 +17,9 @@ const NUDGED: f64 = 0.1;
 /// Evidence for several places in a broad cluster, in nats.
 const PLACES: f64 = 6.0;
 /// Least log likelihood of a state's poses, relative to poses scattered over the scene.
-const EVIDENCE: f64 = 4.0;
+const EVIDENCE: f64 = 8.0;
+/// Number of demonstrations from which scattered poses can be told from a state.
+const MANY: usize = 5;
 
 /// A cluster of one kind.
 pub(super) struct Group {
@@ -30,8 +32,9 @@ pub(super) struct Group {
 }
 
 /// Returns whether the poses of a state are as good as scattered over the scene. Such poses are outliers.
-pub(super) fn is_scattered(places: &[Group]) -> bool {
-    places.iter().map(|g| g.evidence).sum::<f64>() < EVIDENCE
+pub(super) fn is_scattered(places: &[Group], demos: usize) -> bool {
+    // A few poses say too little.
+    demos >= MANY && places.iter().map(|g| g.evidence).sum::<f64>() < EVIDENCE
 }
 
 /// Returns the frame in which these groups can be places of one state: the frame with the greatest posterior, if each
@@ -66,7 +69,13 @@ impl Frames<'_, '_> {
                     .rev()
                     .find_map(|s| self.motion.index_at(rest.demo, rest.track, s))?;
                 let far = self.motion.rests[before].pose.distance(&rest.pose);
-                let near = rest.came == Came::Carried && far < NUDGED * usual;
+                // An attempt whose object the recording does not name may have been another object's.
+                let unsure = match rest.came {
+                    Came::Carried => true,
+                    Came::Placed(attempt) => !self.motion.attempts[attempt].declared,
+                    Came::Found => false,
+                };
+                let near = unsure && far < NUDGED * usual;
                 let b = groups.iter().position(|g| g.rests.contains(&before))?;
                 (near && a != b).then_some(b)
             });

@@ -76,7 +76,7 @@ pub(super) fn find(motion: &Motion<'_>) -> States {
         let groups = frames.without_nudges(kind, groups);
         for places in frames.together(groups) {
             let all: Vec<usize> = places.iter().flat_map(|g| g.rests.clone()).collect();
-            if !frames.supported(&all) || is_scattered(&places) {
+            if !frames.supported(&all) || is_scattered(&places, motion.recording.demos.len()) {
                 lost.extend(all);
                 continue;
             }
