@@ -41,7 +41,8 @@ impl RelationalDomain {
             }
             for place in &state.places {
                 let square: f64 = place.orientation.iter().map(|v| v * v).sum();
-                if !((square - 1.0).abs() < 1e-3) {
+                let unit = (square - 1.0).abs() < 1e-3;
+                if !unit {
                     return fault("has an orientation that is not a unit quaternion");
                 }
                 for coordinate in &place.coordinates {

@@ -118,8 +118,8 @@ impl Likelihood {
     /// Log marginal likelihood of `n` poses in one frame. `extent` is the size of the scene.
     pub fn poses(&self, n: usize, sums: &Sums, extent: &[f64; 3]) -> f64 {
         let mut total = -sums.choices;
-        for i in 0..3 {
-            let (tight, open) = self.coordinate(n, sums.sum[i], sums.square[i], extent[i]);
+        for (i, extent) in extent.iter().enumerate() {
+            let (tight, open) = self.coordinate(n, sums.sum[i], sums.square[i], *extent);
             total += log_add(tight, open);
         }
         if self.turns {

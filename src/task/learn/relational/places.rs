@@ -53,7 +53,7 @@ impl Frames<'_, '_> {
         let mut moved: Vec<f64> = (self.motion.attempts.iter())
             .filter_map(|a| {
                 let track = a.track?;
-                let own = &self.motion.tracks[a.demo][track].kind == &self.kinds[kind];
+                let own = self.motion.tracks[a.demo][track].kind == self.kinds[kind];
                 let before = self.motion.rest_at(a.demo, track, a.before)?;
                 let after = self.motion.rest_at(a.demo, track, a.after)?;
                 own.then(|| before.pose.distance(&after.pose))
