@@ -9,8 +9,8 @@ use symbolt::study::catalogue::Options;
 use thiserror::Error;
 
 pub(crate) use super::options::{
-    Common, DemoArgs, GroundingArgs, OutFile, PlannerArgs, SyntheticArgs, demonstrated, number,
-    whole,
+    Common, DemoArgs, GroundingArgs, Method, OutFile, PlannerArgs, SyntheticArgs, demonstrated,
+    number, whole,
 };
 
 /// A sentence on a well-formed argument that the command cannot use.
@@ -270,8 +270,15 @@ pub(crate) struct LearnArgs {
     pub recording: PathBuf,
     #[command(flatten)]
     pub common: Common,
+    /// Learner: relational (states in the frames of objects, actions with
+    /// parameters) or paper (states in the world frame, as in the paper)
+    /// [default: relational; paper if --threshold is given]
+    #[arg(verbatim_doc_comment, hide_possible_values = true)]
+    #[arg(long, value_name = "METHOD", value_enum)]
+    pub method: Option<Method>,
     /// Clustering threshold for every kind, such as 1.169mm (the paper's)
-    /// or 0.001169m; without a unit in metres [default: found from the data]
+    /// or 0.001169m; without a unit in metres; needs the method paper
+    /// [default: found from the data]
     #[arg(verbatim_doc_comment, long, value_name = "LENGTH", allow_negative_numbers = true)]
     pub threshold: Option<String>,
     /// Exponent p of the p-norm that measures distances; not 0

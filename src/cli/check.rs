@@ -5,10 +5,11 @@ use serde_json::{Value, json};
 use symbolt::files::read_file;
 use symbolt::neurons::{SolvedFileError, SolvedModel};
 use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
-use symbolt::task::{Domain, Recording, Snapshot, TaskError};
+use symbolt::task::{Recording, Snapshot, TaskError};
 
 use super::Outcome;
 use super::args::CheckArgs;
+use super::domain::AnyDomain;
 use super::output::{emit, emit_json, facts};
 
 pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Error> {
@@ -37,10 +38,9 @@ fn inspect(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
     // Of these files, only domains name their format, so even a truncated domain is recognised.
     let head = String::from_utf8_lossy(&bytes[..bytes.len().min(200)]);
     if header.as_ref().map_or(head.contains("\"format\""), |v| v.get("format").is_some()) {
-        let domain = Domain::parse(bytes, name)?;
+        let domain = AnyDomain::parse(bytes, name)?;
         return Ok(json!({
-            "kind": "domain", "states": domain.states().len(),
-            "actions": domain.operators().len(),
+            "kind": "domain", "states": domain.states(), "actions": domain.actions(),
         }));
     }
     if header.as_ref().is_some_and(|v| {

@@ -10,6 +10,7 @@ use symbolt::neurons::Population;
 use symbolt::sim::{Real, Seed, VocabTag};
 use symbolt::spa::VocabularyBuilder;
 use symbolt::task::planner::{PlannerSpec, Unbinding};
+use symbolt::task::relational::{Grounder, RelationalDomain};
 use symbolt::task::tasks::nuts_and_bolts::{NutsAndBolts, Order, SyntheticDemonstrations};
 use symbolt::task::{Commitment, GaussianGate, Grounding, TaskError};
 
@@ -104,6 +105,13 @@ impl PlannerArgs {
     }
 }
 
+/// The learner.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Method {
+    Relational,
+    Paper,
+}
+
 /// The rule that finds the state of an object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Rule {
@@ -114,12 +122,13 @@ pub(crate) enum Rule {
 #[derive(Debug, Clone, Args)]
 pub(crate) struct GroundingArgs {
     /// Rule that finds an object's state: gated (the greatest density within
-    /// --limit) or nearest (by p-norm, the paper's rule)
+    /// --limit) or nearest (by p-norm, the paper's rule; only for a domain
+    /// without frames)
     #[arg(verbatim_doc_comment, hide_possible_values = true)]
     #[arg(long, value_name = "RULE", value_enum, default_value = "gated")]
     pub grounding: Rule,
     /// Maximum distance to a state, in standard deviations
-    #[arg(long, value_name = "SD", default_value_t = GaussianGate::default().limit)]
+    #[arg(long, value_name = "SD", default_value_t = Grounder::LIMIT)]
     #[arg(value_parser = number::<f64>)]
     pub limit: f64,
 }
@@ -132,6 +141,19 @@ impl GroundingArgs {
             }
             Rule::Nearest => Grounding::paper(),
         }
+    }
+
+    /// Returns the grounder of a domain with frames.
+    ///
+    /// # Errors
+    /// [`BadArgument`] for the rule `nearest`; [`TaskError::Setting`] for a limit out of range.
+    pub fn grounder(&self, domain: &RelationalDomain) -> Result<Grounder, Error> {
+        if self.grounding == Rule::Nearest {
+            let problem = "--grounding nearest: the domain has states in frames; expected gated, or a domain \
+                           of `symbolt learn --method paper`";
+            return Err(BadArgument(problem.into()).into());
+        }
+        Ok(Grounder::new(domain).with_limit(self.limit)?)
     }
 }
 

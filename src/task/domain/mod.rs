@@ -41,7 +41,8 @@ mod world;
 use std::ops::Index;
 
 pub use builder::DomainBuilder;
-pub(crate) use check::is_symbol;
+pub(crate) use check::{check_names, is_symbol};
+pub(crate) use file::fields;
 pub use grounding::{Classifier, GaussianGate, Grounded, Grounding, MIN_DISTINCT};
 pub use ids::{ActionId, StateId};
 pub use operator::{Evidence, Operator, Parameter};
@@ -251,7 +252,7 @@ impl Domain {
     }
 }
 
-fn find<'n>(
+pub(crate) fn find<'n>(
     name: &str,
     what: &'static str,
     names: impl Iterator<Item = &'n str> + Clone,

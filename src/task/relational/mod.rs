@@ -35,6 +35,7 @@ mod operator;
 mod plan;
 mod problem;
 mod state;
+mod words;
 
 pub use frame::Frame;
 pub(crate) use frame::relative;
