@@ -6,6 +6,7 @@
 //! | [`experiment`] | the framework: trials in a journal, tables, figures |
 //! | [`catalogue`] | the experiments by name |
 //! | [`standard`] | the networks on which speed is measured |
+//! | [`worlds`] | kinematic tasks with known truth, for scoring learners |
 
 pub mod catalogue;
 pub mod experiment;
@@ -13,6 +14,7 @@ pub mod standard;
 pub mod statistics;
 #[cfg(feature = "physics")]
 mod tally;
+pub mod worlds;
 
 #[cfg(feature = "physics")]
 pub use tally::Tally;

@@ -51,7 +51,7 @@ pub mod tasks;
 pub use domain::{
     AcceptableAnswers, ActionId, Classifier, Commitment, Demonstration, Domain, DomainBuilder,
     Evidence, GaussianGate, Grounded, Grounding, KindClusters, Labels, LearnedState, MIN_DISTINCT,
-    ObjectPose, Obstacle, Operator, Origin, Parameter, Pose, Provenance, Recording, Rules,
+    ObjectPose, Obstacle, Operator, Origin, Parameter, Pose, Provenance, Recording, Rules, Sensing,
     Snapshot, SnapshotEvent, State, StateId, Verdict, WorldState, acceptable_answers,
     mean_orientation, rotation_between,
 };

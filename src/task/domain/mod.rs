@@ -15,6 +15,7 @@
 //! | write a domain in code | [`DomainBuilder`] |
 //! | inspect a domain | [`State`], [`Operator`], [`Evidence`], [`LearnedState`], [`Provenance`] |
 //! | read and write recordings and scenes | [`Recording`], [`Demonstration`], [`Snapshot`], [`ObjectPose`], [`Pose`] |
+//! | add errors of sensing to poses | [`Sensing`] |
 //! | find the states of objects | [`Classifier`], [`Grounding`], [`Grounded`] |
 //! | describe the states that hold | [`WorldState`] |
 //! | interpret a planner's answer | [`Verdict`], [`Obstacle`] |
@@ -34,6 +35,7 @@ pub(crate) mod pose;
 mod provenance;
 pub(crate) mod recording;
 pub(crate) mod reference;
+mod sensing;
 mod state;
 mod verdict;
 mod world;
@@ -50,6 +52,7 @@ pub use pose::{Pose, mean_orientation, rotation_between};
 pub use provenance::{KindClusters, Provenance};
 pub use recording::{Demonstration, Labels, ObjectPose, Recording, Snapshot, SnapshotEvent};
 pub use reference::{AcceptableAnswers, acceptable_answers};
+pub use sensing::Sensing;
 pub use state::{LearnedState, Origin, State};
 pub use verdict::{Commitment, Obstacle, Rules, Verdict};
 pub use world::WorldState;

@@ -41,13 +41,13 @@ pub(super) struct States {
 }
 
 /// Scale of careful placing, in metres and radians, without sensing noise.
-const PLACED_M: f64 = 1e-3;
+const PLACED_M: f64 = 2e-4;
 const PLACED_RAD: f64 = 0.02;
 /// Smallest size of the scene in a coordinate, in metres.
 const SMALLEST_M: f64 = 0.05;
-/// Log priors of the frames of fixed kinds and of kinds that move. The world comes first among equals.
-const FIXED_PRIOR: f64 = -1.0;
-const MOVING_PRIOR: f64 = -2.0;
+/// Log priors of the world frame and of the frame of a kind, before its distance counts.
+const WORLD_PRIOR: f64 = -3.0;
+const KIND_PRIOR: f64 = -1.0;
 /// Share of a kind's attempts that may end in the cluster in which they began before orientation counts.
 const UNEXPLAINED: f64 = 0.3;
 /// Share of the demonstrations in which a state has to occur.
@@ -153,6 +153,13 @@ impl<'m, 'r> Search<'m, 'r> {
         Self { motion, kinds, moves, extent }
     }
 
+    /// Returns the first rest of another object during a rest. A container that carried the object comes to rest a
+    /// little later.
+    fn rest_during(&self, rest: usize, track: usize) -> Option<usize> {
+        let own = &self.motion.rests[rest];
+        (own.first..=own.last).find_map(|s| self.motion.index_at(own.demo, track, s))
+    }
+
     /// Returns the nearest object of the frame's kind when a rest began, and the number of objects to choose from.
     fn reference(&self, rest: usize, frame: usize) -> Option<(usize, usize)> {
         let kind = self.kinds.get(frame.checked_sub(1)?)?;
@@ -163,7 +170,8 @@ impl<'m, 'r> Search<'m, 'r> {
             if track.kind != *kind || t == own.track {
                 continue;
             }
-            let Some(there) = self.motion.rest_at(own.demo, t, own.first) else { continue };
+            let Some(there) = self.rest_during(rest, t) else { continue };
+            let there = &self.motion.rests[there];
             choices += 1;
             let far = there.pose.distance(&own.pose);
             if nearest.is_none_or(|(least, _)| far < least) {
@@ -180,7 +188,7 @@ impl<'m, 'r> Search<'m, 'r> {
             return Some(own.pose);
         }
         let (track, _) = self.reference(rest, frame)?;
-        let there = self.motion.rest_at(own.demo, track, own.first)?;
+        let there = &self.motion.rests[self.rest_during(rest, track)?];
         Some(relative(&there.pose, &own.pose))
     }
 
@@ -204,11 +212,13 @@ impl<'m, 'r> Search<'m, 'r> {
     fn sums(&self, rest: usize, frame: usize) -> Option<Sums> {
         let own = &self.motion.rests[rest];
         let mut choices = 1;
+        let mut far = 0.0;
         if frame > 0 {
             let (track, of) = self.reference(rest, frame)?;
             choices = of;
             // A frame is refused if its object leaves while the rest lasts.
-            let begin = self.motion.index_at(own.demo, track, own.first)?;
+            let begin = self.rest_during(rest, track)?;
+            far = self.motion.rests[begin].pose.distance(&own.pose);
             let end = self.motion.index_at(own.demo, track, own.last);
             if end.is_some_and(|end| end != begin) {
                 return None;
@@ -221,6 +231,7 @@ impl<'m, 'r> Search<'m, 'r> {
             square: pose.position.map(|v| v * v),
             turn: *turn.matrix(),
             choices: (choices as f64).ln(),
+            far,
         })
     }
 
@@ -234,13 +245,8 @@ impl<'m, 'r> Search<'m, 'r> {
             .iter()
             .map(|r| Item { frames: (0..frames).map(|f| self.sums(*r, f)).collect() })
             .collect();
-        let priors: Vec<f64> = (0..frames)
-            .map(|f| match f.checked_sub(1) {
-                None => 0.0,
-                Some(k) if self.moves[k] => MOVING_PRIOR,
-                Some(_) => FIXED_PRIOR,
-            })
-            .collect();
+        let priors: Vec<f64> =
+            (0..frames).map(|f| if f == 0 { WORLD_PRIOR } else { KIND_PRIOR }).collect();
         let extents: Vec<[f64; 3]> = (0..frames).map(|f| self.extent_in(f)).collect();
         let place: BTreeMap<usize, usize> = rests.iter().copied().zip(0..).collect();
         let attempts: Vec<(usize, usize)> = (self.motion.attempts.iter())

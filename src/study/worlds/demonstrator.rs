@@ -1,0 +1,136 @@
+//! The demonstrator: does the jobs of a world in an order drawn from those that the world and his habits allow.
+
+use std::sync::Arc;
+
+use nalgebra::Isometry3;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+use super::rest::draw;
+use super::run::{At, RuleRun, pose};
+use super::spec::Quota;
+use crate::task::domain::Pose;
+
+/// Maximum number of draws of a free target.
+const DRAWS: usize = 300;
+
+impl RuleRun {
+    /// The demonstrator's next move.
+    pub(super) fn next_move(&mut self) -> Option<(Arc<str>, Pose)> {
+        self.complete_jobs();
+        let mut rng = self.seed.derive_index("demonstrator", self.moves).rng();
+        let mut open: Vec<(usize, Vec<(usize, At)>)> = (0..self.duties.len())
+            .filter(|job| !self.duties[*job].done && self.may_begin(*job))
+            .map(|job| (job, self.candidates(job)))
+            .filter(|(_, candidates)| !candidates.is_empty())
+            .collect();
+        while !open.is_empty() {
+            let chosen = rng.random_range(0..open.len());
+            let (job, candidates) = &mut open[chosen];
+            let (body, at) = candidates.swap_remove(rng.random_range(0..candidates.len()));
+            let job = *job;
+            if candidates.is_empty() {
+                open.swap_remove(chosen);
+            }
+            if let Some(target) = self.target(job, body, at, &mut rng) {
+                return Some((self.bodies[body].id.clone(), pose(&target)));
+            }
+        }
+        None
+    }
+
+    /// Marks the jobs whose quota is met. A complete job stays complete.
+    fn complete_jobs(&mut self) {
+        for _ in 0..self.duties.len() {
+            for job in 0..self.duties.len() {
+                if !self.duties[job].done && self.may_begin(job) && self.quota_met(job) {
+                    self.duties[job].done = true;
+                }
+            }
+        }
+    }
+
+    fn may_begin(&self, job: usize) -> bool {
+        let spec = &self.spec;
+        let to = spec.jobs[job].to;
+        let habits = spec.habits.iter().filter(|(_, then)| *then == to).map(|(first, _)| first);
+        spec.jobs[job].after.iter().chain(habits).all(|before| {
+            spec.jobs.iter().zip(&self.duties).all(|(job, duty)| job.to != *before || duty.done)
+        })
+    }
+
+    fn quota_met(&self, job: usize) -> bool {
+        let to = self.spec.jobs[job].to;
+        let Some(rule) = self.rule(to) else { return true };
+        match self.duties[job].quota {
+            Quota::Total(count) | Quota::Drawn(count, _) => self.count(to, None) >= count,
+            Quota::EachReference => {
+                self.references(rule).into_iter().all(|on| self.count(to, on) > 0)
+            }
+            Quota::EachObject => {
+                self.of_kind(self.spec.rules[rule].state.kind).all(|body| self.is_in(body, to))
+            }
+            Quota::Empty(state) => self.count(state, None) == 0,
+        }
+    }
+
+    /// The moves that serve a job and that the rules allow now.
+    fn candidates(&self, job: usize) -> Vec<(usize, At)> {
+        let to = self.spec.jobs[job].to;
+        let Some(rule) = self.rule(to) else { return Vec::new() };
+        let state = &self.spec.rules[rule].state;
+        let mut found = Vec::new();
+        for body in self.of_kind(state.kind) {
+            let serves = match self.duties[job].quota {
+                Quota::Empty(from) => self.is_in(body, from),
+                _ => !self.is_in(body, to),
+            };
+            if !serves {
+                continue;
+            }
+            for on in self.references(rule) {
+                let each = matches!(self.duties[job].quota, Quota::EachReference);
+                if each && self.count(to, on) > 0 {
+                    continue;
+                }
+                for place in 0..state.places.len() {
+                    let at = At { rule, on, place };
+                    if self.allowed(body, at) {
+                        found.push((body, at));
+                    }
+                }
+            }
+        }
+        found
+    }
+
+    /// Draws a free target for a move of a job, in the world frame.
+    fn target(
+        &self,
+        job: usize,
+        body: usize,
+        at: At,
+        rng: &mut ChaCha8Rng,
+    ) -> Option<Isometry3<f64>> {
+        let mut target = self.free_target(body, at, rng)?;
+        if self.spec.jobs[job].in_place {
+            target.translation = self.bodies[body].pose.translation;
+        }
+        Some(target)
+    }
+
+    /// Draws a free target in a state, in the world frame.
+    pub(super) fn free_target(
+        &self,
+        body: usize,
+        at: At,
+        rng: &mut ChaCha8Rng,
+    ) -> Option<Isometry3<f64>> {
+        let place = self.place(at);
+        let kind = self.kind(body);
+        (0..DRAWS).find_map(|_| {
+            let target = place * draw(&self.spec.rules[at.rule].state, kind.lie, rng);
+            self.vacant(Some(body), kind.radius_m, at, &target).then_some(target)
+        })
+    }
+}

@@ -1,0 +1,417 @@
+//! Carries out moves by the rules of a [`Spec`].
+
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Translation3};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+use super::rest::{draw, fits, rest};
+use super::spec::{Count, Job, Kind, Lie, Quota, Rule, Spec, Start};
+use super::truth::{Extent, Need};
+use super::{Resting, Run, Stage};
+use crate::sim::Seed;
+use crate::task::domain::pose::quaternion_array;
+use crate::task::domain::{ObjectPose, Pose, Snapshot};
+
+/// Two objects on one reference object cannot be closer than this, in metres.
+const OCCUPIED_M: f64 = 8e-3;
+
+/// Objects whose heights differ by more than this do not collide, in metres.
+const ABOVE_M: f64 = 0.12;
+
+/// Maximum number of draws of a free pose.
+const DRAWS: usize = 500;
+
+/// The state that an object is in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct At {
+    /// Index of the rule.
+    pub rule: usize,
+    /// Index of the reference object; `None` in the world frame.
+    pub on: Option<usize>,
+    /// Index of the place.
+    pub place: usize,
+}
+
+#[derive(Debug)]
+pub(super) struct Body {
+    pub id: Arc<str>,
+    pub kind: usize,
+    pub pose: Isometry3<f64>,
+    pub at: Option<At>,
+}
+
+/// A job of this run: its quota with drawn numbers, and whether it is complete.
+#[derive(Debug)]
+pub(super) struct Duty {
+    pub quota: Quota,
+    pub done: bool,
+}
+
+/// A run of a world given by a [`Spec`].
+#[derive(Debug)]
+pub(super) struct RuleRun {
+    pub spec: Arc<Spec>,
+    pub seed: Seed,
+    pub bodies: Vec<Body>,
+    pub duties: Vec<Duty>,
+    pub moves: u64,
+}
+
+pub(super) fn isometry(pose: &Pose) -> Isometry3<f64> {
+    Isometry3::from_parts(Translation3::from(pose.position), pose.rotation())
+}
+
+pub(super) fn pose(isometry: &Isometry3<f64>) -> Pose {
+    let t = isometry.translation.vector;
+    Pose { position: [t.x, t.y, t.z], orientation: quaternion_array(&isometry.rotation) }
+}
+
+impl RuleRun {
+    pub fn begin(spec: Arc<Spec>, seed: Seed, stage: Stage) -> Self {
+        let seed = match stage {
+            Stage::Demonstration(number) => {
+                seed.derive(spec.name, "demonstration").derive_index("number", number as u64)
+            }
+            Stage::Test => seed.derive(spec.name, "test"),
+        };
+        let mut rng = seed.derive(spec.name, "scene").rng();
+        let duty = |job: &Job, rng: &mut ChaCha8Rng| match job.quota {
+            Quota::Drawn(low, high) => Quota::Total(rng.random_range(low..=high)),
+            quota => quota,
+        };
+        let duties =
+            spec.jobs.iter().map(|job| Duty { quota: duty(job, &mut rng), done: false }).collect();
+        let mut run = Self { spec: spec.clone(), seed, bodies: Vec::new(), duties, moves: 0 };
+        for (index, kind) in spec.kinds.iter().enumerate() {
+            let count = match kind.count {
+                Count::Any(low, high) => rng.random_range(low..=high),
+                Count::Differs { shown, test } => {
+                    let (low, high) = if stage == Stage::Test { test } else { shown };
+                    rng.random_range(low..=high)
+                }
+                Count::Like { kind, more } => {
+                    run.of_kind(kind).count() + rng.random_range(0..=more)
+                }
+            };
+            for number in 0..count {
+                let id = format!("{}_{number}", kind.name).into();
+                let first = match stage {
+                    Stage::Demonstration(demo) => (demo + number) % 2 == 0,
+                    Stage::Test => rng.random(),
+                };
+                let (pose, at) = run.start(kind, first, &mut rng);
+                run.bodies.push(Body { id, kind: index, pose, at });
+            }
+        }
+        run.trigger(&mut rng);
+        run
+    }
+
+    /// Draws where an object of a kind is when the run begins.
+    fn start(
+        &self,
+        kind: &Kind,
+        first: bool,
+        rng: &mut ChaCha8Rng,
+    ) -> (Isometry3<f64>, Option<At>) {
+        let state = match kind.start {
+            Start::Fixed(pose) => return (isometry(&pose), None),
+            Start::Anywhere { x, y, z, turn } => {
+                let mut pose = Isometry3::identity();
+                for _ in 0..DRAWS {
+                    let x = rng.random_range(x[0]..=x[1]);
+                    let y = rng.random_range(y[0]..=y[1]);
+                    let yaw = rng.random_range(-turn..=turn);
+                    pose = isometry(&super::spec::turned(
+                        Pose::at([x, y, z]),
+                        [0.0, 0.0, 1.0],
+                        yaw.to_degrees(),
+                    ));
+                    if self.clear(None, kind.radius_m, None, &pose) {
+                        break;
+                    }
+                }
+                return (pose, None);
+            }
+            Start::In(state) => state,
+            Start::Either(one, other) => {
+                if first {
+                    one
+                } else {
+                    other
+                }
+            }
+        };
+        let Some(rule) = self.rule(state) else { return (Isometry3::identity(), None) };
+        let mut start = (Isometry3::identity(), None);
+        for _ in 0..DRAWS {
+            let references = self.references(rule);
+            if references.is_empty() {
+                break;
+            }
+            let on = references[rng.random_range(0..references.len())];
+            let place = rng.random_range(0..self.spec.rules[rule].state.places.len());
+            let at = At { rule, on, place };
+            let local = draw(&self.spec.rules[rule].state, kind.lie, rng);
+            let local = rest(&self.spec.rules[rule].state, kind.lie, &local, rng);
+            let pose = self.place(at) * local;
+            start = (pose, Some(at));
+            if self.vacant(None, kind.radius_m, at, &pose) {
+                break;
+            }
+        }
+        start
+    }
+
+    pub fn rule(&self, state: &str) -> Option<usize> {
+        self.spec.rules.iter().position(|r| r.state.name == state)
+    }
+
+    pub fn of_kind<'a>(&'a self, kind: &'a str) -> impl Iterator<Item = usize> + 'a {
+        (0..self.bodies.len()).filter(move |b| self.kind(*b).name == kind)
+    }
+
+    pub fn kind(&self, body: usize) -> &Kind {
+        &self.spec.kinds[self.bodies[body].kind]
+    }
+
+    /// The rule of the state that an object is in.
+    fn rule_of(&self, body: usize) -> Option<&Rule> {
+        Some(&self.spec.rules[self.bodies[body].at?.rule])
+    }
+
+    pub fn is_in(&self, body: usize, state: &str) -> bool {
+        self.rule_of(body).is_some_and(|r| r.state.name == state)
+    }
+
+    /// The objects in a state; with `on`, only those relative to that reference object.
+    pub fn count(&self, state: &str, on: Option<usize>) -> usize {
+        let here = |b: &Body| on.is_none() || b.at.and_then(|at| at.on) == on;
+        (0..self.bodies.len()).filter(|b| self.is_in(*b, state) && here(&self.bodies[*b])).count()
+    }
+
+    /// All reference objects that a rule's state can have.
+    pub fn references(&self, rule: usize) -> Vec<Option<usize>> {
+        match self.spec.rules[rule].state.frame {
+            None => vec![None],
+            Some(kind) => self.of_kind(kind).map(Some).collect(),
+        }
+    }
+
+    /// The pose of a place in the world.
+    pub fn place(&self, at: At) -> Isometry3<f64> {
+        let local = isometry(&self.spec.rules[at.rule].state.places[at.place]);
+        at.on.map_or(local, |on| self.bodies[on].pose * local)
+    }
+
+    /// Whether `body` rests on or in `base`, directly or through other objects.
+    fn rests_on(&self, body: usize, base: usize) -> bool {
+        let mut below = self.bodies[body].at.and_then(|at| at.on);
+        for _ in 0..self.bodies.len() {
+            match below {
+                Some(b) if b == base => return true,
+                Some(b) => below = self.bodies[b].at.and_then(|at| at.on),
+                None => return false,
+            }
+        }
+        false
+    }
+
+    /// Whether no footprint overlaps that of an object of radius `radius_m` at `pose`. The object itself, what it
+    /// carries, and what it would rest on are left out.
+    fn clear(
+        &self,
+        body: Option<usize>,
+        radius_m: f64,
+        on: Option<usize>,
+        pose: &Isometry3<f64>,
+    ) -> bool {
+        (0..self.bodies.len()).all(|other| {
+            if body.is_some_and(|b| b == other || self.rests_on(other, b))
+                || on.is_some_and(|on| on == other || self.rests_on(on, other))
+            {
+                return true;
+            }
+            let apart = self.bodies[other].pose.translation.vector - pose.translation.vector;
+            apart.z.abs() > ABOVE_M || apart.xy().norm() >= radius_m + self.kind(other).radius_m
+        })
+    }
+
+    /// Whether a place is free for an object at `pose`.
+    pub fn vacant(
+        &self,
+        body: Option<usize>,
+        radius_m: f64,
+        at: At,
+        pose: &Isometry3<f64>,
+    ) -> bool {
+        match self.spec.rules[at.rule].state.extent {
+            Extent::Area { depth_m, .. } => {
+                depth_m > 0.0 || self.clear(body, radius_m, at.on, pose)
+            }
+            Extent::Spot { .. } => (0..self.bodies.len()).all(|other| {
+                let seat = self.bodies[other].at;
+                let apart = || {
+                    let place = self.place(at).translation.vector;
+                    (self.bodies[other].pose.translation.vector - place).norm()
+                };
+                Some(other) == body
+                    || seat
+                        .is_none_or(|seat| seat != at && (seat.on != at.on || apart() > OCCUPIED_M))
+            }),
+        }
+    }
+
+    /// The number of objects in a state, without the moved and the reference object.
+    fn others(&self, body: usize, on: Option<usize>, state: &str) -> usize {
+        let others = (0..self.bodies.len()).filter(|b| *b != body && Some(*b) != on);
+        others.filter(|b| self.is_in(*b, state)).count()
+    }
+
+    fn holds(&self, need: &Need, body: usize, on: Option<usize>) -> bool {
+        match *need {
+            Need::Object(state) => self.is_in(body, state),
+            Need::Reference(state) => on.is_some_and(|on| self.is_in(on, state)),
+            Need::Holds { state, at_least } => {
+                on.is_some_and(|on| self.count(state, Some(on)) >= at_least)
+            }
+            Need::Somewhere(state) => self.others(body, on, state) > 0,
+            Need::Nowhere(state) => self.others(body, on, state) == 0,
+            Need::Clear(state) => on.is_some_and(|on| self.count(state, Some(on)) == 0),
+        }
+    }
+
+    /// Whether the rules let an object enter a state, wherever exactly it is put.
+    pub fn allowed(&self, body: usize, at: At) -> bool {
+        let kind = self.kind(body);
+        let loaded = || self.bodies.iter().any(|b| b.at.and_then(|at| at.on) == Some(body));
+        if !kind.movable || (!kind.carries && loaded()) {
+            return false;
+        }
+        if at.on.is_some_and(|on| on == body || self.rests_on(on, body)) {
+            return false;
+        }
+        let rule = &self.spec.rules[at.rule];
+        let enter = rule.needs.iter().chain(&rule.reach).all(|n| self.holds(n, body, at.on));
+        enter
+            && self.bodies[body].at.is_none_or(|now| {
+                self.spec.rules[now.rule].reach.iter().all(|n| self.holds(n, body, now.on))
+            })
+    }
+
+    /// The states at a target pose that the rules let the object enter, nearest first.
+    fn targets(&self, body: usize, target: &Isometry3<f64>) -> Vec<At> {
+        let mut found = Vec::new();
+        for (rule, candidate) in self.spec.rules.iter().enumerate() {
+            if candidate.state.kind != self.kind(body).name {
+                continue;
+            }
+            for on in self.references(rule) {
+                for place in 0..candidate.state.places.len() {
+                    let at = At { rule, on, place };
+                    let local = self.place(at).inverse() * target;
+                    let radius_m = self.kind(body).radius_m;
+                    if fits(&candidate.state, &local)
+                        && self.allowed(body, at)
+                        && self.vacant(Some(body), radius_m, at, target)
+                    {
+                        found.push((local.translation.vector.norm(), at));
+                    }
+                }
+            }
+        }
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        found.into_iter().map(|(_, at)| at).collect()
+    }
+
+    /// Moves an object to a place, with everything that rests on it.
+    fn put(&mut self, body: usize, at: At, to: Isometry3<f64>) {
+        let shift = to * self.bodies[body].pose.inverse();
+        let load: Vec<usize> =
+            (0..self.bodies.len()).filter(|other| self.rests_on(*other, body)).collect();
+        for other in load {
+            self.bodies[other].pose = shift * self.bodies[other].pose;
+        }
+        self.bodies[body].pose = to;
+        self.bodies[body].at = Some(at);
+    }
+
+    /// Moves the objects that no hand moves.
+    fn trigger(&mut self, rng: &mut ChaCha8Rng) {
+        for trigger in self.spec.clone().triggers.iter().copied() {
+            let on = self.count(trigger.when, None) > 0;
+            let state = if on { trigger.then } else { trigger.otherwise };
+            let Some(rule) = self.rule(state) else { continue };
+            let kind = self.spec.rules[rule].state.kind;
+            for body in self.of_kind(kind).collect::<Vec<_>>() {
+                let Some(now) = self.bodies[body].at.filter(|now| now.rule != rule) else {
+                    continue;
+                };
+                let at = At { rule, ..now };
+                let local =
+                    rest(&self.spec.rules[rule].state, Lie::Flat, &Isometry3::identity(), rng);
+                self.put(body, at, self.place(at) * local);
+            }
+        }
+    }
+}
+
+impl Run for RuleRun {
+    fn snapshot(&self) -> Snapshot {
+        let object = |body: &Body| ObjectPose {
+            id: body.id.clone(),
+            kind: self.spec.kinds[body.kind].name.into(),
+            pose: pose(&body.pose),
+        };
+        Snapshot {
+            number: self.moves,
+            objects: self.bodies.iter().map(object).collect(),
+            ..Snapshot::default()
+        }
+    }
+
+    fn resting(&self) -> Vec<Option<Resting>> {
+        let resting = |at: At| Resting {
+            state: self.spec.rules[at.rule].state.name,
+            reference: at.on.map(|on| self.bodies[on].id.clone()),
+            place: at.place,
+        };
+        self.bodies.iter().map(|body| body.at.map(resting)).collect()
+    }
+
+    fn act(&mut self, object: &str, target: &Pose) -> bool {
+        let Some(body) = self.bodies.iter().position(|b| *b.id == *object) else { return false };
+        let target = isometry(target);
+        let Some(at) = self.targets(body, &target).first().copied() else { return false };
+        let mut rng = self.seed.derive_index("rest", self.moves).rng();
+        let local = self.place(at).inverse() * target;
+        let local = rest(&self.spec.rules[at.rule].state, self.kind(body).lie, &local, &mut rng);
+        self.put(body, at, self.place(at) * local);
+        self.moves += 1;
+        self.trigger(&mut rng);
+        true
+    }
+
+    fn solved(&self) -> bool {
+        self.spec.goal.iter().all(|goal| {
+            let Some(state) = self.rule(goal.state).map(|r| &self.spec.rules[r].state) else {
+                return false;
+            };
+            match goal.each {
+                None => self.count(goal.state, None) >= goal.at_least,
+                Some(each) if each == state.kind => {
+                    self.of_kind(each).all(|b| self.is_in(b, goal.state))
+                }
+                Some(each) => {
+                    self.of_kind(each).all(|b| self.count(goal.state, Some(b)) >= goal.at_least)
+                }
+            }
+        })
+    }
+
+    fn next(&mut self) -> Option<(Arc<str>, Pose)> {
+        self.next_move()
+    }
+}

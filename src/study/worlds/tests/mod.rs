@@ -1,0 +1,399 @@
+//! Tests of the worlds: what they accept and refuse, what they record, and how they are scored.
+
+mod scoring;
+
+use std::collections::HashSet;
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use rand::RngExt;
+
+use super::*;
+use crate::task::domain::pose::quaternion_array;
+
+fn iso(pose: &Pose) -> Isometry3<f64> {
+    Isometry3::from_parts(Translation3::from(pose.position), pose.rotation())
+}
+
+fn pose(iso: &Isometry3<f64>) -> Pose {
+    let t = iso.translation.vector;
+    Pose { position: [t.x, t.y, t.z], orientation: quaternion_array(&iso.rotation) }
+}
+
+/// Whether the object is in the state.
+fn is_in(run: &dyn Run, object: &str, state: &str) -> bool {
+    let index = run.snapshot().objects.iter().position(|o| &*o.id == object).unwrap();
+    run.resting()[index].as_ref().is_some_and(|r| r.state == state)
+}
+
+fn stages() -> [Stage; 3] {
+    [Stage::Demonstration(0), Stage::Demonstration(1), Stage::Test]
+}
+
+fn of(name: &str) -> Box<dyn World> {
+    named(name).unwrap_or_else(|| panic!("no world {name}"))
+}
+
+/// Every target that puts an object of the state's kind exactly into the state.
+fn targets(world: &dyn World, run: &dyn Run, state: &str) -> Vec<(Arc<str>, Pose)> {
+    let truth = world.truth();
+    let state = truth.state(state).unwrap();
+    let scene = run.snapshot();
+    let frames: Vec<(Option<&str>, Isometry3<f64>)> = match state.frame {
+        None => vec![(None, Isometry3::identity())],
+        Some(kind) => {
+            let of_kind = scene.objects.iter().filter(|o| &*o.kind == kind);
+            of_kind.map(|o| (Some(&*o.id), iso(&o.pose))).collect()
+        }
+    };
+    let mut found = Vec::new();
+    for object in scene.objects.iter().filter(|o| &*o.kind == state.kind) {
+        for (id, frame) in &frames {
+            if *id != Some(&*object.id) {
+                let place = |p| (object.id.clone(), pose(&(frame * iso(p))));
+                found.extend(state.places.iter().map(place));
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn there_are_twenty_worlds_and_their_truths_are_consistent() {
+    let worlds = all();
+    assert_eq!(worlds.len(), 20);
+    let names: HashSet<&str> = worlds.iter().map(|w| w.name()).collect();
+    assert_eq!(names.len(), worlds.len());
+    for world in &worlds {
+        let (name, truth) = (world.name(), world.truth());
+        assert!(world.description().ends_with('.'), "{name}");
+        assert!(!truth.goal.is_empty() && truth.actions.len() >= 1, "{name}");
+        let kinds: HashSet<Arc<str>> = (world.begin(Seed::new(1), Stage::Demonstration(0)))
+            .snapshot()
+            .objects
+            .iter()
+            .map(|o| o.kind.clone())
+            .collect();
+        for state in &truth.states {
+            assert!(kinds.contains(state.kind), "{name}: {}", state.kind);
+            assert!(state.frame.is_none_or(|f| kinds.contains(f)), "{name}: {:?}", state.frame);
+        }
+        let needs = truth.actions.iter().flat_map(|a| a.needs.iter().map(Need::state));
+        let sides = truth.actions.iter().flat_map(|a| a.side_effects.iter().copied());
+        let habits = truth.habits.iter().flat_map(|(a, b)| [*a, *b]);
+        let goals = truth.goal.iter().map(|g| g.state);
+        let own = truth.actions.iter().map(|a| a.to);
+        for state in needs.chain(sides).chain(habits).chain(goals).chain(own) {
+            assert!(truth.state(state).is_some(), "{name}: {state}");
+        }
+    }
+}
+
+#[test]
+fn the_demonstrator_solves_every_world() {
+    for world in all() {
+        for seed in 0..6 {
+            for stage in stages() {
+                let mut run = world.begin(Seed::new(seed), stage);
+                assert!(!run.solved(), "{} {seed} {stage:?}", world.name());
+                let mut moves = 0;
+                while let Some((object, target)) = run.next() {
+                    assert!(run.act(&object, &target), "{} {seed}: {object}", world.name());
+                    moves += 1;
+                    assert!(moves < 60, "{} {seed}", world.name());
+                }
+                assert!(run.solved(), "{} {seed} {stage:?}", world.name());
+            }
+        }
+    }
+}
+
+#[test]
+fn random_moves_solve_no_world() {
+    for world in all() {
+        let mut refused = 0;
+        for seed in 0..3 {
+            let mut run = world.begin(Seed::new(seed), Stage::Test);
+            let mut rng = Seed::new(seed).derive("random", "moves").rng();
+            for _ in 0..300 {
+                let scene = run.snapshot();
+                let object = &scene.objects[rng.random_range(0..scene.objects.len())];
+                let near = &scene.objects[rng.random_range(0..scene.objects.len())];
+                // Near another object, which is more dangerous than anywhere in the scene.
+                let mut target = near.pose;
+                for value in &mut target.position {
+                    *value += rng.random_range(-0.2..0.2);
+                }
+                refused += usize::from(!run.act(&object.id, &target));
+            }
+            assert!(!run.solved(), "{} {seed}", world.name());
+        }
+        assert!(refused > 300, "{}: {refused}", world.name());
+    }
+}
+
+#[test]
+fn a_move_against_an_order_that_the_world_needs_is_refused_and_changes_nothing() {
+    // Each of these states cannot be entered from any scene at the beginning of a demonstration with even number.
+    let early = [
+        ("nuts", "BOLT_IN_NUT"),
+        ("nuts_distractors", "BOLT_IN_NUT"),
+        ("nuts_jig_anywhere", "BOLT_IN_NUT"),
+        ("nuts_nut_first", "BOLT_IN_NUT"),
+        ("flange", "COVER_ON_FLANGE"),
+        ("keyed_peg", "CAP_ON_PEG"),
+        ("tower", "GREEN_ON_RED"),
+        ("tower", "BLUE_ON_GREEN"),
+        ("tower_blocked", "RED_ON_BASE"),
+        ("tower_blocked", "GREEN_ON_RED"),
+        ("cup_turned", "BALL_IN_CUP"),
+        ("drawer", "BOX_IN_DRAWER"),
+        ("gate", "PARCEL_BEHIND_GATE"),
+        ("gate", "GATE_UP"),
+        ("lever", "PART_IN_CLAMP"),
+    ];
+    for (name, state) in early {
+        let world = of(name);
+        for seed in 0..4 {
+            let mut run = world.begin(Seed::new(seed), Stage::Demonstration(0));
+            let targets = targets(world.as_ref(), run.as_ref(), state);
+            assert!(!targets.is_empty(), "{name}");
+            for (object, target) in targets {
+                let before = run.snapshot();
+                if run.act(&object, &target) {
+                    // A cap cannot stay on a peg that lies on its side: it ends beside it.
+                    assert!(!is_in(run.as_ref(), &object, state), "{name}: {object} into {state}");
+                    assert_eq!(name, "keyed_peg");
+                } else {
+                    assert_eq!(run.snapshot(), before, "{name}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn every_need_of_every_action_is_enforced() {
+    // At the beginning no action with needs can be carried out at any exact target; the demonstrator can do it later.
+    for world in all() {
+        let truth = world.truth();
+        for action in truth.actions.iter().filter(|a| !a.needs.is_empty()) {
+            let (mut refused, mut accepted) = (0, 0);
+            for seed in 0..4 {
+                let mut run = world.begin(Seed::new(seed), Stage::Demonstration(0));
+                if !targets(world.as_ref(), run.as_ref(), action.to).iter().any(
+                    |(object, target)| {
+                        run.act(object, target) && is_in(run.as_ref(), object, action.to)
+                    },
+                ) {
+                    refused += 1;
+                }
+                let mut run = world.begin(Seed::new(seed), Stage::Demonstration(0));
+                while let Some((object, target)) = run.next() {
+                    run.act(&object, &target);
+                }
+                accepted += usize::from(run.solved());
+            }
+            assert_eq!((refused, accepted), (4, 4), "{}: {}", world.name(), action.to);
+        }
+    }
+}
+
+#[test]
+fn a_target_within_the_tolerance_is_accepted_and_one_outside_is_refused() {
+    let (mut off, mut tilted) = (0, 0);
+    for world in all() {
+        let truth = world.truth();
+        let mut run = world.begin(Seed::new(3), Stage::Demonstration(0));
+        while let Some((object, target)) = run.next() {
+            let scene = run.snapshot();
+            let kind = &scene.objects.iter().find(|o| o.id == object).unwrap().kind;
+            let spots = truth.actions.iter().all(|a| {
+                a.kind != &**kind
+                    || matches!(truth.state(a.to).unwrap().extent, Extent::Spot { .. })
+            });
+            if spots && !truth.actions.iter().any(|a| a.in_place) {
+                let mut far = target;
+                far.position[0] += 0.035;
+                far.position[2] += 0.03;
+                assert!(!run.act(&object, &far), "{}: {object}", world.name());
+                off += 1;
+                let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), 0.4);
+                let mut over = target;
+                over.orientation = quaternion_array(&(turn * target.rotation()));
+                assert!(!run.act(&object, &over), "{}: {object} tilted", world.name());
+                tilted += 1;
+                let mut near = target;
+                near.position[2] += 0.001;
+                assert!(run.act(&object, &near), "{}: {object} near", world.name());
+            } else {
+                assert!(run.act(&object, &target));
+            }
+        }
+        assert!(run.solved(), "{}", world.name());
+    }
+    assert!(off > 30 && tilted > 30, "{off} {tilted}");
+}
+
+#[test]
+fn nobody_moves_fixtures_or_what_carries_something() {
+    let world = of("tower");
+    let mut run = world.begin(Seed::new(2), Stage::Test);
+    let find = |run: &dyn Run, id: &str| {
+        run.snapshot().objects.iter().find(|o| &*o.id == id).unwrap().pose
+    };
+    let away = targets(world.as_ref(), run.as_ref(), "RED_ON_TABLE")[0].1;
+    assert!(!run.act("base_0", &away));
+    assert!(!run.act("nobody", &away));
+    while let Some((object, target)) = run.next() {
+        run.act(&object, &target);
+    }
+    let red = find(run.as_ref(), "red_0").position[2];
+    let loaded = if red > 0.035 { "red_0" } else { "red_1" };
+    let mut moved = away;
+    moved.position = [-0.34, 0.06, 0.02];
+    assert!(!run.act(loaded, &moved));
+}
+
+#[test]
+fn what_nobody_touches_stays_exactly_and_placements_scatter() {
+    let recording = of("nuts_distractors").record(10, Seed::new(5));
+    let mut seated = Vec::new();
+    let mut compared = 0;
+    for demo in &recording.demos {
+        for pair in demo.snapshots.windows(2) {
+            let touched = pair[1].object.filter(|_| pair[1].event == Some(SnapshotEvent::Release));
+            for (index, (a, b)) in pair[0].objects.iter().zip(&pair[1].objects).enumerate() {
+                if Some(index) == touched {
+                    assert_ne!(a.pose, b.pose);
+                    let pocket = Pose::at([0.31, -0.22, 0.0522]);
+                    if &*b.kind == "nut" {
+                        seated.push(b.pose.distance(&pocket));
+                    }
+                } else {
+                    assert_eq!(a.pose, b.pose);
+                    compared += 1;
+                }
+            }
+        }
+    }
+    assert_eq!(seated.len(), 10);
+    assert!(compared > 400, "{compared}");
+    let worst = seated.iter().copied().fold(0.0, f64::max);
+    assert!(worst > 1e-4 && worst < 1e-3, "{worst}");
+}
+
+#[test]
+fn the_content_moves_with_the_drawer_and_cannot_be_taken_out_of_a_closed_one() {
+    let world = of("drawer");
+    let mut run = world.begin(Seed::new(1), Stage::Test);
+    let find = |run: &dyn Run, id: &str| {
+        iso(&run.snapshot().objects.iter().find(|o| &*o.id == id).unwrap().pose)
+    };
+    let table = find(run.as_ref(), "box_0");
+    let mut closed = false;
+    while let Some((object, target)) = run.next() {
+        let before = find(run.as_ref(), "drawer_0").inverse() * find(run.as_ref(), "box_0");
+        let was = find(run.as_ref(), "box_0");
+        closed = &*object == "drawer_0";
+        assert!(run.act(&object, &target));
+        if closed && was != table {
+            let after = find(run.as_ref(), "drawer_0").inverse() * find(run.as_ref(), "box_0");
+            assert!((before.translation.vector - after.translation.vector).norm() < 1e-9);
+            let moved = find(run.as_ref(), "box_0").translation.vector - was.translation.vector;
+            assert!((moved.norm() - 0.24).abs() < 2e-3, "{moved}");
+        }
+    }
+    assert!(closed);
+    assert!(!run.act("box_0", &pose(&table)));
+}
+
+#[test]
+fn the_gate_follows_the_button() {
+    let world = of("gate");
+    let mut run = world.begin(Seed::new(4), Stage::Test);
+    let gate = |run: &dyn Run| {
+        let scene = run.snapshot();
+        scene.objects.iter().find(|o| &*o.kind == "gate").unwrap().pose.position[2]
+    };
+    let weight = run.snapshot().objects.iter().find(|o| &*o.kind == "weight").unwrap().pose;
+    assert!((gate(run.as_ref()) - 0.1).abs() < 1e-3);
+    let on = targets(world.as_ref(), run.as_ref(), "WEIGHT_ON_BUTTON")[0].1;
+    assert!(run.act("weight_0", &on));
+    assert!((gate(run.as_ref()) - 0.3).abs() < 1e-3);
+    assert!(run.act("weight_0", &weight));
+    assert!((gate(run.as_ref()) - 0.1).abs() < 1e-3);
+}
+
+#[test]
+fn recordings_repeat_to_the_bit_and_can_be_read_back() {
+    for world in all() {
+        let recording = world.record(3, Seed::new(9));
+        assert_eq!(recording, world.record(3, Seed::new(9)), "{}", world.name());
+        assert_ne!(recording, world.record(3, Seed::new(10)), "{}", world.name());
+        // A longer recording begins with the same demonstrations.
+        assert_eq!(recording.demos[..2], world.record(2, Seed::new(9)).demos[..]);
+        for demo in &recording.demos {
+            assert!(demo.snapshots.len() >= 4, "{}", world.name());
+            for snapshot in &demo.snapshots {
+                let contact =
+                    matches!(snapshot.event, Some(SnapshotEvent::Contact | SnapshotEvent::Release));
+                assert_eq!(snapshot.object.is_some(), contact);
+            }
+        }
+        let shown = world.show(3, Seed::new(9));
+        assert_eq!(shown.recording, recording);
+        for ((demo, states), labels) in recording.demos.iter().zip(&shown.states).zip(&shown.labels)
+        {
+            assert_eq!((states.len(), labels.len()), (demo.snapshots.len(), demo.snapshots.len()));
+            let contacts = demo.snapshots.iter().map(|s| s.event == Some(SnapshotEvent::Contact));
+            assert!(labels.iter().map(Option::is_some).eq(contacts), "{}", world.name());
+        }
+        let text = recording.to_jsonl(None).unwrap();
+        let (read, _) = Recording::parse(text.as_bytes(), "recording").unwrap();
+        assert_eq!(read.snapshot_count(), recording.snapshot_count());
+    }
+}
+
+/// Which state's kind the demonstrator touches first, in 20 demonstrations.
+fn first_touched(name: &str) -> HashSet<Arc<str>> {
+    let recording = of(name).record(20, Seed::new(1));
+    let first = recording.demos.iter().map(|d| {
+        let contact = &d.snapshots[1];
+        contact.objects[contact.object.unwrap()].kind.clone()
+    });
+    first.collect()
+}
+
+#[test]
+fn the_order_varies_unless_it_is_a_habit() {
+    assert_eq!(first_touched("nuts").len(), 2);
+    assert_eq!(first_touched("nuts_nut_first"), HashSet::from(["nut".into()]));
+    assert_eq!(first_touched("table").len(), 3);
+    assert_eq!(first_touched("table_knife_first"), HashSet::from(["knife".into()]));
+    // A habit is not a need: the world accepts the other order.
+    let world = of("nuts_nut_first");
+    let mut run = world.begin(Seed::new(1), Stage::Test);
+    let (bolt, hole) = targets(world.as_ref(), run.as_ref(), "BOLT_IN_HOLE")[0].clone();
+    assert!(run.act(&bolt, &hole));
+}
+
+#[test]
+fn heaps_fill_their_bins_and_vary_by_centimetres() {
+    let recording = of("bins").record(300, Seed::new(1));
+    let mut heights = Vec::new();
+    let mut across = Vec::new();
+    for demo in &recording.demos {
+        for object in &demo.snapshots[0].objects {
+            heights.push(object.pose.position[2]);
+            across.push(object.pose.position[0]);
+        }
+    }
+    assert!(heights.len() > 1000);
+    let mean = heights.iter().sum::<f64>() / heights.len() as f64;
+    let square = heights.iter().map(|h| (h - mean).powi(2)).sum::<f64>();
+    let deviation = (square / heights.len() as f64).sqrt();
+    assert!(deviation > 0.01, "{deviation}");
+    across.sort_by(f64::total_cmp);
+    let gap = across.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
+    assert!(gap < 0.01, "{gap}");
+}
