@@ -28,8 +28,11 @@ fn demand(
     problem: impl std::fmt::Debug,
     expected: impl Into<String>,
 ) -> Checked {
-    let fault =
-        || Fault { field: field.into(), problem: format!("{problem:?}"), expected: expected.into() };
+    let fault = || Fault {
+        field: field.into(),
+        problem: format!("{problem:?}"),
+        expected: expected.into(),
+    };
     if fine { Ok(()) } else { Err(fault()) }
 }
 
@@ -60,7 +63,12 @@ fn are_perpendicular(field: String, a: [f64; 3], b: [f64; 3], other: &str) -> Ch
 fn distinct<'a>(field: &str, names: impl IntoIterator<Item = &'a str>) -> Checked {
     let mut seen = BTreeSet::from([WORLD]);
     for name in names {
-        demand(!name.is_empty() && name.chars().count() <= 200, field, name, "1 to 200 characters")?;
+        demand(
+            !name.is_empty() && name.chars().count() <= 200,
+            field,
+            name,
+            "1 to 200 characters",
+        )?;
         demand(seen.insert(name), field, name, "a name that nothing else has")?;
     }
     Ok(())
@@ -99,17 +107,29 @@ impl TaskFile {
     }
 
     fn check_part(&self, part: &PartKind, at: &str) -> Checked {
-        demand(!part.shape.is_empty(), format!("{at}.shape"), "an empty list", "at least one piece")?;
+        demand(
+            !part.shape.is_empty(),
+            format!("{at}.shape"),
+            "an empty list",
+            "at least one piece",
+        )?;
         check_body(&part.shape, &part.look, at)?;
         in_range(format!("{at}.density"), part.density, [1.0, 30_000.0])?;
         in_range(format!("{at}.friction"), part.friction, [1e-3, 10.0])?;
         let handling = &part.handling;
         in_range(format!("{at}.handling.turns"), f64::from(handling.turns), [1.0, 360.0])?;
+        in_range(format!("{at}.handling.fold"), f64::from(handling.fold), [1.0, 360.0])?;
+        in_range(format!("{at}.handling.fall_m"), handling.fall_m, [0.0, 1.0])?;
         in_range(format!("{at}.handling.rise_m"), handling.rise_m, [0.0, 1.0])?;
         in_range(format!("{at}.handling.in_the_way_m"), handling.in_the_way_m, [0.0, 1.0])?;
         let stroke = [0.0, self.gripper.stroke_m];
         in_range(format!("{at}.handling.release_m"), handling.release_m, stroke)?;
-        demand(!part.grasps.is_empty(), format!("{at}.grasps"), "an empty list", "at least one grasp")?;
+        demand(
+            !part.grasps.is_empty(),
+            format!("{at}.grasps"),
+            "an empty list",
+            "at least one grasp",
+        )?;
         for (i, grasp) in part.grasps.iter().enumerate() {
             check_grasp(grasp, stroke, &format!("{at}.grasps[{i}]"))?;
         }
@@ -135,8 +155,20 @@ impl TaskFile {
         for (i, start) in reference.starts.iter().enumerate() {
             self.check_start(start, index, &format!("{starts}[{i}]"))?;
             let region = format!("{starts}[{i}].on");
-            demand(start.on.is_none(), region, &start.on, "a `region`: references stand on nothing")?;
+            demand(
+                start.on.is_none(),
+                region,
+                &start.on,
+                "a `region`: references stand on nothing",
+            )?;
         }
+        let fine = !(reference.movable && reference.shape.is_empty());
+        demand(
+            fine,
+            format!("{at}.movable"),
+            true,
+            "false: a reference without a shape does not move",
+        )?;
         if let Some(room) = reference.room {
             let fine = (0..2).all(|i| room[0][i] < room[1][i]);
             demand(fine, format!("{at}.room"), room, "two corners, the lower one first")?;
@@ -217,15 +249,19 @@ impl TaskFile {
         }
         for _ in &self.goal {
             let ready = |r: &&Relation| r.after.iter().all(|name| done.contains(name.as_str()));
-            let now: Vec<&str> =
-                self.goal.iter().filter(ready).map(|r| r.name.as_str()).collect();
+            let now: Vec<&str> = self.goal.iter().filter(ready).map(|r| r.name.as_str()).collect();
             done.extend(now);
         }
         let stuck = names.iter().position(|name| !done.contains(name));
         match stuck {
             Some(i) => {
                 let after = &self.goal[i].after;
-                demand(false, format!("goal[{i}].after"), after, "relations that do not wait for this one")
+                demand(
+                    false,
+                    format!("goal[{i}].after"),
+                    after,
+                    "relations that do not wait for this one",
+                )
             }
             None => Ok(()),
         }
@@ -233,11 +269,18 @@ impl TaskFile {
 
     fn check_meddling(&self, meddling: &Meddling, at: &str) -> Checked {
         let kinds: Vec<&str> = self.parts.iter().map(|part| part.kind.as_str()).collect();
-        one_of(format!("{at}.part"), &meddling.part, &kinds)?;
+        let movable = self.references.iter().filter(|r| r.movable).map(|r| r.name.as_str());
+        let choices: Vec<&str> = kinds.into_iter().chain(movable).collect();
+        one_of(format!("{at}.moves"), &meddling.moves, &choices)?;
         self.check_region(&meddling.to, self.references.len(), &format!("{at}.to"))?;
         let [from, to] = meddling.between_s;
         let fine = 0.0 <= from && from <= to && to.is_finite();
-        demand(fine, format!("{at}.between_s"), meddling.between_s, "the earlier time first, in seconds")
+        demand(
+            fine,
+            format!("{at}.between_s"),
+            meddling.between_s,
+            "the earlier time first, in seconds",
+        )
     }
 }
 
@@ -285,7 +328,12 @@ fn check_grasp(grasp: &GraspData, stroke: [f64; 2], at: &str) -> Checked {
     in_range(format!("{at}.opening_m"), grasp.opening_m, stroke)?;
     in_range(format!("{at}.beyond_m"), grasp.beyond_m, [-0.1, 0.1])?;
     let fine = !grasp.tilts_deg.is_empty() && grasp.tilts_deg.iter().all(|t| t.abs() <= 90.0);
-    demand(fine, format!("{at}.tilts_deg"), &grasp.tilts_deg, "at least one angle, each -90 to 90")?;
+    demand(
+        fine,
+        format!("{at}.tilts_deg"),
+        &grasp.tilts_deg,
+        "at least one angle, each -90 to 90",
+    )?;
     if let Some(around) = grasp.around {
         is_direction(format!("{at}.around.axis"), around.axis)?;
         in_range(format!("{at}.around.times"), f64::from(around.times), [1.0, 48.0])?;

@@ -12,7 +12,7 @@ use super::shape::Extent;
 use super::task::DataTask;
 use crate::sim::Seed;
 use crate::task::event::{SkillOutcome, SkillReport};
-use crate::task::robot::vector::{scale, unit};
+use crate::task::robot::vector::scale;
 use crate::task::robot::{BodyFrame, Turn, reaches_table};
 use crate::task::scene::Scene;
 use crate::task::skill::Target;
@@ -53,7 +53,9 @@ impl Shower {
         let goal = &sight.file.goal;
         let holds: Vec<bool> = goal.iter().map(|relation| sight.holds(relation)).collect();
         let ready = |relation: &Relation| {
-            goal.iter().zip(&holds).all(|(other, holds)| *holds || !relation.after.contains(&other.name))
+            goal.iter()
+                .zip(&holds)
+                .all(|(other, holds)| *holds || !relation.after.contains(&other.name))
         };
         let mut open = Vec::new();
         for (number, relation) in goal.iter().enumerate() {
@@ -137,15 +139,13 @@ impl Shower {
             }
         }
         let corners = &sight.shapes.corners[seen.kind];
-        let axis = levelled(seen.frame.turn.apply([0.0, 0.0, 1.0]));
-        let turn = arc(seen.frame.turn.apply([0.0, 0.0, 1.0]), axis) * seen.frame.turn;
+        let turn = seen.frame.turn;
         let height = -Extent::of(corners, &BodyFrame { position: [0.0; 3], turn }).z[0];
         let rooms: Vec<Extent> = sight.rooms();
         let [low, high] = sight.file.aside;
         let mut rng = self.seed.derive_index("aside", so_far.len() as u64).rng();
         let place = (0..500).find_map(|_| {
-            let [x, y] =
-                [0, 1].map(|i| low[i] + (high[i] - low[i]) * rng.random::<f64>());
+            let [x, y] = [0, 1].map(|i| low[i] + (high[i] - low[i]) * rng.random::<f64>());
             let position = [x, y, height];
             let extent = Extent::of(corners, &BodyFrame { position, turn });
             let parts = sight.parts.iter().filter(|other| other.part != seen.part);
@@ -153,7 +153,7 @@ impl Shower {
             let free = !others.any(|other| extent.near(other, ASIDE_M)) && reaches_table([x, y]);
             free.then_some(position)
         })?;
-        Some(Step { part: seen.part, target: Target { position: place, axis } })
+        Some(Step { part: seen.part, target: Target::anyhow(place) })
     }
 }
 
@@ -178,14 +178,6 @@ fn lies_on(other: &Seen, seen: &Seen) -> bool {
     other.part != seen.part && other.extent.is_on(&seen.extent)
 }
 
-/// Returns the nearest direction that is vertical or horizontal.
-fn levelled(axis: [f64; 3]) -> [f64; 3] {
-    if axis[2].abs() > 0.7 {
-        return [0.0, 0.0, axis[2].signum()];
-    }
-    unit([axis[0], axis[1], 0.0])
-}
-
 /// Returns the target of a part at a place, and a frame in which the part stands there.
 fn target(
     sight: &Sight<'_>,
@@ -197,17 +189,26 @@ fn target(
     let now = seen.frame.turn.apply([0.0, 0.0, 1.0]);
     let mut position = level.point(place.position);
     let flips = sight.file.parts[seen.kind].handling.flips;
-    let axis = match relation.orientation {
-        Orientation::Free => levelled(now),
-        _ => level.direction(place.z_axis),
-    };
+    let axis = level.direction(place.z_axis);
     let nearest = if flips && dot(now, axis) < 0.0 { scale(axis, -1.0) } else { axis };
-    let turn = arc(now, nearest) * seen.frame.turn;
-    if relation.orientation == Orientation::Free {
-        // The place is that of an upright part.
-        let corners = &sight.shapes.corners[seen.kind];
-        let below = |turn: Turn| Extent::of(corners, &BodyFrame { position: [0.0; 3], turn }).z[0];
-        position[2] += below(Turn::NONE) - below(turn);
+    let turned = arc(now, nearest) * seen.frame.turn;
+    match relation.orientation {
+        Orientation::Free => {
+            // The place is that of an upright part.
+            let corners = &sight.shapes.corners[seen.kind];
+            let below =
+                |turn: Turn| Extent::of(corners, &BodyFrame { position: [0.0; 3], turn }).z[0];
+            let turn = seen.frame.turn;
+            position[2] += below(Turn::NONE) - below(turn);
+            (Target::anyhow(position), BodyFrame { position, turn })
+        }
+        Orientation::Axis => (Target::along(position, axis), BodyFrame { position, turn: turned }),
+        Orientation::Full => {
+            let ahead = level.direction(place.x_axis);
+            let upright = arc([0.0, 0.0, 1.0], axis);
+            let turn = arc(upright.apply([1.0, 0.0, 0.0]), ahead) * upright;
+            let frame = BodyFrame { position, turn };
+            (Target::pose(&frame.pose()), frame)
+        }
     }
-    (Target { position, axis }, BodyFrame { position, turn })
 }

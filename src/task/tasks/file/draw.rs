@@ -186,7 +186,11 @@ impl<'f> Drawing<'f> {
                 && reaches_table([frame.position[0], frame.position[1]])
                 && !others.any(|other| extent.near(other, item.start.gap_m))
             {
-                if item.start.heap { self.heap.push(extent) } else { self.taken.push(extent) }
+                if item.start.heap {
+                    self.heap.push(extent)
+                } else {
+                    self.taken.push(extent)
+                }
                 return Some(frame);
             }
         }
@@ -235,8 +239,7 @@ pub(super) fn draw_in(
     rng: &mut impl Rng,
 ) -> BodyFrame {
     let (low, high) = (region.low, region.high.unwrap_or(region.low));
-    let [x, y] =
-        [0, 1].map(|i| low[i] + (high[i] - low[i]) * rng.random::<f64>());
+    let [x, y] = [0, 1].map(|i| low[i] + (high[i] - low[i]) * rng.random::<f64>());
     let [least, most] = region.yaw_deg;
     let yaw = (least + (most - least) * rng.random::<f64>()).to_radians();
     let tilt = region.tilt_deg.to_radians() * rng.random::<f64>();

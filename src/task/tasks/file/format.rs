@@ -122,9 +122,13 @@ pub enum Shape {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HandlingData {
-    /// Number of equally spaced turns about the part's z axis that are tried, 1 to 360. A part with several equal
-    /// sides can be put down in as many ways.
+    /// Number of equally spaced turns about the part's z axis that are tried where only the direction of this axis
+    /// matters, 1 to 360.
     pub turns: u32,
+    /// Number of equal turns about the z axis after which the part looks the same, 1 to 360: 4 for a square block.
+    /// They are equivalent where the whole orientation matters.
+    #[serde(default = "fold")]
+    pub fold: u32,
     /// Whether the part may also be put down upside down.
     #[serde(default)]
     pub flips: bool,
@@ -136,6 +140,9 @@ pub struct HandlingData {
     /// Horizontal distance within which another part of this kind blocks a place.
     #[serde(default = "in_the_way_m")]
     pub in_the_way_m: f64,
+    /// Greatest height above its place from which the part may fall if the hand cannot reach lower.
+    #[serde(default)]
+    pub fall_m: f64,
 }
 
 /// Colours in pictures.
@@ -250,6 +257,9 @@ pub struct Reference {
     pub friction: f64,
     /// Colours in pictures.
     pub look: LookData,
+    /// Whether another hand may move such a reference. It then takes along what lies on it.
+    #[serde(default)]
+    pub movable: bool,
     /// Where references of this kind stand, and how many there are.
     pub starts: Vec<Start>,
     /// Corners, in the body's frame, of the area that is kept free of everything placed later; the outline of the
@@ -339,12 +349,12 @@ pub enum Quantity {
     AtLeast(usize),
 }
 
-/// A change that another hand may make: it puts a part somewhere else.
+/// A change that another hand may make: it puts a part or a movable reference somewhere else.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Meddling {
-    /// Kind of the part. The seed draws which part of the kind.
-    pub part: String,
+    /// Kind of part, or name of a movable reference. The seed draws which of them.
+    pub moves: String,
     /// Where the hand puts it.
     pub to: Region,
     /// Earliest and latest simulated time, in seconds.
@@ -357,6 +367,10 @@ fn step_ms() -> u64 {
 
 fn friction() -> f64 {
     0.5
+}
+
+fn fold() -> u32 {
+    1
 }
 
 fn rise_m() -> f64 {

@@ -84,8 +84,8 @@ use serde::Deserialize;
 use serde_json::Value;
 
 pub use format::{
-    Around, GraspData, HandlingData, LandmarkData, LookData, Meddling, Orientation, PartKind, Place,
-    Quantity, Reference, Region, Relation, Shape, Start, TaskFile,
+    Around, GraspData, HandlingData, LandmarkData, LookData, Meddling, Orientation, PartKind,
+    Place, Quantity, Reference, Region, Relation, Shape, Start, TaskFile,
 };
 pub use task::DataTask;
 

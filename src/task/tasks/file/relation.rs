@@ -1,7 +1,9 @@
 //! Relations of the goal, checked by geometry alone.
 
+use std::f64::consts::TAU;
+
 use super::draw::Shapes;
-use super::format::{Orientation, Place, Quantity, Relation, TaskFile};
+use super::format::{HandlingData, Orientation, Place, Quantity, Relation, TaskFile};
 use super::frames::{Level, angle_deg};
 use super::shape::Extent;
 use crate::task::domain::Pose;
@@ -78,10 +80,11 @@ impl<'f> Sight<'f> {
         let mut held: Vec<Held> = Vec::new();
         for (instance, (level, own)) in self.instances(relation).into_iter().enumerate() {
             for seen in self.parts.iter().filter(|s| Some(s.kind) == kind && Some(s.part) != own) {
-                let flips = self.file.parts[seen.kind].handling.flips;
-                let at = relation.places.iter().position(|place| {
-                    stands(relation, place, &level, &seen.frame, flips)
-                });
+                let handling = &self.file.parts[seen.kind].handling;
+                let at = relation
+                    .places
+                    .iter()
+                    .position(|place| stands(relation, place, &level, &seen.frame, handling));
                 held.extend(at.map(|place| Held { instance, place, part: seen.part }));
             }
         }
@@ -114,19 +117,22 @@ fn stands(
     place: &Place,
     level: &Level,
     frame: &BodyFrame,
-    flips: bool,
+    handling: &HandlingData,
 ) -> bool {
     let at = level.local(frame.position);
     let near = (0..3).all(|i| (at[i] - place.position[i]).abs() <= relation.within_m[i]);
-    let off = |own: [f64; 3], wanted: [f64; 3]| {
-        angle_deg(frame.turn.apply(own), level.direction(wanted))
-    };
+    let off =
+        |own: [f64; 3], wanted: [f64; 3]| angle_deg(frame.turn.apply(own), level.direction(wanted));
     let axis = || {
         let angle = off([0.0, 0.0, 1.0], place.z_axis);
-        let angle = if flips { angle.min(180.0 - angle) } else { angle };
+        let angle = if handling.flips { angle.min(180.0 - angle) } else { angle };
         angle <= relation.within_deg
     };
-    let ahead = || off([1.0, 0.0, 0.0], place.x_axis) <= relation.within_deg;
+    let ahead = || {
+        let turns = (0..handling.fold).map(|k| f64::from(k) * TAU / f64::from(handling.fold));
+        let mut ways = turns.map(|turn| [turn.cos(), turn.sin(), 0.0]);
+        ways.any(|way| off(way, place.x_axis) <= relation.within_deg)
+    };
     near && match relation.orientation {
         Orientation::Free => true,
         Orientation::Axis => axis(),
@@ -136,17 +142,17 @@ fn stands(
 
 /// Returns the frames of all references, found by the first landmark of each.
 fn references(file: &TaskFile, scene: &Scene) -> Vec<Vec<BodyFrame>> {
-    let mut landmarks = scene.spec().landmarks.iter();
+    let mut next = 0;
     let mut all = Vec::new();
     for reference in &file.references {
         let marks = reference.marks();
         let count: usize = reference.starts.iter().map(|start| start.count).sum();
         let mut frames = Vec::new();
         for _ in 0..count {
-            let seen: Vec<_> = landmarks.by_ref().take(marks.len()).collect();
-            if let (Some(mark), Some(seen)) = (marks.first(), seen.first()) {
-                frames.push(origin(&seen.pose, mark.at));
+            if let (Some(mark), Some(seen)) = (marks.first(), scene.landmark(next)) {
+                frames.push(origin(&seen, mark.at));
             }
+            next += marks.len();
         }
         all.push(frames);
     }

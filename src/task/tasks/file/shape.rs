@@ -23,10 +23,9 @@ impl Shape {
             Self::Ring { base, inner_m, outer_m, height_m, chamfer_m, sides } => {
                 let low = [(*inner_m, 0.0), (*outer_m, 0.0), (*outer_m, *height_m)];
                 let edge = match *chamfer_m > 0.0 {
-                    true => vec![
-                        (*inner_m, *height_m - *chamfer_m),
-                        (*inner_m + *chamfer_m, *height_m),
-                    ],
+                    true => {
+                        vec![(*inner_m, *height_m - *chamfer_m), (*inner_m + *chamfer_m, *height_m)]
+                    }
                     false => vec![(*inner_m, *height_m)],
                 };
                 let wedge = |side: u32| {

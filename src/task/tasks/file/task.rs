@@ -13,10 +13,10 @@ use super::relation::Sight;
 use crate::sim::Seed;
 use crate::task::domain::Pose;
 use crate::task::error::{InputFault, TaskError, json_problem};
-use crate::task::robot::vector::add;
 use crate::task::robot::BodyFrame;
+use crate::task::robot::vector::add;
 use crate::task::scene::{
-    BodyKind, Fixture, Handling, Landmark, Look, Part, Scene, SceneSpec, Symmetry,
+    BodyId, BodyKind, Fixture, Handling, Landmark, Look, Part, Scene, SceneSpec, Symmetry,
 };
 use crate::task::skill::Grasp;
 use crate::task::tasks::{Demonstrator, Judgement, Perturbation, Task};
@@ -118,10 +118,15 @@ impl Inner {
             density: part.density,
             friction: part.friction,
             handling: Handling {
-                symmetry: Symmetry { turns: part.handling.turns, flips: part.handling.flips },
+                symmetry: Symmetry {
+                    turns: part.handling.turns,
+                    fold: part.handling.fold,
+                    flips: part.handling.flips,
+                },
                 rise_m: part.handling.rise_m,
                 release_m: part.handling.release_m,
                 in_the_way_m: part.handling.in_the_way_m,
+                fall_m: part.handling.fall_m,
             },
             look: part.look.look(),
         });
@@ -133,14 +138,19 @@ impl Inner {
         for (kind, reference) in self.file.references.iter().enumerate() {
             for frame in &layout.references[kind] {
                 let pieces = self.shapes.references[kind].clone();
+                let body = reference.movable.then_some(BodyId::Fixture(fixtures.len()));
                 if !pieces.is_empty() {
                     let (friction, look) = (reference.friction, reference.look.look());
-                    fixtures.push(Fixture { frame: *frame, pieces, friction, look });
+                    let movable = reference.movable.then(|| reference.name.clone());
+                    fixtures.push(Fixture { frame: *frame, pieces, friction, look, movable });
                 }
                 landmarks.extend(reference.marks().into_iter().map(|mark| {
                     let position = add(frame.position, frame.turn.apply(mark.at));
-                    let pose = BodyFrame { position, turn: frame.turn }.pose();
-                    Landmark { kind: mark.name, pose }
+                    let pose = match body {
+                        Some(_) => Pose::at(mark.at),
+                        None => BodyFrame { position, turn: frame.turn }.pose(),
+                    };
+                    Landmark { kind: mark.name, pose, body }
                 }));
             }
         }
@@ -179,13 +189,14 @@ impl Task for DataTask {
 
     /// Reads a whole task file, or some of its fields (those of the uppermost level) that replace this task's own.
     fn with_settings(&self, text: &[u8], file: &str) -> Result<Arc<dyn Task>, TaskError> {
-        let given: Map<String, Value> = serde_json::from_slice(text).map_err(|error| InputFault {
-            file: file.into(),
-            line: (error.line() > 0).then(|| error.line()),
-            field: String::new(),
-            problem: json_problem(&error),
-            expected: "a task file, or an object with some of its fields".into(),
-        })?;
+        let given: Map<String, Value> =
+            serde_json::from_slice(text).map_err(|error| InputFault {
+                file: file.into(),
+                line: (error.line() > 0).then(|| error.line()),
+                field: String::new(),
+                problem: json_problem(&error),
+                expected: "a task file, or an object with some of its fields".into(),
+            })?;
         if given.contains_key("format") {
             return Ok(Arc::new(Self::parse(text, file)?));
         }
@@ -202,7 +213,7 @@ impl Task for DataTask {
         let (fixtures, landmarks) = self.0.furniture(&layout);
         Ok(SceneSpec {
             kinds: self.0.kinds(),
-            parts: layout.parts.iter().map(|(kind, frame)| Part { kind: *kind, frame: *frame }).collect(),
+            parts: layout.parts.iter().map(|(kind, frame)| Part::free(*kind, *frame)).collect(),
             fixtures,
             landmarks,
             table: file.table,
@@ -231,7 +242,8 @@ impl Task for DataTask {
         for relation in goal {
             achieved.extend(sight.held(relation).into_iter().map(|held| {
                 let (part, to, instance) = (held.part, &relation.reference, held.instance);
-                let place = if to == super::WORLD { String::new() } else { format!(", {to}_{instance}") };
+                let place =
+                    if to == super::WORLD { String::new() } else { format!(", {to}_{instance}") };
                 format!("{}: part {part}{place}", relation.name)
             }));
         }
@@ -260,19 +272,34 @@ impl Task for DataTask {
         }
         let drawn = &file.perturbations[rng.random_range(0..file.perturbations.len())];
         let layout = self.layout(seed).ok()?;
-        let kind = file.parts.iter().position(|part| part.kind == drawn.part)?;
-        let parts: Vec<usize> =
-            layout.parts.iter().enumerate().filter(|(_, p)| p.0 == kind).map(|(i, _)| i).collect();
-        let part = *parts.get(rng.random_range(0..parts.len().max(1)))?;
+        let kind = file.parts.iter().position(|part| part.kind == drawn.moves);
+        let moved = file.references.iter().position(|r| r.name == drawn.moves);
+        let all: Vec<BodyId> = match (kind, moved) {
+            (Some(kind), _) => {
+                let parts = layout.parts.iter().enumerate().filter(|(_, part)| part.0 == kind);
+                parts.map(|(part, _)| BodyId::Part(part)).collect()
+            }
+            (None, Some(moved)) => {
+                let before = layout.references[..moved].iter().enumerate();
+                let shaped = before.filter(|(kind, _)| !shapes.references[*kind].is_empty());
+                let first: usize = shaped.map(|(_, frames)| frames.len()).sum();
+                (first..first + layout.references[moved].len()).map(BodyId::Fixture).collect()
+            }
+            (None, None) => Vec::new(),
+        };
+        let body = *all.get(rng.random_range(0..all.len().max(1)))?;
         let reference = file.references.iter().position(|r| r.name == drawn.to.of);
         let base = match reference {
             Some(reference) => *layout.references[reference].first()?,
             None => BodyFrame::at([0.0; 3]),
         };
-        let turns = file.parts[kind].handling.turns;
-        let frame = draw::draw_in(&drawn.to, &base, &shapes.corners[kind], turns, &mut rng);
+        let (corners, turns) = match kind {
+            Some(kind) => (&shapes.corners[kind][..], file.parts[kind].handling.turns),
+            None => (&[][..], 1),
+        };
+        let frame = draw::draw_in(&drawn.to, &base, corners, turns, &mut rng);
         let [from, to] = drawn.between_s;
         let pose: Pose = frame.pose();
-        Some(Perturbation { at_s: from + (to - from) * rng.random::<f64>(), part, pose })
+        Some(Perturbation { at_s: from + (to - from) * rng.random::<f64>(), body, pose })
     }
 }
