@@ -107,7 +107,7 @@ impl Robot {
     ///
     /// # Errors
     /// A report with [`SkillOutcome::Unreachable`] if there is no collision-free path, no such part or no grasp, or if
-    /// the target's axis has length 0. In that case nothing has moved.
+    /// the target's axis or orientation has length 0. In that case nothing has moved.
     pub fn begin(
         &mut self,
         scene: &Scene,
@@ -118,8 +118,7 @@ impl Robot {
     ) -> Result<(), SkillReport> {
         let unreachable =
             SkillReport { part, outcome: SkillOutcome::Unreachable, picked: false, slip_m: 0.0 };
-        let upright = Vector::from(target.axis).try_normalize().is_some();
-        if part >= scene.part_count() || !upright {
+        if part >= scene.part_count() || !target.is_possible() {
             return Err(unreachable);
         }
         let plan =

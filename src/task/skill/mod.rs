@@ -1,7 +1,7 @@
 //! Pick and place: takes one part and puts it at a target, or reports why that failed.
 //!
 //! A [`Robot`] runs one skill at a time. [`Robot::begin`] takes a part, a list of [`Grasp`]s and a
-//! [`Target`]. It searches for collision-free paths and refuses at once if there are none. Each
+//! [`Target`] with its [`Facing`]. It searches for collision-free paths and refuses at once if there are none. Each
 //! [`Robot::step`] then advances the skill and the physics by one step. In the last step, [`Stepped::ended`]
 //! holds the [`SkillReport`](crate::task::event::SkillReport).
 //!
@@ -33,4 +33,4 @@ mod grasp;
 mod reach;
 
 pub use controller::{Robot, Stepped};
-pub use grasp::{Grasp, Target};
+pub use grasp::{Facing, Grasp, Target};

@@ -30,6 +30,8 @@ const BEFORE_M: f64 = 0.06;
 const LIFT_M: f64 = 0.10;
 /// Height above its resting place at which the hand lets go of a part, in metres.
 const RELEASE_M: f64 = 0.0013;
+/// Number of heights from which the hand tries to let a part fall.
+const FALLS: u32 = 4;
 /// Greatest number of searches for joint angles in one plan.
 const BUDGET: usize = 1_500;
 /// Greatest turn of a joint between two points of a path that are tested for collisions, in radians.
@@ -136,8 +138,15 @@ fn placing(
     let spec = scene.spec();
     let rise = Vector::Z * handling.rise_m;
     let placements = grasp::placements(&handling.symmetry, target, &held);
-    for tool in grasp::place_tools(&placements, in_hand) {
-        let tool = Frame::from_parts(tool.translation + Vector::Z * RELEASE_M, tool.rotation);
+    let tools = grasp::place_tools(&placements, in_hand);
+    let over = heights(handling.fall_m);
+    let ways = over.iter().flat_map(|height| tools.iter().map(move |tool| (*height, tool)));
+    for (height, tool) in ways {
+        let tool = Frame::from_parts(tool.translation + Vector::Z * height, tool.rotation);
+        // Spare the search for joint angles where the hand alone has no room.
+        if handling.fall_m > 0.0 && scene.hand_collides(&tool, opening, &[part]) {
+            continue;
+        }
         let mut carry = None;
         let found = search.posture(&tool, from, |q| {
             if scene.collides(q, opening, &[part]) {
@@ -161,6 +170,12 @@ fn placing(
         }
     }
     None
+}
+
+/// Returns the heights above the target at which the hand may let go of a part, the lowest first.
+fn heights(fall_m: f64) -> Vec<f64> {
+    let falls = (1..=FALLS).map(|n| f64::from(n) * fall_m / f64::from(FALLS));
+    std::iter::once(RELEASE_M).chain(falls.filter(|height| *height > RELEASE_M)).collect()
 }
 
 /// Finds paths between two postures on which neither the arm nor a held part touches anything, by way of
