@@ -32,6 +32,8 @@ const FLATS: u32 = 12;
 pub(super) const HALF_M: f64 = 0.010;
 /// Height of the table's rim, in metres: low, because the wrist passes close above it.
 const RIM_M: f64 = 0.005;
+/// Distance that the arm keeps from the cup and the table on its way, in metres. A touch would push the cup over.
+const CLEAR_M: f64 = 0.006;
 /// Least distance between the areas of cup and cube, in metres.
 pub(super) const APART_M: f64 = 0.09;
 
@@ -91,6 +93,7 @@ pub(super) fn spec(settings: &Cup, seed: Seed) -> SceneSpec {
         release_m,
         in_the_way_m: 0.02,
         fall_m,
+        clear_m: CLEAR_M,
     };
     SceneSpec {
         kinds: vec![

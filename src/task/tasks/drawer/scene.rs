@@ -120,6 +120,7 @@ pub(super) fn spec(settings: &Drawer, seed: Seed) -> SceneSpec {
             release_m,
             in_the_way_m: HALF_M,
             fall_m: 0.0,
+            clear_m: 0.0,
         },
         look,
     };
