@@ -106,6 +106,7 @@ impl Task for Tower {
                 release_m: self.half_m + 0.006,
                 in_the_way_m: self.half_m,
                 fall_m: 0.0,
+                clear_m: 0.0,
             },
             look: look(colour),
         };

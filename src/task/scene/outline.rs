@@ -152,6 +152,7 @@ mod tests {
             release_m: 0.02,
             in_the_way_m: 0.02,
             fall_m: 0.0,
+            clear_m: 0.0,
         };
         let spec = SceneSpec {
             kinds: vec![BodyKind {

@@ -320,7 +320,19 @@ impl Scene {
     /// Returns whether the arm at `angles`, with its fingers at `opening`, would touch anything except the
     /// parts in `ignored`.
     pub(crate) fn collides(&self, angles: &Angles, opening: f64, ignored: &[usize]) -> bool {
-        self.touches_shapes(bodies::outline(angles, opening), ignored)
+        self.comes_near(angles, opening, ignored, 0.0)
+    }
+
+    /// Returns whether the arm at `angles`, with its fingers at `opening`, would come within about `within_m` metres of
+    /// anything except the parts in `ignored`.
+    pub(crate) fn comes_near(
+        &self,
+        angles: &Angles,
+        opening: f64,
+        ignored: &[usize],
+        within_m: f64,
+    ) -> bool {
+        self.touches_shapes(bodies::outline(angles, opening, within_m), ignored)
     }
 
     /// Returns whether shapes of the robot touch anything except the robot and the parts in `ignored`.

@@ -69,6 +69,10 @@ pub struct Handling {
     /// Greatest height above the target from which the hand may let the body fall if it cannot reach lower, in metres.
     #[serde(default)]
     pub fall_m: f64,
+    /// Distance that the arm keeps from everything else on its way to the body and with it, where it finds such a way,
+    /// in metres.
+    #[serde(default)]
+    pub clear_m: f64,
 }
 
 impl Default for Handling {
@@ -79,6 +83,7 @@ impl Default for Handling {
             release_m: 0.03,
             in_the_way_m: 0.02,
             fall_m: 0.0,
+            clear_m: 0.0,
         }
     }
 }
@@ -353,7 +358,7 @@ fn is_name(name: &str) -> bool {
 
 impl Handling {
     fn is_possible(&self) -> bool {
-        let lengths = [self.rise_m, self.release_m, self.in_the_way_m, self.fall_m];
+        let lengths = [self.rise_m, self.release_m, self.in_the_way_m, self.fall_m, self.clear_m];
         let Symmetry { turns, fold, .. } = self.symmetry;
         lengths.iter().all(|v| (0.0..=1.0).contains(v))
             && [turns, fold].iter().all(|count| (1..=360).contains(count))

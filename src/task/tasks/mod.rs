@@ -6,6 +6,8 @@
 //! | task | goal |
 //! |---|---|
 //! | [`nuts_and_bolts`] | puts a nut and a bolt into a jig, then the bolt through the nut |
+//! | [`drawer`] | opens a drawer, puts blocks into it and closes it |
+//! | [`cup`] | turns over a cup and puts a cube into it |
 //! | `table-setting` | lays a fork, a knife and a cup at each plate |
 //! | `tower` | builds a tower of three blocks on a pad |
 //! | `flange` | puts four bolts into a flange, then a cover on top |
@@ -32,6 +34,10 @@
 //! `tests/second_task.rs` in the repository is a complete example.
 
 #[cfg(feature = "physics")]
+pub mod cup;
+#[cfg(feature = "physics")]
+pub mod drawer;
+#[cfg(feature = "physics")]
 pub mod file;
 pub mod nuts_and_bolts;
 #[cfg(feature = "physics")]
@@ -51,6 +57,8 @@ mod registry {
     use std::sync::Arc;
 
     use super::Task;
+    use super::cup::Cup;
+    use super::drawer::Drawer;
     use super::file::DataTask;
     use super::nuts_and_bolts::NutsAndBolts;
     use crate::task::error::TaskError;
@@ -73,7 +81,10 @@ mod registry {
         // These files are part of the program, and a test reads them all.
         let read =
             FILES.iter().filter_map(|(name, text)| DataTask::parse(text.as_bytes(), name).ok());
-        std::iter::once(default()).chain(read.map(|task| Arc::new(task) as Arc<dyn Task>)).collect()
+        let read = read.map(|task| Arc::new(task) as Arc<dyn Task>);
+        let coded: [Arc<dyn Task>; 3] =
+            [default(), Arc::new(Drawer::default()), Arc::new(Cup::default())];
+        coded.into_iter().chain(read).collect()
     }
 
     /// Returns the task with this name and its default settings.

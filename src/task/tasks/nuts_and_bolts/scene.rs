@@ -36,6 +36,7 @@ pub(super) fn spec(settings: &NutsAndBolts, seed: Seed) -> Result<SceneSpec, Tas
         release_m: part.across_flats_m / 2.0 + 0.004,
         in_the_way_m: IN_THE_WAY_M,
         fall_m: 0.0,
+        clear_m: 0.0,
     };
     let kind = |name: &String, pieces, handling, look| BodyKind {
         name: name.clone(),
