@@ -19,7 +19,8 @@ use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::{Planner, PlannerSpec};
 use symbolt::task::robot::{BodyFrame, FINGER_TIP_M, Turn, reaches_table};
 use symbolt::task::scene::{
-    BodyKind, Fixture, Handling, Landmark, Look, Outline, Part, Scene, SceneSpec, Symmetry, cuboid,
+    BodyId, BodyKind, Fixture, Handling, Landmark, Look, Outline, Part, Scene, SceneSpec, Symmetry,
+    cuboid,
 };
 use symbolt::task::skill::{Grasp, Target};
 use symbolt::task::tasks::{
@@ -100,10 +101,11 @@ impl Task for Tower {
             density: 700.0,
             friction: 0.6,
             handling: Handling {
-                symmetry: Symmetry { turns: 24, flips: false },
+                symmetry: Symmetry { turns: 24, fold: 4, flips: false },
                 rise_m: 0.05,
                 release_m: self.half_m + 0.006,
                 in_the_way_m: self.half_m,
+                fall_m: 0.0,
             },
             look: look(colour),
         };
@@ -116,7 +118,7 @@ impl Task for Tower {
                 self.half_m + 0.005,
             ];
             let turn = Turn::about_z(TAU * rng.random::<f64>()) * Turn::about_x(0.03);
-            Part { kind, frame: BodyFrame { position, turn } }
+            Part::free(kind, BodyFrame { position, turn })
         });
         let [x, y] = self.pad;
         let half = [0.035, 0.035, PAD_HEIGHT_M / 2.0];
@@ -128,8 +130,9 @@ impl Task for Tower {
                 pieces: vec![cuboid([0.0, 0.0, PAD_HEIGHT_M / 2.0], half)],
                 friction: 0.6,
                 look: look(0x6f7f8f),
+                movable: None,
             }],
-            landmarks: vec![Landmark { kind: "pad".into(), pose: Pose::at([x, y, PAD_HEIGHT_M]) }],
+            landmarks: vec![Landmark::fixed("pad", Pose::at([x, y, PAD_HEIGHT_M]))],
             ..SceneSpec::default()
         })
     }
@@ -177,7 +180,7 @@ impl Task for Tower {
     /// A person moves the base away as soon as the robot has released it.
     fn perturbation(&self, _seed: Seed) -> Option<Perturbation> {
         let pose = Pose::at([0.42, 0.30, self.half_m + 1e-3]);
-        Some(Perturbation { at_s: 6.0, part: BASE, pose })
+        Some(Perturbation { at_s: 6.0, body: BodyId::Part(BASE), pose })
     }
 }
 

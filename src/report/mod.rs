@@ -21,7 +21,7 @@ use crate::files::{FileError, read_file};
 use crate::task::TaskError;
 use crate::task::domain::Domain;
 use crate::task::domain::Recording;
-use crate::task::scene::Outline;
+use crate::task::scene::{Outline, SceneSpec};
 
 /// A page, and a list of what it cannot show.
 #[derive(Debug, Clone, PartialEq)]
@@ -165,8 +165,7 @@ fn of_run(folder: &Path) -> Report {
         let (mut arrays, unread) = read;
         odd.extend(unread);
         if let Some(facts) = &facts {
-            let (fitting, others) =
-                arrays.fitting(facts, scene.as_ref().map(|scene| scene.parts.len()));
+            let (fitting, others) = arrays.fitting(facts, scene.as_ref().map(SceneSpec::pictured));
             arrays = fitting;
             odd.extend(others);
         }

@@ -14,7 +14,7 @@ pub struct SceneFrame {
     pub angles: [f64; 7],
     /// Distance of each finger from the middle of the gripper, in metres.
     pub fingers: [f64; 2],
-    /// Poses of all parts, in the scene's order.
+    /// Poses of all parts in the scene's order, then of the movable fixtures.
     pub parts: Vec<Pose>,
 }
 

@@ -94,8 +94,8 @@ impl EpisodeSpec {
     /// Checks that all numbers are in range and that the task's scene can be built.
     ///
     /// # Errors
-    /// [`TaskError::Setting`] for a rate or limit outside its range, or for a perturbation of a part that
-    /// does not exist; as [`Task::scene`] and [`SceneSpec::check`](crate::task::scene::SceneSpec::check).
+    /// [`TaskError::Setting`] for a rate or limit outside its range, or for a perturbation of a body that
+    /// does not exist or move; as [`Task::scene`] and [`SceneSpec::check`](crate::task::scene::SceneSpec::check).
     pub fn check(&self) -> Result<(), TaskError> {
         let scene = self.task.scene(Seed::new(0))?;
         scene.check()?;
@@ -105,11 +105,11 @@ impl EpisodeSpec {
             return refuse("drop_rate", self.drop_rate.to_string(), "0 to 1");
         }
         if let Some(perturbation) = &self.perturbation {
-            if perturbation.part >= scene.parts.len() {
+            if !scene.moves(perturbation.body) {
                 return refuse(
-                    "perturbation.part",
-                    perturbation.part.to_string(),
-                    "the index of a part in the scene, counted from 0",
+                    "perturbation.body",
+                    format!("{:?}", perturbation.body),
+                    "a part or a movable fixture of the scene, counted from 0",
                 );
             }
             let turn: f64 = perturbation.pose.orientation.iter().map(|v| v * v).sum();

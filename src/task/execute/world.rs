@@ -15,9 +15,9 @@ use crate::task::error::TaskError;
 use crate::task::event::{Decided, Doing, Ended, SceneFrame, SkillOutcome, SkillReport, Touched};
 use crate::task::execute::recorder::Recorder;
 use crate::task::planner::Planner;
-use crate::task::scene::Scene;
+use crate::task::scene::{BodyId, Scene};
 use crate::task::skill::Robot;
-use crate::task::tasks::Judgement;
+use crate::task::tasks::{Judgement, Perturbation};
 
 /// The executor's phase.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -215,11 +215,16 @@ impl Live {
 
     fn perturb(&mut self, spec: &EpisodeSpec) {
         let Some(perturbation) = spec.perturbation.filter(|_| !self.perturbed) else { return };
-        if self.scene.time_s() >= perturbation.at_s
-            && self.robot.part() != Some(perturbation.part)
-            && self.scene.has_room(perturbation.part, &perturbation.pose)
-        {
-            self.scene.disturb(perturbation.part, &perturbation.pose);
+        let Perturbation { at_s, body, pose } = perturbation;
+        if self.scene.time_s() < at_s {
+            return;
+        }
+        let handled = |part: usize| match body {
+            BodyId::Part(own) => own == part,
+            BodyId::Fixture(fixture) => self.scene.carried(fixture).contains(&part),
+        };
+        if !self.robot.part().is_some_and(handled) && self.scene.room_for(body, &pose) {
+            self.scene.displace(body, &pose);
             self.perturbed = true;
         }
     }

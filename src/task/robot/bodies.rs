@@ -59,6 +59,16 @@ pub(crate) fn outline(angles: &Angles, opening: f64) -> impl Iterator<Item = (Fr
         .chain(fingers)
 }
 
+/// Returns the collision shapes of the hand and the fingers and their frames, with the end effector at `tool`.
+pub(crate) fn hand_outline(
+    tool: &Frame,
+    opening: f64,
+) -> impl Iterator<Item = (Frame, SharedShape)> {
+    let hand = *tool * Frame::from_translation(Vector::new(0.0, 0.0, -arm::TOOL_M));
+    let fingers = [1.0, -1.0].map(move |side| (hand * finger_frame(side, opening), finger_shape()));
+    std::iter::once((hand * hand_middle(), hand_shape())).chain(fingers)
+}
+
 /// Returns the shapes of the link that moves with a joint, in the link's frame. The last link includes the
 /// hand.
 pub(crate) fn link_shapes(joint: usize) -> Vec<(Frame, SharedShape)> {

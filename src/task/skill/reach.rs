@@ -8,7 +8,7 @@ use crate::task::robot::arm::{self, Angles, HOME};
 use crate::task::robot::path::Path;
 use crate::task::scene::physics::Scene;
 
-/// A plan for taking and lifting a part.
+/// A plan for taking a part, and for lifting it or sliding it along its guide.
 pub(crate) struct Lift {
     pub reach: Vec<Path>,
     pub approach: Path,
@@ -30,6 +30,10 @@ const BEFORE_M: f64 = 0.06;
 const LIFT_M: f64 = 0.10;
 /// Height above its resting place at which the hand lets go of a part, in metres.
 const RELEASE_M: f64 = 0.0013;
+/// Greatest distance of a target from a part's guide, in metres.
+const OFF_GUIDE_M: f64 = 0.02;
+/// Number of heights from which the hand tries to let a part fall.
+const FALLS: u32 = 4;
 /// Greatest number of searches for joint angles in one plan.
 const BUDGET: usize = 1_500;
 /// Greatest turn of a joint between two points of a path that are tested for collisions, in radians.
@@ -75,38 +79,80 @@ pub(crate) fn plan_lift(
 ) -> Option<Lift> {
     let frame = scene.part_frame(part);
     let mut search = Search { scene, left: BUDGET };
-    let arm_spec = scene.spec().arm;
     for grasp in grasps {
         let Some(tool) = grasp.tool() else { continue };
-        let opening = grasp.opening_m;
-        let approach = tool.rotation * Vector::Z;
-        let mut found = None;
-        search.posture(&tool, current, |q| {
-            if scene.collides(q, opening, &[part]) {
-                return false;
-            }
-            let Some(back) = Path::line(q, -approach * BEFORE_M, &arm_spec) else { return false };
-            let Some(lift) = Path::line(q, Vector::Z * LIFT_M, &arm_spec) else { return false };
-            if scene.collides(&back.end(), opening, &[]) {
-                return false;
-            }
-            let Some(reach) = free_way(scene, current, &back.end(), opening, None) else {
-                return false;
-            };
-            found = Some((reach, back.reversed(), lift));
-            true
-        });
-        let Some((reach, approach, lift)) = found else { continue };
+        let line = |q: &Angles| Path::line(q, Vector::Z * LIFT_M, &scene.spec().arm);
+        let Some(plan) = take(&mut search, current, part, grasp, line) else { continue };
         let in_hand = frame.inv_mul(&tool);
-        let from = lift.end();
-        if placing(&mut search, &from, part, target, &in_hand, opening).is_some() {
-            return Some(Lift { reach, approach, lift, opening });
+        let from = plan.lift.end();
+        if placing(&mut search, &from, part, target, &in_hand, plan.opening).is_some() {
+            return Some(plan);
         }
         if search.left == 0 {
             break;
         }
     }
     None
+}
+
+/// Plans how to take `part` by the first of `grasps` from which it can be slid along its guide to `target`; `None` also if
+/// the target is not on the guide or the part has no guide.
+pub(crate) fn plan_slide(
+    scene: &Scene,
+    current: &Angles,
+    part: usize,
+    target: &Target,
+    grasps: &[Grasp],
+) -> Option<Lift> {
+    let slider = scene.slider(part)?;
+    let way = Vector::from(target.position) - scene.part_frame(part).translation;
+    let along = way.dot(slider.axis);
+    let [least, most] = slider.range_m;
+    let goal = (slider.at_m + along).clamp(least, most);
+    let past = (slider.at_m + along - goal).abs();
+    if !((way - slider.axis * along).length() <= OFF_GUIDE_M && past <= OFF_GUIDE_M) {
+        return None;
+    }
+    let shift = slider.axis * (goal - slider.at_m);
+    let mut search = Search { scene, left: BUDGET };
+    grasps.iter().find_map(|grasp| {
+        let line = |q: &Angles| {
+            let path = Path::line(q, shift, &scene.spec().arm)?;
+            let looks = path.looks(LOOK_RAD);
+            let clear = |q: Angles| !scene.collides(&q, grasp.opening_m, &[part]);
+            let free = path.samples(looks).all(clear);
+            free.then_some(path)
+        };
+        take(&mut search, current, part, grasp, line)
+    })
+}
+
+/// Plans how to take `part` by `grasp` from a posture for which `line` gives the movement that follows.
+fn take(
+    search: &mut Search<'_>,
+    current: &Angles,
+    part: usize,
+    grasp: &Grasp,
+    line: impl Fn(&Angles) -> Option<Path>,
+) -> Option<Lift> {
+    let (scene, opening) = (search.scene, grasp.opening_m);
+    let tool = grasp.tool()?;
+    let approach = tool.rotation * Vector::Z;
+    let mut found = None;
+    search.posture(&tool, current, |q| {
+        if scene.collides(q, opening, &[part]) {
+            return false;
+        }
+        let back = Path::line(q, -approach * BEFORE_M, &scene.spec().arm);
+        let Some((back, lift)) = back.zip(line(q)) else { return false };
+        if scene.collides(&back.end(), opening, &[]) {
+            return false;
+        }
+        let reach = free_way(scene, current, &back.end(), opening, None);
+        found = reach.map(|reach| Lift { reach, approach: back.reversed(), lift, opening });
+        found.is_some()
+    });
+    found
 }
 
 /// Plans how to put a part that is in the hand at `target`.
@@ -136,8 +182,15 @@ fn placing(
     let spec = scene.spec();
     let rise = Vector::Z * handling.rise_m;
     let placements = grasp::placements(&handling.symmetry, target, &held);
-    for tool in grasp::place_tools(&placements, in_hand) {
-        let tool = Frame::from_parts(tool.translation + Vector::Z * RELEASE_M, tool.rotation);
+    let tools = grasp::place_tools(&placements, in_hand);
+    let over = heights(handling.fall_m);
+    let ways = over.iter().flat_map(|height| tools.iter().map(move |tool| (*height, tool)));
+    for (height, tool) in ways {
+        let tool = Frame::from_parts(tool.translation + Vector::Z * height, tool.rotation);
+        // Spare the search for joint angles where the hand alone has no room.
+        if handling.fall_m > 0.0 && scene.hand_collides(&tool, opening, &[part]) {
+            continue;
+        }
         let mut carry = None;
         let found = search.posture(&tool, from, |q| {
             if scene.collides(q, opening, &[part]) {
@@ -161,6 +214,12 @@ fn placing(
         }
     }
     None
+}
+
+/// Returns the heights above the target at which the hand may let go of a part, the lowest first.
+fn heights(fall_m: f64) -> Vec<f64> {
+    let falls = (1..=FALLS).map(|n| f64::from(n) * fall_m / f64::from(FALLS));
+    std::iter::once(RELEASE_M).chain(falls.filter(|height| *height > RELEASE_M)).collect()
 }
 
 /// Finds paths between two postures on which neither the arm nor a held part touches anything, by way of

@@ -6,6 +6,8 @@
 //! | task | goal |
 //! |---|---|
 //! | [`nuts_and_bolts`] | puts a nut and a bolt into a jig, then the bolt through the nut |
+//! | [`drawer`] | opens a drawer, puts blocks into it and closes it |
+//! | [`cup`] | turns over a cup and puts a cube into it |
 //!
 //! The synthetic demonstrations of [`nuts_and_bolts`] need no physics. Everything else here needs the feature
 //! `physics`.
@@ -24,6 +26,10 @@
 //!
 //! `tests/second_task.rs` in the repository is a complete example.
 
+#[cfg(feature = "physics")]
+pub mod cup;
+#[cfg(feature = "physics")]
+pub mod drawer;
 pub mod nuts_and_bolts;
 #[cfg(feature = "physics")]
 mod settings;
@@ -42,6 +48,8 @@ mod registry {
     use std::sync::Arc;
 
     use super::Task;
+    use super::cup::Cup;
+    use super::drawer::Drawer;
     use super::nuts_and_bolts::NutsAndBolts;
     use crate::task::error::TaskError;
 
@@ -52,7 +60,7 @@ mod registry {
 
     /// Returns every task with its default settings. The default task is first.
     pub fn all() -> Vec<Arc<dyn Task>> {
-        vec![default()]
+        vec![default(), Arc::new(Drawer::default()), Arc::new(Cup::default())]
     }
 
     /// Returns the task with this name and its default settings.

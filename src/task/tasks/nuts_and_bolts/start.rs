@@ -52,7 +52,7 @@ fn draw(settings: &NutsAndBolts, rng: &mut impl Rng) -> Option<Vec<Part>> {
         let axis = [towards.cos(), towards.sin(), 0.0];
         let turn = Turn::about(axis, tilt) * Turn::about_z(yaw) * lying;
         let position = [place[0], place[1], table.drop_height_m];
-        drawn.push(Part { kind, frame: BodyFrame { position, turn } });
+        drawn.push(Part::free(kind, BodyFrame { position, turn }));
     }
     Some(drawn)
 }
