@@ -30,6 +30,7 @@ mod blocks;
 mod containers;
 mod demonstrator;
 mod episode;
+mod evaluate;
 mod explore;
 mod kitchen;
 mod rest;
@@ -44,6 +45,7 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 pub use episode::{Outcome, carry_out};
+pub use evaluate::{Evaluation, Trial, evaluate};
 pub use score::{NeedScore, Rates, SaidState, StateScore, score_needs, score_states};
 pub use truth::{Explored, Extent, Need, TIGHT_M, TrueAction, TrueGoal, TrueState, Truth, Turn};
 

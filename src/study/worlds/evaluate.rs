@@ -1,0 +1,206 @@
+//! Scores the relational learner in a world: what it learned against the truth, and its plans move by move.
+
+use super::{
+    Need, NeedScore, Outcome, Rates, SaidState, Stage, StateScore, World, carry_out, score_needs,
+    score_states,
+};
+use crate::sim::Seed;
+use crate::task::TaskError;
+use crate::task::domain::Sensing;
+use crate::task::learn::{Settings, learn_relational};
+use crate::task::relational::{
+    Grounder, Layout, NeedVerdict, Problem, RelationalDomain, RelationalOperator, Role, Subject,
+};
+
+/// Settings of an evaluation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trial {
+    /// Number of demonstrations.
+    pub demos: usize,
+    /// Number of test scenes.
+    pub episodes: usize,
+    /// Errors of the poses, in the demonstrations and in the tests.
+    pub sensing: Sensing,
+    /// Seed of the demonstrations, the tests and the sensing.
+    pub seed: Seed,
+}
+
+/// What an evaluation found.
+#[derive(Debug, Clone, Default)]
+pub struct Evaluation {
+    /// Outcome of each episode.
+    pub outcomes: Vec<Outcome>,
+    /// Score of the states and poses.
+    pub states: StateScore,
+    /// Score of the needs of every action that was learned or had to be learned.
+    pub needs: Rates,
+    /// Required needs that the world does not demand, by the state that the object enters.
+    pub wrong: Vec<(&'static str, Need)>,
+    /// Needs that were not found, by the state that the object enters.
+    pub missed: Vec<(&'static str, Need)>,
+    /// Why nothing was learned, or no plan was found.
+    pub trouble: Vec<String>,
+}
+
+impl Evaluation {
+    /// Returns the number of solved episodes.
+    pub fn solved(&self) -> usize {
+        self.outcomes.iter().filter(|o| o.solved).count()
+    }
+}
+
+/// Moves that an episode may take.
+const MOST_MOVES: usize = 60;
+
+/// Learns from demonstrations in a world, scores what was learned, and plans in test scenes.
+///
+/// # Errors
+/// As [`Sensing::check`].
+pub fn evaluate(world: &dyn World, trial: &Trial) -> Result<Evaluation, TaskError> {
+    trial.sensing.check()?;
+    let shown = world.show(trial.demos, trial.seed);
+    let recording = trial.sensing.apply_recording(&shown.recording, trial.seed);
+    let mut out = Evaluation::default();
+    let learned = match learn_relational(&recording, &Settings::default()) {
+        Ok(learned) => learned,
+        Err(error) => {
+            out.trouble.push(error.to_string());
+            out.outcomes = vec![Outcome::default(); trial.episodes];
+            return Ok(out);
+        }
+    };
+    let domain = &learned.domain;
+    let grounder = Grounder::new(domain);
+    let said: Vec<Vec<Vec<Option<SaidState>>>> = shown
+        .recording
+        .demos
+        .iter()
+        .map(|demo| {
+            let mut last: Option<Layout> = None;
+            let layouts = demo.snapshots.iter().map(|snapshot| {
+                let layout = match &last {
+                    Some(before) => grounder.layout_after(before, snapshot),
+                    None => grounder.layout(snapshot),
+                };
+                let said = said(domain, &layout);
+                last = Some(layout);
+                said
+            });
+            layouts.collect()
+        })
+        .collect();
+    out.states = score_states(&shown, &said);
+    score_operators(world, domain, &mut out);
+    for episode in 0..trial.episodes {
+        let seed = trial.seed.derive_index("test", episode as u64);
+        let mut run = world.begin(seed, Stage::Test);
+        let mut last: Option<Layout> = None;
+        let mut trouble = None;
+        let mut tried: Vec<(usize, usize)> = Vec::new();
+        let outcome = carry_out(&mut *run, MOST_MOVES, &trial.sensing, seed, |scene| {
+            let layout = match &last {
+                Some(before) => grounder.layout_after(before, scene),
+                None => grounder.layout(scene),
+            };
+            let step = next(domain, &layout, &mut tried);
+            last = Some(layout);
+            step.unwrap_or_else(|reason| {
+                trouble = Some(reason);
+                None
+            })
+        });
+        if !outcome.solved {
+            let why = trouble.unwrap_or_else(|| format!("{outcome:?}"));
+            out.trouble.push(format!("episode {episode}: {why}"));
+        }
+        out.outcomes.push(outcome);
+    }
+    Ok(out)
+}
+
+fn said(domain: &RelationalDomain, layout: &Layout) -> Vec<Option<SaidState>> {
+    let state = |fact: crate::task::relational::Fact| SaidState {
+        state: domain.states[fact.state].name.clone(),
+        reference: fact.reference.map(|r| layout.objects[r].id.to_string()),
+    };
+    layout.located.iter().map(|l| l.fact.map(state)).collect()
+}
+
+type Step = Option<(String, crate::task::Pose)>;
+
+/// Returns the next move, as an object's id and a target pose. `tried` counts the objects that were moved.
+fn next(
+    domain: &RelationalDomain,
+    layout: &Layout,
+    tried: &mut Vec<(usize, usize)>,
+) -> Result<Step, String> {
+    let problem = Problem::new(domain, layout).map_err(|e| e.to_string())?;
+    let situation = layout.situation();
+    let avoid: Vec<usize> = tried.iter().filter(|(_, n)| *n >= 2).map(|(i, _)| *i).collect();
+    let Some(plan) = problem.plan(&situation, &avoid) else {
+        let states: Vec<String> = layout
+            .objects
+            .iter()
+            .zip(&layout.located)
+            .map(|(o, l)| {
+                let name = l.fact.map_or("none", |f| &domain.states[f.state].name[..]);
+                format!("{} {name}", o.id)
+            })
+            .collect();
+        return Err(format!("no plan from {}", states.join(", ")));
+    };
+    let Some(first) = plan.first() else { return Ok(None) };
+    let m = first.action;
+    match tried.iter_mut().find(|(i, _)| *i == m.object) {
+        Some((_, n)) => *n += 1,
+        None => tried.push((m.object, 1)),
+    }
+    let target = problem.target(&m, layout);
+    Ok(Some((layout.objects[m.object].id.to_string(), target.pose)))
+}
+
+fn score_operators(world: &dyn World, domain: &RelationalDomain, out: &mut Evaluation) {
+    let (truth, explored) = (world.truth(), world.explore());
+    let name = |state: usize| out.states.names.get(&domain.states[state].name).copied();
+    for (action, explored) in truth.actions.iter().zip(&explored) {
+        let own = domain.operators.iter().find(|o| name(o.to) == Some(action.to));
+        let (required, undecided) = match own {
+            Some(operator) => stated(operator, &name),
+            None => (Vec::new(), Vec::new()),
+        };
+        let NeedScore { rates, wrong, missed } =
+            score_needs(action, explored, &required, &undecided);
+        out.needs = out.needs.plus(&rates);
+        out.wrong.extend(wrong.into_iter().map(|n| (action.to, n)));
+        out.missed.extend(missed.into_iter().map(|n| (action.to, n)));
+    }
+}
+
+/// Returns an operator's required and undecided needs, in the true states' names.
+fn stated(
+    operator: &RelationalOperator,
+    name: &dyn Fn(usize) -> Option<&'static str>,
+) -> (Vec<Need>, Vec<Need>) {
+    let (mut required, mut undecided) = (Vec::new(), Vec::new());
+    if let [from] = operator.from[..]
+        && let Some(state) = name(from)
+    {
+        required.push(Need::Object(state));
+    }
+    for need in &operator.needs {
+        let Some(state) = name(need.condition.state) else { continue };
+        let said = match (need.condition.subject, need.holds) {
+            (Subject::Is(Role::Target), true) => Need::Reference(state),
+            (Subject::At(Role::Target), true) => Need::Holds { state, at_least: need.least },
+            (Subject::Any, true) => Need::Somewhere(state),
+            (Subject::At(Role::Target), false) => Need::Clear(state),
+            (Subject::Any, false) => Need::Nowhere(state),
+            _ => continue,
+        };
+        match need.verdict {
+            NeedVerdict::Undecided => undecided.push(said),
+            NeedVerdict::Required | NeedVerdict::Absent => required.push(said),
+        }
+    }
+    (required, undecided)
+}
