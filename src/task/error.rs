@@ -141,6 +141,12 @@ pub enum TaskError {
         /// What is wrong with the domain.
         reason: String,
     },
+    /// A scene and a relational domain give no planning problem.
+    #[error("{reason}")]
+    Problem {
+        /// Why they give no problem.
+        reason: String,
+    },
     /// A vocabulary could not be built.
     #[error(transparent)]
     Vocabulary(#[from] VocabError),
