@@ -53,6 +53,8 @@ pub(crate) enum Command {
     Classify(ClassifyArgs),
     /// Print the next action in a scene, the plan, and the decision time
     Plan(PlanArgs),
+    /// Print every action that is possible in a scene
+    Actions(ActionsArgs),
     /// Rename states and actions in place, or to a new file with --out
     Rename(RenameArgs),
     /// Check a recording, scene, scene settings, domain or model file
@@ -318,6 +320,22 @@ pub(crate) struct PlanArgs {
     pub common: Common,
     #[command(flatten)]
     pub planner: PlannerArgs,
+    #[command(flatten)]
+    pub grounding: GroundingArgs,
+    #[command(flatten)]
+    pub out: OutFile,
+}
+
+#[derive(Debug, Clone, Args)]
+#[command(next_line_help = true, allow_negative_numbers = true)]
+pub(crate) struct ActionsArgs {
+    /// Learned domain; - for standard input
+    pub domain: PathBuf,
+    /// Scene, a file with one JSON object; - for standard input
+    #[arg(long, value_name = "FILE")]
+    pub scene: PathBuf,
+    #[command(flatten)]
+    pub common: Common,
     #[command(flatten)]
     pub grounding: GroundingArgs,
     #[command(flatten)]

@@ -8,6 +8,7 @@ mod domain;
 mod experiment;
 mod figures;
 mod folder;
+mod framed;
 mod learn;
 mod options;
 mod output;
@@ -168,6 +169,7 @@ fn dispatch(cli: Cli) -> Result<Outcome, Error> {
         Command::Learn(args) => learn::learn(&args),
         Command::Classify(args) => classify::classify(&args),
         Command::Plan(args) => plan::plan(&args),
+        Command::Actions(args) => framed::actions(&args),
         Command::Rename(args) => rename::rename(&args),
         Command::Check(args) => check::check(&args),
         Command::Bench(args) => bench::bench(&args),
