@@ -76,7 +76,7 @@ class RunPage {
       return;
     }
     try {
-      this.replay = new Replay(view, outline, this.frames, domain?.states ?? []);
+      this.replay = new Replay(view, outline, this.frames, domain?.drawn ?? domain?.states ?? []);
       this.replay.held = () => this.heldAt(this.time);
     } catch (error) {
       view.replaceChildren(make("p", `This browser cannot draw the 3-D view (${error.message}).`));
@@ -160,8 +160,11 @@ class RunPage {
     const from = recording && domain.provenance
       ? `Learned from ${recording.demonstrations} demonstrations with ${recording.snapshots} snapshots. `
       : "";
-    byId("taught").textContent = `${from}In the 3-D view each state is an ellipsoid of two standard deviations about its `
+    const drawn = domain.framed ? "each place of a state in the world frame" : "each state";
+    byId("taught").textContent = `${from}In the 3-D view ${drawn} is an ellipsoid of two standard deviations about its `
       + "mean, with half axes of at least 4 mm.";
+    if (domain.framed) byId("brackets").textContent = "A required condition must hold. An undecided condition always "
+      + "held, perhaps by chance: the planner meets it if that is possible.";
   }
 
   buildSettings() {

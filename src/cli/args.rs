@@ -9,8 +9,8 @@ use symbolt::study::catalogue::Options;
 use thiserror::Error;
 
 pub(crate) use super::options::{
-    Common, DemoArgs, GroundingArgs, Method, OutFile, PlannerArgs, SyntheticArgs, demonstrated,
-    number, whole,
+    Common, DemoArgs, GroundingArgs, Method, OutFile, PlannerArgs, SensingArgs, SyntheticArgs,
+    TaskArgs, demonstrated, number, whole,
 };
 
 /// A sentence on a well-formed argument that the command cannot use.
@@ -67,7 +67,7 @@ pub(crate) enum Command {
     Experiment(ExperimentArgs),
     /// Merge the shards of an experiment
     Merge(MergeArgs),
-    /// Print the default scene settings, for use with --config
+    /// Print the default settings of a task, for use with --config
     Config(ConfigArgs),
     /// Print a completion script for a shell
     Completions {
@@ -83,6 +83,11 @@ pub(crate) struct RunArgs {
     pub common: Common,
     #[command(flatten)]
     pub demos: DemoArgs,
+    /// Learner: relational (states in the frames of objects, actions with
+    /// parameters) or paper (states in the world frame, as in the paper)
+    #[arg(verbatim_doc_comment, hide_possible_values = true)]
+    #[arg(long, value_name = "METHOD", value_enum, default_value = "relational")]
+    pub method: Method,
     /// Number of episodes after learning
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<usize>)]
     pub episodes: usize,
@@ -102,8 +107,9 @@ pub(crate) struct RunArgs {
     #[arg(verbatim_doc_comment, long, default_value_t = 0.0, value_name = "RATE")]
     #[arg(value_parser = number::<f64>)]
     pub drop_rate: f64,
-    /// In each episode, move the last bolt into the jig at a random time
-    /// within the first 20 s
+    /// In each episode, let a person change the scene at a random time, as
+    /// the task defines it: with nuts and bolts, the last bolt is moved into
+    /// the jig within the first 20 s
     #[arg(verbatim_doc_comment, long, alias = "meddle")]
     pub perturb: bool,
     #[command(flatten)]
@@ -239,6 +245,8 @@ pub(crate) struct MergeArgs {
 #[derive(Debug, Clone, Args)]
 #[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct ConfigArgs {
+    #[command(flatten)]
+    pub task: TaskArgs,
     #[command(flatten)]
     pub out: OutFile,
 }

@@ -4,7 +4,10 @@ use anyhow::Error;
 use serde_json::{Value, json};
 use symbolt::files::read_file;
 use symbolt::neurons::{SolvedFileError, SolvedModel};
+use symbolt::sim::Seed;
+use symbolt::task::tasks::file::{DataTask, FORMAT};
 use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
+use symbolt::task::tasks::{self, Task};
 use symbolt::task::{Recording, Snapshot, TaskError};
 
 use super::Outcome;
@@ -37,6 +40,11 @@ fn inspect(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
     let header: Option<Value> = serde_json::from_slice(bytes).ok();
     // Of these files, only domains name their format, so even a truncated domain is recognised.
     let head = String::from_utf8_lossy(&bytes[..bytes.len().min(200)]);
+    if header.as_ref().is_some_and(|v| v.get("format").and_then(Value::as_str) == Some(FORMAT)) {
+        let task = DataTask::parse(bytes, name)?;
+        let parts = task.scene(Seed::new(0))?.parts.len();
+        return Ok(json!({"kind": "task", "parts": parts}));
+    }
     if header.as_ref().map_or(head.contains("\"format\""), |v| v.get("format").is_some()) {
         let domain = AnyDomain::parse(bytes, name)?;
         return Ok(json!({
@@ -49,14 +57,19 @@ fn inspect(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
         let scene = Snapshot::parse(bytes, name)?;
         return Ok(json!({"kind": "scene", "objects": scene.objects.len()}));
     }
-    let settings = json!(NutsAndBolts::default());
-    if header
-        .as_ref()
-        .and_then(Value::as_object)
-        .is_some_and(|object| object.keys().next().is_some_and(|key| settings.get(key).is_some()))
-    {
-        let spec = NutsAndBolts::parse(bytes, name)?;
-        return Ok(json!({"kind": "scene configuration", "nuts": spec.nuts, "bolts": spec.bolts}));
+    let first = header.as_ref().and_then(Value::as_object).and_then(|object| object.keys().next());
+    if let Some(key) = first {
+        for task in tasks::all().iter().filter(|task| task.settings().get(key).is_some()) {
+            let own = NutsAndBolts::default();
+            if task.name() == own.name() {
+                let spec = NutsAndBolts::parse(bytes, name)?;
+                return Ok(
+                    json!({"kind": "scene configuration", "nuts": spec.nuts, "bolts": spec.bolts}),
+                );
+            }
+            let parts = task.with_settings(bytes, name)?.scene(Seed::new(0))?.parts.len();
+            return Ok(json!({"kind": "scene configuration", "parts": parts}));
+        }
     }
     let (recording, labels) = Recording::parse(bytes, name)?;
     let labelled = labels.iter().flatten().filter(|l| l.is_some()).count();

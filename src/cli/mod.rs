@@ -4,6 +4,7 @@ mod args;
 mod bench;
 mod check;
 mod classify;
+mod config;
 mod domain;
 mod experiment;
 mod figures;
@@ -30,12 +31,11 @@ use std::process::ExitCode;
 
 use anyhow::Error;
 use clap::{CommandFactory, Parser};
-use symbolt::files::{FileError, write_atomic};
+use symbolt::files::FileError;
 use symbolt::neurons::{SolvedFileError, UnknownMode};
 use symbolt::spa::VocabError;
 use symbolt::study::standard::UnknownModel;
 use symbolt::task::TaskError;
-use symbolt::task::tasks;
 
 use args::{BadArgument, Cli, Command};
 
@@ -176,14 +176,7 @@ fn dispatch(cli: Cli) -> Result<Outcome, Error> {
         Command::Report(args) => report::make(&args),
         Command::Experiment(args) => experiment::experiment(&args),
         Command::Merge(args) => experiment::merged(&args),
-        Command::Config(args) => {
-            let text = format!("{:#}\n", tasks::default().settings());
-            match &args.out.out {
-                Some(path) => write_atomic(path, text, args.out.overwrite())?,
-                None => output::emit(&text)?,
-            }
-            Ok(Outcome::Done)
-        }
+        Command::Config(args) => config::config(&args),
         Command::Completions { shell } => {
             let mut text = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "symbolt", &mut text);
