@@ -75,7 +75,7 @@ impl<'p> Compiler<'p> {
                 }
             }
             // An action is harmless if it puts nothing where something else must be clear.
-            let harm = self.tests.iter().filter(|t| t.least == 0 && self.enters(action, t)).count();
+            let harm = self.tests.iter().filter(|t| t.forbids() && self.enters(action, t)).count();
             ordered.push((harm, action.clone(), needs.clone(), effects));
         }
         let instances = |a: &GroundAction| self.problem.domain.operators[a.operator].instances;
@@ -128,16 +128,16 @@ impl<'p> Compiler<'p> {
             let enters = operator.to;
             let leaves = operator.from.iter().any(|s| test.of.iter().any(|(x, _)| x == s));
             let aside = operator.side_effects.iter().any(|e| {
-                e.begins == (test.least > 0) && test.of.iter().any(|(s, _)| *s == e.condition.state)
+                e.begins != test.forbids() && test.of.iter().any(|(s, _)| *s == e.condition.state)
             });
             let direct =
-                if test.least > 0 { test.of.iter().any(|(s, _)| *s == enters) } else { leaves };
+                if !test.forbids() { test.of.iter().any(|(s, _)| *s == enters) } else { leaves };
             if !direct && !aside {
                 continue;
             }
             for object in self.movers(o) {
                 for (reference, place) in self.targets(o, object) {
-                    let sources = if test.least == 0 && direct {
+                    let sources = if test.forbids() && direct {
                         self.blockers(test, o, object)
                     } else {
                         self.sources(o, object, reference, test)
@@ -196,7 +196,7 @@ impl<'p> Compiler<'p> {
             return Vec::new();
         }
         let except = if object.is_some() { Vec::new() } else { test.except.clone() };
-        vec![Test { of, object, reference: test.reference, except, least: 1, given: true }]
+        vec![Test { of, object, reference: test.reference, except, given: true, ..Test::of([]) }]
     }
 
     /// Returns the states that an object may leave.
@@ -241,7 +241,7 @@ impl<'p> Compiler<'p> {
             about_origin(n.condition.subject) || own
         }) || all.side_effects.iter().any(|e| about_origin(e.condition.subject));
         let counted =
-            |s: usize| test.least > 0 && test.of.iter().any(|(x, p)| *x == s && p.is_none());
+            |s: usize| !test.forbids() && test.of.iter().any(|(x, p)| *x == s && p.is_none());
         let (mut anywhere, mut single): (Vec<usize>, Vec<Test>) = (Vec::new(), Vec::new());
         for state in self.leaves(operator) {
             let again = state == all.to || counted(state);
@@ -257,7 +257,7 @@ impl<'p> Compiler<'p> {
             };
             for reference in references {
                 let stays = state == all.to && reference == target;
-                if stays || test.least > 0 && test.counts(object, state, 0, reference) {
+                if stays || !test.forbids() && test.counts(object, state, 0, reference) {
                     continue;
                 }
                 let spare = if object.is_none() { self.quota(state) } else { 0 };
@@ -298,12 +298,12 @@ impl<'p> Compiler<'p> {
         let aside = || {
             operator.side_effects.iter().any(|e| {
                 let state = e.condition.state;
-                e.begins == (test.least > 0)
+                e.begins != test.forbids()
                     && test.of.iter().any(|(s, _)| *s == state)
                     && self.about(action, e.condition.subject, test)
             })
         };
-        if test.least > 0 {
+        if !test.forbids() {
             let adds = self.enters(action, test) && !action.source.of.iter().any(counted_before);
             return adds || aside();
         }
@@ -353,8 +353,7 @@ impl<'p> Compiler<'p> {
                 of: of.into_iter().map(|(s, p)| (s, Some(p))).collect(),
                 reference: Some(action.reference),
                 except: itself.clone(),
-                least: 0,
-                ..Test::of([])
+                ..Test::of([]).none()
             });
         }
         if let (Some(object), Some(reference)) = (action.object, action.reference) {
@@ -364,7 +363,7 @@ impl<'p> Compiler<'p> {
             let of = Test::of(on.map(|(s, _)| s));
             if !of.of.is_empty() {
                 let at = Some(Some(object));
-                needs.push(Test { object: Some(reference), reference: at, least: 0, ..of });
+                needs.push(Test { object: Some(reference), reference: at, ..of.none() });
             }
         }
         for (n, need) in operator.needs.iter().enumerate() {
@@ -391,8 +390,10 @@ impl<'p> Compiler<'p> {
             Role::Origin => action.origin().filter(|o| Some(*o) != action.reference),
             Role::Target => action.reference,
         };
-        let least = if holds { need.least.max(1) } else { 0 };
-        let mut test = Test { least, ..Test::of([state]) };
+        let mut test = match holds {
+            true => Test { least: need.least.max(1), ..Test::of([state]) },
+            false => Test::of([state]).none(),
+        };
         match need.condition.subject {
             // The source says what state the object itself is in.
             Subject::Is(Role::Object) => return None,
@@ -412,7 +413,11 @@ impl<'p> Compiler<'p> {
             None => s.0 == state && test.reference.is_none(),
         };
         if action.object.is_none() && test.object.is_none() && action.source.of.iter().any(own) {
-            test.least = if holds { test.least + 1 } else { 0 };
+            if holds {
+                test.least += 1;
+            } else {
+                test.most = Some(1);
+            }
         }
         Some(test)
     }

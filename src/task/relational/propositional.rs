@@ -39,8 +39,10 @@ pub(super) struct Test {
     pub reference: Option<Option<usize>>,
     /// Objects that do not count.
     pub except: Vec<usize>,
-    /// Least number of objects; 0 if there must be none.
+    /// Least number of objects.
     pub least: usize,
+    /// Greatest number of objects; `None` for any number.
+    pub most: Option<usize>,
     /// Whether the fact is given: no action is planned to cause it.
     pub given: bool,
 }
@@ -49,7 +51,25 @@ impl Test {
     /// Returns a test for objects in some states, at any place.
     pub fn of(states: impl IntoIterator<Item = usize>) -> Self {
         let of = states.into_iter().map(|s| (s, None)).collect();
-        Self { of, object: None, reference: None, except: Vec::new(), least: 1, given: false }
+        Self {
+            of,
+            object: None,
+            reference: None,
+            except: Vec::new(),
+            least: 1,
+            most: None,
+            given: false,
+        }
+    }
+
+    /// Returns the test that no object passes this test.
+    pub fn none(self) -> Self {
+        Self { least: 0, most: Some(0), ..self }
+    }
+
+    /// Returns whether the test sets an upper limit, so that objects can be in the way.
+    pub fn forbids(&self) -> bool {
+        self.most.is_some()
     }
 
     /// Returns whether an object with this state counts.
@@ -79,7 +99,7 @@ impl Test {
     pub fn holds(&self, situation: &Situation) -> bool {
         let all = situation.iter().enumerate();
         let count = all.filter(|(i, f)| f.is_some_and(|f| self.matches(*i, &f))).count();
-        if self.least == 0 { count == 0 } else { count >= self.least }
+        count >= self.least && self.most.is_none_or(|most| count <= most)
     }
 }
 

@@ -117,13 +117,19 @@ impl<'p> Symbols<'p> {
         for except in &test.except {
             parts.push(Factor { part: Part::Except, filler: self.id(*except) });
         }
-        let mut name = match test.least {
-            0 => format!("NO_{base}"),
-            1 => base,
-            n => format!("{base}_X{n}"),
+        let mut name = match (test.most, test.least) {
+            (Some(0), _) => format!("NO_{base}"),
+            (Some(most), _) => format!("AT_MOST_{most}_{base}"),
+            (None, 1) => base,
+            (None, least) => format!("{base}_X{least}"),
         };
-        if test.least != 1 {
-            parts.push(Factor { part: Part::Count, filler: format!("X{}", test.least) });
+        let count = match (test.most, test.least) {
+            (Some(most), _) => Some(format!("UP_TO_{most}")),
+            (None, 1) => None,
+            (None, least) => Some(format!("X{least}")),
+        };
+        if let Some(filler) = count {
+            parts.push(Factor { part: Part::Count, filler });
         }
         if test.given {
             name.push_str("_IN_THE_WAY");
