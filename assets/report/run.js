@@ -33,6 +33,11 @@ class RunPage {
     return last?.contact ? last.part : undefined;
   }
 
+  // Why an episode failed, as `run.json` has it.
+  reason(episode) {
+    return this.data.run?.summary?.failures?.find((failure) => failure.episode === episode)?.reason;
+  }
+
   // A part's kind and its number among those of its kind.
   partName(index) {
     const { kinds = [], parts = [] } = this.data.outline ?? {};
@@ -100,7 +105,7 @@ class RunPage {
     const ends = new Map((this.data.events ?? []).filter((line) => line.end).map((line) => [line.episode, line.end]));
     const rows = all.map(({ episode, decision }, i) => {
       const last = all[i + 1]?.episode !== episode;
-      const how = endInWords(ends.get(episode), this.data.domain);
+      const how = endInWords(ends.get(episode), this.data.domain, this.reason(episode));
       const outcome = decision.begun ? decision.skill?.outcome ?? "cut short" : last ? how : "not begun";
       return [
         ...(many ? [String(episode + 1)] : []), decision.asked_s.toFixed(2), decision.took_ms.toFixed(0),
@@ -279,10 +284,10 @@ class RunPage {
       const over = act.outcome && this.time >= act.until - 1e-6 ? `, ${act.outcome}` : "";
       entries.push(["now", `doing ${act.action}${over}`]);
     } else {
-      entries.push(["now", `done: ${endInWords(end, this.data.domain)}`]);
+      entries.push(["now", `done: ${endInWords(end, this.data.domain, this.reason(this.recorded))}`]);
     }
     if (act?.action && end && this.time >= this.duration - 1e-6) {
-      entries.push(["at the end", endInWords(end, this.data.domain)]);
+      entries.push(["at the end", endInWords(end, this.data.domain, this.reason(this.recorded))]);
     }
     const held = this.heldAt(this.time);
     entries.push(["in the hand", held === undefined ? "nothing" : this.partName(held)]);

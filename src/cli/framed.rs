@@ -21,6 +21,7 @@ use super::output::{
 use super::plan::{
     choices_json, choices_table, listed, milestones_json, milestones_table, obstacle_text,
 };
+use super::relational::metres;
 
 /// Number of moves after which a plan is cut short.
 const MOST_MOVES: usize = 200;
@@ -45,13 +46,12 @@ pub(crate) fn actions(args: &ActionsArgs) -> Result<Outcome, Error> {
         let lines = moves.iter().map(|m| move_json(&problem, m, &layout, &situation).to_string());
         lines.collect::<Vec<_>>().join("\n")
     } else {
-        let mut grid =
-            Grid::new(&["action", "object", "onto", ">x m", ">y m", ">z m", "still open"]);
+        let mut grid = Grid::new(&["action", "object", "onto", "target m", "still open"]);
         for m in &moves {
             let mut row = vec![domain.operators[m.operator].name.clone()];
             row.push(layout.objects[m.object].id.to_string());
             row.push(onto(m, &layout).unwrap_or("-").into());
-            row.extend(problem.target(m, &layout).pose.position.map(|v| format!("{v:.3}")));
+            row.push(position(&problem.target(m, &layout)));
             row.push(problem.open_needs(m, &situation).join(", "));
             grid.row(row);
         }
@@ -72,6 +72,10 @@ pub(crate) fn actions(args: &ActionsArgs) -> Result<Outcome, Error> {
 
 fn onto<'l>(m: &Move, layout: &'l Layout) -> Option<&'l str> {
     m.reference.map(|r| &*layout.objects[r].id)
+}
+
+fn position(target: &TargetPose) -> String {
+    target.pose.position.map(|v| metres(v, 3)).join(", ")
 }
 
 fn target_json(target: &TargetPose) -> Value {
@@ -373,9 +377,8 @@ impl Shown<'_> {
                     let _ = write!(text, ", onto {reference}");
                 }
                 if let Some(problem) = self.problem {
-                    let [x, y, z] = problem.target(m, self.layout).pose.position;
-                    let at = format!("({x:.3}, {y:.3}, {z:.3})");
-                    let _ = write!(text, ", at {}", unbroken(&at));
+                    let at = position(&problem.target(m, self.layout));
+                    let _ = write!(text, ", at {}", unbroken(&format!("({at})")));
                 }
                 text
             }

@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 use anyhow::Error;
 use serde_json::{Map, Value, json};
 use symbolt::files::write_atomic;
+use symbolt::task::event::Observer;
 use symbolt::task::learn::{
     self, AttemptOutcome, AttemptReport, Failure, LearnReport, Learned, RelationallyLearned,
     Settings, learn_observed, learn_relational_observed,
@@ -40,12 +41,7 @@ pub(crate) fn learn(args: &LearnArgs) -> Result<Outcome, Error> {
     let recording = Recording::read(&args.recording)?;
     let settings = Settings { p: args.p, threshold_m, seed: args.common.seed };
     let mut line = ProgressLine::new(&progress);
-    let learned = match method {
-        Method::Relational => {
-            AnyLearned::Relational(learn_relational_observed(&recording, &settings, &mut line)?)
-        }
-        Method::Paper => AnyLearned::Paper(learn_observed(&recording, &settings, &mut line)?),
-    };
+    let learned = AnyLearned::from(method, &recording, &settings, &mut line)?;
     let empty = learned.actions() == 0;
     if let Some(path) = args.out.out.as_ref().filter(|_| !empty) {
         write_atomic(path, learned.to_json()?, args.out.overwrite())?;
@@ -73,6 +69,34 @@ pub(crate) enum AnyLearned {
 }
 
 impl AnyLearned {
+    /// Learns from a recording.
+    pub fn from(
+        method: Method,
+        recording: &Recording,
+        settings: &Settings,
+        observer: &mut dyn Observer,
+    ) -> Result<Self, TaskError> {
+        Ok(match method {
+            Method::Relational => {
+                Self::Relational(learn_relational_observed(recording, settings, observer)?)
+            }
+            Method::Paper => Self::Paper(learn_observed(recording, settings, observer)?),
+        })
+    }
+
+    /// Returns the goal in words; `None` if there is none.
+    pub fn goal(&self) -> Option<String> {
+        match self {
+            Self::Relational(learned) => {
+                let domain = &learned.domain;
+                let terms: Vec<String> =
+                    domain.goals.iter().map(|goal| domain.goal_in_words(goal)).collect();
+                (!terms.is_empty()).then(|| terms.join(", "))
+            }
+            Self::Paper(learned) => learned.domain.goal_name().map(str::to_owned),
+        }
+    }
+
     pub fn states(&self) -> usize {
         match self {
             Self::Relational(learned) => learned.domain.states.len(),

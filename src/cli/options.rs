@@ -115,6 +115,15 @@ pub(crate) enum Method {
     Paper,
 }
 
+impl Method {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Relational => "relational",
+            Self::Paper => "paper",
+        }
+    }
+}
+
 /// The rule that finds the state of an object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Rule {

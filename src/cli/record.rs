@@ -4,7 +4,7 @@ use anyhow::Error;
 use serde_json::{Value, json};
 use symbolt::files::write_atomic;
 use symbolt::sim::Seed;
-use symbolt::task::execute::demonstrate_observed;
+use symbolt::task::execute::demonstrate_sensed;
 use symbolt::task::scene::Scene;
 use symbolt::task::{Recorder, Sensing, Snapshot};
 
@@ -63,15 +63,14 @@ fn physical(args: &RecordArgs, sensing: &Sensing) -> Result<(String, Value), Err
     }
     let progress = Progress::new(&args.common);
     let count = args.demos.demos;
-    let made = demonstrate_observed(&*task, count, seed, &mut ProgressLine::new(&progress))?;
+    let made = demonstrate_sensed(&*task, count, sensing, seed, &mut ProgressLine::new(&progress))?;
     let summary = json!({
         "demonstrations": made.recording.demos.len(),
         "snapshots": made.recording.snapshot_count(),
         "assembled": made.solved,
         "simulated_s": made.simulated_s,
     });
-    let seen = sensing.apply_recording(&made.recording, SensingArgs::seed(args.common.seed));
-    Ok((seen.to_jsonl(None)?, summary))
+    Ok((made.recording.to_jsonl(None)?, summary))
 }
 
 /// Returns demonstrations or a scene without physics as text, and a summary.

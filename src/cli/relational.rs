@@ -14,9 +14,14 @@ use super::output::{Grid, counted, mm, section, unbroken};
 /// Returns tables of the states, the operators with their conditions and side effects, and the goal.
 pub(crate) fn domain_tables(domain: &RelationalDomain) -> String {
     let mut text = String::new();
-    let title = format!("{} (m, in the frame)", counted(domain.states.len(), "state"));
+    let title =
+        format!("{}, positions in metres in the frame", counted(domain.states.len(), "state"));
     section(&mut text, &title, &state_table(domain));
-    section(&mut text, "Poses and standard deviations in each state", &spread_table(domain));
+    section(
+        &mut text,
+        "Number and standard deviation of the poses in each state",
+        &spread_table(domain),
+    );
     section(&mut text, &counted(domain.operators.len(), "action"), &action_table(domain));
     let needs = need_table(domain);
     if !needs.is_empty() {
@@ -56,15 +61,22 @@ fn state_table(domain: &RelationalDomain) -> Grid {
 
 fn coordinate(coordinate: &Coordinate) -> String {
     match *coordinate {
-        Coordinate::Tight { mean, .. } => format!("{mean:.3}"),
-        Coordinate::Open { low, high } => format!("{low:.2} to {high:.2}"),
+        Coordinate::Tight { mean, .. } => metres(mean, 3),
+        Coordinate::Open { low, high } => format!("{} to {}", metres(low, 2), metres(high, 2)),
     }
+}
+
+/// Formats a length in metres, without the sign of a zero.
+pub(crate) fn metres(length: f64, digits: usize) -> String {
+    let text = format!("{length:.digits$}");
+    let zero = text.trim_start_matches('-').chars().all(|c| matches!(c, '0' | '.'));
+    if zero { text.trim_start_matches('-').to_owned() } else { text }
 }
 
 /// Returns the number and the spread of the poses in each state, one row for each place.
 fn spread_table(domain: &RelationalDomain) -> Grid {
     let mut grid =
-        Grid::new(&["state", "origin", ">poses", ">x mm", ">y mm", ">z mm", "orientation"]);
+        Grid::new(&["state", "origin", ">poses", ">x mm", ">y mm", ">z mm", "axes fixed"]);
     for state in &domain.states {
         let one = state.places.len() == 1;
         for (index, place) in state.places.iter().enumerate() {

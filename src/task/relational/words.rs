@@ -161,15 +161,15 @@ impl Verdict {
 }
 
 impl FrameState {
-    /// Returns how the orientation is constrained, in words, such as `one axis fixed, 1.2° sd`.
+    /// Returns how the orientation is constrained, in words, such as `one axis ±1.2°`, with the standard deviation.
     pub fn turn_in_words(&self) -> String {
         let fixed = |what: &str, sd: f64| {
-            if sd > 0.0 { format!("{what}, {:.1}° sd", sd.to_degrees()) } else { what.into() }
+            if sd > 0.0 { format!("{what} ±{:.1}°", sd.to_degrees()) } else { what.into() }
         };
         match self.turn {
             Turn::Free => "any".into(),
-            Turn::Axis { sd, .. } => fixed("one axis fixed", sd),
-            Turn::Full { sd } => fixed("fixed", sd),
+            Turn::Axis { sd, .. } => fixed("one axis", sd),
+            Turn::Full { sd } => fixed("all axes", sd),
         }
     }
 }

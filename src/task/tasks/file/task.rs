@@ -127,6 +127,7 @@ impl Inner {
                 release_m: part.handling.release_m,
                 in_the_way_m: part.handling.in_the_way_m,
                 fall_m: part.handling.fall_m,
+                ..Handling::default()
             },
             look: part.look.look(),
         });
