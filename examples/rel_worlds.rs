@@ -2,6 +2,7 @@
 use symbolt::sim::Seed;
 use symbolt::study::worlds::*;
 use symbolt::task::Sensing;
+use symbolt::task::learn::*;
 fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
     let only = args.first().filter(|a| *a != "all").cloned();
@@ -69,6 +70,21 @@ fn main() {
             n.recall(),
             t.elapsed()
         );
+        if std::env::var("SHOW").is_ok() {
+            let shown = world.show(demos[0], Seed::new(first));
+            println!("{:#?}", world.truth().goal);
+            if std::env::var("RAW").is_ok() {
+                for s in &shown.recording.demos[0].snapshots {
+                    println!("{:?} {:?}", s.event, s.object.map(|o| s.objects[o].id.clone()));
+                    for o in &s.objects {
+                        println!("   {} {:.4?} {:.3?}", o.id, o.pose.position, o.pose.orientation);
+                    }
+                }
+            }
+            let l = symbolt::task::learn::learn_relational(&shown.recording, &Default::default())
+                .unwrap();
+            show(&l);
+        }
         if only.is_some() || std::env::var("NOTES").is_ok() {
             for (k, v) in notes.iter().take(14) {
                 println!("      {v}x {k}");
@@ -88,6 +104,64 @@ fn main() {
         poses.recall(),
         needs.precision(),
         needs.recall()
+    );
+}
+fn show(l: &RelationallyLearned) {
+    for s in &l.domain.states {
+        println!(
+            "  {} [{}] frame {} turn {:?} n{} {:?}",
+            s.name,
+            s.kind,
+            s.frame.name(),
+            s.turn,
+            s.count,
+            s.origin
+        );
+        for p in &s.places {
+            println!("     {:?} n{}", p.coordinates, p.count);
+        }
+    }
+    for o in &l.domain.operators {
+        println!(
+            "  {} from {:?} to {} n{} disp {:?}",
+            o.name,
+            o.from.iter().map(|s| &l.domain.states[*s].name).collect::<Vec<_>>(),
+            l.domain.states[o.to].name,
+            o.instances,
+            o.displacement
+        );
+        for n in &o.needs {
+            println!(
+                "     {:?} {:?} {} least {} holds {} {}/{}",
+                n.verdict,
+                n.condition.subject,
+                l.domain.states[n.condition.state].name,
+                n.least,
+                n.holds,
+                n.held,
+                n.of
+            );
+        }
+        for e in &o.side_effects {
+            println!(
+                "     effect {} {:?} {} {}/{}",
+                e.begins,
+                e.condition.subject,
+                l.domain.states[e.condition.state].name,
+                e.changed,
+                e.of
+            );
+        }
+    }
+    for g in &l.domain.goals {
+        println!("  goal {} {:?} {}/{}", l.domain.states[g.state].name, g.quantity, g.held, g.of);
+    }
+    println!(
+        "  outliers {} noise {:.5} failed {} unexplained {:?}",
+        l.outliers,
+        l.domain.noise_m,
+        l.report.failed(),
+        l.report.unexplained.iter().map(|u| (u.kind.clone(), u.count)).collect::<Vec<_>>()
     );
 }
 fn all_worlds() -> Vec<Box<dyn World>> {

@@ -168,7 +168,7 @@ fn score_operators(world: &dyn World, domain: &RelationalDomain, out: &mut Evalu
             Some(operator) => stated(operator, &name),
             None => (Vec::new(), Vec::new()),
         };
-        let NeedScore { rates, wrong, missed } =
+        let NeedScore { rates, wrong, missed, .. } =
             score_needs(action, explored, &required, &undecided);
         out.needs = out.needs.plus(&rates);
         out.wrong.extend(wrong.into_iter().map(|n| (action.to, n)));
@@ -185,7 +185,8 @@ fn stated(
     if let [from] = operator.from[..]
         && let Some(state) = name(from)
     {
-        required.push(Need::Object(state));
+        // The state that the object leaves is a parameter's range, not an assertion that no other will do.
+        undecided.push(Need::Object(state));
     }
     for need in &operator.needs {
         let Some(state) = name(need.condition.state) else { continue };

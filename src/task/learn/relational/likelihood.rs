@@ -1,15 +1,18 @@
 //! Marginal likelihoods of clusters of poses, in closed form.
 //!
 //! A coordinate of a cluster is *tight* (a Gaussian with unknown mean and variance) or *open* (uniform over the scene).
-//! The mean of a tight coordinate has a uniform prior over the scene, its variance an inverse-gamma prior with shape
-//! 1/2 and the scale of careful placing, so that wide placings are possible, too. Both integrate out. The likelihood of
-//! a coordinate is the mean of the two. Orientations are treated alike: free, tight about one axis, or tight.
+//! The mean of a tight coordinate has a uniform prior over the scene. Its variance has a prior that is a mixture of
+//! three inverse-gamma distributions with shape 1/2: careful, loose and broad placings. Both integrate out. The
+//! likelihood of a coordinate is the weighted mean of all four. Orientations are treated alike: free, tight about one axis, or tight.
 
 use nalgebra::Matrix3;
 use statrs::function::gamma::ln_gamma;
 
 /// Shape of the prior of a variance.
 const SHAPE: f64 = 0.5;
+/// Scales of loose and of broad placings, in metres.
+const LOOSE_M: f64 = 3e-3;
+const BROAD_M: f64 = 4e-2;
 /// Volume of the rotations as rotation vectors, per coordinate: the cube root of 8 pi squared.
 const TURN_EXTENT: f64 = 4.290_6;
 /// The same for directions: the square root of 4 pi.
@@ -23,6 +26,8 @@ pub(super) struct Sums {
     pub turn: Matrix3<f64>,
     /// Sum of the logarithms of the number of references to choose from.
     pub choices: f64,
+    /// Sum of the distances to the reference, in metres.
+    pub far: f64,
 }
 
 impl Sums {
@@ -32,6 +37,7 @@ impl Sums {
             square: std::array::from_fn(|i| self.square[i] + other.square[i]),
             turn: self.turn + other.turn,
             choices: self.choices + other.choices,
+            far: self.far + other.far,
         }
     }
 }
@@ -70,12 +76,22 @@ impl Likelihood {
             - (SHAPE + 0.5 * free as f64) * (b + 0.5 * squares.max(0.0)).ln()
     }
 
-    /// Log marginal likelihoods of one coordinate: tight and open, each with its prior of 1/2.
+    /// Log marginal likelihoods of one coordinate: tight and open, with their priors of 3/4 and 1/4. Tight is the mean
+    /// of three scales.
     pub fn coordinate(&self, n: usize, sum: f64, square: f64, extent: f64) -> (f64, f64) {
         let squares = square - sum * sum / n as f64;
-        let half = std::f64::consts::LN_2;
-        let tight = self.tight(n, squares, extent, self.scale_m) - half;
-        (tight, -(n as f64) * extent.ln() - half)
+        let quarter = 4f64.ln();
+        let [a, b, c] = [self.scale_m, LOOSE_M.max(self.scale_m), BROAD_M.max(self.scale_m)]
+            .map(|scale| self.tight(n, squares, extent, scale));
+        (log_add(log_add(a, b), c) - quarter, -(n as f64) * extent.ln() - quarter)
+    }
+
+    /// Returns whether values agree so well that they are placed with care.
+    pub fn is_careful(&self, n: usize, sum: f64, square: f64, extent: f64) -> bool {
+        let squares = square - sum * sum / n as f64;
+        let [a, b, c] = [self.scale_m, LOOSE_M.max(self.scale_m), BROAD_M.max(self.scale_m)]
+            .map(|scale| self.tight(n, squares, extent, scale));
+        n >= 2 && log_add(a, b) > log_add(c, -(n as f64) * extent.ln()) + 1.0
     }
 
     /// Log marginal likelihoods of the orientations, relative to uniform ones: free, about one axis, full. Each has

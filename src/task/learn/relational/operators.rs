@@ -292,8 +292,7 @@ fn displacement(
         let extent = 2.0 * range.fold(0.0, f64::max).max(0.05);
         let (sum, square) =
             moved.iter().fold((0.0, 0.0), |(s, q), m| (s + m[*i], q + m[*i] * m[*i]));
-        let (tight, open) = likelihood.coordinate(n, sum, square, extent);
-        if tight < open + 1.0 {
+        if !likelihood.is_careful(n, sum, square, extent) {
             return None;
         }
         let squares: f64 = moved.iter().map(|m| (m[*i] - mean[*i]).powi(2)).sum();
@@ -352,7 +351,15 @@ fn quantity(
 ) -> Option<(Quantity, usize)> {
     let count = |scene: &Scene| scene.iter().flatten().filter(|l| l.state == state).count();
     let counts: Vec<(usize, usize)> = ends.iter().map(|(a, b)| (count(a), count(b))).collect();
-    let gained = counts.iter().filter(|(start, end)| end > start).count();
+    // A state that held all along was no goal of the demonstrator. One that was left and reached again is.
+    let gained = demos
+        .iter()
+        .zip(&counts)
+        .filter(|(d, (_, end))| {
+            let length = motion.demo(**d).snapshots.len();
+            *end > 0 && (0..length).any(|s| count(&scene(motion, found, **d, s)) < *end)
+        })
+        .count();
     if gained < enough {
         return None;
     }
