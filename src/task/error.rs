@@ -167,7 +167,7 @@ pub enum TaskError {
         /// The name given.
         name: String,
         /// Name and description of every task.
-        choices: Vec<(&'static str, &'static str)>,
+        choices: Vec<(String, String)>,
     },
     /// A figure cannot be drawn.
     #[error("the figure cannot be drawn: {reason}")]
@@ -203,7 +203,7 @@ fn near(nearest: &Option<String>) -> String {
     nearest.as_ref().map_or_else(String::new, |name| format!(" (did you mean `{name}`?)"))
 }
 
-fn described(choices: &[(&str, &str)]) -> String {
+fn described(choices: &[(String, String)]) -> String {
     let choices: Vec<String> =
         choices.iter().map(|(name, what)| format!("{name} ({what})")).collect();
     choices.join(", ")

@@ -19,10 +19,10 @@ use crate::task::skill::{Grasp, Target};
 /// perturbation, bit for bit.
 pub trait Task: Debug + Send + Sync {
     /// Returns a short name in lower case with hyphens, such as `nuts-and-bolts`.
-    fn name(&self) -> &'static str;
+    fn name(&self) -> &str;
 
     /// Returns a description of the task in one line. Lists of tasks show it beside the name.
-    fn description(&self) -> &'static str;
+    fn description(&self) -> &str;
 
     /// Returns the settings as a JSON object, as `symbolt config` prints them and `run.json` stores them.
     fn settings(&self) -> Value;
