@@ -167,8 +167,12 @@ impl Clustering<'_> {
             .collect();
         for c in few {
             let small = clusters[c].clone();
-            let mut joined: Vec<Cluster> =
-                clusters.iter().enumerate().filter(|(i, _)| *i != c).map(|(_, x)| x.clone()).collect();
+            let mut joined: Vec<Cluster> = clusters
+                .iter()
+                .enumerate()
+                .filter(|(i, _)| *i != c)
+                .map(|(_, x)| x.clone())
+                .collect();
             let before: f64 = clusters.iter().map(|x| x.score).sum();
             for item in &small.members {
                 self.join(&mut joined, *item);

@@ -11,9 +11,7 @@ use super::motion::{Came, Motion};
 use crate::task::domain::{MIN_DISTINCT, Origin, Pose, mean_orientation};
 use crate::task::learn::gaussian::robust_mean;
 use crate::task::learn::names::{Landmark, Names, state_name, symbol};
-use crate::task::relational::{
-    Coordinate, Frame, FrameState, Place, ROOMY_M, Turn, relative,
-};
+use crate::task::relational::{Coordinate, Frame, FrameState, Place, ROOMY_M, Turn, relative};
 
 /// The state of a rest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -110,7 +108,35 @@ pub(super) fn find(motion: &Motion<'_>) -> States {
         }
         let (groups, turns) = search.groups(kind);
         let mut lost = Vec::new();
-        if std::env::var("DBG").is_ok() { for g in &groups { eprintln!("{} frame {} n{} {:?}", search.kinds[kind], g.frame, g.rests.len(), g.rests.iter().map(|r| { let r = &motion.rests[*r]; (r.demo, r.track, r.came, search.pose(g.rests[0], g.frame).map(|_| search.pose(motion.rests.iter().position(|x| x == r).unwrap_or(0), g.frame).map(|p| p.position.map(|v| (v * 1000.0).round())))) }).collect::<Vec<_>>()); } }
+        if std::env::var("DBG").is_ok() {
+            for g in &groups {
+                eprintln!(
+                    "{} frame {} n{} {:?}",
+                    search.kinds[kind],
+                    g.frame,
+                    g.rests.len(),
+                    g.rests
+                        .iter()
+                        .map(|r| {
+                            let r = &motion.rests[*r];
+                            (
+                                r.demo,
+                                r.track,
+                                r.came,
+                                search.pose(g.rests[0], g.frame).map(|_| {
+                                    search
+                                        .pose(
+                                            motion.rests.iter().position(|x| x == r).unwrap_or(0),
+                                            g.frame,
+                                        )
+                                        .map(|p| p.position.map(|v| (v * 1000.0).round()))
+                                }),
+                            )
+                        })
+                        .collect::<Vec<_>>()
+                );
+            }
+        }
         for places in search.together(groups) {
             let all: Vec<usize> = places.iter().flat_map(|g| g.rests.clone()).collect();
             if !search.supported(&all) {
@@ -520,7 +546,11 @@ impl<'m, 'r> Search<'m, 'r> {
                 let mean = robust_mean(&mut values);
                 let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
                 let sd = (squares / n.saturating_sub(1).max(1) as f64).sqrt();
-                if sd > ROOMY_M { Coordinate::Open { low, high } } else { Coordinate::Tight { mean, sd } }
+                if sd > ROOMY_M {
+                    Coordinate::Open { low, high }
+                } else {
+                    Coordinate::Tight { mean, sd }
+                }
             } else {
                 Coordinate::Open { low, high }
             }
