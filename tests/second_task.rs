@@ -13,9 +13,9 @@ use rand::RngExt;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use symbolt::sim::Seed;
-use symbolt::task::event::{Ended, SkillReport};
-use symbolt::task::execute::{EpisodeSpec, episode};
-use symbolt::task::learn::{Settings, learn};
+use symbolt::task::event::{Ended, Ignore, SkillReport};
+use symbolt::task::execute::{EpisodeSpec, PlannerBuild, episode, relational_episode};
+use symbolt::task::learn::{Settings, learn, learn_relational};
 use symbolt::task::planner::{Planner, PlannerSpec};
 use symbolt::task::robot::{BodyFrame, FINGER_TIP_M, Turn, reaches_table};
 use symbolt::task::scene::{
@@ -215,9 +215,27 @@ fn a_second_task_is_demonstrated_learned_and_done_through_the_trait_alone() {
         assert!(report.solved && !report.false_goal(), "seed {seed}: {report:?}");
         assert_eq!(report.skills().count(), task.min_actions(), "seed {seed}: {report:?}");
     }
-    // A block that a person takes away is put back.
     let perturbation = task.perturbation(Seed::new(1));
-    let spec = EpisodeSpec { perturbation, ..EpisodeSpec::of(task) };
+    let spec = EpisodeSpec { perturbation, ..EpisodeSpec::of(task.clone()) };
+    // The same over a relational domain.
+    let domain = learn_relational(&shown.recording, &Settings::default()).expect("it teaches");
+    let (domain, build) = (domain.domain, PlannerBuild::default());
+    for (seed, spec, skills) in [(0, EpisodeSpec::of(task), 2), (5, spec.clone(), 3)] {
+        let over = relational_episode(&domain, &build, &spec, Seed::new(seed), &mut Ignore);
+        let over = over.expect("it runs");
+        let report = &over.episode.report;
+        assert_eq!(report.ended, Ended::GoalMet, "seed {seed}: {report:?}");
+        assert!(report.solved && !report.false_goal(), "seed {seed}: {report:?}");
+        assert_eq!(report.skills().count(), skills, "seed {seed}: {report:?}");
+        assert_eq!((over.grounds.len(), over.reference_moves), (1, None));
+        let begun = report.decisions.iter().filter(|d| d.begun);
+        let objects: Vec<&str> =
+            begun.map(|d| d.chosen.as_ref().expect("it says which").object.as_str()).collect();
+        assert_eq!(objects.last(), Some(&"top_0"), "{objects:?}");
+        let again = relational_episode(&domain, &build, &spec, Seed::new(seed), &mut Ignore);
+        assert_eq!(again.expect("it runs").episode.report, *report);
+    }
+    // A block that a person takes away is put back.
     let over = episode(&planner, Grounding::default(), goal, &spec, Seed::new(5)).expect("runs");
     assert!(over.report.perturbed && over.report.solved, "{:?}", over.report);
     assert_eq!(over.report.skills().count(), 3, "the base twice: {:?}", over.report);

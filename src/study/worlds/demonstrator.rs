@@ -1,4 +1,4 @@
-//! The demonstrator: does the jobs of a world in an order drawn from those that the world and his habits allow.
+//! The demonstrator: does the jobs of a world in an order drawn from those that the world and the habits allow.
 
 use std::sync::Arc;
 

@@ -168,7 +168,7 @@ fn score_operators(world: &dyn World, domain: &RelationalDomain, out: &mut Evalu
             Some(operator) => stated(operator, &name),
             None => (Vec::new(), Vec::new()),
         };
-        let NeedScore { rates, wrong, missed } =
+        let NeedScore { rates, wrong, missed, .. } =
             score_needs(action, explored, &required, &undecided);
         out.needs = out.needs.plus(&rates);
         out.wrong.extend(wrong.into_iter().map(|n| (action.to, n)));

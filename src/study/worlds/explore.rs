@@ -27,23 +27,27 @@ struct Record {
     to: &'static str,
     always: Option<BTreeSet<Need>>,
     from: BTreeSet<&'static str>,
+    after: Option<BTreeSet<&'static str>>,
     count: usize,
 }
 
 pub(super) fn explore(spec: &Arc<Spec>) -> Vec<Explored> {
-    let record = |to| Record { to, always: None, from: BTreeSet::new(), count: 0 };
+    let record = |to| Record { to, always: None, from: BTreeSet::new(), after: None, count: 0 };
     let mut records: Vec<Record> = spec.jobs.iter().map(|job| record(job.to)).collect();
     for walk in 0..WALKS {
         for stage in [Stage::Demonstration(0), Stage::Demonstration(1), Stage::Test] {
             let seed = Seed::new(walk).derive(spec.name, "explore");
             let mut rng = seed.derive("walk", "moves").rng();
             let mut run = RuleRun::begin(spec.clone(), seed, stage);
+            let mut seen = BTreeSet::new();
             for _ in 0..MOVES {
+                let states = run.bodies.iter().filter_map(|b| b.at);
+                seen.extend(states.map(|at| spec.rules[at.rule].state.name));
                 let demonstrated = rng.random::<f64>() < DEMONSTRATED;
                 let next = if demonstrated { run.next() } else { None };
                 let wander = || run.legal_move(&mut rng);
                 let Some((object, target)) = next.or_else(wander) else { break };
-                run.note(&mut records);
+                run.note(&mut records, &seen);
                 run.act(&object, &target);
             }
         }
@@ -52,6 +56,7 @@ pub(super) fn explore(spec: &Arc<Spec>) -> Vec<Explored> {
         to: r.to,
         always: r.always.into_iter().flatten().collect(),
         origins: r.from.into_iter().collect(),
+        after: r.after.into_iter().flatten().collect(),
         situations: r.count,
     };
     records.into_iter().map(explored).collect()
@@ -91,8 +96,9 @@ impl RuleRun {
         found
     }
 
-    /// Notes, for each action, what holds in the situations in which it is possible now.
-    fn note(&self, records: &mut [Record]) {
+    /// Notes, for each action, what holds in the situations in which it is possible now. `seen` are the states that
+    /// objects have been in.
+    fn note(&self, records: &mut [Record], seen: &BTreeSet<&'static str>) {
         for record in records {
             let Some(rule) = self.rule(record.to) else { continue };
             for (body, at) in self.entries(rule) {
@@ -101,15 +107,11 @@ impl RuleRun {
                 {
                     continue;
                 }
-                let now = self.literals(body, at.on);
                 record.count += 1;
-                record
-                    .from
-                    .extend(self.bodies[body].at.map(|at| self.spec.rules[at.rule].state.name));
-                record.always = Some(match record.always.take() {
-                    None => now,
-                    Some(before) => before.intersection(&now).copied().collect(),
-                });
+                let from = self.bodies[body].at.map(|at| self.spec.rules[at.rule].state.name);
+                record.from.extend(from);
+                keep_common(&mut record.always, self.literals(body, at.on));
+                keep_common(&mut record.after, seen.clone());
             }
         }
     }
@@ -129,7 +131,8 @@ impl RuleRun {
             let somewhere = (0..self.bodies.len()).filter(others).any(|b| self.is_in(b, state));
             let need = if somewhere { Need::Somewhere(state) } else { Need::Nowhere(state) };
             found.insert(need);
-            if let Some(on) = on {
+            // A state in another frame has nothing to do with the reference object.
+            if let Some(on) = on.filter(|on| rule.state.frame == Some(self.kind(*on).name)) {
                 let here = (0..self.bodies.len()).filter(others).filter(|b| {
                     self.is_in(*b, state) && self.bodies[*b].at.and_then(|at| at.on) == Some(on)
                 });
@@ -141,5 +144,13 @@ impl RuleRun {
             }
         }
         found
+    }
+}
+
+/// Removes from `common` what is not in `now`; `None` stands for everything.
+fn keep_common<T: Ord>(common: &mut Option<BTreeSet<T>>, now: BTreeSet<T>) {
+    match common {
+        None => *common = Some(now),
+        Some(common) => common.retain(|item| now.contains(item)),
     }
 }

@@ -1,15 +1,49 @@
-//! Kinematic worlds with known truth: tasks in which what a learner should find is known exactly.
+//! Kinematic worlds with known truth: tasks for which the states, needs and goal are known exactly.
 //!
-//! A [`World`] generates recordings of demonstrations, and carries out moves by its own rules without physics: a move
-//! that is blocked, out of order or out of tolerance changes nothing. So a learner can be scored in two ways: by
-//! comparing what it learned with [`World::truth`], and by carrying out its plans move by move.
+//! A [`World`] generates recordings of demonstrations. It also carries out moves by its own rules, without physics: a
+//! move that is blocked, out of order or out of tolerance is refused and changes nothing. A learner is scored in two
+//! ways: its states and needs are compared with the truth, and its plans are carried out move by move.
 //!
-//! * Objects that nobody touches keep their pose exactly. A placement by hand is off by about 0.2 mm and 0.2 degrees.
-//! * A target within the tolerance of a place is accepted. Objects in a container follow when it moves.
-//! * An action is named by the state that its object enters. Only one object can be at a place, which is not listed
+//! | world | difficulty |
+//! |---|---|
+//! | `nuts` | the plain task: a nut in its pocket, a bolt in its hole, the bolt in the nut |
+//! | `nuts_distractors` | three of each in demonstrations, one of each in tests |
+//! | `nuts_jig_anywhere` | the jig is moved and turned from run to run |
+//! | `nuts_nut_first` | the demonstrator's habit looks like a need |
+//! | `flange` | four places in one frame; the cover needs all four bolts |
+//! | `keyed_peg` | full orientations in frames that move |
+//! | `conveyor` | the origin is in a frame that moves, the places are in the world |
+//! | `tower` | each block's frame is the block below |
+//! | `tower_blocked` | another block may have to be moved away first |
+//! | `cup_stack` | object and reference have the same kind |
+//! | `table` | "for each plate", with loose placements |
+//! | `table_knife_first` | the demonstrator's habit looks like a need |
+//! | `cup_turned` | an object is only turned, wherever it stands |
+//! | `drawer` | content moves with the drawer, and only an open drawer can be reached into |
+//! | `gate` | an object moves that no hand touches |
+//! | `lever` | two states differ only by a turn about one axis |
+//! | `at_least_two` | demonstrations end with two or three, the goal needs two |
+//! | `two_shelves` | two equal reference objects, either of which is fine |
+//! | `sorting` | a heap, and two bins that stand anywhere |
+//! | `bins` | two heaps without gaps whose heights vary by centimetres, and no bin is recorded |
+//!
+//! # Rules
+//!
+//! * An action is named by the state that its object enters. A place of a spot holds one object; this is not listed
 //!   among the needs.
-//! * The demonstrator draws the order of his moves wherever the world and his habits allow it.
-//! * The number and poses of objects in tests can differ from those in demonstrations.
+//! * A target within the tolerance of a place is accepted. Where the tolerance is at most [`TIGHT_M`], the object snaps
+//!   into the place. Otherwise it rests where it was put. On a table it also turns flat, and in a heap it rests at a
+//!   height that the hand does not choose.
+//! * A placement by hand is off by about 0.2 mm and 0.2 degrees. Objects that nobody touches keep their pose exactly.
+//! * Objects in a drawer follow it. Other objects cannot be moved while something rests on them.
+//! * The demonstrator draws the order of moves wherever the world and the habits allow it.
+//! * The numbers and poses of objects differ from run to run.
+//!
+//! # Carrying out and scoring
+//!
+//! [`carry_out`] runs an episode, with [`Sensing`](crate::task::Sensing) if it should be imperfect. [`World::show`]
+//! records demonstrations with the true state of each pose, for [`score_states`]. [`World::explore`] finds what always
+//! holds when an action is possible, for [`score_needs`].
 //!
 //! ```
 //! use symbolt::sim::Seed;
@@ -121,8 +155,8 @@ pub trait Run {
     /// Returns whether the goal is reached.
     fn solved(&self) -> bool;
 
-    /// Returns the demonstrator's next move, as an object's id and a target pose; `None` once he has nothing left
-    /// to do.
+    /// Returns the demonstrator's next move, as an object's id and a target pose; `None` once no job is
+    /// left.
     fn next(&mut self) -> Option<(Arc<str>, Pose)>;
 }
 
@@ -144,7 +178,7 @@ const MAX_MOVES: usize = 200;
 const SNAPSHOT_S: f64 = 1.5;
 
 impl Shown {
-    /// Lets the demonstrator act and adds what he shows.
+    /// Lets the demonstrator act and adds the snapshots.
     fn film(&mut self, number: u64, run: &mut dyn Run) {
         let mut snapshots: Vec<Snapshot> = Vec::new();
         let (mut states, mut labels) = (Vec::new(), Vec::new());
@@ -176,7 +210,7 @@ impl Shown {
     }
 }
 
-/// Returns all worlds.
+/// Returns all worlds, in a fixed order.
 pub fn all() -> Vec<Box<dyn World>> {
     [assembly::worlds(), blocks::worlds(), kitchen::worlds(), containers::worlds(), bins::worlds()]
         .into_iter()

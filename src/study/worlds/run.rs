@@ -221,7 +221,7 @@ impl RuleRun {
 
     /// Whether no footprint overlaps that of an object of radius `radius_m` at `pose`. The object itself, what it
     /// carries, and what it would rest on are left out.
-    fn clear(
+    pub fn clear(
         &self,
         body: Option<usize>,
         radius_m: f64,

@@ -117,6 +117,8 @@ pub fn score_states(shown: &Shown, said: &[Vec<Vec<Option<SaidState>>>]) -> Stat
 pub struct NeedScore {
     /// Precision of the required needs, and recall of required plus undecided needs.
     pub rates: Rates,
+    /// Number of required needs that the world demands directly: they are among [`TrueAction::needs`].
+    pub demanded: usize,
     /// Required needs that the world does not demand, not even indirectly.
     pub wrong: Vec<Need>,
     /// Needs that the world demands and that are neither required nor undecided.
@@ -136,6 +138,7 @@ pub fn score_needs(
     let mut score = NeedScore::default();
     for need in required {
         score.rates.said += 1;
+        score.demanded += usize::from(action.needs.iter().any(|demanded| demanded.says(need)));
         if explored.always.iter().any(|always| always.says(need)) {
             score.rates.right += 1;
         } else {

@@ -127,6 +127,9 @@ pub struct Explored {
     pub always: Vec<Need>,
     /// States from which an object can enter the state.
     pub origins: Vec<&'static str>,
+    /// States that some object had always been in before the action was possible, at least when the run began. An order
+    /// of actions that is not among these is not needed.
+    pub after: Vec<&'static str>,
     /// Number of situations in which the action was possible.
     pub situations: usize,
 }
@@ -148,7 +151,7 @@ pub struct TrueGoal {
 pub struct Truth {
     /// All states, shown or not.
     pub states: Vec<TrueState>,
-    /// The demonstrator's actions, one for each state that he moves objects into.
+    /// The demonstrator's actions, one for each state that a hand moves objects into.
     pub actions: Vec<TrueAction>,
     /// Habits of the demonstrator: the first state is always completed before an object enters the second, but the
     /// world does not demand it.

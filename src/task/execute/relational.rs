@@ -11,9 +11,7 @@ use super::recorder::Recorder;
 use super::world::EpisodeWorld;
 use super::{Episode, EpisodeSpec, Teller, senses};
 use crate::neurons::PopulationPlan;
-use crate::sim::{
-    RunConfig, Seed, SimDuration, SimError, Simulator, StopReason, WorldError, WorldSave,
-};
+use crate::sim::{RunConfig, Seed, SimDuration, SimError, Simulator, StopReason, WorldError};
 use crate::task::domain::{ActionId, ObjectPose, Pose, Snapshot, StateId};
 use crate::task::error::TaskError;
 use crate::task::event::{Chosen, Decided, Ended, Event, Observer};

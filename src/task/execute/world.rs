@@ -105,6 +105,8 @@ pub struct EpisodeWorld {
 
 /// Steps of rest between two requests to the graph.
 const REST: u32 = 5;
+/// Steps in which the graph recognises another goal.
+const RECOGNISE: u32 = 10;
 
 impl EpisodeWorld {
     /// Creates a world that asks for `goal`. It has no scene until it is reset.
@@ -328,6 +330,8 @@ impl Live {
     fn look(&mut self, tools: &Tools<'_>) {
         let seen = self.see(tools);
         let belief = tools.mind.look(&seen, &mut self.memory);
+        // The graph needs time to recognise another goal before it is asked.
+        let another = self.goal != belief.goal;
         (self.present, self.goal) = (belief.present, belief.goal);
         let mut in_no_state = vec![true; self.scene.part_count()];
         for part in belief.explained {
@@ -338,9 +342,10 @@ impl Live {
         self.log.unexplained += newly.count();
         self.log.in_no_state = in_no_state.iter().filter(|s| **s).count();
         self.in_no_state = in_no_state;
-        self.phase = match belief.outgrown {
-            true => Phase::Relent,
-            false => Phase::Ask { since_step: self.scene.steps() },
+        self.phase = match (belief.outgrown, another) {
+            (true, _) => Phase::Relent,
+            (false, true) => Phase::Rest { left: RECOGNISE },
+            (false, false) => Phase::Ask { since_step: self.scene.steps() },
         };
     }
 

@@ -69,6 +69,9 @@ pub struct Encoded {
     pub states: Vocabulary<StateSpace>,
     /// Shallow pointers of all actions.
     pub actions: Vocabulary<ActionSpace>,
+    /// Pointers that the states' pointers are built from: roles such as `REFERENCE`, `SYMBOL_...` for states,
+    /// `IDENTITY_...` for objects and `NUMBER_...` for places and counts. `None` if the states' pointers are random.
+    pub atoms: Option<Vocabulary<StateSpace>>,
 }
 
 impl Encoded {
@@ -89,7 +92,7 @@ impl Encoded {
             .max_similarity(ceiling)
             .pointers(domain.operators().iter().map(|o| o.name.as_str()))
             .build()?;
-        Ok(Self { states, actions })
+        Ok(Self { states, actions, atoms: None })
     }
 }
 
@@ -109,13 +112,13 @@ const CROSSTALK: f64 = 0.45;
 /// Greatest number of dimensions that [`Encoded::dimensions_for`] returns.
 pub(super) const MOST_DIMENSIONS: usize = 8192;
 
-/// Adds the factors of the named pointers to a vocabulary of atoms, and returns each pointer with its name.
+/// Draws the factors of the named pointers, and returns them with each pointer and its name.
 fn compose<V: VocabTag>(
     names: &[&str],
     composition: &Composition,
     dim: usize,
     seed: Seed,
-) -> Result<Vec<(String, PointerValue<V>)>, TaskError> {
+) -> Result<(Vocabulary<V>, Vec<(String, PointerValue<V>)>), TaskError> {
     let mut roles: BTreeSet<&str> = BTreeSet::new();
     let mut fillers: BTreeSet<String> = BTreeSet::new();
     let filler = |part: Part, name: &str| match part {
@@ -148,7 +151,7 @@ fn compose<V: VocabTag>(
         }
         all.push(((*name).to_owned(), atoms.parse(&product.join(" * "))?));
     }
-    Ok(all)
+    Ok((atoms, all))
 }
 
 /// Refuses pointers of which two are so similar that a memory recognises one as the other.
@@ -182,8 +185,8 @@ impl Encoded {
     ) -> Result<Self, TaskError> {
         let states: Vec<&str> = domain.states().iter().map(|s| s.name.as_str()).collect();
         let actions: Vec<&str> = domain.operators().iter().map(|o| o.name.as_str()).collect();
-        let of_states = compose::<StateSpace>(&states, composition, dim, seed)?;
-        let of_actions = compose::<ActionSpace>(&actions, composition, dim, seed)?;
+        let (atoms, of_states) = compose::<StateSpace>(&states, composition, dim, seed)?;
+        let (_, of_actions) = compose::<ActionSpace>(&actions, composition, dim, seed)?;
         check_apart(&of_states, dim)?;
         check_apart(&of_actions, dim)?;
         let mut states = VocabularyBuilder::new(dim, seed)
@@ -198,7 +201,7 @@ impl Encoded {
         for (name, pointer) in &of_actions {
             actions = actions.vector(name.clone(), pointer);
         }
-        Ok(Self { states: states.build()?, actions: actions.build()? })
+        Ok(Self { states: states.build()?, actions: actions.build()?, atoms: Some(atoms) })
     }
 
     /// Returns the number of dimensions that the capacity formula asks for: a power of two, at least `least`, at most

@@ -52,6 +52,7 @@ pub use operator::{
     Verdict as NeedVerdict,
 };
 pub use plan::PlannedMove;
+pub(crate) use problem::ROOMY_M;
 pub use problem::{Problem, ProblemError};
 pub use propositional::GroundProblem;
 pub use state::{Coordinate, FrameState, Place, Turn};

@@ -88,7 +88,7 @@ pub struct Problem<'d> {
 }
 
 /// Standard deviation above which a place holds any number of objects, in metres.
-pub(super) const ROOMY_M: f64 = 0.015;
+pub(crate) const ROOMY_M: f64 = 0.015;
 /// Distance below which two places exclude each other, in metres.
 const SAME_PLACE_M: f64 = 0.008;
 

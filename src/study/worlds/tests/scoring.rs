@@ -23,9 +23,27 @@ fn an_exploration_confirms_every_need_and_rejects_habits_and_distractors() {
         }
         for (first, then) in &truth.habits {
             let explored = explored.iter().find(|e| e.to == *then).unwrap();
+            assert!(!explored.after.contains(first));
             assert!(!explored.always.iter().any(|n| n.state() == *first
                 && !matches!(n, Need::Nowhere(_) | Need::Clear(_))));
         }
+    }
+}
+
+#[test]
+fn an_exploration_finds_the_orders_that_are_needed() {
+    let needed = [
+        ("tower", "BLUE_ON_GREEN", "RED_ON_BASE"),
+        ("flange", "COVER_ON_FLANGE", "BOLT_IN_FLANGE"),
+        ("drawer", "BOX_IN_DRAWER", "DRAWER_OPEN"),
+        ("gate", "PARCEL_BEHIND_GATE", "WEIGHT_ON_BUTTON"),
+        ("cup_turned", "BALL_IN_CUP", "CUP_UPRIGHT"),
+    ];
+    for (name, then, first) in needed {
+        let explored = of(name).explore();
+        let after = |to| &explored.iter().find(|e| e.to == to).unwrap().after;
+        assert!(after(then).contains(&first), "{name}: {:?}", after(then));
+        assert!(!after(first).contains(&then), "{name}: {:?}", after(first));
     }
 }
 
@@ -66,6 +84,7 @@ fn needs_are_scored_by_what_the_world_demands() {
     let explored = explored.iter().find(|e| e.to == "BOLT_IN_NUT").unwrap();
     let full = score_needs(action, explored, &action.needs, &[]);
     assert_eq!((full.rates.precision(), full.rates.recall(), full.rates.due), (1.0, 1.0, 2));
+    assert_eq!(full.demanded, 2);
     let distracted = [Need::Object("BOLT_IN_HOLE"), Need::Somewhere("NUT_ON_TABLE")];
     let score = score_needs(action, explored, &distracted, &[]);
     assert_eq!((score.rates.right, score.rates.said, score.rates.found), (1, 2, 1));

@@ -15,11 +15,29 @@ pub(super) struct Item {
     pub frames: Vec<Option<Sums>>,
 }
 
+/// Log prior of a frame: among equals, an object belongs to a reference that is near.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FramePrior {
+    /// At distance 0.
+    pub base: f64,
+    /// Loss for each doubling of the distance, measured from [`NEAR_M`] below 0, in units of ln 2.
+    pub slope: f64,
+}
+
+/// Distance at which the prior begins to fall, in metres.
+const NEAR_M: f64 = 0.02;
+
+impl FramePrior {
+    fn of(&self, n: usize, sums: &Sums) -> f64 {
+        self.base - self.slope * (sums.far / (n as f64 * NEAR_M)).ln_1p()
+    }
+}
+
 /// A problem: the rests of one kind.
 pub(super) struct Clustering<'a> {
     pub items: &'a [Item],
-    /// Log prior of each frame.
-    pub priors: &'a [f64],
+    /// Prior of each frame.
+    pub priors: &'a [FramePrior],
     /// Size of the scene, in each frame.
     pub extents: &'a [[f64; 3]],
     /// Attempts, as pairs of items before and after.
@@ -38,22 +56,45 @@ pub(super) struct Cluster {
 
 /// Greatest number of rests that are compared pair by pair.
 pub(super) const MOST: usize = 600;
-/// Log probability that an attempt leaves its object in the same cluster.
-const SAME: f64 = 4.0;
+/// Log concentration of the Chinese-restaurant prior. A lower one makes fewer clusters of chance coincidences.
+const CONCENTRATION: f64 = -1.0;
+/// Log probability that an attempt leaves its object in the same cluster; for kinds of which attempts only turn objects,
+/// the second.
+const SAME: (f64, f64) = (4.0, 40.0);
+/// Number of poses up to which a cluster can be a chance coincidence.
+const FEW: usize = 2;
+/// Loss of posterior up to which the poses of such a cluster join another one.
+const CHANCE: f64 = 10.0;
 
 impl Clustering<'_> {
+    /// Returns the posterior of a cluster with these sums in each frame, without the prior of the partition.
+    pub fn scores(&self, n: usize, frames: &[Option<Sums>]) -> Vec<f64> {
+        (0..frames.len())
+            .map(|f| match &frames[f] {
+                Some(sums) => self.score_in(f, n, sums),
+                None => f64::NEG_INFINITY,
+            })
+            .collect()
+    }
+
+    fn score_in(&self, frame: usize, n: usize, sums: &Sums) -> f64 {
+        self.likelihood.poses(n, sums, &self.extents[frame]) + self.priors[frame].of(n, sums)
+    }
+
     /// Returns the best frame and the posterior of a cluster with these sums.
     fn score(&self, n: usize, frames: &[Option<Sums>]) -> (usize, f64) {
         let mut best = (0, f64::NEG_INFINITY);
+        // The prior tells frames apart. It is no cost of a cluster.
+        let mut likeliest = f64::NEG_INFINITY;
         for (f, sums) in frames.iter().enumerate() {
             let Some(sums) = sums else { continue };
-            let score = self.likelihood.poses(n, sums, &self.extents[f]) + self.priors[f];
+            likeliest = likeliest.max(self.priors[f].of(n, sums));
+            let score = self.score_in(f, n, sums);
             if score > best.1 + 1e-9 {
                 best = (f, score);
             }
         }
-        // The Chinese-restaurant prior with concentration 1.
-        (best.0, best.1 + statrs::function::gamma::ln_gamma(n as f64))
+        (best.0, best.1 - likeliest + statrs::function::gamma::ln_gamma(n as f64) + CONCENTRATION)
     }
 
     fn union(a: &[Option<Sums>], b: &[Option<Sums>]) -> Vec<Option<Sums>> {
@@ -73,6 +114,7 @@ impl Clustering<'_> {
             }
             clusters = self.agglomerate(clusters);
         }
+        self.dissolve(&mut clusters);
         clusters.iter_mut().for_each(|c| c.members.sort_unstable());
         clusters.sort_by_key(|c| c.members[0]);
         clusters
@@ -116,6 +158,37 @@ impl Clustering<'_> {
         Cluster { members, frames, score, frame }
     }
 
+    /// Lets the poses of clusters that are chance coincidences join the clusters in which they are most likely. Among many
+    /// poses, two always agree closely in some coordinate.
+    fn dissolve(&self, clusters: &mut Vec<Cluster>) {
+        let few: Vec<usize> = (0..clusters.len())
+            .rev()
+            .filter(|c| (2..=FEW).contains(&clusters[*c].members.len()))
+            .collect();
+        for c in few {
+            let small = clusters[c].clone();
+            let mut joined: Vec<Cluster> = clusters
+                .iter()
+                .enumerate()
+                .filter(|(i, _)| *i != c)
+                .map(|(_, x)| x.clone())
+                .collect();
+            let before: f64 = clusters.iter().map(|x| x.score).sum();
+            for item in &small.members {
+                self.join(&mut joined, *item);
+            }
+            let after: f64 = joined.iter().map(|x| x.score).sum();
+            let split = joined.len() >= clusters.len();
+            let apart = self.attempts.iter().all(|(a, b)| {
+                let of = |i: &usize| joined.iter().position(|x| x.members.contains(i));
+                !(small.members.contains(a) || small.members.contains(b)) || of(a) != of(b)
+            });
+            if !split && apart && after > before - CHANCE {
+                *clusters = joined;
+            }
+        }
+    }
+
     /// Merges clusters until no union raises the posterior.
     fn agglomerate(&self, mut clusters: Vec<Cluster>) -> Vec<Cluster> {
         let n = clusters.len();
@@ -131,11 +204,12 @@ impl Clustering<'_> {
                 between[b * n + a] += 1.0;
             }
         }
+        let same = if self.likelihood.turns { SAME.1 } else { SAME.0 };
         let gain = |clusters: &[Cluster], between: &[f32], a: usize, b: usize| {
             let (x, y) = (&clusters[a], &clusters[b]);
             let frames = Self::union(&x.frames, &y.frames);
             let (_, score) = self.score(x.members.len() + y.members.len(), &frames);
-            score - x.score - y.score - SAME * f64::from(between[a * n + b])
+            score - x.score - y.score - same * f64::from(between[a * n + b])
         };
         let mut alive: Vec<bool> = vec![true; n];
         // The best partner of each cluster among the later ones.

@@ -10,8 +10,6 @@ use statrs::function::gamma::ln_gamma;
 
 /// Shape of the prior of a variance.
 const SHAPE: f64 = 0.5;
-/// Distance at which a reference is a quarter as likely as at distance 0, in metres.
-const NEAR_M: f64 = 0.02;
 /// Scales of loose and of broad placings, in metres.
 const LOOSE_M: f64 = 3e-3;
 const BROAD_M: f64 = 4e-2;
@@ -119,8 +117,7 @@ impl Likelihood {
 
     /// Log marginal likelihood of `n` poses in one frame. `extent` is the size of the scene.
     pub fn poses(&self, n: usize, sums: &Sums, extent: &[f64; 3]) -> f64 {
-        // Among equals, an object belongs to the reference that is near.
-        let mut total = -sums.choices - 2.0 * (sums.far / (n as f64 * NEAR_M)).ln_1p();
+        let mut total = -sums.choices;
         for i in 0..3 {
             let (tight, open) = self.coordinate(n, sums.sum[i], sums.square[i], extent[i]);
             total += log_add(tight, open);

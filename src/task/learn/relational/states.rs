@@ -5,13 +5,13 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::cluster::{Cluster, Clustering, Item};
+use super::cluster::{Clustering, FramePrior, Item};
 use super::likelihood::{Likelihood, Sums, singular};
 use super::motion::{Came, Motion};
 use crate::task::domain::{MIN_DISTINCT, Origin, Pose, mean_orientation};
 use crate::task::learn::gaussian::robust_mean;
 use crate::task::learn::names::{Landmark, Names, state_name, symbol};
-use crate::task::relational::{Coordinate, Frame, FrameState, Place, Turn, relative};
+use crate::task::relational::{Coordinate, Frame, FrameState, Place, ROOMY_M, Turn, relative};
 
 /// The state of a rest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,9 +45,15 @@ const PLACED_M: f64 = 2e-4;
 const PLACED_RAD: f64 = 0.02;
 /// Smallest size of the scene in a coordinate, in metres.
 const SMALLEST_M: f64 = 0.05;
-/// Log priors of the world frame and of the frame of a kind, before its distance counts.
-const WORLD_PRIOR: f64 = -3.0;
-const KIND_PRIOR: f64 = -1.0;
+/// Log priors of the frames: of the world, of kinds that never move and of kinds that move. What moves is a likely
+/// reference if it is near, and an unlikely one if it is far.
+const WORLD_PRIOR: FramePrior = FramePrior { base: -3.0, slope: 0.0 };
+const FIXED_PRIOR: FramePrior = FramePrior { base: -1.0, slope: 2.0 };
+const MOVING_PRIOR: FramePrior = FramePrior { base: 2.0, slope: 4.0 };
+/// Loss of likelihood that the places of one state may have in a common frame, for each place.
+const COMMON: f64 = 8.0;
+/// Distance below which an attempt left its object in place, in metres.
+const IN_PLACE_M: f64 = 5e-3;
 /// Share of a kind's attempts that may end in the cluster in which they began before orientation counts.
 const UNEXPLAINED: f64 = 0.3;
 /// Share of the demonstrations in which a state has to occur.
@@ -62,6 +68,18 @@ pub(super) fn least_support(demos: usize) -> usize {
 struct Group {
     rests: Vec<usize>,
     frame: usize,
+    /// Posterior in each frame.
+    scores: Vec<f64>,
+}
+
+/// Returns the frame in which these groups can be places of one state: the frame with the greatest posterior, if each
+/// place loses little by it.
+fn common_frame(groups: &[Group], all: &[usize]) -> Option<usize> {
+    let frames = groups.first()?.scores.len();
+    let total = |f: usize| all.iter().map(|g| groups[*g].scores[f]).sum::<f64>();
+    let best = (0..frames).max_by(|a, b| total(*a).total_cmp(&total(*b)).then(b.cmp(a)))?;
+    let own: f64 = all.iter().map(|g| groups[*g].scores[groups[*g].frame]).sum();
+    (total(best) >= own - COMMON * all.len() as f64).then_some(best)
 }
 
 struct Search<'m, 'r> {
@@ -90,6 +108,35 @@ pub(super) fn find(motion: &Motion<'_>) -> States {
         }
         let (groups, turns) = search.groups(kind);
         let mut lost = Vec::new();
+        if std::env::var("DBG").is_ok() {
+            for g in &groups {
+                eprintln!(
+                    "{} frame {} n{} {:?}",
+                    search.kinds[kind],
+                    g.frame,
+                    g.rests.len(),
+                    g.rests
+                        .iter()
+                        .map(|r| {
+                            let r = &motion.rests[*r];
+                            (
+                                r.demo,
+                                r.track,
+                                r.came,
+                                search.pose(g.rests[0], g.frame).map(|_| {
+                                    search
+                                        .pose(
+                                            motion.rests.iter().position(|x| x == r).unwrap_or(0),
+                                            g.frame,
+                                        )
+                                        .map(|p| p.position.map(|v| (v * 1000.0).round()))
+                                }),
+                            )
+                        })
+                        .collect::<Vec<_>>()
+                );
+            }
+        }
         for places in search.together(groups) {
             let all: Vec<usize> = places.iter().flat_map(|g| g.rests.clone()).collect();
             if !search.supported(&all) {
@@ -245,8 +292,13 @@ impl<'m, 'r> Search<'m, 'r> {
             .iter()
             .map(|r| Item { frames: (0..frames).map(|f| self.sums(*r, f)).collect() })
             .collect();
-        let priors: Vec<f64> =
-            (0..frames).map(|f| if f == 0 { WORLD_PRIOR } else { KIND_PRIOR }).collect();
+        let priors: Vec<FramePrior> = (0..frames)
+            .map(|f| match f.checked_sub(1) {
+                None => WORLD_PRIOR,
+                Some(kind) if self.moves[kind] => MOVING_PRIOR,
+                Some(_) => FIXED_PRIOR,
+            })
+            .collect();
         let extents: Vec<[f64; 3]> = (0..frames).map(|f| self.extent_in(f)).collect();
         let place: BTreeMap<usize, usize> = rests.iter().copied().zip(0..).collect();
         let attempts: Vec<(usize, usize)> = (self.motion.attempts.iter())
@@ -272,21 +324,29 @@ impl<'m, 'r> Search<'m, 'r> {
                 attempts: &attempts,
                 likelihood,
             };
-            clustering.run()
+            let clusters = clustering.run().into_iter();
+            let scored = clusters.map(|c| (clustering.scores(c.members.len(), &c.frames), c));
+            scored.collect::<Vec<_>>()
         };
+        // Orientation counts if attempts only turned their object, or if positions leave attempts unexplained.
+        let still = attempts.iter().filter(|(a, b)| {
+            let pose = |i: usize| self.motion.rests[rests[i]].pose;
+            pose(*a).distance(&pose(*b)) <= self.motion.least.0.max(IN_PLACE_M)
+        });
+        likelihood.turns = still.count() as f64 > UNEXPLAINED * attempts.len() as f64;
         let mut clusters = run(&likelihood);
-        let owner = |clusters: &[Cluster], item: usize| {
-            clusters.iter().position(|c| c.members.contains(&item))
-        };
-        let same =
-            attempts.iter().filter(|(a, b)| owner(&clusters, *a) == owner(&clusters, *b)).count();
-        if same as f64 > UNEXPLAINED * attempts.len() as f64 {
-            likelihood.turns = true;
-            clusters = run(&likelihood);
+        if !likelihood.turns {
+            let owner = |item: usize| clusters.iter().position(|(_, c)| c.members.contains(&item));
+            let same = attempts.iter().filter(|(a, b)| owner(*a) == owner(*b)).count();
+            if same as f64 > UNEXPLAINED * attempts.len() as f64 {
+                likelihood.turns = true;
+                clusters = run(&likelihood);
+            }
         }
-        let groups = clusters.into_iter().map(|c| Group {
+        let groups = clusters.into_iter().map(|(scores, c)| Group {
             rests: c.members.iter().map(|m| rests[*m]).collect(),
             frame: c.frame,
+            scores,
         });
         (groups.collect(), likelihood.turns)
     }
@@ -324,10 +384,7 @@ impl<'m, 'r> Search<'m, 'r> {
             let mut merged = false;
             for a in 0..n {
                 for b in a + 1..n {
-                    if state[a] == state[b]
-                        || groups[a].frame != groups[b].frame
-                        || found[a] != found[b]
-                    {
+                    if state[a] == state[b] || found[a] != found[b] {
                         continue;
                     }
                     let ends = |x: usize, forwards: bool| -> BTreeSet<usize> {
@@ -346,7 +403,9 @@ impl<'m, 'r> Search<'m, 'r> {
                     let sources = ends(a, false);
                     let alike = sources == ends(b, false) && ends(a, true) == ends(b, true);
                     let reached = found[a] || !sources.is_empty();
-                    if alike && reached && !linked {
+                    let all: Vec<usize> =
+                        (0..n).filter(|g| [state[a], state[b]].contains(&state[*g])).collect();
+                    if alike && reached && !linked && common_frame(&groups, &all).is_some() {
                         let (keep, drop) = (state[a].min(state[b]), state[a].max(state[b]));
                         state.iter_mut().filter(|s| **s == drop).for_each(|s| *s = keep);
                         merged = true;
@@ -358,7 +417,14 @@ impl<'m, 'r> Search<'m, 'r> {
             }
         }
         let mut out: BTreeMap<usize, Vec<Group>> = BTreeMap::new();
-        for (group, state) in groups.into_iter().zip(state) {
+        let frames: Vec<Option<usize>> = (0..n)
+            .map(|g| {
+                let all: Vec<usize> = (0..n).filter(|h| state[*h] == state[g]).collect();
+                common_frame(&groups, &all)
+            })
+            .collect();
+        for ((mut group, state), frame) in groups.into_iter().zip(state).zip(frames) {
+            group.frame = frame.unwrap_or(group.frame);
             out.entry(state).or_default().push(group);
         }
         out.into_values().map(|groups| self.join_overlapping(groups)).collect()
@@ -480,7 +546,11 @@ impl<'m, 'r> Search<'m, 'r> {
                 let mean = robust_mean(&mut values);
                 let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
                 let sd = (squares / n.saturating_sub(1).max(1) as f64).sqrt();
-                Coordinate::Tight { mean, sd }
+                if sd > ROOMY_M {
+                    Coordinate::Open { low, high }
+                } else {
+                    Coordinate::Tight { mean, sd }
+                }
             } else {
                 Coordinate::Open { low, high }
             }
