@@ -72,8 +72,16 @@ impl<'r> Motion<'r> {
     pub fn of(recording: &'r Recording, p: f64) -> Self {
         let noise = noise(recording);
         let least = (MOVED_M + FAR * noise.position_m, TURNED_RAD + FAR * noise.angle_rad);
-        let tracks: Vec<Vec<Track>> =
-            recording.demos.iter().map(|demo| follow(demo, least.0)).collect();
+        let mut outliers = 0;
+        let tracks: Vec<Vec<Track>> = recording
+            .demos
+            .iter()
+            .map(|demo| {
+                let mut tracks = follow(demo, least.0);
+                outliers += tracks.iter_mut().map(|t| leave_out(t, demo, least)).sum::<usize>();
+                tracks
+            })
+            .collect();
         let mut motion = Self {
             recording,
             noise,
@@ -85,7 +93,7 @@ impl<'r> Motion<'r> {
             tracks,
             attempts: Vec::new(),
             rests: Vec::new(),
-            outliers: 0,
+            outliers,
             least,
         };
         for d in 0..recording.demos.len() {
@@ -129,9 +137,13 @@ impl<'r> Motion<'r> {
     /// that were only turned come last.
     fn guess(&self, attempt: &Attempt, p: f64) -> Option<usize> {
         let (demo, tracks) = (self.demo(attempt.demo), &self.tracks[attempt.demo]);
+        let last = demo.snapshots.len() - 1;
+        // An object can be missing for a moment.
         let ends = |t: usize| {
             let track = &tracks[t];
-            Some((track.pose(demo, attempt.before)?, track.pose(demo, attempt.after)?))
+            let before = (0..=attempt.before).rev().find_map(|s| track.pose(demo, s))?;
+            let after = (attempt.after..=last).find_map(|s| track.pose(demo, s))?;
+            Some((before, after))
         };
         let moved: Vec<(usize, f64, f64)> = (0..tracks.len())
             .filter_map(|t| {
@@ -197,23 +209,9 @@ impl<'r> Motion<'r> {
         self.finish(d, t, &group, came);
     }
 
-    /// Leaves out poses that disagree with their neighbours while these agree with each other. In noisy recordings, a
-    /// single pose at either end that disagrees with two others is left out, too.
+    /// Leaves out a single pose at either end that disagrees with two others, in noisy recordings.
     fn without_outliers(&self, poses: &[(usize, Pose)]) -> Vec<(usize, Pose)> {
-        let mut kept: Vec<(usize, Pose)> = Vec::new();
-        for (i, (s, pose)) in poses.iter().enumerate() {
-            let outlier = match (kept.last(), poses.get(i + 1)) {
-                (Some((_, last)), Some((_, next))) => {
-                    self.differs(last, pose)
-                        && self.differs(pose, next)
-                        && !self.differs(last, next)
-                }
-                _ => false,
-            };
-            if !outlier {
-                kept.push((*s, *pose));
-            }
-        }
+        let mut kept = poses.to_vec();
         if self.noise.position_m > NOISY_M {
             let lone = |a: &Pose, b: &Pose, c: &Pose| self.differs(a, b) && !self.differs(b, c);
             if kept.len() >= 3 && lone(&kept[0].1, &kept[1].1, &kept[2].1) {
@@ -237,6 +235,22 @@ impl<'r> Motion<'r> {
         let pose = median(&poses);
         self.rests.push(Rest { demo, track, first: *first, last: *last, pose, came });
     }
+}
+
+/// Leaves out poses that disagree with those before and after, while these agree. Returns their number.
+fn leave_out(track: &mut Track, demo: &Demonstration, least: (f64, f64)) -> usize {
+    let seen: Vec<(usize, Pose)> =
+        (0..track.at.len()).filter_map(|s| Some((s, *track.pose(demo, s)?))).collect();
+    let differs = |a: &Pose, b: &Pose| a.distance(b) > least.0 || angle(a, b) > least.1;
+    let mut out = 0;
+    for three in seen.windows(3) {
+        let [(_, a), (s, b), (_, c)] = three else { continue };
+        if differs(a, b) && differs(b, c) && !differs(a, c) {
+            track.at[*s] = None;
+            out += 1;
+        }
+    }
+    out
 }
 
 /// Returns the median position and the mean orientation of the poses near the median.

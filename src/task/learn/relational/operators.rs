@@ -81,7 +81,10 @@ fn scene(motion: &Motion<'_>, found: &States, demo: usize, snapshot: usize) -> S
 fn instance(motion: &Motion<'_>, found: &States, attempt: &Attempt) -> Result<Instance, Failure> {
     let object = attempt.track.ok_or(Failure::NothingMoved)?;
     let at = |s| motion.index_at(attempt.demo, object, s);
-    let (Some(before), Some(after)) = (at(attempt.before), at(attempt.after)) else {
+    // An object can be missing for a moment.
+    let last = motion.demo(attempt.demo).snapshots.len() - 1;
+    let before = (0..=attempt.before).rev().find_map(at);
+    let (Some(before), Some(after)) = (before, (attempt.after..=last).find_map(at)) else {
         return Err(Failure::PartLost);
     };
     let label = |rest: usize| found.labels[rest].ok_or(Failure::NothingNew);
