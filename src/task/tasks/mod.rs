@@ -50,7 +50,7 @@ mod registry {
     use super::Task;
     use super::cup::Cup;
     use super::drawer::Drawer;
-    use super::nuts_and_bolts::NutsAndBolts;
+    use super::nuts_and_bolts::{MovableJig, NutsAndBolts};
     use crate::task::error::TaskError;
 
     /// Returns the default task, which is used if no task is named.
@@ -60,7 +60,12 @@ mod registry {
 
     /// Returns every task with its default settings. The default task is first.
     pub fn all() -> Vec<Arc<dyn Task>> {
-        vec![default(), Arc::new(Drawer::default()), Arc::new(Cup::default())]
+        vec![
+            default(),
+            Arc::new(MovableJig::default()),
+            Arc::new(Drawer::default()),
+            Arc::new(Cup::default()),
+        ]
     }
 
     /// Returns the task with this name and its default settings.
