@@ -272,45 +272,64 @@ impl Air<'_> {
 }
 
 /// Finds paths between two postures on which neither the arm nor a held part touches anything, by way of
-/// higher postures if necessary. If there are none, tries again from a point above the first posture.
+/// higher postures if necessary. If there are none, tries again from a point above the first posture, and, for an arm that
+/// keeps a distance, to a point above the last posture.
 fn free_way(air: &Air<'_>, from: &Angles, to: &Angles) -> Option<Vec<Path>> {
-    let arm_spec = &air.scene.spec().arm;
+    let line = |q: &Angles, height: f64| match height {
+        0.0 => Some(None),
+        _ => Path::line(q, Vector::Z * height, &air.scene.spec().arm).map(Some),
+    };
+    let (first, last): (&[f64], &[f64]) = match air.clear_m {
+        0.0 => (&[0.0, RISE_M], &[0.0]),
+        _ => (&[0.0, RISE_M, RISE_M / 2.0, RISE_M / 4.0], &[0.0, RISE_M, RISE_M / 2.0]),
+    };
+    for height in first {
+        let Some(rise) = line(from, *height) else { continue };
+        if rise.as_ref().is_some_and(|rise| !free(air, rise, true)) {
+            continue;
+        }
+        for height in last {
+            let Some(fall) = line(to, *height) else { continue };
+            if fall.as_ref().is_some_and(|fall| !free(air, fall, false)) {
+                continue;
+            }
+            let begin = rise.as_ref().map_or(*from, Path::end);
+            let end = fall.as_ref().map_or(*to, Path::end);
+            if let Some(legs) = legs(air, &begin, &end, rise.is_none()) {
+                let fall = fall.map(Path::reversed);
+                return Some(rise.into_iter().chain(legs).chain(fall).collect());
+            }
+        }
+    }
+    None
+}
+
+/// Finds paths that are straight in joint angles, directly or by way of postures above the table. With `begins_here`, the
+/// arm is already at the first posture.
+fn legs(air: &Air<'_>, begin: &Angles, to: &Angles, begins_here: bool) -> Option<Vec<Path>> {
     let over = |bearing: f64, hand: &Angles| {
         let mut q = HOME;
         q[0] = bearing;
         q[4..].copy_from_slice(&hand[4..]);
         q
     };
+    let arm_spec = &air.scene.spec().arm;
     let joints = |a: &Angles, b: &Angles| Path::joints(a, b, arm_spec, air.held.is_some());
-    let rise = || Path::line(from, Vector::Z * RISE_M, arm_spec);
-    for above in [false, true] {
-        let first = if above { Some(rise()?) } else { None };
-        if first.as_ref().is_some_and(|rise| !free(air, rise, true)) {
-            return None;
-        }
-        let begin = first.as_ref().map_or(*from, Path::end);
-        let waypoints: [&[Angles]; 4] =
-            [&[], &[over(to[0], to)], &[over(begin[0], &begin), over(to[0], to)], &[HOME]];
-        let mut ways: Vec<Vec<Path>> = waypoints
-            .iter()
-            .map(|via| {
-                let points: Vec<Angles> =
-                    std::iter::once(begin).chain(via.iter().copied()).collect();
-                let ends = points.iter().skip(1).chain([to]);
-                points.iter().zip(ends).map(|(a, b)| joints(a, b)).collect()
-            })
-            .collect();
-        // Try the quickest way first.
-        let lasts = |way: &[Path]| way.iter().map(Path::duration_s).sum::<f64>();
-        ways.sort_by(|a, b| lasts(a).total_cmp(&lasts(b)));
-        for legs in ways {
-            let begins_here = |leg: usize| leg == 0 && first.is_none();
-            if legs.iter().enumerate().all(|(i, p)| free(air, p, begins_here(i))) {
-                return Some(first.into_iter().chain(legs).collect());
-            }
-        }
-    }
-    None
+    let waypoints: [&[Angles]; 4] =
+        [&[], &[over(to[0], to)], &[over(begin[0], begin), over(to[0], to)], &[HOME]];
+    let mut ways: Vec<Vec<Path>> = waypoints
+        .iter()
+        .map(|via| {
+            let points: Vec<Angles> = std::iter::once(*begin).chain(via.iter().copied()).collect();
+            let ends = points.iter().skip(1).chain([to]);
+            points.iter().zip(ends).map(|(a, b)| joints(a, b)).collect()
+        })
+        .collect();
+    // Try the quickest way first.
+    let lasts = |way: &[Path]| way.iter().map(Path::duration_s).sum::<f64>();
+    ways.sort_by(|a, b| lasts(a).total_cmp(&lasts(b)));
+    let free_leg = |(leg, path): (usize, &Path)| free(air, path, leg == 0 && begins_here);
+    ways.into_iter().find(|legs| legs.iter().enumerate().all(free_leg))
 }
 
 /// Returns whether nothing is touched along a path. With `begins_here`, contact at the very beginning is

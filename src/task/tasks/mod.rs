@@ -60,7 +60,7 @@ mod registry {
     use super::cup::Cup;
     use super::drawer::Drawer;
     use super::file::DataTask;
-    use super::nuts_and_bolts::NutsAndBolts;
+    use super::nuts_and_bolts::{MovableJig, NutsAndBolts};
     use crate::task::error::TaskError;
 
     /// Returns the default task, which is used if no task is named.
@@ -82,8 +82,12 @@ mod registry {
         let read =
             FILES.iter().filter_map(|(name, text)| DataTask::parse(text.as_bytes(), name).ok());
         let read = read.map(|task| Arc::new(task) as Arc<dyn Task>);
-        let coded: [Arc<dyn Task>; 3] =
-            [default(), Arc::new(Drawer::default()), Arc::new(Cup::default())];
+        let coded: [Arc<dyn Task>; 4] = [
+            default(),
+            Arc::new(MovableJig::default()),
+            Arc::new(Drawer::default()),
+            Arc::new(Cup::default()),
+        ];
         coded.into_iter().chain(read).collect()
     }
 
