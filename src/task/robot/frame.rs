@@ -78,12 +78,6 @@ impl Mul for Turn {
     }
 }
 
-impl From<&Pose> for BodyFrame {
-    fn from(pose: &Pose) -> Self {
-        Self::of(&frame_of(pose))
-    }
-}
-
 /// A body's frame as the physics stores it, bit for bit. A [`Pose`], by contrast, has a normalised
 /// orientation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
