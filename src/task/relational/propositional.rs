@@ -21,6 +21,7 @@ use super::goal::Quantity;
 use super::ground::Compiler;
 use super::layout::{Fact, Situation};
 use super::moves::Move;
+use super::operator::Verdict;
 use super::problem::{Problem, ProblemError};
 use super::symbols::Symbols;
 use crate::task::domain::{
@@ -218,7 +219,7 @@ impl Problem<'_> {
             .map_err(|error| ProblemError::Invalid { reason: error.to_string() })?;
         let goals = goals.iter().filter_map(|g| compiled.tests.iter().position(|t| t == g));
         let goals = goals.map(StateId::new).collect();
-        let dropped = self.in_force.difference(in_force).copied().collect();
+        let dropped = self.undecided().filter(|need| !in_force.contains(need)).collect();
         let composition = symbols.composition();
         let (tests, actions) = (compiled.tests, compiled.actions);
         Ok(GroundProblem { domain, composition, tests, actions, goals, dropped })
@@ -253,6 +254,14 @@ impl Problem<'_> {
         tests
     }
 
+    /// Returns all undecided needs, as pairs of operator and need.
+    fn undecided(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.domain.operators.iter().enumerate().flat_map(|(o, operator)| {
+            let needs = operator.needs.iter().enumerate();
+            needs.filter(|(_, n)| n.verdict == Verdict::Undecided).map(move |(n, _)| (o, n))
+        })
+    }
+
     /// Returns whether objects of this kind are told apart: some state has the kind as its frame.
     pub(super) fn told_apart(&self, kind: &str) -> bool {
         self.domain.states.iter().any(|s| s.frame.kind() == Some(kind))
@@ -270,8 +279,8 @@ impl GroundProblem {
         &self.composition
     }
 
-    /// Returns the undecided needs that are dropped because they would put the goal out of reach, as pairs of operator
-    /// and need.
+    /// Returns the undecided needs that the planner graph does without, because they cannot be met or would put the goal
+    /// out of reach, as pairs of operator and need.
     pub fn dropped(&self) -> &BTreeSet<(usize, usize)> {
         &self.dropped
     }
