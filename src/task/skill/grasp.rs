@@ -102,6 +102,19 @@ fn steps(count: u32) -> impl Iterator<Item = Rotation> {
     (0..count).map(move |k| Rotation::from_rotation_z(f64::from(k) * TAU / f64::from(count)))
 }
 
+/// Height of an axis of length 1 below which the part lies.
+const LYING: f64 = 0.5;
+
+/// Returns a rotation that takes z to `axis`. For a part that lies, it takes x upwards, so that a part with four equal
+/// sides lies on one of them.
+fn along(axis: Vector) -> Rotation {
+    if axis.z.abs() >= LYING {
+        return Rotation::from_rotation_arc(Vector::Z, axis);
+    }
+    let up = (Vector::Z - axis * axis.z).normalize();
+    Rotation::from_mat3(&Matrix::from_cols(up, axis.cross(up), axis))
+}
+
 /// Returns the frames in which a part may stand at `target`, as its facing and symmetry allow. Frames closest to its
 /// current orientation in the hand come first.
 pub(crate) fn placements(symmetry: &Symmetry, target: &Target, held: &Frame) -> Vec<Frame> {
@@ -110,7 +123,7 @@ pub(crate) fn placements(symmetry: &Symmetry, target: &Target, held: &Frame) -> 
         Facing::Axis(axis) => {
             let axis = Vector::from(axis).normalize();
             let ways: &[f64] = if symmetry.flips { &[1.0, -1.0] } else { &[1.0] };
-            let upright = |way: &f64| Rotation::from_rotation_arc(Vector::Z, axis * *way);
+            let upright = |way: &f64| along(axis * *way);
             let about = |upright| steps(symmetry.turns).map(move |turn| upright * turn);
             ways.iter().map(upright).flat_map(about).collect()
         }
@@ -188,6 +201,22 @@ mod tests {
         assert!(all[0].rotation.angle_between(held().rotation) < 1e-6);
         let height = (held().rotation * Vector::Z).z;
         assert!(all.iter().all(|f| ((f.rotation * Vector::Z).z - height).abs() < 1e-9));
+    }
+
+    #[test]
+    fn a_square_bar_lies_on_one_of_its_sides() {
+        let symmetry = Symmetry { turns: 4, fold: 1, flips: false };
+        for (x, y) in [(1.0, 0.0), (0.3, -0.8), (-0.5, 0.6)] {
+            let all =
+                placements(&symmetry, &Target::along([0.5, 0.1, 0.006], [x, y, 0.0]), &held());
+            assert_eq!(all.len(), 4);
+            let axis = Vector::new(x, y, 0.0).normalize();
+            for frame in all {
+                assert!((frame.rotation * Vector::Z - axis).length() < 1e-9);
+                let height = (frame.rotation * Vector::X).z.abs();
+                assert!(height < 1e-9 || height > 1.0 - 1e-9, "{height}");
+            }
+        }
     }
 
     #[test]

@@ -325,7 +325,11 @@ fn check_grasp(grasp: &GraspData, stroke: [f64; 2], at: &str) -> Checked {
     is_direction(format!("{at}.approach"), grasp.approach)?;
     is_direction(format!("{at}.closing"), grasp.closing)?;
     are_perpendicular(format!("{at}.closing"), grasp.closing, grasp.approach, "approach")?;
-    in_range(format!("{at}.opening_m"), grasp.opening_m, stroke)?;
+    let openings = format!("{at}.openings_m");
+    demand(!grasp.openings_m.is_empty(), &openings, "an empty list", "at least one opening")?;
+    for opening in &grasp.openings_m {
+        in_range(openings.clone(), *opening, stroke)?;
+    }
     in_range(format!("{at}.beyond_m"), grasp.beyond_m, [-0.1, 0.1])?;
     let fine = !grasp.tilts_deg.is_empty() && grasp.tilts_deg.iter().all(|t| t.abs() <= 90.0);
     demand(

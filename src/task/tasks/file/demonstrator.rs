@@ -25,7 +25,7 @@ pub(super) struct Shower {
 }
 
 /// Refusals after which another part or place is tried.
-const REFUSALS: usize = 3;
+const REFUSALS: usize = 4;
 /// Distance that a part which is put aside keeps from everything else, in metres.
 const ASIDE_M: f64 = 0.03;
 /// Overlap of two bodies that is taken for contact, in metres.
@@ -97,18 +97,21 @@ impl Shower {
         let held: Vec<Vec<Held>> = sight.file.goal.iter().map(|r| sight.held(r)).collect();
         let used = |part: usize| held.iter().flatten().any(|h| h.part == part);
         let refused = |part: usize| refusals(so_far, part);
-        let mut in_the_way = None;
+        let (mut in_the_way, mut stuck) = (None, Vec::new());
         for Open { relation, places, .. } in self.open(sight, &held) {
             let kind = sight.kind(&relation.part);
-            let mut parts: Vec<&Seen> = (sight.parts.iter())
-                .filter(|s| Some(s.kind) == kind && !used(s.part) && refused(s.part) < REFUSALS)
-                .collect();
+            let fit = sight.parts.iter().filter(|s| Some(s.kind) == kind && !used(s.part));
+            let (mut parts, others): (Vec<&Seen>, Vec<&Seen>) =
+                fit.partition(|seen| refused(seen.part) < REFUSALS);
             parts.sort_by_key(|seen| refused(seen.part));
+            // A part that cannot be brought here as it lies may be taken up better elsewhere.
+            stuck.extend(others.iter().map(|seen| seen.part));
             for seen in parts {
                 if let Some(top) = sight.parts.iter().find(|other| lies_on(other, seen)) {
                     in_the_way.get_or_insert(top.part);
                     continue;
                 }
+                let places = roomy_first(sight, seen, &places);
                 let from = refused(seen.part) % places.len().max(1);
                 let turned = places[from..].iter().chain(&places[..from]);
                 for (level, own, place) in turned.filter(|(_, own, _)| *own != Some(seen.part)) {
@@ -125,7 +128,9 @@ impl Shower {
                 }
             }
         }
-        self.put_aside(sight, in_the_way?, so_far)
+        let part =
+            in_the_way.or_else(|| stuck.into_iter().find(|part| refused(*part) < 2 * REFUSALS));
+        self.put_aside(sight, part?, so_far)
     }
 
     /// Returns a step that moves a part, or what lies on it, to a free place.
@@ -166,6 +171,26 @@ impl Demonstrator for Shower {
         }
         self.step(&sight, so_far)
     }
+}
+
+/// Returns places with no other part within the distance in which parts of this kind block them, then the others.
+fn roomy_first(
+    sight: &Sight<'_>,
+    seen: &Seen,
+    places: &[(Level, Option<usize>, Place)],
+) -> Vec<(Level, Option<usize>, Place)> {
+    let within_m = sight.file.parts[seen.kind].handling.in_the_way_m;
+    let is_crowded = |(level, own, place): &(Level, Option<usize>, Place)| {
+        let [x, y, _] = level.point(place.position);
+        let mut others = sight.parts.iter().filter(|o| o.part != seen.part && Some(o.part) != *own);
+        others.any(|other| {
+            let [ox, oy, _] = other.frame.position;
+            (x - ox).hypot(y - oy) < within_m
+        })
+    };
+    let mut all = places.to_vec();
+    all.sort_by_key(is_crowded);
+    all
 }
 
 /// Returns how often the robot has refused to take a part since it last moved one.

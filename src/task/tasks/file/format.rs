@@ -173,8 +173,9 @@ pub struct GraspData {
     pub approach: [f64; 3],
     /// Direction along which the fingers close, perpendicular to `approach`.
     pub closing: [f64; 3],
-    /// Distance of each finger from the middle of the gripper on the way to the part.
-    pub opening_m: f64,
+    /// Distances of each finger from the middle of the gripper on the way to the part, the best first. A narrower
+    /// opening fits where other bodies are near.
+    pub openings_m: Vec<f64>,
     /// Turns of `approach` about `closing` that are tried, in this order.
     #[serde(default = "untilted")]
     pub tilts_deg: Vec<f64>,

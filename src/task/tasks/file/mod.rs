@@ -22,8 +22,8 @@
 //! cups) and `hull`.
 //!
 //! A **grasp** is data in the frame of the part ([`GraspData`]): the point to which the tips of the fingers go, the
-//! direction in which the hand points, and the direction along which the fingers close. `around` repeats it about an
-//! axis and `tilts_deg` tilts the hand. A grasp is used whenever the hand points downwards, at most 60 degrees from
+//! direction in which the hand points, the direction along which the fingers close, and how far they open before.
+//! `around` repeats it about an axis and `tilts_deg` tilts the hand. A grasp is used whenever the hand points downwards, at most 60 degrees from
 //! straight down. Give grasps for each side on which the part can come to rest.
 //!
 //! A **start** ([`Start`]) is an area of the table or of a reference, or the top of another part. A layout is drawn
@@ -48,8 +48,8 @@
 //!     "handling": {"turns": 4, "flips": true, "release_m": 0.022},
 //!     "look": {"colour": "#009e73"},
 //!     "grasps": [
-//!       {"at": [0, 0, -0.008], "approach": [0, 0, -1], "closing": [1, 0, 0], "opening_m": 0.023,
-//!        "around": {"axis": [0, 0, 1], "times": 2}}
+//!       {"at": [0, 0, -0.008], "approach": [0, 0, -1], "closing": [1, 0, 0], "openings_m": [0.023],
+//!        "around": {"axis": [0, 0, 1], "times": 4}}
 //!     ],
 //!     "starts": [{"count": 2, "region": {"low": [0.4, 0.05], "high": [0.55, 0.25], "yaw_deg": [-180, 180]}}]
 //!   }],

@@ -227,7 +227,15 @@ impl Task for DataTask {
     fn grasps(&self, scene: &Scene, part: usize) -> Vec<Grasp> {
         let kind = scene.kinds().nth(part).and_then(|kind| self.0.file.parts.get(kind));
         match (kind, scene.body_frame(part)) {
-            (Some(kind), Some(frame)) => grasps::grasps(&kind.grasps, &frame),
+            (Some(kind), Some(frame)) => {
+                let mut all = grasps::grasps(&kind.grasps, &frame);
+                // Spare the robot the search for postures in which the hand has no room.
+                all.retain(|grasp| {
+                    let room = |tool| !scene.hand_collides(&tool, grasp.opening_m, &[part]);
+                    grasp.tool().is_some_and(room)
+                });
+                all
+            }
             _ => Vec::new(),
         }
     }
