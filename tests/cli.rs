@@ -106,7 +106,13 @@ fn prepared() -> tempfile::TempDir {
 fn without_a_command_the_main_job_runs_and_can_be_repeated() {
     let folder = tempfile::tempdir().expect("a folder");
     let text = ok(folder.path(), &["--demos", "2"]);
-    for part in ["5 states, ", "3 actions:", "goal met", "1 of 1", "Wrote out/recording.jsonl"] {
+    for part in [
+        "states, positions in metres",
+        "3 actions:",
+        "goal met",
+        "1 of 1",
+        "Wrote out/recording.jsonl",
+    ] {
         assert!(text.contains(part), "{part} in {text}");
     }
     let domain = folder.path().join("out/domain.json");
@@ -207,12 +213,13 @@ fn every_table_fits_80_columns_and_breaks_no_name() {
     assert!(learned.contains("attempts failed:") && learned.contains("Evidence"), "{learned}");
     fits(&learned, &names(&path.join("noisy_paper.json")));
     fits(&ok(path, &["learn", "noisy.jsonl"]), &names(&path.join("noisy.json")));
+    let paper = names(&path.join("paper.json"));
+    fits(&ok(path, &["learn", "demos.jsonl", "--method", "paper"]), &paper);
+    fits(&ok(path, &["plan", "paper.json", "--scene", "scene.json"]), &paper);
     for args in [
         &["learn", "demos.jsonl"][..],
-        &["learn", "demos.jsonl", "--method", "paper"],
         &["classify", "domain.json", "demos.jsonl"],
         &["actions", "domain.json", "--scene", "scene.json"],
-        &["plan", "paper.json", "--scene", "scene.json"],
         &["config", "--task"],
         &["check", "domain.json"],
         &["experiment"],

@@ -85,7 +85,8 @@ pub(crate) struct RunArgs {
     pub demos: DemoArgs,
     /// Learner: relational (states in the frames of objects, actions with
     /// parameters) or paper (states in the world frame, as in the paper)
-    #[arg(verbatim_doc_comment, hide_possible_values = true)]
+    /// [default: relational]
+    #[arg(verbatim_doc_comment, hide_possible_values = true, hide_default_value = true)]
     #[arg(long, value_name = "METHOD", value_enum, default_value = "relational")]
     pub method: Method,
     /// Number of episodes after learning

@@ -1,5 +1,7 @@
 //! `symbolt check`: checks a recording, scene, scene configuration, domain or model of solved populations.
 
+use std::sync::Arc;
+
 use anyhow::Error;
 use serde_json::{Value, json};
 use symbolt::files::read_file;
@@ -57,19 +59,14 @@ fn inspect(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
         let scene = Snapshot::parse(bytes, name)?;
         return Ok(json!({"kind": "scene", "objects": scene.objects.len()}));
     }
-    let first = header.as_ref().and_then(Value::as_object).and_then(|object| object.keys().next());
-    if let Some(key) = first {
-        for task in tasks::all().iter().filter(|task| task.settings().get(key).is_some()) {
-            let own = NutsAndBolts::default();
-            if task.name() == own.name() {
-                let spec = NutsAndBolts::parse(bytes, name)?;
-                return Ok(
-                    json!({"kind": "scene configuration", "nuts": spec.nuts, "bolts": spec.bolts}),
-                );
-            }
-            let parts = task.with_settings(bytes, name)?.scene(Seed::new(0))?.parts.len();
-            return Ok(json!({"kind": "scene configuration", "parts": parts}));
+    if let Some(task) = header.as_ref().and_then(task_of) {
+        if task.name() == NutsAndBolts::default().name() {
+            let spec = NutsAndBolts::parse(bytes, name)?;
+            let kind = "scene configuration";
+            return Ok(json!({"kind": kind, "nuts": spec.nuts, "bolts": spec.bolts}));
         }
+        let parts = task.with_settings(bytes, name)?.scene(Seed::new(0))?.parts.len();
+        return Ok(json!({"kind": "scene configuration", "parts": parts}));
     }
     let (recording, labels) = Recording::parse(bytes, name)?;
     let labelled = labels.iter().flatten().filter(|l| l.is_some()).count();
@@ -77,6 +74,24 @@ fn inspect(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
         "kind": "recording", "demonstrations": recording.demos.len(),
         "snapshots": recording.snapshot_count(), "labels": labelled,
     }))
+}
+
+/// Returns the task that has most of these settings; `None` if no task has the first.
+fn task_of(settings: &Value) -> Option<Arc<dyn Task>> {
+    let keys: Vec<&String> = settings.as_object()?.keys().collect();
+    let known = |task: &Arc<dyn Task>| {
+        let own = task.settings();
+        let known = keys.iter().filter(|key| own.get(**key).is_some()).count();
+        keys.first().and_then(|first| own.get(*first)).map_or(0, |_| known)
+    };
+    let mut best: Option<(usize, Arc<dyn Task>)> = None;
+    for task in tasks::all() {
+        let known = known(&task);
+        if known > best.as_ref().map_or(0, |(most, _)| *most) {
+            best = Some((known, task));
+        }
+    }
+    best.map(|(_, task)| task)
 }
 
 /// Returns whether a file has a single line, as a recording of one snapshot does.

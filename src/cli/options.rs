@@ -296,8 +296,9 @@ pub(crate) struct SensingArgs {
     /// Probability that a pose is an outlier, 0 to 1
     #[arg(long, value_name = "RATE", default_value_t = 0.0, value_parser = number::<f64>)]
     pub outliers: f64,
-    /// Probability that an object is missing from a snapshot, 0 to 1
-    #[arg(long, value_name = "RATE", default_value_t = 0.0, value_parser = number::<f64>)]
+    /// Probability that an object is missing from a snapshot,
+    /// 0 to 1
+    #[arg(verbatim_doc_comment, long, value_name = "RATE", default_value_t = 0.0, value_parser = number::<f64>)]
     pub missing: f64,
     /// Probability that two objects of a kind exchange their ids in a
     /// snapshot, 0 to 1
