@@ -8,6 +8,7 @@ mod experiment;
 mod figures;
 mod folder;
 mod learn;
+mod learn_model;
 mod options;
 mod output;
 mod plan;
@@ -32,6 +33,8 @@ use symbolt::neurons::{SolvedFileError, UnknownMode};
 use symbolt::spa::VocabError;
 use symbolt::study::standard::UnknownModel;
 use symbolt::task::TaskError;
+use symbolt::task::strips::PddlFault;
+use symbolt::task::strips::learn::LearnError;
 use symbolt::task::tasks;
 
 use args::{BadArgument, Cli, Command};
@@ -139,7 +142,7 @@ fn code(error: &Error) -> u8 {
     if error.is::<UnknownMode>() || error.is::<UnknownModel>() || error.is::<BadArgument>() {
         return 2;
     }
-    if error.is::<SolvedFileError>() {
+    if error.is::<SolvedFileError>() || error.is::<PddlFault>() || error.is::<LearnError>() {
         return 2;
     }
     if let Some(file) = error.downcast_ref::<FileError>() {
@@ -166,6 +169,7 @@ fn dispatch(cli: Cli) -> Result<Outcome, Error> {
         Command::Learn(args) => learn::learn(&args),
         Command::Classify(args) => classify::classify(&args),
         Command::Plan(args) => plan::plan(&args),
+        Command::LearnModel(args) => learn_model::learn_model(&args),
         Command::Rename(args) => rename::rename(&args),
         Command::Check(args) => check::check(&args),
         Command::Bench(args) => bench::bench(&args),

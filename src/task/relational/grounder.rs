@@ -172,7 +172,9 @@ impl Grounder {
                 Coordinate::Open { low, high } => {
                     let range = (high - low).max(0.01);
                     let beyond = (low - x).max(x - high).max(0.0) / range;
-                    density -= range.ln() + 2.0 * beyond;
+                    // The more poses showed the range, the less likely is a pose beyond.
+                    let certain = 2.0 + (place.count as f64).ln_1p();
+                    density -= range.ln() + certain * (10.0 * beyond).min(1.0) + 2.0 * beyond;
                     // Beside an object, a place has an end; on the table, demonstrations seldom show all of it.
                     if state.frame != Frame::World {
                         let z = (beyond - 0.25).max(0.0) * 20.0;

@@ -22,6 +22,8 @@ pub(super) struct FramePrior {
     pub base: f64,
     /// Loss for each doubling of the distance, measured from [`NEAR_M`] below 0, in units of ln 2.
     pub slope: f64,
+    /// Loss if another object that moves is always nearer.
+    pub crowd: f64,
 }
 
 /// Distance at which the prior begins to fall, in metres.
@@ -29,7 +31,8 @@ const NEAR_M: f64 = 0.02;
 
 impl FramePrior {
     fn of(&self, n: usize, sums: &Sums) -> f64 {
-        self.base - self.slope * (sums.far / (n as f64 * NEAR_M)).ln_1p()
+        let n = n as f64;
+        self.base - self.slope * (sums.far / (n * NEAR_M)).ln_1p() - self.crowd * sums.crowded / n
     }
 }
 
@@ -62,7 +65,7 @@ const CONCENTRATION: f64 = -1.0;
 /// the second.
 const SAME: (f64, f64) = (4.0, 40.0);
 /// Number of poses up to which a cluster can be a chance coincidence.
-const FEW: usize = 2;
+const FEW: usize = 4;
 /// Loss of posterior up to which the poses of such a cluster join another one.
 const CHANCE: f64 = 10.0;
 

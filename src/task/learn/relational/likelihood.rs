@@ -28,6 +28,8 @@ pub(super) struct Sums {
     pub choices: f64,
     /// Sum of the distances to the reference, in metres.
     pub far: f64,
+    /// Number of poses to which another object that moves is nearer than the reference.
+    pub crowded: f64,
 }
 
 impl Sums {
@@ -38,6 +40,7 @@ impl Sums {
             turn: self.turn + other.turn,
             choices: self.choices + other.choices,
             far: self.far + other.far,
+            crowded: self.crowded + other.crowded,
         }
     }
 }
@@ -101,16 +104,13 @@ impl Likelihood {
         if n < 2 {
             return [-third; 3];
         }
-        let [first, second, last] = singular(turn);
-        let signed = if turn.determinant() < 0.0 { -last } else { last };
-        let count = n as f64;
-        let about = 2.0 * (count - first);
-        let all = 3.0 * count - (first + second + signed);
+        let about = about(n, turn);
+        let all = overall(n, turn);
         let coordinate = |n: usize, squares: f64, extent: f64| {
             self.tight(n, squares, extent, self.scale_rad) + n as f64 * extent.ln()
         };
-        // Any two orientations share an axis, so the choice of the axis costs one pose.
-        let axis = 2.0 * coordinate(n - 1, about / 2.0, DIRECTION_EXTENT);
+        let [x, y, z] = about.map(|squares| 2.0 * coordinate(n, squares / 2.0, DIRECTION_EXTENT));
+        let axis = log_add(log_add(x, y), z) - third;
         let full = 3.0 * coordinate(n, all / 3.0, TURN_EXTENT);
         [-third, axis - third, full - third]
     }
@@ -130,12 +130,18 @@ impl Likelihood {
     }
 }
 
-/// Returns the singular values of a matrix, in descending order.
-pub(super) fn singular(matrix: &Matrix3<f64>) -> [f64; 3] {
-    let values = (matrix.transpose() * matrix).symmetric_eigenvalues();
+/// Returns the sums of the squared angles of each axis of the object, given the sum of the rotation matrices.
+pub(super) fn about(n: usize, turn: &Matrix3<f64>) -> [f64; 3] {
+    std::array::from_fn(|i| 2.0 * (n as f64 - turn.column(i).norm()))
+}
+
+/// Returns the sum of the squared angles between the orientations and their mean.
+pub(super) fn overall(n: usize, turn: &Matrix3<f64>) -> f64 {
+    let values = (turn.transpose() * turn).symmetric_eigenvalues();
     let mut roots = [values[0], values[1], values[2]].map(|v: f64| v.max(0.0).sqrt());
     roots.sort_by(|a, b| b.total_cmp(a));
-    roots
+    let last = if turn.determinant() < 0.0 { -roots[2] } else { roots[2] };
+    3.0 * n as f64 - (roots[0] + roots[1] + last)
 }
 
 pub(super) fn log_add(a: f64, b: f64) -> f64 {

@@ -72,8 +72,18 @@ impl<'r> Motion<'r> {
     pub fn of(recording: &'r Recording, p: f64) -> Self {
         let noise = noise(recording);
         let least = (MOVED_M + FAR * noise.position_m, TURNED_RAD + FAR * noise.angle_rad);
-        let tracks: Vec<Vec<Track>> =
-            recording.demos.iter().map(|demo| follow(demo, least.0)).collect();
+        let mut outliers = 0;
+        let tracks: Vec<Vec<Track>> = recording
+            .demos
+            .iter()
+            .map(|demo| {
+                let mut tracks = follow(demo, least.0);
+                outliers += tracks.iter_mut().map(|t| leave_out(t, demo, least)).sum::<usize>();
+                tracks
+            })
+            .collect();
+        let mut tracks = tracks;
+        outliers += hold_fixtures(recording, &mut tracks, least.0);
         let mut motion = Self {
             recording,
             noise,
@@ -85,7 +95,7 @@ impl<'r> Motion<'r> {
             tracks,
             attempts: Vec::new(),
             rests: Vec::new(),
-            outliers: 0,
+            outliers,
             least,
         };
         for d in 0..recording.demos.len() {
@@ -129,9 +139,13 @@ impl<'r> Motion<'r> {
     /// that were only turned come last.
     fn guess(&self, attempt: &Attempt, p: f64) -> Option<usize> {
         let (demo, tracks) = (self.demo(attempt.demo), &self.tracks[attempt.demo]);
+        let last = demo.snapshots.len() - 1;
+        // An object can be missing for a moment.
         let ends = |t: usize| {
             let track = &tracks[t];
-            Some((track.pose(demo, attempt.before)?, track.pose(demo, attempt.after)?))
+            let before = (0..=attempt.before).rev().find_map(|s| track.pose(demo, s))?;
+            let after = (attempt.after..=last).find_map(|s| track.pose(demo, s))?;
+            Some((before, after))
         };
         let moved: Vec<(usize, f64, f64)> = (0..tracks.len())
             .filter_map(|t| {
@@ -197,23 +211,9 @@ impl<'r> Motion<'r> {
         self.finish(d, t, &group, came);
     }
 
-    /// Leaves out poses that disagree with their neighbours while these agree with each other. In noisy recordings, a
-    /// single pose at either end that disagrees with two others is left out, too.
+    /// Leaves out a single pose at either end that disagrees with two others, in noisy recordings.
     fn without_outliers(&self, poses: &[(usize, Pose)]) -> Vec<(usize, Pose)> {
-        let mut kept: Vec<(usize, Pose)> = Vec::new();
-        for (i, (s, pose)) in poses.iter().enumerate() {
-            let outlier = match (kept.last(), poses.get(i + 1)) {
-                (Some((_, last)), Some((_, next))) => {
-                    self.differs(last, pose)
-                        && self.differs(pose, next)
-                        && !self.differs(last, next)
-                }
-                _ => false,
-            };
-            if !outlier {
-                kept.push((*s, *pose));
-            }
-        }
+        let mut kept = poses.to_vec();
         if self.noise.position_m > NOISY_M {
             let lone = |a: &Pose, b: &Pose, c: &Pose| self.differs(a, b) && !self.differs(b, c);
             if kept.len() >= 3 && lone(&kept[0].1, &kept[1].1, &kept[2].1) {
@@ -237,6 +237,72 @@ impl<'r> Motion<'r> {
         let pose = median(&poses);
         self.rests.push(Rest { demo, track, first: *first, last: *last, pose, came });
     }
+}
+
+/// Leaves out poses that disagree with those before and after, while these agree. Returns their number.
+fn leave_out(track: &mut Track, demo: &Demonstration, least: (f64, f64)) -> usize {
+    let seen: Vec<(usize, Pose)> =
+        (0..track.at.len()).filter_map(|s| Some((s, *track.pose(demo, s)?))).collect();
+    let differs = |a: &Pose, b: &Pose| a.distance(b) > least.0 || angle(a, b) > least.1;
+    let mut out = 0;
+    for three in seen.windows(3) {
+        let [(_, a), (s, b), (_, c)] = three else { continue };
+        if differs(a, b) && differs(b, c) && !differs(a, c) {
+            track.at[*s] = None;
+            out += 1;
+        }
+    }
+    out
+}
+
+/// Share of the demonstrations in which a kind has to move. A kind that moves in fewer is fixed, and poses elsewhere are
+/// outliers.
+const MOVING: f64 = 0.35;
+
+/// Leaves out the poses in which fixtures seem to have moved. Returns their number.
+fn hold_fixtures(recording: &Recording, tracks: &mut [Vec<Track>], least_m: f64) -> usize {
+    if recording.demos.len() < 3 {
+        return 0;
+    }
+    let mut kinds: BTreeMap<String, (usize, usize, bool)> = BTreeMap::new();
+    for (demo, tracks) in recording.demos.iter().zip(&*tracks) {
+        let mut moved: BTreeMap<&str, bool> = BTreeMap::new();
+        for track in tracks {
+            let poses: Vec<Pose> =
+                (0..track.at.len()).filter_map(|s| track.pose(demo, s).copied()).collect();
+            let differs = poses.windows(2).any(|p| p[0].distance(&p[1]) > least_m);
+            *moved.entry(&track.kind).or_default() |= differs;
+        }
+        for (kind, moved) in moved {
+            let entry = kinds.entry(kind.to_owned()).or_default();
+            entry.0 += usize::from(moved);
+            entry.1 += 1;
+        }
+        for snapshot in &demo.snapshots {
+            if let Some(kind) = snapshot.object.and_then(|o| snapshot.objects.get(o)) {
+                kinds.entry(kind.kind.to_string()).or_default().2 = true;
+            }
+        }
+    }
+    let mut out = 0;
+    for (demo, tracks) in recording.demos.iter().zip(tracks) {
+        for track in tracks {
+            let Some((moved, of, touched)) = kinds.get(&*track.kind) else { continue };
+            if *touched || *moved == 0 || *moved as f64 >= MOVING * *of as f64 {
+                continue;
+            }
+            let poses: Vec<Pose> =
+                (0..track.at.len()).filter_map(|s| track.pose(demo, s).copied()).collect();
+            let usual = median(&poses);
+            for s in 0..track.at.len() {
+                if track.pose(demo, s).is_some_and(|p| p.distance(&usual) > least_m) {
+                    track.at[s] = None;
+                    out += 1;
+                }
+            }
+        }
+    }
+    out
 }
 
 /// Returns the median position and the mean orientation of the poses near the median.
