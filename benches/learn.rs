@@ -11,7 +11,8 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use rand::RngExt;
 use std::hint::black_box;
 use symbolt::sim::Seed;
-use symbolt::task::learn::{Dendrogram, Settings, distance_matrix, learn};
+use symbolt::study::worlds;
+use symbolt::task::learn::{Dendrogram, Settings, distance_matrix, learn, learn_relational};
 use symbolt::task::tasks::nuts_and_bolts::SyntheticDemonstrations;
 
 /// Returns positions as in a recording: most lie anywhere at two heights, the others at two places.
@@ -41,6 +42,14 @@ fn learning(c: &mut Criterion) {
     group.throughput(Throughput::Elements(7));
     group.bench_function(BenchmarkId::new("demonstrations", 7), |b| {
         b.iter(|| learn(black_box(&recording), &Settings::default()).expect("learns"));
+    });
+    group.bench_function(BenchmarkId::new("relational_demonstrations", 7), |b| {
+        b.iter(|| learn_relational(black_box(&recording), &Settings::default()).expect("learns"));
+    });
+    // About 5,000 rests of two kinds.
+    let bins = worlds::named("bins").expect("it exists").record(620, Seed::new(1));
+    group.bench_function(BenchmarkId::new("relational_rests", 5_000), |b| {
+        b.iter(|| learn_relational(black_box(&bins), &Settings::default()).expect("learns"));
     });
     group.sample_size(10).measurement_time(Duration::from_secs(5));
     for count in [300, 2_000, 5_000] {

@@ -55,6 +55,8 @@ pub(crate) enum Command {
     Plan(PlanArgs),
     /// Print every action that is possible in a scene
     Actions(ActionsArgs),
+    /// Learn an action model in PDDL from state-action trajectories
+    LearnModel(LearnModelArgs),
     /// Rename states and actions in place, or to a new file with --out
     Rename(RenameArgs),
     /// Check a recording, scene, scene settings, domain or model file
@@ -295,6 +297,26 @@ pub(crate) struct LearnArgs {
     /// Exponent p of the p-norm that measures distances; not 0
     #[arg(long, default_value_t = -2.0, value_parser = number::<f64>)]
     pub p: f64,
+    #[command(flatten)]
+    pub out: OutFile,
+}
+
+#[derive(Debug, Clone, Args)]
+#[command(next_line_help = true, allow_negative_numbers = true)]
+pub(crate) struct LearnModelArgs {
+    /// PDDL domain with types, predicates and the actions' parameters;
+    /// preconditions and effects are not used; - for standard input
+    #[arg(verbatim_doc_comment)]
+    pub domain: PathBuf,
+    /// Trajectories of SAM or AMLGym; - for standard input
+    #[arg(required = true)]
+    pub trajectories: Vec<PathBuf>,
+    #[command(flatten)]
+    pub common: Common,
+    /// Keep every precondition that always held (safe action model
+    /// learning); by default the evidence for each is weighed
+    #[arg(verbatim_doc_comment, long)]
+    pub safe: bool,
     #[command(flatten)]
     pub out: OutFile,
 }

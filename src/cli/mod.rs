@@ -11,6 +11,7 @@ mod figures;
 mod folder;
 mod framed;
 mod learn;
+mod learn_model;
 mod options;
 mod output;
 mod plan;
@@ -36,6 +37,8 @@ use symbolt::neurons::{SolvedFileError, UnknownMode};
 use symbolt::spa::VocabError;
 use symbolt::study::standard::UnknownModel;
 use symbolt::task::TaskError;
+use symbolt::task::strips::PddlFault;
+use symbolt::task::strips::learn::LearnError;
 
 use args::{BadArgument, Cli, Command};
 
@@ -142,7 +145,7 @@ fn code(error: &Error) -> u8 {
     if error.is::<UnknownMode>() || error.is::<UnknownModel>() || error.is::<BadArgument>() {
         return 2;
     }
-    if error.is::<SolvedFileError>() {
+    if error.is::<SolvedFileError>() || error.is::<PddlFault>() || error.is::<LearnError>() {
         return 2;
     }
     if let Some(file) = error.downcast_ref::<FileError>() {
@@ -170,6 +173,7 @@ fn dispatch(cli: Cli) -> Result<Outcome, Error> {
         Command::Classify(args) => classify::classify(&args),
         Command::Plan(args) => plan::plan(&args),
         Command::Actions(args) => framed::actions(&args),
+        Command::LearnModel(args) => learn_model::learn_model(&args),
         Command::Rename(args) => rename::rename(&args),
         Command::Check(args) => check::check(&args),
         Command::Bench(args) => bench::bench(&args),

@@ -26,6 +26,7 @@
 //! | [`skill`] | pick and place: grasps, collision-free paths, the controller |
 //! | [`tasks`] | everything specific to one task: its parts, grasps, demonstrator and judge |
 //! | [`execute`] | recording demonstrations and running episodes |
+//! | [`strips`] | PDDL, trajectories, and action models learned from them; independent of the others |
 //!
 //! The `physics` feature enables `robot`, `scene`, `skill` and `execute`.
 //!
@@ -46,6 +47,7 @@ pub mod robot;
 pub mod scene;
 #[cfg(feature = "physics")]
 pub mod skill;
+pub mod strips;
 pub mod tasks;
 
 pub use domain::{

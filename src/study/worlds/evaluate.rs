@@ -91,6 +91,21 @@ pub fn evaluate(world: &dyn World, trial: &Trial) -> Result<Evaluation, TaskErro
         .collect();
     out.states = score_states(&shown, &said);
     score_operators(world, domain, &mut out);
+    let (outcomes, trouble) = episodes(world, domain, trial);
+    out.outcomes = outcomes;
+    out.trouble = trouble;
+    Ok(out)
+}
+
+/// Plans in test scenes of a world and carries out the plans move by move, with a new plan after each move. Returns the
+/// outcomes, and why episodes failed.
+pub fn episodes(
+    world: &dyn World,
+    domain: &RelationalDomain,
+    trial: &Trial,
+) -> (Vec<Outcome>, Vec<String>) {
+    let grounder = Grounder::new(domain);
+    let (mut outcomes, mut troubles) = (Vec::new(), Vec::new());
     for episode in 0..trial.episodes {
         let seed = trial.seed.derive_index("test", episode as u64);
         let mut run = world.begin(seed, Stage::Test);
@@ -111,11 +126,11 @@ pub fn evaluate(world: &dyn World, trial: &Trial) -> Result<Evaluation, TaskErro
         });
         if !outcome.solved {
             let why = trouble.unwrap_or_else(|| format!("{outcome:?}"));
-            out.trouble.push(format!("episode {episode}: {why}"));
+            troubles.push(format!("episode {episode}: {why}"));
         }
-        out.outcomes.push(outcome);
+        outcomes.push(outcome);
     }
-    Ok(out)
+    (outcomes, troubles)
 }
 
 fn said(domain: &RelationalDomain, layout: &Layout) -> Vec<Option<SaidState>> {

@@ -79,7 +79,7 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 pub use episode::{Outcome, carry_out};
-pub use evaluate::{Evaluation, Trial, evaluate};
+pub use evaluate::{Evaluation, Trial, episodes, evaluate};
 pub use score::{NeedScore, Rates, SaidState, StateScore, score_needs, score_states};
 pub use truth::{Explored, Extent, Need, TIGHT_M, TrueAction, TrueGoal, TrueState, Truth, Turn};
 

@@ -200,6 +200,8 @@ pub(super) struct Relational {
     pub ground: Arc<GroundProblem>,
     /// The objects, with their part in the scene; `None` for landmarks.
     objects: Vec<(LaidOut, Option<usize>)>,
+    /// Whether objects in no state are taken to be in a state that some action leaves.
+    assume: bool,
 }
 
 /// Height at which an object that is not seen is remembered, in metres. No state and no reference is near it.
@@ -238,7 +240,17 @@ impl Relational {
         let mut memory = before.map_or_else(Vec::new, |(_, memory)| memory.clone());
         let layout = laid_out(&grounder, &objects, seen, &mut memory);
         let problem = Problem::new(&domain, &layout)?;
-        let ground = Arc::new(problem.ground(&layout.situation())?);
+        let mut assume = before.is_some_and(|(mind, _)| mind.assume);
+        let mut ground = problem.ground(&assumed(&problem, &layout, assume))?;
+        // If there is nothing left to drop, objects in no state are the only hope.
+        let same = |mind: &Self| {
+            mind.ground.dropped() == ground.dropped() && mind.objects.len() == objects.len()
+        };
+        if !assume && before.is_some_and(|(mind, _)| same(mind)) {
+            assume = true;
+            ground = problem.ground(&assumed(&problem, &layout, assume))?;
+        }
+        let ground = Arc::new(ground);
         let planner = Planner::composed(
             ground.domain(),
             ground.composition(),
@@ -247,7 +259,7 @@ impl Relational {
             build.seed,
         )?;
         let planner = Arc::new(planner);
-        Ok(Self { grounder, planner, ground, objects, domain })
+        Ok(Self { grounder, planner, ground, objects, domain, assume })
     }
 
     /// Returns the layout that the memory holds.
@@ -265,7 +277,6 @@ impl Relational {
         &self,
         problem: &Problem<'_>,
         layout: &Layout,
-        action: ActionId,
         m: &Move,
     ) -> Option<Choice> {
         let part = self.objects[m.object].1?;
@@ -279,7 +290,6 @@ impl Relational {
             turn: turn.name().into(),
             goal: self.goal_name(&layout.situation()),
         };
-        let _ = action;
         Some(Choice { part, target: target_of(&pose, &turn), chosen: Some(chosen) })
     }
 
@@ -287,6 +297,61 @@ impl Relational {
         let goal = self.ground.goal(situation);
         goal.map_or_else(String::new, |g| self.ground.domain()[g].name.clone())
     }
+}
+
+/// Returns the situation of a layout. With `assume`, an object in no state, such as one that was dropped, is taken to be
+/// in a state that some action leaves: the one from which the reference planner would move this object first.
+fn assumed(problem: &Problem<'_>, layout: &Layout, assume: bool) -> Situation {
+    let mut situation = layout.situation();
+    if !assume {
+        return situation;
+    }
+    let domain = problem.domain();
+    for i in 0..layout.objects.len() {
+        if situation[i].is_some() || !is_loose(domain, &layout.objects[i]) {
+            continue;
+        }
+        let mut best: Option<((usize, usize), Fact)> = None;
+        for fact in guesses(domain, layout, i) {
+            let mut guess = situation.clone();
+            guess[i] = Some(fact);
+            let Some(plan) = problem.plan(&guess, &[]) else { continue };
+            let Some(at) = plan.iter().position(|m| m.action.object == i) else { continue };
+            if best.is_none_or(|(key, _)| (at, plan.len()) < key) {
+                best = Some(((at, plan.len()), fact));
+            }
+        }
+        situation[i] = best.map(|(_, fact)| fact);
+    }
+    situation
+}
+
+/// Returns whether an object is seen, and of a kind that some action moves.
+fn is_loose(domain: &RelationalDomain, object: &LaidOut) -> bool {
+    let moved = |to: usize| *domain.states[to].kind == *object.kind;
+    object.pose.position[2] > UNSEEN_M / 2.0 && domain.operators.iter().any(|o| moved(o.to))
+}
+
+/// Returns the states that actions leave, with the nearest reference, for an object in no state.
+fn guesses(domain: &RelationalDomain, layout: &Layout, object: usize) -> Vec<Fact> {
+    let own = &layout.objects[object];
+    let mut left: Vec<usize> = domain.operators.iter().flat_map(|o| o.from.clone()).collect();
+    left.sort_unstable();
+    left.dedup();
+    left.retain(|s| *domain.states[*s].kind == *own.kind);
+    let facts = left.into_iter().filter_map(|state| {
+        let reference = match domain.states[state].frame.kind() {
+            None => None,
+            Some(kind) => {
+                let all = layout.objects.iter().enumerate();
+                let all = all.filter(|(i, o)| *i != object && *o.kind == *kind);
+                let near = |o: &LaidOut| o.pose.distance(&own.pose);
+                Some(all.min_by(|a, b| near(a.1).total_cmp(&near(b.1)))?.0)
+            }
+        };
+        Some(Fact { state, place: 0, reference })
+    });
+    facts.collect()
 }
 
 /// Returns the target of a skill for a pose of which `turn` says how much matters.
@@ -377,6 +442,17 @@ impl Mind for Relational {
     fn look(&self, seen: &Seen, memory: &mut Memory) -> Belief {
         let layout = laid_out(&self.grounder, &self.objects, seen, memory);
         let situation = layout.situation();
+        let guessed = match Problem::new(&self.domain, &layout) {
+            Ok(problem) => assumed(&problem, &layout, self.assume),
+            Err(_) => situation.clone(),
+        };
+        // The goal must hold in fact.
+        let mut present = self.ground.present(&guessed);
+        for goal in self.ground.goals() {
+            if !self.ground.holds(*goal, &situation) {
+                present.remove(*goal);
+            }
+        }
         let has_states = |kind: &str| self.domain.states.iter().any(|s| s.kind == kind);
         let explained = self.objects.iter().zip(&situation).filter_map(|((object, part), fact)| {
             let known = fact.is_some() || !has_states(&object.kind);
@@ -387,7 +463,7 @@ impl Mind for Relational {
         };
         let all_met = self.ground.goals().last().copied().unwrap_or(StateId::new(0));
         Belief {
-            present: self.ground.present(&situation),
+            present,
             goal: self.ground.goal(&situation).unwrap_or(all_met),
             explained: explained.collect(),
             outgrown: !seen.snapshot.objects.iter().zip(&seen.parts).all(known),
@@ -403,11 +479,11 @@ impl Mind for Relational {
         past: &[Decided],
     ) -> Choices {
         let layout = self.remembered(memory);
-        let situation = layout.situation();
         let Ok(problem) = Problem::new(&self.domain, &layout) else { return Choices::default() };
+        let situation = assumed(&problem, &layout, self.assume);
         let moves = self.ground.moves_for(&problem, action, &situation);
         let mut all: Vec<Choice> =
-            moves.iter().filter_map(|m| self.choice(&problem, &layout, action, m)).collect();
+            moves.iter().filter_map(|m| self.choice(&problem, &layout, m)).collect();
         // After a failure, another object or another place may succeed. A move that was done already and has to be done
         // again did not have its effect.
         all.sort_by_key(|choice| {
@@ -426,7 +502,12 @@ impl Mind for Relational {
     fn can_relent(&self, memory: &Memory) -> bool {
         let layout = self.remembered(memory);
         let Ok(problem) = Problem::new(&self.domain, &layout) else { return false };
-        let again = problem.ground(&layout.situation());
+        let again = problem.ground(&assumed(&problem, &layout, self.assume));
+        let loose = || {
+            let all = layout.objects.iter().zip(&layout.located);
+            all.into_iter().any(|(o, l)| l.fact.is_none() && is_loose(&self.domain, o))
+        };
         again.is_ok_and(|again| again.dropped() != self.ground.dropped())
+            || (!self.assume && loose())
     }
 }

@@ -349,10 +349,18 @@ impl<'p> Compiler<'p> {
         let itself: Vec<usize> = action.object.into_iter().collect();
         if !roomy(place) {
             let of = self.problem.conflicting(operator.to, action.place);
+            // An object that is turned in place, or put back, is not in its own way.
+            let source = &action.source;
+            let own = action.object.is_none()
+                && source.reference.is_none_or(|r| r == action.reference)
+                && of.iter().any(|(s, p)| {
+                    source.of.iter().any(|(x, q)| x == s && q.is_none_or(|q| q == *p))
+                });
             needs.push(Test {
                 of: of.into_iter().map(|(s, p)| (s, Some(p))).collect(),
                 reference: Some(action.reference),
                 except: itself.clone(),
+                most: Some(usize::from(own)),
                 ..Test::of([]).none()
             });
         }

@@ -290,6 +290,14 @@ impl GroundProblem {
         self.tests.iter().map(|test| test.holds(situation)).collect()
     }
 
+    /// Returns whether a fact holds in a situation.
+    ///
+    /// # Panics
+    /// If the fact is not a state of [`GroundProblem::domain`].
+    pub fn holds(&self, fact: StateId, situation: &Situation) -> bool {
+        self.tests[fact.index()].holds(situation)
+    }
+
     /// Returns the facts of the goal, in the order in which they are to be fulfilled.
     pub fn goals(&self) -> &[StateId] {
         &self.goals

@@ -26,9 +26,12 @@
 //! paper infers the states, and its result is converted.
 
 mod cluster;
+mod frames;
 mod likelihood;
+mod models;
 mod motion;
 mod operators;
+mod places;
 mod states;
 
 use super::summary::{AttemptOutcome, AttemptReport, LearnReport, UnexplainedPoses};

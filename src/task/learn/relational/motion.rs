@@ -82,6 +82,8 @@ impl<'r> Motion<'r> {
                 tracks
             })
             .collect();
+        let mut tracks = tracks;
+        outliers += hold_fixtures(recording, &mut tracks, least.0);
         let mut motion = Self {
             recording,
             noise,
@@ -248,6 +250,56 @@ fn leave_out(track: &mut Track, demo: &Demonstration, least: (f64, f64)) -> usiz
         if differs(a, b) && differs(b, c) && !differs(a, c) {
             track.at[*s] = None;
             out += 1;
+        }
+    }
+    out
+}
+
+/// Share of the demonstrations in which a kind has to move. A kind that moves in fewer is fixed, and poses elsewhere are
+/// outliers.
+const MOVING: f64 = 0.35;
+
+/// Leaves out the poses in which fixtures seem to have moved. Returns their number.
+fn hold_fixtures(recording: &Recording, tracks: &mut [Vec<Track>], least_m: f64) -> usize {
+    if recording.demos.len() < 3 {
+        return 0;
+    }
+    let mut kinds: BTreeMap<String, (usize, usize, bool)> = BTreeMap::new();
+    for (demo, tracks) in recording.demos.iter().zip(&*tracks) {
+        let mut moved: BTreeMap<&str, bool> = BTreeMap::new();
+        for track in tracks {
+            let poses: Vec<Pose> =
+                (0..track.at.len()).filter_map(|s| track.pose(demo, s).copied()).collect();
+            let differs = poses.windows(2).any(|p| p[0].distance(&p[1]) > least_m);
+            *moved.entry(&track.kind).or_default() |= differs;
+        }
+        for (kind, moved) in moved {
+            let entry = kinds.entry(kind.to_owned()).or_default();
+            entry.0 += usize::from(moved);
+            entry.1 += 1;
+        }
+        for snapshot in &demo.snapshots {
+            if let Some(kind) = snapshot.object.and_then(|o| snapshot.objects.get(o)) {
+                kinds.entry(kind.kind.to_string()).or_default().2 = true;
+            }
+        }
+    }
+    let mut out = 0;
+    for (demo, tracks) in recording.demos.iter().zip(tracks) {
+        for track in tracks {
+            let Some((moved, of, touched)) = kinds.get(&*track.kind) else { continue };
+            if *touched || *moved == 0 || *moved as f64 >= MOVING * *of as f64 {
+                continue;
+            }
+            let poses: Vec<Pose> =
+                (0..track.at.len()).filter_map(|s| track.pose(demo, s).copied()).collect();
+            let usual = median(&poses);
+            for s in 0..track.at.len() {
+                if track.pose(demo, s).is_some_and(|p| p.distance(&usual) > least_m) {
+                    track.at[s] = None;
+                    out += 1;
+                }
+            }
         }
     }
     out

@@ -9,8 +9,8 @@ use crate::task::learn::attempts::Attempt;
 use crate::task::learn::names::action_name;
 use crate::task::learn::summary::Failure;
 use crate::task::relational::{
-    Condition, Displacement, GoalTerm, Need, NeedVerdict, Quantity, RelationalOperator, Role,
-    SideEffect, Subject, relative,
+    Condition, Coordinate, Displacement, GoalTerm, Need, NeedVerdict, Quantity, RelationalOperator,
+    Role, SideEffect, Subject, relative,
 };
 
 /// A demonstrated instance of an action.
@@ -289,8 +289,8 @@ fn displacement(
     let mut worst = 0.0f64;
     for i in &open {
         let range = state.places.iter().filter_map(|p| match p.coordinates[*i] {
-            crate::task::relational::Coordinate::Open { low, high } => Some(high - low),
-            crate::task::relational::Coordinate::Tight { .. } => None,
+            Coordinate::Open { low, high } => Some(high - low),
+            Coordinate::Tight { .. } => None,
         });
         let extent = 2.0 * range.fold(0.0, f64::max).max(0.05);
         let (sum, square) =
@@ -384,8 +384,8 @@ fn quantity(
     let several = counts.iter().any(|(_, end)| *end > 1);
     let spread = model.places.iter().any(|p| {
         p.coordinates.iter().any(|c| match c {
-            crate::task::relational::Coordinate::Tight { sd, .. } => *sd > 0.015,
-            crate::task::relational::Coordinate::Open { .. } => true,
+            Coordinate::Tight { sd, .. } => *sd > 0.015,
+            Coordinate::Open { .. } => true,
         })
     });
     if (broad || spread) && several && all >= enough {

@@ -1,0 +1,91 @@
+//! `symbolt learn-model`: an action model in PDDL from trajectories.
+
+use anyhow::Error;
+use serde_json::{Value, json};
+use symbolt::files::{read_ordinary_file, write_atomic};
+use symbolt::task::strips::learn::{LearnedAction, LearnedModel, Rule, learn};
+use symbolt::task::strips::{Bodies, Domain, Literal, Shown, Trajectory};
+
+use super::Outcome;
+use super::args::{BadArgument, LearnModelArgs};
+use super::output::{Progress, counted, emit, emit_json, refuse_existing, use_threads, warn};
+
+pub(crate) fn learn_model(args: &LearnModelArgs) -> Result<Outcome, Error> {
+    refuse_existing(args.out.out.as_deref(), args.out.force)?;
+    use_threads(&args.common)?;
+    let inputs = std::iter::once(&args.domain).chain(&args.trajectories);
+    if inputs.filter(|path| path.as_os_str() == "-").count() > 1 {
+        let problem =
+            "only one of the domain and the trajectories can come from standard input (-)";
+        return Err(BadArgument(problem.into()).into());
+    }
+    let progress = Progress::new(&args.common);
+    let bytes = read_ordinary_file(&args.domain)?;
+    let domain = Domain::parse(&bytes, &args.domain.display().to_string(), Bodies::Skip)?;
+    let mut trajectories = Vec::new();
+    for path in &args.trajectories {
+        progress.say(format!("reading {}", path.display()));
+        let bytes = read_ordinary_file(path)?;
+        trajectories.extend(Trajectory::parse(&bytes, &path.display().to_string(), &domain)?);
+    }
+    let rule = if args.safe { Rule::Safe } else { Rule::Evidence };
+    let learned = learn(&domain, &trajectories, rule)?;
+    drop(progress);
+    for action in learned.actions.iter().filter(|a| a.steps == 0) {
+        warn(&format!("the action `{}` was never done and is left out", action.name));
+    }
+    if let Some(path) = &args.out.out {
+        write_atomic(path, learned.to_string(), args.out.overwrite())?;
+    }
+    if args.common.json {
+        emit_json(&[summary(&learned)])?;
+    } else if args.out.out.is_none() {
+        emit(&learned.to_string())?;
+    } else if !args.common.quiet {
+        let done = learned.actions.iter().filter(|a| a.steps > 0).count();
+        let from = match learned.trajectories {
+            1 => "1 trajectory".to_owned(),
+            n => format!("{n} trajectories"),
+        };
+        emit(&format!("learned {} from {from}", counted(done, "action")))?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// Returns the learned actions as one JSON object.
+fn summary(learned: &LearnedModel) -> Value {
+    json!({
+        "domain": learned.domain().name,
+        "trajectories": learned.trajectories,
+        "actions": learned.actions.iter().map(action).collect::<Vec<_>>(),
+    })
+}
+
+fn action(action: &LearnedAction) -> Value {
+    let parameters = &action.parameters;
+    let shown = |literal: &Literal| Shown { literal, parameters }.to_string();
+    let all = |literals: &[Literal]| literals.iter().map(shown).collect::<Vec<_>>();
+    let atoms = |literals: &[Literal]| {
+        let positive = literals.iter().map(|l| Literal { positive: true, ..l.clone() });
+        all(&positive.collect::<Vec<_>>())
+    };
+    let required = action.preconditions.iter().filter(|p| p.reason.is_required());
+    let undecided = action.preconditions.iter().filter(|p| !p.reason.is_required());
+    let undecided = undecided.map(|p| {
+        let reason = p.explanation(parameters);
+        json!({"literal": shown(&p.literal), "kept": p.kept, "reason": reason})
+    });
+    let typed = parameters.iter().map(|p| json!({"name": p.name, "types": p.types}));
+    json!({
+        "name": action.name,
+        "parameters": typed.collect::<Vec<_>>(),
+        "preconditions": required.map(|p| shown(&p.literal)).collect::<Vec<_>>(),
+        "undecided": undecided.collect::<Vec<_>>(),
+        "add": all(&action.add),
+        "delete": atoms(&action.delete),
+        "counts": {
+            "steps": action.steps, "refused": action.refused,
+            "unexplained": action.unexplained, "ambiguous": action.ambiguous,
+        },
+    })
+}

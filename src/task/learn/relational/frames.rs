@@ -1,0 +1,219 @@
+//! The rests of a recording in the frames of objects: references, relative poses and containers.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use super::likelihood::Sums;
+use super::motion::{Came, Motion, Rest};
+use crate::task::domain::Pose;
+use crate::task::relational::relative;
+
+/// Smallest size of the scene in a coordinate, in metres.
+const SMALLEST_M: f64 = 0.05;
+
+/// The frames of a recording. Frame 0 is the world, frame `k + 1` belongs to kind `k`.
+pub(super) struct Frames<'m, 'r> {
+    pub motion: &'m Motion<'r>,
+    /// The kinds, in alphabetical order.
+    pub kinds: Vec<Arc<str>>,
+    /// Whether an attempt or anything else ever moved an object of the kind.
+    pub moves: Vec<bool>,
+    /// Size of the scene.
+    extent: [f64; 3],
+    /// For each rest of an object that its container carried here, the rest before.
+    pub carried_from: BTreeMap<usize, usize>,
+    /// The inverse of `carried_from`.
+    pub carried_to: BTreeMap<usize, usize>,
+}
+
+impl<'m, 'r> Frames<'m, 'r> {
+    pub fn new(motion: &'m Motion<'r>) -> Self {
+        let mut names: BTreeMap<Arc<str>, BTreeSet<usize>> = BTreeMap::new();
+        let mut handled: BTreeSet<Arc<str>> = BTreeSet::new();
+        for (d, tracks) in motion.tracks.iter().enumerate() {
+            for track in tracks {
+                names.entry(track.kind.clone()).or_default();
+                let _ = d;
+            }
+        }
+        for rest in &motion.rests {
+            let kind = motion.tracks[rest.demo][rest.track].kind.clone();
+            match rest.came {
+                Came::Found => {}
+                Came::Placed(_) => {
+                    handled.insert(kind);
+                }
+                Came::Carried => {
+                    names.entry(kind).or_default().insert(rest.demo);
+                }
+            }
+        }
+        let demos = motion.recording.demos.len();
+        // Something that moved by itself in a single demonstration was knocked.
+        let often = (demos / 2).max(2).min(demos);
+        let kinds: Vec<Arc<str>> = names.keys().cloned().collect();
+        let moves = names.iter().map(|(k, by)| handled.contains(k) || by.len() >= often).collect();
+        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        for rest in &motion.rests {
+            for i in 0..3 {
+                low[i] = low[i].min(rest.pose.position[i]);
+                high[i] = high[i].max(rest.pose.position[i]);
+            }
+        }
+        let extent = std::array::from_fn(|i| (1.1 * (high[i] - low[i])).max(SMALLEST_M));
+        let mut frames = Self {
+            motion,
+            kinds,
+            moves,
+            extent,
+            carried_from: BTreeMap::new(),
+            carried_to: BTreeMap::new(),
+        };
+        frames.follow_containers();
+        frames
+    }
+
+    /// Finds the rests of objects that lie as before in the frame of some other object, which carried them.
+    fn follow_containers(&mut self) {
+        for (now, rest) in self.motion.rests.iter().enumerate() {
+            if rest.came != Came::Carried {
+                continue;
+            }
+            let before =
+                (0..rest.first).rev().find_map(|s| self.motion.index_at(rest.demo, rest.track, s));
+            let Some(before) = before else { continue };
+            if (1..=self.kinds.len()).any(|f| self.lies_alike(before, now, f)) {
+                self.carried_from.insert(now, before);
+                self.carried_to.insert(before, now);
+            }
+        }
+    }
+
+    /// Returns the rest in which an object came into its container.
+    pub fn origin(&self, rest: usize) -> usize {
+        let mut rest = rest;
+        while let Some(before) = self.carried_from.get(&rest) {
+            rest = *before;
+        }
+        rest
+    }
+
+    /// Returns whether two rests of one object agree in a frame, with the same reference.
+    fn lies_alike(&self, before: usize, now: usize, frame: usize) -> bool {
+        let same = |rest: usize| self.reference(rest, frame).map(|(track, _)| track);
+        let (Some(a), Some(b)) = (self.pose(before, frame), self.pose(now, frame)) else {
+            return false;
+        };
+        let turn = a.rotation().angle_to(&b.rotation());
+        same(before) == same(now)
+            && a.distance(&b) <= self.motion.least.0
+            && turn <= self.motion.least.1
+    }
+
+    /// Returns the first rest of another object during a rest. A container that carried the object comes to rest a
+    /// little later.
+    fn rest_during(&self, rest: usize, track: usize) -> Option<usize> {
+        let own = &self.motion.rests[rest];
+        (own.first..=own.last).find_map(|s| self.motion.index_at(own.demo, track, s))
+    }
+
+    /// Returns the nearest object of the frame's kind when a rest began, and the number of objects to choose from.
+    pub fn reference(&self, rest: usize, frame: usize) -> Option<(usize, usize)> {
+        let kind = self.kinds.get(frame.checked_sub(1)?)?;
+        let own = &self.motion.rests[rest];
+        let mut nearest: Option<(f64, usize)> = None;
+        let mut choices = [0, 0];
+        let handled = |rest: &Rest| usize::from(matches!(rest.came, Came::Placed(_)));
+        for (t, track) in self.motion.tracks[own.demo].iter().enumerate() {
+            if track.kind != *kind || t == own.track {
+                continue;
+            }
+            let Some(there) = self.rest_during(rest, t) else { continue };
+            let there = &self.motion.rests[there];
+            choices[handled(there)] += 1;
+            let far = there.pose.distance(&own.pose);
+            if nearest.is_none_or(|(least, _)| far < least) {
+                nearest = Some((far, t));
+            }
+        }
+        // What was put somewhere is not mistaken for what lies about.
+        let (_, track) = nearest?;
+        let there = &self.motion.rests[self.rest_during(rest, track)?];
+        Some((track, choices[handled(there)]))
+    }
+
+    /// Returns the pose of a rest in a frame; `None` without a reference.
+    pub fn pose(&self, rest: usize, frame: usize) -> Option<Pose> {
+        let own = &self.motion.rests[rest];
+        if frame == 0 {
+            return Some(own.pose);
+        }
+        let (track, _) = self.reference(rest, frame)?;
+        let there = &self.motion.rests[self.rest_during(rest, track)?];
+        Some(relative(&there.pose, &own.pose))
+    }
+
+    /// Returns whether another object that moves is clearly nearer to a rest than `far`.
+    fn is_crowded(&self, rest: usize, far: f64) -> bool {
+        let own = &self.motion.rests[rest];
+        let tracks = self.motion.tracks[own.demo].iter().enumerate();
+        tracks.filter(|(t, _)| *t != own.track).any(|(t, track)| {
+            let moves = self.kinds.iter().zip(&self.moves).any(|(k, m)| *k == track.kind && *m);
+            moves
+                && self
+                    .rest_during(rest, t)
+                    .is_some_and(|r| self.motion.rests[r].pose.distance(&own.pose) < 0.8 * far)
+        })
+    }
+
+    /// Returns the size of the scene along the axes of a frame: the mean width of the scene's box along the axes of the
+    /// references, which may be turned.
+    pub fn extent_in(&self, frame: usize) -> [f64; 3] {
+        let Some(kind) = frame.checked_sub(1).and_then(|k| self.kinds.get(k)) else {
+            return self.extent;
+        };
+        let (mut sum, mut count) = ([0.0; 3], 0.0);
+        for rest in self.motion.rests.iter().filter(|r| self.motion.kind(r) == &**kind) {
+            let turn = rest.pose.rotation().to_rotation_matrix();
+            count += 1.0;
+            for (i, width) in sum.iter_mut().enumerate() {
+                *width += (0..3).map(|j| turn[(j, i)].abs() * self.extent[j]).sum::<f64>();
+            }
+        }
+        if count > 0.0 { sum.map(|w| w / count) } else { self.extent }
+    }
+
+    pub fn sums(&self, rest: usize, frame: usize) -> Option<Sums> {
+        let own = &self.motion.rests[rest];
+        let mut choices = 1;
+        let (mut far, mut crowded) = (0.0, 0.0);
+        if frame > 0 {
+            let (track, of) = self.reference(rest, frame)?;
+            choices = of;
+            // A frame is refused if its object leaves while the rest lasts.
+            let begin = self.rest_during(rest, track)?;
+            far = self.motion.rests[begin].pose.distance(&own.pose);
+            crowded = f64::from(self.is_crowded(rest, far));
+            let end = self.motion.index_at(own.demo, track, own.last);
+            if end.is_some_and(|end| end != begin) {
+                return None;
+            }
+        }
+        // Nor is a frame kept that its container left behind.
+        if let Some(next) = self.carried_to.get(&rest)
+            && !self.lies_alike(rest, *next, frame)
+        {
+            return None;
+        }
+        let pose = self.pose(rest, frame)?;
+        let turn = pose.rotation().to_rotation_matrix();
+        Some(Sums {
+            sum: pose.position,
+            square: pose.position.map(|v| v * v),
+            turn: *turn.matrix(),
+            choices: (choices as f64).ln(),
+            far,
+            crowded,
+        })
+    }
+}

@@ -1,0 +1,162 @@
+//! Fits the models of states: places, open coordinates and constrained orientations.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::frames::Frames;
+use super::likelihood::{Likelihood, about, overall};
+use super::motion::Came;
+use super::places::Group;
+use super::states::{PLACED_M, PLACED_RAD};
+use crate::task::domain::{MIN_DISTINCT, Origin, Pose, mean_orientation};
+use crate::task::learn::gaussian::robust_mean;
+use crate::task::learn::names::{Landmark, Names, state_name, symbol};
+use crate::task::relational::{Coordinate, Frame, FrameState, Place, ROOMY_M, Turn};
+
+/// Standard deviation above which an orientation is free, in radians.
+const WILD_RAD: f64 = 0.35;
+
+impl Frames<'_, '_> {
+    /// Returns the objects of the first snapshot whose kind never moved.
+    pub fn landmarks(&self) -> Vec<Landmark> {
+        let first = self.motion.recording.demos.iter().flat_map(|d| d.snapshots.first()).next();
+        let fixed = |kind: &str| {
+            self.kinds.iter().zip(&self.moves).any(|(k, moves)| **k == *kind && !moves)
+        };
+        let objects = first.into_iter().flat_map(|s| &s.objects);
+        objects
+            .filter(|o| fixed(&o.kind))
+            .map(|o| Landmark { kind: o.kind.to_string(), pose: o.pose })
+            .collect()
+    }
+
+    /// Fits the model of a state.
+    pub fn model(
+        &self,
+        (kind, turn_matters): (usize, bool),
+        groups: &[Group],
+        landmarks: &[Landmark],
+        names: &mut Names,
+    ) -> FrameState {
+        let frame = groups[0].frame;
+        let rests: Vec<usize> = groups.iter().flat_map(|g| g.rests.clone()).collect();
+        let count = rests.len();
+        let found = rests.iter().filter(|r| self.motion.rests[**r].came == Came::Found).count();
+        let origin = if 2 * found > count { Origin::Found } else { Origin::Placed };
+        let likelihood = Likelihood::new(
+            PLACED_M.hypot(self.motion.noise.position_m),
+            PLACED_RAD.hypot(self.motion.noise.angle_rad),
+            count,
+        );
+        let poses: Vec<Vec<Pose>> = groups
+            .iter()
+            .map(|g| g.rests.iter().filter_map(|r| self.pose(*r, frame)).collect())
+            .collect();
+        let turn = turn(&poses, &likelihood);
+        let places: Vec<Place> =
+            poses.iter().map(|p| self.place(p, &turn, frame, &likelihood)).collect();
+        let frame = match frame.checked_sub(1) {
+            None => Frame::World,
+            Some(k) => Frame::Kind(self.kinds[k].to_string()),
+        };
+        let own = &self.kinds[kind];
+        let wanted = match &frame {
+            Frame::World => state_name(own, origin, &places[0].pose(), landmarks),
+            Frame::Kind(k) => format!("{}_AT_{}", symbol(own), symbol(k)),
+        };
+        let named_world = frame == Frame::World;
+        FrameState {
+            name: names.take(&wanted),
+            kind: own.to_string(),
+            frame,
+            turn,
+            turn_matters,
+            origin,
+            count,
+            // Two or three found objects can agree in a coordinate by chance.
+            any_coordinate: origin == Origin::Found
+                && named_world
+                && count < MIN_DISTINCT
+                && places.len() == 1,
+            places,
+        }
+    }
+
+    fn place(&self, poses: &[Pose], turn: &Turn, frame: usize, likelihood: &Likelihood) -> Place {
+        let n = poses.len();
+        let extent = self.extent_in(frame);
+        let coordinates = std::array::from_fn(|i| {
+            let mut values: Vec<f64> = poses.iter().map(|p| p.position[i]).collect();
+            let (sum, square) = values.iter().fold((0.0, 0.0), |(s, q), v| (s + v, q + v * v));
+            let (tight, open) = likelihood.coordinate(n, sum, square, extent[i]);
+            // Of many poses, a fiftieth at each end may belong elsewhere.
+            let mut sorted = values.clone();
+            sorted.sort_by(f64::total_cmp);
+            let (low, high) = (sorted[n / 50], sorted[n - 1 - n / 50]);
+            if tight >= open {
+                let mean = robust_mean(&mut values);
+                let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+                let sd = (squares / n.saturating_sub(1).max(1) as f64).sqrt();
+                if sd > ROOMY_M {
+                    Coordinate::Open { low, high }
+                } else {
+                    Coordinate::Tight { mean, sd }
+                }
+            } else {
+                Coordinate::Open { low, high }
+            }
+        });
+        Place { coordinates, orientation: central(poses, turn), count: n }
+    }
+}
+
+/// Chooses how a state constrains the orientation.
+fn turn(places: &[Vec<Pose>], likelihood: &Likelihood) -> Turn {
+    let mut logs = [0.0; 3];
+    let (mut by_axis, mut all, mut free) = ([0.0; 3], 0.0, 0.0);
+    for poses in places {
+        let sum: Matrix3<f64> =
+            poses.iter().map(|p| *p.rotation().to_rotation_matrix().matrix()).sum();
+        let n = poses.len();
+        logs.iter_mut().zip(likelihood.turn(n, &sum)).for_each(|(a, b)| *a += b);
+        by_axis.iter_mut().zip(about(n, &sum)).for_each(|(a, b)| *a += b);
+        all += overall(n, &sum);
+        free += n.saturating_sub(1) as f64;
+    }
+    let sd = |squares: f64, dof: f64| (squares.max(0.0) / (dof * f64::max(free, 1.0))).sqrt();
+    if free == 0.0 || logs[0] >= logs[1].max(logs[2]) {
+        return Turn::Free;
+    }
+    if logs[2] >= logs[1] && sd(all, 3.0) < WILD_RAD {
+        return Turn::Full { sd: sd(all, 3.0) };
+    }
+    let best = (0..3).min_by(|a, b| by_axis[*a].total_cmp(&by_axis[*b])).unwrap_or(2);
+    let spread = sd(by_axis[best], 2.0);
+    if spread >= WILD_RAD {
+        return Turn::Free;
+    }
+    let mut axis = [0.0; 3];
+    axis[best] = 1.0;
+    Turn::Axis { axis, sd: spread }
+}
+
+/// Returns the orientation of a place: the mean if it is fully constrained, else that of the most central pose.
+fn central(poses: &[Pose], turn: &Turn) -> [f64; 4] {
+    let all: Vec<[f64; 4]> = poses.iter().map(|p| p.orientation).collect();
+    let mean = mean_orientation(&all).unwrap_or([0.0, 0.0, 0.0, 1.0]);
+    let off = |p: &Pose| match turn {
+        Turn::Axis { axis, .. } => {
+            let axis = Vector3::from(*axis);
+            let sum: Vector3<f64> = poses.iter().map(|q| q.rotation() * axis).sum();
+            (p.rotation() * axis).angle(&sum)
+        }
+        _ => {
+            let dot: f64 = p.orientation.iter().zip(mean).map(|(a, b)| a * b).sum();
+            1.0 - dot.abs()
+        }
+    };
+    let middle = poses.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+    match turn {
+        Turn::Full { .. } => mean,
+        _ => middle.map_or(mean, |p| p.orientation),
+    }
+}

@@ -1,0 +1,399 @@
+//! Reads domains.
+//!
+//! The subset is typed STRIPS: `:strips`, `:typing`, `:negative-preconditions` and `:equality`. Names are folded to
+//! lower case, because PDDL does not distinguish case.
+
+use std::collections::BTreeSet;
+
+use super::pddl::{Action, Atom, Domain, EQUAL, Literal, OBJECT, Predicate, Term, Typed, Types};
+use super::sexpr::{Node, PddlFault, Place, Source};
+
+/// Requirements that a domain may name.
+pub const REQUIREMENTS: [&str; 4] = [":strips", ":typing", ":negative-preconditions", ":equality"];
+
+/// Greatest number of types, of predicates, of actions, and of parameters of each.
+pub const MAX_NAMES: usize = 4_096;
+
+/// Whether the preconditions and effects of a domain's actions are read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Bodies {
+    /// Read them. The domain must be typed STRIPS.
+    Read,
+    /// Skip them, as well as functions, axioms and requirements beyond typed STRIPS. Actions have neither
+    /// preconditions nor effects.
+    Skip,
+}
+
+impl Domain {
+    /// Reads a domain from PDDL. `file` names the text in errors.
+    ///
+    /// # Errors
+    /// The first fault, with its place, what was found and what was expected.
+    pub fn parse(bytes: &[u8], file: &str, bodies: Bodies) -> Result<Self, PddlFault> {
+        let source = Source { file };
+        let nodes = source.nodes(bytes)?;
+        let (name, sections) = source.defined(&nodes, "domain")?;
+        DomainReader { source, bodies, domain: empty(name) }.read(sections)
+    }
+}
+
+fn empty(name: String) -> Domain {
+    Domain {
+        name,
+        requirements: Vec::new(),
+        types: Types::default(),
+        constants: Vec::new(),
+        predicates: Vec::new(),
+        actions: Vec::new(),
+    }
+}
+
+/// Returns the elements of a list after its first.
+pub(super) fn tail(node: &Node) -> &[Node] {
+    node.list().and_then(|nodes| nodes.get(1..)).unwrap_or(&[])
+}
+
+/// Returns the conditions of `(and ...)`, of `()`, or the single condition.
+pub(super) fn conjuncts(node: &Node) -> Vec<&Node> {
+    match node.list() {
+        Some([]) => Vec::new(),
+        Some(_) if node.head() == Some("and") => tail(node).iter().collect(),
+        _ => vec![node],
+    }
+}
+
+impl Source<'_> {
+    /// Returns the name and the sections of `(define (domain NAME) ...)`.
+    pub fn defined<'n>(
+        &self,
+        nodes: &'n [Node],
+        what: &str,
+    ) -> Result<(String, &'n [Node]), PddlFault> {
+        let expected = format!("(define ({what} NAME) ...)");
+        let start = nodes.first().map_or(Place { line: 1, column: 1 }, |n| n.place);
+        let [define] = nodes else {
+            let problem = match nodes.first() {
+                None => "the text is empty".to_owned(),
+                Some(_) => format!("the text is {} lists or words", nodes.len()),
+            };
+            return Err(self.fault(start, problem, expected));
+        };
+        if let (Some("define"), [named, sections @ ..]) = (define.head(), tail(define))
+            && named.head() == Some(what)
+            && let [name] = tail(named)
+            && let Some(name) = name.word()
+        {
+            return Ok((name.to_owned(), sections));
+        }
+        Err(self.fault(start, format!("{} is no {what}", define.shown()), expected))
+    }
+
+    pub fn unexpected(&self, node: &Node, what: &str, expected: &str) -> PddlFault {
+        self.fault(node.place, format!("{} is no {what}", node.shown()), expected)
+    }
+
+    pub fn word<'n>(&self, node: &'n Node, what: &str) -> Result<&'n str, PddlFault> {
+        node.word().ok_or_else(|| self.unexpected(node, what, "a name"))
+    }
+
+    /// Reads `a b - t c - (either t u) d`. Names without a type are of type `object`.
+    pub fn typed(&self, nodes: &[Node], types: &Types) -> Result<Vec<(Place, Typed)>, PddlFault> {
+        let read = self.untyped(nodes)?;
+        for (node, typed) in &read {
+            if let Some(unknown) = typed.types.iter().find(|t| !types.contains(t)) {
+                let known: Vec<&str> = types.declared().iter().map(|t| t.name.as_str()).collect();
+                let known = format!("one of: {OBJECT}, {}", known.join(", "));
+                let problem = format!("`{}` has the unknown type `{unknown}`", typed.name);
+                return Err(self.fault(*node, problem, known.trim_end_matches(", ")));
+            }
+        }
+        Ok(read)
+    }
+
+    /// Reads a typed list without checking that its types exist.
+    fn untyped(&self, nodes: &[Node]) -> Result<Vec<(Place, Typed)>, PddlFault> {
+        let mut read: Vec<(Place, Typed)> = Vec::new();
+        let mut first_without = 0;
+        let mut nodes = nodes.iter();
+        while let Some(node) = nodes.next() {
+            let word = self.word(node, "name")?;
+            if word != "-" {
+                let typed = Typed { name: word.to_owned(), types: vec![OBJECT.into()] };
+                read.push((node.place, typed));
+                continue;
+            }
+            let Some(kind) = nodes.next() else {
+                return Err(self.fault(node.place, "no type follows `-`", "the name of a type"));
+            };
+            let types: Vec<String> = if kind.head() == Some("either") {
+                let names = tail(kind).iter().map(|n| self.word(n, "type").map(str::to_owned));
+                names.collect::<Result<_, _>>()?
+            } else {
+                vec![self.word(kind, "type")?.to_owned()]
+            };
+            if types.is_empty() {
+                return Err(self.unexpected(kind, "type", "(either TYPE ...)"));
+            }
+            for (_, typed) in &mut read[first_without..] {
+                typed.types.clone_from(&types);
+            }
+            first_without = read.len();
+        }
+        Ok(read)
+    }
+}
+
+struct DomainReader<'a> {
+    source: Source<'a>,
+    bodies: Bodies,
+    domain: Domain,
+}
+
+impl DomainReader<'_> {
+    fn read(mut self, sections: &[Node]) -> Result<Domain, PddlFault> {
+        // Declarations first: their order in the file does not matter.
+        for order in [":requirements", ":types", ":constants", ":predicates", ":action"] {
+            for section in sections.iter().filter(|s| s.head() == Some(order)) {
+                match order {
+                    ":requirements" => self.requirements(section)?,
+                    ":types" => {
+                        self.source.few(section)?;
+                        let types = self.source.untyped(tail(section))?;
+                        let types = types.into_iter().map(|(_, typed)| typed).collect();
+                        self.domain.types = Types::new(types).map_err(|name| {
+                            let problem = format!("the type `{name}` is its own supertype");
+                            let expected = "a hierarchy without circles";
+                            self.source.fault(section.place, problem, expected)
+                        })?;
+                    }
+                    ":constants" => {
+                        let constants = self.source.typed(tail(section), &self.domain.types)?;
+                        self.domain.constants.extend(constants.into_iter().map(|(_, typed)| typed));
+                    }
+                    ":predicates" => self.predicates(section)?,
+                    _ => self.action(section)?,
+                }
+            }
+        }
+        for section in sections {
+            match (section.head(), self.bodies) {
+                (Some(":requirements" | ":types" | ":constants" | ":predicates"), _)
+                | (Some(":action"), _)
+                | (Some(":functions" | ":derived" | ":axiom" | ":constraints"), Bodies::Skip) => {}
+                _ => {
+                    let expected =
+                        ":requirements, :types, :constants, :predicates or :action (typed STRIPS)";
+                    let what = "section of a domain";
+                    return Err(self.source.unexpected(section, what, expected));
+                }
+            }
+        }
+        Ok(self.domain)
+    }
+
+    fn requirements(&mut self, section: &Node) -> Result<(), PddlFault> {
+        for node in tail(section) {
+            let word = self.source.word(node, "requirement")?;
+            if self.bodies == Bodies::Read && !REQUIREMENTS.contains(&word) {
+                let problem = format!("the requirement `{word}` is not supported");
+                let expected = format!("one of: {}", REQUIREMENTS.join(", "));
+                return Err(self.source.fault(node.place, problem, expected));
+            }
+            self.domain.requirements.push(word.to_owned());
+        }
+        Ok(())
+    }
+
+    fn predicates(&mut self, section: &Node) -> Result<(), PddlFault> {
+        self.source.few(section)?;
+        for node in tail(section) {
+            let expected = "(NAME ?PARAMETER - TYPE ...)";
+            let Some(name) = node.head().filter(|name| *name != EQUAL) else {
+                return Err(self.source.unexpected(node, "declaration of a predicate", expected));
+            };
+            if self.domain.predicate(name).is_some() {
+                let problem = format!("the predicate `{name}` is declared twice");
+                return Err(self.source.fault(node.place, problem, "another name"));
+            }
+            let parameters = self.parameters(tail(node))?;
+            self.domain.predicates.push(Predicate { name: name.to_owned(), parameters });
+        }
+        Ok(())
+    }
+
+    /// Reads parameters. Each begins with `?`, and no two are equal.
+    fn parameters(&self, nodes: &[Node]) -> Result<Vec<Typed>, PddlFault> {
+        if let Some(node) = nodes.get(MAX_NAMES) {
+            return Err(self.source.fault(node.place, "there are too many parameters", "fewer"));
+        }
+        let read = self.source.typed(nodes, &self.domain.types)?;
+        let mut seen = BTreeSet::new();
+        for (place, typed) in &read {
+            if !typed.name.starts_with('?') {
+                let problem = format!("the parameter `{}` has no question mark", typed.name);
+                return Err(self.source.fault(*place, problem, format!("`?{}`", typed.name)));
+            }
+            if !seen.insert(&typed.name) {
+                let problem = format!("the parameter `{}` is declared twice", typed.name);
+                return Err(self.source.fault(*place, problem, "another name"));
+            }
+        }
+        Ok(read.into_iter().map(|(_, typed)| typed).collect())
+    }
+
+    fn action(&mut self, section: &Node) -> Result<(), PddlFault> {
+        let expected = "(:action NAME :parameters (...) :precondition (...) :effect (...))";
+        let Some(name) = tail(section).first().and_then(Node::word) else {
+            return Err(self.source.unexpected(section, "action", expected));
+        };
+        if self.domain.actions.len() == MAX_NAMES {
+            let expected = format!("at most {MAX_NAMES}");
+            return Err(self.source.fault(section.place, "there are too many actions", expected));
+        }
+        if self.domain.action(name).is_some() {
+            let problem = format!("the action `{name}` is declared twice");
+            return Err(self.source.fault(section.place, problem, "another name"));
+        }
+        let mut action = Action {
+            name: name.to_owned(),
+            parameters: Vec::new(),
+            preconditions: Vec::new(),
+            effects: Vec::new(),
+        };
+        let mut parts = tail(section)[1..].iter();
+        let (mut before, mut after) = (None, None);
+        while let Some(key) = parts.next() {
+            let Some(value) = parts.next() else {
+                return Err(self.source.unexpected(key, "complete part of an action", expected));
+            };
+            match key.word() {
+                Some(":parameters") if value.list().is_some() => {
+                    action.parameters = self.parameters(value.list().unwrap_or(&[]))?;
+                }
+                Some(":precondition") => before = Some(value),
+                Some(":effect") => after = Some(value),
+                _ => return Err(self.source.unexpected(key, "part of an action", expected)),
+            }
+        }
+        if self.bodies == Bodies::Read {
+            for node in before.map(conjuncts).unwrap_or_default() {
+                action.preconditions.push(self.literal(node, &action.parameters, true)?);
+            }
+            for node in after.map(conjuncts).unwrap_or_default() {
+                action.effects.push(self.literal(node, &action.parameters, false)?);
+            }
+        }
+        self.domain.actions.push(action);
+        Ok(())
+    }
+
+    fn literal(
+        &self,
+        node: &Node,
+        parameters: &[Typed],
+        condition: bool,
+    ) -> Result<Literal, PddlFault> {
+        let (positive, node) = match (node.head(), tail(node)) {
+            (Some("not"), [inner]) => (false, inner),
+            _ => (true, node),
+        };
+        let Some(name) = node.head() else {
+            let expected = "(PREDICATE ...) or (not (PREDICATE ...))";
+            return Err(self.source.unexpected(node, "literal", expected));
+        };
+        let wanted: Option<&[Typed]> = match self.domain.predicate(name) {
+            Some(index) => Some(&self.domain.predicates[index].parameters),
+            None if name == EQUAL && condition => None,
+            None => return Err(self.unknown_predicate(node)),
+        };
+        let nodes = tail(node);
+        let arity = wanted.map_or(2, <[Typed]>::len);
+        if nodes.len() != arity {
+            return Err(self.source.arity(node, nodes.len(), arity));
+        }
+        let mut arguments = Vec::new();
+        for (index, argument) in nodes.iter().enumerate() {
+            let word = self.source.word(argument, "argument")?;
+            let parameter = parameters.iter().position(|p| p.name == word);
+            let constant = self.domain.constants.iter().find(|c| c.name == word);
+            let (term, kinds) = match (parameter, constant) {
+                (Some(position), _) => (Term::Parameter(position), &parameters[position].types),
+                (None, Some(constant)) => (Term::Constant(word.to_owned()), &constant.types),
+                (None, None) => {
+                    let named = parameters.iter().chain(&self.domain.constants);
+                    let named: Vec<&str> = named.map(|t| t.name.as_str()).collect();
+                    let expected = format!("one of: {}", named.join(", "));
+                    let what = "parameter or constant";
+                    return Err(self.source.unexpected(argument, what, &expected));
+                }
+            };
+            if let Some(wanted) = wanted.map(|w| &w[index].types)
+                && !self.domain.types.fits(kinds, wanted)
+            {
+                return Err(self.source.mistyped(argument, kinds, wanted));
+            }
+            arguments.push(term);
+        }
+        Ok(Literal { positive, atom: Atom { predicate: name.to_owned(), arguments } })
+    }
+
+    fn unknown_predicate(&self, node: &Node) -> PddlFault {
+        self.source.unknown_predicate(node, &self.domain)
+    }
+}
+
+impl Source<'_> {
+    /// Refuses a section with more entries than anybody writes by hand.
+    fn few(&self, section: &Node) -> Result<(), PddlFault> {
+        let found = tail(section).len();
+        if found <= MAX_NAMES {
+            return Ok(());
+        }
+        let problem = format!("{} has {found} entries", section.shown());
+        Err(self.fault(section.place, problem, format!("at most {MAX_NAMES}")))
+    }
+
+    pub fn arity(&self, node: &Node, found: usize, wanted: usize) -> PddlFault {
+        let s = if found == 1 { "" } else { "s" };
+        let problem = format!("{} has {found} argument{s}", node.shown());
+        self.fault(node.place, problem, format!("{wanted}"))
+    }
+
+    pub fn mistyped(&self, node: &Node, kinds: &[String], wanted: &[String]) -> PddlFault {
+        let problem = format!("{} is of type {}", node.shown(), kinds.join(" or "));
+        self.fault(node.place, problem, wanted.join(" or "))
+    }
+
+    fn unknown_predicate(&self, node: &Node, domain: &Domain) -> PddlFault {
+        let names: Vec<&str> = domain.predicates.iter().map(|p| p.name.as_str()).collect();
+        self.unexpected(node, "predicate", &format!("one of: {}", names.join(", ")))
+    }
+}
+
+impl Source<'_> {
+    /// Returns the position of the predicate of an atom with the right number of arguments.
+    pub fn applied(&self, node: &Node, domain: &Domain) -> Result<usize, PddlFault> {
+        let Some(name) = node.head() else {
+            return Err(self.unexpected(node, "fact", "(PREDICATE OBJECT ...)"));
+        };
+        let Some(index) = domain.predicate(name) else {
+            return Err(self.unknown_predicate(node, domain));
+        };
+        let (found, wanted) = (tail(node).len(), domain.predicates[index].parameters.len());
+        if found == wanted { Ok(index) } else { Err(self.arity(node, found, wanted)) }
+    }
+
+    /// Returns the position of the action of a call with the right number of arguments.
+    pub fn called(&self, node: &Node, domain: &Domain) -> Result<usize, PddlFault> {
+        let Some(name) = node.head() else {
+            return Err(self.unexpected(node, "action", "(ACTION OBJECT ...)"));
+        };
+        let Some(index) = domain.action(name) else {
+            let names: Vec<&str> = domain.actions.iter().map(|a| a.name.as_str()).collect();
+            let expected = format!("one of: {}", names.join(", "));
+            return Err(self.unexpected(node, "action", &expected));
+        };
+        let (found, wanted) = (tail(node).len(), domain.actions[index].parameters.len());
+        if found == wanted { Ok(index) } else { Err(self.arity(node, found, wanted)) }
+    }
+}

@@ -1,0 +1,235 @@
+//! Lists in parentheses with the place of every word, and the errors that name a place.
+
+use thiserror::Error;
+
+/// Greatest length of a text, in bytes.
+pub const MAX_BYTES: usize = 256 << 20;
+
+/// Greatest number of lists inside each other.
+pub const MAX_DEPTH: usize = 64;
+
+/// A fault in a PDDL file or trajectory: where it is, what was found and what was expected.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("{file}, line {line}, column {column}: {problem}; expected {expected}")]
+pub struct PddlFault {
+    /// Name of the file, or another name for the source of the text.
+    pub file: String,
+    /// Line, counted from 1.
+    pub line: usize,
+    /// Column in characters, counted from 1.
+    pub column: usize,
+    /// What was found.
+    pub problem: String,
+    /// What was expected instead.
+    pub expected: String,
+}
+
+/// A place in a text.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Place {
+    pub line: usize,
+    pub column: usize,
+}
+
+/// A word or a list.
+#[derive(Debug)]
+pub(super) struct Node {
+    pub place: Place,
+    pub content: Content,
+}
+
+/// Content of a node. Words are in lower case.
+#[derive(Debug)]
+pub(super) enum Content {
+    Word(String),
+    List(Vec<Node>),
+}
+
+impl Node {
+    pub fn word(&self) -> Option<&str> {
+        match &self.content {
+            Content::Word(word) => Some(word),
+            Content::List(_) => None,
+        }
+    }
+
+    pub fn list(&self) -> Option<&[Node]> {
+        match &self.content {
+            Content::List(nodes) => Some(nodes),
+            Content::Word(_) => None,
+        }
+    }
+
+    /// Returns the first word of a list.
+    pub fn head(&self) -> Option<&str> {
+        self.list()?.first()?.word()
+    }
+
+    /// Describes the node for an error message: a word, or the beginning of a list.
+    pub fn shown(&self) -> String {
+        match &self.content {
+            Content::Word(word) => format!("`{}`", short(word)),
+            Content::List(nodes) if nodes.is_empty() => "`()`".into(),
+            Content::List(_) => match self.head() {
+                Some(head) => format!("`({} ...)`", short(head)),
+                None => "`((...`".into(),
+            },
+        }
+    }
+}
+
+fn short(word: &str) -> String {
+    if word.chars().count() <= 60 {
+        return word.to_owned();
+    }
+    word.chars().take(60).collect::<String>() + "..."
+}
+
+/// A text that is being read, for its errors.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Source<'a> {
+    pub file: &'a str,
+}
+
+impl Source<'_> {
+    /// Builds the error for a place.
+    pub fn fault(
+        &self,
+        place: Place,
+        problem: impl Into<String>,
+        expected: impl Into<String>,
+    ) -> PddlFault {
+        PddlFault {
+            file: self.file.to_owned(),
+            line: place.line,
+            column: place.column,
+            problem: problem.into(),
+            expected: expected.into(),
+        }
+    }
+
+    /// Reads all lists of a text. Comments begin with `;` and end with the line.
+    pub fn nodes(&self, bytes: &[u8]) -> Result<Vec<Node>, PddlFault> {
+        let start = Place { line: 1, column: 1 };
+        if bytes.len() > MAX_BYTES {
+            let problem = format!("the text has {} bytes", bytes.len());
+            return Err(self.fault(start, problem, format!("at most {MAX_BYTES} bytes")));
+        }
+        let text = std::str::from_utf8(bytes).map_err(|error| {
+            let good = String::from_utf8_lossy(&bytes[..error.valid_up_to()]);
+            self.fault(after(start, &good), "a byte is not part of a character", "UTF-8")
+        })?;
+        let mut open: Vec<(Place, Vec<Node>)> = Vec::new();
+        let mut done = Vec::new();
+        for (place, word) in (Words { rest: text, place: start }) {
+            let node = match word {
+                "(" => {
+                    if open.len() == MAX_DEPTH {
+                        let problem = format!("lists are nested more than {MAX_DEPTH} deep");
+                        return Err(self.fault(place, problem, "a shallower list"));
+                    }
+                    open.push((place, Vec::new()));
+                    continue;
+                }
+                ")" => match open.pop() {
+                    Some((place, nodes)) => Node { place, content: Content::List(nodes) },
+                    None => {
+                        return Err(self.fault(place, "`)` closes no list", "`(` before it"));
+                    }
+                },
+                word => Node { place, content: Content::Word(word.to_ascii_lowercase()) },
+            };
+            match open.last_mut() {
+                Some((_, nodes)) => nodes.push(node),
+                None => done.push(node),
+            }
+        }
+        match open.pop() {
+            Some((place, _)) => Err(self.fault(place, "this list is not closed", "`)`")),
+            None => Ok(done),
+        }
+    }
+}
+
+/// Returns the place after a text that begins at `place`.
+fn after(place: Place, text: &str) -> Place {
+    let lines = text.matches('\n').count();
+    let last = text.rsplit('\n').next().unwrap_or("").chars().count();
+    let column = if lines == 0 { place.column + last } else { last + 1 };
+    Place { line: place.line + lines, column }
+}
+
+/// The parentheses and words of a text.
+struct Words<'a> {
+    rest: &'a str,
+    place: Place,
+}
+
+impl<'a> Words<'a> {
+    fn take(&mut self, bytes: usize) -> &'a str {
+        let (taken, rest) = self.rest.split_at(bytes);
+        self.rest = rest;
+        self.place = after(self.place, taken);
+        taken
+    }
+}
+
+impl<'a> Iterator for Words<'a> {
+    type Item = (Place, &'a str);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            let blank = self.rest.find(|c: char| !c.is_whitespace()).unwrap_or(self.rest.len());
+            self.take(blank);
+            let first = self.rest.chars().next()?;
+            let place = self.place;
+            if first == ';' {
+                let line = self.rest.find('\n').unwrap_or(self.rest.len());
+                self.take(line);
+                continue;
+            }
+            if first == '(' || first == ')' {
+                return Some((place, self.take(1)));
+            }
+            let ends = |c: char| c.is_whitespace() || matches!(c, '(' | ')' | ';');
+            let word = self.rest.find(ends).unwrap_or(self.rest.len());
+            return Some((place, self.take(word)));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<Vec<Node>, PddlFault> {
+        Source { file: "x.pddl" }.nodes(text.as_bytes())
+    }
+
+    #[test]
+    fn words_lists_and_comments_have_their_places() {
+        let nodes = read("(A ; not this (\n  (b?c)) d").expect("sound");
+        assert_eq!(nodes.len(), 2);
+        assert_eq!(nodes[0].head(), Some("a"));
+        let inner = &nodes[0].list().expect("a list")[1];
+        assert_eq!((inner.place.line, inner.place.column), (2, 3));
+        assert_eq!(nodes[1].word(), Some("d"));
+        assert_eq!(nodes[1].place, Place { line: 2, column: 10 });
+    }
+
+    #[test]
+    fn faults_name_line_and_column() {
+        let deep = "(".repeat(MAX_DEPTH + 1);
+        let cases = [
+            ("(a", "x.pddl, line 1, column 1: this list is not closed; expected `)`"),
+            ("(a)\n é )", "x.pddl, line 2, column 4: `)` closes no list"),
+            (deep.as_str(), "x.pddl, line 1, column 65: lists are nested more than 64 deep"),
+        ];
+        for (text, message) in cases {
+            let fault = read(text).expect_err("a fault").to_string();
+            assert!(fault.starts_with(message), "{fault}");
+        }
+        let fault = Source { file: "x" }.nodes(b"(a\n b\xff)").expect_err("a fault");
+        assert_eq!((fault.line, fault.column), (2, 3));
+    }
+}
