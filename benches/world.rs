@@ -21,7 +21,7 @@ use symbolt::task::{Grounding, Pose, demonstrate};
 
 fn target(spec: &NutsAndBolts) -> Target {
     let [x, y] = spec.jig.pocket;
-    Target { position: [x, y, spec.jig.pocket_floor_m + 0.008], axis: [0.0, 0.0, 1.0] }
+    Target::upright([x, y, spec.jig.pocket_floor_m + 0.008])
 }
 
 fn built(spec: &NutsAndBolts) -> Scene {

@@ -142,7 +142,7 @@ struct Reaching(Box<dyn Demonstrator>);
 
 impl Demonstrator for Reaching {
     fn next(&mut self, scene: &Scene, so_far: &[SkillReport]) -> Option<Step> {
-        let target = Target { position: [9.0, 0.0, 9.0], axis: [0.0, 0.0, 1.0] };
+        let target = Target::upright([9.0, 0.0, 9.0]);
         if so_far.is_empty() {
             return Some(Step { part: 0, target });
         }

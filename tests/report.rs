@@ -30,6 +30,34 @@ fn the_page_of_a_complete_folder_can_be_written_again_from_its_files() {
 }
 
 #[test]
+fn the_page_tells_frames_and_conditions_with_their_reasons() {
+    let page = text(made(), "report.html");
+    let begin = page.find("id=\"data\">").expect("data") + "id=\"data\">".len();
+    let end = begin + page[begin..].find("</script>").expect("an end");
+    let data: Value = serde_json::from_str(&page[begin..end]).expect("JSON");
+    let domain = &data["domain"];
+    assert_eq!(domain["framed"], true);
+    let states = domain["states"].as_array().expect("states");
+    let framed = states.iter().find(|s| s["frame"] != "world").expect("a state in a frame");
+    assert!(framed["places"][0]["position"].as_str().is_some_and(|p| p.matches(", ").count() == 2));
+    assert!(framed["orientation"].is_string() && framed["count"].is_u64(), "{framed}");
+    let operators = domain["operators"].as_array().expect("operators");
+    let conditions: Vec<&str> = operators
+        .iter()
+        .flat_map(|o| o["conditions"].as_array().expect("a list"))
+        .filter_map(Value::as_str)
+        .collect();
+    assert!(
+        conditions.iter().any(|c| c.contains(": required, always held (2 of 2)")),
+        "{conditions:?}"
+    );
+    for drawn in domain["drawn"].as_array().expect("ellipsoids") {
+        assert_eq!(drawn["mean"]["position"].as_array().map(Vec::len), Some(3));
+        assert_eq!(drawn["covariance"].as_array().map(Vec::len), Some(6));
+    }
+}
+
+#[test]
 fn the_page_of_a_damaged_or_unfinished_folder_says_what_is_missing() {
     for name in ["run.json", "domain.json", "recording.jsonl", "trace.jsonl", "arrays.npz"] {
         let whole = std::fs::read(made().join(name)).expect("a file");

@@ -11,7 +11,7 @@ use symbolt::task::execute::{EpisodeSpec, EpisodeWorld, Perturbation, episode};
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::{Planner, PlannerSpec};
 use symbolt::task::robot::GripperSpec;
-use symbolt::task::scene::Scene;
+use symbolt::task::scene::{BodyId, Scene};
 use symbolt::task::skill::{Robot, Target};
 use symbolt::task::tasks::Task;
 use symbolt::task::tasks::nuts_and_bolts::{MAX_OF_A_KIND, NutsAndBolts, PartSpec};
@@ -35,12 +35,12 @@ fn taught_in(spec: &NutsAndBolts, demos: usize) -> (Domain, Arc<Planner>) {
 fn pocket(spec: &NutsAndBolts) -> Target {
     let [x, y] = spec.jig.pocket;
     let z = spec.jig.pocket_floor_m + spec.part.nut_height_m / 2.0;
-    Target { position: [x, y, z], axis: [0.0, 0.0, 1.0] }
+    Target::upright([x, y, z])
 }
 
 fn hole(spec: &NutsAndBolts) -> Target {
     let [x, y] = spec.jig.hole;
-    Target { position: [x, y, spec.jig.hole_top_m], axis: [0.0, 0.0, 1.0] }
+    Target::upright([x, y, spec.jig.hole_top_m])
 }
 
 fn built(spec: &NutsAndBolts, seed: u64) -> Scene {
@@ -114,7 +114,7 @@ fn a_part_is_held_by_friction_and_without_it_the_lift_fails() {
 fn what_cannot_be_reached_is_said_at_once_and_nothing_hangs() {
     let spec = NutsAndBolts::default();
     let mut scene = built(&spec, 1);
-    let far = Target { position: [1.5, 0.0, 0.05], axis: [0.0, 0.0, 1.0] };
+    let far = Target::upright([1.5, 0.0, 0.05]);
     let before = scene.steps();
     let report = put(&mut scene, &mut Robot::default(), 0, far);
     assert_eq!((report.outcome, scene.steps()), (SkillOutcome::Unreachable, before));
@@ -206,7 +206,7 @@ fn a_bolt_that_another_hand_puts_into_the_jig_is_used() {
     let scene = NutsAndBolts { nuts: 1, bolts: 2, ..NutsAndBolts::default() };
     let [x, y] = scene.jig.hole;
     let pose = Pose::at([x, y, scene.jig.hole_top_m + 1e-3]);
-    let perturbation = Some(Perturbation { at_s: 1.0, part: 2, pose });
+    let perturbation = Some(Perturbation { at_s: 1.0, body: BodyId::Part(2), pose });
     let spec = EpisodeSpec { perturbation, ..EpisodeSpec::of(scene) };
     let over = episode(planner, Grounding::default(), goal, &spec, Seed::new(2)).expect("runs");
     assert!(over.report.perturbed && over.report.solved, "{:?}", over.report);
@@ -222,7 +222,7 @@ fn an_assembly_comes_to_rest() {
     assert_eq!(put(&mut scene, &mut robot, 1, hole(&spec)).outcome, SkillOutcome::Placed);
     let [x, y] = spec.jig.pocket;
     let top = spec.jig.pocket_floor_m + spec.part.nut_height_m;
-    let nut = Target { position: [x, y, top], axis: [0.0, 0.0, 1.0] };
+    let nut = Target::upright([x, y, top]);
     assert_eq!(put(&mut scene, &mut robot, 1, nut).outcome, SkillOutcome::Placed);
     assert!(spec.assembly(&scene).is_assembled());
     let places = |scene: &Scene| [0, 1].map(|i| scene.part(i).expect("there").position);
@@ -262,7 +262,7 @@ fn another_hand_waits_while_there_is_no_room() {
     let goal = domain.goal().expect("there");
     // A place inside the table is never free.
     let perturbation =
-        Some(Perturbation { at_s: 0.0, part: 1, pose: Pose::at([0.45, 0.1, -0.01]) });
+        Some(Perturbation { at_s: 0.0, body: BodyId::Part(1), pose: Pose::at([0.45, 0.1, -0.01]) });
     let spec = EpisodeSpec { perturbation, ..EpisodeSpec::default() };
     let over = episode(planner, Grounding::default(), goal, &spec, Seed::new(2)).expect("runs");
     assert!(!over.report.perturbed && over.report.solved, "{:?}", over.report);

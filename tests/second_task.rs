@@ -13,13 +13,14 @@ use rand::RngExt;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use symbolt::sim::Seed;
-use symbolt::task::event::{Ended, SkillReport};
-use symbolt::task::execute::{EpisodeSpec, episode};
-use symbolt::task::learn::{Settings, learn};
+use symbolt::task::event::{Ended, Ignore, SkillReport};
+use symbolt::task::execute::{EpisodeSpec, PlannerBuild, episode, relational_episode};
+use symbolt::task::learn::{Settings, learn, learn_relational};
 use symbolt::task::planner::{Planner, PlannerSpec};
 use symbolt::task::robot::{BodyFrame, FINGER_TIP_M, Turn, reaches_table};
 use symbolt::task::scene::{
-    BodyKind, Fixture, Handling, Landmark, Look, Outline, Part, Scene, SceneSpec, Symmetry, cuboid,
+    BodyId, BodyKind, Fixture, Handling, Landmark, Look, Outline, Part, Scene, SceneSpec, Symmetry,
+    cuboid,
 };
 use symbolt::task::skill::{Grasp, Target};
 use symbolt::task::tasks::{
@@ -100,10 +101,12 @@ impl Task for Tower {
             density: 700.0,
             friction: 0.6,
             handling: Handling {
-                symmetry: Symmetry { turns: 24, flips: false },
+                symmetry: Symmetry { turns: 24, fold: 4, flips: false },
                 rise_m: 0.05,
                 release_m: self.half_m + 0.006,
                 in_the_way_m: self.half_m,
+                fall_m: 0.0,
+                clear_m: 0.0,
             },
             look: look(colour),
         };
@@ -116,7 +119,7 @@ impl Task for Tower {
                 self.half_m + 0.005,
             ];
             let turn = Turn::about_z(TAU * rng.random::<f64>()) * Turn::about_x(0.03);
-            Part { kind, frame: BodyFrame { position, turn } }
+            Part::free(kind, BodyFrame { position, turn })
         });
         let [x, y] = self.pad;
         let half = [0.035, 0.035, PAD_HEIGHT_M / 2.0];
@@ -128,8 +131,9 @@ impl Task for Tower {
                 pieces: vec![cuboid([0.0, 0.0, PAD_HEIGHT_M / 2.0], half)],
                 friction: 0.6,
                 look: look(0x6f7f8f),
+                movable: None,
             }],
-            landmarks: vec![Landmark { kind: "pad".into(), pose: Pose::at([x, y, PAD_HEIGHT_M]) }],
+            landmarks: vec![Landmark::fixed("pad", Pose::at([x, y, PAD_HEIGHT_M]))],
             ..SceneSpec::default()
         })
     }
@@ -177,7 +181,7 @@ impl Task for Tower {
     /// A person moves the base away as soon as the robot has released it.
     fn perturbation(&self, _seed: Seed) -> Option<Perturbation> {
         let pose = Pose::at([0.42, 0.30, self.half_m + 1e-3]);
-        Some(Perturbation { at_s: 6.0, part: BASE, pose })
+        Some(Perturbation { at_s: 6.0, body: BodyId::Part(BASE), pose })
     }
 }
 
@@ -211,9 +215,27 @@ fn a_second_task_is_demonstrated_learned_and_done_through_the_trait_alone() {
         assert!(report.solved && !report.false_goal(), "seed {seed}: {report:?}");
         assert_eq!(report.skills().count(), task.min_actions(), "seed {seed}: {report:?}");
     }
-    // A block that a person takes away is put back.
     let perturbation = task.perturbation(Seed::new(1));
-    let spec = EpisodeSpec { perturbation, ..EpisodeSpec::of(task) };
+    let spec = EpisodeSpec { perturbation, ..EpisodeSpec::of(task.clone()) };
+    // The same over a relational domain.
+    let domain = learn_relational(&shown.recording, &Settings::default()).expect("it teaches");
+    let (domain, build) = (domain.domain, PlannerBuild::default());
+    for (seed, spec, skills) in [(0, EpisodeSpec::of(task), 2), (5, spec.clone(), 3)] {
+        let over = relational_episode(&domain, &build, &spec, Seed::new(seed), &mut Ignore);
+        let over = over.expect("it runs");
+        let report = &over.episode.report;
+        assert_eq!(report.ended, Ended::GoalMet, "seed {seed}: {report:?}");
+        assert!(report.solved && !report.false_goal(), "seed {seed}: {report:?}");
+        assert_eq!(report.skills().count(), skills, "seed {seed}: {report:?}");
+        assert_eq!((over.grounds.len(), over.reference_moves), (1, None));
+        let begun = report.decisions.iter().filter(|d| d.begun);
+        let objects: Vec<&str> =
+            begun.map(|d| d.chosen.as_ref().expect("it says which").object.as_str()).collect();
+        assert_eq!(objects.last(), Some(&"top_0"), "{objects:?}");
+        let again = relational_episode(&domain, &build, &spec, Seed::new(seed), &mut Ignore);
+        assert_eq!(again.expect("it runs").episode.report, *report);
+    }
+    // A block that a person takes away is put back.
     let over = episode(&planner, Grounding::default(), goal, &spec, Seed::new(5)).expect("runs");
     assert!(over.report.perturbed && over.report.solved, "{:?}", over.report);
     assert_eq!(over.report.skills().count(), 3, "the base twice: {:?}", over.report);

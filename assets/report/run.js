@@ -33,6 +33,11 @@ class RunPage {
     return last?.contact ? last.part : undefined;
   }
 
+  // Why an episode failed, as `run.json` has it.
+  reason(episode) {
+    return this.data.run?.summary?.failures?.find((failure) => failure.episode === episode)?.reason;
+  }
+
   // A part's kind and its number among those of its kind.
   partName(index) {
     const { kinds = [], parts = [] } = this.data.outline ?? {};
@@ -76,7 +81,7 @@ class RunPage {
       return;
     }
     try {
-      this.replay = new Replay(view, outline, this.frames, domain?.states ?? []);
+      this.replay = new Replay(view, outline, this.frames, domain?.drawn ?? domain?.states ?? []);
       this.replay.held = () => this.heldAt(this.time);
     } catch (error) {
       view.replaceChildren(make("p", `This browser cannot draw the 3-D view (${error.message}).`));
@@ -100,7 +105,7 @@ class RunPage {
     const ends = new Map((this.data.events ?? []).filter((line) => line.end).map((line) => [line.episode, line.end]));
     const rows = all.map(({ episode, decision }, i) => {
       const last = all[i + 1]?.episode !== episode;
-      const how = endInWords(ends.get(episode), this.data.domain);
+      const how = endInWords(ends.get(episode), this.data.domain, this.reason(episode));
       const outcome = decision.begun ? decision.skill?.outcome ?? "cut short" : last ? how : "not begun";
       return [
         ...(many ? [String(episode + 1)] : []), decision.asked_s.toFixed(2), decision.took_ms.toFixed(0),
@@ -160,8 +165,11 @@ class RunPage {
     const from = recording && domain.provenance
       ? `Learned from ${recording.demonstrations} demonstrations with ${recording.snapshots} snapshots. `
       : "";
-    byId("taught").textContent = `${from}In the 3-D view each state is an ellipsoid of two standard deviations about its `
+    const drawn = domain.framed ? "each place of a state in the world frame" : "each state";
+    byId("taught").textContent = `${from}In the 3-D view ${drawn} is an ellipsoid of two standard deviations about its `
       + "mean, with half axes of at least 4 mm.";
+    if (domain.framed) byId("brackets").textContent = "A required condition must hold. An undecided condition always "
+      + "held, perhaps by chance: the planner meets it if that is possible.";
   }
 
   buildSettings() {
@@ -276,10 +284,10 @@ class RunPage {
       const over = act.outcome && this.time >= act.until - 1e-6 ? `, ${act.outcome}` : "";
       entries.push(["now", `doing ${act.action}${over}`]);
     } else {
-      entries.push(["now", `done: ${endInWords(end, this.data.domain)}`]);
+      entries.push(["now", `done: ${endInWords(end, this.data.domain, this.reason(this.recorded))}`]);
     }
     if (act?.action && end && this.time >= this.duration - 1e-6) {
-      entries.push(["at the end", endInWords(end, this.data.domain)]);
+      entries.push(["at the end", endInWords(end, this.data.domain, this.reason(this.recorded))]);
     }
     const held = this.heldAt(this.time);
     entries.push(["in the hand", held === undefined ? "nothing" : this.partName(held)]);

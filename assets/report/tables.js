@@ -28,6 +28,7 @@ function pressable(row, act) {
 const listed = (names) => (names && names.length ? names.join(", ") : "–");
 
 function statesTable(domain) {
+  if (domain.framed) return framedStatesTable(domain);
   const rows = domain.states.map((state) => {
     // A state of a domain written in code has no poses.
     if (!state.mean) return [state.name, state.kind, "–", "–", "–", "–"];
@@ -43,6 +44,7 @@ function statesTable(domain) {
 }
 
 function operatorsTable(domain) {
+  if (domain.framed) return framedOperatorsTable(domain);
   const index = new Map(domain.states.map((state, i) => [state.name, i]));
   const rows = domain.operators.map((operator) => {
     const { instances, before } = operator.evidence ?? {};
@@ -54,6 +56,29 @@ function operatorsTable(domain) {
     ];
   });
   return table(["action", ">instances", "preconditions", "effects", "never held before it"], rows);
+}
+
+// The states of a domain with frames, one row for each place.
+function framedStatesTable(domain) {
+  const rows = domain.states.flatMap((state) => state.places.map((place, i) => {
+    const first = (text) => (i === 0 ? text : "");
+    return [
+      first(state.name), first(state.kind), first(state.frame), first(String(state.count)), first(state.origin),
+      place.position, place.spread, first(state.orientation),
+    ];
+  }));
+  const spread = ">standard deviation, mm";
+  return table(["state", "kind", "frame", ">poses", "origin", ">position in the frame, mm", spread, "orientation"], rows);
+}
+
+// The actions of a domain with frames. Each condition stands on a line of its own, with its reason.
+function framedOperatorsTable(domain) {
+  const lines = (texts) => make("div", null, ...(texts.length ? texts : ["–"]).map((text) => make("div", text)));
+  const rows = domain.operators.map((operator) => [
+    operator.name, String(operator.instances), operator.from.join(" or "), operator.target,
+    lines(operator.conditions), lines(operator.side_effects),
+  ]);
+  return table(["action", ">instances", "from", "to", "conditions before it", "side effects"], rows);
 }
 
 // A value of `--json` as text.

@@ -13,8 +13,10 @@ const MEANING = {
   motor: "The action that the robot carries out.",
 };
 
-// How an episode ended. Actions and states have the domain's names.
-function endInWords(end, domain) {
+// How an episode ended. Actions and states have the domain's names. In a domain with frames, an obstacle is about the
+// objects of the scene, and `run.json` has the reason in words.
+function endInWords(end, domain, reason) {
+  if (domain?.framed && end?.ended?.Stuck && reason) return `the goal cannot be reached: ${reason}`;
   if (!end) return "the end of the episode is unknown";
   const [kind, detail] = typeof end.ended === "object" ? Object.entries(end.ended)[0] : [end.ended, null];
   const action = detail?.action ?? "an action";

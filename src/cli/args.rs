@@ -9,8 +9,8 @@ use symbolt::study::catalogue::Options;
 use thiserror::Error;
 
 pub(crate) use super::options::{
-    Common, DemoArgs, GroundingArgs, OutFile, PlannerArgs, SyntheticArgs, demonstrated, number,
-    whole,
+    Common, DemoArgs, GroundingArgs, Method, OutFile, PlannerArgs, SensingArgs, SyntheticArgs,
+    TaskArgs, demonstrated, number, whole,
 };
 
 /// A sentence on a well-formed argument that the command cannot use.
@@ -53,6 +53,8 @@ pub(crate) enum Command {
     Classify(ClassifyArgs),
     /// Print the next action in a scene, the plan, and the decision time
     Plan(PlanArgs),
+    /// Print every action that is possible in a scene
+    Actions(ActionsArgs),
     /// Learn an action model in PDDL from state-action trajectories
     LearnModel(LearnModelArgs),
     /// Rename states and actions in place, or to a new file with --out
@@ -67,7 +69,7 @@ pub(crate) enum Command {
     Experiment(ExperimentArgs),
     /// Merge the shards of an experiment
     Merge(MergeArgs),
-    /// Print the default scene settings, for use with --config
+    /// Print the default settings of a task, for use with --config
     Config(ConfigArgs),
     /// Print a completion script for a shell
     Completions {
@@ -83,6 +85,12 @@ pub(crate) struct RunArgs {
     pub common: Common,
     #[command(flatten)]
     pub demos: DemoArgs,
+    /// Learner: relational (states in the frames of objects, actions with
+    /// parameters) or paper (states in the world frame, as in the paper)
+    /// [default: relational]
+    #[arg(verbatim_doc_comment, hide_possible_values = true, hide_default_value = true)]
+    #[arg(long, value_name = "METHOD", value_enum, default_value = "relational")]
+    pub method: Method,
     /// Number of episodes after learning
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<usize>)]
     pub episodes: usize,
@@ -102,8 +110,9 @@ pub(crate) struct RunArgs {
     #[arg(verbatim_doc_comment, long, default_value_t = 0.0, value_name = "RATE")]
     #[arg(value_parser = number::<f64>)]
     pub drop_rate: f64,
-    /// In each episode, move the last bolt into the jig at a random time
-    /// within the first 20 s
+    /// In each episode, let a person change the scene at a random time, as
+    /// the task defines it: with nuts and bolts, the last bolt is moved into
+    /// the jig within the first 20 s
     #[arg(verbatim_doc_comment, long, alias = "meddle")]
     pub perturb: bool,
     #[command(flatten)]
@@ -240,6 +249,8 @@ pub(crate) struct MergeArgs {
 #[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct ConfigArgs {
     #[command(flatten)]
+    pub task: TaskArgs,
+    #[command(flatten)]
     pub out: OutFile,
 }
 
@@ -272,8 +283,15 @@ pub(crate) struct LearnArgs {
     pub recording: PathBuf,
     #[command(flatten)]
     pub common: Common,
+    /// Learner: relational (states in the frames of objects, actions with
+    /// parameters) or paper (states in the world frame, as in the paper)
+    /// [default: relational; paper if --threshold is given]
+    #[arg(verbatim_doc_comment, hide_possible_values = true)]
+    #[arg(long, value_name = "METHOD", value_enum)]
+    pub method: Option<Method>,
     /// Clustering threshold for every kind, such as 1.169mm (the paper's)
-    /// or 0.001169m; without a unit in metres [default: found from the data]
+    /// or 0.001169m; without a unit in metres; needs the method paper
+    /// [default: found from the data]
     #[arg(verbatim_doc_comment, long, value_name = "LENGTH", allow_negative_numbers = true)]
     pub threshold: Option<String>,
     /// Exponent p of the p-norm that measures distances; not 0
@@ -333,6 +351,22 @@ pub(crate) struct PlanArgs {
     pub common: Common,
     #[command(flatten)]
     pub planner: PlannerArgs,
+    #[command(flatten)]
+    pub grounding: GroundingArgs,
+    #[command(flatten)]
+    pub out: OutFile,
+}
+
+#[derive(Debug, Clone, Args)]
+#[command(next_line_help = true, allow_negative_numbers = true)]
+pub(crate) struct ActionsArgs {
+    /// Learned domain; - for standard input
+    pub domain: PathBuf,
+    /// Scene, a file with one JSON object; - for standard input
+    #[arg(long, value_name = "FILE")]
+    pub scene: PathBuf,
+    #[command(flatten)]
+    pub common: Common,
     #[command(flatten)]
     pub grounding: GroundingArgs,
     #[command(flatten)]

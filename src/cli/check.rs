@@ -1,14 +1,20 @@
 //! `symbolt check`: checks a recording, scene, scene configuration, domain or model of solved populations.
 
+use std::sync::Arc;
+
 use anyhow::Error;
 use serde_json::{Value, json};
 use symbolt::files::read_file;
 use symbolt::neurons::{SolvedFileError, SolvedModel};
+use symbolt::sim::Seed;
+use symbolt::task::tasks::file::{DataTask, FORMAT};
 use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
-use symbolt::task::{Domain, Recording, Snapshot, TaskError};
+use symbolt::task::tasks::{self, Task};
+use symbolt::task::{Recording, Snapshot, TaskError};
 
 use super::Outcome;
 use super::args::CheckArgs;
+use super::domain::AnyDomain;
 use super::output::{emit, emit_json, facts};
 
 pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Error> {
@@ -36,11 +42,15 @@ fn inspect(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
     let header: Option<Value> = serde_json::from_slice(bytes).ok();
     // Of these files, only domains name their format, so even a truncated domain is recognised.
     let head = String::from_utf8_lossy(&bytes[..bytes.len().min(200)]);
+    if header.as_ref().is_some_and(|v| v.get("format").and_then(Value::as_str) == Some(FORMAT)) {
+        let task = DataTask::parse(bytes, name)?;
+        let parts = task.scene(Seed::new(0))?.parts.len();
+        return Ok(json!({"kind": "task", "parts": parts}));
+    }
     if header.as_ref().map_or(head.contains("\"format\""), |v| v.get("format").is_some()) {
-        let domain = Domain::parse(bytes, name)?;
+        let domain = AnyDomain::parse(bytes, name)?;
         return Ok(json!({
-            "kind": "domain", "states": domain.states().len(),
-            "actions": domain.operators().len(),
+            "kind": "domain", "states": domain.states(), "actions": domain.actions(),
         }));
     }
     if header.as_ref().is_some_and(|v| {
@@ -49,14 +59,14 @@ fn inspect(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
         let scene = Snapshot::parse(bytes, name)?;
         return Ok(json!({"kind": "scene", "objects": scene.objects.len()}));
     }
-    let settings = json!(NutsAndBolts::default());
-    if header
-        .as_ref()
-        .and_then(Value::as_object)
-        .is_some_and(|object| object.keys().next().is_some_and(|key| settings.get(key).is_some()))
-    {
-        let spec = NutsAndBolts::parse(bytes, name)?;
-        return Ok(json!({"kind": "scene configuration", "nuts": spec.nuts, "bolts": spec.bolts}));
+    if let Some(task) = header.as_ref().and_then(task_of) {
+        if task.name() == NutsAndBolts::default().name() {
+            let spec = NutsAndBolts::parse(bytes, name)?;
+            let kind = "scene configuration";
+            return Ok(json!({"kind": kind, "nuts": spec.nuts, "bolts": spec.bolts}));
+        }
+        let parts = task.with_settings(bytes, name)?.scene(Seed::new(0))?.parts.len();
+        return Ok(json!({"kind": "scene configuration", "parts": parts}));
     }
     let (recording, labels) = Recording::parse(bytes, name)?;
     let labelled = labels.iter().flatten().filter(|l| l.is_some()).count();
@@ -64,6 +74,24 @@ fn inspect(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
         "kind": "recording", "demonstrations": recording.demos.len(),
         "snapshots": recording.snapshot_count(), "labels": labelled,
     }))
+}
+
+/// Returns the task that has most of these settings; `None` if no task has the first.
+fn task_of(settings: &Value) -> Option<Arc<dyn Task>> {
+    let keys: Vec<&String> = settings.as_object()?.keys().collect();
+    let known = |task: &Arc<dyn Task>| {
+        let own = task.settings();
+        let known = keys.iter().filter(|key| own.get(**key).is_some()).count();
+        keys.first().and_then(|first| own.get(*first)).map_or(0, |_| known)
+    };
+    let mut best: Option<(usize, Arc<dyn Task>)> = None;
+    for task in tasks::all() {
+        let known = known(&task);
+        if known > best.as_ref().map_or(0, |(most, _)| *most) {
+            best = Some((known, task));
+        }
+    }
+    best.map(|(_, task)| task)
 }
 
 /// Returns whether a file has a single line, as a recording of one snapshot does.

@@ -11,19 +11,20 @@ use symbolt::study::statistics::FEW_TRIALS;
 use symbolt::task::Demonstrated;
 use symbolt::task::event::{Ended, EpisodeReport};
 use symbolt::task::execute::ActivityRecorder;
-use symbolt::task::learn::Learned;
 use symbolt::task::tasks::Task;
 
 use super::args::RunArgs;
 use super::folder::FILES;
+use super::learn::AnyLearned;
 use super::output::{Grid, counted, unbroken, wrapped};
-use super::{learn, plan};
 
 /// The results of a run, and the wall-clock times that it took.
 pub(crate) struct Figures<'r> {
     pub shown: &'r Demonstrated,
-    pub learned: &'r Learned,
+    pub learned: &'r AnyLearned,
     pub reports: &'r [EpisodeReport],
+    /// Why each episode ended, in words.
+    pub reasons: Vec<String>,
     pub tally: &'r Tally,
     /// Wall-clock seconds of all episodes.
     pub loop_s: f64,
@@ -43,7 +44,6 @@ impl Figures<'_> {
     pub fn facts(
         &self,
         args: &RunArgs,
-        goal: &str,
         task: &dyn Task,
         scene_seed: Seed,
         activity: &ActivityRecorder,
@@ -57,7 +57,7 @@ impl Figures<'_> {
             symbolt: env!("CARGO_PKG_VERSION").into(),
             command: args.command(),
             seed: args.common.seed,
-            goal: goal.into(),
+            goal: self.learned.goal().unwrap_or_default(),
             mode: args.planner.mode.clone(),
             planner: json!({
                 "dimensions": spec.dimensions,
@@ -93,7 +93,7 @@ impl Figures<'_> {
         let failures: Vec<Value> = tally
             .failures
             .iter()
-            .map(|(episode, ended)| json!({"episode": episode, "reason": self.reason(ended)}))
+            .map(|(episode, _)| json!({"episode": episode, "reason": self.reason(*episode)}))
             .collect();
         let replans: Vec<Value> = tally
             .failed_skills
@@ -127,18 +127,20 @@ impl Figures<'_> {
             ("slip_mm", json!(1e3 * tally.slip_m)),
             ("physics_steps", json!(tally.steps)),
             ("mode", json!(args.planner.mode)),
+            ("method", json!(args.method.name())),
             ("failures", json!(failures)),
             ("demonstrations", json!(self.shown.recording.demos.len())),
             ("demonstrations_assembled", json!(self.shown.solved)),
-            ("states", json!(self.learned.domain.states().len())),
-            ("operators", json!(self.learned.domain.operators().len())),
+            ("states", json!(self.learned.states())),
+            ("operators", json!(self.learned.actions())),
         ];
         figures.into_iter().map(|(name, figure)| (name.to_owned(), figure)).collect()
     }
 
     /// Returns what the run prints.
-    pub fn text(&self, args: &RunArgs, folder: &Path, goal: &str, total_s: f64) -> String {
+    pub fn text(&self, args: &RunArgs, folder: &Path, total_s: f64) -> String {
         let (shown, tally) = (self.shown, self.tally);
+        let goal = self.learned.goal().unwrap_or_default();
         let mut text = format!(
             "{} in the scene, {} assembled, {} (seed {})\n\n",
             counted(shown.recording.demos.len(), "demonstration"),
@@ -146,12 +148,14 @@ impl Figures<'_> {
             counted(shown.recording.snapshot_count(), "snapshot"),
             args.common.seed,
         );
-        text += &learn::tables(self.learned);
+        text += &self.learned.tables();
         if let [report] = self.reports {
-            let _ = writeln!(text, "One episode towards {goal}:\n\n{}", steps(report));
+            let title = wrapped(&format!("One episode towards {goal}:"), 0);
+            let _ = writeln!(text, "{title}\n\n{}", steps(report));
             let _ = writeln!(text, "{}\n", wrapped(DECISION_MS, 0));
         } else {
-            let _ = writeln!(text, "{} towards {goal}:\n", counted(self.reports.len(), "episode"));
+            let episodes = counted(self.reports.len(), "episode");
+            let _ = writeln!(text, "{}\n", wrapped(&format!("{episodes} towards {goal}:"), 0));
         }
         text += &self.figures(total_s).to_string();
         text.push('\n');
@@ -162,13 +166,13 @@ impl Figures<'_> {
             }
             let _ = writeln!(text, "{grid}");
         }
-        for (index, ended) in &tally.failures {
+        for (index, _) in &tally.failures {
             let number = index + 1;
             let advice = match number == args.record_episode {
                 true => String::new(),
                 false => format!(" (`--record-episode {number}` shows it)"),
             };
-            let line = format!("Episode {number} failed: {}{advice}.", self.reason(ended));
+            let line = format!("Episode {number} failed: {}{advice}.", self.reason(*index));
             let _ = writeln!(text, "{}", wrapped(&line, 2));
         }
         let files = FILES.map(|f| unbroken(&folder.join(f).display().to_string()));
@@ -226,14 +230,8 @@ impl Figures<'_> {
     }
 
     /// Returns the reason why an episode failed, in words.
-    fn reason(&self, ended: &Ended) -> String {
-        match ended {
-            Ended::GoalMet => "the planner took the goal as met, although it is not".into(),
-            Ended::Stuck(obstacle) => plan::obstacle_text(&self.learned.domain, *obstacle),
-            Ended::NoWay { action } => format!("no part could be grasped and placed for {action}"),
-            Ended::Occupied { action } => format!("another part lies where {action} puts its part"),
-            Ended::GaveUp => "the limit on time or skills was reached".into(),
-        }
+    fn reason(&self, episode: usize) -> &str {
+        self.reasons.get(episode).map_or("unknown", String::as_str)
     }
 }
 
@@ -244,7 +242,12 @@ const DECISION_MS: &str = "ms: simulated time from the look at the scene to the 
 
 /// Returns the decisions of one episode and their outcomes.
 fn steps(report: &EpisodeReport) -> Grid {
-    let mut grid = Grid::new(&["#", ">at s", "holds", "decided", ">ms", "outcome"]);
+    let relational = report.decisions.iter().any(|decision| decision.chosen.is_some());
+    let columns: &[&str] = match relational {
+        true => &["#", ">at s", "decided", "object", "onto", ">ms", "outcome"],
+        false => &["#", ">at s", "holds", "decided", ">ms", "outcome"],
+    };
+    let mut grid = Grid::new(columns);
     for (index, decision) in report.decisions.iter().enumerate() {
         let outcome = match (&decision.action, &report.ended) {
             (Some(_), _) if !decision.begun => "not begun".to_owned(),
@@ -252,14 +255,19 @@ fn steps(report: &EpisodeReport) -> Grid {
             (None, Ended::GoalMet) => unbroken("goal met"),
             (None, _) => "stuck".to_owned(),
         };
-        grid.row([
-            (index + 1).to_string(),
-            format!("{:.2}", decision.asked_s),
-            decision.holds.join(", "),
-            decision.action.clone().unwrap_or_else(|| "-".into()),
-            format!("{:.0}", decision.took_ms),
-            outcome,
-        ]);
+        let action = || decision.action.clone().unwrap_or_else(|| "-".into());
+        let mut row = vec![(index + 1).to_string(), format!("{:.2}", decision.asked_s)];
+        if relational {
+            let chosen = decision.chosen.as_ref();
+            let none = || "-".to_owned();
+            row.push(chosen.map_or_else(action, |c| c.operator.clone()));
+            row.push(chosen.map_or_else(none, |c| c.object.clone()));
+            row.push(chosen.and_then(|c| c.reference.clone()).unwrap_or_else(none));
+        } else {
+            row.extend([decision.holds.join(", "), action()]);
+        }
+        row.extend([format!("{:.0}", decision.took_ms), outcome]);
+        grid.row(row);
     }
     grid
 }

@@ -1,50 +1,181 @@
 //! `symbolt learn`: states and actions from a recording.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use anyhow::Error;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use symbolt::files::write_atomic;
+use symbolt::task::event::Observer;
 use symbolt::task::learn::{
-    AttemptOutcome, AttemptReport, Failure, LearnReport, Learned, Settings, learn_observed,
+    self, AttemptOutcome, AttemptReport, Failure, LearnReport, Learned, RelationallyLearned,
+    Settings, learn_observed, learn_relational_observed,
 };
-use symbolt::task::{Domain, Origin, Recording, StateId};
+use symbolt::task::{Domain, KindClusters, Origin, Recording, StateId, TaskError};
 
 use super::Outcome;
-use super::args::LearnArgs;
+use super::args::{BadArgument, LearnArgs, Method};
 use super::output::{
-    Grid, Progress, counted, emit, emit_json, mm, refuse_existing, unbroken, use_threads, warn,
+    Grid, Progress, counted, emit, emit_json, mm, refuse_existing, section, unbroken, use_threads,
+    warn, wrapped,
 };
-use super::threshold;
 use super::watch::ProgressLine;
+use super::{relational, threshold};
 
 pub(crate) fn learn(args: &LearnArgs) -> Result<Outcome, Error> {
     refuse_existing(args.out.out.as_deref(), args.out.force)?;
     let threshold_m = args.threshold.as_deref().map(threshold::metres).transpose()?;
+    let method = match (args.method, threshold_m) {
+        (Some(Method::Relational), Some(_)) => {
+            let problem =
+                "--threshold needs --method paper: the relational learner has no threshold";
+            return Err(BadArgument(problem.into()).into());
+        }
+        (Some(method), _) => method,
+        (None, Some(_)) => Method::Paper,
+        (None, None) => Method::Relational,
+    };
     use_threads(&args.common)?;
     let progress = Progress::new(&args.common);
     progress.say(format!("reading {}", args.recording.display()));
     let recording = Recording::read(&args.recording)?;
     let settings = Settings { p: args.p, threshold_m, seed: args.common.seed };
-    let learned = learn_observed(&recording, &settings, &mut ProgressLine::new(&progress))?;
-    let empty = learned.domain.operators().is_empty();
+    let mut line = ProgressLine::new(&progress);
+    let learned = AnyLearned::from(method, &recording, &settings, &mut line)?;
+    let empty = learned.actions() == 0;
     if let Some(path) = args.out.out.as_ref().filter(|_| !empty) {
-        write_atomic(path, learned.domain.to_json()?, args.out.overwrite())?;
+        write_atomic(path, learned.to_json()?, args.out.overwrite())?;
     }
     drop(progress);
-    for warning in kinds_without_states(&learned.domain) {
+    for warning in learned.warnings() {
         warn(&warning);
     }
     if args.common.json {
-        emit_json(&[summary(&learned)])?;
+        emit_json(&[learned.summary(&recording, &settings)])?;
     } else {
-        emit(&tables(&learned))?;
+        emit(&learned.tables())?;
     }
     if empty {
         let sentence = "no action was learned: no attempt brought a part into a new state";
         return Ok(Outcome::Failed(sentence.into()));
     }
     Ok(Outcome::Done)
+}
+
+/// What either learner has learned.
+pub(crate) enum AnyLearned {
+    Relational(RelationallyLearned),
+    Paper(Learned),
+}
+
+impl AnyLearned {
+    /// Learns from a recording.
+    pub fn from(
+        method: Method,
+        recording: &Recording,
+        settings: &Settings,
+        observer: &mut dyn Observer,
+    ) -> Result<Self, TaskError> {
+        Ok(match method {
+            Method::Relational => {
+                Self::Relational(learn_relational_observed(recording, settings, observer)?)
+            }
+            Method::Paper => Self::Paper(learn_observed(recording, settings, observer)?),
+        })
+    }
+
+    /// Returns the goal in words; `None` if there is none.
+    pub fn goal(&self) -> Option<String> {
+        match self {
+            Self::Relational(learned) => {
+                let domain = &learned.domain;
+                let terms: Vec<String> =
+                    domain.goals.iter().map(|goal| domain.goal_in_words(goal)).collect();
+                (!terms.is_empty()).then(|| terms.join(", "))
+            }
+            Self::Paper(learned) => learned.domain.goal_name().map(str::to_owned),
+        }
+    }
+
+    pub fn states(&self) -> usize {
+        match self {
+            Self::Relational(learned) => learned.domain.states.len(),
+            Self::Paper(learned) => learned.domain.states().len(),
+        }
+    }
+
+    pub fn actions(&self) -> usize {
+        match self {
+            Self::Relational(learned) => learned.domain.operators.len(),
+            Self::Paper(learned) => learned.domain.operators().len(),
+        }
+    }
+
+    /// Returns the content of the domain file.
+    pub fn to_json(&self) -> Result<String, TaskError> {
+        match self {
+            Self::Relational(learned) => learned.domain.to_json(),
+            Self::Paper(learned) => learned.domain.to_json(),
+        }
+    }
+
+    /// Returns tables of the learned domain, the failed attempts and the poses in no state.
+    pub fn tables(&self) -> String {
+        match self {
+            Self::Relational(learned) => {
+                let mut text = relational::domain_tables(&learned.domain);
+                text += &report_tables(&learned.report, "Poses in no state");
+                if learned.outliers > 0 {
+                    let poses = counted(learned.outliers, "pose");
+                    let title =
+                        "left out, because they disagree with the other poses of their object";
+                    let _ = writeln!(text, "{}\n", wrapped(&format!("{poses} {title}"), 0));
+                }
+                text
+            }
+            Self::Paper(learned) => tables(learned),
+        }
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        match self {
+            Self::Relational(learned) => {
+                let kinds = learned.report.unexplained.iter().map(|u| &u.kind);
+                let kinds: BTreeSet<&String> = kinds.collect();
+                let stateless =
+                    |kind: &&String| learned.domain.states.iter().all(|state| state.kind != **kind);
+                let warning = |kind: &String| {
+                    format!("no state was found for `{kind}`: its poses agree in no frame")
+                };
+                kinds.into_iter().filter(stateless).map(warning).collect()
+            }
+            Self::Paper(learned) => kinds_without_states(&learned.domain),
+        }
+    }
+
+    /// Returns the learned domain and the report as one JSON object.
+    fn summary(&self, recording: &Recording, settings: &Settings) -> Value {
+        let (mut keys, report, clusters, outliers) = match self {
+            Self::Relational(found) => {
+                let keys = relational::summary(&found.domain);
+                // The relational learner has no thresholds. These keys describe the clustering of the paper.
+                let paper = match found.domain.provenance.clusters[..] {
+                    [] => learn::learn(recording, settings).ok(),
+                    [..] => None,
+                };
+                let paper = paper.as_ref().and_then(|p| p.domain.provenance());
+                let clusters = paper.unwrap_or(&found.domain.provenance).clusters.clone();
+                (keys, &found.report, clusters, found.outliers)
+            }
+            Self::Paper(learned) => {
+                let clusters = learned.domain.provenance().map(|p| p.clusters.clone());
+                (domain_json(&learned.domain), &learned.report, clusters.unwrap_or_default(), 0)
+            }
+        };
+        keys.extend(report_json(report, &clusters));
+        keys.insert("outliers".into(), json!(outliers));
+        Value::Object(keys)
+    }
 }
 
 /// Returns a warning for each kind of moved object that has no state.
@@ -65,9 +196,8 @@ fn kinds_without_states(domain: &Domain) -> Vec<String> {
         .collect()
 }
 
-/// Returns the learned domain as one JSON object.
-fn summary(learned: &Learned) -> Value {
-    let domain = &learned.domain;
+/// Returns the keys of `symbolt learn --json` that describe a domain without frames.
+fn domain_json(domain: &Domain) -> Map<String, Value> {
     let states: Vec<Value> = domain
         .states()
         .iter()
@@ -94,11 +224,20 @@ fn summary(learned: &Learned) -> Value {
             })
         })
         .collect();
-    let clusters = domain.provenance().map_or(&[][..], |p| &p.clusters);
-    let by_kind = |value: fn(&symbolt::task::KindClusters) -> Option<f64>| -> Value {
+    let keys = [
+        ("states", json!(states)),
+        ("operators", json!(operators)),
+        ("goal", json!(domain.goal_name())),
+    ];
+    keys.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+}
+
+/// Returns the keys of `symbolt learn --json` that describe the attempts and the clustering.
+fn report_json(report: &LearnReport, clusters: &[KindClusters]) -> Map<String, Value> {
+    let by_kind = |value: fn(&KindClusters) -> Option<f64>| -> Value {
         clusters.iter().map(|c| (c.kind.clone(), json!(value(c)))).collect()
     };
-    let failed: Vec<Value> = failed(&learned.report)
+    let failed: Vec<Value> = failed(report)
         .map(|(t, why)| {
             json!({
                 "demo": t.demo, "snapshot": t.before, "object": t.object,
@@ -106,26 +245,23 @@ fn summary(learned: &Learned) -> Value {
             })
         })
         .collect();
-    let unexplained: Vec<Value> = learned
-        .report
+    let unexplained: Vec<Value> = report
         .unexplained
         .iter()
         .map(|s| {
             json!({"kind": s.kind, "count": s.count, "position": s.mean.position, "seen": s.seen})
         })
         .collect();
-    json!({
-        "states": states,
-        "next_merge_m": by_kind(|c| c.next_merge_m),
-        "threshold_m": by_kind(|c| c.threshold_m),
-        "operators": operators,
-        "goal": domain.goal_name(),
+    let keys = [
+        ("next_merge_m", by_kind(|c| c.next_merge_m)),
+        ("threshold_m", by_kind(|c| c.threshold_m)),
         // `tries` counts attempts, `strays` lists unexplained poses. Scripts rely on these old keys.
-        "tries": learned.report.attempts.len(),
-        "failed": failed,
-        "strays": unexplained,
-        "fixed_kinds": learned.report.fixed_kinds,
-    })
+        ("tries", json!(report.attempts.len())),
+        ("failed", json!(failed)),
+        ("strays", json!(unexplained)),
+        ("fixed_kinds", json!(report.fixed_kinds)),
+    ];
+    keys.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
 }
 
 /// Returns the failed attempts and why they failed.
@@ -150,8 +286,13 @@ fn reason(why: Failure) -> &'static str {
 
 /// Returns tables of the learned domain, the failed attempts and the poses in no state.
 pub(crate) fn tables(learned: &Learned) -> String {
-    let mut text = domain_tables(&learned.domain);
-    let report = &learned.report;
+    let strays = "Poses in no state, seen only around failed attempts";
+    domain_tables(&learned.domain) + &report_tables(&learned.report, strays)
+}
+
+/// Returns tables of the failed attempts, and of the poses in no state under the title `strays`.
+fn report_tables(report: &LearnReport, strays: &str) -> String {
+    let mut text = String::new();
     let mut grid = Grid::new(&[">demo", ">snapshot", "object", "failed because"]);
     for (t, why) in failed(report) {
         let object = t.object.clone().unwrap_or_else(|| "-".into());
@@ -173,7 +314,7 @@ pub(crate) fn tables(learned: &Learned) -> String {
         grid.row([poses.kind.clone(), poses.count.to_string(), x, y, z, seen]);
     }
     if !grid.is_empty() {
-        let _ = writeln!(text, "Poses in no state, seen only around failed attempts:\n\n{grid}");
+        section(&mut text, strays, &grid);
     }
     text
 }
@@ -209,14 +350,6 @@ pub(crate) fn domain_tables(domain: &Domain) -> String {
         let _ = writeln!(text, "{whose}: {goal}\n");
     }
     text
-}
-
-/// Appends a title and, if it has rows, its table.
-fn section(text: &mut String, title: &str, grid: &Grid) {
-    let _ = match grid.is_empty() {
-        true => writeln!(text, "{title}\n"),
-        false => writeln!(text, "{title}:\n\n{grid}"),
-    };
 }
 
 /// Returns the states with their mean positions.

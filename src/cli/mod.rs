@@ -4,15 +4,19 @@ mod args;
 mod bench;
 mod check;
 mod classify;
+mod config;
+mod domain;
 mod experiment;
 mod figures;
 mod folder;
+mod framed;
 mod learn;
 mod learn_model;
 mod options;
 mod output;
 mod plan;
 mod record;
+mod relational;
 mod rename;
 mod repeat;
 mod report;
@@ -28,14 +32,13 @@ use std::process::ExitCode;
 
 use anyhow::Error;
 use clap::{CommandFactory, Parser};
-use symbolt::files::{FileError, write_atomic};
+use symbolt::files::FileError;
 use symbolt::neurons::{SolvedFileError, UnknownMode};
 use symbolt::spa::VocabError;
 use symbolt::study::standard::UnknownModel;
 use symbolt::task::TaskError;
 use symbolt::task::strips::PddlFault;
 use symbolt::task::strips::learn::LearnError;
-use symbolt::task::tasks;
 
 use args::{BadArgument, Cli, Command};
 
@@ -169,6 +172,7 @@ fn dispatch(cli: Cli) -> Result<Outcome, Error> {
         Command::Learn(args) => learn::learn(&args),
         Command::Classify(args) => classify::classify(&args),
         Command::Plan(args) => plan::plan(&args),
+        Command::Actions(args) => framed::actions(&args),
         Command::LearnModel(args) => learn_model::learn_model(&args),
         Command::Rename(args) => rename::rename(&args),
         Command::Check(args) => check::check(&args),
@@ -176,14 +180,7 @@ fn dispatch(cli: Cli) -> Result<Outcome, Error> {
         Command::Report(args) => report::make(&args),
         Command::Experiment(args) => experiment::experiment(&args),
         Command::Merge(args) => experiment::merged(&args),
-        Command::Config(args) => {
-            let text = format!("{:#}\n", tasks::default().settings());
-            match &args.out.out {
-                Some(path) => write_atomic(path, text, args.out.overwrite())?,
-                None => output::emit(&text)?,
-            }
-            Ok(Outcome::Done)
-        }
+        Command::Config(args) => config::config(&args),
         Command::Completions { shell } => {
             let mut text = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "symbolt", &mut text);

@@ -2,16 +2,20 @@
 
 use std::path::PathBuf;
 use std::str::FromStr;
+use std::sync::Arc;
 
 use anyhow::Error;
 use clap::{Args, ValueEnum};
-use symbolt::files::Overwrite;
+use symbolt::files::{Overwrite, read_file};
 use symbolt::neurons::Population;
 use symbolt::sim::{Real, Seed, VocabTag};
 use symbolt::spa::VocabularyBuilder;
 use symbolt::task::planner::{PlannerSpec, Unbinding};
+use symbolt::task::relational::{Grounder, RelationalDomain};
+use symbolt::task::tasks::file::DataTask;
 use symbolt::task::tasks::nuts_and_bolts::{NutsAndBolts, Order, SyntheticDemonstrations};
-use symbolt::task::{Commitment, GaussianGate, Grounding, TaskError};
+use symbolt::task::tasks::{self, Task};
+use symbolt::task::{Commitment, GaussianGate, Grounding, Sensing, TaskError};
 
 use super::args::BadArgument;
 
@@ -104,6 +108,22 @@ impl PlannerArgs {
     }
 }
 
+/// The learner.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Method {
+    Relational,
+    Paper,
+}
+
+impl Method {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Relational => "relational",
+            Self::Paper => "paper",
+        }
+    }
+}
+
 /// The rule that finds the state of an object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Rule {
@@ -114,12 +134,13 @@ pub(crate) enum Rule {
 #[derive(Debug, Clone, Args)]
 pub(crate) struct GroundingArgs {
     /// Rule that finds an object's state: gated (the greatest density within
-    /// --limit) or nearest (by p-norm, the paper's rule)
+    /// --limit) or nearest (by p-norm, the paper's rule; only for a domain
+    /// without frames)
     #[arg(verbatim_doc_comment, hide_possible_values = true)]
     #[arg(long, value_name = "RULE", value_enum, default_value = "gated")]
     pub grounding: Rule,
     /// Maximum distance to a state, in standard deviations
-    #[arg(long, value_name = "SD", default_value_t = GaussianGate::default().limit)]
+    #[arg(long, value_name = "SD", default_value_t = Grounder::LIMIT)]
     #[arg(value_parser = number::<f64>)]
     pub limit: f64,
 }
@@ -132,6 +153,19 @@ impl GroundingArgs {
             }
             Rule::Nearest => Grounding::paper(),
         }
+    }
+
+    /// Returns the grounder of a domain with frames.
+    ///
+    /// # Errors
+    /// [`BadArgument`] for the rule `nearest`; [`TaskError::Setting`] for a limit out of range.
+    pub fn grounder(&self, domain: &RelationalDomain) -> Result<Grounder, Error> {
+        if self.grounding == Rule::Nearest {
+            let problem = "--grounding nearest: the domain has states in frames; expected gated, or a domain \
+                           of `symbolt learn --method paper`";
+            return Err(BadArgument(problem.into()).into());
+        }
+        Ok(Grounder::new(domain).with_limit(self.limit)?)
     }
 }
 
@@ -153,9 +187,48 @@ impl From<OrderArg> for Order {
     }
 }
 
+/// The task.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct TaskArgs {
+    /// Task; without a name the tasks are listed [default: nuts-and-bolts]
+    #[arg(verbatim_doc_comment, long, value_name = "NAME", num_args = 0..=1)]
+    #[arg(default_missing_value = "", conflicts_with = "task_file")]
+    pub task: Option<String>,
+    /// JSON file that describes a task
+    #[arg(long, value_name = "FILE")]
+    pub task_file: Option<PathBuf>,
+}
+
+impl TaskArgs {
+    /// Returns whether the tasks are to be listed.
+    pub fn listed(&self) -> bool {
+        self.task.as_deref() == Some("")
+    }
+
+    /// Returns the task with its default settings.
+    pub fn task(&self) -> Result<Arc<dyn Task>, TaskError> {
+        match (&self.task_file, &self.task) {
+            (Some(path), _) => {
+                let text = read_file(path)?;
+                Ok(Arc::new(DataTask::parse(&text, &path.display().to_string())?))
+            }
+            (None, Some(name)) => tasks::by_name(name),
+            (None, None) => Ok(tasks::default()),
+        }
+    }
+
+    /// Returns whether this is the task with nuts and bolts, which has options of its own.
+    fn has_nuts(&self) -> bool {
+        let own = NutsAndBolts::default();
+        self.task_file.is_none() && self.task.as_ref().is_none_or(|name| name == own.name())
+    }
+}
+
 /// Options of demonstrations.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct DemoArgs {
+    #[command(flatten)]
+    pub task: TaskArgs,
     /// Number of demonstrations
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = whole::<usize>)]
     pub demos: usize,
@@ -168,20 +241,111 @@ pub(crate) struct DemoArgs {
     /// JSON file with scene settings; `symbolt config` prints the defaults
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
+    #[command(flatten)]
+    pub sensing: SensingArgs,
 }
 
 impl DemoArgs {
     /// Returns the task to demonstrate.
-    pub fn task(&self) -> Result<NutsAndBolts, Error> {
-        let mut spec = self.configured()?;
-        spec.nuts = self.demo_nuts.unwrap_or(spec.nuts);
-        spec.bolts = self.demo_bolts.unwrap_or(spec.bolts);
-        spec.check().map(|()| spec).map_err(demonstrated)
+    pub fn task(&self) -> Result<Arc<dyn Task>, Error> {
+        let options = [("--demo-nuts", self.demo_nuts), ("--demo-bolts", self.demo_bolts)];
+        self.with_parts(options).map_err(|error| match error.downcast() {
+            Ok(error) => demonstrated(error),
+            Err(other) => other,
+        })
     }
 
-    /// Returns the task of the configuration file, or the default one.
-    pub fn configured(&self) -> Result<NutsAndBolts, TaskError> {
-        self.config.as_deref().map_or_else(|| Ok(NutsAndBolts::default()), NutsAndBolts::read)
+    /// Returns the task with the settings of the configuration file, and with these numbers of nuts and bolts. Each
+    /// number comes with the name of its option.
+    ///
+    /// # Errors
+    /// [`BadArgument`] if a number is given and the task has no nuts and bolts.
+    pub fn with_parts(&self, parts: [(&str, Option<usize>); 2]) -> Result<Arc<dyn Task>, Error> {
+        if self.task.has_nuts() {
+            let config = self.config.as_deref();
+            let mut spec =
+                config.map_or_else(|| Ok(NutsAndBolts::default()), NutsAndBolts::read)?;
+            let [(_, nuts), (_, bolts)] = parts;
+            spec.nuts = nuts.unwrap_or(spec.nuts);
+            spec.bolts = bolts.unwrap_or(spec.bolts);
+            spec.check()?;
+            return Ok(Arc::new(spec));
+        }
+        let task = self.task.task()?;
+        if let Some((option, _)) = parts.iter().find(|(_, count)| count.is_some()) {
+            let problem = format!(
+                "{option} belongs to the task nuts-and-bolts; the task {} has its settings in --config",
+                task.name()
+            );
+            return Err(BadArgument(problem).into());
+        }
+        Ok(match &self.config {
+            None => task,
+            Some(path) => task.with_settings(&read_file(path)?, &path.display().to_string())?,
+        })
+    }
+}
+
+/// Errors of sensing.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct SensingArgs {
+    /// Noise of all poses: standard deviation of each coordinate in mm and of
+    /// the orientation in degrees, such as 1,1
+    #[arg(verbatim_doc_comment, long, value_name = "MM,DEG")]
+    pub pose_noise: Option<String>,
+    /// Probability that a pose is an outlier, 0 to 1
+    #[arg(long, value_name = "RATE", default_value_t = 0.0, value_parser = number::<f64>)]
+    pub outliers: f64,
+    /// Probability that an object is missing from a snapshot,
+    /// 0 to 1
+    #[arg(verbatim_doc_comment, long, value_name = "RATE", default_value_t = 0.0, value_parser = number::<f64>)]
+    pub missing: f64,
+    /// Probability that two objects of a kind exchange their ids in a
+    /// snapshot, 0 to 1
+    #[arg(verbatim_doc_comment, long, value_name = "RATE", default_value_t = 0.0)]
+    #[arg(value_parser = number::<f64>)]
+    pub swaps: f64,
+}
+
+impl SensingArgs {
+    /// Returns the errors of sensing.
+    ///
+    /// # Errors
+    /// [`BadArgument`] for a value out of range.
+    pub fn sensing(&self) -> Result<Sensing, BadArgument> {
+        let mut sensing = Sensing {
+            outlier_rate: self.outliers,
+            missing_rate: self.missing,
+            swap_rate: self.swaps,
+            ..Sensing::default()
+        };
+        if let Some(typed) = &self.pose_noise {
+            let refused = || {
+                let expected =
+                    "MM,DEG, two numbers of at least 0 such as 1,1 (up to 1000 mm and 180 degrees)";
+                BadArgument::range("--pose-noise", typed, expected)
+            };
+            let (mm, deg) = typed.split_once(',').ok_or_else(refused)?;
+            let read = |text: &str| text.trim().parse::<f64>().map_err(|_| refused());
+            sensing.pose_noise_m = read(mm)? * 1e-3;
+            sensing.pose_noise_deg = read(deg)?;
+            let fits = (0.0..=1.0).contains(&sensing.pose_noise_m)
+                && (0.0..=180.0).contains(&sensing.pose_noise_deg);
+            if !fits {
+                return Err(refused());
+            }
+        }
+        let rates =
+            [("--outliers", self.outliers), ("--missing", self.missing), ("--swaps", self.swaps)];
+        match rates.iter().find(|(_, rate)| !(0.0..=1.0).contains(rate)) {
+            Some((option, rate)) => Err(BadArgument::range(option, rate, "0 to 1")),
+            None => Ok(sensing),
+        }
+    }
+
+    /// Returns the seed of the errors in recorded demonstrations.
+    pub fn seed(seed: u64) -> Seed {
+        Seed::new(seed).derive("", "sensing")
     }
 }
 

@@ -11,7 +11,7 @@ use symbolt::files::{FileError, write_atomic};
 
 use super::args::{BadArgument, Common, OutFile};
 
-pub(crate) use super::table::{Grid, unbroken, wrapped};
+pub(crate) use super::table::{Grid, section, unbroken, wrapped};
 
 /// Writes a result to standard output in one call.
 pub(crate) fn emit(text: &str) -> Result<(), Error> {

@@ -11,6 +11,8 @@ use symbolt::task::{ActionId, Classifier, Domain, Obstacle, Snapshot, StateId, V
 
 use super::Outcome;
 use super::args::{BadArgument, PlanArgs, PlannerArgs};
+use super::domain::AnyDomain;
+use super::framed;
 use super::output::{
     Grid, Progress, counted, emit_or_write, refuse_existing, unbroken, use_threads, wrapped,
 };
@@ -23,8 +25,11 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
         let problem = "the domain and the scene cannot both come from standard input (-)";
         return Err(BadArgument(problem.into()).into());
     }
+    let domain = match AnyDomain::read(&args.domain)? {
+        AnyDomain::Relational(domain) => return framed::plan(args, &domain),
+        AnyDomain::Plain(domain) => domain,
+    };
     let progress = Progress::new(&args.common);
-    let domain = Domain::read(&args.domain)?;
     let scene = Snapshot::read(&args.scene)?;
     let classifier = Classifier::new(&domain, args.grounding.rule())?;
     let goal = match (&args.goal, domain.goal()) {
@@ -139,21 +144,6 @@ pub(crate) fn summary(planner: &Planner, plan: &RolledOut, goal: StateId, mode: 
         Verdict::Met => ("met", None, None),
         Verdict::Stuck(obstacle) => ("stuck", None, Some(obstacle_text(domain, obstacle))),
     };
-    let mut milestones = Map::new();
-    for m in &decision.milestones {
-        let key = format!("{:02} {} {}", m.question, m.stage, m.subject);
-        milestones.insert(key, json!(m.time_ms));
-    }
-    let choices: Vec<Value> = decision
-        .choices
-        .iter()
-        .map(|c| {
-            json!({
-                "question": c.question, "state": domain[c.state].name,
-                "action": domain[c.action].name, "among": c.among, "why": why_text(c),
-            })
-        })
-        .collect();
     let end = match plan.end {
         PlanEnd::Met => json!("met"),
         PlanEnd::Circle => json!("circle"),
@@ -169,9 +159,31 @@ pub(crate) fn summary(planner: &Planner, plan: &RolledOut, goal: StateId, mode: 
         "mode": mode,
         "decision_ms": decision.time_ms,
         "questions": decision.questions,
-        "milestones_ms": milestones,
-        "choices": choices,
+        "planner": "graph",
+        "milestones_ms": milestones_json(decision),
+        "choices": choices_json(domain, decision),
     })
+}
+
+/// Returns the time of each milestone of a decision.
+pub(crate) fn milestones_json(decision: &Decision) -> Value {
+    let mut milestones = Map::new();
+    for m in &decision.milestones {
+        let key = format!("{:02} {} {}", m.question, m.stage, m.subject);
+        milestones.insert(key, json!(m.time_ms));
+    }
+    Value::Object(milestones)
+}
+
+/// Returns the choices among several causes.
+pub(crate) fn choices_json(domain: &Domain, decision: &Decision) -> Value {
+    let choice = |c: &Choice| {
+        json!({
+            "question": c.question, "state": domain[c.state].name,
+            "action": domain[c.action].name, "among": c.among, "why": why_text(c),
+        })
+    };
+    decision.choices.iter().map(choice).collect()
 }
 
 /// Returns the plan as tables.
@@ -219,21 +231,30 @@ pub(crate) fn table(
         let title = wrapped(&format!("Whole plan, {end}:"), 0);
         let _ = writeln!(text, "{title}\n\n{grid}");
     }
-    if !decision.choices.is_empty() {
-        let mut grid = Grid::new(&[">question", "about", "chosen", ">among", "because"]);
-        for c in &decision.choices {
-            let (state, action) = (domain[c.state].name.clone(), domain[c.action].name.clone());
-            grid.row([c.question.to_string(), state, action, c.among.to_string(), why_text(c)]);
-        }
-        let _ = writeln!(text, "Choices among several causes:\n\n{grid}");
+    text + &choices_table(domain, decision) + &milestones_table(decision)
+}
+
+/// Returns the choices among several causes as a table; empty if there were none.
+pub(crate) fn choices_table(domain: &Domain, decision: &Decision) -> String {
+    if decision.choices.is_empty() {
+        return String::new();
     }
+    let mut grid = Grid::new(&[">question", "about", "chosen", ">among", "because"]);
+    for c in &decision.choices {
+        let (state, action) = (domain[c.state].name.clone(), domain[c.action].name.clone());
+        grid.row([c.question.to_string(), state, action, c.among.to_string(), why_text(c)]);
+    }
+    format!("Choices among several causes:\n\n{grid}\n")
+}
+
+/// Returns the milestones of a decision as a table.
+pub(crate) fn milestones_table(decision: &Decision) -> String {
     let mut grid = Grid::new(&[">question", "about", "reached", ">at ms"]);
     for m in &decision.milestones {
         let question = m.question.to_string();
         grid.row([question, m.subject.clone(), m.stage.to_string(), format!("{:.0}", m.time_ms)]);
     }
-    let _ = writeln!(text, "{}\n\n{grid}", wrapped(MILESTONES, 0));
-    text
+    format!("{}\n\n{grid}\n", wrapped(MILESTONES, 0))
 }
 
 /// The title of the milestones. It names the moment from which all times of a plan count.
@@ -241,7 +262,7 @@ const MILESTONES: &str = "Milestones of the next decision. All times count from 
                           is given the goal and the scene:";
 
 /// Lists names after a title, broken between names.
-fn listed(title: &str, names: &[String]) -> String {
+pub(crate) fn listed(title: &str, names: &[String]) -> String {
     let names: Vec<String> = names.iter().map(|name| unbroken(name)).collect();
     wrapped(&(unbroken(title) + &names.join(", ")), title.len())
 }

@@ -4,13 +4,13 @@ use anyhow::Error;
 use serde_json::{Value, json};
 use symbolt::files::write_atomic;
 use symbolt::sim::Seed;
-use symbolt::task::execute::demonstrate_observed;
+use symbolt::task::execute::demonstrate_sensed;
 use symbolt::task::scene::Scene;
-use symbolt::task::tasks::Task;
-use symbolt::task::{Recorder, Snapshot};
+use symbolt::task::{Recorder, Sensing, Snapshot};
 
 use super::Outcome;
-use super::args::{BadArgument, RecordArgs, demonstrated};
+use super::args::{BadArgument, RecordArgs, SensingArgs, demonstrated};
+use super::config;
 use super::output::{Progress, emit, emit_json, facts, refuse_existing, use_threads, wrapped};
 use super::watch::ProgressLine;
 
@@ -23,8 +23,18 @@ pub(crate) fn record(args: &RecordArgs) -> Result<Outcome, Error> {
         let problem = "--config needs the scene in physics; it cannot be used with --kinematic";
         return Err(BadArgument(problem.into()).into());
     }
+    if args.demos.task.listed() {
+        return config::list(args.common.json);
+    }
+    if args.kinematic && (args.demos.task.task.is_some() || args.demos.task.task_file.is_some()) {
+        let problem =
+            "--kinematic generates only nuts and bolts; without it, every --task can be recorded";
+        return Err(BadArgument(problem.into()).into());
+    }
+    let sensing = args.demos.sensing.sensing()?;
     use_threads(&args.common)?;
-    let (text, summary) = if args.kinematic { synthetic(args)? } else { physical(args)? };
+    let (text, summary) =
+        if args.kinematic { synthetic(args, &sensing)? } else { physical(args, &sensing)? };
     match &args.out.out {
         None => emit(&text)?,
         Some(path) => {
@@ -41,7 +51,7 @@ pub(crate) fn record(args: &RecordArgs) -> Result<Outcome, Error> {
 }
 
 /// Returns demonstrations or a scene in physics as text, and a summary.
-fn physical(args: &RecordArgs) -> Result<(String, Value), Error> {
+fn physical(args: &RecordArgs, sensing: &Sensing) -> Result<(String, Value), Error> {
     let (task, seed) = (args.demos.task()?, Seed::new(args.common.seed));
     if args.labels {
         let problem = "--labels needs --kinematic: demonstrations in physics have no labels";
@@ -49,11 +59,11 @@ fn physical(args: &RecordArgs) -> Result<(String, Value), Error> {
     }
     if args.scene {
         let (seen, _) = Recorder::default().look(&Scene::new(task.scene(seed)?)?);
-        return single(seen);
+        return single(sensing.apply(&seen, SensingArgs::seed(args.common.seed), 0));
     }
     let progress = Progress::new(&args.common);
     let count = args.demos.demos;
-    let made = demonstrate_observed(&task, count, seed, &mut ProgressLine::new(&progress))?;
+    let made = demonstrate_sensed(&*task, count, sensing, seed, &mut ProgressLine::new(&progress))?;
     let summary = json!({
         "demonstrations": made.recording.demos.len(),
         "snapshots": made.recording.snapshot_count(),
@@ -64,11 +74,12 @@ fn physical(args: &RecordArgs) -> Result<(String, Value), Error> {
 }
 
 /// Returns demonstrations or a scene without physics as text, and a summary.
-fn synthetic(args: &RecordArgs) -> Result<(String, Value), Error> {
+fn synthetic(args: &RecordArgs, sensing: &Sensing) -> Result<(String, Value), Error> {
     let synthetic = args.synthetic.synthetic(&args.demos);
     let seed = Seed::new(args.common.seed);
     if args.scene {
-        return single(synthetic.scene(seed).map_err(demonstrated)?);
+        let scene = synthetic.scene(seed).map_err(demonstrated)?;
+        return single(sensing.apply(&scene, SensingArgs::seed(args.common.seed), 0));
     }
     let made = synthetic.record(seed).map_err(demonstrated)?;
     let summary = json!({
@@ -78,7 +89,8 @@ fn synthetic(args: &RecordArgs) -> Result<(String, Value), Error> {
         "lost": made.lost,
         "assembled": made.assembled,
     });
-    Ok((made.recording.to_jsonl(args.labels.then_some(&made.labels))?, summary))
+    let seen = sensing.apply_recording(&made.recording, SensingArgs::seed(args.common.seed));
+    Ok((seen.to_jsonl(args.labels.then_some(&made.labels))?, summary))
 }
 
 fn single(scene: Snapshot) -> Result<(String, Value), Error> {

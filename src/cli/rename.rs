@@ -3,11 +3,12 @@
 use anyhow::Error;
 use serde_json::json;
 use symbolt::files::{Overwrite, write_atomic};
-use symbolt::task::Domain;
 
 use super::Outcome;
 use super::args::{BadArgument, RenameArgs};
+use super::domain::AnyDomain;
 use super::output::{emit, emit_json, refuse_existing};
+use super::{learn, relational};
 
 pub(crate) fn rename(args: &RenameArgs) -> Result<Outcome, Error> {
     refuse_existing(args.out.as_deref(), args.force)?;
@@ -19,8 +20,16 @@ pub(crate) fn rename(args: &RenameArgs) -> Result<Outcome, Error> {
         };
         renames.push((old.to_owned(), new.to_owned()));
     }
-    let domain = Domain::read(&args.domain)?.rename(&renames)?;
-    let text = domain.to_json()?;
+    let (text, tables) = match AnyDomain::read(&args.domain)? {
+        AnyDomain::Relational(domain) => {
+            let domain = domain.rename(&renames)?;
+            (domain.to_json()?, relational::domain_tables(&domain))
+        }
+        AnyDomain::Plain(domain) => {
+            let domain = domain.rename(&renames)?;
+            (domain.to_json()?, learn::domain_tables(&domain))
+        }
+    };
     let from_input = args.domain.as_os_str() == "-";
     match &args.out {
         None if from_input => return emit(&text).map(|()| Outcome::Done),
@@ -33,7 +42,7 @@ pub(crate) fn rename(args: &RenameArgs) -> Result<Outcome, Error> {
     if args.common.json {
         emit_json(&[json!({"renamed": renames.len()})])?;
     } else if !args.common.quiet {
-        emit(&super::learn::domain_tables(&domain))?;
+        emit(&tables)?;
     }
     Ok(Outcome::Done)
 }

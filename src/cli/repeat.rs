@@ -1,10 +1,10 @@
 //! The command line that repeats a run.
 
-use super::args::RunArgs;
+use super::args::{Method, RunArgs};
 
 /// Quotes a word for a shell, if it needs quotes.
 fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "_./-".contains(c);
+    let plain = |c: char| c.is_ascii_alphanumeric() || "_./-,".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
         return word.into();
     }
@@ -20,16 +20,28 @@ impl RunArgs {
         };
         let count = |count: Option<usize>| count.map(|n| n.to_string());
         let Self { demos, planner, .. } = self;
+        let path = |path: &Option<std::path::PathBuf>| {
+            path.as_ref().map(|path| quoted(&path.display().to_string()))
+        };
+        option("task", demos.task.task.as_deref().map(quoted));
+        option("task-file", path(&demos.task.task_file));
         option("demos", (demos.demos != 5).then(|| demos.demos.to_string()));
         option("demo-nuts", count(demos.demo_nuts));
         option("demo-bolts", count(demos.demo_bolts));
-        option("config", demos.config.as_ref().map(|path| quoted(&path.display().to_string())));
+        option("config", path(&demos.config));
+        let sensing = &demos.sensing;
+        option("pose-noise", sensing.pose_noise.as_deref().map(quoted));
+        let rate = |rate: f64| (rate != 0.0).then(|| rate.to_string());
+        option("outliers", rate(sensing.outliers));
+        option("missing", rate(sensing.missing));
+        option("swaps", rate(sensing.swaps));
+        option("method", (self.method == Method::Paper).then(|| "paper".to_owned()));
         option("episodes", (self.episodes != 1).then(|| self.episodes.to_string()));
         let recorded = self.record_episode;
         option("record-episode", (recorded != 1).then(|| recorded.to_string()));
         option("nuts", count(self.nuts));
         option("bolts", count(self.bolts));
-        option("drop-rate", (self.drop_rate != 0.0).then(|| self.drop_rate.to_string()));
+        option("drop-rate", rate(self.drop_rate));
         option("mode", (planner.mode != "direct").then(|| quoted(&planner.mode)));
         option("dimensions", (planner.dimensions != 256).then(|| planner.dimensions.to_string()));
         let similarity = planner.max_similarity;
@@ -68,6 +80,9 @@ mod tests {
         assert_eq!(said, "symbolt run --seed 7 --drop-rate 0.3 --mode lif --perturb --products");
         let recorded = command(&["--episodes", "9", "--film", "3"]);
         assert_eq!(recorded, "symbolt run --seed 1 --episodes 9 --record-episode 3");
+        let task = command(&["--task", "drawer", "--pose-noise", "1,0.5", "--swaps", "0.05"]);
+        assert_eq!(task, "symbolt run --seed 1 --task drawer --pose-noise 1,0.5 --swaps 0.05");
+        assert_eq!(command(&["--method", "paper"]), "symbolt run --seed 1 --method paper");
         let odd = command(&["--config", "a b;it's.json"]);
         assert_eq!(odd, "symbolt run --seed 1 --config 'a b;it'\\''s.json'");
     }

@@ -8,30 +8,38 @@ use anyhow::Error;
 use rayon::prelude::*;
 use serde_json::json;
 use symbolt::files::{Overwrite, write_atomic};
+use symbolt::neurons::{Population, PopulationPlan};
 use symbolt::report::Arrays;
 use symbolt::report::trace::Tracer;
 use symbolt::sim::Seed;
 use symbolt::study::Tally;
-use symbolt::task::event::{EpisodeReport, Ignore, Observer, Observers};
+use symbolt::task::event::{Ended, EpisodeReport, Ignore, Observer, Observers};
 use symbolt::task::execute::{
-    ActivityRecorder, Episode, EpisodeSpec, demonstrate_observed, episode_observed,
+    ActivityRecorder, Episode, EpisodeSpec, PlannerBuild, PreparedEpisode, demonstrate_sensed,
+    episode_observed,
 };
-use symbolt::task::learn::{Settings, learn_observed};
+use symbolt::task::learn::Settings;
 use symbolt::task::planner::Planner;
+use symbolt::task::relational::RelationalDomain;
 use symbolt::task::scene::Scene;
-use symbolt::task::{Classifier, Grounding, Recorder, Snapshot, StateId, TaskError};
+use symbolt::task::tasks::Task;
+use symbolt::task::{Classifier, Domain, Grounding, Recorder, Snapshot, StateId, TaskError};
 
 use super::Outcome;
 use super::args::{BadArgument, RunArgs};
 use super::figures::Figures;
+use super::learn::AnyLearned;
 use super::output::{Progress, counted, emit, emit_json, use_threads};
 use super::watch::ProgressLine;
-use super::{folder, plan, report};
+use super::{config, folder, plan, report};
 
 /// Time between two frames of the recorded episode, in simulated milliseconds.
 const FRAME_MS: u64 = 40;
 
 pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
+    if args.demos.task.listed() {
+        return config::list(args.common.json);
+    }
     check(args)?;
     let folder = folder::folder(args)?;
     let task = args.demos.task()?;
@@ -42,48 +50,41 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let seed = Seed::new(args.common.seed);
     let count = args.demos.demos;
     let mut line = ProgressLine::new(&progress);
-    let shown = demonstrate_observed(&task, count, seed, &mut line)?;
+    let shown = demonstrate_sensed(&*task, count, &spec.sensing, seed, &mut line)?;
     if shown.solved == 0 {
         let sentence =
             format!("none of {count} demonstrations solved the task, so there is nothing to learn");
         return Ok(Outcome::Failed(sentence));
     }
     let settings = Settings { seed: args.common.seed, ..Settings::default() };
-    let learned = learn_observed(&shown.recording, &settings, &mut line)?;
-    let domain = &learned.domain;
-    let Some(goal) = domain.goal() else {
+    let learned = AnyLearned::from(args.method, &shown.recording, &settings, &mut line)?;
+    if learned.goal().is_none() {
         return Ok(Outcome::Failed(
             "the demonstrations reached no state that could be the goal".into(),
         ));
-    };
+    }
     progress.say("building the planner graph");
-    let planner = Arc::new(plan::build(domain, &args.planner, args.common.seed)?);
+    let runner = Runner::new(args, &learned, &task)?;
     let looping = Instant::now();
-    let (episodes, activity) = episodes(args, &planner, goal, &spec, seed, &progress)?;
+    let (episodes, activity) = episodes(args, &runner, &spec, seed, &progress)?;
     let loop_s = looping.elapsed().as_secs_f64();
-    let reports: Vec<EpisodeReport> = episodes.iter().map(|(e, _)| e.report.clone()).collect();
+    let reports: Vec<EpisodeReport> = episodes.iter().map(|e| e.episode.report.clone()).collect();
+    let reasons: Vec<String> = episodes.iter().map(|e| e.reason.clone()).collect();
     let recorded = args.record_episode - 1;
     let scene = first_scene(&spec, scene_seed(seed, recorded))?;
-    let least = least_skills(&planner, &scene, goal)?;
+    let least = runner.least_skills(&scene)?;
     let tally = Tally::of(&reports, least);
 
     progress.say(format!("writing {}", folder.display()));
-    let result = Figures {
-        shown: &shown,
-        learned: &learned,
-        reports: &reports,
-        tally: &tally,
-        loop_s,
-        physics_s: episodes.iter().map(|(e, _)| e.physics_wall.as_secs_f64()).sum(),
-        least,
-    };
-    let facts =
-        result.facts(args, &domain[goal].name, &*spec.task, scene_seed(seed, recorded), &activity);
-    let frames = episodes.get(recorded).map_or(&[][..], |(e, _)| &e.frames);
-    let trace: String = episodes.iter().map(|(_, tracer)| tracer.text()).collect();
+    let physics_s = episodes.iter().map(|e| e.episode.physics_wall.as_secs_f64()).sum();
+    let (shown, learned, reports, tally) = (&shown, &learned, &reports, &tally);
+    let result = Figures { shown, learned, reports, reasons, tally, loop_s, physics_s, least };
+    let facts = result.facts(args, &*spec.task, scene_seed(seed, recorded), &activity);
+    let frames = episodes.get(recorded).map_or(&[][..], |e| &e.episode.frames);
+    let trace: String = episodes.iter().map(|e| e.tracer.text()).collect();
     let contents = [
         shown.recording.to_jsonl(None)?.into_bytes(),
-        domain.to_json()?.into_bytes(),
+        learned.to_json()?.into_bytes(),
         (scene.to_json()? + "\n").into_bytes(),
         trace.into_bytes(),
         Arrays::of(frames, &activity).to_npz()?,
@@ -96,8 +97,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     if args.common.json {
         emit_json(&[result.summary(args, &folder)])?;
     } else {
-        let text = result.text(args, &folder, &domain[goal].name, begun.elapsed().as_secs_f64());
-        emit(&text)?;
+        emit(&result.text(args, &folder, begun.elapsed().as_secs_f64()))?;
     }
     match tally.failures.len() {
         0 => Ok(Outcome::Done),
@@ -124,45 +124,165 @@ fn check(args: &RunArgs) -> Result<(), Error> {
     Ok(())
 }
 
-fn episode_spec(args: &RunArgs) -> Result<EpisodeSpec, TaskError> {
-    let mut task = args.demos.configured()?;
-    task.nuts = args.nuts.unwrap_or(task.nuts);
-    task.bolts = args.bolts.unwrap_or(task.bolts);
-    let spec = EpisodeSpec { drop_rate: args.drop_rate, ..EpisodeSpec::of(task) };
-    spec.check().map(|()| spec)
+fn episode_spec(args: &RunArgs) -> Result<EpisodeSpec, Error> {
+    let task = args.demos.with_parts([("--nuts", args.nuts), ("--bolts", args.bolts)])?;
+    let spec = EpisodeSpec {
+        task,
+        drop_rate: args.drop_rate,
+        sensing: args.demos.sensing.sensing()?,
+        ..EpisodeSpec::default()
+    };
+    spec.check()?;
+    if args.perturb && spec.task.perturbation(Seed::new(args.common.seed)).is_none() {
+        let problem = format!("--perturb: the task {} has no perturbation", spec.task.name());
+        return Err(BadArgument(problem).into());
+    }
+    Ok(spec)
 }
 
 fn episode_seed(seed: Seed, index: usize) -> Seed {
     seed.derive_index("episode", index as u64)
 }
 
-/// Runs all episodes. Returns them with their traces, and the planner's activity in the recorded one.
+/// An episode with its trace.
+struct Ran {
+    episode: Episode,
+    tracer: Tracer,
+    /// Why the episode ended, in words.
+    reason: String,
+}
+
+/// What runs the episodes: a planner graph for all of them, or a domain over which each episode builds its own.
+enum Runner<'l> {
+    Plain { planner: Arc<Planner>, goal: StateId },
+    Relational { domain: &'l RelationalDomain, build: PlannerBuild, least: usize },
+}
+
+impl<'l> Runner<'l> {
+    fn new(args: &RunArgs, learned: &'l AnyLearned, task: &Arc<dyn Task>) -> Result<Self, Error> {
+        Ok(match learned {
+            AnyLearned::Paper(learned) => {
+                let domain = &learned.domain;
+                let Some(goal) = domain.goal() else {
+                    return Err(BadArgument("the domain has no goal".into()).into());
+                };
+                let planner = plan::build(domain, &args.planner, args.common.seed)?;
+                Self::Plain { planner: Arc::new(planner), goal }
+            }
+            AnyLearned::Relational(learned) => {
+                let build = PlannerBuild {
+                    spec: args.planner.spec(),
+                    plan: PopulationPlan::all(args.planner.mode.parse::<Population>()?),
+                    seed: Seed::new(args.common.seed),
+                };
+                Self::Relational { domain: &learned.domain, build, least: task.min_actions() }
+            }
+        })
+    }
+
+    /// Runs one episode. `activity` is filled if the planner's activity is to be recorded.
+    fn run(
+        &self,
+        spec: &EpisodeSpec,
+        seed: Seed,
+        index: usize,
+        line: &mut dyn Observer,
+        activity: Option<&mut Option<ActivityRecorder>>,
+    ) -> Result<Ran, TaskError> {
+        let mut tracer = Tracer::new(index);
+        let prepared = match self {
+            Self::Plain { .. } => None,
+            Self::Relational { domain, build, .. } => {
+                Some(PreparedEpisode::new(domain, build, spec, seed)?)
+            }
+        };
+        let planner = match (self, &prepared) {
+            (Self::Plain { planner, .. }, _) => Some(planner.clone()),
+            (_, prepared) => prepared.as_ref().map(|p| p.planner().clone()),
+        };
+        let mut recorder = planner.filter(|_| activity.is_some()).map(ActivityRecorder::new);
+        let mut observers = Observers(vec![line, &mut tracer]);
+        if let Some(recorder) = &mut recorder {
+            observers.0.push(recorder);
+        }
+        let (episode, reason) = match (self, prepared) {
+            (_, Some(prepared)) => {
+                let over = prepared.run(&mut observers)?;
+                let ended = &over.episode.report.ended;
+                let ground = over.grounds.last().map(|ground| ground.domain());
+                let reason = ended_text(ended, ground);
+                (over.episode, reason)
+            }
+            (Self::Plain { planner, goal }, None) => {
+                let grounding = Grounding::default();
+                let over = episode_observed(planner, grounding, *goal, spec, seed, &mut observers)?;
+                let reason = ended_text(&over.report.ended, Some(planner.domain()));
+                (over, reason)
+            }
+            // Every relational episode was prepared above.
+            (Self::Relational { .. }, None) => {
+                return Err(TaskError::Problem { reason: "the episode was not prepared".into() });
+            }
+        };
+        drop(observers);
+        if let Some(activity) = activity {
+            *activity = recorder;
+        }
+        Ok(Ran { episode, tracer, reason })
+    }
+
+    /// Returns the least number of actions that solve the recorded scene.
+    fn least_skills(&self, scene: &Snapshot) -> Result<usize, TaskError> {
+        match self {
+            Self::Relational { least, .. } => Ok(*least),
+            Self::Plain { planner, goal } => {
+                let classifier = Classifier::new(planner.domain(), Grounding::default())?;
+                let (counts, _) = plan::count(&classifier, planner.domain(), scene);
+                Ok(planner.plan(&counts, *goal)?.steps.len())
+            }
+        }
+    }
+}
+
+/// Returns why an episode ended, in words. Obstacles refer to `domain`.
+fn ended_text(ended: &Ended, domain: Option<&Domain>) -> String {
+    match (ended, domain) {
+        (Ended::GoalMet, _) => "the planner took the goal as met, although it is not".into(),
+        (Ended::Stuck(obstacle), Some(domain)) => plan::obstacle_text(domain, *obstacle),
+        (Ended::Stuck(_), None) => "the goal cannot be reached".into(),
+        (Ended::NoWay { action }, _) => {
+            format!("no part could be grasped and placed for {action}")
+        }
+        (Ended::Occupied { action }, _) => {
+            format!("another part lies where {action} puts its part")
+        }
+        (Ended::GaveUp, _) => "the limit on time or skills was reached".into(),
+    }
+}
+
+/// Runs all episodes. Returns them, and the planner's activity in the recorded one.
 fn episodes(
     args: &RunArgs,
-    planner: &Arc<Planner>,
-    goal: StateId,
+    runner: &Runner<'_>,
     spec: &EpisodeSpec,
     seed: Seed,
     progress: &Progress,
-) -> Result<(Vec<(Episode, Tracer)>, ActivityRecorder), TaskError> {
+) -> Result<(Vec<Ran>, ActivityRecorder), Error> {
     let chosen = args.record_episode - 1;
-    let run = |index: usize, other: &mut dyn Observer| {
-        let frame_ms = (index == chosen).then_some(FRAME_MS);
-        let own = episode_seed(seed, index);
-        let perturbation = args.perturb.then(|| spec.task.perturbation(own)).flatten();
-        let spec = EpisodeSpec { frame_ms, perturbation, ..spec.clone() };
-        let mut tracer = Tracer::new(index);
-        let mut observers = Observers(vec![other, &mut tracer]);
-        let over =
-            episode_observed(planner, Grounding::default(), goal, &spec, own, &mut observers)?;
-        Ok::<_, TaskError>((over, tracer))
-    };
+    let run =
+        |index: usize, line: &mut dyn Observer, activity: Option<&mut Option<ActivityRecorder>>| {
+            let frame_ms = (index == chosen).then_some(FRAME_MS);
+            let own = episode_seed(seed, index);
+            let perturbation = args.perturb.then(|| spec.task.perturbation(own)).flatten();
+            let spec = EpisodeSpec { frame_ms, perturbation, ..spec.clone() };
+            runner.run(&spec, own, index, line, activity)
+        };
     let (done, all) = (AtomicUsize::new(0), args.episodes);
     let recorded = || {
-        let mut activity = ActivityRecorder::new(planner.clone());
+        let mut activity = None;
         let name = format!("episode {} of {all}", args.record_episode);
         let mut line = ProgressLine::of_episode(progress, name);
-        let over = run(chosen, &mut Observers(vec![&mut activity, &mut line]))?;
+        let over = run(chosen, &mut line, Some(&mut activity))?;
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
         if all > 1 {
             progress.say(format!("{done} of {all} episodes done"));
@@ -174,7 +294,7 @@ fn episodes(
             .into_par_iter()
             .filter(|index| *index != chosen)
             .map(|index| {
-                let over = run(index, &mut Ignore)?;
+                let over = run(index, &mut Ignore, None)?;
                 let done = done.fetch_add(1, Ordering::Relaxed) + 1;
                 progress.say(format!("{done} of {all} episodes done"));
                 Ok(over)
@@ -184,6 +304,7 @@ fn episodes(
     let (recorded, others) = rayon::join(recorded, others);
     let ((recorded, activity), mut episodes) = (recorded?, others?);
     episodes.insert(chosen, recorded);
+    let activity = activity.ok_or_else(|| BadArgument("no activity was recorded".into()))?;
     Ok((episodes, activity))
 }
 
@@ -196,11 +317,4 @@ fn scene_seed(seed: Seed, index: usize) -> Seed {
 fn first_scene(spec: &EpisodeSpec, seed: Seed) -> Result<Snapshot, TaskError> {
     let scene = Scene::new(spec.task.scene(seed)?)?;
     Ok(Recorder::default().look(&scene).0)
-}
-
-/// Returns the number of actions in the plan for a scene.
-fn least_skills(planner: &Planner, scene: &Snapshot, goal: StateId) -> Result<usize, TaskError> {
-    let classifier = Classifier::new(planner.domain(), Grounding::default())?;
-    let (counts, _) = plan::count(&classifier, planner.domain(), scene);
-    Ok(planner.plan(&counts, goal)?.steps.len())
 }

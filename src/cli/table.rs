@@ -1,6 +1,6 @@
 //! Tables and lists at most 80 columns wide, broken between words only.
 
-use std::fmt;
+use std::fmt::{self, Write as _};
 
 /// Number of columns that every terminal has.
 const WIDTH: usize = 80;
@@ -17,6 +17,14 @@ pub(crate) fn unbroken(text: &str) -> String {
 pub(crate) fn wrapped(text: &str, indent: usize) -> String {
     let lines = lines(text, WIDTH.saturating_sub(indent));
     shown(&lines.join(&format!("\n{:indent$}", "")))
+}
+
+/// Appends a title and, if it has rows, its table.
+pub(crate) fn section(text: &mut String, title: &str, grid: &Grid) {
+    let _ = match grid.is_empty() {
+        true => writeln!(text, "{title}\n"),
+        false => writeln!(text, "{title}:\n\n{grid}"),
+    };
 }
 
 /// A Markdown table; columns of numbers are aligned to the right.

@@ -1,5 +1,7 @@
 //! `run.json`: the settings and results of a run, without anything that differs between machines.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
@@ -8,7 +10,8 @@ use crate::task::TaskError;
 use crate::task::execute::ActivityRecorder;
 use crate::task::planner::Shows;
 use crate::task::scene::SceneSpec;
-use crate::task::tasks;
+use crate::task::tasks::file::DataTask;
+use crate::task::tasks::{self, Task};
 
 /// Settings and results of a run, written as `run.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -84,8 +87,13 @@ impl RunFacts {
     /// [`TaskError::UnknownTask`] if the task has no such name; [`TaskError::Input`], [`TaskError::Setting`] or
     /// [`TaskError::Range`] if the settings make no valid scene.
     pub fn draw_scene(&self) -> Result<SceneSpec, TaskError> {
-        let task = tasks::by_name(&self.task)?;
-        let task = task.with_settings(self.scene.to_string().as_bytes(), "run.json")?;
+        let settings = self.scene.to_string();
+        // The settings of a task file are the whole file, so a task that the program does not have can be drawn, too.
+        let is_file = self.scene.get("format").is_some_and(|format| format == tasks::file::FORMAT);
+        let task: Arc<dyn Task> = match is_file {
+            true => Arc::new(DataTask::parse(settings.as_bytes(), "run.json")?),
+            false => tasks::by_name(&self.task)?.with_settings(settings.as_bytes(), "run.json")?,
+        };
         let scene = task.scene(Seed::new(self.scene_seed))?;
         scene.check().map(|()| scene)
     }

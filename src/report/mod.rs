@@ -5,6 +5,7 @@
 //! and shows the rest. Text from the files is embedded as data and shown as text, never as markup.
 
 mod arrays;
+mod domain;
 mod facts;
 mod page;
 pub mod trace;
@@ -19,9 +20,8 @@ pub use facts::{ModuleFacts, PopulationFacts, RunFacts};
 
 use crate::files::{FileError, read_file};
 use crate::task::TaskError;
-use crate::task::domain::Domain;
 use crate::task::domain::Recording;
-use crate::task::scene::Outline;
+use crate::task::scene::{Outline, SceneSpec};
 
 /// A page, and a list of what it cannot show.
 #[derive(Debug, Clone, PartialEq)]
@@ -136,9 +136,8 @@ fn of_run(folder: &Path) -> Report {
             None
         }
     });
-    let domain = reader.take("domain.json", |bytes, name| {
-        Domain::parse(bytes, name).map(|domain| domain_to_page(&domain)).map_err(|e| e.to_string())
-    });
+    let domain = reader
+        .take("domain.json", |bytes, name| domain::to_page(bytes, name).map_err(|e| e.to_string()));
     let shown = reader.take("recording.jsonl", |bytes, name| {
         let (recording, _) = Recording::parse(bytes, name).map_err(|e| e.to_string())?;
         Ok(json!({
@@ -165,8 +164,7 @@ fn of_run(folder: &Path) -> Report {
         let (mut arrays, unread) = read;
         odd.extend(unread);
         if let Some(facts) = &facts {
-            let (fitting, others) =
-                arrays.fitting(facts, scene.as_ref().map(|scene| scene.parts.len()));
+            let (fitting, others) = arrays.fitting(facts, scene.as_ref().map(SceneSpec::pictured));
             arrays = fitting;
             odd.extend(others);
         }
@@ -194,33 +192,6 @@ fn of_run(folder: &Path) -> Report {
         "arrays": arrays.as_ref().map(Arrays::to_page),
     });
     Report { html: page::html(&data), missing }
-}
-
-/// Returns a domain as the page reads it, for every version of the file: states with their geometry, and operators with
-/// the names of their states and their evidence. Geometry and evidence are null in a domain written in code.
-fn domain_to_page(domain: &Domain) -> Value {
-    let states = domain.states().iter().map(|s| {
-        let learned = s.learned.as_ref();
-        json!({
-            "name": s.name, "kind": s.kind, "count": learned.map(|l| l.count),
-            "distinct": learned.map(|l| l.distinct), "origin": learned.map(|l| l.origin),
-            "mean": learned.map(|l| &l.mean), "covariance": learned.map(|l| &l.covariance),
-        })
-    });
-    let operators = domain.operators().iter().map(|o| {
-        json!({
-            "name": o.name, "kind": o.kind(), "from": o.from.map(|s| &domain[s].name),
-            "to": domain[o.to].name, "preconditions": domain.names(&o.preconditions),
-            "effects": domain.names(&o.effects), "absent": domain.names(&o.absent),
-            "removes": domain.names(&o.removes), "evidence": o.evidence,
-        })
-    });
-    json!({
-        "provenance": domain.provenance(),
-        "goal": domain.goal_name(),
-        "states": states.collect::<Vec<_>>(),
-        "operators": operators.collect::<Vec<_>>(),
-    })
 }
 
 /// Returns the number of episodes that `run.json` states.

@@ -197,6 +197,7 @@ mod tests {
             action: Some("PUT".into()),
             begun,
             skill,
+            chosen: None,
         };
         let touch = Touched { t: 1.5, part: 1, contact: true };
         let decisions = [decided(false, None), decided(true, Some(skill)), decided(true, None)];

@@ -141,6 +141,12 @@ pub enum TaskError {
         /// What is wrong with the domain.
         reason: String,
     },
+    /// A scene and a relational domain give no planning problem.
+    #[error("{reason}")]
+    Problem {
+        /// Why they give no problem.
+        reason: String,
+    },
     /// A vocabulary could not be built.
     #[error(transparent)]
     Vocabulary(#[from] VocabError),
@@ -161,7 +167,7 @@ pub enum TaskError {
         /// The name given.
         name: String,
         /// Name and description of every task.
-        choices: Vec<(&'static str, &'static str)>,
+        choices: Vec<(String, String)>,
     },
     /// A figure cannot be drawn.
     #[error("the figure cannot be drawn: {reason}")]
@@ -197,7 +203,7 @@ fn near(nearest: &Option<String>) -> String {
     nearest.as_ref().map_or_else(String::new, |name| format!(" (did you mean `{name}`?)"))
 }
 
-fn described(choices: &[(&str, &str)]) -> String {
+fn described(choices: &[(String, String)]) -> String {
     let choices: Vec<String> =
         choices.iter().map(|(name, what)| format!("{name} ({what})")).collect();
     choices.join(", ")

@@ -51,11 +51,11 @@ pub mod strips;
 pub mod tasks;
 
 pub use domain::{
-    AcceptableAnswers, ActionId, Classifier, Commitment, Demonstration, Domain, DomainBuilder,
-    Evidence, GaussianGate, Grounded, Grounding, KindClusters, Labels, LearnedState, MIN_DISTINCT,
-    ObjectPose, Obstacle, Operator, Origin, Parameter, Pose, Provenance, Recording, Rules, Sensing,
-    Snapshot, SnapshotEvent, State, StateId, Verdict, WorldState, acceptable_answers,
-    mean_orientation, rotation_between,
+    AcceptableAnswers, ActionId, Classifier, Commitment, Composition, Demonstration, Domain,
+    DomainBuilder, Evidence, Factor, GaussianGate, Grounded, Grounding, KindClusters, Labels,
+    LearnedState, MIN_DISTINCT, ObjectPose, Obstacle, Operator, Origin, Parameter, Part, Pose,
+    Provenance, Recording, Rules, Sensing, Snapshot, SnapshotEvent, State, StateId, Verdict,
+    WorldState, acceptable_answers, mean_orientation, rotation_between,
 };
 pub use error::{InputFault, TaskError};
 #[cfg(feature = "physics")]

@@ -61,7 +61,7 @@ fn below(states: usize) -> String {
 }
 
 /// Returns the first invalid or repeated name as a message.
-pub(super) fn check_names<'n>(all: impl Iterator<Item = &'n String>) -> Result<(), String> {
+pub(crate) fn check_names<'n>(all: impl Iterator<Item = &'n String>) -> Result<(), String> {
     let mut names = HashSet::new();
     for name in all {
         if !is_symbol(name) {

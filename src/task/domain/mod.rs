@@ -18,6 +18,7 @@
 //! | add errors of sensing to poses | [`Sensing`] |
 //! | find the states of objects | [`Classifier`], [`Grounding`], [`Grounded`] |
 //! | describe the states that hold | [`WorldState`] |
+//! | say what the pointers of states and actions are made of | [`Composition`] |
 //! | interpret a planner's answer | [`Verdict`], [`Obstacle`] |
 //! | check a planner's answer | [`acceptable_answers`] |
 //!
@@ -26,6 +27,7 @@
 
 mod builder;
 mod check;
+mod composition;
 pub(crate) mod distance;
 mod file;
 pub(crate) mod grounding;
@@ -43,7 +45,9 @@ mod world;
 use std::ops::Index;
 
 pub use builder::DomainBuilder;
-pub(crate) use check::is_symbol;
+pub(crate) use check::{check_names, is_symbol};
+pub use composition::{Composition, Factor, Part};
+pub(crate) use file::fields;
 pub use grounding::{Classifier, GaussianGate, Grounded, Grounding, MIN_DISTINCT};
 pub use ids::{ActionId, StateId};
 pub use operator::{Evidence, Operator, Parameter};
@@ -254,7 +258,7 @@ impl Domain {
     }
 }
 
-fn find<'n>(
+pub(crate) fn find<'n>(
     name: &str,
     what: &'static str,
     names: impl Iterator<Item = &'n str> + Clone,

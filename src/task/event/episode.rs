@@ -14,7 +14,7 @@ pub struct SceneFrame {
     pub angles: [f64; 7],
     /// Distance of each finger from the middle of the gripper, in metres.
     pub fingers: [f64; 2],
-    /// Poses of all parts, in the scene's order.
+    /// Poses of all parts in the scene's order, then of the movable fixtures.
     pub parts: Vec<Pose>,
 }
 
@@ -35,6 +35,28 @@ pub struct Decided {
     /// Report of the skill that executed the action; `None` until the skill ends.
     #[serde(default)]
     pub skill: Option<SkillReport>,
+    /// Object, reference and target pose; `None` if the robot did not begin, or if the domain is not relational.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chosen: Option<Chosen>,
+}
+
+/// The move that carries out an action of a relational domain.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Chosen {
+    /// Name of the operator.
+    pub operator: String,
+    /// Id of the object that moves.
+    pub object: String,
+    /// Id of the object that it is put onto, into or beside; `None` in the world frame.
+    pub reference: Option<String>,
+    /// Index of the place in the operator's new state.
+    pub place: usize,
+    /// Target pose in the world.
+    pub target: Pose,
+    /// How much of the target's orientation matters: `free`, `axis` or `full`.
+    pub turn: String,
+    /// Name of the ground fact of the goal that the planner was asked for.
+    pub goal: String,
 }
 
 impl Decided {

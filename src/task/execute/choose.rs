@@ -10,7 +10,7 @@ pub(super) fn target(domain: &Domain, operator: &Operator) -> Option<Target> {
     let [x, y, z, w] = state.mean.orientation;
     // The third column of the rotation matrix: the direction of the part's axis in the mean pose.
     let axis = [2.0 * (x * z + y * w), 2.0 * (y * z - x * w), 1.0 - 2.0 * (x * x + y * y)];
-    Some(Target { position: state.mean.position, axis })
+    Some(Target::along(state.mean.position, axis))
 }
 
 /// Returns the objects that the action can move, by their index in the snapshot: objects of its kind in the operator's

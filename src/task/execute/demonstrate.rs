@@ -5,7 +5,7 @@
 
 use super::recorder::Recorder;
 use crate::sim::{Seed, warn_if_unoptimised};
-use crate::task::domain::{Demonstration, Recording, SnapshotEvent};
+use crate::task::domain::{Demonstration, Recording, Sensing, SnapshotEvent};
 use crate::task::error::TaskError;
 use crate::task::event::{Event, Ignore, Observer, SkillReport, Touch, Touched};
 use crate::task::scene::Scene;
@@ -80,6 +80,26 @@ pub fn demonstrate_observed(
         out.recording.demos.push(Demonstration { number: demo as u64, snapshots });
     }
     Ok(out)
+}
+
+/// Demonstrates the task, as [`demonstrate_observed`] does, and passes every snapshot of the recording through
+/// `sensing`. The demonstrator and the judge still see the exact scene.
+///
+/// # Errors
+/// As [`demonstrate`]; [`TaskError::Setting`] for a rate or noise outside its range.
+pub fn demonstrate_sensed(
+    task: &dyn Task,
+    demos: usize,
+    sensing: &Sensing,
+    seed: Seed,
+    observer: &mut dyn Observer,
+) -> Result<Demonstrated, TaskError> {
+    sensing.check()?;
+    let mut shown = demonstrate_observed(task, demos, seed, observer)?;
+    if !sensing.is_exact() {
+        shown.recording = sensing.apply_recording(&shown.recording, seed.derive("", "sensing"));
+    }
+    Ok(shown)
 }
 
 /// Runs one demonstration.

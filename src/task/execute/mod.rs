@@ -4,6 +4,7 @@
 //! |---|---|
 //! | record demonstrations | [`demonstrate()`], or [`Recorder`] for single snapshots |
 //! | run an episode | [`episode`], with [`EpisodeSpec`] |
+//! | run an episode over a relational domain | [`relational_episode`] or [`PreparedEpisode`] |
 //! | follow an episode while it runs | [`episode_observed`], with an [`Observer`] such as [`ActivityRecorder`] |
 //! | run the scene as the world of your own simulator | [`EpisodeWorld`] |
 //!
@@ -20,7 +21,9 @@
 //! 4. *Check*: if the verdict is met or stuck, the episode ends. Otherwise the executor looks again. If the
 //!    world state has changed, it returns to step 1.
 //! 5. *Choose*: the executor chooses a part in the action's [`from`](crate::task::domain::Operator::from) state. The
-//!    target is the mean pose of the action's [`to`](crate::task::domain::Operator::to) state.
+//!    target is the mean pose of the action's [`to`](crate::task::domain::Operator::to) state. Over a relational domain,
+//!    the action also says the reference and the place, and the target is
+//!    [`Problem::target`](crate::task::relational::Problem::target).
 //! 6. *Act*: the robot runs the skill. However the skill ends, the loop returns to step 1. A drop or a person's
 //!    intervention therefore leads to a new decision (a re-plan).
 //!
@@ -30,7 +33,10 @@
 mod activity;
 mod choose;
 mod demonstrate;
+mod mind;
 mod recorder;
+mod relational;
+mod senses;
 mod world;
 
 use std::ops::ControlFlow;
@@ -40,15 +46,16 @@ use std::time::Duration;
 use crate::sim::{
     RunConfig, Seed, SimDuration, SimError, Simulator, StopReason, Threads, WorldError,
 };
-use crate::task::domain::{Grounding, StateId};
+use crate::task::domain::{Grounding, Sensing, StateId};
 use crate::task::error::TaskError;
 use crate::task::event::{Ended, EpisodeReport, Event, Ignore, Observer, SceneFrame};
 use crate::task::planner::Planner;
 pub use crate::task::tasks::Perturbation;
 use crate::task::tasks::{self, Task};
 pub use activity::{ActivityRecorder, ModuleSamples};
-pub use demonstrate::{Demonstrated, demonstrate, demonstrate_observed};
+pub use demonstrate::{Demonstrated, demonstrate, demonstrate_observed, demonstrate_sensed};
 pub use recorder::Recorder;
+pub use relational::{PlannerBuild, PreparedEpisode, RelationalEpisode, relational_episode};
 pub use world::EpisodeWorld;
 
 /// Settings of an episode.
@@ -69,6 +76,8 @@ pub struct EpisodeSpec {
     pub frame_ms: Option<u64>,
     /// Threads that compute the planner graph's ticks. The episode has the same bits either way.
     pub threads: Threads,
+    /// Errors of the executor's sensing. If there are any, each look takes nine frames and their middle.
+    pub sensing: Sensing,
 }
 
 impl Default for EpisodeSpec {
@@ -81,6 +90,7 @@ impl Default for EpisodeSpec {
             perturbation: None,
             frame_ms: None,
             threads: Threads::Pool,
+            sensing: Sensing::default(),
         }
     }
 }
@@ -94,22 +104,23 @@ impl EpisodeSpec {
     /// Checks that all numbers are in range and that the task's scene can be built.
     ///
     /// # Errors
-    /// [`TaskError::Setting`] for a rate or limit outside its range, or for a perturbation of a part that
-    /// does not exist; as [`Task::scene`] and [`SceneSpec::check`](crate::task::scene::SceneSpec::check).
+    /// [`TaskError::Setting`] for a rate or limit outside its range, or for a perturbation of a body that
+    /// does not exist or move; as [`Task::scene`] and [`SceneSpec::check`](crate::task::scene::SceneSpec::check).
     pub fn check(&self) -> Result<(), TaskError> {
         let scene = self.task.scene(Seed::new(0))?;
         scene.check()?;
+        self.sensing.check()?;
         let refuse =
             |name, value: String, expected| Err(TaskError::Setting { name, value, expected });
         if !(0.0..=1.0).contains(&self.drop_rate) {
             return refuse("drop_rate", self.drop_rate.to_string(), "0 to 1");
         }
         if let Some(perturbation) = &self.perturbation {
-            if perturbation.part >= scene.parts.len() {
+            if !scene.moves(perturbation.body) {
                 return refuse(
-                    "perturbation.part",
-                    perturbation.part.to_string(),
-                    "the index of a part in the scene, counted from 0",
+                    "perturbation.body",
+                    format!("{:?}", perturbation.body),
+                    "a part or a movable fixture of the scene, counted from 0",
                 );
             }
             let turn: f64 = perturbation.pose.orientation.iter().map(|v| v * v).sum();

@@ -49,14 +49,15 @@ impl Recorder {
             parts.push(Some(index));
         }
         let mut places: Vec<Names> = Vec::new();
-        for landmark in &spec.landmarks {
+        for (index, landmark) in spec.landmarks.iter().enumerate() {
+            let Some(pose) = scene.landmark(index) else { continue };
             let known = places.iter().position(|names| *names.kind == *landmark.kind);
             let names = known.unwrap_or_else(|| {
                 places.push(Names::of(&landmark.kind));
                 places.len() - 1
             });
             let (id, kind) = places[names].next();
-            objects.push(ObjectPose { id, kind, pose: landmark.pose });
+            objects.push(ObjectPose { id, kind, pose });
             parts.push(None);
         }
         let snapshot = Snapshot {

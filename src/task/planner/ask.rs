@@ -14,9 +14,9 @@ use crate::sim::{
     Simulator, StopReason, Synapse, Threads, Timebase, Vector, World, WorldError, WorldLink,
     WorldSave,
 };
-use crate::task::domain::{ActionId, Domain, Obstacle, StateId, Verdict, WorldState};
+use crate::task::domain::{ActionId, Composition, Domain, Obstacle, StateId, Verdict, WorldState};
 use crate::task::error::TaskError;
-use crate::task::planner::encode::{Encoded, StateSpace};
+use crate::task::planner::encode::{Encoded, MOST_DIMENSIONS, StateSpace};
 
 /// The stages of a decision. Each gives a milestone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -135,6 +135,43 @@ impl Planner {
         seed: Seed,
     ) -> Result<Self, TaskError> {
         let encoded = Arc::new(Encoded::new(domain, spec.dimensions, spec.max_similarity, seed)?);
+        Self::with_pointers(domain, encoded, spec, plan, seed)
+    }
+
+    /// Builds the graph over a ground problem. The pointers are built from roles bound to identities
+    /// ([`Encoded::composed`]). The number of dimensions is at least `spec.dimensions`, and more if the capacity of the
+    /// memories demands it ([`Encoded::dimensions_for`]).
+    ///
+    /// # Errors
+    /// As [`Planner::with_plan`]; [`TaskError::TooFewDimensions`] if 8192 dimensions are too few.
+    pub fn composed(
+        domain: &Domain,
+        composition: &Composition,
+        spec: PlannerSpec,
+        plan: &PopulationPlan,
+        seed: Seed,
+    ) -> Result<Self, TaskError> {
+        let mut dimensions = Encoded::dimensions_for(domain, spec.dimensions);
+        loop {
+            let spec = PlannerSpec { dimensions, ..spec };
+            let built = Encoded::composed(domain, composition, dimensions, seed)
+                .and_then(|e| Self::with_pointers(domain, Arc::new(e), spec, plan, seed));
+            match built {
+                Err(TaskError::TooFewDimensions { .. }) if dimensions < MOST_DIMENSIONS => {
+                    dimensions *= 2;
+                }
+                other => return other,
+            }
+        }
+    }
+
+    fn with_pointers(
+        domain: &Domain,
+        encoded: Arc<Encoded>,
+        spec: PlannerSpec,
+        plan: &PopulationPlan,
+        seed: Seed,
+    ) -> Result<Self, TaskError> {
         let (states, actions) = (domain.states().len(), domain.operators().len());
         let mut builder = GraphBuilder::new();
         let space = encoded.states.space();

@@ -1,14 +1,16 @@
 //! Checks a relational domain.
 
-use std::collections::BTreeSet;
-
-use super::RelationalDomain;
 use super::state::{Coordinate, Turn};
-use crate::task::domain::is_symbol;
+use super::{FrameState, GoalTerm, Quantity, RelationalDomain, RelationalOperator};
+use crate::task::domain::check_names;
 use crate::task::error::TaskError;
 
 /// Greatest length of a coordinate in metres. Larger numbers would overflow when squared.
 const FARTHEST_M: f64 = 1e6;
+/// Greatest number of objects that a need or a goal can ask for.
+const MOST: usize = 1_000_000;
+/// Largest accepted deviation of the square of an orientation's norm, or of an axis's length, from 1.
+const UNIT: f64 = 1e-3;
 
 impl RelationalDomain {
     /// Checks that all names are valid and unique, all indices are in range and all numbers are usable.
@@ -16,90 +18,112 @@ impl RelationalDomain {
     /// # Errors
     /// [`TaskError::BadDomain`], with the state or operator and what is wrong with it.
     pub fn check(&self) -> Result<(), TaskError> {
-        self.fault().map_or(Ok(()), |reason| Err(TaskError::BadDomain { reason }))
-    }
-
-    fn fault(&self) -> Option<String> {
-        let mut names = BTreeSet::new();
-        let all = self.states.iter().map(|s| &s.name);
-        for name in all.chain(self.operators.iter().map(|o| &o.name)) {
-            if !is_symbol(name) {
-                return Some(format!(
-                    "`{name}` is no name; expected an upper-case letter, then letters, digits and `_`"
-                ));
-            }
-            if !names.insert(name) {
-                return Some(format!(
-                    "`{name}` is used twice; expected a different name for each state and action"
-                ));
-            }
-        }
+        let bad = |reason: String| TaskError::BadDomain { reason };
+        let states = self.states.iter().map(|s| &s.name);
+        check_names(states.chain(self.operators.iter().map(|o| &o.name))).map_err(bad)?;
         for state in &self.states {
-            let fault = |what: &str| Some(format!("state `{}` {what}", state.name));
-            if state.places.is_empty() {
-                return fault("has no places; expected at least one");
-            }
-            for place in &state.places {
-                let square: f64 = place.orientation.iter().map(|v| v * v).sum();
-                let unit = (square - 1.0).abs() < 1e-3;
-                if !unit {
-                    return fault("has an orientation that is not a unit quaternion");
-                }
-                for coordinate in &place.coordinates {
-                    let (a, b, ordered) = match *coordinate {
-                        Coordinate::Tight { mean, sd } => (mean, sd, sd >= 0.0),
-                        Coordinate::Open { low, high } => (low, high, low <= high),
-                    };
-                    let usable = |v: f64| v.is_finite() && v.abs() < FARTHEST_M;
-                    if !(usable(a) && usable(b) && ordered) {
-                        return fault(
-                            "has a coordinate that is not usable; expected finite metres, a spread of at least 0 and `low` below `high`",
-                        );
-                    }
-                }
-            }
-            let (axis, sd) = match state.turn {
-                Turn::Free => ([0.0, 0.0, 1.0], 0.0),
-                Turn::Axis { axis, sd } => (axis, sd),
-                Turn::Full { sd } => ([0.0, 0.0, 1.0], sd),
-            };
-            let length: f64 = axis.iter().map(|v| v * v).sum();
-            if !((length - 1.0).abs() < 1e-3 && sd >= 0.0 && sd.is_finite()) {
-                return fault(
-                    "has a turn that is not usable; expected a unit axis and a spread of at least 0",
-                );
-            }
+            let named = |why: &str| bad(format!("state `{}` {why}", state.name));
+            fault_of_state(state).map_or(Ok(()), |why| Err(named(why)))?;
         }
-        let known = |state: usize| state < self.states.len();
         for operator in &self.operators {
-            let conditions = operator.needs.iter().map(|n| n.condition.state);
-            let effects = operator.side_effects.iter().map(|e| e.condition.state);
-            let mut all = conditions
-                .chain(effects)
-                .chain(operator.from.iter().copied())
-                .chain(operator.never_seen.iter().copied())
-                .chain([operator.to]);
-            if !all.all(known) {
-                return Some(format!(
-                    "operator `{}` names a state that does not exist",
-                    operator.name
-                ));
-            }
-            let kind = &self.states[operator.to].kind;
-            if let Some(other) = operator.from.iter().find(|s| self.states[**s].kind != *kind) {
-                return Some(format!(
-                    "operator `{}` moves a {kind} out of `{}`, a state of another kind",
-                    operator.name, self.states[*other].name
-                ));
-            }
+            let named = |why: String| bad(format!("action `{}` {why}", operator.name));
+            self.fault_of_operator(operator).map_or(Ok(()), |why| Err(named(why)))?;
         }
-        if self.goals.iter().any(|g| !known(g.state)) {
-            return Some("the goal names a state that does not exist".into());
+        for goal in &self.goals {
+            self.fault_of_goal(goal).map_or(Ok(()), |why| Err(bad(format!("the goal {why}"))))?;
         }
         let noise = [self.noise_m, self.noise_rad];
         if noise.iter().any(|v| !(v.is_finite() && (0.0..FARTHEST_M).contains(v))) {
-            return Some("its noise is not a finite number of at least 0".into());
+            return Err(bad(
+                "the noise is not usable; expected finite numbers of at least 0".into()
+            ));
         }
-        None
+        Ok(())
     }
+
+    fn fault_of_operator(&self, operator: &RelationalOperator) -> Option<String> {
+        let conditions = operator.needs.iter().map(|n| n.condition.state);
+        let effects = operator.side_effects.iter().map(|e| e.condition.state);
+        let mut all = conditions
+            .chain(effects)
+            .chain(operator.from.iter().copied())
+            .chain(operator.never_seen.iter().copied())
+            .chain([operator.to]);
+        let count = self.states.len();
+        if let Some(state) = all.find(|state| *state >= count) {
+            return Some(format!("names state number {state}; expected a number below {count}"));
+        }
+        if operator.needs.iter().any(|n| !(1..=MOST).contains(&n.least)) {
+            return Some(format!("has a need for no object or too many; expected 1 to {MOST}"));
+        }
+        let numbers = operator.displacement.iter().flat_map(|d| d.mean.iter().chain([&d.sd]));
+        if numbers.into_iter().any(|v| !(v.is_finite() && v.abs() < FARTHEST_M)) {
+            return Some("has a displacement that is not usable; expected finite metres".into());
+        }
+        let kind = &self.states[operator.to].kind;
+        let other = operator.from.iter().find(|s| self.states[**s].kind != *kind)?;
+        let other = &self.states[*other];
+        Some(format!(
+            "moves a `{kind}` out of `{}`, a state of `{}`; expected states of one kind",
+            other.name, other.kind
+        ))
+    }
+
+    fn fault_of_goal(&self, goal: &GoalTerm) -> Option<String> {
+        let count = self.states.len();
+        let Some(state) = self.states.get(goal.state) else {
+            return Some(format!(
+                "names state number {}; expected a number below {count}",
+                goal.state
+            ));
+        };
+        let (each, least) = match goal.quantity {
+            Quantity::AtLeast(n) => (false, n),
+            Quantity::EachReference(n) => (true, n),
+            Quantity::EachObject => (false, 1),
+        };
+        if each && state.frame.kind().is_none() {
+            let name = &state.name;
+            return Some(format!(
+                "asks for `{name}` at each reference; expected a state in the frame of a kind"
+            ));
+        }
+        let usable = (1..=MOST).contains(&least);
+        (!usable).then(|| format!("asks for {least} of `{}`; expected 1 to {MOST}", state.name))
+    }
+}
+
+fn fault_of_state(state: &FrameState) -> Option<&'static str> {
+    if state.places.is_empty() {
+        return Some("has no places; expected at least one");
+    }
+    for place in &state.places {
+        let square: f64 = place.orientation.iter().map(|v| v * v).sum();
+        // A comparison with a number that is not finite is false.
+        if (square - 1.0).abs() >= UNIT || !square.is_finite() {
+            return Some("has an orientation of another norm than 1; expected a unit quaternion");
+        }
+        for coordinate in &place.coordinates {
+            let (a, b, ordered) = match *coordinate {
+                Coordinate::Tight { mean, sd } => (mean, sd, sd >= 0.0),
+                Coordinate::Open { low, high } => (low, high, low <= high),
+            };
+            let usable = |v: f64| v.is_finite() && v.abs() < FARTHEST_M;
+            if !(usable(a) && usable(b) && ordered) {
+                return Some(
+                    "has a coordinate that is not usable; expected finite metres, a spread of at least 0 and `low` \
+                     below `high`",
+                );
+            }
+        }
+    }
+    let (axis, sd) = match state.turn {
+        Turn::Free => ([0.0, 0.0, 1.0], 0.0),
+        Turn::Axis { axis, sd } => (axis, sd),
+        Turn::Full { sd } => ([0.0, 0.0, 1.0], sd),
+    };
+    let square: f64 = axis.iter().map(|v| v * v).sum();
+    let usable = (square - 1.0).abs() < UNIT && sd >= 0.0 && sd.is_finite();
+    (!usable)
+        .then_some("has a turn that is not usable; expected a unit axis and a spread of at least 0")
 }

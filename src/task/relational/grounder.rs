@@ -8,6 +8,7 @@ use super::state::{Coordinate, FrameState, Place, Turn};
 use super::{Frame, RelationalDomain};
 use crate::task::domain::distance::p_distance;
 use crate::task::domain::{Origin, Pose, Snapshot};
+use crate::task::error::TaskError;
 
 /// The state of one object of a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,7 +25,7 @@ pub struct Located {
 /// Classifies objects by the states of a relational domain.
 ///
 /// An object is in a state if its pose, in the frame of some reference, deviates from one of the state's places by at
-/// most [`Grounder::LIMIT`] standard deviations over the tight coordinates. Among several such states, places and
+/// most [`Grounder::LIMIT`] standard deviations, or the limit of [`Grounder::with_limit`], over the tight coordinates. Among several such states, places and
 /// references, the one with the highest probability density is taken. Orientation is compared as far as the
 /// demonstrations needed it ([`FrameState::turn_matters`]); otherwise only a tilt of a placed object counts.
 #[derive(Debug, Clone)]
@@ -32,6 +33,7 @@ pub struct Grounder {
     states: Vec<FrameState>,
     noise_m: f64,
     noise_rad: f64,
+    limit: f64,
 }
 
 /// Standard deviation of a place seen once, and the smallest one: in metres and in radians.
@@ -56,7 +58,24 @@ impl Grounder {
 
     /// Builds a grounder for the states of `domain`.
     pub fn new(domain: &RelationalDomain) -> Self {
-        Self { states: domain.states.clone(), noise_m: domain.noise_m, noise_rad: domain.noise_rad }
+        Self {
+            states: domain.states.clone(),
+            noise_m: domain.noise_m,
+            noise_rad: domain.noise_rad,
+            limit: Self::LIMIT,
+        }
+    }
+
+    /// Returns a grounder that accepts distances of at most `limit` standard deviations.
+    ///
+    /// # Errors
+    /// [`TaskError::Setting`] unless the limit is finite and above 0.
+    pub fn with_limit(self, limit: f64) -> Result<Self, TaskError> {
+        if limit.is_finite() && limit > 0.0 {
+            return Ok(Self { limit, ..self });
+        }
+        let (value, expected) = (limit.to_string(), "a finite number above 0");
+        Err(TaskError::Setting { name: "limit", value, expected })
     }
 
     /// Returns a grounder for scenes whose poses have this much more noise than the recording had: standard deviations
@@ -129,7 +148,7 @@ impl Grounder {
             }
         }
         let near = matches.iter().map(|m| m.distance).min_by(f64::total_cmp);
-        matches.retain(|m| m.distance <= Self::LIMIT);
+        matches.retain(|m| m.distance <= self.limit);
         let best =
             matches.iter().max_by(|a, b| a.density.total_cmp(&b.density).then(b.fact.cmp(&a.fact)));
         let Some(best) = best else {

@@ -11,6 +11,7 @@
 //! | find the state and the reference of each object in a scene | [`Grounder`], which returns a [`Layout`] |
 //! | list the moves that are allowed now | [`Problem::moves`] |
 //! | plan | [`Problem::plan`], the reference planner |
+//! | plan with the planner graph | [`Problem::ground`], which returns a [`GroundProblem`] |
 //!
 //! # Terms
 //!
@@ -28,13 +29,17 @@ mod convert;
 mod file;
 mod frame;
 mod goal;
+mod ground;
 mod grounder;
 mod layout;
 mod moves;
 mod operator;
 mod plan;
 mod problem;
+mod propositional;
 mod state;
+mod symbols;
+mod words;
 
 pub use frame::Frame;
 pub(crate) use frame::relative;
@@ -49,6 +54,7 @@ pub use operator::{
 pub use plan::PlannedMove;
 pub(crate) use problem::ROOMY_M;
 pub use problem::{Problem, ProblemError};
+pub use propositional::GroundProblem;
 pub use state::{Coordinate, FrameState, Place, Turn};
 
 use crate::task::domain::Provenance;

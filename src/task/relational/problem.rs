@@ -51,6 +51,28 @@ pub enum ProblemError {
         /// Number of objects in the scene.
         present: usize,
     },
+    /// The scene has too many objects for the planner graph.
+    #[error(
+        "the scene has {objects} objects, and planning in it would take more than {most} facts and actions"
+    )]
+    TooLarge {
+        /// Number of objects in the scene.
+        objects: usize,
+        /// Greatest number of ground facts and actions.
+        most: usize,
+    },
+    /// No action leads to the goal in this scene.
+    #[error("no object in the scene can be moved towards the goal: {}", .states.join(", "))]
+    Nothing {
+        /// Names of the goal's states.
+        states: Vec<String>,
+    },
+    /// The ground domain is not valid.
+    #[error("the problem cannot be compiled for the planner graph: {reason}")]
+    Invalid {
+        /// What is wrong with the domain.
+        reason: String,
+    },
 }
 
 /// A planning problem over one scene.
@@ -281,6 +303,12 @@ impl<'d> Problem<'d> {
         }
     }
 
+    /// Returns the places that exclude a place of a state, as pairs of state and place.
+    pub(super) fn conflicting(&self, state: usize, place: usize) -> Vec<(usize, usize)> {
+        let pairs = self.conflicts.iter().filter(|(own, _)| *own == (state, place));
+        pairs.map(|(_, other)| *other).collect()
+    }
+
     /// Returns whether no other object is at a place that the move needs.
     pub(super) fn place_is_free(&self, m: &Move, situation: &Situation) -> bool {
         let to = self.domain.operators[m.operator].to;
@@ -311,7 +339,7 @@ impl<'d> Problem<'d> {
     }
 
     /// Returns the situation after a move.
-    pub(super) fn after(&self, m: &Move, situation: &Situation) -> Situation {
+    pub fn after(&self, m: &Move, situation: &Situation) -> Situation {
         let operator: &RelationalOperator = &self.domain.operators[m.operator];
         let mut next = situation.clone();
         let ended: BTreeSet<usize> =

@@ -48,43 +48,63 @@ const MASSES: [f64; JOINTS] = [3.0, 3.0, 3.0, 3.0, 3.0, 1.7, 0.7];
 pub(crate) const LOADS: [f64; JOINTS] = [4.0, 4.0, 3.0, 3.0, 0.4, 0.4, 0.1];
 
 /// Returns the robot's collision shapes and their frames, with the arm at `angles` and the fingers at `opening`. The
-/// first link is left out: it stands at the table's edge, and nothing comes near it.
-pub(crate) fn outline(angles: &Angles, opening: f64) -> impl Iterator<Item = (Frame, SharedShape)> {
+/// first link is left out: it stands at the table's edge, and nothing comes near it. Each shape is thicker by `grown_m`
+/// metres on every side.
+pub(crate) fn outline(
+    angles: &Angles,
+    opening: f64,
+    grown_m: f64,
+) -> impl Iterator<Item = (Frame, SharedShape)> {
     let links = arm::links(angles);
     let hand = links[JOINTS - 1] * arm::hand_offset();
-    let fingers = [1.0, -1.0].map(|side| (hand * finger_frame(side, opening), finger_shape()));
+    let finger = finger_shape(grown_m);
+    let fingers = [1.0, -1.0].map(|side| (hand * finger_frame(side, opening), finger.clone()));
     (1..JOINTS)
-        .map(move |i| (links[i], link_shape(i)))
-        .chain([(hand * hand_middle(), hand_shape())])
+        .map(move |i| (links[i], link_shape(i, grown_m)))
+        .chain([(hand * hand_middle(), hand_shape(grown_m))])
         .chain(fingers)
+}
+
+/// Returns the collision shapes of the hand and the fingers and their frames, with the end effector at `tool`.
+pub(crate) fn hand_outline(
+    tool: &Frame,
+    opening: f64,
+) -> impl Iterator<Item = (Frame, SharedShape)> {
+    let hand = *tool * Frame::from_translation(Vector::new(0.0, 0.0, -arm::TOOL_M));
+    let finger = |side| (hand * finger_frame(side, opening), finger_shape(0.0));
+    let fingers = [1.0, -1.0].map(finger);
+    std::iter::once((hand * hand_middle(), hand_shape(0.0))).chain(fingers)
 }
 
 /// Returns the shapes of the link that moves with a joint, in the link's frame. The last link includes the
 /// hand.
 pub(crate) fn link_shapes(joint: usize) -> Vec<(Frame, SharedShape)> {
-    let mut shapes = vec![(Frame::IDENTITY, link_shape(joint))];
+    let mut shapes = vec![(Frame::IDENTITY, link_shape(joint, 0.0))];
     if joint == JOINTS - 1 {
-        shapes.push((arm::hand_offset() * hand_middle(), hand_shape()));
+        shapes.push((arm::hand_offset() * hand_middle(), hand_shape(0.0)));
     }
     shapes
 }
 
 /// Returns the closed finger on a side, 1 or -1, in the last link's frame. It opens along the hand's y axis.
 pub(crate) fn closed_finger(side: f64) -> (Frame, SharedShape) {
-    (arm::hand_offset() * finger_frame(side, 0.0), finger_shape())
+    (arm::hand_offset() * finger_frame(side, 0.0), finger_shape(0.0))
 }
 
-fn link_shape(joint: usize) -> SharedShape {
+fn link_shape(joint: usize, grown_m: f64) -> SharedShape {
     let (a, b, radius) = CAPSULES[joint];
-    SharedShape::capsule(Vector::from(a), Vector::from(b), radius)
+    SharedShape::capsule(Vector::from(a), Vector::from(b), radius + grown_m)
 }
 
-fn hand_shape() -> SharedShape {
-    SharedShape::cuboid(HAND_M[0], HAND_M[1], HAND_M[2])
+fn hand_shape(grown_m: f64) -> SharedShape {
+    let [x, y, z] = HAND_M.map(|half| half + grown_m);
+    SharedShape::cuboid(x, y, z)
 }
 
-fn finger_shape() -> SharedShape {
-    SharedShape::cuboid(PAD_HALF_WIDTH_M, FINGER_M / 2.0, FINGER_LENGTH_M / 2.0)
+fn finger_shape(grown_m: f64) -> SharedShape {
+    let half = [PAD_HALF_WIDTH_M, FINGER_M / 2.0, FINGER_LENGTH_M / 2.0];
+    let [x, y, z] = half.map(|half| half + grown_m);
+    SharedShape::cuboid(x, y, z)
 }
 
 /// Returns the middle of the hand's box, in the hand's frame.
@@ -118,12 +138,12 @@ pub(crate) fn build_robot(
     for joint in 0..JOINTS {
         let body = physics.insert_body(link_body(frames[joint]));
         physics.insert_collider(
-            ColliderBuilder::new(link_shape(joint)).mass(MASSES[joint]),
+            ColliderBuilder::new(link_shape(joint, 0.0)).mass(MASSES[joint]),
             Some(body),
         );
         if joint == JOINTS - 1 {
             let at = arm::hand_offset() * hand_middle();
-            let hand = ColliderBuilder::new(hand_shape()).position(at).mass(0.6);
+            let hand = ColliderBuilder::new(hand_shape(0.0)).position(at).mass(0.6);
             physics.insert_collider(hand, Some(body));
         }
         let turn = along(Vector::Z);
@@ -145,7 +165,7 @@ pub(crate) fn build_robot(
     for side in [1.0, -1.0] {
         let body = physics.insert_body(link_body(frames[JOINTS - 1] * hand));
         let pad = physics.insert_collider(
-            ColliderBuilder::new(finger_shape())
+            ColliderBuilder::new(finger_shape(0.0))
                 .position(finger_frame(side, 0.0))
                 .mass(0.05)
                 .friction(gripper.friction)

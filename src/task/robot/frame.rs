@@ -100,11 +100,22 @@ impl BodyFrame {
         self.position.iter().all(|v| v.is_finite()) && (length - 1.0).abs() < 1e-6
     }
 
+    /// Returns the frame as a pose.
+    pub fn pose(&self) -> Pose {
+        pose_of(&self.frame())
+    }
+
     pub(crate) fn of(frame: &Frame) -> Self {
         Self { position: frame.translation.to_array(), turn: Turn::of(frame.rotation) }
     }
 
     pub(crate) fn frame(&self) -> Frame {
         Frame::from_parts(Vector::from(self.position), self.turn.rotation())
+    }
+}
+
+impl From<&Pose> for BodyFrame {
+    fn from(pose: &Pose) -> Self {
+        Self::of(&frame_of(pose))
     }
 }

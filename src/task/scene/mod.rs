@@ -10,8 +10,12 @@
 //! settle. The [`Robot`](crate::task::skill::Robot) then drives arm and fingers and steps the scene. Friction
 //! and contact alone hold a part in the hand.
 //!
+//! A part with a [`Slider`] moves along a straight guide, like a drawer. Another hand can move parts and movable
+//! fixtures ([`Scene::displace`]); [`Landmark`]s that are attached to a body move with it.
+//!
 //! This module knows no task: neither the purpose of the bodies nor what the robot should do with them.
 
+mod moving;
 mod outline;
 pub(crate) mod physics;
 mod shapes;
@@ -20,6 +24,6 @@ mod spec;
 pub use outline::{Body, KindOutline, Mesh, Outline};
 pub use physics::Scene;
 pub use spec::{
-    BodyKind, Fixture, Handling, Landmark, Look, MAX_PARTS, Part, Piece, SceneSpec, Symmetry,
-    TableSpec, cuboid,
+    BodyId, BodyKind, Fixture, Handling, Landmark, Look, MAX_PARTS, Part, Piece, SceneSpec, Slider,
+    Symmetry, TableSpec, cuboid,
 };

@@ -5,7 +5,7 @@ use rapier3d::math::{Pose as Frame, Vector};
 use serde::Serialize;
 
 use super::shapes;
-use super::spec::{Look, Piece, SceneSpec};
+use super::spec::{Fixture, Look, Piece, SceneSpec};
 use crate::task::domain::Pose;
 use crate::task::robot::arm::{self, JOINTS};
 use crate::task::robot::bodies;
@@ -17,9 +17,9 @@ use crate::task::robot::frame::pose_of;
 pub enum Body {
     /// The table with its rim. It does not move.
     Table,
-    /// A fixture, by its index in [`SceneSpec::fixtures`]. It does not move.
+    /// A fixture that never moves, by its index in [`Outline::fixtures`].
     Fixture(usize),
-    /// A kind of part, by its index in [`SceneSpec::kinds`].
+    /// A kind of part, by its index in [`Outline::kinds`]. Movable fixtures have kinds too.
     Kind(usize),
     /// The link that moves with a joint, counted from 0. The last link includes the hand.
     Link(usize),
@@ -48,7 +48,8 @@ pub struct KindOutline {
     pub look: Look,
 }
 
-/// Everything visible in a scene, except the poses of the parts.
+/// Everything visible in a scene, except the poses of the parts. Movable fixtures are shown as parts: they come after
+/// the scene's parts, each with a kind of its own.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Outline {
     /// One mesh for each body. Parts of one kind share a mesh.
@@ -57,7 +58,7 @@ pub struct Outline {
     pub kinds: Vec<KindOutline>,
     /// Kind of each part, by its index in `kinds`.
     pub parts: Vec<usize>,
-    /// Look of each fixture.
+    /// Look of each fixture that never moves.
     pub fixtures: Vec<Look>,
     /// Fixed part of each joint's frame, in the frame of the joint before it. The joint turns about its own z
     /// axis.
@@ -74,10 +75,13 @@ impl Outline {
             all.map(|shape| (Frame::IDENTITY, shape)).collect::<Vec<_>>()
         };
         let mut surfaces = vec![(Body::Table, shapes::table(&spec.table))];
-        let fixtures = spec.fixtures.iter().enumerate();
+        let (movable, still): (Vec<&Fixture>, Vec<_>) =
+            spec.fixtures.iter().partition(|f| f.movable.is_some());
+        let fixtures = still.iter().enumerate();
         surfaces.extend(fixtures.map(|(i, f)| (Body::Fixture(i), shapes::fixture(f).collect())));
-        let kinds = spec.kinds.iter().enumerate();
-        surfaces.extend(kinds.map(|(i, kind)| (Body::Kind(i), hulls(&kind.pieces))));
+        let pieces = spec.kinds.iter().map(|kind| &kind.pieces);
+        let pieces = pieces.chain(movable.iter().map(|fixture| &fixture.pieces));
+        surfaces.extend(pieces.enumerate().map(|(i, pieces)| (Body::Kind(i), hulls(pieces))));
         surfaces.extend((0..JOINTS).map(|joint| (Body::Link(joint), bodies::link_shapes(joint))));
         for (finger, side) in [1.0, -1.0].into_iter().enumerate() {
             surfaces.push((Body::Finger(finger), vec![bodies::closed_finger(side)]));
@@ -87,9 +91,15 @@ impl Outline {
             meshes: surfaces.into_iter().map(|(body, shapes)| mesh(body, &shapes)).collect(),
             kinds: (spec.kinds.iter())
                 .map(|kind| KindOutline { name: kind.name.clone(), look: kind.look })
+                .chain(movable.iter().map(|fixture| KindOutline {
+                    name: fixture.movable.clone().unwrap_or_default(),
+                    look: fixture.look,
+                }))
                 .collect(),
-            parts: spec.parts.iter().map(|part| part.kind).collect(),
-            fixtures: spec.fixtures.iter().map(|fixture| fixture.look).collect(),
+            parts: (spec.parts.iter().map(|part| part.kind))
+                .chain(spec.kinds.len()..spec.kinds.len() + movable.len())
+                .collect(),
+            fixtures: still.iter().map(|fixture| fixture.look).collect(),
             joints: std::array::from_fn(|joint| pose_of(&arm::offset(joint))),
             closing: [closing.x, closing.y, closing.z],
         }
@@ -123,7 +133,7 @@ fn mesh(body: Body, shapes: &[(Frame, SharedShape)]) -> Mesh {
 mod tests {
     use super::*;
     use crate::task::robot::BodyFrame;
-    use crate::task::scene::{BodyKind, Fixture, Handling, Part, Symmetry, cuboid};
+    use crate::task::scene::{BodyKind, Handling, Part, Symmetry, cuboid};
 
     /// Returns the volume inside a closed surface, by the divergence theorem.
     fn volume(mesh: &Mesh) -> f64 {
@@ -137,10 +147,12 @@ mod tests {
         let look = Look { colour: 0x0072b2, ink: 0x0072b2, roughness: 0.5 };
         let pieces = vec![cuboid([0.0, 0.0, 0.1], [0.01, 0.02, 0.03])];
         let handling = Handling {
-            symmetry: Symmetry { turns: 4, flips: true },
+            symmetry: Symmetry { turns: 4, fold: 4, flips: true },
             rise_m: 0.05,
             release_m: 0.02,
             in_the_way_m: 0.02,
+            fall_m: 0.0,
+            clear_m: 0.0,
         };
         let spec = SceneSpec {
             kinds: vec![BodyKind {
@@ -151,12 +163,13 @@ mod tests {
                 handling,
                 look,
             }],
-            parts: vec![Part { kind: 0, frame: BodyFrame::at([0.5, 0.0, 0.1]) }; 2],
+            parts: vec![Part::free(0, BodyFrame::at([0.5, 0.0, 0.1])); 2],
             fixtures: vec![Fixture {
                 frame: BodyFrame::at([0.4, 0.0, 0.0]),
                 pieces,
                 friction: 0.5,
                 look,
+                movable: None,
             }],
             ..SceneSpec::default()
         };

@@ -1,7 +1,8 @@
 //! The scene in Rapier: table, fixtures, parts and the robot.
 //!
-//! Friction and contact alone hold a part in the hand. The only joints are the robot's own. After the parts
-//! have been dropped, nothing here sets the pose of a part except [`Scene::disturb`].
+//! Friction and contact alone hold a part in the hand. The only joints are the robot's own and the sliders of parts such
+//! as drawers. After the parts have been dropped, nothing here sets the pose of a part except [`Scene::disturb`] and
+//! [`Scene::displace`].
 //!
 //! These settings proved necessary:
 //!
@@ -16,16 +17,16 @@
 use std::time::{Duration, Instant};
 
 use rapier3d::dynamics::{
-    FrictionModel, IntegrationParameters, JointAxis, MultibodyJointHandle, RigidBodyBuilder,
-    RigidBodyHandle, SpringCoefficients,
+    FrictionModel, ImpulseJointHandle, IntegrationParameters, JointAxis, MultibodyJointHandle,
+    RigidBodyBuilder, RigidBodyHandle, SpringCoefficients,
 };
-use rapier3d::geometry::{ColliderBuilder, ColliderHandle};
+use rapier3d::geometry::{ColliderBuilder, ColliderHandle, SharedShape};
 use rapier3d::math::{Pose as Frame, Vector};
 use rapier3d::prelude::{PhysicsWorld, QueryFilter};
 use serde::{Deserialize, Serialize};
 
-use super::shapes;
 use super::spec::{BodyKind, Handling, SceneSpec};
+use super::{moving, shapes};
 use crate::sim::SimDuration;
 use crate::task::domain::Pose;
 use crate::task::error::TaskError;
@@ -36,20 +37,24 @@ use crate::task::robot::frame::{frame_of, pose_of};
 use crate::task::robot::{ArmSpec, BodyFrame};
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
-struct PartBody {
+pub(super) struct PartBody {
     /// Index of the part's kind in [`SceneSpec::kinds`].
     kind: usize,
-    body: RigidBodyHandle,
-    collider: ColliderHandle,
+    pub(super) body: RigidBodyHandle,
+    pub(super) collider: ColliderHandle,
+    /// The slider's joint.
+    pub(super) slider: Option<ImpulseJointHandle>,
 }
 
 /// A simulated scene in its current state.
 #[derive(Serialize, Deserialize)]
 pub struct Scene {
     spec: SceneSpec,
-    physics: PhysicsWorld,
+    pub(super) physics: PhysicsWorld,
     robot: RobotBodies,
-    parts: Vec<PartBody>,
+    pub(super) parts: Vec<PartBody>,
+    /// The body of each movable fixture; `None` for the other fixtures.
+    pub(super) movable: Vec<Option<RigidBodyHandle>>,
     steps: u64,
     /// Wall time of the steps. It is not part of the scene's state.
     #[serde(skip)]
@@ -71,9 +76,10 @@ impl Scene {
         physics.gravity = Vector::new(0.0, 0.0, -9.81);
         physics.integration_parameters = parameters(&spec);
         furnish(&mut physics, &spec);
+        let movable = moving::fixtures(&mut physics, &spec);
         let robot = bodies::build_robot(&mut physics, &spec.arm, &spec.gripper);
-        let mut scene =
-            Self { spec, physics, robot, parts: Vec::new(), steps: 0, wall: Duration::ZERO };
+        let (parts, wall) = (Vec::new(), Duration::ZERO);
+        let mut scene = Self { spec, physics, robot, parts, movable, steps: 0, wall };
         for index in 0..scene.spec.parts.len() {
             scene.insert_part(index);
         }
@@ -106,7 +112,11 @@ impl Scene {
         activation.normalized_linear_threshold = 1e-3;
         activation.angular_threshold = 0.05;
         activation.time_until_sleep = 0.3;
-        self.parts.push(PartBody { kind: part.kind, body, collider });
+        let slider = part.slider.map(|slider| {
+            let base = slider.fixture.and_then(|fixture| self.movable[fixture]);
+            moving::guide(&mut self.physics, &slider, base, body)
+        });
+        self.parts.push(PartBody { kind: part.kind, body, collider, slider });
     }
 
     fn speed(&self, part: &PartBody) -> f64 {
@@ -208,10 +218,11 @@ impl Scene {
         query.intersect_shape(frame_of(pose), shape).next().is_none()
     }
 
-    /// Returns two counts: joints of the robot's multibody, and all other joints. The second must be 0.
+    /// Returns two counts: joints of the robot's multibody, and all other joints except the parts' sliders
+    /// ([`Scene::sliders`]). The second must be 0: no joint holds a part in the hand.
     pub fn joint_counts(&self) -> (usize, usize) {
         let own = self.physics.multibody_joints.multibodies().map(|m| m.num_links() - 1).sum();
-        (own, self.physics.impulse_joints.len())
+        (own, self.physics.impulse_joints.len() - self.sliders())
     }
 
     /// Returns the joint angles.
@@ -219,13 +230,16 @@ impl Scene {
         std::array::from_fn(|i| self.coordinate(self.robot.joints[i], JointAxis::AngX))
     }
 
-    /// Returns joint angles, finger openings and part poses at this moment, for pictures.
+    /// Returns joint angles, finger openings, and poses of parts and movable fixtures at this moment, for pictures.
     pub fn frame(&self) -> SceneFrame {
         SceneFrame {
             t: self.time_s(),
             angles: self.angles(),
             fingers: self.robot.fingers.map(|f| self.coordinate(f, JointAxis::LinX)),
-            parts: (0..self.parts.len()).filter_map(|index| self.part(index)).collect(),
+            parts: (0..self.parts.len())
+                .filter_map(|index| self.part(index))
+                .chain((0..self.movable.len()).filter_map(|index| self.movable_fixture(index)))
+                .collect(),
         }
     }
 
@@ -306,6 +320,27 @@ impl Scene {
     /// Returns whether the arm at `angles`, with its fingers at `opening`, would touch anything except the
     /// parts in `ignored`.
     pub(crate) fn collides(&self, angles: &Angles, opening: f64, ignored: &[usize]) -> bool {
+        self.comes_near(angles, opening, ignored, 0.0)
+    }
+
+    /// Returns whether the arm at `angles`, with its fingers at `opening`, would come within about `within_m` metres of
+    /// anything except the parts in `ignored`.
+    pub(crate) fn comes_near(
+        &self,
+        angles: &Angles,
+        opening: f64,
+        ignored: &[usize],
+        within_m: f64,
+    ) -> bool {
+        self.touches_shapes(bodies::outline(angles, opening, within_m), ignored)
+    }
+
+    /// Returns whether shapes of the robot touch anything except the robot and the parts in `ignored`.
+    fn touches_shapes(
+        &self,
+        mut shapes: impl Iterator<Item = (Frame, SharedShape)>,
+        ignored: &[usize],
+    ) -> bool {
         let skip = |handle: ColliderHandle| {
             ignored.iter().any(|part| self.parts[*part].collider == handle)
         };
@@ -314,8 +349,13 @@ impl Scene {
             !own && !skip(handle)
         };
         let query = self.physics.query_pipeline_with_filter(QueryFilter::new().predicate(&filter));
-        bodies::outline(angles, opening)
-            .any(|(frame, shape)| query.intersect_shape(frame, &*shape).next().is_some())
+        shapes.any(|(frame, shape)| query.intersect_shape(frame, &*shape).next().is_some())
+    }
+
+    /// Returns whether the hand alone, with the end effector at `tool` and its fingers at `opening`, would touch anything
+    /// except the parts in `ignored`.
+    pub(crate) fn hand_collides(&self, tool: &Frame, opening: f64, ignored: &[usize]) -> bool {
+        self.touches_shapes(bodies::hand_outline(tool, opening), ignored)
     }
 
     /// Returns whether part `index` at `frame` would overlap another part by more than [`MEETING_M`].
@@ -340,7 +380,7 @@ impl Scene {
         query.intersect_shape(*frame, shape).next().is_some()
     }
 
-    fn robot_body(&self, body: RigidBodyHandle) -> bool {
+    pub(super) fn robot_body(&self, body: RigidBodyHandle) -> bool {
         self.physics.multibody_joints.rigid_body_link(body).is_some()
     }
 }
@@ -370,10 +410,10 @@ fn parameters(spec: &SceneSpec) -> IntegrationParameters {
     }
 }
 
-/// Adds the table, its rim and the fixtures.
+/// Adds the table, its rim and the fixtures that never move.
 fn furnish(physics: &mut PhysicsWorld, spec: &SceneSpec) {
     let table = shapes::table(&spec.table).into_iter().map(|piece| (piece, spec.table.friction));
-    let fixtures = spec.fixtures.iter();
+    let fixtures = spec.fixtures.iter().filter(|fixture| fixture.movable.is_none());
     let fixtures = fixtures.flat_map(|f| shapes::fixture(f).map(|piece| (piece, f.friction)));
     for ((at, shape), friction) in table.chain(fixtures) {
         let collider = ColliderBuilder::new(shape).position(at).friction(friction);

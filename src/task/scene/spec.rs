@@ -31,13 +31,28 @@ pub struct Look {
     pub roughness: f64,
 }
 
-/// The ways in which a body can stand at a target. The target gives only the direction of the body's z axis.
+/// The ways in which a body can stand at a target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Symmetry {
-    /// Number of equally spaced rotations about the z axis that are tried, 1 to 360.
+    /// Number of equally spaced rotations about the z axis that are tried at a target that gives only the direction of
+    /// the z axis, 1 to 360.
     pub turns: u32,
-    /// Whether the body may also stand upside down.
+    /// Number of equal rotations about the z axis after which the body looks the same, 1 to 360: 1 for none, 4 for a
+    /// square block. They are tried at a target that gives the whole orientation.
+    #[serde(default = "once")]
+    pub fold: u32,
+    /// Whether the body may also stand upside down: it looks the same after half a turn about x.
     pub flips: bool,
+}
+
+fn once() -> u32 {
+    1
+}
+
+impl Default for Symmetry {
+    fn default() -> Self {
+        Self { turns: 24, fold: 1, flips: false }
+    }
 }
 
 /// How the robot puts down a body.
@@ -51,6 +66,26 @@ pub struct Handling {
     pub release_m: f64,
     /// Horizontal distance within which another body of the same kind blocks a target, in metres.
     pub in_the_way_m: f64,
+    /// Greatest height above the target from which the hand may let the body fall if it cannot reach lower, in metres.
+    #[serde(default)]
+    pub fall_m: f64,
+    /// Distance that the arm keeps from everything else on its way to the body and with it, where it finds such a way,
+    /// in metres.
+    #[serde(default)]
+    pub clear_m: f64,
+}
+
+impl Default for Handling {
+    fn default() -> Self {
+        Self {
+            symmetry: Symmetry::default(),
+            rise_m: 0.05,
+            release_m: 0.03,
+            in_the_way_m: 0.02,
+            fall_m: 0.0,
+            clear_m: 0.0,
+        }
+    }
 }
 
 /// A kind of movable body.
@@ -78,9 +113,46 @@ pub struct Part {
     pub kind: usize,
     /// Frame from which it is dropped.
     pub frame: BodyFrame,
+    /// The slider on which the part moves; `None` for a part that moves freely.
+    #[serde(default)]
+    pub slider: Option<Slider>,
 }
 
-/// A body that does not move.
+impl Part {
+    /// Returns a part that moves freely.
+    pub fn free(kind: usize, frame: BodyFrame) -> Self {
+        Self { kind, frame, slider: None }
+    }
+}
+
+/// A straight guide: the part moves along one axis and does not turn, like a drawer.
+///
+/// The part's frame at the beginning ([`Part::frame`]) is at coordinate 0. The robot does not lift such a part; it
+/// takes and slides it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Slider {
+    /// Fixture that carries the guide, by its index in [`SceneSpec::fixtures`]; `None` for the table.
+    #[serde(default)]
+    pub fixture: Option<usize>,
+    /// Direction of positive coordinates, in the part's frame.
+    pub axis: [f64; 3],
+    /// Least and greatest coordinate, in metres.
+    pub range_m: [f64; 2],
+    /// Friction of the guide, in newtons.
+    pub friction_n: f64,
+}
+
+/// A body that moves: a part, or a fixture that another hand moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum BodyId {
+    /// A part, by its index in [`SceneSpec::parts`].
+    Part(usize),
+    /// A movable fixture, by its index in [`SceneSpec::fixtures`].
+    Fixture(usize),
+}
+
+/// A body that the robot does not move.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Fixture {
     /// Frame of the body in the scene.
@@ -91,6 +163,10 @@ pub struct Fixture {
     pub friction: f64,
     /// Look in pictures.
     pub look: Look,
+    /// Name in pictures of a fixture that another hand may move (see [`Scene::displace`](super::Scene::displace)); `None`
+    /// for a fixture that never moves.
+    #[serde(default)]
+    pub movable: Option<String>,
 }
 
 /// A place that recordings show beside the parts, such as an opening of a fixture.
@@ -98,8 +174,18 @@ pub struct Fixture {
 pub struct Landmark {
     /// Name of its kind in recordings: 1 to 200 characters.
     pub kind: String,
-    /// Pose of the place.
+    /// Pose of the place: in the scene, or in the frame of `body`.
     pub pose: Pose,
+    /// The body that the place moves with; `None` for a place that never moves.
+    #[serde(default)]
+    pub body: Option<BodyId>,
+}
+
+impl Landmark {
+    /// Returns a place that never moves.
+    pub fn fixed(kind: impl Into<String>, pose: Pose) -> Self {
+        Self { kind: kind.into(), pose, body: None }
+    }
 }
 
 /// The table. Its top is at height 0. Lengths in metres.
@@ -127,7 +213,7 @@ pub struct SceneSpec {
     pub kinds: Vec<BodyKind>,
     /// The movable bodies: at most [`MAX_PARTS`].
     pub parts: Vec<Part>,
-    /// Bodies that do not move.
+    /// Bodies that the robot does not move.
     pub fixtures: Vec<Fixture>,
     /// Places that recordings show beside the parts. No landmark shares its name with a kind of part.
     pub landmarks: Vec<Landmark>,
@@ -168,7 +254,7 @@ struct Rule {
     holds: fn(&SceneSpec) -> bool,
 }
 
-const RULES: [Rule; 11] = [
+const RULES: [Rule; 13] = [
     Rule {
         name: "step_ms",
         value: |s| s.step_ms.to_string(),
@@ -218,7 +304,7 @@ const RULES: [Rule; 11] = [
     Rule {
         name: "handling",
         value: |s| format!("{:?}", s.kinds.iter().map(|k| k.handling).collect::<Vec<_>>()),
-        expected: "0 to 1 m for each length, and 1 to 360 turns",
+        expected: "0 to 1 m for each length, and 1 to 360 turns and folds",
         holds: |s| s.kinds.iter().all(|k| k.handling.is_possible()),
     },
     Rule {
@@ -240,6 +326,21 @@ const RULES: [Rule; 11] = [
         holds: |s| s.fixtures.iter().all(|f| f.frame.is_finite()),
     },
     Rule {
+        name: "landmarks",
+        value: |s| format!("{:?}", s.landmarks.iter().map(|l| l.body).collect::<Vec<_>>()),
+        expected: "a part or a movable fixture of the scene for each landmark with a body",
+        holds: |s| s.landmarks.iter().filter_map(|l| l.body).all(|body| s.moves(body)),
+    },
+    Rule {
+        name: "slider",
+        value: |s| format!("{:?}", s.parts.iter().filter_map(|p| p.slider).collect::<Vec<_>>()),
+        expected: "an axis of length 1, a range around 0 within 1 m, a friction of 0 to 1000 N, and a fixture of the scene",
+        holds: |s| {
+            let mut sliders = s.parts.iter().filter_map(|p| p.slider);
+            sliders.all(|slider| slider.is_possible(s.fixtures.len()))
+        },
+    },
+    Rule {
         name: "table",
         value: |s| format!("{:?}", s.table),
         expected: "the rim's lower corner first, both within 10 m, and a rim height of 0.001 to 0.1 m",
@@ -257,12 +358,40 @@ fn is_name(name: &str) -> bool {
 
 impl Handling {
     fn is_possible(&self) -> bool {
-        let lengths = [self.rise_m, self.release_m, self.in_the_way_m];
-        lengths.iter().all(|v| (0.0..=1.0).contains(v)) && (1..=360).contains(&self.symmetry.turns)
+        let lengths = [self.rise_m, self.release_m, self.in_the_way_m, self.fall_m, self.clear_m];
+        let Symmetry { turns, fold, .. } = self.symmetry;
+        lengths.iter().all(|v| (0.0..=1.0).contains(v))
+            && [turns, fold].iter().all(|count| (1..=360).contains(count))
+    }
+}
+
+impl Slider {
+    fn is_possible(&self, fixtures: usize) -> bool {
+        let length: f64 = self.axis.iter().map(|v| v * v).sum();
+        let [least, most] = self.range_m;
+        (length - 1.0).abs() < 1e-6
+            && (-1.0..=0.0).contains(&least)
+            && (0.0..=1.0).contains(&most)
+            && (0.0..=1e3).contains(&self.friction_n)
+            && self.fixture.is_none_or(|fixture| fixture < fixtures)
     }
 }
 
 impl SceneSpec {
+    /// Returns whether a body is a part or a movable fixture of this scene.
+    pub fn moves(&self, body: BodyId) -> bool {
+        match body {
+            BodyId::Part(part) => part < self.parts.len(),
+            BodyId::Fixture(index) => self.fixtures.get(index).is_some_and(|f| f.movable.is_some()),
+        }
+    }
+
+    /// Returns the number of bodies whose poses a [picture frame](super::Scene::frame) lists: the parts, then the movable
+    /// fixtures.
+    pub fn pictured(&self) -> usize {
+        self.parts.len() + self.fixtures.iter().filter(|f| f.movable.is_some()).count()
+    }
+
     fn frictions(&self) -> impl Iterator<Item = f64> {
         let kinds = self.kinds.iter().map(|k| k.friction);
         kinds.chain(self.fixtures.iter().map(|f| f.friction)).chain([self.table.friction])

@@ -25,6 +25,7 @@ enum Stage {
     Approach(Path),
     Close,
     Lift(Path),
+    Slide(Path),
     Carry(Vec<Path>),
     Lower(Path),
     Open,
@@ -37,6 +38,8 @@ enum Stage {
 struct Skill {
     part: usize,
     target: Target,
+    /// Whether the part slides along a guide instead of being lifted.
+    slides: bool,
     stage: Stage,
     /// Simulated time in this stage, in seconds.
     time_s: f64,
@@ -107,7 +110,7 @@ impl Robot {
     ///
     /// # Errors
     /// A report with [`SkillOutcome::Unreachable`] if there is no collision-free path, no such part or no grasp, or if
-    /// the target's axis has length 0. In that case nothing has moved.
+    /// the target's axis or orientation has length 0. In that case nothing has moved.
     pub fn begin(
         &mut self,
         scene: &Scene,
@@ -118,16 +121,17 @@ impl Robot {
     ) -> Result<(), SkillReport> {
         let unreachable =
             SkillReport { part, outcome: SkillOutcome::Unreachable, picked: false, slip_m: 0.0 };
-        let upright = Vector::from(target.axis).try_normalize().is_some();
-        if part >= scene.part_count() || !upright {
+        if part >= scene.part_count() || !target.is_possible() {
             return Err(unreachable);
         }
-        let plan =
-            reach::plan_lift(scene, &self.angles, part, &target, grasps).ok_or(unreachable)?;
+        let slides = scene.slider(part).is_some();
+        let plan = if slides { reach::plan_slide } else { reach::plan_lift };
+        let plan = plan(scene, &self.angles, part, &target, grasps).ok_or(unreachable)?;
         let Lift { reach, approach, lift, opening } = plan;
         self.skill = Some(Skill {
             part,
             target,
+            slides,
             stage: Stage::Reach(reach),
             time_s: 0.0,
             so_s: 0.0,
@@ -224,6 +228,23 @@ impl Skill {
         scene.part_frame(self.part).inv_mul(&scene.tool_frame())
     }
 
+    /// Measures how far the part has slipped in the hand.
+    fn note_slip(&mut self, scene: &Scene) {
+        if let Some(lifted) = self.lifted {
+            let now = self.measure(scene).translation;
+            self.slip_m = (now - lifted.translation).length();
+        }
+    }
+
+    /// Counts the time of carrying and returns whether the fingers open by accident now.
+    fn opens_by_accident(&mut self, dt: f64) -> bool {
+        if !matches!(self.stage, Stage::Slide(_) | Stage::Carry(_)) {
+            return false;
+        }
+        self.carried_s += dt;
+        self.drop_at.is_some_and(|share| self.carried_s >= share * self.carry_s)
+    }
+
     fn lost(&self, scene: &Scene) -> bool {
         let Some(was) = self.in_hand else { return false };
         (self.measure(scene).translation - was.translation).length() > LOST_M
@@ -250,6 +271,7 @@ impl Skill {
             Stage::Reach(_)
                 | Stage::Approach(_)
                 | Stage::Lift(_)
+                | Stage::Slide(_)
                 | Stage::Carry(_)
                 | Stage::Lower(_)
         );
@@ -257,7 +279,7 @@ impl Skill {
             robot.hold(scene);
             self.fail(SkillOutcome::Blocked);
         }
-        let carried = matches!(self.stage, Stage::Carry(_) | Stage::Lower(_));
+        let carried = matches!(self.stage, Stage::Slide(_) | Stage::Carry(_) | Stage::Lower(_));
         if carried && self.lost(scene) {
             robot.hold(scene);
             self.fail(SkillOutcome::Dropped);
@@ -274,6 +296,7 @@ impl Skill {
         dt: f64,
     ) -> bool {
         self.give_up_if_needed(scene, robot, strained);
+        let slips = self.opens_by_accident(dt);
         match &self.stage {
             Stage::Reach(paths) => {
                 robot.opening = self.opening;
@@ -293,7 +316,12 @@ impl Skill {
             Stage::Close => {
                 // Fingers that close too fast push the part away.
                 robot.opening = (self.opening - CLOSING_M_S * self.time_s).max(0.0);
-                if self.touching && self.time_s > CLOSING_S.0 {
+                if self.touching && self.time_s > CLOSING_S.0 && self.slides {
+                    let in_hand = Some(self.measure(scene));
+                    (self.in_hand, self.lifted) = (in_hand, in_hand);
+                    self.carry_s = self.lift.duration_s();
+                    self.go(Stage::Slide(self.lift.clone()));
+                } else if self.touching && self.time_s > CLOSING_S.0 {
                     self.go(Stage::Lift(self.lift.clone()));
                 } else if self.time_s > CLOSING_S.1 {
                     self.fail(SkillOutcome::Missed);
@@ -304,10 +332,16 @@ impl Skill {
                     self.look_into_hand(scene, robot);
                 }
             }
+            Stage::Slide(path) => {
+                if slips {
+                    robot.hold(scene);
+                    self.fail(SkillOutcome::Dropped);
+                } else if robot.run(path, self.time_s, speeds) {
+                    self.note_slip(scene);
+                    self.go(Stage::Open);
+                }
+            }
             Stage::Carry(paths) => {
-                self.carried_s += dt;
-                let slips =
-                    self.drop_at.is_some_and(|share| self.carried_s >= share * self.carry_s);
                 if slips {
                     robot.hold(scene);
                     self.fail(SkillOutcome::Dropped);
@@ -323,10 +357,7 @@ impl Skill {
             }
             Stage::Lower(path) => {
                 if robot.run(path, self.time_s, speeds) {
-                    if let Some(lifted) = self.lifted {
-                        let now = self.measure(scene).translation;
-                        self.slip_m = (now - lifted.translation).length();
-                    }
+                    self.note_slip(scene);
                     self.go(Stage::Open);
                 }
             }

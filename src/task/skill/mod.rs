@@ -1,7 +1,7 @@
 //! Pick and place: takes one part and puts it at a target, or reports why that failed.
 //!
 //! A [`Robot`] runs one skill at a time. [`Robot::begin`] takes a part, a list of [`Grasp`]s and a
-//! [`Target`]. It searches for collision-free paths and refuses at once if there are none. Each
+//! [`Target`] with its [`Facing`]. It searches for collision-free paths and refuses at once if there are none. Each
 //! [`Robot::step`] then advances the skill and the physics by one step. In the last step, [`Stepped::ended`]
 //! holds the [`SkillReport`](crate::task::event::SkillReport).
 //!
@@ -21,6 +21,9 @@
 //! *dropped* that it left the hand later, *occupied* that another part is at the target, and *unreachable* that there
 //! is no path.
 //!
+//! A part on a [`Slider`](crate::task::scene::Slider), such as a drawer, is not lifted: after closing the fingers, the robot
+//! slides it straight along its guide to the target, and opens the hand.
+//!
 //! Every wait has a limit in simulated time, and a whole skill may last 60 s. After any failure the robot
 //! opens the hand, raises it and settles. The [`SkillOutcome`](crate::task::event::SkillOutcome) names the
 //! failure.
@@ -33,4 +36,4 @@ mod grasp;
 mod reach;
 
 pub use controller::{Robot, Stepped};
-pub use grasp::{Grasp, Target};
+pub use grasp::{Facing, Grasp, Target};

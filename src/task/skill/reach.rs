@@ -8,7 +8,7 @@ use crate::task::robot::arm::{self, Angles, HOME};
 use crate::task::robot::path::Path;
 use crate::task::scene::physics::Scene;
 
-/// A plan for taking and lifting a part.
+/// A plan for taking a part, and for lifting it or sliding it along its guide.
 pub(crate) struct Lift {
     pub reach: Vec<Path>,
     pub approach: Path,
@@ -30,16 +30,30 @@ const BEFORE_M: f64 = 0.06;
 const LIFT_M: f64 = 0.10;
 /// Height above its resting place at which the hand lets go of a part, in metres.
 const RELEASE_M: f64 = 0.0013;
+/// Greatest distance of a target from a part's guide, in metres.
+const OFF_GUIDE_M: f64 = 0.02;
+/// Number of heights from which the hand tries to let a part fall.
+const FALLS: u32 = 4;
 /// Greatest number of searches for joint angles in one plan.
 const BUDGET: usize = 1_500;
 /// Greatest turn of a joint between two points of a path that are tested for collisions, in radians.
 const LOOK_RAD: f64 = 0.04;
+/// The same for an arm that keeps a distance, in radians.
+const LOOK_CLEAR_RAD: f64 = 0.015;
 /// Height by which the end effector rises first if no other way is free, in metres.
 const RISE_M: f64 = 0.12;
 
 struct Search<'s> {
     scene: &'s Scene,
     left: usize,
+    /// Distance that the arm keeps from everything on its way, in metres.
+    clear_m: f64,
+}
+
+/// Returns the distances from everything else that are tried for a part, the greatest first.
+fn clearances(scene: &Scene, part: usize) -> impl Iterator<Item = f64> + use<> {
+    let clear_m = scene.handling(part).clear_m;
+    (clear_m > 0.0).then_some(clear_m).into_iter().chain([0.0])
 }
 
 impl Search<'_> {
@@ -73,40 +87,97 @@ pub(crate) fn plan_lift(
     target: &Target,
     grasps: &[Grasp],
 ) -> Option<Lift> {
+    let mut ways = clearances(scene, part);
+    ways.find_map(|clear_m| lift_with(scene, current, part, target, grasps, clear_m))
+}
+
+fn lift_with(
+    scene: &Scene,
+    current: &Angles,
+    part: usize,
+    target: &Target,
+    grasps: &[Grasp],
+    clear_m: f64,
+) -> Option<Lift> {
     let frame = scene.part_frame(part);
-    let mut search = Search { scene, left: BUDGET };
-    let arm_spec = scene.spec().arm;
+    let mut search = Search { scene, left: BUDGET, clear_m };
     for grasp in grasps {
         let Some(tool) = grasp.tool() else { continue };
-        let opening = grasp.opening_m;
-        let approach = tool.rotation * Vector::Z;
-        let mut found = None;
-        search.posture(&tool, current, |q| {
-            if scene.collides(q, opening, &[part]) {
-                return false;
-            }
-            let Some(back) = Path::line(q, -approach * BEFORE_M, &arm_spec) else { return false };
-            let Some(lift) = Path::line(q, Vector::Z * LIFT_M, &arm_spec) else { return false };
-            if scene.collides(&back.end(), opening, &[]) {
-                return false;
-            }
-            let Some(reach) = free_way(scene, current, &back.end(), opening, None) else {
-                return false;
-            };
-            found = Some((reach, back.reversed(), lift));
-            true
-        });
-        let Some((reach, approach, lift)) = found else { continue };
+        let line = |q: &Angles| Path::line(q, Vector::Z * LIFT_M, &scene.spec().arm);
+        let Some(plan) = take(&mut search, current, part, grasp, line) else { continue };
         let in_hand = frame.inv_mul(&tool);
-        let from = lift.end();
-        if placing(&mut search, &from, part, target, &in_hand, opening).is_some() {
-            return Some(Lift { reach, approach, lift, opening });
+        let from = plan.lift.end();
+        if placing(&mut search, &from, part, target, &in_hand, plan.opening).is_some() {
+            return Some(plan);
         }
         if search.left == 0 {
             break;
         }
     }
     None
+}
+
+/// Plans how to take `part` by the first of `grasps` from which it can be slid along its guide to `target`; `None` also if
+/// the target is not on the guide or the part has no guide.
+pub(crate) fn plan_slide(
+    scene: &Scene,
+    current: &Angles,
+    part: usize,
+    target: &Target,
+    grasps: &[Grasp],
+) -> Option<Lift> {
+    let slider = scene.slider(part)?;
+    let way = Vector::from(target.position) - scene.part_frame(part).translation;
+    let along = way.dot(slider.axis);
+    let [least, most] = slider.range_m;
+    let goal = (slider.at_m + along).clamp(least, most);
+    let past = (slider.at_m + along - goal).abs();
+    if !((way - slider.axis * along).length() <= OFF_GUIDE_M && past <= OFF_GUIDE_M) {
+        return None;
+    }
+    let shift = slider.axis * (goal - slider.at_m);
+    clearances(scene, part).find_map(|clear_m| {
+        let mut search = Search { scene, left: BUDGET, clear_m };
+        grasps.iter().find_map(|grasp| {
+            let line = |q: &Angles| {
+                let path = Path::line(q, shift, &scene.spec().arm)?;
+                let looks = path.looks(LOOK_RAD);
+                let clear = |q: Angles| !scene.collides(&q, grasp.opening_m, &[part]);
+                let free = path.samples(looks).all(clear);
+                free.then_some(path)
+            };
+            take(&mut search, current, part, grasp, line)
+        })
+    })
+}
+
+/// Plans how to take `part` by `grasp` from a posture for which `line` gives the movement that follows.
+fn take(
+    search: &mut Search<'_>,
+    current: &Angles,
+    part: usize,
+    grasp: &Grasp,
+    line: impl Fn(&Angles) -> Option<Path>,
+) -> Option<Lift> {
+    let (scene, opening) = (search.scene, grasp.opening_m);
+    let air = Air { scene, opening, held: None, clear_m: search.clear_m };
+    let tool = grasp.tool()?;
+    let approach = tool.rotation * Vector::Z;
+    let mut found = None;
+    search.posture(&tool, current, |q| {
+        if scene.collides(q, opening, &[part]) {
+            return false;
+        }
+        let back = Path::line(q, -approach * BEFORE_M, &scene.spec().arm);
+        let Some((back, lift)) = back.zip(line(q)) else { return false };
+        if scene.collides(&back.end(), opening, &[]) {
+            return false;
+        }
+        let reach = free_way(&air, current, &back.end());
+        found = reach.map(|reach| Lift { reach, approach: back.reversed(), lift, opening });
+        found.is_some()
+    });
+    found
 }
 
 /// Plans how to put a part that is in the hand at `target`.
@@ -117,9 +188,11 @@ pub(crate) fn plan_placing(
     target: &Target,
     in_hand: &Frame,
 ) -> Option<Placing> {
-    let mut search = Search { scene, left: BUDGET };
     let opening = scene.handling(part).release_m;
-    placing(&mut search, current, part, target, in_hand, opening)
+    clearances(scene, part).find_map(|clear_m| {
+        let mut search = Search { scene, left: BUDGET, clear_m };
+        placing(&mut search, current, part, target, in_hand, opening)
+    })
 }
 
 fn placing(
@@ -131,13 +204,21 @@ fn placing(
     opening: f64,
 ) -> Option<Placing> {
     let scene = search.scene;
+    let air = Air { scene, opening, held: Some((part, *in_hand)), clear_m: search.clear_m };
     let handling = scene.handling(part);
     let held = arm::tool(from) * in_hand.inverse();
     let spec = scene.spec();
     let rise = Vector::Z * handling.rise_m;
     let placements = grasp::placements(&handling.symmetry, target, &held);
-    for tool in grasp::place_tools(&placements, in_hand) {
-        let tool = Frame::from_parts(tool.translation + Vector::Z * RELEASE_M, tool.rotation);
+    let tools = grasp::place_tools(&placements, in_hand);
+    let over = heights(handling.fall_m);
+    let ways = over.iter().flat_map(|height| tools.iter().map(move |tool| (*height, tool)));
+    for (height, tool) in ways {
+        let tool = Frame::from_parts(tool.translation + Vector::Z * height, tool.rotation);
+        // Spare the search for joint angles where the hand alone has no room.
+        if handling.fall_m > 0.0 && scene.hand_collides(&tool, opening, &[part]) {
+            continue;
+        }
         let mut carry = None;
         let found = search.posture(&tool, from, |q| {
             if scene.collides(q, opening, &[part]) {
@@ -149,7 +230,7 @@ fn placing(
             if scene.collides(&above, opening, &[part]) || scene.part_collides(part, &hangs) {
                 return false;
             }
-            carry = free_way(scene, from, &above, opening, Some((part, *in_hand)));
+            carry = free_way(&air, from, &above);
             carry.is_some()
         });
         if found.is_some() {
@@ -163,74 +244,105 @@ fn placing(
     None
 }
 
-/// Finds paths between two postures on which neither the arm nor a held part touches anything, by way of
-/// higher postures if necessary. If there are none, tries again from a point above the first posture.
-fn free_way(
-    scene: &Scene,
-    from: &Angles,
-    to: &Angles,
+/// Returns the heights above the target at which the hand may let go of a part, the lowest first.
+fn heights(fall_m: f64) -> Vec<f64> {
+    let falls = (1..=FALLS).map(|n| f64::from(n) * fall_m / f64::from(FALLS));
+    std::iter::once(RELEASE_M).chain(falls.filter(|height| *height > RELEASE_M)).collect()
+}
+
+/// The arm on its way through the air.
+struct Air<'s> {
+    scene: &'s Scene,
     opening: f64,
+    /// The part in the hand, and the end effector's frame relative to it.
     held: Option<(usize, Frame)>,
-) -> Option<Vec<Path>> {
-    let arm_spec = &scene.spec().arm;
-    let over = |bearing: f64, hand: &Angles| {
-        let mut q = HOME;
-        q[0] = bearing;
-        q[4..].copy_from_slice(&hand[4..]);
-        q
-    };
-    let joints = |a: &Angles, b: &Angles| Path::joints(a, b, arm_spec, held.is_some());
-    let rise = || Path::line(from, Vector::Z * RISE_M, arm_spec);
-    for above in [false, true] {
-        let first = if above { Some(rise()?) } else { None };
-        if first.as_ref().is_some_and(|rise| !free(scene, rise, opening, held, true)) {
-            return None;
-        }
-        let begin = first.as_ref().map_or(*from, Path::end);
-        let waypoints: [&[Angles]; 4] =
-            [&[], &[over(to[0], to)], &[over(begin[0], &begin), over(to[0], to)], &[HOME]];
-        let mut ways: Vec<Vec<Path>> = waypoints
-            .iter()
-            .map(|via| {
-                let points: Vec<Angles> =
-                    std::iter::once(begin).chain(via.iter().copied()).collect();
-                let ends = points.iter().skip(1).chain([to]);
-                points.iter().zip(ends).map(|(a, b)| joints(a, b)).collect()
+    /// Distance that the arm keeps from everything, in metres.
+    clear_m: f64,
+}
+
+impl Air<'_> {
+    /// Returns whether the arm at `q` keeps `clear_m` metres from everything, and a held part touches nothing.
+    fn is_clear(&self, q: &Angles, clear_m: f64) -> bool {
+        let ignored = self.held.map(|(part, _)| part);
+        !self.scene.comes_near(q, self.opening, ignored.as_slice(), clear_m)
+            && !self.held.is_some_and(|(part, in_hand)| {
+                self.scene.part_collides(part, &(arm::tool(q) * in_hand.inverse()))
             })
-            .collect();
-        // Try the quickest way first.
-        let lasts = |way: &[Path]| way.iter().map(Path::duration_s).sum::<f64>();
-        ways.sort_by(|a, b| lasts(a).total_cmp(&lasts(b)));
-        for legs in ways {
-            let begins_here = |leg: usize| leg == 0 && first.is_none();
-            if legs.iter().enumerate().all(|(i, p)| free(scene, p, opening, held, begins_here(i))) {
-                return Some(first.into_iter().chain(legs).collect());
+    }
+}
+
+/// Finds paths between two postures on which neither the arm nor a held part touches anything, by way of
+/// higher postures if necessary. If there are none, tries again from a point above the first posture, and, for an arm that
+/// keeps a distance, to a point above the last posture.
+fn free_way(air: &Air<'_>, from: &Angles, to: &Angles) -> Option<Vec<Path>> {
+    let line = |q: &Angles, height: f64| match height {
+        0.0 => Some(None),
+        _ => Path::line(q, Vector::Z * height, &air.scene.spec().arm).map(Some),
+    };
+    let (first, last): (&[f64], &[f64]) = match air.clear_m {
+        0.0 => (&[0.0, RISE_M], &[0.0]),
+        _ => (&[0.0, RISE_M, RISE_M / 2.0, RISE_M / 4.0], &[0.0, RISE_M, RISE_M / 2.0]),
+    };
+    for height in first {
+        let Some(rise) = line(from, *height) else { continue };
+        if rise.as_ref().is_some_and(|rise| !free(air, rise, true)) {
+            continue;
+        }
+        for height in last {
+            let Some(fall) = line(to, *height) else { continue };
+            if fall.as_ref().is_some_and(|fall| !free(air, fall, false)) {
+                continue;
+            }
+            let begin = rise.as_ref().map_or(*from, Path::end);
+            let end = fall.as_ref().map_or(*to, Path::end);
+            if let Some(legs) = legs(air, &begin, &end, rise.is_none()) {
+                let fall = fall.map(Path::reversed);
+                return Some(rise.into_iter().chain(legs).chain(fall).collect());
             }
         }
     }
     None
 }
 
+/// Finds paths that are straight in joint angles, directly or by way of postures above the table. With `begins_here`, the
+/// arm is already at the first posture.
+fn legs(air: &Air<'_>, begin: &Angles, to: &Angles, begins_here: bool) -> Option<Vec<Path>> {
+    let over = |bearing: f64, hand: &Angles| {
+        let mut q = HOME;
+        q[0] = bearing;
+        q[4..].copy_from_slice(&hand[4..]);
+        q
+    };
+    let arm_spec = &air.scene.spec().arm;
+    let joints = |a: &Angles, b: &Angles| Path::joints(a, b, arm_spec, air.held.is_some());
+    let waypoints: [&[Angles]; 4] =
+        [&[], &[over(to[0], to)], &[over(begin[0], begin), over(to[0], to)], &[HOME]];
+    let mut ways: Vec<Vec<Path>> = waypoints
+        .iter()
+        .map(|via| {
+            let points: Vec<Angles> = std::iter::once(*begin).chain(via.iter().copied()).collect();
+            let ends = points.iter().skip(1).chain([to]);
+            points.iter().zip(ends).map(|(a, b)| joints(a, b)).collect()
+        })
+        .collect();
+    // Try the quickest way first.
+    let lasts = |way: &[Path]| way.iter().map(Path::duration_s).sum::<f64>();
+    ways.sort_by(|a, b| lasts(a).total_cmp(&lasts(b)));
+    let free_leg = |(leg, path): (usize, &Path)| free(air, path, leg == 0 && begins_here);
+    ways.into_iter().find(|legs| legs.iter().enumerate().all(free_leg))
+}
+
 /// Returns whether nothing is touched along a path. With `begins_here`, contact at the very beginning is
 /// allowed, because the arm is already there.
-fn free(
-    scene: &Scene,
-    path: &Path,
-    opening: f64,
-    held: Option<(usize, Frame)>,
-    begins_here: bool,
-) -> bool {
-    let ignored = held.map(|(part, _)| part);
-    let clear = |q: &Angles| {
-        !scene.collides(q, opening, ignored.as_slice())
-            && !held.is_some_and(|(part, in_hand)| {
-                scene.part_collides(part, &(arm::tool(q) * in_hand.inverse()))
-            })
-    };
+fn free(air: &Air<'_>, path: &Path, begins_here: bool) -> bool {
+    let look = if air.clear_m > 0.0 { LOOK_CLEAR_RAD } else { LOOK_RAD };
     // Test every eighth point first: this finds most blocked paths quickly.
-    let count = path.looks(LOOK_RAD);
+    let count = path.looks(look);
     let (points, most) = (path.samples(count).collect::<Vec<_>>(), if begins_here { 2 } else { 0 });
     let far = |i: &usize| *i >= most.min(count);
+    // Near its beginning, the arm may be closer to things than it should keep.
+    let near = if begins_here { count / 8 } else { 0 };
+    let clear = |i: usize| air.is_clear(&points[i], if i < near { 0.0 } else { air.clear_m });
     let coarse = (0..=count).step_by(8);
-    coarse.chain((0..=count).filter(|i| i % 8 != 0)).filter(far).all(|i| clear(&points[i]))
+    coarse.chain((0..=count).filter(|i| i % 8 != 0)).filter(far).all(clear)
 }

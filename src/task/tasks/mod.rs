@@ -6,11 +6,20 @@
 //! | task | goal |
 //! |---|---|
 //! | [`nuts_and_bolts`] | puts a nut and a bolt into a jig, then the bolt through the nut |
+//! | [`drawer`] | opens a drawer, puts blocks into it and closes it |
+//! | [`cup`] | turns over a cup and puts a cube into it |
+//! | `table-setting` | lays a fork, a knife and a cup at each plate |
+//! | `tower` | builds a tower of three blocks on a pad |
+//! | `flange` | puts four bolts into a flange, then a cover on top |
+//! | `sorting` | sorts a heap into two bins |
 //!
 //! The synthetic demonstrations of [`nuts_and_bolts`] need no physics. Everything else here needs the feature
 //! `physics`.
 //!
-//! # Adding a task
+//! All but the first are [task files](file): data that describe scene, grasps, goal and perturbations. Write such a file
+//! for a task of your own, if its goal can be said in relations.
+//!
+//! # Adding a task in code
 //!
 //! 1. Write a type with the task's settings. Give it `Default`, `Serialize` and `Deserialize`.
 //! 2. Implement [`Task`] for it. `scene` draws a [`SceneSpec`](crate::task::scene::SceneSpec) from a seed.
@@ -24,6 +33,12 @@
 //!
 //! `tests/second_task.rs` in the repository is a complete example.
 
+#[cfg(feature = "physics")]
+pub mod cup;
+#[cfg(feature = "physics")]
+pub mod drawer;
+#[cfg(feature = "physics")]
+pub mod file;
 pub mod nuts_and_bolts;
 #[cfg(feature = "physics")]
 mod settings;
@@ -42,7 +57,10 @@ mod registry {
     use std::sync::Arc;
 
     use super::Task;
-    use super::nuts_and_bolts::NutsAndBolts;
+    use super::cup::Cup;
+    use super::drawer::Drawer;
+    use super::file::DataTask;
+    use super::nuts_and_bolts::{MovableJig, NutsAndBolts};
     use crate::task::error::TaskError;
 
     /// Returns the default task, which is used if no task is named.
@@ -50,9 +68,27 @@ mod registry {
         Arc::new(NutsAndBolts::default())
     }
 
+    /// Names and texts of the tasks that are task files.
+    const FILES: [(&str, &str); 4] = [
+        ("table-setting.json", include_str!("files/table-setting.json")),
+        ("tower.json", include_str!("files/tower.json")),
+        ("flange.json", include_str!("files/flange.json")),
+        ("sorting.json", include_str!("files/sorting.json")),
+    ];
+
     /// Returns every task with its default settings. The default task is first.
     pub fn all() -> Vec<Arc<dyn Task>> {
-        vec![default()]
+        // These files are part of the program, and a test reads them all.
+        let read =
+            FILES.iter().filter_map(|(name, text)| DataTask::parse(text.as_bytes(), name).ok());
+        let read = read.map(|task| Arc::new(task) as Arc<dyn Task>);
+        let coded: [Arc<dyn Task>; 4] = [
+            default(),
+            Arc::new(MovableJig::default()),
+            Arc::new(Drawer::default()),
+            Arc::new(Cup::default()),
+        ];
+        coded.into_iter().chain(read).collect()
     }
 
     /// Returns the task with this name and its default settings.
@@ -65,7 +101,10 @@ mod registry {
             Some(task) => Ok(task.clone()),
             None => Err(TaskError::UnknownTask {
                 name: name.into(),
-                choices: all.iter().map(|task| (task.name(), task.description())).collect(),
+                choices: all
+                    .iter()
+                    .map(|task| (task.name().into(), task.description().into()))
+                    .collect(),
             }),
         }
     }

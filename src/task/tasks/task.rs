@@ -10,7 +10,7 @@ use crate::sim::Seed;
 use crate::task::domain::Pose;
 use crate::task::error::TaskError;
 use crate::task::event::SkillReport;
-use crate::task::scene::{Scene, SceneSpec};
+use crate::task::scene::{BodyId, Scene, SceneSpec};
 use crate::task::skill::{Grasp, Target};
 
 /// A task with its settings.
@@ -19,10 +19,10 @@ use crate::task::skill::{Grasp, Target};
 /// perturbation, bit for bit.
 pub trait Task: Debug + Send + Sync {
     /// Returns a short name in lower case with hyphens, such as `nuts-and-bolts`.
-    fn name(&self) -> &'static str;
+    fn name(&self) -> &str;
 
     /// Returns a description of the task in one line. Lists of tasks show it beside the name.
-    fn description(&self) -> &'static str;
+    fn description(&self) -> &str;
 
     /// Returns the settings as a JSON object, as `symbolt config` prints them and `run.json` stores them.
     fn settings(&self) -> Value;
@@ -89,14 +89,14 @@ pub struct Judgement {
     pub achieved: Vec<String>,
 }
 
-/// A perturbation: a person moves a part once, as soon as the earliest time has come, the robot does not handle the
-/// part, and the place is free.
+/// A perturbation: a person moves a body once, as soon as the earliest time has come, the robot does not handle the
+/// body or a part in it, and the place is free.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Perturbation {
     /// Earliest simulated time, in seconds.
     pub at_s: f64,
-    /// Index of the part in the scene.
-    pub part: usize,
-    /// Pose that the part is put into.
+    /// The part or movable fixture.
+    pub body: BodyId,
+    /// Pose that the body is put into.
     pub pose: Pose,
 }

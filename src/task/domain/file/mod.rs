@@ -3,6 +3,7 @@
 //! Operators refer to states by name, so that people can read the file. Version 2 is written. Version 1, in which every
 //! state had geometry, can still be read.
 
+pub(crate) mod fields;
 mod shape;
 mod v1;
 
@@ -12,12 +13,12 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::files::read_file;
-use crate::spa::nearest_name;
 use crate::task::domain::check::check_names;
 use crate::task::domain::{
     Domain, Evidence, LearnedState, Operator, Parameter, Provenance, State, StateId,
 };
 use crate::task::error::{InputFault, TaskError, json_problem};
+use fields::FieldFault;
 
 /// Value of the `format` field.
 const FORMAT: &str = "symbolt-domain";
@@ -60,13 +61,6 @@ struct OperatorEntry {
     removes: Vec<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     evidence: Option<Evidence>,
-}
-
-/// A fault in a field of the file.
-struct FieldFault {
-    field: String,
-    problem: String,
-    expected: String,
 }
 
 impl Domain {
@@ -186,7 +180,7 @@ impl DomainFile {
         let names: Vec<String> = self.states.iter().map(|s| s.name.clone()).collect();
         let find = |name: &str, field: &dyn Fn() -> String| {
             let at = names.iter().position(|n| n == name);
-            at.map(StateId::new).ok_or_else(|| no_state(name, field(), &names))
+            at.map(StateId::new).ok_or_else(|| FieldFault::no_state(name, field(), &names))
         };
         let goal = self.goal.map(|g| find(&g, &|| "goal".into())).transpose()?;
         let mut operators = Vec::with_capacity(self.operators.len());
@@ -211,15 +205,5 @@ impl DomainFile {
         let states = self.states.into_iter();
         let states = states.map(|s| State { name: s.name, kind: s.kind, learned: s.learned });
         Ok(Resolved { states: states.collect(), operators, goal, provenance: self.provenance })
-    }
-}
-
-fn no_state(name: &str, field: String, names: &[String]) -> FieldFault {
-    let near = nearest_name(name, names.iter().map(String::as_str));
-    let near = near.map_or_else(String::new, |n| format!(" (did you mean `{n}`?)"));
-    FieldFault {
-        field,
-        problem: format!("`{name}` is not a state{near}"),
-        expected: format!("one of the domain's states: {}", names.join(", ")),
     }
 }

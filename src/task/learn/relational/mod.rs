@@ -35,7 +35,7 @@ mod places;
 mod states;
 
 use super::summary::{AttemptOutcome, AttemptReport, LearnReport, UnexplainedPoses};
-use super::{Settings, learn_observed};
+use super::{Settings, check_exponent, learn_observed};
 use crate::task::domain::{ActionId, Pose, Provenance, Recording};
 use crate::task::error::TaskError;
 use crate::task::event::{Event, Ignore, LearningStep, Observer};
@@ -76,6 +76,7 @@ pub fn learn_relational_observed(
     settings: &Settings,
     observer: &mut dyn Observer,
 ) -> Result<RelationallyLearned, TaskError> {
+    check_exponent(settings.p)?;
     if recording.demos.len() < 2 {
         let learned = learn_observed(recording, settings, observer)?;
         let domain = RelationalDomain::from_domain(&learned.domain)?;

@@ -192,10 +192,21 @@ fn apart(s: &NutsAndBolts) -> f64 {
 
 /// Returns whether a lying bolt has room around both blocks.
 fn leaves_room(s: &NutsAndBolts) -> bool {
+    has_room_around(s, [s.jig.pocket, s.jig.hole])
+}
+
+/// Returns whether the jig can stand with its pocket and its hole at `places`: within reach, inside the rim and away from the
+/// parts.
+pub(super) fn can_stand(s: &NutsAndBolts, places: [[f64; 2]; 2]) -> bool {
+    let fits = |at: &[f64; 2]| inside(*at, s.table.rim, 0.03) && reaches_table(*at);
+    places.iter().all(fits) && has_room_around(s, places)
+}
+
+fn has_room_around(s: &NutsAndBolts, places: [[f64; 2]; 2]) -> bool {
     let part = &s.part;
     let around = part.across_flats_m + s.jig.wall_m + part.shaft_length_m + part.head_height_m;
     let [low, high] = s.table.drop;
-    [s.jig.pocket, s.jig.hole].into_iter().all(|[x, y]| {
+    places.into_iter().all(|[x, y]| {
         let off = |v: f64, i: usize| (low[i] - v).max(v - high[i]).max(0.0);
         off(x, 0).hypot(off(y, 1)) >= around
     })
@@ -224,6 +235,6 @@ impl NutsAndBolts {
             let Rule { name, value, expected, .. } = *rule;
             return Err(TaskError::Setting { name, value: value(self), expected });
         }
-        start::parts(self, Seed::new(0)).map(|_| ())
+        start::parts(self, 0, Seed::new(0)).map(|_| ())
     }
 }

@@ -31,10 +31,12 @@ const JIG_LOOK: Look = Look { colour: 0x6f7f8f, ink: 0x3c4652, roughness: 0.6 };
 pub(super) fn spec(settings: &NutsAndBolts, seed: Seed) -> Result<SceneSpec, TaskError> {
     let NutsAndBolts { part, jig, table, gripper, arm, step_ms, .. } = settings;
     let handling = |flips, rise_m| Handling {
-        symmetry: Symmetry { turns: TURNS, flips },
+        symmetry: Symmetry { turns: TURNS, fold: 6, flips },
         rise_m,
         release_m: part.across_flats_m / 2.0 + 0.004,
         in_the_way_m: IN_THE_WAY_M,
+        fall_m: 0.0,
+        clear_m: 0.0,
     };
     let kind = |name: &String, pieces, handling, look| BodyKind {
         name: name.clone(),
@@ -49,8 +51,9 @@ pub(super) fn spec(settings: &NutsAndBolts, seed: Seed) -> Result<SceneSpec, Tas
         pieces,
         friction: part.friction,
         look: JIG_LOOK,
+        movable: None,
     };
-    let landmark = |kind, [x, y]: [f64; 2], z| Landmark { kind, pose: Pose::at([x, y, z]) };
+    let landmark = |kind: String, [x, y]: [f64; 2], z| Landmark::fixed(kind, Pose::at([x, y, z]));
     let [pocket, hole] = settings.places();
     Ok(SceneSpec {
         kinds: vec![
@@ -63,7 +66,7 @@ pub(super) fn spec(settings: &NutsAndBolts, seed: Seed) -> Result<SceneSpec, Tas
                 BOLT_LOOK,
             ),
         ],
-        parts: start::parts(settings, seed)?,
+        parts: start::parts(settings, 0, seed)?,
         fixtures: vec![
             fixture(shapes::pocket_block(jig, part), jig.pocket),
             fixture(shapes::hole_block(jig, part), jig.hole),

@@ -4,6 +4,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use rand::{Rng, RngExt};
 
+use super::movable::BLOCK;
 use super::scene::{BOLT, NUT};
 use super::settings::NutsAndBolts;
 use crate::sim::Seed;
@@ -11,14 +12,18 @@ use crate::task::error::TaskError;
 use crate::task::robot::{BodyFrame, Turn};
 use crate::task::scene::Part;
 
-/// Draws the parts, nuts first.
+/// Draws the parts: nuts, then bolts, then `blocks` blocks.
 ///
 /// # Errors
 /// [`TaskError::Setting`] if no attempt finds room for all parts.
-pub(super) fn parts(settings: &NutsAndBolts, seed: Seed) -> Result<Vec<Part>, TaskError> {
+pub(super) fn parts(
+    settings: &NutsAndBolts,
+    blocks: usize,
+    seed: Seed,
+) -> Result<Vec<Part>, TaskError> {
     let mut rng = seed.derive("scene", "drop").rng();
     // The places of the first parts can leave no room for the last part. In that case, start again.
-    (0..200).find_map(|_| draw(settings, &mut rng)).ok_or_else(|| TaskError::Setting {
+    (0..200).find_map(|_| draw(settings, blocks, &mut rng)).ok_or_else(|| TaskError::Setting {
         name: "table.spacing_m",
         value: settings.table.spacing_m.to_string(),
         expected: "a spacing that leaves room for all parts",
@@ -26,9 +31,9 @@ pub(super) fn parts(settings: &NutsAndBolts, seed: Seed) -> Result<Vec<Part>, Ta
 }
 
 /// Draws all places once; `None` if a part finds no room.
-fn draw(settings: &NutsAndBolts, rng: &mut impl Rng) -> Option<Vec<Part>> {
-    let kinds =
-        std::iter::repeat_n(NUT, settings.nuts).chain(std::iter::repeat_n(BOLT, settings.bolts));
+fn draw(settings: &NutsAndBolts, blocks: usize, rng: &mut impl Rng) -> Option<Vec<Part>> {
+    let kinds = [(NUT, settings.nuts), (BOLT, settings.bolts), (BLOCK, blocks)];
+    let kinds = kinds.into_iter().flat_map(|(kind, count)| std::iter::repeat_n(kind, count));
     let table = &settings.table;
     let [low, high] = table.drop;
     let mut places: Vec<[f64; 2]> = Vec::new();
@@ -46,13 +51,13 @@ fn draw(settings: &NutsAndBolts, rng: &mut impl Rng) -> Option<Vec<Part>> {
         let tilt = table.drop_tilt_deg.to_radians() * rng.random::<f64>();
         let towards = TAU * rng.random::<f64>();
         let lying = match kind {
-            NUT => Turn::about_z(roll),
+            NUT | BLOCK => Turn::about_z(roll),
             _ => Turn::about_y(FRAC_PI_2) * Turn::about_z(roll),
         };
         let axis = [towards.cos(), towards.sin(), 0.0];
         let turn = Turn::about(axis, tilt) * Turn::about_z(yaw) * lying;
         let position = [place[0], place[1], table.drop_height_m];
-        drawn.push(Part { kind, frame: BodyFrame { position, turn } });
+        drawn.push(Part::free(kind, BodyFrame { position, turn }));
     }
     Some(drawn)
 }

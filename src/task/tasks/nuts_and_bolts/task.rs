@@ -12,7 +12,7 @@ use super::{grasps, scene};
 use crate::sim::Seed;
 use crate::task::domain::Pose;
 use crate::task::error::TaskError;
-use crate::task::scene::{Scene, SceneSpec};
+use crate::task::scene::{BodyId, Scene, SceneSpec};
 use crate::task::skill::Grasp;
 use crate::task::tasks::{Demonstrator, Judgement, Perturbation, Task};
 
@@ -64,7 +64,7 @@ impl Task for NutsAndBolts {
         Some(Perturbation {
             // Renaming this role would change the draw.
             at_s: 20.0 * seed.derive("meddling", "moment").rng().random::<f64>(),
-            part: self.nuts + self.bolts - 1,
+            body: BodyId::Part(self.nuts + self.bolts - 1),
             pose: Pose::at([x, y, self.jig.hole_top_m + 1e-3]),
         })
     }

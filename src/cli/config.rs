@@ -1,0 +1,39 @@
+//! `symbolt config`: the settings of a task, and the list of tasks.
+
+use anyhow::Error;
+use serde_json::{Value, json};
+use symbolt::files::write_atomic;
+use symbolt::task::tasks;
+
+use super::Outcome;
+use super::args::ConfigArgs;
+use super::output::{Grid, emit, emit_json};
+
+pub(crate) fn config(args: &ConfigArgs) -> Result<Outcome, Error> {
+    if args.task.listed() {
+        return list(false);
+    }
+    let text = format!("{:#}\n", args.task.task()?.settings());
+    match &args.out.out {
+        Some(path) => write_atomic(path, text, args.out.overwrite())?,
+        None => emit(&text)?,
+    }
+    Ok(Outcome::Done)
+}
+
+/// Prints the tasks.
+pub(crate) fn list(as_json: bool) -> Result<Outcome, Error> {
+    let all = tasks::all();
+    if as_json {
+        let task = |task: &std::sync::Arc<dyn tasks::Task>| json!({"name": task.name(), "description": task.description()});
+        let lines: Vec<Value> = all.iter().map(task).collect();
+        emit_json(&lines)?;
+        return Ok(Outcome::Done);
+    }
+    let mut grid = Grid::new(&["task", "the robot has to"]);
+    for task in all {
+        grid.row([task.name().to_owned(), task.description().to_owned()]);
+    }
+    emit(&grid.to_string())?;
+    Ok(Outcome::Done)
+}

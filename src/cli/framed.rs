@@ -1,0 +1,438 @@
+//! A scene as a relational domain sees it: `symbolt actions`, and the plans of `symbolt plan`.
+
+use std::fmt::Write as _;
+
+use anyhow::Error;
+use serde_json::{Map, Value, json};
+use symbolt::neurons::{Population, PopulationPlan};
+use symbolt::sim::Seed;
+use symbolt::task::planner::{Decision, Planner};
+use symbolt::task::relational::{
+    GoalTerm, Grounder, Layout, Move, Problem, ProblemError, Quantity, RelationalDomain, Situation,
+    TargetPose,
+};
+use symbolt::task::{Snapshot, TaskError, Verdict};
+
+use super::Outcome;
+use super::args::{ActionsArgs, BadArgument, PlanArgs, PlannerArgs};
+use super::output::{
+    Grid, Progress, counted, emit_or_write, refuse_existing, unbroken, use_threads, warn, wrapped,
+};
+use super::plan::{
+    choices_json, choices_table, listed, milestones_json, milestones_table, obstacle_text,
+};
+use super::relational::metres;
+
+/// Number of moves after which a plan is cut short.
+const MOST_MOVES: usize = 200;
+
+/// Prints every move that the operators allow in a scene.
+pub(crate) fn actions(args: &ActionsArgs) -> Result<Outcome, Error> {
+    refuse_existing(args.out.out.as_deref(), args.out.force)?;
+    use_threads(&args.common)?;
+    if args.domain.as_os_str() == "-" && args.scene.as_os_str() == "-" {
+        let problem = "the domain and the scene cannot both come from standard input (-)";
+        return Err(BadArgument(problem.into()).into());
+    }
+    let domain = RelationalDomain::read(&args.domain)?;
+    let scene = Snapshot::read(&args.scene)?;
+    let grounder = args.grounding.grounder(&domain)?;
+    let layout = look(&grounder, &domain, &scene);
+    let situation = layout.situation();
+    // Which moves are allowed does not depend on the goal.
+    let problem = Problem::with_goals(&domain, &layout, Vec::new()).map_err(TaskError::from)?;
+    let moves = problem.moves(&situation);
+    let text = if args.common.json {
+        let lines = moves.iter().map(|m| move_json(&problem, m, &layout, &situation).to_string());
+        lines.collect::<Vec<_>>().join("\n")
+    } else {
+        let mut grid = Grid::new(&["action", "object", "onto", "target m", "still open"]);
+        for m in &moves {
+            let mut row = vec![domain.operators[m.operator].name.clone()];
+            row.push(layout.objects[m.object].id.to_string());
+            row.push(onto(m, &layout).unwrap_or("-").into());
+            row.push(position(&problem.target(m, &layout)));
+            row.push(problem.open_needs(m, &situation).join(", "));
+            grid.row(row);
+        }
+        let mut text = String::new();
+        if moves.is_empty() {
+            let _ = writeln!(text, "No action is possible in this scene.");
+        } else {
+            text += &grid.to_string();
+        }
+        if let Some(loose) = loose(&domain, &layout) {
+            let _ = writeln!(text, "\n{loose}");
+        }
+        text
+    };
+    emit_or_write(&text, &args.out)?;
+    Ok(Outcome::Done)
+}
+
+fn onto<'l>(m: &Move, layout: &'l Layout) -> Option<&'l str> {
+    m.reference.map(|r| &*layout.objects[r].id)
+}
+
+fn position(target: &TargetPose) -> String {
+    target.pose.position.map(|v| metres(v, 3)).join(", ")
+}
+
+fn target_json(target: &TargetPose) -> Value {
+    json!({
+        "position": target.pose.position, "orientation": target.pose.orientation,
+        "turn": target.turn.name(),
+    })
+}
+
+fn move_json(problem: &Problem<'_>, m: &Move, layout: &Layout, situation: &Situation) -> Value {
+    json!({
+        "action": problem.domain().operators[m.operator].name,
+        "object": *layout.objects[m.object].id,
+        "onto": onto(m, layout),
+        "target": target_json(&problem.target(m, layout)),
+        "decided": problem.decided(m, situation),
+        "open": problem.open_needs(m, situation),
+    })
+}
+
+/// Finds the state of every object, and warns of objects that are equally near to two references.
+pub(crate) fn look(grounder: &Grounder, domain: &RelationalDomain, scene: &Snapshot) -> Layout {
+    let layout = grounder.layout(scene);
+    for (index, located) in layout.located.iter().enumerate().filter(|(_, l)| l.ambiguous) {
+        let Some(fact) = located.fact else { continue };
+        let Some(reference) = fact.reference else { continue };
+        // Without this reference, the object is found at the other one.
+        let mut others = scene.clone();
+        others.object = None;
+        others.objects.remove(reference);
+        let own = if reference < index { index - 1 } else { index };
+        let other = grounder.locate(&others, own).fact.and_then(|fact| fact.reference);
+        let id = |index: usize| layout.objects[index].id.to_string();
+        let other =
+            other.map_or_else(|| "another one".into(), |o| format!("`{}`", others.objects[o].id));
+        let (object, state) = (id(index), &domain.states[fact.state].name);
+        warn(&format!(
+            "`{object}` is {state} of `{}` and of {other}, which are equally near; `{}` is taken",
+            id(reference),
+            id(reference)
+        ));
+    }
+    layout
+}
+
+/// Returns a line with the objects in no state whose kind has states; `None` if there are none.
+fn loose(domain: &RelationalDomain, layout: &Layout) -> Option<String> {
+    let known = |kind: &str| domain.states.iter().any(|state| state.kind == kind);
+    let all = layout.objects.iter().zip(&layout.located);
+    let loose = all.filter(|(o, l)| l.fact.is_none() && known(&o.kind));
+    let loose: Vec<String> = loose.map(|(o, _)| o.id.to_string()).collect();
+    (!loose.is_empty()).then(|| listed("In no state: ", &loose))
+}
+
+/// A move of a plan.
+struct Step {
+    chosen: Move,
+    /// Name of the ground action.
+    ground: String,
+    decided: bool,
+    decision: Decision,
+}
+
+/// How a plan ends.
+enum End {
+    Met,
+    Stuck(String),
+    /// The predicted situations repeat.
+    Circle,
+}
+
+/// A plan by the planner graph over the ground problem, and the decision about the scene itself.
+struct Plan {
+    steps: Vec<Step>,
+    end: End,
+    /// The first decision; `None` if there was nothing to decide.
+    first: Option<(Planner, Decision)>,
+    /// Undecided needs that the planner does without, as pairs of operator and need.
+    dropped: Vec<(usize, usize)>,
+}
+
+impl Plan {
+    fn without_decision(end: End) -> Self {
+        Self { steps: Vec::new(), end, first: None, dropped: Vec::new() }
+    }
+}
+
+/// Plans with a relational domain.
+pub(crate) fn plan(args: &PlanArgs, domain: &RelationalDomain) -> Result<Outcome, Error> {
+    let progress = Progress::new(&args.common);
+    let scene = Snapshot::read(&args.scene)?;
+    let grounder = args.grounding.grounder(domain)?;
+    let goals = match &args.goal {
+        Some(goal) => {
+            let (state, quantity) = (domain.state(goal)?, Quantity::AtLeast(1));
+            vec![GoalTerm { state, quantity, held: 0, of: 0 }]
+        }
+        None if domain.goals.is_empty() => {
+            let problem = "the domain has no goal; name one with --goal STATE";
+            return Err(BadArgument(problem.into()).into());
+        }
+        None => domain.goals.clone(),
+    };
+    let words: Vec<String> = goals.iter().map(|goal| domain.goal_in_words(goal)).collect();
+    let layout = look(&grounder, domain, &scene);
+    progress.say(format!("planning towards {}", words.join(", ")));
+    let (problem, plan) = match Problem::with_goals(domain, &layout, goals.clone()) {
+        Ok(problem) => {
+            let plan = roll_out(&problem, &layout, &args.planner, args.common.seed)?;
+            (Some(problem), plan)
+        }
+        Err(error) => (None, impossible(&error, &goals, &layout)),
+    };
+    drop(progress);
+    let shown = Shown { domain, layout: &layout, problem: problem.as_ref(), plan: &plan, words };
+    let text =
+        if args.common.json { shown.json(&args.planner.mode).to_string() } else { shown.table() };
+    emit_or_write(&text, &args.out)?;
+    Ok(match (&plan.end, plan.steps.is_empty()) {
+        // Only the next action counts: the robot looks and plans again after each action.
+        (End::Stuck(reason), true) => Outcome::Failed(format!("stuck: {reason}")),
+        _ => Outcome::Done,
+    })
+}
+
+/// Returns the plan for a goal that cannot be asked for: nothing to do if it holds all the same.
+fn impossible(error: &ProblemError, goals: &[GoalTerm], layout: &Layout) -> Plan {
+    let holds = |goal: &GoalTerm| {
+        let facts = layout.located.iter().filter_map(|located| located.fact);
+        let count = facts.filter(|fact| fact.state == goal.state).count();
+        matches!(goal.quantity, Quantity::AtLeast(least) if count >= least)
+    };
+    Plan::without_decision(match goals.iter().all(holds) {
+        true => End::Met,
+        false => End::Stuck(error.to_string()),
+    })
+}
+
+/// Asks the planner graph for one move after another, in situations predicted from the operators.
+fn roll_out(
+    problem: &Problem<'_>,
+    layout: &Layout,
+    args: &PlannerArgs,
+    seed: u64,
+) -> Result<Plan, Error> {
+    let mode: Population = args.mode.parse()?;
+    let mut situation = layout.situation();
+    if problem.lacking(&situation) == 0 {
+        return Ok(Plan::without_decision(End::Met));
+    }
+    let ground = match problem.ground(&situation) {
+        Ok(ground) => ground,
+        Err(error @ ProblemError::Nothing { .. }) => {
+            return Ok(Plan::without_decision(End::Stuck(error.to_string())));
+        }
+        Err(error) => return Err(TaskError::from(error).into()),
+    };
+    let plan = PopulationPlan::all(mode);
+    let (composition, seed) = (ground.composition(), Seed::new(seed));
+    let planner = Planner::composed(ground.domain(), composition, args.spec(), &plan, seed)?;
+    let mut steps: Vec<Step> = Vec::new();
+    let mut seen: Vec<Situation> = Vec::new();
+    let mut first = None;
+    let end = loop {
+        let Some(goal) = ground.goal(&situation) else { break End::Met };
+        if seen.contains(&situation) || steps.len() >= MOST_MOVES {
+            break End::Circle;
+        }
+        let decision = planner.decide(&ground.present(&situation), goal)?;
+        first.get_or_insert_with(|| decision.clone());
+        let action = match decision.verdict {
+            Verdict::Act(action) => action,
+            Verdict::Met => break End::Met,
+            Verdict::Stuck(obstacle) => break End::Stuck(obstacle_text(ground.domain(), obstacle)),
+        };
+        let name = ground.domain()[action].name.clone();
+        let moves = ground.moves_for(problem, action, &situation);
+        let Some(chosen) = moves.first().copied() else {
+            break End::Stuck(format!("no object in the scene can do {name}"));
+        };
+        let decided = problem.decided(&chosen, &situation);
+        seen.push(situation.clone());
+        situation = problem.after(&chosen, &situation);
+        steps.push(Step { chosen, ground: name, decided, decision });
+    };
+    let dropped = ground.dropped().iter().copied().collect();
+    Ok(Plan { steps, end, first: first.map(|decision| (planner, decision)), dropped })
+}
+
+/// A plan with everything that is printed about it.
+struct Shown<'p> {
+    domain: &'p RelationalDomain,
+    layout: &'p Layout,
+    problem: Option<&'p Problem<'p>>,
+    plan: &'p Plan,
+    /// The terms of the goal.
+    words: Vec<String>,
+}
+
+impl Shown<'_> {
+    fn action(&self, m: &Move) -> &str {
+        &self.domain.operators[m.operator].name
+    }
+
+    /// Returns the undecided needs that the planner does without: the action and the condition.
+    fn dropped(&self) -> Vec<(&str, String)> {
+        let dropped = self.plan.dropped.iter().filter_map(|(operator, need)| {
+            let operator = self.domain.operators.get(*operator)?;
+            let need = operator.needs.get(*need)?;
+            Some((operator.name.as_str(), self.domain.need_in_words(operator, need)))
+        });
+        dropped.collect()
+    }
+
+    fn json(&self, mode: &str) -> Value {
+        let first = self.plan.steps.first();
+        let (status, reason) = match (&self.plan.end, first) {
+            (_, Some(_)) => ("act", None),
+            (End::Met, None) => ("met", None),
+            (End::Stuck(reason), None) => ("stuck", Some(reason.as_str())),
+            (End::Circle, None) => ("stuck", None),
+        };
+        let end = match &self.plan.end {
+            End::Met => "met".to_owned(),
+            End::Circle => "circle".into(),
+            End::Stuck(reason) => format!("stuck: {reason}"),
+        };
+        let id = |index: usize| self.layout.objects[index].id.to_string();
+        let steps: Vec<Value> = self
+            .plan
+            .steps
+            .iter()
+            .map(|step| {
+                json!({
+                    "action": self.action(&step.chosen), "object": id(step.chosen.object),
+                    "onto": step.chosen.reference.map(id), "place": step.chosen.place,
+                    "decided": step.decided, "ground_action": step.ground,
+                    "decision_ms": step.decision.time_ms,
+                })
+            })
+            .collect();
+        let target = first
+            .zip(self.problem)
+            .map(|(step, problem)| target_json(&problem.target(&step.chosen, self.layout)));
+        let decision = self.plan.first.as_ref();
+        let dropped: Vec<Value> = self
+            .dropped()
+            .iter()
+            .map(|(action, condition)| json!({"action": action, "condition": condition}))
+            .collect();
+        let plan: Vec<&str> = self.plan.steps.iter().map(|s| self.action(&s.chosen)).collect();
+        let keys = [
+            ("status", json!(status)),
+            ("action", json!(first.map(|step| self.action(&step.chosen)))),
+            ("object", json!(first.map(|step| id(step.chosen.object)))),
+            ("onto", json!(first.and_then(|step| step.chosen.reference.map(id)))),
+            ("target", json!(target)),
+            ("plan", json!(plan)),
+            ("steps", json!(steps)),
+            ("plan_end", json!(end)),
+            ("reason", json!(reason)),
+            ("goal", json!(self.words.join(", "))),
+            ("goals", json!(self.words)),
+            ("dropped", json!(dropped)),
+            ("planner", json!("graph")),
+            ("mode", json!(mode)),
+            ("decision_ms", json!(decision.map(|(_, d)| d.time_ms))),
+            ("questions", json!(decision.map(|(_, d)| d.questions))),
+            ("milestones_ms", decision.map_or_else(|| json!({}), |(_, d)| milestones_json(d))),
+            ("choices", decision.map_or_else(|| json!([]), |(p, d)| choices_json(p.domain(), d))),
+        ];
+        let keys = keys.into_iter().map(|(name, value)| (name.to_owned(), value));
+        Value::Object(keys.collect::<Map<String, Value>>())
+    }
+
+    /// Returns the number of objects in each state that holds.
+    fn holds(&self) -> Vec<String> {
+        let facts: Vec<usize> =
+            self.layout.located.iter().filter_map(|l| Some(l.fact?.state)).collect();
+        let states = self.domain.states.iter().enumerate();
+        let holds = states.filter_map(|(index, state)| {
+            match facts.iter().filter(|fact| **fact == index).count() {
+                0 => None,
+                1 => Some(state.name.clone()),
+                count => Some(format!("{} x{count}", state.name)),
+            }
+        });
+        let holds: Vec<String> = holds.collect();
+        if holds.is_empty() { vec!["nothing".into()] } else { holds }
+    }
+
+    fn next(&self) -> String {
+        let mut next = match (self.plan.steps.first(), &self.plan.end) {
+            (Some(step), _) => {
+                let m = &step.chosen;
+                let object = &self.layout.objects[m.object].id;
+                let mut text = format!("do {} with {object}", self.action(m));
+                if let Some(reference) = onto(m, self.layout) {
+                    let _ = write!(text, ", onto {reference}");
+                }
+                if let Some(problem) = self.problem {
+                    let at = position(&problem.target(m, self.layout));
+                    let _ = write!(text, ", at {}", unbroken(&format!("({at})")));
+                }
+                text
+            }
+            (None, End::Met) => "the goal is met".into(),
+            (None, End::Stuck(reason)) => format!("stuck: {reason}"),
+            (None, End::Circle) => "stuck: the plan would repeat itself".into(),
+        };
+        if let Some((_, decision)) = &self.plan.first {
+            let questions = counted(decision.questions as usize, "question");
+            let _ = write!(
+                next,
+                " (decided in {:.0} simulated ms after {questions})",
+                decision.time_ms
+            );
+        }
+        next
+    }
+
+    fn table(&self) -> String {
+        let mut text = String::new();
+        let _ = writeln!(text, "{}", listed("Holds: ", &self.holds()));
+        let _ = writeln!(text, "{}", listed("Goal:  ", &self.words));
+        let _ = writeln!(text, "{}\n", wrapped(&(unbroken("Next:  ") + &self.next()), 7));
+        if !self.plan.steps.is_empty() {
+            let mut grid = Grid::new(&[">step", "action", "object", "onto", ">decided in ms"]);
+            for (index, step) in self.plan.steps.iter().enumerate() {
+                let object = self.layout.objects[step.chosen.object].id.to_string();
+                let onto = onto(&step.chosen, self.layout).unwrap_or("-").to_owned();
+                let ms = format!("{:.0}", step.decision.time_ms);
+                let action = self.action(&step.chosen).to_owned();
+                grid.row([(index + 1).to_string(), action, object, onto, ms]);
+            }
+            let end = match &self.plan.end {
+                End::Met => "then the goal is met".to_owned(),
+                End::Circle => "then the plan would repeat itself".into(),
+                End::Stuck(reason) => format!("then stuck: {reason}"),
+            };
+            let _ = writeln!(text, "{}\n\n{grid}", wrapped(&format!("Whole plan, {end}:"), 0));
+        }
+        let dropped = self.dropped();
+        if !dropped.is_empty() {
+            let mut grid = Grid::new(&["action", "undecided condition that is done without"]);
+            for (action, condition) in dropped {
+                grid.row([action.to_owned(), condition]);
+            }
+            let _ = writeln!(text, "Conditions that cannot be met in this scene:\n\n{grid}");
+        }
+        if let Some((planner, decision)) = &self.plan.first {
+            text += &choices_table(planner.domain(), decision);
+            text += &milestones_table(decision);
+        }
+        if let Some(loose) = loose(self.domain, self.layout) {
+            let _ = writeln!(text, "{loose}");
+        }
+        text
+    }
+}

@@ -1,0 +1,286 @@
+//! A relational domain as tables and as JSON.
+
+use std::fmt::Write as _;
+
+use serde_json::{Map, Value, json};
+use symbolt::task::Origin;
+use symbolt::task::relational::{
+    Coordinate, FrameState, GoalTerm, Need, NeedVerdict, Place, Quantity, RelationalDomain,
+    RelationalOperator, Role,
+};
+
+use super::output::{Grid, counted, mm, section, unbroken};
+
+/// Returns tables of the states, the operators with their conditions and side effects, and the goal.
+pub(crate) fn domain_tables(domain: &RelationalDomain) -> String {
+    let mut text = String::new();
+    let title =
+        format!("{}, positions in metres in the frame", counted(domain.states.len(), "state"));
+    section(&mut text, &title, &state_table(domain));
+    section(
+        &mut text,
+        "Number and standard deviation of the poses in each state",
+        &spread_table(domain),
+    );
+    section(&mut text, &counted(domain.operators.len(), "action"), &action_table(domain));
+    let needs = need_table(domain);
+    if !needs.is_empty() {
+        section(&mut text, NEEDS, &needs);
+    }
+    let changes = change_table(domain);
+    if !changes.is_empty() {
+        section(&mut text, "Side effects", &changes);
+    }
+    let mut grid = Grid::new(&[">order", "goal", "held at the end of"]);
+    for (index, goal) in domain.goals.iter().enumerate() {
+        let held = format!("{} of {} demonstrations", goal.held, goal.of);
+        grid.row([(index + 1).to_string(), domain.goal_in_words(goal), unbroken(&held)]);
+    }
+    if !grid.is_empty() {
+        section(&mut text, "Goal of the demonstrations", &grid);
+    }
+    text
+}
+
+/// The title of the conditions.
+const NEEDS: &str = "Conditions before each action (undecided: met if possible)";
+
+/// Returns the states with their frames and places, one row for each place.
+fn state_table(domain: &RelationalDomain) -> Grid {
+    let mut grid = Grid::new(&["state", "kind", "frame", ">x", ">y", ">z"]);
+    for state in &domain.states {
+        for (index, place) in state.places.iter().enumerate() {
+            let first = |text: &str| if index == 0 { text.to_owned() } else { String::new() };
+            let mut row = vec![first(&state.name), first(&state.kind), first(state.frame.name())];
+            row.extend(place.coordinates.iter().map(coordinate));
+            grid.row(row);
+        }
+    }
+    grid
+}
+
+fn coordinate(coordinate: &Coordinate) -> String {
+    match *coordinate {
+        Coordinate::Tight { mean, .. } => metres(mean, 3),
+        Coordinate::Open { low, high } => format!("{} to {}", metres(low, 2), metres(high, 2)),
+    }
+}
+
+/// Formats a length in metres, without the sign of a zero.
+pub(crate) fn metres(length: f64, digits: usize) -> String {
+    let text = format!("{length:.digits$}");
+    let zero = text.trim_start_matches('-').chars().all(|c| matches!(c, '0' | '.'));
+    if zero { text.trim_start_matches('-').to_owned() } else { text }
+}
+
+/// Returns the number and the spread of the poses in each state, one row for each place.
+fn spread_table(domain: &RelationalDomain) -> Grid {
+    let mut grid =
+        Grid::new(&["state", "origin", ">poses", ">x mm", ">y mm", ">z mm", "axes fixed"]);
+    for state in &domain.states {
+        let one = state.places.len() == 1;
+        for (index, place) in state.places.iter().enumerate() {
+            let first = |text: String| if index == 0 { text } else { String::new() };
+            let poses = if one { state.count } else { place.count };
+            let mut row =
+                vec![first(state.name.clone()), first(origin(state).into()), poses.to_string()];
+            row.extend(place.coordinates.iter().map(|c| match c {
+                Coordinate::Tight { sd, .. } => mm(*sd),
+                Coordinate::Open { .. } => "open".into(),
+            }));
+            row.push(first(state.turn_in_words()));
+            grid.row(row);
+        }
+    }
+    grid
+}
+
+fn origin(state: &FrameState) -> &'static str {
+    match state.origin {
+        Origin::Found => "found",
+        Origin::Placed => "placed",
+    }
+}
+
+/// Returns the actions: the states that the object leaves and enters.
+fn action_table(domain: &RelationalDomain) -> Grid {
+    let mut grid = Grid::new(&["action", "from", "to", ">instances"]);
+    for operator in &domain.operators {
+        let from = domain.names(&operator.from).join(" or ");
+        let mut to = domain.states[operator.to].name.clone();
+        if let Some(kind) = domain.role_kind(operator, Role::Target) {
+            let _ = write!(to, " {}", unbroken(&format!("of a {kind}")));
+        }
+        grid.row([operator.name.clone(), from, to, operator.instances.to_string()]);
+    }
+    grid
+}
+
+/// Returns the conditions before each action with their verdicts and reasons.
+fn need_table(domain: &RelationalDomain) -> Grid {
+    let mut grid = Grid::new(&["action", "condition", "verdict", "because it"]);
+    for operator in &domain.operators {
+        let mut name = operator.name.as_str();
+        for verdict in [NeedVerdict::Required, NeedVerdict::Absent, NeedVerdict::Undecided] {
+            for need in operator.needs_with(verdict) {
+                let condition = domain.need_in_words(operator, need);
+                let word = if verdict == NeedVerdict::Undecided { "undecided" } else { "required" };
+                grid.row([name.into(), condition, word.into(), need.reason()]);
+                name = "";
+            }
+        }
+    }
+    grid
+}
+
+/// Returns the side effects of each action, and how it moves its object in open coordinates.
+fn change_table(domain: &RelationalDomain) -> Grid {
+    let mut grid = Grid::new(&["action", "change", "seen in"]);
+    for operator in &domain.operators {
+        let mut name = operator.name.clone();
+        for effect in &operator.side_effects {
+            let seen = unbroken(&format!("{} of {}", effect.changed, effect.of));
+            let change = domain.side_effect_in_words(operator, effect);
+            grid.row([std::mem::take(&mut name), change, seen]);
+        }
+        if let Some(displacement) = &operator.displacement {
+            let open = |axis: usize| {
+                let places = &domain.states[operator.to].places;
+                places.iter().any(|place| place.coordinates[axis].is_open())
+            };
+            let along = ["x", "y", "z"].iter().enumerate().filter(|(axis, _)| open(*axis));
+            let along: Vec<String> = along
+                .map(|(axis, name)| format!("{} mm along {name}", mm(displacement.mean[axis])))
+                .map(|text| unbroken(&text))
+                .collect();
+            let change = format!("the object moves by {}", along.join(", "));
+            let seen = unbroken(&format!("{0} of {0}", operator.instances));
+            grid.row([std::mem::take(&mut name), change, seen]);
+        }
+    }
+    grid
+}
+
+/// Returns the keys of `symbolt learn --json` that describe a domain.
+pub(crate) fn summary(domain: &RelationalDomain) -> Map<String, Value> {
+    let goal = domain.goals.last().map(|goal| &domain.states[goal.state].name);
+    let keys = [
+        ("states", domain.states.iter().map(state).collect()),
+        ("operators", domain.operators.iter().map(|o| action(domain, o)).collect()),
+        ("goals", domain.goals.iter().map(|g| term(domain, g)).collect()),
+        ("goal", json!(goal)),
+        ("noise_m", json!(domain.noise_m)),
+        ("noise_rad", json!(domain.noise_rad)),
+    ];
+    keys.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+}
+
+fn state(state: &FrameState) -> Value {
+    let first = state.places.first();
+    let places: Vec<Value> = state.places.iter().map(place).collect();
+    json!({
+        "name": state.name, "kind": state.kind, "count": state.count,
+        "distinct": state.places.iter().map(|p| p.count).sum::<usize>(), "origin": state.origin,
+        "position": first.map(|p| p.pose().position),
+        "orientation": first.map(|p| p.orientation),
+        "spread": first.map(|p| p.coordinates.map(|c| c.spread())),
+        "frame": state.frame.name(), "places": places,
+        "turn": state.turn.name(), "turn_matters": state.turn_matters,
+    })
+}
+
+fn place(place: &Place) -> Value {
+    let open = place.coordinates.map(|c| match c {
+        Coordinate::Open { low, high } => Some([low, high]),
+        Coordinate::Tight { .. } => None,
+    });
+    json!({
+        "position": place.pose().position, "orientation": place.orientation, "count": place.count,
+        "spread": place.coordinates.map(|c| c.spread()), "open": open,
+    })
+}
+
+fn action(domain: &RelationalDomain, operator: &RelationalOperator) -> Value {
+    let name = |state: usize| domain.states[state].name.as_str();
+    // An operator with several states to leave requires none of them.
+    let from = if let [from] = operator.from[..] { vec![name(from)] } else { Vec::new() };
+    let with = |verdict: NeedVerdict, mut names: Vec<_>| {
+        for need in operator.needs_with(verdict) {
+            let state = name(need.condition.state);
+            if !names.contains(&state) {
+                names.push(state);
+            }
+        }
+        names
+    };
+    let mut effects = vec![name(operator.to)];
+    let mut removes = Vec::new();
+    for effect in &operator.side_effects {
+        let list = if effect.begins { &mut effects } else { &mut removes };
+        let state = name(effect.condition.state);
+        if !list.contains(&state) {
+            list.push(state);
+        }
+    }
+    let counts = operator.needs.iter().filter(|n| n.holds);
+    let counts: Map<String, Value> =
+        counts.map(|n| (name(n.condition.state).into(), json!(n.least))).collect();
+    let roles = [Role::Object, Role::Origin, Role::Target];
+    let parameters: Vec<Value> = roles
+        .iter()
+        .filter_map(|r| Some(json!({"name": r.name(), "kind": domain.role_kind(operator, *r)?})))
+        .collect();
+    let needs: Vec<Value> = operator.needs.iter().map(|n| need(domain, operator, n)).collect();
+    let side_effects: Vec<Value> = operator
+        .side_effects
+        .iter()
+        .map(|e| {
+            json!({
+                "state": name(e.condition.state), "subject": e.condition.subject,
+                "begins": e.begins, "changed": e.changed, "of": e.of,
+                "words": domain.side_effect_in_words(operator, e),
+            })
+        })
+        .collect();
+    json!({
+        "name": operator.name,
+        "preconditions": with(NeedVerdict::Required, from),
+        "effects": effects,
+        "absent": with(NeedVerdict::Absent, Vec::new()),
+        "removes": removes,
+        "kind": domain.states[operator.to].kind,
+        "from": operator.from.first().map(|s| name(*s)),
+        "from_any": domain.names(&operator.from),
+        "to": name(operator.to),
+        "instances": operator.instances,
+        "parameters": parameters,
+        "undecided": with(NeedVerdict::Undecided, Vec::new()),
+        "needs_count": counts,
+        "needs": needs,
+        "side_effects": side_effects,
+        "displacement": operator.displacement,
+        "never_seen": domain.names(&operator.never_seen),
+    })
+}
+
+fn need(domain: &RelationalDomain, operator: &RelationalOperator, need: &Need) -> Value {
+    json!({
+        "state": domain.states[need.condition.state].name, "subject": need.condition.subject,
+        "verdict": need.verdict, "holds": need.holds, "least": need.least,
+        "held": need.held, "of": need.of,
+        "words": domain.need_in_words(operator, need), "reason": need.reason(),
+    })
+}
+
+fn term(domain: &RelationalDomain, goal: &GoalTerm) -> Value {
+    let state = &domain.states[goal.state];
+    let (each, at_least) = match goal.quantity {
+        Quantity::AtLeast(n) => (None, n),
+        Quantity::EachReference(n) => (state.frame.kind(), n),
+        Quantity::EachObject => (Some(state.kind.as_str()), 1),
+    };
+    json!({
+        "state": state.name, "each": each, "at_least": at_least,
+        "held": goal.held, "of": goal.of, "words": domain.goal_in_words(goal),
+    })
+}

@@ -1,0 +1,127 @@
+//! Domains as the page reads them.
+
+use serde_json::{Value, json};
+
+use crate::task::TaskError;
+use crate::task::domain::Domain;
+use crate::task::relational::{
+    Coordinate, Frame, FrameState, NeedVerdict, Place, RelationalDomain, RelationalOperator, Role,
+};
+
+/// Reads a domain file of any version and returns it as the page reads it.
+pub(super) fn to_page(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
+    let file: Option<Value> = serde_json::from_slice(bytes).ok();
+    match file.as_ref().and_then(|file| file.get("version")?.as_u64()) {
+        Some(1 | 2) => Domain::parse(bytes, name).map(|domain| plain(&domain)),
+        _ => RelationalDomain::parse(bytes, name).map(|domain| framed(&domain)),
+    }
+}
+
+/// Returns a domain without frames as the page reads it: states with their geometry, and operators with
+/// the names of their states and their evidence. Geometry and evidence are null in a domain written in code.
+fn plain(domain: &Domain) -> Value {
+    let states = domain.states().iter().map(|s| {
+        let learned = s.learned.as_ref();
+        json!({
+            "name": s.name, "kind": s.kind, "count": learned.map(|l| l.count),
+            "distinct": learned.map(|l| l.distinct), "origin": learned.map(|l| l.origin),
+            "mean": learned.map(|l| &l.mean), "covariance": learned.map(|l| &l.covariance),
+        })
+    });
+    let operators = domain.operators().iter().map(|o| {
+        json!({
+            "name": o.name, "kind": o.kind(), "from": o.from.map(|s| &domain[s].name),
+            "to": domain[o.to].name, "preconditions": domain.names(&o.preconditions),
+            "effects": domain.names(&o.effects), "absent": domain.names(&o.absent),
+            "removes": domain.names(&o.removes), "evidence": o.evidence,
+        })
+    });
+    json!({
+        "provenance": domain.provenance(),
+        "goal": domain.goal_name(),
+        "states": states.collect::<Vec<_>>(),
+        "operators": operators.collect::<Vec<_>>(),
+    })
+}
+
+/// Returns a domain with frames as the page reads it: tables in words, and the ellipsoids of the 3-D view.
+fn framed(domain: &RelationalDomain) -> Value {
+    let goals: Vec<String> = domain.goals.iter().map(|goal| domain.goal_in_words(goal)).collect();
+    json!({
+        "framed": true,
+        "provenance": domain.provenance,
+        "goal": goals.join(", "),
+        "states": domain.states.iter().map(state).collect::<Vec<_>>(),
+        "operators": domain.operators.iter().map(|o| operator(domain, o)).collect::<Vec<_>>(),
+        "drawn": domain.states.iter().flat_map(drawn).collect::<Vec<_>>(),
+    })
+}
+
+fn state(state: &FrameState) -> Value {
+    let mm = |metres: f64| format!("{:.1}", metres * 1e3);
+    let places = state.places.iter().map(|place| {
+        let position = place.coordinates.map(|c| match c {
+            Coordinate::Tight { mean, .. } => mm(mean),
+            Coordinate::Open { low, high } => format!("{} to {}", mm(low), mm(high)),
+        });
+        let spread = place.coordinates.map(|c| match c {
+            Coordinate::Tight { sd, .. } => format!("{:.2}", sd * 1e3),
+            Coordinate::Open { .. } => "open".into(),
+        });
+        json!({"position": position.join(", "), "spread": spread.join(", ")})
+    });
+    json!({
+        "name": state.name, "kind": state.kind, "frame": state.frame.name(), "count": state.count,
+        "origin": state.origin, "orientation": state.turn_in_words(),
+        "places": places.collect::<Vec<_>>(),
+    })
+}
+
+/// Returns the places of a state in the world frame, with the covariance of their position.
+fn drawn(state: &FrameState) -> Vec<Value> {
+    if state.frame != Frame::World {
+        return Vec::new();
+    }
+    let place = |place: &Place| {
+        let mut covariance = [[0.0; 6]; 6];
+        for (axis, coordinate) in place.coordinates.iter().enumerate() {
+            covariance[axis][axis] = coordinate.spread().powi(2);
+        }
+        json!({
+            "name": state.name, "kind": state.kind, "count": place.count, "origin": state.origin,
+            "mean": place.pose(), "covariance": covariance,
+        })
+    };
+    state.places.iter().map(place).collect()
+}
+
+fn operator(domain: &RelationalDomain, operator: &RelationalOperator) -> Value {
+    let names = |verdict: NeedVerdict| -> Vec<String> {
+        let needs = operator.needs_with(verdict);
+        needs.map(|need| domain.need_in_words(operator, need)).collect()
+    };
+    let verdicts = [NeedVerdict::Required, NeedVerdict::Absent, NeedVerdict::Undecided];
+    let conditions = verdicts.into_iter().flat_map(|verdict| {
+        operator.needs_with(verdict).map(move |need| {
+            let word = if verdict == NeedVerdict::Undecided { "undecided" } else { "required" };
+            format!("{}: {word}, {}", domain.need_in_words(operator, need), need.reason())
+        })
+    });
+    let side_effects = operator.side_effects.iter().map(|effect| {
+        let words = domain.side_effect_in_words(operator, effect);
+        format!("{words} ({} of {})", effect.changed, effect.of)
+    });
+    let to = &domain.states[operator.to].name;
+    let target = match domain.role_kind(operator, Role::Target) {
+        Some(kind) => format!("{to} of a {kind}"),
+        None => to.clone(),
+    };
+    let from = domain.names(&operator.from);
+    json!({
+        "name": operator.name, "kind": domain.states[operator.to].kind, "from": from, "to": to,
+        "target": target, "instances": operator.instances,
+        "preconditions": names(NeedVerdict::Required), "absent": names(NeedVerdict::Absent),
+        "effects": [to], "conditions": conditions.collect::<Vec<_>>(),
+        "side_effects": side_effects.collect::<Vec<_>>(),
+    })
+}

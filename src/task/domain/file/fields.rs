@@ -1,0 +1,76 @@
+//! Faults in the fields of a JSON file, and the first field that has one.
+
+use serde::Deserialize;
+use serde_json::Value;
+
+use crate::spa::nearest_name;
+
+/// A fault in a field of the file.
+pub(crate) struct FieldFault {
+    pub field: String,
+    pub problem: String,
+    pub expected: String,
+}
+
+impl FieldFault {
+    /// Builds the fault of a field whose value is missing or is not as expected.
+    pub fn found(field: &str, found: Option<&Value>, expected: impl Into<String>) -> Self {
+        Self {
+            field: field.into(),
+            problem: found.map_or_else(|| "it is missing".into(), found_instead),
+            expected: expected.into(),
+        }
+    }
+
+    /// Builds the fault of a field that names no state.
+    pub fn no_state(name: &str, field: String, names: &[String]) -> Self {
+        let near = nearest_name(name, names.iter().map(String::as_str));
+        let near = near.map_or_else(String::new, |n| format!(" (did you mean `{n}`?)"));
+        Self {
+            field,
+            problem: format!("`{name}` is not a state{near}"),
+            expected: format!("one of the domain's states: {}", names.join(", ")),
+        }
+    }
+}
+
+/// A short description of a value.
+fn found_instead(value: &Value) -> String {
+    match value {
+        Value::Array(_) => "it is a list".into(),
+        Value::Object(_) => "it is an object".into(),
+        Value::String(text) if text.chars().count() > 40 => "it is a long string".into(),
+        Value::String(text) => format!("it is `{text}`"),
+        other => format!("it is {other}"),
+    }
+}
+
+/// Returns the first value at `path` that does not satisfy `fits`, with its place. Missing values are skipped. `[]` in
+/// the path stands for every entry of a list.
+pub(crate) fn misfit<'v>(
+    value: &'v Value,
+    path: &[&str],
+    place: String,
+    fits: &dyn Fn(&Value) -> bool,
+) -> Option<(String, &'v Value)> {
+    match path.split_first() {
+        None => (!fits(value)).then_some((place, value)),
+        Some((&"[]", rest)) => {
+            let entries = value.as_array()?.iter().enumerate();
+            entries
+                .filter_map(|(i, entry)| misfit(entry, rest, format!("{place}[{i}]"), fits))
+                .next()
+        }
+        Some((key, rest)) => {
+            let dot = if place.is_empty() { "" } else { "." };
+            misfit(value.get(key)?, rest, format!("{place}{dot}{key}"), fits)
+        }
+    }
+}
+
+/// Returns the first entry of the list `list` that cannot be read as a `T`, or `list` itself if it is no list.
+pub(crate) fn faulty_entry<'v, T: Deserialize<'v>>(file: &'v Value, list: &str) -> Option<String> {
+    let Some(entries) = file.get(list)?.as_array() else { return Some(list.into()) };
+    let at = entries.iter().position(|entry| T::deserialize(entry).is_err())?;
+    Some(format!("{list}[{at}]"))
+}

@@ -1,0 +1,165 @@
+//! Minds: how the executor understands a snapshot, and how it carries out an action.
+//!
+//! The closed loop is the same for all domains. A [`Mind`] says which states hold, which goal to ask for, and which
+//! parts an action can move where. [`Propositional`] is the mind for a [`Domain`](crate::task::domain::Domain);
+//! `relational` has the mind for a relational domain.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::choose;
+use crate::task::domain::{ActionId, Classifier, Grounding, Pose, Snapshot, StateId, WorldState};
+use crate::task::error::TaskError;
+use crate::task::event::{Chosen, Decided, SkillOutcome};
+use crate::task::planner::Planner;
+use crate::task::scene::Scene;
+use crate::task::skill::Target;
+
+/// A snapshot of the scene, as sensed.
+pub(super) struct Seen {
+    pub snapshot: Snapshot,
+    /// For each object of the snapshot, the index of its part; `None` for a landmark.
+    pub parts: Vec<Option<usize>>,
+}
+
+/// What a mind remembers of one object from look to look.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Remembered {
+    pub pose: Pose,
+    /// State, place and reference.
+    pub fact: Option<(usize, usize, Option<usize>)>,
+}
+
+/// What a mind remembers from look to look. Empty before the first look.
+pub(super) type Memory = Vec<Remembered>;
+
+/// What a mind makes of a snapshot.
+pub(super) struct Belief {
+    /// The states that hold.
+    pub present: WorldState,
+    /// The goal to ask for. If it holds, the episode's goal is met.
+    pub goal: StateId,
+    /// The parts that are in a state, or of a kind without states.
+    pub explained: Vec<usize>,
+    /// Whether the scene has objects that the planner graph does not know.
+    pub outgrown: bool,
+}
+
+/// A part that an action can move, and its target.
+pub(super) struct Choice {
+    pub part: usize,
+    pub target: Target,
+    /// The choice in words; `None` for a propositional domain.
+    pub chosen: Option<Chosen>,
+}
+
+/// The choices for an action, the best first.
+#[derive(Default)]
+pub(super) struct Choices {
+    pub all: Vec<Choice>,
+    /// Whether some choice was left out because the target is occupied.
+    pub blocked: bool,
+}
+
+pub(super) trait Mind: Send + Sync {
+    fn planner(&self) -> &Planner;
+
+    /// Returns every goal that the mind may ask for.
+    fn goals(&self) -> Vec<StateId>;
+
+    /// Finds the states that hold in a snapshot.
+    fn look(&self, seen: &Seen, memory: &mut Memory) -> Belief;
+
+    /// Returns the parts that an action can move, and their targets. `past` holds the decisions so far.
+    fn choices(
+        &self,
+        action: ActionId,
+        scene: &Scene,
+        seen: &Seen,
+        memory: &Memory,
+        past: &[Decided],
+    ) -> Choices;
+
+    /// Returns whether compiling the domain anew would give the planner graph other needs, now that it is stuck.
+    fn can_relent(&self, memory: &Memory) -> bool {
+        let _ = memory;
+        false
+    }
+}
+
+/// The mind for a domain without objects: the states are those of the classifier, and the goal is always the same.
+pub(super) struct Propositional {
+    planner: Arc<Planner>,
+    classifier: Classifier,
+    goal: StateId,
+}
+
+impl Propositional {
+    pub fn new(
+        planner: Arc<Planner>,
+        grounding: Grounding,
+        goal: StateId,
+    ) -> Result<Self, TaskError> {
+        // Refuses a goal of another domain.
+        planner.goal_pointer(goal)?;
+        let classifier = Classifier::new(planner.domain(), grounding)?;
+        Ok(Self { planner, classifier, goal })
+    }
+}
+
+/// Returns the number of skills so far that did not place the part.
+pub(super) fn failures(past: &[Decided], part: usize) -> usize {
+    let skills = past.iter().filter_map(|d| d.skill.as_ref());
+    skills.filter(|s| s.outcome != SkillOutcome::Placed && s.part == part).count()
+}
+
+impl Mind for Propositional {
+    fn planner(&self) -> &Planner {
+        &self.planner
+    }
+
+    fn goals(&self) -> Vec<StateId> {
+        vec![self.goal]
+    }
+
+    fn look(&self, seen: &Seen, _memory: &mut Memory) -> Belief {
+        let states = self.classifier.classify_all(&seen.snapshot);
+        let found = states.iter().zip(&seen.parts);
+        Belief {
+            present: self.classifier.world_of(&states),
+            goal: self.goal,
+            // Parts only: landmarks have no states.
+            explained: found.filter_map(|(s, part)| s.state.and(*part)).collect(),
+            outgrown: false,
+        }
+    }
+
+    fn choices(
+        &self,
+        action: ActionId,
+        scene: &Scene,
+        seen: &Seen,
+        _memory: &Memory,
+        past: &[Decided],
+    ) -> Choices {
+        let domain = self.planner.domain();
+        let operator = &domain[action];
+        let mut choices = Choices::default();
+        let Some(target) = choose::target(domain, operator) else { return choices };
+        let states = self.classifier.classify_all(&seen.snapshot);
+        let mut candidates = choose::candidates(operator, &seen.snapshot, &states);
+        // Try parts with fewer failures first: after a failure, another part may succeed.
+        candidates.sort_by_key(|o| seen.parts[*o].map_or(0, |part| failures(past, part)));
+        for object in candidates {
+            let Some(part) = seen.parts[object] else { continue };
+            let within_m = scene.kind(part).map_or(0.0, |kind| kind.handling.in_the_way_m);
+            if choose::occupied(&seen.snapshot, operator, object, &target, within_m) {
+                choices.blocked = true;
+            } else {
+                choices.all.push(Choice { part, target, chosen: None });
+            }
+        }
+        choices
+    }
+}

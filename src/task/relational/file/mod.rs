@@ -1,0 +1,271 @@
+//! The file of a relational domain: version 3 of the domain file.
+//!
+//! States are referred to by name, so that people can read the file. Versions 1 and 2 hold domains without frames. They
+//! are read, too, and converted.
+
+mod shape;
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::operator::{Displacement, Verdict};
+use super::{
+    Condition, FrameState, GoalTerm, Need, Quantity, RelationalDomain, RelationalOperator,
+    SideEffect, Subject,
+};
+use crate::files::read_file;
+use crate::task::domain::fields::FieldFault;
+use crate::task::domain::{Domain, Provenance, check_names};
+use crate::task::error::{InputFault, TaskError, json_problem};
+
+/// Value of the `format` field.
+const FORMAT: &str = "symbolt-domain";
+/// Version of the layout that is written.
+const VERSION: u64 = 3;
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DomainFile {
+    format: String,
+    version: u64,
+    provenance: Provenance,
+    noise_m: f64,
+    noise_rad: f64,
+    goals: Vec<GoalEntry>,
+    states: Vec<FrameState>,
+    operators: Vec<OperatorEntry>,
+}
+
+/// For each of which objects a term of the goal asks.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Each {
+    Reference,
+    Object,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct GoalEntry {
+    state: String,
+    /// `null`: the term asks for a number of objects in all.
+    each: Option<Each>,
+    at_least: usize,
+    held: usize,
+    of: usize,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NeedEntry {
+    state: String,
+    subject: Subject,
+    verdict: Verdict,
+    holds: bool,
+    least: usize,
+    held: usize,
+    of: usize,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SideEffectEntry {
+    state: String,
+    subject: Subject,
+    begins: bool,
+    changed: usize,
+    of: usize,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct OperatorEntry {
+    name: String,
+    from: Vec<String>,
+    to: String,
+    needs: Vec<NeedEntry>,
+    side_effects: Vec<SideEffectEntry>,
+    displacement: Option<Displacement>,
+    instances: usize,
+    never_seen: Vec<String>,
+}
+
+impl RelationalDomain {
+    /// Writes the domain as JSON text, version 3 of the domain file.
+    ///
+    /// # Errors
+    /// [`TaskError::Json`] if serialisation fails. This is not known to happen.
+    pub fn to_json(&self) -> Result<String, TaskError> {
+        let file = DomainFile::from(self);
+        let failed = |source| TaskError::Json { what: "the domain", source };
+        let mut text = serde_json::to_string_pretty(&file).map_err(failed)?;
+        text.push('\n');
+        Ok(text)
+    }
+
+    /// Reads a domain from a file, or from standard input if `path` is `-`.
+    ///
+    /// # Errors
+    /// [`TaskError::File`] if the file cannot be read; otherwise as [`RelationalDomain::parse`].
+    pub fn read(path: &Path) -> Result<Self, TaskError> {
+        Self::parse(&read_file(path)?, &path.display().to_string())
+    }
+
+    /// Reads a domain from the bytes of a domain file of version 1, 2 or 3. `file` is the file's name in error messages.
+    /// Never panics.
+    ///
+    /// # Errors
+    /// [`TaskError::Input`] if the bytes are not a valid domain file; [`TaskError::BadDomain`] for a file of version 1 or
+    /// 2 with a state without geometry.
+    pub fn parse(bytes: &[u8], file: &str) -> Result<Self, TaskError> {
+        let fault = |line, field: &str, problem: String, expected: &str| InputFault {
+            file: file.into(),
+            line,
+            field: field.into(),
+            problem,
+            expected: expected.into(),
+        };
+        let json = |error: serde_json::Error, field: String| {
+            let problem = format!("{} (column {})", json_problem(&error), error.column());
+            let expected = "a domain file as written by `symbolt learn`";
+            fault(Some(error.line()), &field, problem, expected)
+        };
+        let value: Value = serde_json::from_slice(bytes).map_err(|e| json(e, String::new()))?;
+        let shaped = |f: FieldFault| fault(None, &f.field, f.problem, &f.expected);
+        if shape::check(&value).map_err(shaped)? != VERSION {
+            return Self::from_domain(&Domain::parse(bytes, file)?);
+        }
+        // Parse the text again: only the text gives line numbers, and `value` silently keeps the last of two fields
+        // with the same name.
+        let parsed: DomainFile =
+            serde_json::from_slice(bytes).map_err(|e| json(e, shape::faulty_field(&value)))?;
+        let invalid = |reason: String| {
+            // Most reasons already say what was expected.
+            let (problem, expected) = reason
+                .split_once("; expected ")
+                .unwrap_or((reason.as_str(), "a consistent domain"));
+            TaskError::from(fault(None, "", problem.into(), expected))
+        };
+        // Names first: an invalid name must not be reported as a reference to an unknown state.
+        let states = parsed.states.iter().map(|s| &s.name);
+        check_names(states.chain(parsed.operators.iter().map(|o| &o.name))).map_err(invalid)?;
+        let domain = parsed.resolve().map_err(shaped)?;
+        domain.check().map_err(|error| match error {
+            TaskError::BadDomain { reason } => invalid(reason),
+            other => other,
+        })?;
+        Ok(domain)
+    }
+}
+
+impl From<&RelationalDomain> for DomainFile {
+    fn from(domain: &RelationalDomain) -> Self {
+        let name = |state: usize| domain.states[state].name.clone();
+        let names = |states: &[usize]| states.iter().map(|s| name(*s)).collect();
+        let need = |n: &Need| NeedEntry {
+            state: name(n.condition.state),
+            subject: n.condition.subject,
+            verdict: n.verdict,
+            holds: n.holds,
+            least: n.least,
+            held: n.held,
+            of: n.of,
+        };
+        let effect = |e: &SideEffect| SideEffectEntry {
+            state: name(e.condition.state),
+            subject: e.condition.subject,
+            begins: e.begins,
+            changed: e.changed,
+            of: e.of,
+        };
+        let operator = |o: &RelationalOperator| OperatorEntry {
+            name: o.name.clone(),
+            from: names(&o.from),
+            to: name(o.to),
+            needs: o.needs.iter().map(need).collect(),
+            side_effects: o.side_effects.iter().map(effect).collect(),
+            displacement: o.displacement,
+            instances: o.instances,
+            never_seen: names(&o.never_seen),
+        };
+        let goal = |g: &GoalTerm| {
+            let (each, at_least) = match g.quantity {
+                Quantity::AtLeast(n) => (None, n),
+                Quantity::EachReference(n) => (Some(Each::Reference), n),
+                Quantity::EachObject => (Some(Each::Object), 1),
+            };
+            GoalEntry { state: name(g.state), each, at_least, held: g.held, of: g.of }
+        };
+        Self {
+            format: FORMAT.into(),
+            version: VERSION,
+            provenance: domain.provenance.clone(),
+            noise_m: domain.noise_m,
+            noise_rad: domain.noise_rad,
+            goals: domain.goals.iter().map(goal).collect(),
+            states: domain.states.clone(),
+            operators: domain.operators.iter().map(operator).collect(),
+        }
+    }
+}
+
+impl DomainFile {
+    fn resolve(self) -> Result<RelationalDomain, FieldFault> {
+        let names: Vec<String> = self.states.iter().map(|s| s.name.clone()).collect();
+        let find = |name: &str, field: &dyn Fn() -> String| {
+            let at = names.iter().position(|n| n == name);
+            at.ok_or_else(|| FieldFault::no_state(name, field(), &names))
+        };
+        let mut goals = Vec::with_capacity(self.goals.len());
+        for (index, entry) in self.goals.iter().enumerate() {
+            let quantity = match entry.each {
+                None => Quantity::AtLeast(entry.at_least),
+                Some(Each::Reference) => Quantity::EachReference(entry.at_least),
+                Some(Each::Object) => Quantity::EachObject,
+            };
+            let state = find(&entry.state, &|| format!("goals[{index}].state"))?;
+            goals.push(GoalTerm { state, quantity, held: entry.held, of: entry.of });
+        }
+        let mut operators = Vec::with_capacity(self.operators.len());
+        for (index, entry) in self.operators.into_iter().enumerate() {
+            let all = |list: &[String], what: &str| -> Result<Vec<usize>, FieldFault> {
+                let place = |i| move || format!("operators[{index}].{what}[{i}]");
+                list.iter().enumerate().map(|(i, name)| find(name, &place(i))).collect()
+            };
+            let need = |(i, n): (usize, &NeedEntry)| {
+                let state = find(&n.state, &|| format!("operators[{index}].needs[{i}].state"))?;
+                let condition = Condition { state, subject: n.subject };
+                let NeedEntry { verdict, holds, least, held, of, .. } = *n;
+                Ok(Need { condition, verdict, holds, least, held, of })
+            };
+            let effect = |(i, e): (usize, &SideEffectEntry)| {
+                let place = || format!("operators[{index}].side_effects[{i}].state");
+                let condition = Condition { state: find(&e.state, &place)?, subject: e.subject };
+                Ok(SideEffect { condition, begins: e.begins, changed: e.changed, of: e.of })
+            };
+            operators.push(RelationalOperator {
+                from: all(&entry.from, "from")?,
+                to: find(&entry.to, &|| format!("operators[{index}].to"))?,
+                needs: entry.needs.iter().enumerate().map(need).collect::<Result<_, _>>()?,
+                side_effects: {
+                    let effects = entry.side_effects.iter().enumerate().map(effect);
+                    effects.collect::<Result<_, _>>()?
+                },
+                never_seen: all(&entry.never_seen, "never_seen")?,
+                name: entry.name,
+                displacement: entry.displacement,
+                instances: entry.instances,
+            });
+        }
+        Ok(RelationalDomain {
+            states: self.states,
+            operators,
+            goals,
+            noise_m: self.noise_m,
+            noise_rad: self.noise_rad,
+            provenance: self.provenance,
+        })
+    }
+}

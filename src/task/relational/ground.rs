@@ -1,0 +1,432 @@
+//! The compiler of ground problems: finds the facts and actions from which a goal can be reached.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::Frame;
+use super::goal::Quantity;
+use super::operator::{Need, Role, Subject, Verdict};
+use super::problem::{Problem, ProblemError, roomy};
+use super::propositional::{GroundAction, Test};
+
+/// The compiled facts and actions. Indices into `tests` refer to facts.
+pub(super) struct Compiled {
+    pub tests: Vec<Test>,
+    pub actions: Vec<GroundAction>,
+    /// Preconditions of each action. The first is that an object can be moved.
+    pub needs: Vec<Vec<usize>>,
+    /// Effects of each action. The first is the one for which the action was found.
+    pub effects: Vec<Vec<usize>>,
+}
+
+pub(super) struct Compiler<'p> {
+    problem: &'p Problem<'p>,
+    in_force: &'p BTreeSet<(usize, usize)>,
+    tests: Vec<Test>,
+    index: BTreeMap<Test, usize>,
+    /// Actions, each with its preconditions and the fact for which it was found.
+    actions: BTreeMap<GroundAction, (Vec<usize>, usize)>,
+}
+
+impl<'p> Compiler<'p> {
+    pub fn new(problem: &'p Problem<'p>, in_force: &'p BTreeSet<(usize, usize)>) -> Self {
+        Self {
+            problem,
+            in_force,
+            tests: Vec::new(),
+            index: BTreeMap::new(),
+            actions: BTreeMap::new(),
+        }
+    }
+
+    /// Walks backwards from the goal.
+    pub fn compile(mut self, goals: &[Test], most: usize) -> Result<Compiled, ProblemError> {
+        for goal in goals {
+            self.fact(goal.clone());
+        }
+        let mut next = 0;
+        while next < self.tests.len() {
+            let test = self.tests[next].clone();
+            if !test.given {
+                for action in self.causes(&test) {
+                    if !self.actions.contains_key(&action) {
+                        let needs = self.needs(&action);
+                        let needs = needs.into_iter().map(|n| self.fact(n)).collect();
+                        self.actions.insert(action, (needs, next));
+                    }
+                }
+            }
+            next += 1;
+            let size = self.tests.len() + self.actions.len();
+            if size > most {
+                return Err(ProblemError::TooLarge { objects: self.problem.objects.len(), most });
+            }
+        }
+        Ok(self.finish())
+    }
+
+    /// Lists the actions in order of preference, with all their effects.
+    fn finish(self) -> Compiled {
+        let mut ordered: Vec<(usize, GroundAction, Vec<usize>, Vec<usize>)> = Vec::new();
+        for (action, (needs, purpose)) in &self.actions {
+            let mut effects = vec![*purpose];
+            for (f, test) in self.tests.iter().enumerate() {
+                if f != *purpose && !test.given && self.contributes(action, test) {
+                    effects.push(f);
+                }
+            }
+            // An action is harmless if it puts nothing where something else must be clear.
+            let harm = self.tests.iter().filter(|t| t.forbids() && self.enters(action, t)).count();
+            ordered.push((harm, action.clone(), needs.clone(), effects));
+        }
+        let instances = |a: &GroundAction| self.problem.domain.operators[a.operator].instances;
+        ordered.sort_by(|a, b| {
+            a.0.cmp(&b.0).then(instances(&b.1).cmp(&instances(&a.1))).then(a.1.cmp(&b.1))
+        });
+        let mut compiled = Compiled {
+            tests: self.tests,
+            actions: Vec::new(),
+            needs: Vec::new(),
+            effects: Vec::new(),
+        };
+        for (_, action, needs, effects) in ordered {
+            compiled.actions.push(action);
+            compiled.needs.push(needs);
+            compiled.effects.push(effects);
+        }
+        compiled
+    }
+
+    /// Adds a fact and returns its index.
+    fn fact(&mut self, mut test: Test) -> usize {
+        test.of.sort_unstable();
+        test.of.dedup();
+        // States in the world frame have no reference to tell apart.
+        let worldly = |(s, _): &(usize, _)| self.problem.domain.states[*s].frame == Frame::World;
+        if test.of.iter().all(worldly) {
+            test.reference = None;
+        }
+        // Objects of other kinds are never counted.
+        let kinds: BTreeSet<&str> =
+            test.of.iter().map(|(s, _)| &*self.problem.domain.states[*s].kind).collect();
+        test.except
+            .retain(|i| test.object.is_none() && kinds.contains(&*self.problem.objects[*i].kind));
+        test.except.sort_unstable();
+        test.except.dedup();
+        if let Some(index) = self.index.get(&test) {
+            return *index;
+        }
+        self.tests.push(test.clone());
+        self.index.insert(test, self.tests.len() - 1);
+        self.tests.len() - 1
+    }
+
+    /// Returns the actions that cause a fact, or add to it.
+    fn causes(&self, test: &Test) -> Vec<GroundAction> {
+        let mut causes = Vec::new();
+        for o in 0..self.problem.domain.operators.len() {
+            let operator = &self.problem.domain.operators[o];
+            let enters = operator.to;
+            let leaves = operator.from.iter().any(|s| test.of.iter().any(|(x, _)| x == s));
+            let aside = operator.side_effects.iter().any(|e| {
+                e.begins != test.forbids() && test.of.iter().any(|(s, _)| *s == e.condition.state)
+            });
+            let direct =
+                if !test.forbids() { test.of.iter().any(|(s, _)| *s == enters) } else { leaves };
+            if !direct && !aside {
+                continue;
+            }
+            for object in self.movers(o) {
+                for (reference, place) in self.targets(o, object) {
+                    let sources = if test.forbids() && direct {
+                        self.blockers(test, o, object)
+                    } else {
+                        self.sources(o, object, reference, test)
+                    };
+                    for source in sources {
+                        let action = GroundAction { operator: o, object, source, reference, place };
+                        if self.contributes(&action, test) {
+                            causes.push(action);
+                        }
+                    }
+                }
+            }
+        }
+        causes
+    }
+
+    /// Returns the objects that an operator can move; `None` for interchangeable objects.
+    fn movers(&self, operator: usize) -> Vec<Option<usize>> {
+        let to = self.problem.domain.operators[operator].to;
+        let kind = &self.problem.domain.states[to].kind;
+        let mut all = self.problem.of_kind(kind).map(Some);
+        if self.problem.told_apart(kind) {
+            all.collect()
+        } else {
+            all.next().map(|_| None).into_iter().collect()
+        }
+    }
+
+    /// Returns the target references and places of an operator.
+    fn targets(&self, operator: usize, object: Option<usize>) -> Vec<(Option<usize>, usize)> {
+        let to = &self.problem.domain.states[self.problem.domain.operators[operator].to];
+        let references: Vec<Option<usize>> = match &to.frame {
+            Frame::World => vec![None],
+            Frame::Kind(kind) => {
+                self.problem.of_kind(kind).map(Some).filter(|r| *r != object).collect()
+            }
+        };
+        let places = 0..to.places.len();
+        references.iter().flat_map(|r| places.clone().map(move |p| (*r, p))).collect()
+    }
+
+    /// Returns the sources of a move that takes away what a test forbids.
+    fn blockers(&self, test: &Test, operator: usize, object: Option<usize>) -> Vec<Test> {
+        let from = self.leaves(operator);
+        let of: Vec<_> = test.of.iter().filter(|(s, _)| from.contains(s)).copied().collect();
+        let kind = &self.problem.domain.states[self.problem.domain.operators[operator].to].kind;
+        let own = match (test.object, object) {
+            (Some(one), Some(object)) => one == object,
+            (Some(_), None) => false,
+            (None, Some(object)) => !test.except.contains(&object),
+            (None, None) => true,
+        };
+        let of: Vec<_> =
+            of.into_iter().filter(|(s, _)| self.problem.domain.states[*s].kind == *kind).collect();
+        if of.is_empty() || !own {
+            return Vec::new();
+        }
+        let except = if object.is_some() { Vec::new() } else { test.except.clone() };
+        vec![Test { of, object, reference: test.reference, except, given: true, ..Test::of([]) }]
+    }
+
+    /// Returns the states that an object may leave.
+    fn leaves(&self, operator: usize) -> Vec<usize> {
+        let all = &self.problem.domain.operators[operator];
+        let mut from = all.from.clone();
+        for (n, need) in all.needs.iter().enumerate() {
+            if need.condition.subject == Subject::Is(Role::Object) && self.counts(operator, n) {
+                let wanted = need.verdict == Verdict::Required
+                    || (need.verdict == Verdict::Undecided && need.holds);
+                from.retain(|s| (*s == need.condition.state) == wanted);
+            }
+        }
+        from
+    }
+
+    /// Returns whether a need is a condition: it is decided, or undecided and in force.
+    fn counts(&self, operator: usize, need: usize) -> bool {
+        let verdict = self.problem.domain.operators[operator].needs[need].verdict;
+        verdict != Verdict::Undecided || self.in_force.contains(&(operator, need))
+    }
+
+    /// Returns the sources of a move that adds to a test. States whose objects are counted already are left out.
+    fn sources(
+        &self,
+        operator: usize,
+        object: Option<usize>,
+        target: Option<usize>,
+        test: &Test,
+    ) -> Vec<Test> {
+        let domain = self.problem.domain;
+        let all = &domain.operators[operator];
+        let kind = &domain.states[all.to].kind;
+        let about_origin = |subject: Subject| {
+            matches!(subject, Subject::Is(Role::Origin) | Subject::At(Role::Origin))
+        };
+        let needs = all.needs.iter().enumerate().filter(|(n, _)| self.counts(operator, *n));
+        let apart = needs.clone().any(|(_, n)| {
+            let own = object.is_none()
+                && domain.states[n.condition.state].kind == *kind
+                && all.from.contains(&n.condition.state);
+            about_origin(n.condition.subject) || own
+        }) || all.side_effects.iter().any(|e| about_origin(e.condition.subject));
+        let counted =
+            |s: usize| !test.forbids() && test.of.iter().any(|(x, p)| *x == s && p.is_none());
+        let (mut anywhere, mut single): (Vec<usize>, Vec<Test>) = (Vec::new(), Vec::new());
+        for state in self.leaves(operator) {
+            let again = state == all.to || counted(state);
+            if !again && !apart {
+                anywhere.push(state);
+                continue;
+            }
+            let references: Vec<Option<usize>> = match &domain.states[state].frame {
+                Frame::World => vec![None],
+                Frame::Kind(kind) => {
+                    self.problem.of_kind(kind).map(Some).filter(|r| *r != object).collect()
+                }
+            };
+            for reference in references {
+                let stays = state == all.to && reference == target;
+                if stays || !test.forbids() && test.counts(object, state, 0, reference) {
+                    continue;
+                }
+                let spare = if object.is_none() { self.quota(state) } else { 0 };
+                let least = if again { 1 + spare } else { 1 };
+                let reference = reference.map(Some);
+                single.push(Test { object, reference, least, ..Test::of([state]) });
+            }
+        }
+        if !anywhere.is_empty() {
+            single.insert(0, Test { object, ..Test::of(anywhere) });
+        }
+        single
+    }
+
+    /// Returns the number of objects that the goal asks for at each reference.
+    fn quota(&self, state: usize) -> usize {
+        let own = self.problem.goals.iter().filter(|g| g.state == state);
+        let each = own.map(|g| match g.quantity {
+            Quantity::EachReference(n) => n,
+            _ => 0,
+        });
+        each.max().unwrap_or(0)
+    }
+
+    /// Returns whether the action brings an object to where the test counts it.
+    fn enters(&self, action: &GroundAction, test: &Test) -> bool {
+        let to = self.problem.domain.operators[action.operator].to;
+        test.counts(action.object, to, action.place, action.reference)
+    }
+
+    /// Returns whether an action causes a fact, or adds to it.
+    fn contributes(&self, action: &GroundAction, test: &Test) -> bool {
+        let operator = &self.problem.domain.operators[action.operator];
+        let counted_before = |s: &(usize, Option<usize>)| match action.source.reference {
+            Some(reference) => test.counts(action.object, s.0, s.1.unwrap_or(0), reference),
+            None => test.of.iter().any(|(x, _)| *x == s.0),
+        };
+        let aside = || {
+            operator.side_effects.iter().any(|e| {
+                let state = e.condition.state;
+                e.begins != test.forbids()
+                    && test.of.iter().any(|(s, _)| *s == state)
+                    && self.about(action, e.condition.subject, test)
+            })
+        };
+        if !test.forbids() {
+            let adds = self.enters(action, test) && !action.source.of.iter().any(counted_before);
+            return adds || aside();
+        }
+        let within = |s: &(usize, Option<usize>)| {
+            test.of.iter().any(|(x, p)| *x == s.0 && (p.is_none() || *p == s.1))
+        };
+        let removes = action.source.of.iter().all(within)
+            && (test.reference.is_none() || test.reference == action.source.reference)
+            && match (test.object, action.object) {
+                (Some(one), object) => object == Some(one),
+                (None, Some(object)) => !test.except.contains(&object),
+                (None, None) => true,
+            };
+        (removes || aside()) && !self.enters(action, test)
+    }
+
+    /// Returns whether a side effect of an action can concern the objects of a test.
+    fn about(&self, action: &GroundAction, subject: Subject, test: &Test) -> bool {
+        let role = |role: Role| match role {
+            Role::Object => action.object,
+            Role::Origin => action.origin(),
+            Role::Target => action.reference,
+        };
+        match subject {
+            Subject::Is(r) => match (role(r), test.object) {
+                (Some(one), Some(object)) => one == object,
+                (Some(one), None) => !test.except.contains(&one),
+                (None, _) => false,
+            },
+            Subject::At(r) => match role(r) {
+                Some(one) => test.reference.is_none_or(|x| x == Some(one)),
+                None => false,
+            },
+            Subject::Any => true,
+        }
+    }
+
+    /// Returns the preconditions of an action. The first is that an object can be moved.
+    fn needs(&self, action: &GroundAction) -> Vec<Test> {
+        let operator = &self.problem.domain.operators[action.operator];
+        let mut needs = vec![action.source.clone()];
+        let place = &self.problem.domain.states[operator.to].places[action.place];
+        let itself: Vec<usize> = action.object.into_iter().collect();
+        if !roomy(place) {
+            let of = self.problem.conflicting(operator.to, action.place);
+            // An object that is turned in place, or put back, is not in its own way.
+            let source = &action.source;
+            let own = action.object.is_none()
+                && source.reference.is_none_or(|r| r == action.reference)
+                && of.iter().any(|(s, p)| {
+                    source.of.iter().any(|(x, q)| x == s && q.is_none_or(|q| q == *p))
+                });
+            needs.push(Test {
+                of: of.into_iter().map(|(s, p)| (s, Some(p))).collect(),
+                reference: Some(action.reference),
+                except: itself.clone(),
+                most: Some(usize::from(own)),
+                ..Test::of([]).none()
+            });
+        }
+        if let (Some(object), Some(reference)) = (action.object, action.reference) {
+            let kinds = [object, reference].map(|i| &*self.problem.objects[i].kind);
+            let states = self.problem.domain.states.iter().enumerate();
+            let on = states.filter(|(_, s)| s.frame.kind() == Some(kinds[0]) && s.kind == kinds[1]);
+            let of = Test::of(on.map(|(s, _)| s));
+            if !of.of.is_empty() {
+                let at = Some(Some(object));
+                needs.push(Test { object: Some(reference), reference: at, ..of.none() });
+            }
+        }
+        for (n, need) in operator.needs.iter().enumerate() {
+            if self.counts(action.operator, n) {
+                needs.extend(self.need(action, need));
+            }
+        }
+        // A need that asks for what the source says already would cost a fact.
+        let mut seen = BTreeSet::new();
+        needs.retain(|t| seen.insert(t.clone()));
+        needs
+    }
+
+    /// Returns a need as a test; `None` if the need is about a parameter that the action does not have.
+    fn need(&self, action: &GroundAction, need: &Need) -> Option<Test> {
+        let state = need.condition.state;
+        let holds = match need.verdict {
+            Verdict::Required => true,
+            Verdict::Absent => false,
+            Verdict::Undecided => need.holds,
+        };
+        let role = |role: Role| match role {
+            Role::Object => action.object,
+            Role::Origin => action.origin().filter(|o| Some(*o) != action.reference),
+            Role::Target => action.reference,
+        };
+        let mut test = match holds {
+            true => Test { least: need.least.max(1), ..Test::of([state]) },
+            false => Test::of([state]).none(),
+        };
+        match need.condition.subject {
+            // The source says what state the object itself is in.
+            Subject::Is(Role::Object) => return None,
+            Subject::Is(r) => test.object = Some(role(r)?),
+            Subject::At(r) => {
+                test.reference = Some(Some(role(r)?));
+                test.except = action.object.into_iter().collect();
+            }
+            Subject::Any => {
+                let all = [action.object, role(Role::Origin), role(Role::Target)];
+                test.except = all.into_iter().flatten().collect();
+            }
+        }
+        // The moved object does not count. If it cannot be excepted by its index, there must be one more.
+        let own = |s: &(usize, Option<usize>)| match action.source.reference {
+            Some(reference) => test.counts(None, s.0, 0, reference),
+            None => s.0 == state && test.reference.is_none(),
+        };
+        if action.object.is_none() && test.object.is_none() && action.source.of.iter().any(own) {
+            if holds {
+                test.least += 1;
+            } else {
+                test.most = Some(1);
+            }
+        }
+        Some(test)
+    }
+}

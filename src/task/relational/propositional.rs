@@ -1,0 +1,378 @@
+//! Ground problems: a relational problem over the objects of one scene, as a propositional domain for the planner
+//! graph.
+//!
+//! A ground **fact** is a test of a [`Situation`]: at least so many objects, or none, are in some states, relative to
+//! some reference. A ground **action** is an operator with its target reference and its place, and with its object if
+//! objects of the kind are told apart. Objects of a kind that is nobody's reference are interchangeable, so there is
+//! one action for all of them.
+//!
+//! The preconditions of a ground action are facts: an object that can be moved, a free place, and the needs of the
+//! operator. A need that must be absent is the fact that nothing is there. The actions that take an object away cause
+//! this fact, so the planner graph moves what is in the way as a subgoal.
+//!
+//! A fact that asks for several objects is caused by every action that adds one of them. The planner graph is asked
+//! again after each move, until the fact holds.
+//!
+//! Only the facts and actions from which a term of the goal can be reached are part of the ground problem.
+
+use std::collections::BTreeSet;
+
+use super::goal::Quantity;
+use super::ground::Compiler;
+use super::layout::{Fact, Situation};
+use super::moves::Move;
+use super::operator::Verdict;
+use super::problem::{Problem, ProblemError};
+use super::symbols::Symbols;
+use crate::task::domain::{
+    ActionId, Composition, Domain, Operator, Parameter, State, StateId, WorldState,
+};
+use crate::task::error::TaskError;
+
+/// A test of a situation.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) struct Test {
+    /// The states, each with its place; `None` for any place.
+    pub of: Vec<(usize, Option<usize>)>,
+    /// The object; `None` for any object.
+    pub object: Option<usize>,
+    /// The reference; the outer `None` for any reference.
+    pub reference: Option<Option<usize>>,
+    /// Objects that do not count.
+    pub except: Vec<usize>,
+    /// Least number of objects.
+    pub least: usize,
+    /// Greatest number of objects; `None` for any number.
+    pub most: Option<usize>,
+    /// Whether the fact is given: no action is planned to cause it.
+    pub given: bool,
+}
+
+impl Test {
+    /// Returns a test for objects in some states, at any place.
+    pub fn of(states: impl IntoIterator<Item = usize>) -> Self {
+        let of = states.into_iter().map(|s| (s, None)).collect();
+        Self {
+            of,
+            object: None,
+            reference: None,
+            except: Vec::new(),
+            least: 1,
+            most: None,
+            given: false,
+        }
+    }
+
+    /// Returns the test that no object passes this test.
+    pub fn none(self) -> Self {
+        Self { least: 0, most: Some(0), ..self }
+    }
+
+    /// Returns whether the test sets an upper limit, so that objects can be in the way.
+    pub fn forbids(&self) -> bool {
+        self.most.is_some()
+    }
+
+    /// Returns whether an object with this state counts.
+    pub fn matches(&self, object: usize, fact: &Fact) -> bool {
+        self.counts(Some(object), fact.state, fact.place, fact.reference)
+    }
+
+    /// Returns whether an object in this state counts. `object` is `None` for an object of a kind whose objects are
+    /// interchangeable.
+    pub fn counts(
+        &self,
+        object: Option<usize>,
+        state: usize,
+        place: usize,
+        reference: Option<usize>,
+    ) -> bool {
+        let own = match (self.object, object) {
+            (None, Some(object)) => !self.except.contains(&object),
+            (None, None) => true,
+            (own, object) => own == object,
+        };
+        own && self.reference.is_none_or(|r| r == reference)
+            && self.of.iter().any(|(s, p)| *s == state && p.is_none_or(|p| p == place))
+    }
+
+    /// Returns whether the fact holds.
+    pub fn holds(&self, situation: &Situation) -> bool {
+        let all = situation.iter().enumerate();
+        let count = all.filter(|(i, f)| f.is_some_and(|f| self.matches(*i, &f))).count();
+        count >= self.least && self.most.is_none_or(|most| count <= most)
+    }
+}
+
+/// An operator with its parameters bound.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) struct GroundAction {
+    pub operator: usize,
+    /// The object; `None` for any object of a kind whose objects are interchangeable.
+    pub object: Option<usize>,
+    /// The states and the reference that the object leaves.
+    pub source: Test,
+    pub reference: Option<usize>,
+    pub place: usize,
+}
+
+impl GroundAction {
+    /// Returns the reference that the object leaves, if it is known.
+    pub fn origin(&self) -> Option<usize> {
+        self.source.reference.flatten()
+    }
+}
+
+/// A relational problem over one scene as a propositional domain.
+///
+/// [`Problem::ground`] builds it.
+#[derive(Debug, Clone)]
+pub struct GroundProblem {
+    domain: Domain,
+    composition: Composition,
+    tests: Vec<Test>,
+    actions: Vec<GroundAction>,
+    /// The facts of each term of the goal, in order.
+    goals: Vec<StateId>,
+    dropped: BTreeSet<(usize, usize)>,
+}
+
+/// Greatest number of facts and actions of a ground problem.
+const MOST: usize = 2_000;
+
+impl Problem<'_> {
+    /// Compiles the problem into a propositional domain for the planner graph, with `now` as the present situation.
+    ///
+    /// Undecided needs in force that put the goal out of reach from `now` are dropped
+    /// ([`GroundProblem::dropped`]). As few needs are dropped as possible, those found first.
+    ///
+    /// # Errors
+    /// [`ProblemError::TooLarge`] if the scene has too many objects; [`ProblemError::Nothing`] if no action leads to
+    /// the goal.
+    pub fn ground(&self, now: &Situation) -> Result<GroundProblem, ProblemError> {
+        let all = self.in_force.clone();
+        let whole = self.ground_with(&all)?;
+        let lost = whole.out_of_reach(now);
+        if lost.is_empty() || all.is_empty() {
+            return Ok(whole);
+        }
+        let mut kept = BTreeSet::new();
+        let mut best = self.ground_with(&kept)?;
+        let least = best.out_of_reach(now);
+        if least == lost {
+            return Ok(whole);
+        }
+        for need in all {
+            kept.insert(need);
+            let with = self.ground_with(&kept)?;
+            if with.out_of_reach(now) == least {
+                best = with;
+            } else {
+                kept.remove(&need);
+            }
+        }
+        Ok(best)
+    }
+
+    fn ground_with(
+        &self,
+        in_force: &BTreeSet<(usize, usize)>,
+    ) -> Result<GroundProblem, ProblemError> {
+        let goals: Vec<Test> = self.goal_tests();
+        let compiled = Compiler::new(self, in_force).compile(&goals, MOST)?;
+        if compiled.actions.is_empty() {
+            let states = self.goals.iter().map(|g| self.domain.states[g.state].name.clone());
+            return Err(ProblemError::Nothing { states: states.collect() });
+        }
+        let mut symbols = Symbols::new(self);
+        for test in &compiled.tests {
+            symbols.fact(test);
+        }
+        for action in &compiled.actions {
+            symbols.action(action);
+        }
+        let states = compiled.tests.iter().zip(&symbols.facts).map(|(test, name)| State {
+            name: name.clone(),
+            kind: test
+                .of
+                .first()
+                .map_or_else(String::new, |(s, _)| self.domain.states[*s].kind.clone()),
+            learned: None,
+        });
+        let operators = compiled.actions.iter().enumerate().map(|(a, action)| {
+            let effects: Vec<StateId> =
+                compiled.effects[a].iter().map(|f| StateId::new(*f)).collect();
+            let to = &self.domain.states[self.domain.operators[action.operator].to];
+            Operator {
+                name: symbols.actions[a].clone(),
+                parameters: vec![Parameter::object(to.kind.clone())],
+                from: compiled.needs[a].first().map(|f| StateId::new(*f)),
+                to: effects.first().copied().unwrap_or(StateId::new(0)),
+                preconditions: compiled.needs[a].iter().map(|f| StateId::new(*f)).collect(),
+                effects,
+                absent: Vec::new(),
+                removes: Vec::new(),
+                evidence: None,
+            }
+        });
+        let domain = Domain::new(states.collect(), operators.collect(), None, None)
+            .map_err(|error| ProblemError::Invalid { reason: error.to_string() })?;
+        let goals = goals.iter().filter_map(|g| compiled.tests.iter().position(|t| t == g));
+        let goals = goals.map(StateId::new).collect();
+        let dropped = self.undecided().filter(|need| !in_force.contains(need)).collect();
+        let composition = symbols.composition();
+        let (tests, actions) = (compiled.tests, compiled.actions);
+        Ok(GroundProblem { domain, composition, tests, actions, goals, dropped })
+    }
+
+    /// Returns the tests of the goal, in the order in which they are to be fulfilled.
+    fn goal_tests(&self) -> Vec<Test> {
+        let mut tests: Vec<Test> = Vec::new();
+        for goal in &self.goals {
+            let state = &self.domain.states[goal.state];
+            let one = Test::of([goal.state]);
+            match goal.quantity {
+                Quantity::AtLeast(0) | Quantity::EachReference(0) => {}
+                Quantity::AtLeast(least) => tests.push(Test { least, ..one }),
+                Quantity::EachReference(least) => {
+                    let kind = state.frame.kind().unwrap_or_default();
+                    let each = self.of_kind(kind);
+                    tests.extend(each.map(|r| Test {
+                        reference: Some(Some(r)),
+                        least,
+                        ..one.clone()
+                    }));
+                }
+                Quantity::EachObject => match self.of_kind(&state.kind).count() {
+                    0 => {}
+                    least => tests.push(Test { least, ..one }),
+                },
+            }
+        }
+        let mut seen = BTreeSet::new();
+        tests.retain(|t| seen.insert(t.clone()));
+        tests
+    }
+
+    /// Returns all undecided needs, as pairs of operator and need.
+    fn undecided(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.domain.operators.iter().enumerate().flat_map(|(o, operator)| {
+            let needs = operator.needs.iter().enumerate();
+            needs.filter(|(_, n)| n.verdict == Verdict::Undecided).map(move |(n, _)| (o, n))
+        })
+    }
+
+    /// Returns whether objects of this kind are told apart: some state has the kind as its frame.
+    pub(super) fn told_apart(&self, kind: &str) -> bool {
+        self.domain.states.iter().any(|s| s.frame.kind() == Some(kind))
+    }
+}
+
+impl GroundProblem {
+    /// Returns the propositional domain: the ground facts as states, the ground actions as operators.
+    pub fn domain(&self) -> &Domain {
+        &self.domain
+    }
+
+    /// Returns what the pointers of the facts and actions are made of.
+    pub fn composition(&self) -> &Composition {
+        &self.composition
+    }
+
+    /// Returns the undecided needs that the planner graph does without, because they cannot be met or would put the goal
+    /// out of reach, as pairs of operator and need.
+    pub fn dropped(&self) -> &BTreeSet<(usize, usize)> {
+        &self.dropped
+    }
+
+    /// Returns the facts that hold in a situation.
+    pub fn present(&self, situation: &Situation) -> WorldState {
+        self.tests.iter().map(|test| test.holds(situation)).collect()
+    }
+
+    /// Returns whether a fact holds in a situation.
+    ///
+    /// # Panics
+    /// If the fact is not a state of [`GroundProblem::domain`].
+    pub fn holds(&self, fact: StateId, situation: &Situation) -> bool {
+        self.tests[fact.index()].holds(situation)
+    }
+
+    /// Returns the facts of the goal, in the order in which they are to be fulfilled.
+    pub fn goals(&self) -> &[StateId] {
+        &self.goals
+    }
+
+    /// Returns the first fact of the goal that does not hold; `None` if the goal is met.
+    pub fn goal(&self, situation: &Situation) -> Option<StateId> {
+        self.goals.iter().copied().find(|g| !self.tests[g.index()].holds(situation))
+    }
+
+    /// Returns the moves that carry out a ground action, the best first. Moves that also serve the action's purpose,
+    /// with other objects or at other places, come last.
+    ///
+    /// `problem` is the problem that was compiled, or the same problem over later poses.
+    pub fn moves_for(
+        &self,
+        problem: &Problem<'_>,
+        action: ActionId,
+        situation: &Situation,
+    ) -> Vec<Move> {
+        let Some(chosen) = self.actions.get(action.index()) else { return Vec::new() };
+        let present = self.present(situation);
+        let purpose = self.domain[action].to;
+        let ready = |id: &ActionId| {
+            let operator = &self.domain[*id];
+            *id == action
+                || (self.actions[id.index()].operator == chosen.operator
+                    && operator.effects.contains(&purpose)
+                    && operator.preconditions.iter().all(|p| present.holds(*p)))
+        };
+        let others = self.domain.action_ids().filter(|id| *id != action && ready(id));
+        let allowed = problem.moves(situation);
+        let mut moves: Vec<Move> = Vec::new();
+        for id in [action].into_iter().chain(others) {
+            let ground = &self.actions[id.index()];
+            let fits = |m: &&Move| {
+                m.operator == ground.operator
+                    && m.reference == ground.reference
+                    && m.place == ground.place
+                    && ground.object.is_none_or(|o| o == m.object)
+                    && situation[m.object].is_some_and(|f| ground.source.matches(m.object, &f))
+            };
+            let mut own: Vec<Move> = allowed.iter().filter(fits).copied().collect();
+            own.sort_by_key(|m| {
+                let lacking = problem.lacking(&problem.after(m, situation));
+                (!problem.permitted(m, situation), lacking, *m)
+            });
+            own.retain(|m| !moves.contains(m));
+            moves.extend(own);
+        }
+        moves
+    }
+
+    /// Returns the facts of the goal that cannot be reached from a situation, if facts only accumulate.
+    pub fn out_of_reach(&self, now: &Situation) -> Vec<StateId> {
+        let mut reached: Vec<bool> = self.present(now).flags().to_vec();
+        loop {
+            let before = reached.iter().filter(|r| **r).count();
+            for operator in self.domain.operators() {
+                if operator.preconditions.iter().all(|p| reached[p.index()]) {
+                    for effect in &operator.effects {
+                        reached[effect.index()] = true;
+                    }
+                }
+            }
+            if reached.iter().filter(|r| **r).count() == before {
+                break;
+            }
+        }
+        self.goals.iter().copied().filter(|g| !reached[g.index()]).collect()
+    }
+}
+
+impl From<ProblemError> for TaskError {
+    fn from(error: ProblemError) -> Self {
+        TaskError::Problem { reason: error.to_string() }
+    }
+}

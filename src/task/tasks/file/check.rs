@@ -1,0 +1,357 @@
+//! The rules for task files.
+
+use std::collections::BTreeSet;
+
+use super::WORLD;
+use super::format::{
+    GraspData, LookData, Meddling, Orientation, PartKind, Place, Quantity, Reference, Region,
+    Relation, Shape, Start, TaskFile,
+};
+use super::frames::dot;
+use crate::task::robot::reaches_table;
+use crate::task::robot::vector::unit;
+
+/// A fault: the field, what was found and what was expected.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Fault {
+    pub field: String,
+    pub problem: String,
+    pub expected: String,
+}
+
+type Checked = Result<(), Fault>;
+
+/// Returns a fault unless `fine`.
+fn demand(
+    fine: bool,
+    field: impl Into<String>,
+    problem: impl std::fmt::Debug,
+    expected: impl Into<String>,
+) -> Checked {
+    let fault = || Fault {
+        field: field.into(),
+        problem: format!("{problem:?}"),
+        expected: expected.into(),
+    };
+    if fine { Ok(()) } else { Err(fault()) }
+}
+
+fn in_range(field: String, value: f64, [least, most]: [f64; 2]) -> Checked {
+    demand((least..=most).contains(&value), field, value, format!("{least} to {most}"))
+}
+
+fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    let quoted: Vec<String> = names.into_iter().map(|name| format!("`{name}`")).collect();
+    quoted.join(", ")
+}
+
+fn one_of(field: String, name: &str, choices: &[&str]) -> Checked {
+    let expected = format!("one of {}", listed(choices.iter().copied()));
+    demand(choices.contains(&name), field, name, expected)
+}
+
+fn is_direction(field: String, axis: [f64; 3]) -> Checked {
+    let fine = unit(axis).iter().all(|v| v.is_finite());
+    demand(fine, field, axis, "a direction: three numbers, not all of them 0")
+}
+
+fn are_perpendicular(field: String, a: [f64; 3], b: [f64; 3], other: &str) -> Checked {
+    let fine = dot(unit(a), unit(b)).abs() < 1e-3;
+    demand(fine, field, a, format!("a direction perpendicular to `{other}`"))
+}
+
+fn distinct<'a>(field: &str, names: impl IntoIterator<Item = &'a str>) -> Checked {
+    let mut seen = BTreeSet::from([WORLD]);
+    for name in names {
+        demand(
+            !name.is_empty() && name.chars().count() <= 200,
+            field,
+            name,
+            "1 to 200 characters",
+        )?;
+        demand(seen.insert(name), field, name, "a name that nothing else has")?;
+    }
+    Ok(())
+}
+
+impl TaskFile {
+    /// Checks everything that needs no scene.
+    pub(super) fn faults(&self) -> Checked {
+        let simple = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+        let fine = !self.name.is_empty() && self.name.chars().all(simple);
+        demand(fine, "name", &self.name, "lower-case letters, digits and hyphens")?;
+        demand(!self.parts.is_empty(), "parts", "an empty list", "at least one kind of part")?;
+        let kinds = self.parts.iter().map(|part| part.kind.as_str());
+        let names = self.references.iter().map(|r| r.name.as_str());
+        distinct("parts and references", kinds.chain(names))?;
+        for (i, part) in self.parts.iter().enumerate() {
+            self.check_part(part, &format!("parts[{i}]"))?;
+        }
+        for (i, reference) in self.references.iter().enumerate() {
+            self.check_reference(reference, i, &format!("references[{i}]"))?;
+        }
+        demand(!self.goal.is_empty(), "goal", "an empty list", "at least one relation")?;
+        distinct("goal[].name", self.goal.iter().map(|relation| relation.name.as_str()))?;
+        for (i, relation) in self.goal.iter().enumerate() {
+            self.check_relation(relation, &format!("goal[{i}]"))?;
+        }
+        self.check_orders()?;
+        let corners = self.aside;
+        let fine = (0..2).all(|i| corners[0][i] <= corners[1][i])
+            && corners.into_iter().any(reaches_table);
+        demand(fine, "aside", corners, "an area within the arm's reach, the lower corner first")?;
+        for (i, meddling) in self.perturbations.iter().enumerate() {
+            self.check_meddling(meddling, &format!("perturbations[{i}]"))?;
+        }
+        Ok(())
+    }
+
+    fn check_part(&self, part: &PartKind, at: &str) -> Checked {
+        demand(
+            !part.shape.is_empty(),
+            format!("{at}.shape"),
+            "an empty list",
+            "at least one piece",
+        )?;
+        check_body(&part.shape, &part.look, at)?;
+        in_range(format!("{at}.density"), part.density, [1.0, 30_000.0])?;
+        in_range(format!("{at}.friction"), part.friction, [1e-3, 10.0])?;
+        let handling = &part.handling;
+        in_range(format!("{at}.handling.turns"), f64::from(handling.turns), [1.0, 360.0])?;
+        in_range(format!("{at}.handling.fold"), f64::from(handling.fold), [1.0, 360.0])?;
+        in_range(format!("{at}.handling.fall_m"), handling.fall_m, [0.0, 1.0])?;
+        in_range(format!("{at}.handling.rise_m"), handling.rise_m, [0.0, 1.0])?;
+        in_range(format!("{at}.handling.in_the_way_m"), handling.in_the_way_m, [0.0, 1.0])?;
+        let stroke = [0.0, self.gripper.stroke_m];
+        in_range(format!("{at}.handling.release_m"), handling.release_m, stroke)?;
+        demand(
+            !part.grasps.is_empty(),
+            format!("{at}.grasps"),
+            "an empty list",
+            "at least one grasp",
+        )?;
+        for (i, grasp) in part.grasps.iter().enumerate() {
+            check_grasp(grasp, stroke, &format!("{at}.grasps[{i}]"))?;
+        }
+        let starts = format!("{at}.starts");
+        demand(!part.starts.is_empty(), &starts, "an empty list", "at least one start")?;
+        for (i, start) in part.starts.iter().enumerate() {
+            self.check_start(start, self.references.len(), &format!("{starts}[{i}]"))?;
+            if let Some(on) = &start.on {
+                let fine = |p: &&PartKind| p.starts.first().is_some_and(|s| s.region.is_some());
+                let below = self.parts.iter().filter(fine).map(|p| p.kind.as_str());
+                let below: Vec<&str> = below.filter(|kind| *kind != part.kind).collect();
+                one_of(format!("{starts}[{i}].on"), on, &below)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn check_reference(&self, reference: &Reference, index: usize, at: &str) -> Checked {
+        check_body(&reference.shape, &reference.look, at)?;
+        in_range(format!("{at}.friction"), reference.friction, [1e-3, 10.0])?;
+        let starts = format!("{at}.starts");
+        demand(!reference.starts.is_empty(), &starts, "an empty list", "at least one start")?;
+        for (i, start) in reference.starts.iter().enumerate() {
+            self.check_start(start, index, &format!("{starts}[{i}]"))?;
+            let region = format!("{starts}[{i}].on");
+            demand(
+                start.on.is_none(),
+                region,
+                &start.on,
+                "a `region`: references stand on nothing",
+            )?;
+        }
+        let fine = !(reference.movable && reference.shape.is_empty());
+        demand(
+            fine,
+            format!("{at}.movable"),
+            true,
+            "false: a reference without a shape does not move",
+        )?;
+        if let Some(room) = reference.room {
+            let fine = (0..2).all(|i| room[0][i] < room[1][i]);
+            demand(fine, format!("{at}.room"), room, "two corners, the lower one first")?;
+        }
+        let kinds: Vec<&str> = self.parts.iter().map(|p| p.kind.as_str()).collect();
+        for (i, mark) in reference.landmarks.iter().enumerate() {
+            let fine = !mark.name.is_empty() && !kinds.contains(&mark.name.as_str());
+            let field = format!("{at}.landmarks[{i}].name");
+            demand(fine, field, &mark.name, "a name that no kind of part has")?;
+        }
+        Ok(())
+    }
+
+    /// Checks a start. A region may lie in the frame of one of the first `known` references.
+    fn check_start(&self, start: &Start, known: usize, at: &str) -> Checked {
+        demand((1..=64).contains(&start.count), format!("{at}.count"), start.count, "1 to 64")?;
+        in_range(format!("{at}.gap_m"), start.gap_m, [-1.0, 1.0])?;
+        let one = start.region.is_some() != start.on.is_some();
+        demand(one, at, "a start with both or neither", "either `region` or `on`")?;
+        match &start.region {
+            Some(region) => self.check_region(region, known, &format!("{at}.region")),
+            None => Ok(()),
+        }
+    }
+
+    fn check_region(&self, region: &Region, known: usize, at: &str) -> Checked {
+        let names = self.references.iter().take(known).map(|r| r.name.as_str());
+        let choices: Vec<&str> = [WORLD].into_iter().chain(names).collect();
+        one_of(format!("{at}.of"), &region.of, &choices)?;
+        let (low, high) = (region.low, region.high.unwrap_or(region.low));
+        let fine = (0..2).all(|i| low[i] <= high[i] && low[i].is_finite() && high[i].is_finite());
+        demand(fine, format!("{at}.low"), [low, high], "the corner with the smaller coordinates")?;
+        is_direction(format!("{at}.z_axis"), region.z_axis)?;
+        let [least, most] = region.yaw_deg;
+        let fine = least <= most && most - least <= 360.0;
+        demand(fine, format!("{at}.yaw_deg"), region.yaw_deg, "the smaller angle first")?;
+        in_range(format!("{at}.tilt_deg"), region.tilt_deg, [0.0, 180.0])?;
+        in_range(format!("{at}.z_m"), region.z_m, [0.0, 0.5])?;
+        in_range(format!("{at}.drop_m"), region.drop_m, [0.0, 0.5])
+    }
+
+    fn check_relation(&self, relation: &Relation, at: &str) -> Checked {
+        let kinds: Vec<&str> = self.parts.iter().map(|part| part.kind.as_str()).collect();
+        one_of(format!("{at}.part"), &relation.part, &kinds)?;
+        let fixed = self.references.iter().map(|r| r.name.as_str());
+        let frames: Vec<&str> = [WORLD].into_iter().chain(fixed).chain(kinds).collect();
+        one_of(format!("{at}.reference"), &relation.reference, &frames)?;
+        let places = format!("{at}.places");
+        demand(!relation.places.is_empty(), &places, "an empty list", "at least one place")?;
+        for (i, place) in relation.places.iter().enumerate() {
+            check_place(place, relation.orientation, &format!("{places}[{i}]"))?;
+        }
+        let fine = relation.within_m.iter().all(|v| (1e-5..=1.0).contains(v));
+        demand(fine, format!("{at}.within_m"), relation.within_m, "0.00001 to 1 for each axis")?;
+        in_range(format!("{at}.within_deg"), relation.within_deg, [0.1, 180.0])?;
+        let starts = |named: &[Start]| named.iter().map(|start| start.count).sum::<usize>();
+        let parts = self.parts.iter().filter(|part| part.kind == relation.part);
+        let count: usize = parts.map(|part| starts(&part.starts)).sum();
+        let named = self.references.iter().filter(|r| r.name == relation.reference);
+        let instances: usize = named.map(|r| starts(&r.starts)).sum();
+        let asked = match relation.quantity {
+            Quantity::Each => instances.max(1),
+            Quantity::One => 1,
+            Quantity::AtLeast(least) => least,
+        };
+        let expected = format!("1 to {count}: there are so many parts of this kind");
+        demand((1..=count).contains(&asked), format!("{at}.for"), asked, expected)
+    }
+
+    /// Checks that `after` names relations and leads in no circle.
+    fn check_orders(&self) -> Checked {
+        let names: Vec<&str> = self.goal.iter().map(|relation| relation.name.as_str()).collect();
+        let mut done: BTreeSet<&str> = BTreeSet::new();
+        for (i, relation) in self.goal.iter().enumerate() {
+            for after in &relation.after {
+                one_of(format!("goal[{i}].after"), after, &names)?;
+            }
+        }
+        for _ in &self.goal {
+            let ready = |r: &&Relation| r.after.iter().all(|name| done.contains(name.as_str()));
+            let now: Vec<&str> = self.goal.iter().filter(ready).map(|r| r.name.as_str()).collect();
+            done.extend(now);
+        }
+        let stuck = names.iter().position(|name| !done.contains(name));
+        match stuck {
+            Some(i) => {
+                let after = &self.goal[i].after;
+                demand(
+                    false,
+                    format!("goal[{i}].after"),
+                    after,
+                    "relations that do not wait for this one",
+                )
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn check_meddling(&self, meddling: &Meddling, at: &str) -> Checked {
+        let kinds: Vec<&str> = self.parts.iter().map(|part| part.kind.as_str()).collect();
+        let movable = self.references.iter().filter(|r| r.movable).map(|r| r.name.as_str());
+        let choices: Vec<&str> = kinds.into_iter().chain(movable).collect();
+        one_of(format!("{at}.moves"), &meddling.moves, &choices)?;
+        self.check_region(&meddling.to, self.references.len(), &format!("{at}.to"))?;
+        let [from, to] = meddling.between_s;
+        let fine = 0.0 <= from && from <= to && to.is_finite();
+        demand(
+            fine,
+            format!("{at}.between_s"),
+            meddling.between_s,
+            "the earlier time first, in seconds",
+        )
+    }
+}
+
+fn check_body(shapes: &[Shape], look: &LookData, at: &str) -> Checked {
+    for (i, shape) in shapes.iter().enumerate() {
+        check_shape(shape, &format!("{at}.shape[{i}]"))?;
+    }
+    in_range(format!("{at}.look.roughness"), look.roughness, [0.0, 1.0])?;
+    let colours = [("colour", Some(&look.colour)), ("ink", look.ink.as_ref())];
+    for (name, colour) in colours.into_iter().filter_map(|(n, c)| c.map(|c| (n, c))) {
+        let fine = LookData::number(colour).is_some();
+        demand(fine, format!("{at}.look.{name}"), colour, "a colour such as #e69f00")?;
+    }
+    Ok(())
+}
+
+fn check_shape(shape: &Shape, at: &str) -> Checked {
+    let size = |name: &str, value: f64| in_range(format!("{at}.{name}"), value, [1e-4, 2.0]);
+    match shape {
+        Shape::Box { size_m, .. } => size_m.iter().try_for_each(|v| size("box.size_m", *v)),
+        Shape::Prism { radius_m, top_radius_m, height_m, sides, .. } => {
+            in_range(format!("{at}.prism.sides"), f64::from(*sides), [3.0, 48.0])?;
+            size("prism.radius_m", *radius_m)?;
+            size("prism.top_radius_m", top_radius_m.unwrap_or(*radius_m))?;
+            size("prism.height_m", *height_m)
+        }
+        Shape::Ring { inner_m, outer_m, height_m, chamfer_m, sides, .. } => {
+            in_range(format!("{at}.ring.sides"), f64::from(*sides), [3.0, 48.0])?;
+            size("ring.inner_m", *inner_m)?;
+            size("ring.height_m", *height_m)?;
+            in_range(format!("{at}.ring.outer_m"), *outer_m, [inner_m + chamfer_m + 1e-4, 2.0])?;
+            in_range(format!("{at}.ring.chamfer_m"), *chamfer_m, [0.0, height_m - 1e-4])
+        }
+        Shape::Hull { points } => {
+            let fine = points.len() >= 4 && points.iter().flatten().all(|v| v.is_finite());
+            demand(fine, format!("{at}.hull.points"), points, "at least four points")
+        }
+    }
+}
+
+fn check_grasp(grasp: &GraspData, stroke: [f64; 2], at: &str) -> Checked {
+    is_direction(format!("{at}.approach"), grasp.approach)?;
+    is_direction(format!("{at}.closing"), grasp.closing)?;
+    are_perpendicular(format!("{at}.closing"), grasp.closing, grasp.approach, "approach")?;
+    let openings = format!("{at}.openings_m");
+    demand(!grasp.openings_m.is_empty(), &openings, "an empty list", "at least one opening")?;
+    for opening in &grasp.openings_m {
+        in_range(openings.clone(), *opening, stroke)?;
+    }
+    in_range(format!("{at}.beyond_m"), grasp.beyond_m, [-0.1, 0.1])?;
+    let fine = !grasp.tilts_deg.is_empty() && grasp.tilts_deg.iter().all(|t| t.abs() <= 90.0);
+    demand(
+        fine,
+        format!("{at}.tilts_deg"),
+        &grasp.tilts_deg,
+        "at least one angle, each -90 to 90",
+    )?;
+    if let Some(around) = grasp.around {
+        is_direction(format!("{at}.around.axis"), around.axis)?;
+        in_range(format!("{at}.around.times"), f64::from(around.times), [1.0, 48.0])?;
+    }
+    Ok(())
+}
+
+fn check_place(place: &Place, orientation: Orientation, at: &str) -> Checked {
+    let fine = place.position.iter().all(|v| v.is_finite());
+    demand(fine, format!("{at}.position"), place.position, "three numbers")?;
+    is_direction(format!("{at}.z_axis"), place.z_axis)?;
+    is_direction(format!("{at}.x_axis"), place.x_axis)?;
+    if orientation == Orientation::Full {
+        are_perpendicular(format!("{at}.x_axis"), place.x_axis, place.z_axis, "z_axis")?;
+    }
+    Ok(())
+}

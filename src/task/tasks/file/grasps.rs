@@ -1,0 +1,105 @@
+//! Grasps of a task file, in the scene.
+
+use std::f64::consts::TAU;
+
+use super::format::GraspData;
+use super::frames::dot;
+use crate::task::robot::vector::{add, scale, sub, unit};
+use crate::task::robot::{BodyFrame, FINGER_TIP_M, Turn};
+use crate::task::skill::Grasp;
+
+/// Least downward component of the approach: 60 degrees from straight down.
+const DOWN: f64 = 0.5;
+/// Approaches whose angles from straight down fall into the same range of this size are equally good, in degrees.
+const EQUAL_DEG: f64 = 15.0;
+
+/// Returns the grasps for a part at `frame`: first those with the first tilt of each family, and among these the
+/// steeper ones.
+pub(super) fn grasps(families: &[GraspData], frame: &BodyFrame) -> Vec<Grasp> {
+    let rounds = families.iter().map(|family| family.tilts_deg.len()).max().unwrap_or(0);
+    let mut all = Vec::new();
+    for round in 0..rounds {
+        let mut found = Vec::new();
+        for family in families {
+            let Some(tilt) = family.tilts_deg.get(round) else { continue };
+            for opening_m in &family.openings_m {
+                found.extend(family_at(family, *tilt, *opening_m, frame));
+            }
+        }
+        found.sort_by_key(|grasp| {
+            let angle = (-grasp.approach[2]).clamp(-1.0, 1.0).acos().to_degrees();
+            (angle / EQUAL_DEG) as i32
+        });
+        for grasp in found {
+            // Half a turn about the axis of a symmetric family gives the same grasp as the other sense of closing.
+            if !all.iter().any(|other| is_same(other, &grasp)) {
+                all.push(grasp);
+            }
+        }
+    }
+    all
+}
+
+fn is_same(a: &Grasp, b: &Grasp) -> bool {
+    let near = |a: [f64; 3], b: [f64; 3]| (0..3).all(|i| (a[i] - b[i]).abs() < 1e-6);
+    near(a.at, b.at)
+        && near(a.approach, b.approach)
+        && near(a.closing, b.closing)
+        && a.opening_m == b.opening_m
+}
+
+fn family_at(family: &GraspData, tilt_deg: f64, opening_m: f64, frame: &BodyFrame) -> Vec<Grasp> {
+    let approach = unit(family.approach);
+    let closing = unit(sub(family.closing, scale(approach, dot(approach, family.closing))));
+    let tilted = Turn::about(closing, tilt_deg.to_radians()).apply(approach);
+    let (axis, times) = family.around.map_or(([0.0, 0.0, 1.0], 1), |a| (unit(a.axis), a.times));
+    let mut all = Vec::new();
+    for k in 0..times {
+        let turn = frame.turn * Turn::about(axis, TAU * f64::from(k) / f64::from(times));
+        let approach = turn.apply(tilted);
+        if approach[2] > -DOWN {
+            continue;
+        }
+        let tips = add(frame.position, turn.apply(family.at));
+        let at = add(tips, scale(approach, family.beyond_m - FINGER_TIP_M));
+        for sense in [1.0, -1.0] {
+            let closing = scale(turn.apply(closing), sense);
+            all.push(Grasp { at, approach, closing, opening_m });
+        }
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::task::tasks::file::format::Around;
+
+    #[test]
+    fn a_cube_is_grasped_from_above_on_whichever_side_it_lies() {
+        let side = GraspData {
+            at: [0.0, 0.0, -0.006],
+            beyond_m: 0.0,
+            approach: [0.0, 0.0, -1.0],
+            closing: [1.0, 0.0, 0.0],
+            openings_m: vec![0.02],
+            tilts_deg: vec![0.0, 40.0],
+            around: Some(Around { axis: [0.0, 0.0, 1.0], times: 2 }),
+        };
+        let upright = grasps(&[side.clone()], &BodyFrame::at([0.4, 0.0, 0.012]));
+        assert_eq!(
+            upright.len(),
+            6,
+            "two senses, which half a turn repeats, and as many for each tilt"
+        );
+        assert_eq!(upright[0].at, [0.4, 0.0, 0.012 - 0.006 + FINGER_TIP_M]);
+        assert!((upright[0].approach[2] + 1.0).abs() < 1e-12);
+        assert!((upright[2].approach[2] + 40f64.to_radians().cos()).abs() < 1e-12);
+        let fallen = Turn::about_x(std::f64::consts::FRAC_PI_2);
+        let fallen = BodyFrame { position: [0.4, 0.0, 0.012], turn: fallen };
+        assert!(grasps(&[side.clone()], &fallen).len() == 2, "only tilts towards the side");
+        let around_x = Some(Around { axis: [1.0, 0.0, 0.0], times: 4 });
+        let any = GraspData { around: around_x, ..side };
+        assert!(grasps(&[any], &fallen).iter().take(2).all(|g| g.approach[2] < -0.99));
+    }
+}

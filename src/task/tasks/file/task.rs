@@ -1,0 +1,314 @@
+//! A task file as a [`Task`].
+
+use std::sync::Arc;
+
+use rand::RngExt;
+use serde_json::{Map, Value, json};
+
+use super::demonstrator::Shower;
+use super::draw::{self, Layout, Shapes};
+use super::format::{LandmarkData, LookData, Quantity, Reference, TaskFile};
+use super::grasps;
+use super::relation::Sight;
+use crate::sim::Seed;
+use crate::task::domain::Pose;
+use crate::task::error::{InputFault, TaskError, json_problem};
+use crate::task::robot::BodyFrame;
+use crate::task::robot::vector::add;
+use crate::task::scene::{
+    BodyId, BodyKind, Fixture, Handling, Landmark, Look, Part, Scene, SceneSpec, Symmetry,
+};
+use crate::task::skill::Grasp;
+use crate::task::tasks::{Demonstrator, Judgement, Perturbation, Task};
+
+/// A task that is described by a [`TaskFile`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct DataTask(pub(super) Arc<Inner>);
+
+#[derive(Debug, PartialEq)]
+pub(super) struct Inner {
+    pub file: TaskFile,
+    pub shapes: Shapes,
+}
+
+impl DataTask {
+    /// Creates the task.
+    ///
+    /// # Errors
+    /// As [`TaskFile::check`].
+    pub fn new(file: TaskFile) -> Result<Self, TaskError> {
+        Self::named(file, "the task file")
+    }
+
+    /// Reads the task from the text of a task file. `name` is the name of the file in error messages.
+    ///
+    /// # Errors
+    /// As [`TaskFile::parse`].
+    pub fn parse(text: &[u8], name: &str) -> Result<Self, TaskError> {
+        Self::named(TaskFile::read_json(text, name)?, name)
+    }
+
+    /// Creates the task; error messages call the file `name`.
+    pub(super) fn named(file: TaskFile, name: &str) -> Result<Self, TaskError> {
+        let fault = |field: &str, problem: String, expected: String| {
+            let (file, field) = (name.into(), field.into());
+            TaskError::from(InputFault { file, line: None, field, problem, expected })
+        };
+        file.faults().map_err(|f| fault(&f.field, f.problem, f.expected))?;
+        let task = Self(Arc::new(Inner { shapes: Shapes::of(&file), file }));
+        let checked = task.scene(Seed::new(0)).and_then(|spec| spec.check());
+        checked.map_err(|error| match error {
+            TaskError::Setting { name, value, expected } => fault(name, value, expected.into()),
+            TaskError::Range { name, value, least, most } => {
+                fault(name, value.to_string(), format!("{least} to {most}"))
+            }
+            other => other,
+        })?;
+        Ok(task)
+    }
+
+    /// Returns the task file.
+    pub fn file(&self) -> &TaskFile {
+        &self.0.file
+    }
+
+    fn layout(&self, seed: Seed) -> Result<Layout, TaskError> {
+        draw::layout(&self.0.file, &self.0.shapes, seed).ok_or_else(|| TaskError::Setting {
+            name: "starts",
+            value: "too narrow".into(),
+            expected: "regions with room for everything, inside the rim, and with the places of the goal in \
+                       the arm's reach",
+        })
+    }
+
+    fn sight(&self, scene: &Scene) -> Sight<'_> {
+        Sight::of(&self.0.file, &self.0.shapes, scene)
+    }
+}
+
+impl Reference {
+    /// Returns the places that recordings show.
+    pub(super) fn marks(&self) -> Vec<LandmarkData> {
+        if self.landmarks.is_empty() {
+            return vec![LandmarkData { name: self.name.clone(), at: [0.0; 3] }];
+        }
+        self.landmarks.clone()
+    }
+}
+
+impl LookData {
+    pub(super) fn number(colour: &str) -> Option<u32> {
+        let digits = colour.strip_prefix('#').filter(|d| d.len() == 6)?;
+        u32::from_str_radix(digits, 16).ok()
+    }
+
+    fn look(&self) -> Look {
+        let colour = Self::number(&self.colour).unwrap_or(0);
+        let ink = self.ink.as_deref().and_then(Self::number).unwrap_or(colour);
+        Look { colour, ink, roughness: self.roughness }
+    }
+}
+
+impl Inner {
+    fn kinds(&self) -> Vec<BodyKind> {
+        let kinds = self.file.parts.iter().zip(&self.shapes.parts);
+        let kind = kinds.map(|(part, pieces)| BodyKind {
+            name: part.kind.clone(),
+            pieces: pieces.clone(),
+            density: part.density,
+            friction: part.friction,
+            handling: Handling {
+                symmetry: Symmetry {
+                    turns: part.handling.turns,
+                    fold: part.handling.fold,
+                    flips: part.handling.flips,
+                },
+                rise_m: part.handling.rise_m,
+                release_m: part.handling.release_m,
+                in_the_way_m: part.handling.in_the_way_m,
+                fall_m: part.handling.fall_m,
+                ..Handling::default()
+            },
+            look: part.look.look(),
+        });
+        kind.collect()
+    }
+
+    fn furniture(&self, layout: &Layout) -> (Vec<Fixture>, Vec<Landmark>) {
+        let (mut fixtures, mut landmarks) = (Vec::new(), Vec::new());
+        for (kind, reference) in self.file.references.iter().enumerate() {
+            for frame in &layout.references[kind] {
+                let pieces = self.shapes.references[kind].clone();
+                let body = reference.movable.then_some(BodyId::Fixture(fixtures.len()));
+                if !pieces.is_empty() {
+                    let (friction, look) = (reference.friction, reference.look.look());
+                    let movable = reference.movable.then(|| reference.name.clone());
+                    fixtures.push(Fixture { frame: *frame, pieces, friction, look, movable });
+                }
+                landmarks.extend(reference.marks().into_iter().map(|mark| {
+                    let position = add(frame.position, frame.turn.apply(mark.at));
+                    let pose = match body {
+                        Some(_) => Pose::at(mark.at),
+                        None => BodyFrame { position, turn: frame.turn }.pose(),
+                    };
+                    Landmark { kind: mark.name, pose, body }
+                }));
+            }
+        }
+        (fixtures, landmarks)
+    }
+
+    /// Returns the number of parts of one kind.
+    pub fn count(&self, kind: &str) -> usize {
+        let named = self.file.parts.iter().filter(|part| part.kind == kind);
+        named.flat_map(|part| &part.starts).map(|start| start.count).sum()
+    }
+
+    /// Returns the number of instances of a relation's reference.
+    pub fn instances(&self, reference: &str) -> usize {
+        if reference == super::WORLD {
+            return 1;
+        }
+        let named = self.file.references.iter().filter(|r| r.name == reference);
+        let fixed: usize = named.flat_map(|r| &r.starts).map(|start| start.count).sum();
+        fixed + self.count(reference)
+    }
+}
+
+impl Task for DataTask {
+    fn name(&self) -> &str {
+        &self.0.file.name
+    }
+
+    fn description(&self) -> &str {
+        &self.0.file.description
+    }
+
+    fn settings(&self) -> Value {
+        json!(self.0.file)
+    }
+
+    /// Reads a whole task file, or some of its fields (those of the uppermost level) that replace this task's own.
+    fn with_settings(&self, text: &[u8], file: &str) -> Result<Arc<dyn Task>, TaskError> {
+        let given: Map<String, Value> =
+            serde_json::from_slice(text).map_err(|error| InputFault {
+                file: file.into(),
+                line: (error.line() > 0).then(|| error.line()),
+                field: String::new(),
+                problem: json_problem(&error),
+                expected: "a task file, or an object with some of its fields".into(),
+            })?;
+        if given.contains_key("format") {
+            return Ok(Arc::new(Self::parse(text, file)?));
+        }
+        let mut whole = self.settings();
+        if let Value::Object(fields) = &mut whole {
+            fields.extend(given);
+        }
+        Ok(Arc::new(Self::named(TaskFile::of_value(whole, file)?, file)?))
+    }
+
+    fn scene(&self, seed: Seed) -> Result<SceneSpec, TaskError> {
+        let Inner { file, .. } = &*self.0;
+        let layout = self.layout(seed)?;
+        let (fixtures, landmarks) = self.0.furniture(&layout);
+        Ok(SceneSpec {
+            kinds: self.0.kinds(),
+            parts: layout.parts.iter().map(|(kind, frame)| Part::free(*kind, *frame)).collect(),
+            fixtures,
+            landmarks,
+            table: file.table,
+            gripper: file.gripper,
+            arm: file.arm,
+            step_ms: file.step_ms,
+        })
+    }
+
+    fn grasps(&self, scene: &Scene, part: usize) -> Vec<Grasp> {
+        let kind = scene.kinds().nth(part).and_then(|kind| self.0.file.parts.get(kind));
+        match (kind, scene.body_frame(part)) {
+            (Some(kind), Some(frame)) => {
+                let mut all = grasps::grasps(&kind.grasps, &frame);
+                // Spare the robot the search for postures in which the hand has no room.
+                all.retain(|grasp| {
+                    let room = |tool| !scene.hand_collides(&tool, grasp.opening_m, &[part]);
+                    grasp.tool().is_some_and(room)
+                });
+                all
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    fn demonstrator(&self, seed: Seed, demo: usize) -> Box<dyn Demonstrator> {
+        Box::new(Shower::new(self.clone(), seed, demo))
+    }
+
+    fn judge(&self, scene: &Scene) -> Judgement {
+        let sight = self.sight(scene);
+        let goal = &self.0.file.goal;
+        let mut achieved = Vec::new();
+        for relation in goal {
+            achieved.extend(sight.held(relation).into_iter().map(|held| {
+                let (part, to, instance) = (held.part, &relation.reference, held.instance);
+                let place =
+                    if to == super::WORLD { String::new() } else { format!(", {to}_{instance}") };
+                format!("{}: part {part}{place}", relation.name)
+            }));
+        }
+        Judgement { solved: goal.iter().all(|relation| sight.holds(relation)), achieved }
+    }
+
+    /// Counts one action for each part that the goal asks for, and one for each part that starts on another.
+    fn min_actions(&self) -> usize {
+        let file = &self.0.file;
+        let asked = file.goal.iter().map(|relation| match relation.quantity {
+            Quantity::Each => self.0.instances(&relation.reference),
+            Quantity::One => 1,
+            Quantity::AtLeast(least) => least,
+        });
+        let starts = file.parts.iter().flat_map(|part| &part.starts);
+        let on: usize = starts.filter(|start| start.on.is_some()).map(|start| start.count).sum();
+        asked.sum::<usize>() + on
+    }
+
+    /// Draws one of the file's perturbations. References stand as in the scene with the same seed.
+    fn perturbation(&self, seed: Seed) -> Option<Perturbation> {
+        let Inner { file, shapes } = &*self.0;
+        let mut rng = seed.derive("meddling", "another hand").rng();
+        if file.perturbations.is_empty() {
+            return None;
+        }
+        let drawn = &file.perturbations[rng.random_range(0..file.perturbations.len())];
+        let layout = self.layout(seed).ok()?;
+        let kind = file.parts.iter().position(|part| part.kind == drawn.moves);
+        let moved = file.references.iter().position(|r| r.name == drawn.moves);
+        let all: Vec<BodyId> = match (kind, moved) {
+            (Some(kind), _) => {
+                let parts = layout.parts.iter().enumerate().filter(|(_, part)| part.0 == kind);
+                parts.map(|(part, _)| BodyId::Part(part)).collect()
+            }
+            (None, Some(moved)) => {
+                let before = layout.references[..moved].iter().enumerate();
+                let shaped = before.filter(|(kind, _)| !shapes.references[*kind].is_empty());
+                let first: usize = shaped.map(|(_, frames)| frames.len()).sum();
+                (first..first + layout.references[moved].len()).map(BodyId::Fixture).collect()
+            }
+            (None, None) => Vec::new(),
+        };
+        let body = *all.get(rng.random_range(0..all.len().max(1)))?;
+        let reference = file.references.iter().position(|r| r.name == drawn.to.of);
+        let base = match reference {
+            Some(reference) => *layout.references[reference].first()?,
+            None => BodyFrame::at([0.0; 3]),
+        };
+        let (corners, turns) = match kind {
+            Some(kind) => (&shapes.corners[kind][..], file.parts[kind].handling.turns),
+            None => (&[][..], 1),
+        };
+        let frame = draw::draw_in(&drawn.to, &base, corners, turns, &mut rng);
+        let [from, to] = drawn.between_s;
+        let pose: Pose = frame.pose();
+        Some(Perturbation { at_s: from + (to - from) * rng.random::<f64>(), body, pose })
+    }
+}
