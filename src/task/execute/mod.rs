@@ -33,6 +33,7 @@
 mod activity;
 mod choose;
 mod demonstrate;
+mod guess;
 mod mind;
 mod recorder;
 mod relational;
