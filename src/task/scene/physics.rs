@@ -358,6 +358,28 @@ impl Scene {
         self.touches_shapes(bodies::hand_outline(tool, opening), ignored)
     }
 
+    /// Returns whether the hand, or the held part with its frame, would run into the arm at `angles` itself.
+    pub(crate) fn folds(
+        &self,
+        angles: &Angles,
+        opening: f64,
+        held: Option<(usize, Frame)>,
+    ) -> bool {
+        let part = held.map(|(index, frame)| {
+            let collider = &self.physics.colliders[self.parts[index].collider];
+            (frame, collider.shared_shape().clone())
+        });
+        let mut outer: Vec<_> = bodies::hand_outline(&arm::tool(angles), opening).collect();
+        outer.extend(part);
+        let meets = |(at, link): (Frame, SharedShape)| {
+            outer.iter().any(|(frame, shape)| {
+                let test = parry3d::query::intersection_test(frame, &**shape, &at, &*link);
+                test.is_ok_and(|met| met.intersecting)
+            })
+        };
+        bodies::near_links(angles).any(meets)
+    }
+
     /// Returns whether part `index` at `frame` would overlap another part by more than [`MEETING_M`].
     pub(crate) fn part_meets_part(&self, index: usize, frame: &Frame) -> bool {
         let shape = self.physics.colliders[self.parts[index].collider].shape();
