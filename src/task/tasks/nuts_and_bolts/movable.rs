@@ -165,7 +165,7 @@ impl Task for MovableJig {
     }
 
     fn description(&self) -> &'static str {
-        "the same with a jig that stands anywhere and may be moved, among parts that are not needed"
+        "put a nut and a bolt together in a jig that stands anywhere and may be moved, among spare parts"
     }
 
     fn settings(&self) -> Value {
