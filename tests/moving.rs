@@ -1,4 +1,5 @@
-//! Bodies that move besides free parts: a jig that another hand moves, a drawer on its guide, a cup that is turned over.
+//! Bodies that move besides free parts: a jig that another hand moves, a drawer on its guide, a cup that is turned
+//! over.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 #![cfg(feature = "physics")]

@@ -1,8 +1,8 @@
 //! The scene in Rapier: table, fixtures, parts and the robot.
 //!
-//! Friction and contact alone hold a part in the hand. The only joints are the robot's own and the sliders of parts such
-//! as drawers. After the parts have been dropped, nothing here sets the pose of a part except [`Scene::disturb`] and
-//! [`Scene::displace`].
+//! Friction and contact alone hold a part in the hand. The only joints are the robot's own and the sliders of parts
+//! such as drawers. After the parts have been dropped, nothing here sets the pose of a part except [`Scene::disturb`]
+//! and [`Scene::displace`].
 //!
 //! These settings proved necessary:
 //!
@@ -352,8 +352,8 @@ impl Scene {
         shapes.any(|(frame, shape)| query.intersect_shape(frame, &*shape).next().is_some())
     }
 
-    /// Returns whether the hand alone, with the end effector at `tool` and its fingers at `opening`, would touch anything
-    /// except the parts in `ignored`.
+    /// Returns whether the hand alone, with the end effector at `tool` and its fingers at `opening`, would touch
+    /// anything except the parts in `ignored`.
     pub(crate) fn hand_collides(&self, tool: &Frame, opening: f64, ignored: &[usize]) -> bool {
         self.touches_shapes(bodies::hand_outline(tool, opening), ignored)
     }

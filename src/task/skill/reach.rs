@@ -122,8 +122,8 @@ fn lift_with(
     None
 }
 
-/// Plans how to take `part` by the first of `grasps` from which it can be slid along its guide to `target`; `None` also if
-/// the target is not on the guide or the part has no guide.
+/// Plans how to take `part` by the first of `grasps` from which it can be slid along its guide to `target`; `None`
+/// also if the target is not on the guide or the part has no guide.
 pub(crate) fn plan_slide(
     scene: &Scene,
     current: &Angles,
@@ -277,8 +277,8 @@ struct Air<'s> {
 }
 
 impl Air<'_> {
-    /// Returns whether the arm at `q` keeps `clear_m` metres from everything, and a held part touches nothing. An arm that
-    /// keeps a distance does not run into itself either.
+    /// Returns whether the arm at `q` keeps `clear_m` metres from everything, and a held part touches nothing. An arm
+    /// that keeps a distance does not run into itself either.
     fn is_clear(&self, q: &Angles, clear_m: f64) -> bool {
         let held = self.held.map(|(part, in_hand)| (part, arm::tool(q) * in_hand.inverse()));
         let ignored = held.map(|(part, _)| part);
@@ -289,8 +289,8 @@ impl Air<'_> {
 }
 
 /// Finds paths between two postures on which neither the arm nor a held part touches anything, by way of
-/// higher postures if necessary. If there are none, tries again from a point above the first posture, and, for an arm that
-/// keeps a distance, to a point above the last posture.
+/// higher postures if necessary. If there are none, tries again from a point above the first posture, and, for an arm
+/// that keeps a distance, to a point above the last posture.
 fn free_way(air: &Air<'_>, from: &Angles, to: &Angles) -> Option<Vec<Path>> {
     let arm_spec = &air.scene.spec().arm;
     let line = |q: &Angles, height: f64| match height {
@@ -331,8 +331,8 @@ fn free_way(air: &Air<'_>, from: &Angles, to: &Angles) -> Option<Vec<Path>> {
     None
 }
 
-/// Finds paths that are straight in joint angles, directly or by way of postures above the table. With `begins_here`, the
-/// arm is already at the first posture.
+/// Finds paths that are straight in joint angles, directly or by way of postures above the table. With `begins_here`,
+/// the arm is already at the first posture.
 fn legs(air: &Air<'_>, begin: &Angles, to: &Angles, begins_here: bool) -> Option<Vec<Path>> {
     let over = |bearing: f64, hand: &Angles| {
         let mut q = HOME;

@@ -1,5 +1,5 @@
-//! The nut-and-bolt task with a jig that stands elsewhere in every scene and may be moved during an episode, and with parts
-//! on the table that the task does not need.
+//! The nut-and-bolt task with a jig that stands elsewhere in every scene and may be moved during an episode, and with
+//! parts on the table that the task does not need.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::sync::Arc;
