@@ -65,6 +65,15 @@ pub(crate) fn outline(
         .chain(fingers)
 }
 
+/// Number of links, from the base, that hand and held parts can run into.
+const NEAR_LINKS: usize = 5;
+
+/// Returns the collision shapes of the links near the base and their frames, with the arm at `angles`.
+pub(crate) fn near_links(angles: &Angles) -> impl Iterator<Item = (Frame, SharedShape)> {
+    let links = arm::links(angles);
+    (0..NEAR_LINKS).map(move |i| (links[i], link_shape(i, 0.0)))
+}
+
 /// Returns the collision shapes of the hand and the fingers and their frames, with the end effector at `tool`.
 pub(crate) fn hand_outline(
     tool: &Frame,

@@ -1,5 +1,5 @@
-//! Bodies that move without the robot: fixtures that another hand moves, landmarks attached to a body, and the sliders of
-//! parts.
+//! Bodies that move without the robot: fixtures that another hand moves, landmarks attached to a body, and the sliders
+//! of parts.
 
 use rapier3d::dynamics::{
     GenericJointBuilder, ImpulseJointHandle, JointAxesMask, JointAxis, MotorModel,
@@ -93,8 +93,8 @@ impl Scene {
         }
     }
 
-    /// Returns the pose of a landmark, by its index in [`SceneSpec::landmarks`], in the scene; `None` if there is no such
-    /// landmark.
+    /// Returns the pose of a landmark, by its index in [`SceneSpec::landmarks`], in the scene; `None` if there is no
+    /// such landmark.
     pub fn landmark(&self, index: usize) -> Option<Pose> {
         let landmark = self.spec().landmarks.get(index)?;
         match landmark.body {
@@ -129,8 +129,8 @@ impl Scene {
         self.slider(part).map(|slider| slider.at_m)
     }
 
-    /// Moves a body to `pose`, at rest, as a person might do. A fixture takes along what lies in it. Does nothing if there
-    /// is no such body. The robot never calls this.
+    /// Moves a body to `pose`, at rest, as a person might do. A fixture takes along what lies in it. Does nothing if
+    /// there is no such body. The robot never calls this.
     pub fn displace(&mut self, body: BodyId, pose: &Pose) {
         let fixture = match body {
             BodyId::Part(part) => return self.disturb(part, pose),
@@ -146,8 +146,8 @@ impl Scene {
         }
     }
 
-    /// Returns whether a body at `pose` would touch nothing, the robot included; `false` if there is no such body. For a
-    /// fixture, this includes the parts that it takes along.
+    /// Returns whether a body at `pose` would touch nothing, the robot included; `false` if there is no such body. For
+    /// a fixture, this includes the parts that it takes along.
     pub fn room_for(&self, body: BodyId, pose: &Pose) -> bool {
         let fixture = match body {
             BodyId::Part(part) => return self.has_room(part, pose),
@@ -169,8 +169,8 @@ impl Scene {
         })
     }
 
-    /// Returns the parts that a movable fixture takes along: those that touch it, that slide on it, or that touch such a
-    /// part.
+    /// Returns the parts that a movable fixture takes along: those that touch it, that slide on it, or that touch such
+    /// a part.
     pub fn carried(&self, fixture: usize) -> Vec<usize> {
         let Some(handle) = self.movable.get(fixture).copied().flatten() else { return Vec::new() };
         let guided = |part: &usize| {

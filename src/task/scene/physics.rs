@@ -1,8 +1,8 @@
 //! The scene in Rapier: table, fixtures, parts and the robot.
 //!
-//! Friction and contact alone hold a part in the hand. The only joints are the robot's own and the sliders of parts such
-//! as drawers. After the parts have been dropped, nothing here sets the pose of a part except [`Scene::disturb`] and
-//! [`Scene::displace`].
+//! Friction and contact alone hold a part in the hand. The only joints are the robot's own and the sliders of parts
+//! such as drawers. After the parts have been dropped, nothing here sets the pose of a part except [`Scene::disturb`]
+//! and [`Scene::displace`].
 //!
 //! These settings proved necessary:
 //!
@@ -352,10 +352,32 @@ impl Scene {
         shapes.any(|(frame, shape)| query.intersect_shape(frame, &*shape).next().is_some())
     }
 
-    /// Returns whether the hand alone, with the end effector at `tool` and its fingers at `opening`, would touch anything
-    /// except the parts in `ignored`.
+    /// Returns whether the hand alone, with the end effector at `tool` and its fingers at `opening`, would touch
+    /// anything except the parts in `ignored`.
     pub(crate) fn hand_collides(&self, tool: &Frame, opening: f64, ignored: &[usize]) -> bool {
         self.touches_shapes(bodies::hand_outline(tool, opening), ignored)
+    }
+
+    /// Returns whether the hand, or the held part with its frame, would run into the arm at `angles` itself.
+    pub(crate) fn folds(
+        &self,
+        angles: &Angles,
+        opening: f64,
+        held: Option<(usize, Frame)>,
+    ) -> bool {
+        let part = held.map(|(index, frame)| {
+            let collider = &self.physics.colliders[self.parts[index].collider];
+            (frame, collider.shared_shape().clone())
+        });
+        let mut outer: Vec<_> = bodies::hand_outline(&arm::tool(angles), opening).collect();
+        outer.extend(part);
+        let meets = |(at, link): (Frame, SharedShape)| {
+            outer.iter().any(|(frame, shape)| {
+                let test = parry3d::query::intersection_test(frame, &**shape, &at, &*link);
+                test.is_ok_and(|met| met.intersecting)
+            })
+        };
+        bodies::near_links(angles).any(meets)
     }
 
     /// Returns whether part `index` at `frame` would overlap another part by more than [`MEETING_M`].

@@ -163,8 +163,8 @@ pub struct Fixture {
     pub friction: f64,
     /// Look in pictures.
     pub look: Look,
-    /// Name in pictures of a fixture that another hand may move (see [`Scene::displace`](super::Scene::displace)); `None`
-    /// for a fixture that never moves.
+    /// Name in pictures of a fixture that another hand may move (see [`Scene::displace`](super::Scene::displace));
+    /// `None` for a fixture that never moves.
     #[serde(default)]
     pub movable: Option<String>,
 }
@@ -334,7 +334,7 @@ const RULES: [Rule; 13] = [
     Rule {
         name: "slider",
         value: |s| format!("{:?}", s.parts.iter().filter_map(|p| p.slider).collect::<Vec<_>>()),
-        expected: "an axis of length 1, a range around 0 within 1 m, a friction of 0 to 1000 N, and a fixture of the scene",
+        expected: "an axis of length 1, a range around 0 within 1 m, 0 to 1000 N, and a fixture of the scene",
         holds: |s| {
             let mut sliders = s.parts.iter().filter_map(|p| p.slider);
             sliders.all(|slider| slider.is_possible(s.fixtures.len()))
@@ -386,8 +386,8 @@ impl SceneSpec {
         }
     }
 
-    /// Returns the number of bodies whose poses a [picture frame](super::Scene::frame) lists: the parts, then the movable
-    /// fixtures.
+    /// Returns the number of bodies whose poses a [picture frame](super::Scene::frame) lists: the parts, then the
+    /// movable fixtures.
     pub fn pictured(&self) -> usize {
         self.parts.len() + self.fixtures.iter().filter(|f| f.movable.is_some()).count()
     }

@@ -440,7 +440,7 @@ impl Skill {
         let arm = &scene.spec().arm;
         let back = -(arm::tool(&robot.angles).rotation * Vector::Z);
         let up = Vector::Z * RAISE_M;
-        let path = Path::line(&robot.angles, back * 0.07, arm)
+        let path = Path::line(&robot.angles, back * reach::BACK_M, arm)
             .filter(|_| self.failure.is_none())
             .or_else(|| Path::line(&robot.angles, up, arm))
             .or_else(|| Path::line(&robot.angles, back * 0.04, arm));

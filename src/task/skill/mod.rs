@@ -21,8 +21,8 @@
 //! *dropped* that it left the hand later, *occupied* that another part is at the target, and *unreachable* that there
 //! is no path.
 //!
-//! A part on a [`Slider`](crate::task::scene::Slider), such as a drawer, is not lifted: after closing the fingers, the robot
-//! slides it straight along its guide to the target, and opens the hand.
+//! A part on a [`Slider`](crate::task::scene::Slider), such as a drawer, is not lifted: after closing the fingers, the
+//! robot slides it straight along its guide to the target, and opens the hand.
 //!
 //! Every wait has a limit in simulated time, and a whole skill may last 60 s. After any failure the robot
 //! opens the hand, raises it and settles. The [`SkillOutcome`](crate::task::event::SkillOutcome) names the

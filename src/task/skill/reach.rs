@@ -1,9 +1,10 @@
 //! Plans collision-free paths: to a grasp, and from a lifted part to its target.
 
-use rapier3d::math::{Pose as Frame, Vector};
+use rapier3d::math::{Pose as Frame, Rotation, Vector};
 use serde::{Deserialize, Serialize};
 
 use super::grasp::{self, Grasp, Target};
+use crate::task::robot::ArmSpec;
 use crate::task::robot::arm::{self, Angles, HOME};
 use crate::task::robot::path::Path;
 use crate::task::scene::physics::Scene;
@@ -26,6 +27,8 @@ pub(crate) struct Placing {
 
 /// Distance in front of a grasp at which the approach begins, in metres.
 const BEFORE_M: f64 = 0.06;
+/// Distance by which the hand moves back after it has let go of a part, in metres.
+pub(crate) const BACK_M: f64 = 0.07;
 /// Height by which a part is lifted, in metres.
 const LIFT_M: f64 = 0.10;
 /// Height above its resting place at which the hand lets go of a part, in metres.
@@ -42,6 +45,8 @@ const LOOK_RAD: f64 = 0.04;
 const LOOK_CLEAR_RAD: f64 = 0.015;
 /// Height by which the end effector rises first if no other way is free, in metres.
 const RISE_M: f64 = 0.12;
+/// Turn of the hand about its own axis while it rises, if it cannot rise without, in radians.
+const ROLL_RAD: f64 = 0.8;
 
 struct Search<'s> {
     scene: &'s Scene,
@@ -117,8 +122,8 @@ fn lift_with(
     None
 }
 
-/// Plans how to take `part` by the first of `grasps` from which it can be slid along its guide to `target`; `None` also if
-/// the target is not on the guide or the part has no guide.
+/// Plans how to take `part` by the first of `grasps` from which it can be slid along its guide to `target`; `None`
+/// also if the target is not on the guide or the part has no guide.
 pub(crate) fn plan_slide(
     scene: &Scene,
     current: &Angles,
@@ -209,6 +214,7 @@ fn placing(
     let held = arm::tool(from) * in_hand.inverse();
     let spec = scene.spec();
     let rise = Vector::Z * handling.rise_m;
+    let careful = search.clear_m > 0.0;
     let placements = grasp::placements(&handling.symmetry, target, &held);
     let tools = grasp::place_tools(&placements, in_hand);
     let over = heights(handling.fall_m);
@@ -225,6 +231,9 @@ fn placing(
                 return false;
             }
             let Some(up) = Path::line(q, rise, &spec.arm) else { return false };
+            if careful && !leaves(q, &spec.arm) {
+                return false;
+            }
             let above = up.end();
             let hangs = arm::tool(&above) * in_hand.inverse();
             if scene.collides(&above, opening, &[part]) || scene.part_collides(part, &hangs) {
@@ -244,6 +253,13 @@ fn placing(
     None
 }
 
+/// Returns whether the hand at `q` can move back and then up, so that a way leads on from there.
+fn leaves(q: &Angles, arm_spec: &ArmSpec) -> bool {
+    let back = arm::tool(q).rotation * Vector::Z * -BACK_M;
+    let back = Path::line(q, back, arm_spec);
+    back.is_some_and(|back| Path::line(&back.end(), Vector::Z * RISE_M, arm_spec).is_some())
+}
+
 /// Returns the heights above the target at which the hand may let go of a part, the lowest first.
 fn heights(fall_m: f64) -> Vec<f64> {
     let falls = (1..=FALLS).map(|n| f64::from(n) * fall_m / f64::from(FALLS));
@@ -261,30 +277,41 @@ struct Air<'s> {
 }
 
 impl Air<'_> {
-    /// Returns whether the arm at `q` keeps `clear_m` metres from everything, and a held part touches nothing.
+    /// Returns whether the arm at `q` keeps `clear_m` metres from everything, and a held part touches nothing. An arm
+    /// that keeps a distance does not run into itself either.
     fn is_clear(&self, q: &Angles, clear_m: f64) -> bool {
-        let ignored = self.held.map(|(part, _)| part);
+        let held = self.held.map(|(part, in_hand)| (part, arm::tool(q) * in_hand.inverse()));
+        let ignored = held.map(|(part, _)| part);
         !self.scene.comes_near(q, self.opening, ignored.as_slice(), clear_m)
-            && !self.held.is_some_and(|(part, in_hand)| {
-                self.scene.part_collides(part, &(arm::tool(q) * in_hand.inverse()))
-            })
+            && !held.is_some_and(|(part, frame)| self.scene.part_collides(part, &frame))
+            && !(self.clear_m > 0.0 && self.scene.folds(q, self.opening, held))
     }
 }
 
 /// Finds paths between two postures on which neither the arm nor a held part touches anything, by way of
-/// higher postures if necessary. If there are none, tries again from a point above the first posture, and, for an arm that
-/// keeps a distance, to a point above the last posture.
+/// higher postures if necessary. If there are none, tries again from a point above the first posture, and, for an arm
+/// that keeps a distance, to a point above the last posture.
 fn free_way(air: &Air<'_>, from: &Angles, to: &Angles) -> Option<Vec<Path>> {
+    let arm_spec = &air.scene.spec().arm;
     let line = |q: &Angles, height: f64| match height {
         0.0 => Some(None),
-        _ => Path::line(q, Vector::Z * height, &air.scene.spec().arm).map(Some),
+        _ => Path::line(q, Vector::Z * height, arm_spec).map(Some),
+    };
+    let roll = |roll: f64| {
+        let tool = arm::tool(from);
+        let up = tool.translation + Vector::Z * RISE_M;
+        let target = Frame::from_parts(up, tool.rotation * Rotation::from_rotation_z(roll));
+        Path::line_to(from, &target, arm_spec).map(Some)
     };
     let (first, last): (&[f64], &[f64]) = match air.clear_m {
         0.0 => (&[0.0, RISE_M], &[0.0]),
         _ => (&[0.0, RISE_M, RISE_M / 2.0, RISE_M / 4.0], &[0.0, RISE_M, RISE_M / 2.0]),
     };
-    for height in first {
-        let Some(rise) = line(from, *height) else { continue };
+    // A joint at its limit can keep the hand from rising without a turn.
+    let rolls: &[f64] = if air.clear_m > 0.0 { &[-ROLL_RAD, ROLL_RAD] } else { &[] };
+    let rises = first.iter().map(|height| line(from, *height));
+    for rise in rises.chain(rolls.iter().map(|turn| roll(*turn))) {
+        let Some(rise) = rise else { continue };
         if rise.as_ref().is_some_and(|rise| !free(air, rise, true)) {
             continue;
         }
@@ -304,8 +331,8 @@ fn free_way(air: &Air<'_>, from: &Angles, to: &Angles) -> Option<Vec<Path>> {
     None
 }
 
-/// Finds paths that are straight in joint angles, directly or by way of postures above the table. With `begins_here`, the
-/// arm is already at the first posture.
+/// Finds paths that are straight in joint angles, directly or by way of postures above the table. With `begins_here`,
+/// the arm is already at the first posture.
 fn legs(air: &Air<'_>, begin: &Angles, to: &Angles, begins_here: bool) -> Option<Vec<Path>> {
     let over = |bearing: f64, hand: &Angles| {
         let mut q = HOME;

@@ -1,7 +1,7 @@
 //! The cup task: turn over a cup that stands upside down, and drop a cube into it.
 //!
-//! The cup stands anywhere in an area of the table. The hand takes it from the side, between two opposing flats, and turns
-//! it over in place.
+//! The cup stands anywhere in an area of the table. The hand takes it from the side, between two opposing flats, and
+//! turns it over in place.
 
 mod scene;
 mod show;

@@ -17,8 +17,8 @@ use crate::task::skill::Grasp;
 pub(super) const CUP: usize = 0;
 pub(super) const CUBE: usize = 1;
 
-/// Height of the cup, in metres. The hand takes it from the side both before and after turning it over: the middle of the
-/// cup must be so high that the wrist clears the table.
+/// Height of the cup, in metres. The hand takes it from the side both before and after turning it over: the middle of
+/// the cup must be so high that the wrist clears the table.
 pub(super) const HEIGHT_M: f64 = 0.110;
 /// Distance of the cup's outer flats from its axis, in metres.
 const RADIUS_M: f64 = 0.030;
@@ -41,8 +41,8 @@ pub(super) const APART_M: f64 = 0.09;
 const CUP_LOOK: Look = Look { colour: 0x56b4e9, ink: 0x00639c, roughness: 0.3 };
 const CUBE_LOOK: Look = Look { colour: 0xe69f00, ink: 0x8a5f00, roughness: 0.6 };
 
-/// Returns the pieces of the cup: a ring of wedges and the floor. The origin is in the middle of its height; z points to
-/// the opening.
+/// Returns the pieces of the cup: a ring of wedges and the floor. The origin is in the middle of its height; z points
+/// to the opening.
 fn cup() -> Vec<Piece> {
     let corner = |flat: f64, k: u32, z: f64| {
         let angle = (f64::from(k) - 0.5) * TAU / f64::from(FLATS);
@@ -117,8 +117,8 @@ pub(super) fn spec(settings: &Cup, seed: Seed) -> SceneSpec {
     }
 }
 
-/// Returns the grasps for a standing cup, from the side; no grasps if it lies. The hand closes on two opposing flats. Grasps
-/// in which the hand points away from the arm's base come first.
+/// Returns the grasps for a standing cup, from the side; no grasps if it lies. The hand closes on two opposing flats.
+/// Grasps in which the hand points away from the arm's base come first.
 pub(super) fn cup_grasps(frame: &BodyFrame) -> Vec<Grasp> {
     let axis = frame.turn.apply([0.0, 0.0, 1.0]);
     if axis[2].abs() < 0.99 {

@@ -195,8 +195,8 @@ fn leaves_room(s: &NutsAndBolts) -> bool {
     has_room_around(s, [s.jig.pocket, s.jig.hole])
 }
 
-/// Returns whether the jig can stand with its pocket and its hole at `places`: within reach, inside the rim and away from the
-/// parts.
+/// Returns whether the jig can stand with its pocket and its hole at `places`: within reach, inside the rim and away
+/// from the parts.
 pub(super) fn can_stand(s: &NutsAndBolts, places: [[f64; 2]; 2]) -> bool {
     let fits = |at: &[f64; 2]| inside(*at, s.table.rim, 0.03) && reaches_table(*at);
     places.iter().all(fits) && has_room_around(s, places)

@@ -1,8 +1,8 @@
 //! The nut-and-bolt task: put a nut and a bolt into a jig, then put the bolt through the nut (section II.C of
 //! the paper).
 //!
-//! [`NutsAndBolts`] holds the settings and is the [`Task`](crate::task::tasks::Task). [`MovableJig`] is the task with a jig
-//! that stands elsewhere in every scene.
+//! [`NutsAndBolts`] holds the settings and is the [`Task`](crate::task::tasks::Task). [`MovableJig`] is the task with
+//! a jig that stands elsewhere in every scene.
 //! [`SyntheticDemonstrations`] draws recordings of the task without physics.
 //!
 //! | file | contents |

@@ -1,5 +1,5 @@
-//! The nut-and-bolt task with a jig that stands elsewhere in every scene and may be moved during an episode, and with parts
-//! on the table that the task does not need.
+//! The nut-and-bolt task with a jig that stands elsewhere in every scene and may be moved during an episode, and with
+//! parts on the table that the task does not need.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::sync::Arc;
@@ -165,7 +165,7 @@ impl Task for MovableJig {
     }
 
     fn description(&self) -> &'static str {
-        "the same with a jig that stands anywhere and may be moved, among parts that are not needed"
+        "put a nut and a bolt together in a jig that stands anywhere and may be moved, among spare parts"
     }
 
     fn settings(&self) -> Value {
