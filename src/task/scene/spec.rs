@@ -190,6 +190,7 @@ impl Landmark {
 
 /// The table. Its top is at height 0. Lengths in metres.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct TableSpec {
     /// Inner corners of the rim as `[x, y]`: first the corner with the smaller coordinates, then the corner with the
     /// greater.
