@@ -282,9 +282,10 @@ impl Air<'_> {
     fn is_clear(&self, q: &Angles, clear_m: f64) -> bool {
         let held = self.held.map(|(part, in_hand)| (part, arm::tool(q) * in_hand.inverse()));
         let ignored = held.map(|(part, _)| part);
-        !self.scene.comes_near(q, self.opening, ignored.as_slice(), clear_m)
-            && !held.is_some_and(|(part, frame)| self.scene.part_collides(part, &frame))
-            && !(self.clear_m > 0.0 && self.scene.folds(q, self.opening, held))
+        let touches = self.scene.comes_near(q, self.opening, ignored.as_slice(), clear_m)
+            || held.is_some_and(|(part, frame)| self.scene.part_collides(part, &frame))
+            || (self.clear_m > 0.0 && self.scene.folds(q, self.opening, held));
+        !touches
     }
 }
 
