@@ -10,6 +10,7 @@ use super::draw::{self, Layout, Shapes};
 use super::format::{LandmarkData, LookData, Quantity, Reference, TaskFile};
 use super::grasps;
 use super::relation::Sight;
+use super::shape::Extent;
 use crate::sim::Seed;
 use crate::task::domain::Pose;
 use crate::task::error::{InputFault, TaskError, json_problem};
@@ -175,6 +176,32 @@ impl Inner {
     }
 }
 
+/// Distance that another hand keeps from everything else, in metres.
+const APART_M: f64 = 0.025;
+
+impl Inner {
+    /// Returns the space that everything but one body takes in a layout.
+    fn taken(&self, layout: &Layout, but: BodyId) -> Vec<Extent> {
+        let mut taken = Vec::new();
+        for (part, (kind, frame)) in layout.parts.iter().enumerate() {
+            if but != BodyId::Part(part) {
+                taken.push(Extent::of(&self.shapes.corners[*kind], frame));
+            }
+        }
+        let mut fixtures = 0;
+        for (kind, reference) in self.file.references.iter().enumerate() {
+            for frame in &layout.references[kind] {
+                let room = self.shapes.room(kind, reference, frame);
+                if !self.shapes.references[kind].is_empty() {
+                    taken.extend(room.filter(|_| but != BodyId::Fixture(fixtures)));
+                    fixtures += 1;
+                }
+            }
+        }
+        taken
+    }
+}
+
 impl Task for DataTask {
     fn name(&self) -> &str {
         &self.0.file.name
@@ -306,7 +333,19 @@ impl Task for DataTask {
             Some(kind) => (&shapes.corners[kind][..], file.parts[kind].handling.turns),
             None => (&[][..], 1),
         };
-        let frame = draw::draw_in(&drawn.to, &base, corners, turns, &mut rng);
+        let others = self.0.taken(&layout, body);
+        let space = |frame: &BodyFrame| match moved {
+            Some(moved) => shapes.room(moved, &file.references[moved], frame),
+            None => Some(Extent::of(corners, frame)),
+        };
+        // Another hand leaves room for the gripper beside everything that has not moved.
+        let mut draw = || draw::draw_in(&drawn.to, &base, corners, turns, &mut rng);
+        let first = draw();
+        let is_free = |frame: &BodyFrame| {
+            space(frame).is_none_or(|space| !others.iter().any(|other| space.near(other, APART_M)))
+        };
+        let drawn_again = (0..200).map(|_| draw());
+        let frame = std::iter::once(first).chain(drawn_again).find(is_free).unwrap_or(first);
         let [from, to] = drawn.between_s;
         let pose: Pose = frame.pose();
         Some(Perturbation { at_s: from + (to - from) * rng.random::<f64>(), body, pose })
