@@ -106,7 +106,6 @@ impl Task for Tower {
                 release_m: self.half_m + 0.006,
                 in_the_way_m: self.half_m,
                 fall_m: 0.0,
-                clear_m: 0.0,
             },
             look: look(colour),
         };
@@ -324,8 +323,7 @@ fn settings_go_to_json_and_back_and_faults_are_named() {
     let far = refused(r#"{"pad": [2.0, 0.0]}"#);
     assert!(far.starts_with("tower.json, field `pad`: [2.0, 0.0]"), "{far}");
     assert!(refused("{\n\"pat\": 1}").starts_with("tower.json, line 2: unknown field `pat`"));
-    let unknown =
-        tasks::by_name("no-such-task").map(|_| ()).expect_err("it is not built in").to_string();
+    let unknown = tasks::by_name("bricks").map(|_| ()).expect_err("it is not built in").to_string();
     assert!(unknown.contains("nuts-and-bolts (put a nut"), "{unknown}");
 }
 

@@ -21,15 +21,15 @@ pub(super) const CUBE: usize = 1;
 /// the cup must be so high that the wrist clears the table.
 pub(super) const HEIGHT_M: f64 = 0.110;
 /// Distance of the cup's outer flats from its axis, in metres.
-const RADIUS_M: f64 = 0.030;
+const RADIUS_M: f64 = 0.032;
 /// Distance of the cup's inner flats from its axis, in metres.
-pub(super) const INNER_M: f64 = 0.026;
+pub(super) const INNER_M: f64 = 0.0285;
 /// Thickness of the cup's floor, in metres.
 pub(super) const FLOOR_M: f64 = 0.006;
 /// Number of flats.
 const FLATS: u32 = 12;
 /// Half the size of the cube, in metres.
-pub(super) const HALF_M: f64 = 0.010;
+pub(super) const HALF_M: f64 = 0.009;
 /// Height of the table's rim, in metres: low, because the wrist passes close above it.
 const RIM_M: f64 = 0.005;
 /// Distance that the arm keeps from the cup and the table on its way, in metres. A touch would push the cup over.
