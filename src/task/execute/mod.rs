@@ -27,12 +27,29 @@
 //! 6. *Act*: the robot runs the skill. However the skill ends, the loop returns to step 1. A drop or a person's
 //!    intervention therefore leads to a new decision (a re-plan).
 //!
+//! # Relational domains
+//!
+//! [`PreparedEpisode`] finds the objects of the first look, compiles the problem over them
+//! ([`Problem::ground`](crate::task::relational::Problem::ground)), and builds the planner graph. At each look, the
+//! goal is the first fact of the goal that does not hold.
+//!
+//! * An object that rests keeps its state, even if its pose is noisy.
+//! * If the graph is stuck, the problem is compiled anew from the present situation. Undecided needs that cannot be met
+//!   any more are dropped.
+//! * If there is nothing to drop, objects in no state, such as a dropped part, are taken to be where an action can take
+//!   them. Such a guess never counts as reaching the goal.
+//! * If an object appears that the graph does not know, the problem is compiled anew.
+//! * A move that failed, or that had no effect, comes after other objects and places.
+//! * The reference planner only says whether it still finds a plan when the graph is stuck
+//!   ([`RelationalEpisode::reference_moves`]).
+//!
 //! [`Ended`] lists the ways in which an episode ends. The executor knows the learned domain and, from the
 //! task, the grasps. It knows nothing else about the task.
 
 mod activity;
 mod choose;
 mod demonstrate;
+mod guess;
 mod mind;
 mod recorder;
 mod relational;

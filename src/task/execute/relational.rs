@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
+use super::guess::{UNSEEN_M, assumed, is_loose};
 use super::mind::{Belief, Choice, Choices, Memory, Mind, Remembered, Seen, failures};
 use super::recorder::Recorder;
 use super::world::EpisodeWorld;
@@ -204,9 +205,6 @@ pub(super) struct Relational {
     assume: bool,
 }
 
-/// Height at which an object that is not seen is remembered, in metres. No state and no reference is near it.
-const UNSEEN_M: f64 = -1e3;
-
 impl Relational {
     /// Compiles the problem of the objects in `seen`. `before` is the mind before, with its memory: its objects are
     /// kept.
@@ -273,12 +271,7 @@ impl Relational {
         problem.plan(&layout.situation(), &[]).map(|plan| plan.len())
     }
 
-    fn choice(
-        &self,
-        problem: &Problem<'_>,
-        layout: &Layout,
-        m: &Move,
-    ) -> Option<Choice> {
+    fn choice(&self, problem: &Problem<'_>, layout: &Layout, m: &Move) -> Option<Choice> {
         let part = self.objects[m.object].1?;
         let TargetPose { pose, turn } = problem.target(m, layout);
         let chosen = Chosen {
@@ -297,61 +290,6 @@ impl Relational {
         let goal = self.ground.goal(situation);
         goal.map_or_else(String::new, |g| self.ground.domain()[g].name.clone())
     }
-}
-
-/// Returns the situation of a layout. With `assume`, an object in no state, such as one that was dropped, is taken to be
-/// in a state that some action leaves: the one from which the reference planner would move this object first.
-fn assumed(problem: &Problem<'_>, layout: &Layout, assume: bool) -> Situation {
-    let mut situation = layout.situation();
-    if !assume {
-        return situation;
-    }
-    let domain = problem.domain();
-    for i in 0..layout.objects.len() {
-        if situation[i].is_some() || !is_loose(domain, &layout.objects[i]) {
-            continue;
-        }
-        let mut best: Option<((usize, usize), Fact)> = None;
-        for fact in guesses(domain, layout, i) {
-            let mut guess = situation.clone();
-            guess[i] = Some(fact);
-            let Some(plan) = problem.plan(&guess, &[]) else { continue };
-            let Some(at) = plan.iter().position(|m| m.action.object == i) else { continue };
-            if best.is_none_or(|(key, _)| (at, plan.len()) < key) {
-                best = Some(((at, plan.len()), fact));
-            }
-        }
-        situation[i] = best.map(|(_, fact)| fact);
-    }
-    situation
-}
-
-/// Returns whether an object is seen, and of a kind that some action moves.
-fn is_loose(domain: &RelationalDomain, object: &LaidOut) -> bool {
-    let moved = |to: usize| *domain.states[to].kind == *object.kind;
-    object.pose.position[2] > UNSEEN_M / 2.0 && domain.operators.iter().any(|o| moved(o.to))
-}
-
-/// Returns the states that actions leave, with the nearest reference, for an object in no state.
-fn guesses(domain: &RelationalDomain, layout: &Layout, object: usize) -> Vec<Fact> {
-    let own = &layout.objects[object];
-    let mut left: Vec<usize> = domain.operators.iter().flat_map(|o| o.from.clone()).collect();
-    left.sort_unstable();
-    left.dedup();
-    left.retain(|s| *domain.states[*s].kind == *own.kind);
-    let facts = left.into_iter().filter_map(|state| {
-        let reference = match domain.states[state].frame.kind() {
-            None => None,
-            Some(kind) => {
-                let all = layout.objects.iter().enumerate();
-                let all = all.filter(|(i, o)| *i != object && *o.kind == *kind);
-                let near = |o: &LaidOut| o.pose.distance(&own.pose);
-                Some(all.min_by(|a, b| near(a.1).total_cmp(&near(b.1)))?.0)
-            }
-        };
-        Some(Fact { state, place: 0, reference })
-    });
-    facts.collect()
 }
 
 /// Returns the target of a skill for a pose of which `turn` says how much matters.
