@@ -15,7 +15,7 @@ use super::output::{Grid, counted, mm, section, unbroken};
 pub(crate) fn domain_tables(domain: &RelationalDomain) -> String {
     let mut text = String::new();
     let title =
-        format!("{}, positions in metres in the frame", counted(domain.states.len(), "state"));
+        format!("{}, positions in metres in their frame", counted(domain.states.len(), "state"));
     section(&mut text, &title, &state_table(domain));
     section(
         &mut text,
