@@ -15,7 +15,7 @@ use crate::neurons::PopulationPlan;
 use crate::sim::{RunConfig, Seed, SimDuration, SimError, Simulator, StopReason, WorldError};
 use crate::task::domain::{ActionId, ObjectPose, Pose, Snapshot, StateId};
 use crate::task::error::TaskError;
-use crate::task::event::{Chosen, Decided, Ended, Event, Observer};
+use crate::task::event::{Chosen, Decided, Ended, Event, Observer, SkillOutcome, SkillReport};
 use crate::task::planner::{Planner, PlannerSpec};
 use crate::task::relational::{
     Fact, GroundProblem, Grounder, LaidOut, Layout, Located, Move, Problem, RelationalDomain,
@@ -68,6 +68,10 @@ pub struct PreparedEpisode<'d> {
     build_wall: Duration,
 }
 
+/// Height by which a target is raised each time that something was in the way there, in metres.
+const RAISE_M: f64 = 2e-3;
+/// Number of heights that are tried in turn.
+const RAISES: usize = 4;
 /// Number of times that one episode may compile its problem.
 const MOST_COMPILED: usize = 20;
 
@@ -424,16 +428,22 @@ impl Mind for Relational {
             moves.iter().filter_map(|m| self.choice(&problem, &layout, m)).collect();
         // After a failure, another object or another place may succeed. A move that was done already and has to be done
         // again did not have its effect.
-        all.sort_by_key(|choice| {
-            let again = past.iter().filter(|d| {
-                d.begun
-                    && d.chosen.as_ref().zip(choice.chosen.as_ref()).is_some_and(|(a, b)| {
-                        (&a.operator, &a.reference, a.place) == (&b.operator, &b.reference, b.place)
-                            && d.skill.is_some_and(|s| s.part == choice.part)
-                    })
-            });
-            failures(past, choice.part) + again.count()
-        });
+        let before = |choice: &Choice| -> Vec<SkillReport> {
+            let same = |d: &&Decided| {
+                d.chosen.as_ref().zip(choice.chosen.as_ref()).is_some_and(|(a, b)| {
+                    (&a.operator, &a.reference, a.place) == (&b.operator, &b.reference, b.place)
+                })
+            };
+            let skills = past.iter().filter(same).filter_map(|d| d.skill);
+            skills.filter(|s| s.part == choice.part).collect()
+        };
+        all.sort_by_key(|choice| failures(past, choice.part) + before(choice).len());
+        for choice in &mut all {
+            // A target that is a little too low is occupied by what lies below it.
+            let occupied = before(choice);
+            let occupied = occupied.iter().filter(|s| s.outcome == SkillOutcome::Occupied).count();
+            choice.target.position[2] += RAISE_M * (occupied % RAISES) as f64;
+        }
         Choices { all, blocked: false }
     }
 

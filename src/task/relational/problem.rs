@@ -135,6 +135,19 @@ impl<'d> Problem<'d> {
                 }
             }
         }
+        // A bolt goes through the nut that must be there: such places do not exclude each other.
+        let together = |a: usize, b: usize| {
+            domain.operators.iter().filter(|o| o.to == a).any(|operator| {
+                operator.needs.iter().any(|need| {
+                    let held = need.verdict == Verdict::Required
+                        || (need.verdict == Verdict::Undecided && need.holds);
+                    let there =
+                        matches!(need.condition.subject, Subject::At(Role::Target) | Subject::Any);
+                    held && there && need.condition.state == b
+                })
+            })
+        };
+        conflicts.retain(|((a, _), (b, _))| a == b || !together(*a, *b));
         let mut problem = Self {
             domain,
             objects: layout.objects.clone(),
