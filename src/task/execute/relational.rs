@@ -341,8 +341,8 @@ fn laid_out(
 ) -> Layout {
     let mut unseen = vec![false; objects.len()];
     let posed = objects.iter().enumerate().map(|(i, known)| {
-        let found = seen.snapshot.objects.iter().zip(&seen.parts);
-        let found = found.filter(|(object, part)| is_same(known, object, **part)).next();
+        let mut found = seen.snapshot.objects.iter().zip(&seen.parts);
+        let found = found.find(|(object, part)| is_same(known, object, **part));
         let pose = found.map(|(object, _)| object.pose);
         unseen[i] = pose.is_none();
         let pose = pose.unwrap_or(Pose::at([0.0, 0.0, UNSEEN_M * (1.0 + i as f64)]));

@@ -112,13 +112,16 @@ const CROSSTALK: f64 = 0.45;
 /// Greatest number of dimensions that [`Encoded::dimensions_for`] returns.
 pub(super) const MOST_DIMENSIONS: usize = 8192;
 
+/// Named factors and fillers of pointers.
+type Atoms<V> = Vec<(String, PointerValue<V>)>;
+
 /// Draws the factors of the named pointers, and returns them with each pointer and its name.
 fn compose<V: VocabTag>(
     names: &[&str],
     composition: &Composition,
     dim: usize,
     seed: Seed,
-) -> Result<(Vocabulary<V>, Vec<(String, PointerValue<V>)>), TaskError> {
+) -> Result<(Vocabulary<V>, Atoms<V>), TaskError> {
     let mut roles: BTreeSet<&str> = BTreeSet::new();
     let mut fillers: BTreeSet<String> = BTreeSet::new();
     let filler = |part: Part, name: &str| match part {

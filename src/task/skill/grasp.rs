@@ -214,7 +214,7 @@ mod tests {
             for frame in all {
                 assert!((frame.rotation * Vector::Z - axis).length() < 1e-9);
                 let height = (frame.rotation * Vector::X).z.abs();
-                assert!(height < 1e-9 || height > 1.0 - 1e-9, "{height}");
+                assert!(!(1e-9..=1.0 - 1e-9).contains(&height), "{height}");
             }
         }
     }

@@ -86,7 +86,7 @@ mod tests {
             tilts_deg: vec![0.0, 40.0],
             around: Some(Around { axis: [0.0, 0.0, 1.0], times: 2 }),
         };
-        let upright = grasps(&[side.clone()], &BodyFrame::at([0.4, 0.0, 0.012]));
+        let upright = grasps(std::slice::from_ref(&side), &BodyFrame::at([0.4, 0.0, 0.012]));
         assert_eq!(
             upright.len(),
             6,
@@ -97,7 +97,10 @@ mod tests {
         assert!((upright[2].approach[2] + 40f64.to_radians().cos()).abs() < 1e-12);
         let fallen = Turn::about_x(std::f64::consts::FRAC_PI_2);
         let fallen = BodyFrame { position: [0.4, 0.0, 0.012], turn: fallen };
-        assert!(grasps(&[side.clone()], &fallen).len() == 2, "only tilts towards the side");
+        assert!(
+            grasps(std::slice::from_ref(&side), &fallen).len() == 2,
+            "only tilts towards the side"
+        );
         let around_x = Some(Around { axis: [1.0, 0.0, 0.0], times: 4 });
         let any = GraspData { around: around_x, ..side };
         assert!(grasps(&[any], &fallen).iter().take(2).all(|g| g.approach[2] < -0.99));
