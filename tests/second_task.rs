@@ -106,7 +106,6 @@ impl Task for Tower {
                 release_m: self.half_m + 0.006,
                 in_the_way_m: self.half_m,
                 ..Handling::default()
-                fall_m: 0.0,
             },
             look: look(colour),
         };
