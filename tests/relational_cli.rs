@@ -133,7 +133,7 @@ fn classify_tells_the_reference_and_keeps_states_along_a_demonstration() {
     assert_eq!(all.len(), 6 * 6 * 4);
     let last = |id: &str| {
         let own = all.iter().filter(|l| l["demo"] == 2 && l["id"] == id);
-        own.last().expect("lines").clone()
+        own.next_back().expect("lines").clone()
     };
     for cup in 0..2 {
         let line = last(&format!("cup_{cup}"));
