@@ -132,7 +132,7 @@ fn classify_tells_the_reference_and_keeps_states_along_a_demonstration() {
     let all = lines(&ok(folder.path(), &["classify", "domain.json", "cups.jsonl", "--json"]));
     assert_eq!(all.len(), 6 * 6 * 4);
     let last = |id: &str| {
-        let own = all.iter().filter(|l| l["demo"] == 2 && l["id"] == id);
+        let mut own = all.iter().filter(|l| l["demo"] == 2 && l["id"] == id);
         own.next_back().expect("lines").clone()
     };
     for cup in 0..2 {

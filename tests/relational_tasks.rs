@@ -1,120 +1,97 @@
-//! The tasks in physics over relational domains: demonstrated, learned and done by the planner graph.
+//! The tasks in physics over relational domains: demonstrated, learned, and done by the planner graph in scenes unlike
+//! those shown.
+//!
+//! `EPISODES`, `DROPS`, `DISTURB`, `NOISE_MM`, `OUTLIERS`, `DEMOS`, `SEED` and `TASK` change the measurement, which then
+//! asserts nothing.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 #![cfg(feature = "physics")]
 
-use std::time::Instant;
-
+use rayon::prelude::*;
 use symbolt::sim::Seed;
-use symbolt::task::event::{Ended, Ignore};
+use symbolt::task::event::{EpisodeReport, Ignore};
 use symbolt::task::execute::{EpisodeSpec, PlannerBuild, demonstrate_sensed, relational_episode};
 use symbolt::task::learn::{Settings, learn_relational};
+use symbolt::task::relational::RelationalDomain;
+use symbolt::task::tasks::Task;
 use symbolt::task::{Sensing, tasks};
 
+use std::sync::Arc;
+
 /// Reads a number from the environment.
-fn number(name: &str, default: f64) -> f64 {
-    std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
+fn number(name: &str) -> Option<f64> {
+    std::env::var(name).ok()?.parse().ok()
+}
+
+fn learned(task: &dyn Task, demos: usize, sensing: &Sensing, seed: Seed) -> RelationalDomain {
+    let shown = demonstrate_sensed(task, demos, sensing, seed, &mut Ignore).expect("it is shown");
+    assert_eq!(shown.solved, demos, "{}", task.name());
+    learn_relational(&shown.recording, &Settings::default()).expect("it teaches").domain
+}
+
+fn episode(
+    task: &Arc<dyn Task>,
+    domain: &RelationalDomain,
+    sensing: Sensing,
+    seed: u64,
+) -> EpisodeReport {
+    let seed = Seed::new(seed);
+    let spec = EpisodeSpec {
+        task: task.clone(),
+        sensing,
+        drop_rate: number("DROPS").unwrap_or(0.0),
+        perturbation: number("DISTURB").and_then(|_| task.perturbation(seed)),
+        ..EpisodeSpec::default()
+    };
+    let over = relational_episode(domain, &PlannerBuild::default(), &spec, seed, &mut Ignore);
+    over.expect("it runs").episode.report
 }
 
 #[test]
-#[ignore = "a measurement: minutes for each task; TASK, EPISODES, DROPS, NOISE_MM and OUTLIERS select"]
+fn a_drawer_is_opened_filled_and_closed_as_it_was_shown() {
+    let task = tasks::by_name("drawer").expect("it is built in");
+    let domain = learned(&*task, 5, &Sensing::default(), Seed::new(1));
+    let report = episode(&task, &domain, Sensing::default(), 100);
+    assert!(report.solved && !report.false_goal(), "{report:?}");
+    let put: Vec<_> = report.decisions.iter().filter_map(|d| d.chosen.as_ref()).collect();
+    assert_eq!(put.len(), 3, "{report:?}");
+    assert_eq!(put[1].object, "block_0");
+    assert!(put[1].reference.as_ref().is_some_and(|r| r.starts_with("drawer")), "{put:?}");
+}
+
+#[test]
+#[ignore = "long statistics: 40 demonstrations and 80 episodes"]
 fn tasks_are_done_in_scenes_unlike_those_shown() {
     let only = std::env::var("TASK").ok();
-    let noise = number("NOISE_MM", 0.0);
+    let noise = number("NOISE_MM").unwrap_or(0.0);
     let sensing = Sensing {
         pose_noise_m: noise * 1e-3,
         pose_noise_deg: noise,
-        outlier_rate: number("OUTLIERS", 0.0),
+        outlier_rate: number("OUTLIERS").unwrap_or(0.0),
         ..Sensing::default()
     };
-    for task in tasks::all().iter().filter(|t| only.as_ref().is_none_or(|o| o == t.name())) {
-        let began = Instant::now();
-        let seed = Seed::new(number("SEED", 1.0) as u64);
-        let demos = number("DEMOS", 5.0) as usize;
-        let shown = demonstrate_sensed(&**task, demos, &sensing, seed, &mut Ignore);
-        let shown = shown.expect("it can be shown");
-        let shown_s = began.elapsed().as_secs_f64();
-        let learned = learn_relational(&shown.recording, &Settings::default());
-        let Ok(learned) = learned else {
-            println!("{}: {}", task.name(), learned.expect_err("nothing"));
-            continue;
-        };
-        let domain = learned.domain;
-        println!(
-            "{}: {} of {demos} shown in {shown_s:.0} s; states {:?}; goals {:?}",
-            task.name(),
-            shown.solved,
-            domain.states.iter().map(|s| s.name.as_str()).collect::<Vec<_>>(),
-            domain
-                .goals
-                .iter()
-                .map(|g| format!("{} {:?}", domain.states[g.state].name, g.quantity))
-                .collect::<Vec<_>>(),
-        );
-        let (mut solved, mut wrong, of) = (0, 0, number("EPISODES", 5.0) as u64);
-        for n in 0..of {
-            let perturbation = match number("DISTURB", 0.0) > 0.0 {
-                true => task.perturbation(Seed::new(100 + n)),
-                false => None,
-            };
-            let spec = EpisodeSpec {
-                task: task.clone(),
-                sensing,
-                drop_rate: number("DROPS", 0.0),
-                perturbation,
-                ..EpisodeSpec::default()
-            };
-            let began = Instant::now();
-            let over = relational_episode(
-                &domain,
-                &PlannerBuild::default(),
-                &spec,
-                Seed::new(100 + n),
-                &mut Ignore,
-            );
-            let over = match over {
-                Ok(over) => over,
-                Err(error) => {
-                    println!("   {n}: {error}");
-                    continue;
-                }
-            };
-            let report = &over.episode.report;
-            solved += u32::from(report.solved);
-            wrong += u32::from(report.false_goal());
-            let d = over.grounds[0].domain();
-            let done: Vec<String> =
-                report.attempts().map(|(action, outcome)| format!("{action}:{outcome}")).collect();
-            if !report.solved || report.ended != Ended::GoalMet {
-                println!(
-                    "   {n}: {:?} solved {} reference {:?} {done:?}",
-                    report.ended, report.solved, over.reference_moves
-                );
-                if let (Ended::Stuck(_), Some(last)) = (&report.ended, over.grounds.last()) {
-                    let holds = &report.decisions.last().expect("one").holds;
-                    println!("      holds {holds:?}");
-                    let d = last.domain();
-                    for a in d.operators() {
-                        let (needs, effects) = (d.names(&a.preconditions), d.names(&a.effects));
-                        println!("      {} {needs:?} -> {effects:?}", a.name);
-                    }
-                }
-            }
-            if n == 0 {
-                println!(
-                    "   {} facts, {} actions, {:.0} ms to build, {:.1} s simulated, {:.1} s wall, {} compiled, {done:?}",
-                    d.states().len(),
-                    d.operators().len(),
-                    over.build_wall.as_secs_f64() * 1e3,
-                    report.simulated_s,
-                    began.elapsed().as_secs_f64(),
-                    over.grounds.len()
-                );
-            }
+    let asked = ["DROPS", "DISTURB", "NOISE_MM", "OUTLIERS", "DEMOS", "SEED", "EPISODES", "TASK"];
+    let measured_only = asked.iter().any(|name| std::env::var_os(name).is_some());
+    let demos = number("DEMOS").unwrap_or(5.0) as usize;
+    let seed = Seed::new(number("SEED").unwrap_or(1.0) as u64);
+    let of = number("EPISODES").unwrap_or(10.0) as u64;
+    let all = tasks::all();
+    assert_eq!(all.len(), 8);
+    for task in all.iter().filter(|t| only.as_ref().is_none_or(|o| o == t.name())) {
+        let domain = learned(&**task, demos, &sensing, seed);
+        let run = |n: u64| episode(task, &domain, sensing, 100 + n);
+        let reports: Vec<EpisodeReport> = (0..of).into_par_iter().map(run).collect();
+        let solved = reports.iter().filter(|r| r.solved).count();
+        let wrong = reports.iter().filter(|r| r.false_goal()).count();
+        println!("{}: {solved} of {of} solved, {wrong} false goals", task.name());
+        for report in reports.iter().filter(|r| !r.solved) {
+            println!("    {:?}", report.ended);
         }
-        println!(
-            "   {solved} of {of} solved, {wrong} false goals, {:.0} s",
-            began.elapsed().as_secs_f64()
-        );
+        if !measured_only {
+            // Rollers can come to rest where no demonstration showed one.
+            let least = if task.name() == "sorting" { 6 } else { 9 };
+            assert!(solved >= least, "{}: {solved} of {of}", task.name());
+            assert_eq!(wrong, 0, "{}", task.name());
+        }
     }
 }

@@ -281,11 +281,11 @@ fn bad_files_are_refused_by_file_and_line_or_field() {
 }
 
 #[test]
-#[ignore = "200 demonstrations: some minutes"]
+#[ignore = "80 demonstrations: some minutes"]
 fn nearly_every_demonstration_solves_its_task() {
     for text in [TABLE, TOWER, FLANGE, SORTING] {
         let task = task(text);
-        let shown = demonstrate(&task, 50, Seed::new(7)).expect("it can be shown");
-        assert!(shown.solved >= 49, "{}: {} of 50", task.name(), shown.solved);
+        let shown = demonstrate(&task, 20, Seed::new(7)).expect("it can be shown");
+        assert!(shown.solved >= 19, "{}: {} of 20", task.name(), shown.solved);
     }
 }
