@@ -38,6 +38,8 @@ pub struct Grounder {
 
 /// Standard deviation of a place seen once, and the smallest one: in metres and in radians.
 const PRIOR: (f64, f64) = (3e-3, 0.06);
+/// Standard deviation of a place in which objects were found, if it was seen once, in metres.
+const FOUND_M: f64 = 1e-2;
 const FLOOR: (f64, f64) = (1e-3, 0.02);
 /// Tilt up to which a placed object counts as upright, in radians.
 const TILT: f64 = 0.14;
@@ -162,12 +164,20 @@ impl Grounder {
         Located { fact: Some(best.fact), distance: Some(best.distance), ambiguous }
     }
 
-    fn spread(&self, sd: f64, count: usize, angle: bool) -> f64 {
+    /// Returns the standard deviation in metres with which a coordinate is compared. Objects that were found can lie on
+    /// another side, or on each other.
+    fn spread(&self, sd: f64, count: usize, found: bool) -> f64 {
+        let prior = if found { FOUND_M } else { PRIOR.0 };
         let n = count.max(1) as f64;
-        let pick = |pair: (f64, f64)| if angle { pair.1 } else { pair.0 };
-        let noise = if angle { self.noise_rad } else { self.noise_m };
-        let variance = (pick(PRIOR).powi(2) + (n - 1.0) * sd * sd) / n;
-        (variance + noise * noise).sqrt().max(pick(FLOOR))
+        let variance = (prior * prior + (n - 1.0) * sd * sd) / n;
+        (variance + self.noise_m * self.noise_m).sqrt().max(FLOOR.0)
+    }
+
+    /// Returns the standard deviation in radians with which an orientation is compared.
+    fn angular_spread(&self, sd: f64, count: usize) -> f64 {
+        let n = count.max(1) as f64;
+        let variance = (PRIOR.1 * PRIOR.1 + (n - 1.0) * sd * sd) / n;
+        (variance + self.noise_rad * self.noise_rad).sqrt().max(FLOOR.1)
     }
 
     /// Returns the distance in standard deviations, and the log density.
@@ -181,7 +191,7 @@ impl Grounder {
                     let spread = if state.any_coordinate {
                         FLOOR.0.hypot(self.noise_m)
                     } else {
-                        self.spread(sd, place.count, false)
+                        self.spread(sd, place.count, state.origin == Origin::Found)
                     };
                     let z = (x - mean) / spread;
                     tight.push(z);
@@ -210,7 +220,7 @@ impl Grounder {
         let mean = Pose { position: pose.position, orientation: place.orientation };
         if state.turn_matters {
             if let Some((angle, sd)) = state.turn.deviation(&mean, pose) {
-                let spread = self.spread(sd, place.count, true);
+                let spread = self.angular_spread(sd, place.count);
                 let z = angle / spread;
                 squares += z * z;
                 density -= 2.0 * spread.ln() + 0.5 * z * z;
