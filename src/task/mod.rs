@@ -4,11 +4,15 @@
 //!
 //! 1. **Get a recording.** [`Recording::read`] reads one from a file. [`demonstrate`] records scripted demonstrations
 //!    in the Rapier scene.
-//! 2. **Learn a domain.** [`learn::learn`] infers states and operators from a [`Recording`] and returns a [`Domain`].
-//!    To write a domain in code instead, use [`DomainBuilder`].
-//! 3. **Plan.** A [`Classifier`] finds the state of each object in a scene, given as a [`Snapshot`], and returns the
-//!    [`WorldState`]. A [`planner::Planner`] then gives its [`Verdict`]: the next action, goal met, or stuck.
-//! 4. **Execute.** [`execute::episode`] runs the closed loop in the scene: look, decide, act, repeat.
+//! 2. **Learn a domain.** [`learn::learn_relational`] infers states in the frames of objects and operators with
+//!    parameters, and returns a [`relational::RelationalDomain`]. [`learn::learn`] is the learner of the paper and
+//!    returns a [`Domain`]. To write a domain in code instead, use [`DomainBuilder`].
+//! 3. **Plan.** A [`relational::Grounder`] finds the state and the reference of each object in a scene, given as a
+//!    [`Snapshot`]. [`relational::Problem::ground`] turns scene and goal into a [`Domain`], and a [`planner::Planner`]
+//!    gives its [`Verdict`]: the next action, goal met, or stuck. For the paper's domains, a [`Classifier`] takes the
+//!    place of the grounder.
+//! 4. **Execute.** [`execute::relational_episode`] and [`execute::episode`] run the closed loop in the scene: look,
+//!    decide, act, repeat.
 //!
 //! *The paper* is X. Yao, P. Blouw, S. Nair and B. Tripp, "Inferring symbols from demonstrations to support
 //! vector-symbolic planning in a robotic assembly task".
@@ -18,6 +22,7 @@
 //! | submodule | contents |
 //! |---|---|
 //! | [`domain`] | states, operators, recordings, classification of objects, the reference planner |
+//! | [`relational`] | states in frames, operators with parameters, goals; grounding and planning with them |
 //! | [`event`] | progress events and observers |
 //! | [`learn`] | learning a domain from a recording |
 //! | [`planner`] | the planner graph over a domain |
