@@ -234,14 +234,18 @@ impl Grounder {
     }
 }
 
-/// Returns the angle between an object's axis and the axis in the mean pose, whatever their signs.
+/// Returns the angle between an object's axis and the axis in the mean pose, whatever their signs. Of a fully constrained
+/// orientation, the axis that deviates least is taken: the object may be symmetric about any of them.
 fn tilt(turn: &Turn, mean: &Pose, pose: &Pose) -> f64 {
-    let axis = match turn {
-        Turn::Axis { axis, .. } => Vector3::from(*axis),
-        // The object's axis that is vertical in the mean pose.
-        _ => mean.rotation().inverse() * Vector3::z(),
+    let off = |axis: Vector3<f64>| {
+        let angle = (mean.rotation() * axis).angle(&(pose.rotation() * axis));
+        angle.min(std::f64::consts::PI - angle)
     };
-    let (a, b) = (mean.rotation() * axis, pose.rotation() * axis);
-    let angle = a.angle(&b);
-    angle.min(std::f64::consts::PI - angle)
+    match turn {
+        Turn::Axis { axis, .. } => off(Vector3::from(*axis)),
+        _ => [Vector3::x(), Vector3::y(), Vector3::z()]
+            .map(off)
+            .into_iter()
+            .fold(f64::INFINITY, f64::min),
+    }
 }
