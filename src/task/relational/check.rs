@@ -93,9 +93,12 @@ impl RelationalDomain {
     }
 }
 
+/// Greatest number of places of a state.
+const MOST_PLACES: usize = 200;
+
 fn fault_of_state(state: &FrameState) -> Option<&'static str> {
-    if state.places.is_empty() {
-        return Some("has no places; expected at least one");
+    if !(1..=MOST_PLACES).contains(&state.places.len()) {
+        return Some("has no places or too many; expected 1 to 200");
     }
     for place in &state.places {
         let square: f64 = place.orientation.iter().map(|v| v * v).sum();

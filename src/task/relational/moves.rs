@@ -142,7 +142,7 @@ impl Problem<'_> {
             .map(|(_, o)| Vector3::from(relative(frame, &o.pose).position))
             .collect();
         let across: Vec<&(usize, f64, f64)> =
-            open.iter().filter(|(_, low, high)| high - low > ROOMY_M).collect();
+            open.iter().filter(|(i, low, high)| *i != 2 && high - low > ROOMY_M).collect();
         let mut best = (f64::NEG_INFINITY, middle);
         let total = CANDIDATES.pow(across.len().min(3) as u32);
         for n in 0..total {

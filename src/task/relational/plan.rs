@@ -25,7 +25,7 @@ pub struct PlannedMove {
     pub decided: bool,
 }
 
-/// Greatest number of situations that a search expands.
+/// Greatest number of situations that a search generates.
 const MOST: usize = 20_000;
 
 struct Node {

@@ -254,7 +254,7 @@ impl<'d> Problem<'d> {
                 let kind = state.frame.kind().unwrap_or_default();
                 self.of_kind(kind).map(|r| n.saturating_sub(count(Some(r)))).sum()
             }
-            Quantity::EachObject => self.of_kind(&state.kind).count() - count(None),
+            Quantity::EachObject => self.of_kind(&state.kind).count().saturating_sub(count(None)),
         }
     }
 

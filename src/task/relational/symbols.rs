@@ -180,6 +180,16 @@ impl<'p> Symbols<'p> {
         if action.source.given {
             parts.push(Factor { part: Part::Symbol, filler: "IN_THE_WAY".into() });
         }
+        // Actions that differ only in the objects that do not count, or in their number, need pointers of their own.
+        if !action.source.except.is_empty() {
+            let but: Vec<String> = action.source.except.iter().map(|i| self.id(*i)).collect();
+            parts.push(Factor { part: Part::Count, filler: format!("BUT_{}", but.join("_")) });
+        }
+        if (action.source.least, action.source.most) != (1, None) {
+            let (least, most) = (action.source.least, action.source.most);
+            let most = most.map_or_else(String::new, |m| format!("_TO_{m}"));
+            parts.push(Factor { part: Part::Count, filler: format!("FROM_{least}{most}") });
+        }
         if self.taken.contains(&name) {
             name = format!("{name}_OUT_OF_{}", leaves.into_iter().collect::<Vec<_>>().join("_OR_"));
         }

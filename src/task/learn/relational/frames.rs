@@ -30,11 +30,8 @@ impl<'m, 'r> Frames<'m, 'r> {
     pub fn new(motion: &'m Motion<'r>) -> Self {
         let mut names: BTreeMap<Arc<str>, BTreeSet<usize>> = BTreeMap::new();
         let mut handled: BTreeSet<Arc<str>> = BTreeSet::new();
-        for (d, tracks) in motion.tracks.iter().enumerate() {
-            for track in tracks {
-                names.entry(track.kind.clone()).or_default();
-                let _ = d;
-            }
+        for track in motion.tracks.iter().flatten() {
+            names.entry(track.kind.clone()).or_default();
         }
         for rest in &motion.rests {
             let kind = motion.tracks[rest.demo][rest.track].kind.clone();

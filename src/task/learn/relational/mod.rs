@@ -6,7 +6,8 @@
 //! # Method
 //!
 //! 1. **Rests.** Objects are followed by position and id. Each time for which an object rests gives one pose, the
-//!    median of its snapshots. The noise of the poses is estimated from objects that nobody moved. Poses that disagree
+//!    median of its snapshots. The noise of the poses is the lower quartile of the differences between
+//!    consecutive snapshots, because most objects rest. Poses that disagree
 //!    with their neighbours are outliers.
 //! 2. **States.** The rests of each kind are clustered. Each cluster has its own frame: the world, or the nearest
 //!    object of some kind. Clusters merge while the marginal likelihood under a Chinese-restaurant prior rises. The
@@ -14,11 +15,11 @@
 //!    the frame in which the placements are tight wins. Clusters in one frame with the same sources and sinks become
 //!    one state with several places.
 //! 3. **Operators.** The parameters are the object, the reference of its old state (origin) and of its new state
-//!    (target). Conditions are counted over the demonstrated instances. A condition about a parameter that always held
-//!    is *required*. A condition about another object that always held is *undecided*: it may be a coincidence. A
-//!    condition that was false once is dismissed. The same rule gives conditions that must be *absent*. It follows safe
-//!    action model learning (Juba, Le and Stern, "Safe learning of lifted action models", KR 2021), with parameters
-//!    found from the data.
+//!    (target). Conditions are counted over the demonstrated instances. A state in which a parameter itself always was
+//!    is *required*. A condition about another object that always held, or never, is *undecided*: it may be a
+//!    coincidence. The planner meets undecided conditions where it can. What never rested on the moved object must be
+//!    *absent*. A condition that was false once is dismissed, as in safe action model learning (Juba, Le and Stern,
+//!    "Safe learning of lifted action models", KR 2021).
 //! 4. **Goal.** The goal is the conjunction of the terms that some action achieves and that hold at the end of at least
 //!    nine in ten demonstrations.
 //!
@@ -57,7 +58,7 @@ pub struct RelationallyLearned {
 /// Learns a relational domain from a recording.
 ///
 /// # Errors
-/// * [`TaskError::Setting`] for an invalid exponent or threshold.
+/// * [`TaskError::Setting`] for an invalid exponent; for an invalid threshold if there is only one demonstration.
 /// * [`TaskError::NothingToLearn`] if no demonstration has two snapshots, no object moved, or there was no attempt.
 pub fn learn_relational(
     recording: &Recording,

@@ -117,6 +117,11 @@ impl<'r> Motion<'r> {
         &self.recording.demos[demo]
     }
 
+    /// Returns whether the poses have errors of sensing.
+    pub fn is_noisy(&self) -> bool {
+        self.noise.position_m > NOISY_M || self.outliers > 0
+    }
+
     /// Returns the rest of a track in a snapshot.
     pub fn rest_at(&self, demo: usize, track: usize, snapshot: usize) -> Option<&Rest> {
         Some(&self.rests[self.index_at(demo, track, snapshot)?])
@@ -196,7 +201,7 @@ impl<'r> Motion<'r> {
         let demo = self.demo(d);
         let poses: Vec<(usize, Pose)> =
             (from..=to).filter_map(|s| Some((s, *self.tracks[d][t].pose(demo, s)?))).collect();
-        let kept = self.without_outliers(&poses);
+        let kept = self.without_outliers(d, &poses);
         self.outliers += poses.len() - kept.len();
         let mut came = came;
         let mut group: Vec<(usize, Pose)> = Vec::new();
@@ -211,16 +216,24 @@ impl<'r> Motion<'r> {
         self.finish(d, t, &group, came);
     }
 
-    /// Leaves out a single pose at either end that disagrees with two others, in noisy recordings.
-    fn without_outliers(&self, poses: &[(usize, Pose)]) -> Vec<(usize, Pose)> {
+    /// Leaves out a single pose at either end that disagrees with two others, in noisy recordings. A pose stays if a hand
+    /// moved something meanwhile that may have carried the object.
+    fn without_outliers(&self, d: usize, poses: &[(usize, Pose)]) -> Vec<(usize, Pose)> {
         let mut kept = poses.to_vec();
+        let handled = |from: usize, to: usize| {
+            let of = self.attempts.iter().filter(|a| a.demo == d && a.declared);
+            of.clone().any(|a| a.before <= from && to <= a.after)
+        };
         if self.noise.position_m > NOISY_M {
-            let lone = |a: &Pose, b: &Pose, c: &Pose| self.differs(a, b) && !self.differs(b, c);
-            if kept.len() >= 3 && lone(&kept[0].1, &kept[1].1, &kept[2].1) {
+            let lone = |a: (usize, Pose), b: (usize, Pose), c: &Pose| {
+                let between = handled(a.0.min(b.0), a.0.max(b.0));
+                !between && self.differs(&a.1, &b.1) && !self.differs(&b.1, c)
+            };
+            if kept.len() >= 3 && lone(kept[0], kept[1], &kept[2].1) {
                 kept.remove(0);
             }
             let n = kept.len();
-            if n >= 3 && lone(&kept[n - 1].1, &kept[n - 2].1, &kept[n - 3].1) {
+            if n >= 3 && lone(kept[n - 1], kept[n - 2], &kept[n - 3].1) {
                 kept.pop();
             }
         }
@@ -305,8 +318,15 @@ fn hold_fixtures(recording: &Recording, tracks: &mut [Vec<Track>], least_m: f64)
     out
 }
 
+/// Greatest number of poses that make a median.
+const SAMPLE: usize = 64;
+
 /// Returns the median position and the mean orientation of the poses near the median.
 fn median(poses: &[Pose]) -> Pose {
+    // An even sample of many poses, because the orientations are compared pair by pair.
+    let step = poses.len().div_ceil(SAMPLE).max(1);
+    let sampled: Vec<Pose> = poses.iter().step_by(step).copied().collect();
+    let poses = &sampled;
     let position = std::array::from_fn(|i| {
         let mut values: Vec<f64> = poses.iter().map(|p| p.position[i]).collect();
         values.sort_by(f64::total_cmp);

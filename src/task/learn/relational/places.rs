@@ -32,9 +32,10 @@ pub(super) struct Group {
 }
 
 /// Returns whether the poses of a state are as good as scattered over the scene. Such poses are outliers.
-pub(super) fn is_scattered(places: &[Group], demos: usize) -> bool {
-    // A few poses say too little.
-    demos >= MANY && places.iter().map(|g| g.evidence).sum::<f64>() < EVIDENCE
+pub(super) fn is_scattered(places: &[Group], support: usize, demos: usize) -> bool {
+    // A few poses say too little, and what occurs in nearly all demonstrations is no error.
+    let common = 4 * support >= 3 * demos;
+    demos >= MANY && !common && places.iter().map(|g| g.evidence).sum::<f64>() < EVIDENCE
 }
 
 /// Returns the frame in which these groups can be places of one state: the frame with the greatest posterior, if each

@@ -76,7 +76,8 @@ pub(super) fn find(motion: &Motion<'_>) -> States {
         let groups = frames.without_nudges(kind, groups);
         for places in frames.together(groups) {
             let all: Vec<usize> = places.iter().flat_map(|g| g.rests.clone()).collect();
-            if !frames.supported(&all) || is_scattered(&places, motion.recording.demos.len()) {
+            let (support, demos) = (frames.support(&all), motion.recording.demos.len());
+            if support < least_support(demos) || is_scattered(&places, support, demos) {
                 lost.extend(all);
                 continue;
             }
@@ -182,9 +183,9 @@ impl Frames<'_, '_> {
         (split, likelihood.turns)
     }
 
-    /// Returns whether a state occurs in enough demonstrations.
-    fn supported(&self, rests: &[usize]) -> bool {
+    /// Returns the number of demonstrations in which some rests occur.
+    fn support(&self, rests: &[usize]) -> usize {
         let demos: BTreeSet<usize> = rests.iter().map(|r| self.motion.rests[*r].demo).collect();
-        demos.len() >= least_support(self.motion.recording.demos.len())
+        demos.len()
     }
 }
