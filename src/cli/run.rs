@@ -155,7 +155,7 @@ struct Ran {
 /// What runs the episodes: a planner graph for all of them, or a domain over which each episode builds its own.
 enum Runner<'l> {
     Plain { planner: Arc<Planner>, goal: StateId },
-    Relational { domain: &'l RelationalDomain, build: PlannerBuild, least: usize },
+    Relational { domain: &'l RelationalDomain, build: Box<PlannerBuild>, least: usize },
 }
 
 impl<'l> Runner<'l> {
@@ -175,6 +175,7 @@ impl<'l> Runner<'l> {
                     plan: PopulationPlan::all(args.planner.mode.parse::<Population>()?),
                     seed: Seed::new(args.common.seed),
                 };
+                let build = Box::new(build);
                 Self::Relational { domain: &learned.domain, build, least: task.min_actions() }
             }
         })

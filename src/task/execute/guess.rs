@@ -13,21 +13,28 @@ pub(super) fn assumed(problem: &Problem<'_>, layout: &Layout, assume: bool) -> S
         return situation;
     }
     let domain = problem.domain();
-    for i in 0..layout.objects.len() {
-        if situation[i].is_some() || !is_loose(domain, &layout.objects[i]) {
-            continue;
-        }
+    let unknown: Vec<(usize, Vec<Fact>)> = (0..layout.objects.len())
+        .filter(|i| situation[*i].is_none() && is_loose(domain, &layout.objects[*i]))
+        .map(|i| (i, guesses(domain, layout, i)))
+        .collect();
+    // All are guessed first: a goal that needs two of them has no plan with one alone.
+    for (i, facts) in &unknown {
+        situation[*i] = facts.first().copied();
+    }
+    for (i, facts) in &unknown {
         let mut best: Option<((usize, usize), Fact)> = None;
-        for fact in guesses(domain, layout, i) {
+        for fact in facts {
             let mut guess = situation.clone();
-            guess[i] = Some(fact);
+            guess[*i] = Some(*fact);
             let Some(plan) = problem.plan(&guess, &[]) else { continue };
-            let Some(at) = plan.iter().position(|m| m.action.object == i) else { continue };
+            let Some(at) = plan.iter().position(|m| m.action.object == *i) else { continue };
             if best.is_none_or(|(key, _)| (at, plan.len()) < key) {
-                best = Some(((at, plan.len()), fact));
+                best = Some(((at, plan.len()), *fact));
             }
         }
-        situation[i] = best.map(|(_, fact)| fact);
+        if let Some((_, fact)) = best {
+            situation[*i] = Some(fact);
+        }
     }
     situation
 }

@@ -14,6 +14,10 @@ use crate::task::relational::{Coordinate, Frame, FrameState, Place, ROOMY_M, Tur
 
 /// Standard deviation above which an orientation is free, in radians.
 const WILD_RAD: f64 = 0.35;
+/// Number of poses below which a loose agreement is taken for chance.
+const FEW: usize = 8;
+/// Spread of a loose agreement, in standard deviations of careful placing.
+const CHANCE_SD: f64 = 5.0;
 
 impl Frames<'_, '_> {
     /// Returns the objects of the first snapshot whose kind never moved.
@@ -84,7 +88,7 @@ impl Frames<'_, '_> {
     fn place(&self, poses: &[Pose], turn: &Turn, frame: usize, likelihood: &Likelihood) -> Place {
         let n = poses.len();
         let extent = self.extent_in(frame);
-        let coordinates = std::array::from_fn(|i| {
+        let mut coordinates: [Coordinate; 3] = std::array::from_fn(|i| {
             let mut values: Vec<f64> = poses.iter().map(|p| p.position[i]).collect();
             let (sum, square) = values.iter().fold((0.0, 0.0), |(s, q), v| (s + v, q + v * v));
             let (tight, open) = likelihood.coordinate(n, sum, square, extent[i]);
@@ -105,6 +109,17 @@ impl Frames<'_, '_> {
                 Coordinate::Open { low, high }
             }
         });
+        // Beside an open coordinate, few poses that agree loosely in another one agree by chance.
+        let careful = CHANCE_SD * PLACED_M.hypot(self.motion.noise.position_m);
+        if n < FEW && coordinates.iter().any(|c| c.is_open()) {
+            for (i, coordinate) in coordinates.iter_mut().enumerate() {
+                if matches!(coordinate, Coordinate::Tight { sd, .. } if *sd > careful) {
+                    let values = poses.iter().map(|p| p.position[i]);
+                    let low = values.clone().fold(f64::INFINITY, f64::min);
+                    *coordinate = Coordinate::Open { low, high: values.fold(low, f64::max) };
+                }
+            }
+        }
         Place { coordinates, orientation: central(poses, turn), count: n }
     }
 }
