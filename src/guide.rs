@@ -4,7 +4,7 @@
 //! |---|---|
 //! | modellers of cognition | [`planner_graph`]: a planner graph in code; [`timing`]: when each step of a plan is reached; [`ablation`]: what a part contributes |
 //! | engineers | [`own_module`]: your own module, node or world |
-//! | roboticists | [`own_task`]: your own task from recordings; `scene`: other sizes, places and motors (feature `physics`) |
+//! | roboticists | [`own_task`]: your own task from recordings; `task_file`: a task in a file; `scene`: other sizes, places and motors (feature `physics`) |
 
 /// A module that shows a file of `docs`. Its links come first and replace those of the file, which lead to other files.
 macro_rules! guide {
@@ -24,4 +24,6 @@ guide!(own_task, "../docs/own_task.md");
 guide!(planner_graph, "../docs/planner_graph.md");
 #[cfg(feature = "physics")]
 guide!(scene, "../docs/scene.md");
+#[cfg(feature = "physics")]
+guide!(task_file, "../docs/task_file.md");
 guide!(timing, "../docs/timing.md");
