@@ -16,7 +16,7 @@
 //! The synthetic demonstrations of [`nuts_and_bolts`] need no physics. Everything else here needs the feature
 //! `physics`.
 //!
-//! All but the first are [task files](file): data that describe scene, grasps, goal and perturbations. Write such a file
+//! The last four are [task files](mod@file): data that describe scene, grasps, goal and perturbations. Write such a file
 //! for a task of your own, if its goal can be said in relations.
 //!
 //! # Adding a task in code
