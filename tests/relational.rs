@@ -1,6 +1,6 @@
 //! Relational learning in kinematic worlds with known truth: episodes solved, states, poses and needs.
 //!
-//! The marks hold for seeds that no setting of the learner was chosen on.
+//! The seeds of the marks were new when they were first measured. Later changes of the learner were checked on them.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
