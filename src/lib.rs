@@ -153,8 +153,8 @@ pub mod prelude {
         Vector, VocabTag,
     };
     pub use crate::spa::{
-        AssociativeMemory, BasalGanglia, Bind, CleanupMemory, Gate, GoalBuffer, State, Superpose,
-        Unbind, UnbindFixed, Vocabulary, VocabularyBuilder, cosine, dot,
+        AssociativeMemory, BasalGanglia, Bind, CleanupMemory, FlowExt, Gate, GoalBuffer, Routes,
+        Rules, State, Superpose, Unbind, UnbindFixed, Vocabulary, VocabularyBuilder, cosine, dot,
     };
     pub use crate::task::planner::{Planner, PlannerSpec};
     pub use crate::task::{Domain, DomainBuilder, TaskError, Verdict};

@@ -10,7 +10,7 @@ use super::draft::{Body, Draft, EdgeDraft, NodeDraft, ProbeDraft};
 use super::error::{BuildError, BuildErrors};
 use super::graph::Graph;
 use super::handle::{In, NodePorts, Out, PortRef};
-use super::kind::Kind;
+use super::kind::{Kind, Pointer, Space, VocabTag};
 use super::lowering::{LayerRequest, Lowering};
 use super::node::Node;
 use super::port::PortDecl;
@@ -187,7 +187,7 @@ impl GraphBuilder {
         check::freeze(self.draft, time, plan, seed)
     }
 
-    fn root(&mut self) -> Scope<'_> {
+    pub(crate) fn root(&mut self) -> Scope<'_> {
         Scope { builder: self, path: String::new(), repeated: false }
     }
 
@@ -311,6 +311,49 @@ impl Scope<'_> {
             .draft
             .faults
             .push(BuildError::Refused { node: self.path.clone(), reason: reason.into() });
+    }
+
+    /// Returns the space that the port of an output was declared with; `None` for a faulty or foreign handle.
+    pub(crate) fn space_of<V: VocabTag>(&self, output: &Out<Pointer<V>>) -> Option<Space<V>> {
+        let (node, port) = self.known(&output.port)?;
+        let declared = self.builder.draft.nodes[node].ports.outputs.get(port)?;
+        declared.spec.shape.space.clone().map(Space::of)
+    }
+
+    /// Returns the space that the port of an input was declared with; `None` for a faulty or foreign handle.
+    pub(crate) fn space_of_input<V: VocabTag>(&self, input: &In<Pointer<V>>) -> Option<Space<V>> {
+        let (node, port) = self.known(&input.port)?;
+        let declared = self.builder.draft.nodes[node].ports.inputs.get(port)?;
+        declared.spec.shape.space.clone().map(Space::of)
+    }
+
+    /// Returns whether an input adds any number of connections.
+    pub(crate) fn adds<K: Kind>(&self, input: &In<K>) -> bool {
+        let declared = self.known(&input.port).and_then(|(node, port)| {
+            self.builder.draft.nodes[node].ports.inputs.get(port)
+        });
+        declared.is_some_and(|declared| declared.spec.sum)
+    }
+
+    /// Returns `name`, or `name-2`, `name-3` and so on if the scope has a child of this name.
+    pub(crate) fn free_name(&self, name: &str) -> String {
+        let added = &self.builder.draft.added;
+        let taken = |name: &str| match self.path.is_empty() {
+            true => added.contains_key(name),
+            false => added.contains_key(&format!("{}/{name}", self.path)),
+        };
+        let numbered = (2..).map(|n| format!("{name}-{n}"));
+        let mut all = std::iter::once(name.to_owned()).chain(numbered);
+        all.find(|name| !taken(name)).unwrap_or_default()
+    }
+
+    fn known(&self, port: &PortRef) -> Option<(usize, usize)> {
+        match port {
+            PortRef::Known { builder, node, port, .. } if *builder == self.builder.draft.builder => {
+                Some((*node, *port))
+            }
+            _ => None,
+        }
     }
 
     /// Returns the path of this scope, empty at the root.

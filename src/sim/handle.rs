@@ -38,6 +38,16 @@ impl<K: Kind> In<K> {
     }
 }
 
+impl PortRef {
+    /// Returns the name of the port as faults call it.
+    pub(crate) fn name(&self) -> String {
+        match self {
+            Self::Known { name, .. } => name.to_string(),
+            Self::Unknown { node, port, .. } => format!("{node}.{port}"),
+        }
+    }
+}
+
 impl<K: Kind> Clone for Out<K> {
     fn clone(&self) -> Self {
         Self::new(self.port.clone())

@@ -1,5 +1,6 @@
 //! Kinds of ports: scalars, vectors, and pointers of a vocabulary.
 
+use std::any::Any;
 use std::fmt;
 use std::marker::PhantomData;
 use std::ops::Deref;
@@ -139,11 +140,22 @@ impl<V: VocabTag> fmt::Debug for PointerRef<'_, V> {
 }
 
 /// The identity of a vector space. The engine only compares identities.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone)]
 pub(crate) struct SpaceId {
     id: u64,
     width: usize,
     label: Arc<str>,
+    attached: Option<Attached>,
+}
+
+/// Data that a layer above the engine attaches to a space, such as the algebra of its pointers.
+#[derive(Clone)]
+struct Attached(Arc<dyn Any + Send + Sync>);
+
+impl fmt::Debug for Attached {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Attached")
+    }
 }
 
 impl SpaceId {
@@ -171,7 +183,23 @@ impl<V: VocabTag> Space<V> {
     /// Creates a space of `width` dimensions. Two spaces are the same if `id` and width are the same; `label` appears
     /// in messages only.
     pub fn new(id: u64, width: usize, label: impl Into<Arc<str>>) -> Self {
-        Self { id: SpaceId { id, width, label: label.into() }, tag: PhantomData }
+        Self { id: SpaceId { id, width, label: label.into(), attached: None }, tag: PhantomData }
+    }
+
+    /// Attaches data of a layer above the engine. It travels with every port that is declared with this space.
+    pub(crate) fn with_attached<T: Any + Send + Sync>(mut self, data: T) -> Self {
+        self.id.attached = Some(Attached(Arc::new(data)));
+        self
+    }
+
+    /// Returns the attached data; `None` if there is none of this type.
+    pub(crate) fn attached<T: Any>(&self) -> Option<&T> {
+        self.id.attached.as_ref()?.0.downcast_ref()
+    }
+
+    /// Wraps the identity that a port was declared with.
+    pub(crate) fn of(id: SpaceId) -> Self {
+        Self { id, tag: PhantomData }
     }
 
     pub(crate) fn id(&self) -> &SpaceId {

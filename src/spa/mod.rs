@@ -77,6 +77,7 @@
 mod algebra;
 mod error;
 mod expr;
+pub mod flow;
 mod item_memory;
 mod modules;
 mod pairs;
@@ -88,6 +89,7 @@ pub use algebra::{
     Algebra, Hrr, LinearMap, ProductForm, Workspace, cosine, cosine_of_slices, dot, norm, normalize,
 };
 pub use error::VocabError;
+pub use flow::{Flow, FlowExt, IntoFlow, Route, Routes, Rules, RulesPorts};
 pub(crate) use error::nearest_name;
 pub(crate) use item_memory::dots;
 pub use item_memory::{ItemMemory, Match};

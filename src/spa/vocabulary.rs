@@ -203,7 +203,7 @@ impl<V: VocabTag> VocabularyBuilder<V> {
             names.len()
         );
         let mut vocabulary = Vocabulary {
-            space: Space::new(id, self.dim, label),
+            space: Space::new(id, self.dim, label).with_attached(self.algebra.clone()),
             algebra: self.algebra,
             names: Vec::new(),
             index: HashMap::new(),

@@ -40,11 +40,11 @@ pub struct BindPorts<V: VocabTag> {
 impl<V: VocabTag> Bind<V> {
     /// Makes a module that binds in the space of `vocabulary`, by its algebra.
     pub fn new(vocabulary: &Vocabulary<V>) -> Self {
-        Self {
-            space: vocabulary.space().clone(),
-            algebra: vocabulary.algebra().clone(),
-            synapse: FEED_FORWARD,
-        }
+        Self::in_space(vocabulary.space(), vocabulary.algebra())
+    }
+
+    pub(crate) fn in_space(space: &Space<V>, algebra: &Arc<dyn Algebra>) -> Self {
+        Self { space: space.clone(), algebra: algebra.clone(), synapse: FEED_FORWARD }
     }
 
     /// Replaces the synapse on the output of the products (default 5 ms).
@@ -112,9 +112,9 @@ impl<V: VocabTag> Unbind<V> {
 }
 
 /// The algebra's inverse as a linear map.
-struct Inverse {
-    algebra: Arc<dyn Algebra>,
-    dim: usize,
+pub(crate) struct Inverse {
+    pub algebra: Arc<dyn Algebra>,
+    pub dim: usize,
 }
 
 impl LinearMap for Inverse {

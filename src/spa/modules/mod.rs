@@ -14,6 +14,7 @@ mod select;
 mod state;
 
 pub use basal_ganglia::{BasalGanglia, BasalGangliaPorts};
+pub(crate) use bind::Inverse;
 pub use bind::{Bind, BindPorts, Unbind, UnbindFixed, UnbindFixedPorts, UnbindPorts};
 pub use gate::{Gate, GatePorts};
 pub use goal_buffer::{GoalBuffer, GoalBufferPorts};

@@ -1,0 +1,300 @@
+//! Expressions over modules: `vision * !role >> state` instead of modules and connections.
+//!
+//! Every module with one pointer or scalar output is an operand, and so are [outputs](Out), pointers of a vocabulary
+//! and numbers. The operators build a [`Flow`]; `>>` routes it into an input, and [`Routes::route`] adds it to a graph.
+//!
+//! | expression | meaning | becomes |
+//! |---|---|---|
+//! | `&a * &b` | binding | [`Bind`](super::Bind); with a constant, a linear node |
+//! | `&a + &b`, `&a - &b`, `-&a` | superposition | connections, or one linear node |
+//! | `0.5 * &a` | scaling | a weight |
+//! | `!&a` | approximate inverse, to unbind | a linear node |
+//! | `a.dot(&b)` | scalar product | a layer of products; with a constant, a linear node |
+//! | `&s * &a` with a scalar `s` | weighting | a layer of products |
+//! | `flow >> &c` | routing into the input of `c` | a connection |
+//!
+//! `>>` binds more loosely than `+` and `*`, so expressions need no parentheses in front of it. Constant parts are
+//! computed when the graph is described. Linear nodes cost no tick; each layer costs one synapse of 5 ms, as in the
+//! modules.
+//!
+//! Pointers of two vocabularies have different types, so an expression that mixes them does not compile:
+//!
+//! ```
+//! # use symbolt::prelude::*;
+//! # struct Parts;
+//! # impl VocabTag for Parts { const NAME: &'static str = "parts"; }
+//! # struct Verbs;
+//! # impl VocabTag for Verbs { const NAME: &'static str = "verbs"; }
+//! let parts = VocabularyBuilder::<Parts>::new(64, Seed::new(1)).pointers(["NUT", "ROLE"]).build()?;
+//! let verbs = VocabularyBuilder::<Verbs>::new(64, Seed::new(1)).pointer("TAKE").build()?;
+//! let mut graph = GraphBuilder::new();
+//! let seen = graph.add("seen", State::new(&parts));
+//! let filler = graph.add("filler", State::new(&parts));
+//! graph.route(&seen * !parts.get("ROLE")? >> &filler);
+//! # let _ = verbs;
+//! # Ok::<(), symbolt::spa::VocabError>(())
+//! ```
+//!
+//! ```compile_fail
+//! # use symbolt::prelude::*;
+//! # struct Parts;
+//! # impl VocabTag for Parts { const NAME: &'static str = "parts"; }
+//! # struct Verbs;
+//! # impl VocabTag for Verbs { const NAME: &'static str = "verbs"; }
+//! let parts = VocabularyBuilder::<Parts>::new(64, Seed::new(1)).pointers(["NUT", "ROLE"]).build()?;
+//! let verbs = VocabularyBuilder::<Verbs>::new(64, Seed::new(1)).pointer("TAKE").build()?;
+//! let mut graph = GraphBuilder::new();
+//! let seen = graph.add("seen", State::new(&parts));
+//! let filler = graph.add("filler", State::new(&parts));
+//! graph.route(&seen * !verbs.get("TAKE")? >> &filler);
+//! # Ok::<(), symbolt::spa::VocabError>(())
+//! ```
+//!
+//! # Paths
+//!
+//! The nodes of a route lie in a scope that is named after its target: `to.filler.input`, and `to.filler.input-2` for
+//! the second route into the same input. [`Route::named`] gives another name. In the scope, nodes are called after
+//! their operator: `bind`, `inverse`, `dot`, `weigh`, `sum`, `constant`; the second of a kind is `bind-2`, and so on.
+
+mod lower;
+mod nodes;
+mod operators;
+mod rules;
+
+use std::sync::Arc;
+
+pub use operators::{FlowExt, IntoFlow, Sink, Times};
+pub use rules::{Rules, RulesPorts};
+
+use crate::sim::{
+    AsPointer, GraphBuilder, In, Kind, Module, Out, Pointer, Real, Scalar, Scope, Synapse, VocabTag,
+};
+pub(crate) use lower::Lowerer;
+use lower::{PointerSum, ScalarSum};
+
+/// A kind of value that expressions compute with: [`Scalar`] and [`Pointer`].
+pub trait FlowKind: Kind + Sized {
+    /// A sum of weighted outputs and a constant.
+    #[doc(hidden)]
+    type Sum;
+    /// What an expression needs to know to be lowered.
+    #[doc(hidden)]
+    type Context;
+
+    #[doc(hidden)]
+    fn source(out: &Out<Self>) -> Self::Sum;
+
+    #[doc(hidden)]
+    fn add(a: Self::Sum, b: Self::Sum) -> Self::Sum;
+
+    #[doc(hidden)]
+    fn scale(a: Self::Sum, factor: Real) -> Self::Sum;
+
+    #[doc(hidden)]
+    fn finish(cx: &mut Lowerer<'_, '_>, flow: &Flow<Self>, to: &Destination<'_, Self>);
+}
+
+/// Where a flow goes: an input, by way of a synapse, and the scalar that opens the way, if there is one.
+#[doc(hidden)]
+pub struct Destination<'d, K: Kind> {
+    pub(crate) input: &'d In<K>,
+    pub(crate) via: Synapse,
+    pub(crate) open: Option<&'d Out<Scalar>>,
+}
+
+type Lower<K> = dyn Fn(&mut Lowerer<'_, '_>, &<K as FlowKind>::Context) -> <K as FlowKind>::Sum;
+
+/// An expression of kind `K` over the outputs of modules and constants.
+///
+/// It is a description: [`Routes::route`] adds it to a graph, once `>>` has given it a target. The [module's
+/// docs](self) list the operators.
+#[must_use = "an expression does nothing until `>>` and `route` add it to a graph"]
+pub struct Flow<K: FlowKind> {
+    text: Arc<str>,
+    level: Level,
+    /// Outputs of kind `K` in the expression. They determine its space.
+    sources: Vec<Out<K>>,
+    lower: Arc<Lower<K>>,
+}
+
+/// How tightly the outermost operator of an expression binds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Level {
+    Sum,
+    Product,
+    Atom,
+}
+
+impl<K: FlowKind> Clone for Flow<K> {
+    fn clone(&self) -> Self {
+        let Self { text, level, sources, lower } = self;
+        Self { text: text.clone(), level: *level, sources: sources.clone(), lower: lower.clone() }
+    }
+}
+
+impl<K: FlowKind> std::fmt::Debug for Flow<K> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}", self.text)
+    }
+}
+
+impl<K: FlowKind> std::fmt::Display for Flow<K> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.text)
+    }
+}
+
+impl<K: FlowKind> Flow<K> {
+    fn new(
+        text: impl Into<Arc<str>>,
+        level: Level,
+        sources: Vec<Out<K>>,
+        lower: impl Fn(&mut Lowerer<'_, '_>, &K::Context) -> K::Sum + 'static,
+    ) -> Self {
+        Self { text: text.into(), level, sources, lower: Arc::new(lower) }
+    }
+
+    /// Makes an expression of an output alone.
+    pub fn output(out: &Out<K>) -> Self {
+        let name = out.port.name();
+        let own = out.clone();
+        let text = name.strip_suffix(".output").unwrap_or(&name).to_owned();
+        Self::new(text, Level::Atom, vec![out.clone()], move |_, _| K::source(&own))
+    }
+
+    /// Returns the text of the expression where its context binds at least as tightly as `level`.
+    fn within(&self, level: Level) -> String {
+        if self.level < level { format!("({})", self.text) } else { self.text.to_string() }
+    }
+
+    fn plus(self, other: Self, minus: bool) -> Self {
+        let text = match minus {
+            true => format!("{} - {}", self.text, other.within(Level::Product)),
+            false => format!("{} + {}", self.text, other.text),
+        };
+        let sources = [&*self.sources, &*other.sources].concat();
+        let (a, b) = (self.lower, other.lower);
+        Self::new(text, Level::Sum, sources, move |cx, with| {
+            let sign = if minus { -1.0 } else { 1.0 };
+            K::add(a(cx, with), K::scale(b(cx, with), sign))
+        })
+    }
+
+    fn times_number(self, factor: Real) -> Self {
+        let text = match factor == -1.0 {
+            true => format!("-{}", self.within(Level::Product)),
+            false => format!("{factor} * {}", self.within(Level::Product)),
+        };
+        let lower = self.lower;
+        Self::new(text, Level::Product, self.sources, move |cx, with| {
+            K::scale(lower(cx, with), factor)
+        })
+    }
+
+    fn into_input(self, input: In<K>) -> Route {
+        let target = input.port.name();
+        Route {
+            text: format!("{} >> {}", self.text, target.strip_suffix(".input").unwrap_or(&target)),
+            name: format!("to.{}", target.replace('/', ".")),
+            via: Synapse::None,
+            lower: Box::new(move |cx, via, open| {
+                K::finish(cx, &self, &Destination { input: &input, via, open });
+            }),
+        }
+    }
+}
+
+impl<V: VocabTag> Flow<Pointer<V>> {
+    /// Makes an expression of a constant pointer. `text` names it in messages.
+    pub fn constant(value: &impl AsPointer<V>, text: &str) -> Self {
+        let values = value.as_pointer().to_vec();
+        Self::new(text, Level::Atom, Vec::new(), move |_, _| PointerSum {
+            constant: Some(values.clone()),
+            parts: Vec::new(),
+        })
+    }
+}
+
+impl Flow<Scalar> {
+    /// Makes an expression of a constant number.
+    pub fn number(value: Real) -> Self {
+        Self::new(value.to_string(), Level::Atom, Vec::new(), move |_, _| ScalarSum {
+            constant: value,
+            parts: Vec::new(),
+        })
+    }
+}
+
+type LowerRoute = dyn FnOnce(&mut Lowerer<'_, '_>, Synapse, Option<&Out<Scalar>>);
+
+/// An expression with the input that it flows into.
+#[must_use = "a route does nothing until `route` or a rule adds it to a graph"]
+pub struct Route {
+    text: String,
+    name: String,
+    via: Synapse,
+    lower: Box<LowerRoute>,
+}
+
+impl Route {
+    /// Names the scope of the route's nodes. The default is `to.` and the name of the input.
+    pub fn named(mut self, name: &str) -> Self {
+        self.name = name.into();
+        self
+    }
+
+    /// Puts a synapse on the connection into the input. The default is none, because modules filter their outputs.
+    pub fn via(mut self, synapse: Synapse) -> Self {
+        self.via = synapse;
+        self
+    }
+
+    /// Returns the route as it is written.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Adds the nodes to a scope. If there is a scalar `open`, the flow passes while it is 1.
+    fn lower(self, scope: &mut Scope<'_>, open: Option<&Out<Scalar>>) {
+        let mut cx = Lowerer::new(scope, &self.text);
+        (self.lower)(&mut cx, self.via, open);
+    }
+}
+
+impl std::fmt::Debug for Route {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.text)
+    }
+}
+
+impl Module for Route {
+    type Ports = ();
+
+    fn expand(self, scope: &mut Scope<'_>) {
+        self.lower(scope, None);
+    }
+}
+
+/// Adds routes to a graph or a scope.
+pub trait Routes {
+    /// Adds the nodes and connections of a route. Faults are reported when the graph is built; they quote the route.
+    fn route(&mut self, route: Route);
+}
+
+impl Routes for Scope<'_> {
+    #[track_caller]
+    fn route(&mut self, route: Route) {
+        let name = self.free_name(&route.name);
+        self.add(&name, route);
+    }
+}
+
+impl Routes for GraphBuilder {
+    #[track_caller]
+    fn route(&mut self, route: Route) {
+        self.root().route(route);
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,300 @@
+//! The operators of expressions, for every module with one output, and the traits behind them.
+
+use std::ops::{Add, Mul, Neg, Not, Shr, Sub};
+
+use super::{Flow, FlowKind, Level, Route};
+use crate::sim::{In, Out, Pointer, PointerRef, Real, Scalar, VocabTag};
+use crate::spa::modules::{
+    BindPorts, GatePorts, GoalBufferPorts, LinearPorts, MemoryPorts, StatePorts, SuperposePorts,
+    UnbindPorts,
+};
+use crate::spa::pointer::PointerValue;
+
+/// An operand of an expression.
+pub trait IntoFlow {
+    /// Kind of its value.
+    type Kind: FlowKind;
+
+    /// Returns the operand as an expression.
+    fn into_flow(self) -> Flow<Self::Kind>;
+}
+
+/// Something with one input: a target of `>>`.
+pub trait Sink {
+    /// Kind of the input.
+    type Kind: FlowKind;
+
+    /// Returns the input.
+    fn sink(&self) -> In<Self::Kind>;
+}
+
+impl<K: FlowKind> Sink for &In<K> {
+    type Kind = K;
+
+    fn sink(&self) -> In<K> {
+        (*self).clone()
+    }
+}
+
+/// Multiplication of an expression of kind `Self` with one of kind `R`.
+pub trait Times<R: FlowKind>: FlowKind {
+    /// Kind of the product.
+    type Product: FlowKind;
+
+    #[doc(hidden)]
+    fn times(left: Flow<Self>, right: Flow<R>) -> Flow<Self::Product>;
+}
+
+impl<V: VocabTag> Times<Pointer<V>> for Pointer<V> {
+    type Product = Self;
+
+    fn times(left: Flow<Self>, right: Flow<Self>) -> Flow<Self> {
+        let text = format!("{} * {}", left.within(Level::Product), right.within(Level::Product));
+        let sources = [&*left.sources, &*right.sources].concat();
+        let (a, b) = (left.lower, right.lower);
+        Flow::new(text, Level::Product, sources, move |cx, space| {
+            let (a, b) = (a(cx, space), b(cx, space));
+            cx.bind(space, a, b)
+        })
+    }
+}
+
+impl<V: VocabTag> Times<Pointer<V>> for Scalar {
+    type Product = Pointer<V>;
+
+    fn times(left: Flow<Scalar>, right: Flow<Pointer<V>>) -> Flow<Pointer<V>> {
+        let text = format!("{} * {}", left.within(Level::Product), right.within(Level::Product));
+        let (number, pointer) = (left.lower, right.lower);
+        Flow::new(text, Level::Product, right.sources, move |cx, space| {
+            let (number, pointer) = (number(cx, &()), pointer(cx, space));
+            cx.weigh(space, number, pointer)
+        })
+    }
+}
+
+impl<V: VocabTag> Times<Scalar> for Pointer<V> {
+    type Product = Self;
+
+    fn times(left: Flow<Self>, right: Flow<Scalar>) -> Flow<Self> {
+        Scalar::times(right, left)
+    }
+}
+
+impl Times<Scalar> for Scalar {
+    type Product = Self;
+
+    fn times(left: Flow<Self>, right: Flow<Self>) -> Flow<Self> {
+        let text = format!("{} * {}", left.within(Level::Product), right.within(Level::Product));
+        let sources = [&*left.sources, &*right.sources].concat();
+        let (a, b) = (left.lower, right.lower);
+        Flow::new(text, Level::Product, sources, move |cx, with| {
+            let (a, b) = (a(cx, with), b(cx, with));
+            cx.multiply(a, b)
+        })
+    }
+}
+
+/// What operands can do besides the operators.
+pub trait FlowExt: IntoFlow + Sized {
+    /// Returns the scalar product with another pointer of the same vocabulary.
+    fn dot<V: VocabTag>(self, other: impl IntoFlow<Kind = Pointer<V>>) -> Flow<Scalar>
+    where
+        Self: IntoFlow<Kind = Pointer<V>>,
+    {
+        let (a, b) = (self.into_flow(), other.into_flow());
+        let text = format!("dot({}, {})", a.text, b.text);
+        Flow::new(text, Level::Atom, Vec::new(), move |cx, _| cx.dot(&a, &b))
+    }
+}
+
+impl<T: IntoFlow> FlowExt for T {}
+
+impl<K: FlowKind> IntoFlow for Flow<K> {
+    type Kind = K;
+
+    fn into_flow(self) -> Self {
+        self
+    }
+}
+
+impl IntoFlow for Real {
+    type Kind = Scalar;
+
+    fn into_flow(self) -> Flow<Scalar> {
+        Flow::number(self)
+    }
+}
+
+/// Writes the operators for one type of operand.
+macro_rules! operators {
+    ($([$($generics:tt)*] $operand:ty => $kind:ty;)*) => {$(
+        impl<$($generics)* R: IntoFlow> Mul<R> for $operand
+        where
+            $kind: Times<R::Kind>,
+        {
+            type Output = Flow<<$kind as Times<R::Kind>>::Product>;
+
+            fn mul(self, right: R) -> Self::Output {
+                <$kind>::times(self.into_flow(), right.into_flow())
+            }
+        }
+
+        impl<$($generics)* R: IntoFlow<Kind = $kind>> Add<R> for $operand {
+            type Output = Flow<$kind>;
+
+            fn add(self, right: R) -> Self::Output {
+                self.into_flow().plus(right.into_flow(), false)
+            }
+        }
+
+        impl<$($generics)* R: IntoFlow<Kind = $kind>> Sub<R> for $operand {
+            type Output = Flow<$kind>;
+
+            fn sub(self, right: R) -> Self::Output {
+                self.into_flow().plus(right.into_flow(), true)
+            }
+        }
+
+        impl<$($generics)*> Neg for $operand {
+            type Output = Flow<$kind>;
+
+            fn neg(self) -> Self::Output {
+                self.into_flow().times_number(-1.0)
+            }
+        }
+
+        impl<$($generics)*> Mul<$operand> for Real {
+            type Output = Flow<$kind>;
+
+            fn mul(self, right: $operand) -> Self::Output {
+                right.into_flow().times_number(self)
+            }
+        }
+
+        impl<$($generics)* S: Sink<Kind = $kind>> Shr<S> for $operand {
+            type Output = Route;
+
+            fn shr(self, to: S) -> Route {
+                self.into_flow().into_input(to.sink())
+            }
+        }
+    )*};
+}
+
+/// Writes the approximate inverse for one type of operand.
+macro_rules! inverses {
+    ($([$($generics:tt)*] $operand:ty;)*) => {$(
+        impl<$($generics)* V: VocabTag> Not for $operand {
+            type Output = Flow<Pointer<V>>;
+
+            fn not(self) -> Self::Output {
+                let inner = self.into_flow();
+                let text = format!("!{}", inner.within(Level::Atom));
+                let lower = inner.lower;
+                Flow::new(text, Level::Atom, inner.sources, move |cx, space| {
+                    let sum = lower(cx, space);
+                    cx.inverse(space, sum)
+                })
+            }
+        }
+    )*};
+}
+
+operators! {
+    [K: FlowKind,] Flow<K> => K;
+    ['o, K: FlowKind,] &'o Out<K> => K;
+    ['o, V: VocabTag,] PointerRef<'o, V> => Pointer<V>;
+    ['o, V: VocabTag,] &'o PointerValue<V> => Pointer<V>;
+    ['o, V: VocabTag,] &'o StatePorts<V> => Pointer<V>;
+    ['o, V: VocabTag,] &'o BindPorts<V> => Pointer<V>;
+    ['o, V: VocabTag,] &'o UnbindPorts<V> => Pointer<V>;
+    ['o, V: VocabTag,] &'o GatePorts<V> => Pointer<V>;
+    ['o, V: VocabTag,] &'o GoalBufferPorts<V> => Pointer<V>;
+    ['o, V: VocabTag,] &'o SuperposePorts<V> => Pointer<V>;
+    ['o, A: VocabTag, V: VocabTag,] &'o MemoryPorts<A, V> => Pointer<V>;
+    ['o, A: FlowKind, K: FlowKind,] &'o LinearPorts<A, K> => K;
+}
+
+inverses! {
+    [] Flow<Pointer<V>>;
+    ['o,] &'o Out<Pointer<V>>;
+    ['o,] PointerRef<'o, V>;
+    ['o,] &'o PointerValue<V>;
+    ['o,] &'o StatePorts<V>;
+    ['o,] &'o BindPorts<V>;
+    ['o,] &'o UnbindPorts<V>;
+    ['o,] &'o GatePorts<V>;
+    ['o,] &'o GoalBufferPorts<V>;
+    ['o,] &'o SuperposePorts<V>;
+    ['o, A: VocabTag,] &'o MemoryPorts<A, V>;
+    ['o, A: FlowKind,] &'o LinearPorts<A, Pointer<V>>;
+}
+
+impl<K: FlowKind> IntoFlow for &Out<K> {
+    type Kind = K;
+
+    fn into_flow(self) -> Flow<K> {
+        Flow::output(self)
+    }
+}
+
+impl<V: VocabTag> IntoFlow for PointerRef<'_, V> {
+    type Kind = Pointer<V>;
+
+    fn into_flow(self) -> Flow<Pointer<V>> {
+        Flow::constant(&self, "pointer")
+    }
+}
+
+impl<V: VocabTag> IntoFlow for &PointerValue<V> {
+    type Kind = Pointer<V>;
+
+    fn into_flow(self) -> Flow<Pointer<V>> {
+        Flow::constant(self, &format!("({})", self.expression()))
+    }
+}
+
+/// Makes the output of a port struct an operand.
+macro_rules! sources {
+    ($([$($generics:tt)*] $ports:ty => $kind:ty;)*) => {$(
+        impl<$($generics)*> IntoFlow for &$ports {
+            type Kind = $kind;
+
+            fn into_flow(self) -> Flow<$kind> {
+                Flow::output(&self.output)
+            }
+        }
+    )*};
+}
+
+sources! {
+    [V: VocabTag] StatePorts<V> => Pointer<V>;
+    [V: VocabTag] BindPorts<V> => Pointer<V>;
+    [V: VocabTag] UnbindPorts<V> => Pointer<V>;
+    [V: VocabTag] GatePorts<V> => Pointer<V>;
+    [V: VocabTag] GoalBufferPorts<V> => Pointer<V>;
+    [V: VocabTag] SuperposePorts<V> => Pointer<V>;
+    [A: VocabTag, V: VocabTag] MemoryPorts<A, V> => Pointer<V>;
+    [A: FlowKind, K: FlowKind] LinearPorts<A, K> => K;
+}
+
+/// Makes the input of a port struct a target of `>>`.
+macro_rules! sinks {
+    ($([$($generics:tt)*] $ports:ty => $kind:ty;)*) => {$(
+        impl<$($generics)*> Sink for &$ports {
+            type Kind = $kind;
+
+            fn sink(&self) -> In<$kind> {
+                self.input.clone()
+            }
+        }
+    )*};
+}
+
+sinks! {
+    [V: VocabTag] StatePorts<V> => Pointer<V>;
+    [V: VocabTag] GatePorts<V> => Pointer<V>;
+    [V: VocabTag] GoalBufferPorts<V> => Pointer<V>;
+    [A: VocabTag, V: VocabTag] MemoryPorts<A, V> => Pointer<A>;
+    [A: FlowKind, K: FlowKind] LinearPorts<A, K> => A;
+}

@@ -1,0 +1,173 @@
+//! Action rules: "if vision resembles WRITE, route vision to verb".
+//!
+//! Each rule has a name, a utility and any number of routes. Basal ganglia choose the rule of greatest utility, and the
+//! thalamus opens its routes; those of all other rules are silent.
+
+use super::lower::{self, Lowerer};
+use super::{Flow, IntoFlow, Route};
+use crate::sim::{Module, Out, Scalar, Scope, Vector};
+use crate::spa::modules::BasalGanglia;
+
+/// A set of action rules.
+///
+/// ```
+/// use symbolt::prelude::*;
+///
+/// struct Words;
+/// impl VocabTag for Words { const NAME: &'static str = "words"; }
+///
+/// let words = VocabularyBuilder::<Words>::new(128, Seed::new(1)).pointers(["WRITE", "ONE"]).build()?;
+/// let mut graph = GraphBuilder::new();
+/// let vision = graph.add("vision", Constant::pointer(words.space(), &words.get("WRITE")?));
+/// let verb = graph.add("verb", State::new(&words));
+/// let noun = graph.add("noun", State::new(&words));
+/// let (write, one) = (words.get("WRITE")?, words.get("ONE")?);
+/// let rules = Rules::new()
+///     .rule("see_verb", vision.dot(write), [&vision >> &verb])
+///     .rule("see_noun", vision.dot(one), [&vision >> &noun])
+///     .otherwise("wait", 0.4, []);
+/// let rules = graph.add("rules", rules);
+///
+/// let graph = graph.build(Timebase::default(), &PopulationPlan::direct(), Seed::new(1))?;
+/// let mut sim = Simulator::new(graph.into(), RunConfig::default())?;
+/// sim.run_for(SimDuration::from_millis(200))?;
+/// assert!(cosine(&sim.value(&verb.output), &write) > 0.9);
+/// assert!(sim.value(&rules.chosen)[0] > 0.9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[must_use = "rules do nothing until they are added to a graph"]
+#[derive(Default)]
+pub struct Rules {
+    rules: Vec<Rule>,
+}
+
+struct Rule {
+    name: String,
+    utility: Flow<Scalar>,
+    routes: Vec<Route>,
+}
+
+/// Ports of [`Rules`].
+pub struct RulesPorts {
+    /// Utilities in the order of the rules.
+    pub utilities: Out<Vector>,
+    /// Activity of each rule: about 1 if chosen, else 0.
+    pub chosen: Out<Vector>,
+    names: Vec<String>,
+}
+
+impl RulesPorts {
+    /// Returns the names of the rules, in their order.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Returns the index of a rule; `None` if there is no such rule.
+    pub fn position(&self, name: &str) -> Option<usize> {
+        self.names.iter().position(|own| own == name)
+    }
+}
+
+impl Rules {
+    /// Starts an empty set.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a rule. Its utility, between 0.3 and 1 if the rule should be chosen, is an expression or a number. The name
+    /// becomes a part of the paths of its nodes; two rules with one name are a fault when the graph is built.
+    pub fn rule(
+        mut self,
+        name: impl Into<String>,
+        utility: impl IntoFlow<Kind = Scalar>,
+        routes: impl IntoIterator<Item = Route>,
+    ) -> Self {
+        let (name, routes) = (name.into(), routes.into_iter().collect());
+        self.rules.push(Rule { name, utility: utility.into_flow(), routes });
+        self
+    }
+
+    /// Adds the default: the rule that is chosen while no other utility exceeds `utility`.
+    pub fn otherwise(
+        self,
+        name: impl Into<String>,
+        utility: crate::sim::Real,
+        routes: impl IntoIterator<Item = Route>,
+    ) -> Self {
+        self.rule(name, utility, routes)
+    }
+}
+
+impl Module for Rules {
+    type Ports = RulesPorts;
+
+    fn expand(self, scope: &mut Scope<'_>) -> RulesPorts {
+        let count = self.rules.len();
+        let choice = scope.add("choice", BasalGanglia::new(count.max(1)));
+        let sum = scope.add("utilities", crate::sim::Add::vector(count.max(1)));
+        scope.connect(&sum.output, &choice.utilities, crate::sim::Synapse::None);
+        if count == 0 {
+            scope.refuse("there are no rules; expected at least one");
+        }
+        let mut names = Vec::new();
+        for (index, rule) in self.rules.into_iter().enumerate() {
+            names.push(rule.name.clone());
+            let name = rule.name.clone();
+            let part = RulePart {
+                rule,
+                index,
+                count,
+                utilities: sum.input.clone(),
+                chosen: choice.chosen.clone(),
+            };
+            scope.add(&name, part);
+        }
+        RulesPorts {
+            utilities: scope.output("utilities", sum.output),
+            chosen: scope.output("chosen", choice.chosen),
+            names,
+        }
+    }
+}
+
+/// One rule inside its set.
+struct RulePart {
+    rule: Rule,
+    index: usize,
+    count: usize,
+    utilities: crate::sim::In<Vector>,
+    chosen: Out<Vector>,
+}
+
+impl Module for RulePart {
+    type Ports = ();
+
+    fn expand(self, scope: &mut Scope<'_>) {
+        let Self { rule, index, count, utilities, chosen } = self;
+        let mut cx = Lowerer::new(scope, &rule.utility.text);
+        let utility = (rule.utility.lower)(&mut cx, &());
+        lower::place(&mut cx, utility, index, (&utilities, count));
+        if rule.routes.is_empty() {
+            return;
+        }
+        let open = lower::pick(&mut cx, &chosen, index, count);
+        for route in rule.routes {
+            let name = scope.free_name(&route.name);
+            scope.add(&name, Gated { route, open: open.clone() });
+        }
+    }
+}
+
+/// A route that a rule opens.
+struct Gated {
+    route: Route,
+    open: Out<Scalar>,
+}
+
+impl Module for Gated {
+    type Ports = ();
+
+    fn expand(self, scope: &mut Scope<'_>) {
+        self.route.lower(scope, Some(&self.open));
+    }
+}
