@@ -4,6 +4,8 @@
 
 #[path = "../examples/ablate_cleanup.rs"]
 mod ablate_cleanup;
+#[path = "../examples/action_rules.rs"]
+mod action_rules;
 #[path = "../examples/custom_node.rs"]
 mod custom_node;
 #[path = "../examples/hello_pointer.rs"]
@@ -16,6 +18,12 @@ mod noise_sweep;
 mod same_plan_spiking;
 #[path = "../examples/two_step_plan.rs"]
 mod two_step_plan;
+
+#[test]
+fn action_rules_read_write_as_verb_and_one_as_noun() {
+    let [expected, exchanged] = action_rules::run().expect("runs");
+    assert!(expected > 0.95 && exchanged < 0.5, "{expected} and {exchanged}");
+}
 
 #[test]
 fn hello_pointer_finds_the_nut() {

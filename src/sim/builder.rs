@@ -329,9 +329,9 @@ impl Scope<'_> {
 
     /// Returns whether an input adds any number of connections.
     pub(crate) fn adds<K: Kind>(&self, input: &In<K>) -> bool {
-        let declared = self.known(&input.port).and_then(|(node, port)| {
-            self.builder.draft.nodes[node].ports.inputs.get(port)
-        });
+        let declared = self
+            .known(&input.port)
+            .and_then(|(node, port)| self.builder.draft.nodes[node].ports.inputs.get(port));
         declared.is_some_and(|declared| declared.spec.sum)
     }
 
@@ -349,7 +349,9 @@ impl Scope<'_> {
 
     fn known(&self, port: &PortRef) -> Option<(usize, usize)> {
         match port {
-            PortRef::Known { builder, node, port, .. } if *builder == self.builder.draft.builder => {
+            PortRef::Known { builder, node, port, .. }
+                if *builder == self.builder.draft.builder =>
+            {
                 Some((*node, *port))
             }
             _ => None,

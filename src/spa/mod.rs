@@ -31,6 +31,9 @@
 //! Every module filters the output of its populations with a synapse of 5 ms, unless its docs say otherwise. You can
 //! therefore connect its outputs without a synapse. The delay of a module is the same in every mode.
 //!
+//! [`flow`] writes these modules as expressions, such as `graph.route(&scene * !role >> &cleanup)`, and [`Rules`] are
+//! named action rules, as in nengo_spa's `ActionSelection`.
+//!
 //! # Example
 //!
 //! This graph reads the colour out of a scene, by unbinding and cleanup:
@@ -71,7 +74,6 @@
 //!
 //! - [`Hrr`] is the only algebra it provides; others can implement [`Algebra`].
 //! - Vocabularies are frozen when built. A running graph learns no pointers.
-//! - It has no rule language like nengo_spa's `ActionSelection`: connect utilities to [`BasalGanglia`] yourself.
 //! - It knows no tasks or robots.
 
 mod algebra;
@@ -89,8 +91,8 @@ pub use algebra::{
     Algebra, Hrr, LinearMap, ProductForm, Workspace, cosine, cosine_of_slices, dot, norm, normalize,
 };
 pub use error::VocabError;
-pub use flow::{Flow, FlowExt, IntoFlow, Route, Routes, Rules, RulesPorts};
 pub(crate) use error::nearest_name;
+pub use flow::{Flow, FlowExt, IntoFlow, Route, Routes, Rules, RulesPorts};
 pub(crate) use item_memory::dots;
 pub use item_memory::{ItemMemory, Match};
 pub use modules::{

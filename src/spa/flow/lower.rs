@@ -250,7 +250,13 @@ impl<'s, 'b> Lowerer<'s, 'b> {
     }
 
     /// Adds a layer of products, and its synapse.
-    fn products(&mut self, name: &str, pairs: usize, a: &Out<Vector>, b: &Out<Vector>) -> Out<Vector> {
+    fn products(
+        &mut self,
+        name: &str,
+        pairs: usize,
+        a: &Out<Vector>,
+        b: &Out<Vector>,
+    ) -> Out<Vector> {
         let name = self.scope.free_name(name);
         let layer = self.scope.product(&name, Product::new(pairs));
         self.scope.connect(a, &layer.a, Synapse::None);
@@ -278,7 +284,12 @@ impl<'s, 'b> Lowerer<'s, 'b> {
                 return PointerSum { constant: None, parts: Vec::new() };
             };
             let specs = (InputSpec::scalar(), OutputSpec::pointer(space));
-            return FlowKind::source(&self.linear("weigh", &number, specs, Box::new(Column(values))));
+            return FlowKind::source(&self.linear(
+                "weigh",
+                &number,
+                specs,
+                Box::new(Column(values)),
+            ));
         }
         let factor = (dim as Real).sqrt() / WITHIN;
         let pointer = self.pointer(space, pointer);
@@ -436,7 +447,12 @@ impl FlowKind for Scalar {
 }
 
 /// Picks one component of a vector as a number.
-pub(super) fn pick(cx: &mut Lowerer<'_, '_>, from: &Out<Vector>, index: usize, of: usize) -> Out<Scalar> {
+pub(super) fn pick(
+    cx: &mut Lowerer<'_, '_>,
+    from: &Out<Vector>,
+    index: usize,
+    of: usize,
+) -> Out<Scalar> {
     let mut row = vec![0.0; of];
     row[index] = 1.0;
     cx.linear("chosen", from, (InputSpec::vector(of), OutputSpec::scalar()), Box::new(Row(row)))
