@@ -1,4 +1,9 @@
-use crate::prelude::*;
+use super::{FlowExt, Routes, Rules};
+use crate::neurons::{LifSpec, Population, PopulationPlan};
+use crate::sim::{
+    Constant, GraphBuilder, RunConfig, Seed, SimDuration, Simulator, Timebase, VocabTag,
+};
+use crate::spa::{State, Vocabulary, VocabularyBuilder, cosine, dot};
 
 struct Things;
 impl VocabTag for Things {
