@@ -13,8 +13,8 @@
 //! | `&s * &a` with a scalar `s` | weighting | a layer of products |
 //! | `flow >> &c` | routing into the input of `c` | a connection |
 //!
-//! `>>` binds more loosely than `+` and `*`, so expressions need no parentheses in front of it. Constant parts are
-//! computed when the graph is described. Linear nodes cost no tick; each layer costs one synapse of 5 ms, as in the
+//! `>>` binds more loosely than `+` and `*`, so expressions need no parentheses in front of it. Clippy's style lint
+//! `precedence` asks for them all the same; `#![allow(clippy::precedence)]` silences it. Constant parts are computed when the graph is described. Linear nodes cost no tick; each layer costs one synapse of 5 ms, as in the
 //! modules.
 //!
 //! Pointers of two vocabularies have different types, so an expression that mixes them does not compile:
