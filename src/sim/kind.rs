@@ -197,6 +197,11 @@ impl<V: VocabTag> Space<V> {
         self.id.attached.as_ref()?.0.downcast_ref()
     }
 
+    /// Returns the number that identifies the space, together with its width.
+    pub(crate) fn number(&self) -> u64 {
+        self.id.id
+    }
+
     /// Wraps the identity that a port was declared with.
     pub(crate) fn of(id: SpaceId) -> Self {
         Self { id, tag: PhantomData }

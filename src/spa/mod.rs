@@ -73,7 +73,7 @@
 //! # What this module does not do
 //!
 //! - [`Hrr`] is the only algebra it provides; others can implement [`Algebra`].
-//! - Vocabularies are frozen when built. A running graph learns no pointers.
+//! - A vocabulary never changes; [`Vocabulary::grow`] makes a larger one. A running graph learns no pointers.
 //! - It knows no tasks or robots.
 
 mod algebra;
@@ -104,4 +104,4 @@ pub use modules::{
 pub use pairs::{Filler, PairDecoder};
 pub use pointer::PointerValue;
 pub(crate) use vocabulary::draw_pointer;
-pub use vocabulary::{Vocabulary, VocabularyBuilder, random_pointer};
+pub use vocabulary::{Name, Vocabulary, VocabularyBuilder, random_pointer};

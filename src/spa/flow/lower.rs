@@ -11,6 +11,7 @@ use crate::sim::{
 };
 use crate::spa::algebra::{Algebra, LinearMap};
 use crate::spa::modules::{Bind, FEED_FORWARD, Gate, Inverse, Linear, LinearPorts, Reinterpret};
+use crate::spa::vocabulary::Content;
 
 /// A weighted sum of pointers plus a constant.
 #[doc(hidden)]
@@ -118,11 +119,22 @@ impl<'s, 'b> Lowerer<'s, 'b> {
     }
 
     fn algebra<V: VocabTag>(&mut self, space: &Space<V>) -> Option<Arc<dyn Algebra>> {
-        let algebra = space.attached::<Arc<dyn Algebra>>().cloned();
+        let algebra = space.attached::<Arc<Content>>().map(|content| content.algebra.clone());
         if algebra.is_none() {
             self.refuse("the space of its pointers has no algebra; expected a vocabulary's space");
         }
         algebra
+    }
+
+    /// Returns the pointer called `name` in the vocabulary of the space.
+    pub(super) fn named<V: VocabTag>(&mut self, space: &Space<V>, name: &str) -> PointerSum<V> {
+        let content = space.attached::<Arc<Content>>();
+        let constant = content.and_then(|content| content.find(name)).map(<[Real]>::to_vec);
+        if constant.is_none() {
+            let names = content.map_or_else(String::new, |content| content.names().join(", "));
+            self.refuse(&format!("{space} has no `{name}`; it has: {names}"));
+        }
+        PointerSum { constant, parts: Vec::new() }
     }
 
     /// Checks that a constant has the dimensions of the space.

@@ -9,6 +9,7 @@ use crate::spa::modules::{
     UnbindPorts,
 };
 use crate::spa::pointer::PointerValue;
+use crate::spa::vocabulary::Name;
 
 /// An operand of an expression.
 pub trait IntoFlow {
@@ -205,6 +206,7 @@ operators! {
     ['o, K: FlowKind,] &'o Out<K> => K;
     ['o, V: VocabTag,] PointerRef<'o, V> => Pointer<V>;
     ['o, V: VocabTag,] &'o PointerValue<V> => Pointer<V>;
+    [V: VocabTag,] Name<V> => Pointer<V>;
     ['o, V: VocabTag,] &'o StatePorts<V> => Pointer<V>;
     ['o, V: VocabTag,] &'o BindPorts<V> => Pointer<V>;
     ['o, V: VocabTag,] &'o UnbindPorts<V> => Pointer<V>;
@@ -220,6 +222,7 @@ inverses! {
     ['o,] &'o Out<Pointer<V>>;
     ['o,] PointerRef<'o, V>;
     ['o,] &'o PointerValue<V>;
+    [] Name<V>;
     ['o,] &'o StatePorts<V>;
     ['o,] &'o BindPorts<V>;
     ['o,] &'o UnbindPorts<V>;
@@ -251,6 +254,15 @@ impl<V: VocabTag> IntoFlow for &PointerValue<V> {
 
     fn into_flow(self) -> Flow<Pointer<V>> {
         Flow::constant(self, &format!("({})", self.expression()))
+    }
+}
+
+impl<V: VocabTag> IntoFlow for Name<V> {
+    type Kind = Pointer<V>;
+
+    fn into_flow(self) -> Flow<Pointer<V>> {
+        let name = self.as_str();
+        Flow::new(name, Level::Atom, Vec::new(), move |cx, space| cx.named(space, name))
     }
 }
 

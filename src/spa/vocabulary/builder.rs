@@ -1,0 +1,301 @@
+//! Collects the names and settings of a vocabulary and draws its pointers.
+
+use std::collections::HashMap;
+use std::marker::PhantomData;
+use std::sync::Arc;
+
+use super::{Content, Vocabulary, check_vector, random_pointer};
+use crate::sim::{AsPointer, Real, Seed, VocabTag};
+use crate::spa::algebra::{Algebra, Hrr, Workspace, dot, normalize};
+use crate::spa::error::VocabError;
+use crate::spa::expr;
+
+/// Greatest number of vectors drawn for one name. If none of them keeps the similarity ceiling, the ceiling counts as
+/// unreachable.
+const MAX_ATTEMPTS: u64 = 20_000;
+
+enum Entry {
+    Random,
+    Unitary,
+    Given(Vec<Real>),
+    Defined(String),
+    /// A random unit vector at right angles to the first so many pointers of the same call.
+    Orthonormal(usize),
+}
+
+/// Collects the names and settings of a [`Vocabulary`]; [`build`](VocabularyBuilder::build) then draws the pointers.
+///
+/// ```
+/// use symbolt::sim::{Seed, VocabTag};
+/// use symbolt::spa::{VocabularyBuilder, cosine};
+///
+/// struct Things;
+/// impl VocabTag for Things { const NAME: &'static str = "things"; }
+///
+/// let vocabulary = VocabularyBuilder::<Things>::new(256, Seed::new(1))
+///     .pointers(["NUT", "BOLT"])
+///     .unitary("ROLE")
+///     .define("FRAME", "ROLE * (NUT + 0.5 * BOLT)")
+///     .build()?;
+/// let back = vocabulary.parse("FRAME * ~ROLE")?;
+/// assert!((cosine(&back, &vocabulary.parse("NUT + 0.5 * BOLT")?) - 1.0).abs() < 1e-4);
+/// assert!(vocabulary.parse("NIT").is_err());
+/// # Ok::<(), symbolt::spa::VocabError>(())
+/// ```
+pub struct VocabularyBuilder<V: VocabTag> {
+    dim: usize,
+    seed: Seed,
+    algebra: Arc<dyn Algebra>,
+    ceiling: Option<Real>,
+    entries: Vec<(String, Entry)>,
+    /// Identity of the space and the pointers of the vocabulary that grows.
+    base: Option<(u64, Content)>,
+    tag: PhantomData<fn() -> V>,
+}
+
+impl<V: VocabTag> VocabularyBuilder<V> {
+    /// Starts a vocabulary of `dim` dimensions, with holographic reduced representations ([`Hrr`]) and a similarity
+    /// ceiling of 0.1. [`build`](Self::build) checks `dim`.
+    pub fn new(dim: usize, seed: Seed) -> Self {
+        Self {
+            dim,
+            seed,
+            algebra: Arc::new(Hrr),
+            ceiling: Some(0.1),
+            entries: Vec::new(),
+            base: None,
+            tag: PhantomData,
+        }
+    }
+
+    /// Starts with the pointers, algebra, seed and ceiling of a vocabulary, and keeps its space.
+    pub(super) fn from_base(id: u64, content: &Content) -> Self {
+        let base = Some((id, content.clone()));
+        let algebra = content.algebra.clone();
+        Self { algebra, ceiling: content.ceiling, base, ..Self::new(content.dim, content.seed) }
+    }
+
+    /// Sets the algebra. The default is [`Hrr`].
+    pub fn algebra(mut self, algebra: Arc<dyn Algebra>) -> Self {
+        self.algebra = algebra;
+        self
+    }
+
+    /// Sets the similarity ceiling (default 0.1): the greatest magnitude of the dot product between a random pointer
+    /// and any pointer added before it. It must be above 0 and at most 1; [`build`](Self::build) checks it.
+    pub fn max_similarity(mut self, ceiling: Real) -> Self {
+        self.ceiling = Some(ceiling);
+        self
+    }
+
+    /// Removes the similarity ceiling: the first vector drawn for a name is taken.
+    pub fn any_similarity(mut self) -> Self {
+        self.ceiling = None;
+        self
+    }
+
+    /// Adds a random unit vector called `name`.
+    ///
+    /// A name is an upper-case letter followed by letters, digits and `_`. [`build`](Self::build) checks it.
+    pub fn pointer(mut self, name: impl Into<String>) -> Self {
+        self.entries.push((name.into(), Entry::Random));
+        self
+    }
+
+    /// Adds a random unit vector for each name.
+    pub fn pointers<N: Into<String>>(mut self, names: impl IntoIterator<Item = N>) -> Self {
+        self.entries.extend(names.into_iter().map(|n| (n.into(), Entry::Random)));
+        self
+    }
+
+    /// Adds a random unitary vector called `name`. Unbinding a unitary vector is exact, so it is a good role.
+    pub fn unitary(mut self, name: impl Into<String>) -> Self {
+        self.entries.push((name.into(), Entry::Unitary));
+        self
+    }
+
+    /// Adds a random unit vector for each name, all at right angles to each other. The similarity ceiling does not apply
+    /// to them. More names than dimensions are an error of [`build`](Self::build).
+    pub fn orthonormal<N: Into<String>>(mut self, names: impl IntoIterator<Item = N>) -> Self {
+        let numbered = names.into_iter().enumerate();
+        self.entries.extend(numbered.map(|(index, name)| (name.into(), Entry::Orthonormal(index))));
+        self
+    }
+
+    /// Adds a given pointer unchanged. [`PointerRef::from_raw`] makes a pointer from numbers. [`build`](Self::build)
+    /// checks that there is one finite number per dimension.
+    ///
+    /// ```
+    /// # use symbolt::sim::{PointerRef, Seed, VocabTag};
+    /// # use symbolt::spa::VocabularyBuilder;
+    /// # struct Parts;
+    /// # impl VocabTag for Parts { const NAME: &'static str = "parts"; }
+    /// # struct Actions;
+    /// # impl VocabTag for Actions { const NAME: &'static str = "actions"; }
+    /// let parts = VocabularyBuilder::<Parts>::new(64, Seed::new(1)).pointer("NUT").build()?;
+    /// let actions = VocabularyBuilder::<Actions>::new(64, Seed::new(1)).pointer("GRASP").build()?;
+    /// let more = VocabularyBuilder::<Parts>::new(64, Seed::new(2))
+    ///     .vector("X", &parts.get("NUT")?)
+    ///     .vector("ZERO", &PointerRef::<Parts>::from_raw(&[0.0; 64]))
+    ///     .build()?;
+    /// assert_eq!(more.get("X")?.to_vec(), parts.get("NUT")?.to_vec());
+    /// assert_eq!(actions.len(), 1);
+    /// # Ok::<(), symbolt::spa::VocabError>(())
+    /// ```
+    ///
+    /// A pointer of another vocabulary does not compile:
+    ///
+    /// ```compile_fail
+    /// # use symbolt::sim::{PointerRef, Seed, VocabTag};
+    /// # use symbolt::spa::VocabularyBuilder;
+    /// # struct Parts;
+    /// # impl VocabTag for Parts { const NAME: &'static str = "parts"; }
+    /// # struct Actions;
+    /// # impl VocabTag for Actions { const NAME: &'static str = "actions"; }
+    /// let parts = VocabularyBuilder::<Parts>::new(64, Seed::new(1)).pointer("NUT").build()?;
+    /// let actions = VocabularyBuilder::<Actions>::new(64, Seed::new(1)).pointer("GRASP").build()?;
+    /// let more = VocabularyBuilder::<Parts>::new(64, Seed::new(2))
+    ///     .vector("X", &actions.get("GRASP")?)
+    ///     .vector("ZERO", &PointerRef::<Parts>::from_raw(&[0.0; 64]))
+    ///     .build()?;
+    /// # Ok::<(), symbolt::spa::VocabError>(())
+    /// ```
+    pub fn vector(mut self, name: impl Into<String>, value: &impl AsPointer<V>) -> Self {
+        self.entries.push((name.into(), Entry::Given(value.as_pointer().to_vec())));
+        self
+    }
+
+    /// Adds the value of an expression over the names added before, for example `ROLE * NUT`. The value is not
+    /// normalised. [`build`](Self::build) checks the expression.
+    pub fn define(mut self, name: impl Into<String>, expression: impl Into<String>) -> Self {
+        self.entries.push((name.into(), Entry::Defined(expression.into())));
+        self
+    }
+
+    /// Draws all pointers, in the order in which their names were added.
+    ///
+    /// The vectors drawn for a name depend on the seed, the tag of the vocabulary, the dimension and the name. `build`
+    /// takes the first vector within the similarity ceiling, so the result also depends on the names added before.
+    /// Costs O(names^2 D) for D dimensions, and many times that if the ceiling is tight.
+    ///
+    /// # Errors
+    /// - [`VocabError::Dimension`] if the algebra cannot use the dimension;
+    /// - [`VocabError::Ceiling`] if the ceiling is not above 0 and at most 1;
+    /// - [`VocabError::TooSimilar`] if 20,000 draws for a name do not meet the ceiling;
+    /// - [`VocabError::BadName`] or [`VocabError::Duplicate`] if a name is invalid or repeated;
+    /// - [`VocabError::BadVector`] if a given or computed vector has the wrong length or is not finite;
+    /// - [`VocabError::Syntax`] or [`VocabError::Unknown`] if an expression cannot be evaluated.
+    pub fn build(self) -> Result<Vocabulary<V>, VocabError> {
+        self.algebra.check_dim(self.dim)?;
+        if let Some(ceiling) = self.ceiling
+            && !(ceiling > 0.0 && ceiling <= 1.0)
+        {
+            return Err(VocabError::Ceiling { ceiling });
+        }
+        let names: Vec<&str> = self.entries.iter().map(|(n, _)| n.as_str()).collect();
+        let identity =
+            format!("{}\0{}\0{}\0{}", V::NAME, self.dim, self.algebra.name(), names.join("\0"));
+        let own = self.seed.derive(&identity, "space").value();
+        let (id, mut content) = self.base.unwrap_or_else(|| {
+            let content = Content {
+                algebra: self.algebra,
+                dim: self.dim,
+                seed: self.seed,
+                ceiling: self.ceiling,
+                names: Vec::new(),
+                index: HashMap::new(),
+                vectors: Vec::new(),
+            };
+            (own, content)
+        });
+        content.ceiling = self.ceiling;
+        let mut work = content.algebra.scratch(self.dim);
+        for (name, entry) in self.entries {
+            if !expr::is_name(&name) {
+                return Err(VocabError::BadName { name });
+            }
+            if content.index.contains_key(&name) {
+                return Err(VocabError::Duplicate { name });
+            }
+            let vector = match entry {
+                Entry::Random => content.draw::<V>(&name, false, &mut work)?,
+                Entry::Unitary => content.draw::<V>(&name, true, &mut work)?,
+                Entry::Orthonormal(before) => content.orthonormal::<V>(&name, before)?,
+                Entry::Given(values) => check_vector(&name, values, self.dim)?,
+                Entry::Defined(text) => content.parse::<V>(&text)?.into_values(),
+            };
+            content.push(name, &vector);
+        }
+        Ok(Vocabulary::of(id, content))
+    }
+}
+
+impl Content {
+    fn draw<V: VocabTag>(
+        &self,
+        name: &str,
+        unitary: bool,
+        work: &mut Workspace,
+    ) -> Result<Vec<Real>, VocabError> {
+        let own = self.seed.derive(V::NAME, name);
+        let ceiling = self.ceiling;
+        let attempts = if ceiling.is_some() && !self.names.is_empty() { MAX_ATTEMPTS } else { 1 };
+        let (mut best, mut nearest) = (Real::INFINITY, 0);
+        for attempt in 0..attempts {
+            let mut vector = random_pointer(self.dim, own.derive_index("pointer", attempt));
+            if unitary {
+                self.algebra.make_unitary(&mut vector, work);
+            }
+            let Some(ceiling) = ceiling else { return Ok(vector) };
+            let (mut worst, mut whose) = (0.0, 0);
+            for (index, other) in self.vectors.chunks_exact(self.dim).enumerate() {
+                let similarity = dot(&vector, other).abs();
+                if similarity > worst {
+                    (worst, whose) = (similarity, index);
+                }
+                if worst > ceiling && worst >= best {
+                    break;
+                }
+            }
+            if worst <= ceiling {
+                return Ok(vector);
+            }
+            if worst < best {
+                (best, nearest) = (worst, whose);
+            }
+        }
+        Err(VocabError::TooSimilar {
+            name: name.into(),
+            dim: self.dim,
+            ceiling: ceiling.unwrap_or(1.0),
+            others: self.names.len(),
+            attempts: attempts as usize,
+            best,
+            nearest: self.names.get(nearest).cloned().unwrap_or_default(),
+        })
+    }
+
+    /// Draws a unit vector at right angles to the last `before` pointers.
+    fn orthonormal<V: VocabTag>(&self, name: &str, before: usize) -> Result<Vec<Real>, VocabError> {
+        if before >= self.dim {
+            let reason = format!(
+                "{} pointers cannot all be at right angles in {} dimensions",
+                before + 1,
+                self.dim
+            );
+            return Err(VocabError::BadVector { name: name.into(), reason });
+        }
+        let own = self.seed.derive(V::NAME, name).derive_index("pointer", 0);
+        let mut vector = random_pointer(self.dim, own);
+        let others = &self.vectors[self.vectors.len() - before * self.dim..];
+        // Twice, because one pass leaves the rounding errors of the first projections.
+        for _ in 0..2 {
+            for other in others.chunks_exact(self.dim) {
+                let share = dot(&vector, other);
+                vector.iter_mut().zip(other).for_each(|(v, o)| *v -= share * o);
+            }
+            normalize(&mut vector);
+        }
+        Ok(vector)
+    }
+}
