@@ -3,26 +3,15 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use proptest::prelude::*;
-use symbolt::sim::{PointerRef, Seed, VocabTag};
+use symbolt::sim::{Complex, PointerRef, Scratch, Seed, VocabTag};
 use symbolt::spa::{
-    Algebra, Hrr, VocabError, VocabularyBuilder, cosine_of_slices, dot, norm, random_pointer,
+    Algebra, Hrr, LinearMap, VocabError, VocabularyBuilder, Vtb, cosine_of_slices, dot, norm,
+    random_pointer,
 };
 
 struct Things;
 impl VocabTag for Things {
     const NAME: &'static str = "things";
-}
-
-fn bind(a: &[f32], b: &[f32]) -> Vec<f32> {
-    let mut out = vec![0.0; a.len()];
-    Hrr.bind_into(a, b, &mut out, &mut Hrr.scratch(a.len()));
-    out
-}
-
-fn inverse(a: &[f32]) -> Vec<f32> {
-    let mut out = vec![0.0; a.len()];
-    Hrr.inverse_into(a, &mut out);
-    out
 }
 
 fn sum(a: &[f32], b: &[f32]) -> Vec<f32> {
@@ -54,76 +43,185 @@ fn dims() -> impl Strategy<Value = usize> {
     ]
 }
 
-fn vectors() -> impl Strategy<Value = (Vec<f32>, Vec<f32>, Vec<f32>)> {
-    (dims(), any::<u64>()).prop_map(|(dim, seed)| {
+/// An algebra with three random vectors.
+#[derive(Debug, Clone)]
+struct Case {
+    algebra: &'static dyn Algebra,
+    a: Vec<f32>,
+    b: Vec<f32>,
+    c: Vec<f32>,
+}
+
+impl Case {
+    fn of(algebra: &'static dyn Algebra, dim: usize, seed: u64) -> Self {
         let draw = |k| random_pointer(dim, Seed::new(seed).derive_index("law", k));
-        (draw(0), draw(1), draw(2))
-    })
+        Self { algebra, a: draw(0), b: draw(1), c: draw(2) }
+    }
+
+    fn bind(&self, a: &[f32], b: &[f32]) -> Vec<f32> {
+        let mut out = vec![0.0; a.len()];
+        self.algebra.bind_into(a, b, &mut out, &mut self.algebra.scratch(a.len()));
+        out
+    }
+
+    fn inverse(&self, a: &[f32]) -> Vec<f32> {
+        let mut out = vec![0.0; a.len()];
+        self.algebra.inverse_into(a, &mut out);
+        out
+    }
+
+    fn unitary(&self, a: &[f32]) -> Vec<f32> {
+        let mut out = a.to_vec();
+        self.algebra.make_unitary(&mut out, &mut self.algebra.scratch(a.len()));
+        out
+    }
+
+    fn power(&self, a: &[f32], exponent: f64) -> Result<Vec<f32>, VocabError> {
+        let mut out = vec![0.0; a.len()];
+        self.algebra.power_into(a, exponent, &mut out, &mut self.algebra.scratch(a.len()))?;
+        Ok(out)
+    }
+}
+
+/// Every algebra, with numbers of dimensions that it can use.
+fn cases() -> impl Strategy<Value = Case> {
+    let square = prop_oneof![Just(4usize), Just(9), Just(64), Just(121), Just(256)];
+    prop_oneof![
+        (dims(), any::<u64>()).prop_map(|(dim, seed)| Case::of(&Hrr, dim, seed)),
+        (square, any::<u64>()).prop_map(|(dim, seed)| Case::of(&Vtb, dim, seed)),
+    ]
+}
+
+fn hrr() -> impl Strategy<Value = Case> {
+    (dims(), any::<u64>()).prop_map(|(dim, seed)| Case::of(&Hrr, dim, seed))
+}
+
+fn apply(map: &dyn LinearMap, x: &[f32]) -> Vec<f32> {
+    let spec = map.scratch();
+    let (mut reals, mut complexes) =
+        (vec![0.0; spec.reals], vec![Complex::default(); spec.complexes]);
+    let mut out = vec![0.0; map.output_width()];
+    let mut scratch =
+        Scratch { reals: &mut reals, doubles: &mut [], complexes: &mut complexes, words: &mut [] };
+    map.apply_into(x, &mut out, &mut scratch);
+    out
+}
+
+/// Vector-derived transformation binding by its definition: each block of the left vector times the matrix of the right.
+fn transform(a: &[f32], b: &[f32]) -> Vec<f64> {
+    let d = a.len().isqrt();
+    let component = |n: usize| -> f64 {
+        let (block, row) = (n / d, n % d);
+        (0..d).map(|j| f64::from(b[row * d + j]) * f64::from(a[block * d + j])).sum()
+    };
+    (0..a.len()).map(|n| (d as f64).sqrt() * component(n)).collect()
 }
 
 proptest! {
     #[test]
-    fn binding_is_the_convolution_of_its_definition((a, b, _) in vectors()) {
-        let exact = convolve(&a, &b);
-        for (fast, slow) in bind(&a, &b).iter().zip(exact) {
+    fn binding_is_what_its_definition_says(case in cases()) {
+        let Case { algebra, a, b, .. } = &case;
+        let exact = match algebra.name() {
+            "HRR" => convolve(a, b),
+            _ => transform(a, b),
+        };
+        for (fast, slow) in case.bind(a, b).iter().zip(exact) {
             prop_assert!((f64::from(*fast) - slow).abs() < 1e-5, "{fast} {slow}");
         }
     }
 
     #[test]
-    fn binding_commutes_associates_and_distributes((a, b, c) in vectors()) {
-        prop_assert!(far(&bind(&a, &b), &bind(&b, &a)) < 1e-5);
-        prop_assert!(far(&bind(&bind(&a, &b), &c), &bind(&a, &bind(&b, &c))) < 2e-5);
-        let (left, right) = (bind(&a, &sum(&b, &c)), sum(&bind(&a, &b), &bind(&a, &c)));
+    fn binding_distributes_and_is_not_superposition(case in cases()) {
+        let Case { a, b, c, .. } = &case;
+        let (left, right) = (case.bind(a, &sum(b, c)), sum(&case.bind(a, b), &case.bind(a, c)));
         prop_assert!(far(&left, &right) < 1e-5);
-        // A wrong law must fail: binding is not superposition.
-        prop_assert!(a.len() < 16 || far(&bind(&a, &b), &sum(&a, &b)) > 1e-2);
+        let (left, right) = (case.bind(&sum(a, b), c), sum(&case.bind(a, c), &case.bind(b, c)));
+        prop_assert!(far(&left, &right) < 1e-5);
+        // A wrong law must fail.
+        prop_assert!(a.len() < 16 || far(&case.bind(a, b), &sum(a, b)) > 1e-2);
     }
 
     #[test]
-    fn the_identity_and_the_inverse_do_what_they_should((a, b, _) in vectors()) {
-        let mut one = vec![0.0; a.len()];
-        Hrr.identity_into(&mut one);
-        prop_assert!(far(&bind(&a, &one), &a) < 1e-5);
-        prop_assert_eq!(inverse(&inverse(&a)), a.clone());
-        // The inverse of a binding is the binding of the inverses.
-        prop_assert!(far(&inverse(&bind(&a, &b)), &bind(&inverse(&a), &inverse(&b))) < 1e-5);
-    }
-
-    #[test]
-    fn unitary_vectors_keep_lengths_and_unbind_exactly((a, b, _) in vectors()) {
-        let mut role = a.clone();
-        Hrr.make_unitary(&mut role, &mut Hrr.scratch(a.len()));
-        prop_assert!((norm(&role) - 1.0).abs() < 1e-5);
-        let bound = bind(&role, &b);
-        prop_assert!((norm(&bound) - norm(&b)).abs() < 1e-5);
-        prop_assert!(far(&bind(&bound, &inverse(&role)), &b) < 1e-5);
-        // Unbinding a vector that is not unitary is only approximate.
-        if a.len() >= 64 {
-            prop_assert!(far(&bind(&bind(&a, &b), &inverse(&a)), &b) > 1e-3);
+    fn convolution_commutes_and_associates_and_transformation_does_not(case in cases()) {
+        let Case { algebra, a, b, c } = &case;
+        let swapped = far(&case.bind(a, b), &case.bind(b, a));
+        let regrouped = far(&case.bind(&case.bind(a, b), c), &case.bind(a, &case.bind(b, c)));
+        match algebra.name() {
+            "HRR" => prop_assert!(swapped < 1e-5 && regrouped < 2e-5),
+            _ => prop_assert!(a.len() < 16 || (swapped > 1e-3 && regrouped > 1e-3)),
         }
     }
 
     #[test]
-    fn the_product_form_is_the_binding((a, b, _) in vectors()) {
-        use symbolt::sim::{Complex, Scratch};
-        let form = Hrr.product_form(a.len());
-        prop_assert_eq!(form.pairs, 4 * (a.len() / 2 + 1));
-        let apply = |map: &dyn symbolt::spa::LinearMap, x: &[f32]| {
-            let spec = map.scratch();
-            let (mut reals, mut complexes) =
-                (vec![0.0; spec.reals], vec![Complex::default(); spec.complexes]);
-            let mut out = vec![0.0; map.output_width()];
-            let mut scratch = Scratch {
-                reals: &mut reals, doubles: &mut [], complexes: &mut complexes, words: &mut [],
-            };
-            map.apply_into(x, &mut out, &mut scratch);
-            out
+    fn the_identity_and_the_inverse_do_what_they_should(case in cases()) {
+        let Case { algebra, a, .. } = &case;
+        let mut one = vec![0.0; a.len()];
+        algebra.identity_into(&mut one);
+        prop_assert!((norm(&one) - 1.0).abs() < 1e-5);
+        prop_assert!(far(&case.bind(a, &one), a) < 1e-5);
+        prop_assert_eq!(case.inverse(&case.inverse(a)), a.clone());
+    }
+
+    #[test]
+    fn the_inverse_of_a_convolution_is_the_convolution_of_the_inverses(case in hrr()) {
+        let Case { a, b, .. } = &case;
+        let (left, right) = (case.inverse(&case.bind(a, b)), case.bind(&case.inverse(a), &case.inverse(b)));
+        prop_assert!(far(&left, &right) < 1e-5);
+    }
+
+    #[test]
+    fn unitary_vectors_keep_lengths_and_unbind_exactly(case in cases()) {
+        let Case { a, b, .. } = &case;
+        let role = case.unitary(a);
+        prop_assert!((norm(&role) - 1.0).abs() < 1e-5);
+        let bound = case.bind(b, &role);
+        prop_assert!((norm(&bound) - norm(b)).abs() < 1e-5);
+        prop_assert!(far(&case.bind(&bound, &case.inverse(&role)), b) < 1e-5);
+        // Unbinding a vector that is not unitary is only approximate.
+        if a.len() >= 64 {
+            prop_assert!(far(&case.bind(&case.bind(b, a), &case.inverse(a)), b) > 1e-3);
+        }
+    }
+
+    #[test]
+    fn the_product_form_and_the_linear_maps_are_the_binding(case in cases()) {
+        let Case { algebra, a, b, .. } = &case;
+        let form = algebra.product_form(a.len());
+        let pairs = match algebra.name() {
+            "HRR" => 4 * (a.len() / 2 + 1),
+            _ => a.len() * a.len().isqrt(),
         };
-        let (left, right) = (apply(&*form.left, &a), apply(&*form.right, &b));
+        prop_assert_eq!(form.pairs, pairs);
+        let (left, right) = (apply(&*form.left, a), apply(&*form.right, b));
         let products: Vec<f32> = left.iter().zip(&right).map(|(x, y)| x * y).collect();
-        prop_assert!(far(&apply(&*form.back, &products), &bind(&a, &b)) < 1e-5);
-        prop_assert!(far(&apply(&*Hrr.bind_with(&b), &a), &bind(&a, &b)) < 1e-5);
+        prop_assert!(far(&apply(&*form.back, &products), &case.bind(a, b)) < 1e-5);
+        prop_assert!(far(&apply(&*algebra.bind_with(b), a), &case.bind(a, b)) < 1e-5);
+        prop_assert!(far(&apply(&*algebra.bind_onto(a), b), &case.bind(a, b)) < 1e-5);
+    }
+
+    #[test]
+    fn binding_with_a_power_is_binding_as_often(case in cases()) {
+        let Case { a, b, .. } = &case;
+        let role = case.unitary(a);
+        let thrice = case.bind(&case.bind(&case.bind(b, &role), &role), &role);
+        prop_assert!(far(&case.bind(b, &case.power(&role, 3.0)?), &thrice) < 2e-5);
+        prop_assert!(far(&case.bind(&thrice, &case.power(&role, -3.0)?), b) < 4e-5);
+        prop_assert!(far(&case.power(a, -1.0)?, &case.inverse(a)) < 1e-6);
+        prop_assert!(far(&case.power(a, 1.0)?, a) < 1e-5);
+        let mut one = vec![0.0; a.len()];
+        case.algebra.identity_into(&mut one);
+        prop_assert!(far(&case.power(a, 0.0)?, &one) < 1e-5);
+        let refused = matches!(case.power(a, f64::NAN), Err(VocabError::Exponent { .. }));
+        prop_assert!(refused);
+    }
+
+    #[test]
+    fn fractional_powers_of_a_convolution_add_their_exponents(case in hrr(), share in 0.0..1.0) {
+        let Case { a, b, .. } = &case;
+        // A square has no negative real values in its spectrum.
+        let base = case.power(&case.unitary(a), 2.0)?;
+        let (first, second) = (case.power(&base, share)?, case.power(&base, 1.0 - share)?);
+        prop_assert!(far(&case.bind(&case.bind(b, &first), &second), &case.bind(b, &base)) < 1e-4);
     }
 
     #[test]
@@ -186,6 +284,8 @@ fn small() -> symbolt::spa::Vocabulary<Things> {
 
 #[test]
 fn expressions_mean_what_they_say() {
+    let hrr = Case::of(&Hrr, 2, 1);
+    let (bind, inverse) = (|a: &[f32], b: &[f32]| hrr.bind(a, b), |a: &[f32]| hrr.inverse(a));
     let v = small();
     let (nut, bolt) = (v.get("NUT").expect("there"), v.get("BOLT").expect("there"));
     let role = v.get("PRECONDITION").expect("there");

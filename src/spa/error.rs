@@ -16,6 +16,24 @@ pub enum VocabError {
         /// Greatest number of dimensions.
         max: usize,
     },
+    /// A number of dimensions that is not a square, for an algebra of square matrices.
+    #[error("{dim} dimensions cannot be used; choose a square number, such as {below} or {above}")]
+    NotSquare {
+        /// Number of dimensions that was given.
+        dim: usize,
+        /// Greatest square number below it.
+        below: usize,
+        /// Least square number above it.
+        above: usize,
+    },
+    /// A power that an algebra does not have.
+    #[error("the exponent {exponent} cannot be used: {reason}")]
+    Exponent {
+        /// Exponent that was given.
+        exponent: f64,
+        /// Description of the exponents that can be used.
+        reason: String,
+    },
     /// A similarity ceiling outside its range.
     #[error("a similarity ceiling of {ceiling} cannot be used; choose more than 0 and at most 1")]
     Ceiling {

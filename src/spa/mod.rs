@@ -7,7 +7,8 @@
 //!
 //! - [`VocabularyBuilder`] and [`Vocabulary`]: named pointers of one space, and expressions over them. Pointers of
 //!   two vocabularies have different types, so mixing them up does not compile.
-//! - [`Hrr`]: binding and unbinding by circular convolution. It implements the trait [`Algebra`].
+//! - [`Hrr`]: binding and unbinding by circular convolution, with fractional powers; [`Vtb`]: by vector-derived
+//!   transformations. Both implement the trait [`Algebra`].
 //! - [`cosine`]: the similarity of two pointers.
 //! - [`ItemMemory`]: finds the stored vector most similar to a query, exactly and fast.
 //! - [`PairDecoder`]: decodes all fillers of a sum of role-filler pairs.
@@ -72,7 +73,6 @@
 //!
 //! # What this module does not do
 //!
-//! - [`Hrr`] is the only algebra it provides; others can implement [`Algebra`].
 //! - A vocabulary never changes; [`Vocabulary::grow`] makes a larger one. A running graph learns no pointers.
 //! - It knows no tasks or robots.
 
@@ -88,7 +88,8 @@ mod vocabulary;
 
 pub use crate::sim::PointerRef;
 pub use algebra::{
-    Algebra, Hrr, LinearMap, ProductForm, Workspace, cosine, cosine_of_slices, dot, norm, normalize,
+    Algebra, Hrr, LinearMap, ProductForm, Vtb, Workspace, cosine, cosine_of_slices, dot, norm,
+    normalize,
 };
 pub use error::VocabError;
 pub(crate) use error::nearest_name;

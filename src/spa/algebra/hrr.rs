@@ -209,6 +209,49 @@ impl Algebra for Hrr {
         }
     }
 
+    /// Raises each value of the spectrum to the power. Fractional exponents need a spectrum whose real values, at 0 and
+    /// at D/2, are not negative (Plate 1995; fractional powers as in Komer et al., "A neural representation of continuous
+    /// space using fractional binding", 2019).
+    fn power_into(
+        &self,
+        a: &[Real],
+        exponent: f64,
+        out: &mut [Real],
+        scratch: &mut Workspace,
+    ) -> Result<(), VocabError> {
+        if !exponent.is_finite() {
+            let reason = "expected a finite number".into();
+            return Err(VocabError::Exponent { exponent, reason });
+        }
+        if exponent == -1.0 {
+            self.inverse_into(a, out);
+            return Ok(());
+        }
+        let work = work(scratch);
+        let (dim, whole) = (a.len(), exponent.fract() == 0.0);
+        for (bin, value) in work.spectrum(a).iter_mut().enumerate() {
+            let real_only = bin == 0 || (dim.is_multiple_of(2) && bin == dim / 2);
+            if real_only && value.re < 0.0 && !whole {
+                let reason = format!(
+                    "value {bin} of the spectrum is {}; fractional powers need values of at least 0 there",
+                    value.re
+                );
+                return Err(VocabError::Exponent { exponent, reason });
+            }
+            // In double precision, because large exponents multiply the error of the angle.
+            let (modulus, angle) = (
+                f64::from(value.re).hypot(f64::from(value.im)),
+                f64::from(value.im).atan2(f64::from(value.re)),
+            );
+            let (sin, cos) = (angle * exponent).sin_cos();
+            // A negative power is a power of the approximate inverse: the moduli stay, the angles turn back.
+            let modulus = modulus.powf(exponent.abs());
+            *value = Complex::new((modulus * cos) as Real, (modulus * sin) as Real);
+        }
+        work.plans.backward(&mut work.first, out, &mut work.work);
+        Ok(())
+    }
+
     fn bind_with(&self, fixed: &[Real]) -> Box<dyn LinearMap> {
         let mut work = HrrWork::new(fixed.len());
         let spectrum = work.spectrum(fixed).to_vec();

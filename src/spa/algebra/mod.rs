@@ -2,12 +2,14 @@
 
 mod hrr;
 mod linear;
+mod vtb;
 
 use std::any::Any;
 use std::fmt;
 
 pub use hrr::Hrr;
 pub use linear::{LinearMap, ProductForm};
+pub use vtb::Vtb;
 
 use super::error::VocabError;
 use crate::sim::{AsPointer, Real, VocabTag};
@@ -64,8 +66,59 @@ pub trait Algebra: Send + Sync + fmt::Debug {
     /// that neurons can compute it. Allocates.
     fn product_form(&self, dim: usize) -> ProductForm;
 
-    /// Returns binding with the vector `fixed` as a linear map. Allocates.
+    /// Returns binding with `fixed` on the right as a linear map: `out = input (*) fixed`. Allocates.
     fn bind_with(&self, fixed: &[Real]) -> Box<dyn LinearMap>;
+
+    /// Returns binding with `fixed` on the left as a linear map: `out = fixed (*) input`. Allocates.
+    ///
+    /// The default is [`bind_with`](Algebra::bind_with). An algebra whose binding does not commute must override it.
+    fn bind_onto(&self, fixed: &[Real]) -> Box<dyn LinearMap> {
+        self.bind_with(fixed)
+    }
+
+    /// Writes the power of `a` under binding to `out`: binding with it on the right is binding with `a` as many times as
+    /// the exponent says. The power -1 is the [inverse](Algebra::inverse_into). An algebra documents whether it has
+    /// fractional powers.
+    ///
+    /// The default binds repeatedly, and needs an associative binding.
+    ///
+    /// # Errors
+    /// [`VocabError::Exponent`] if the algebra has no such power.
+    ///
+    /// # Panics
+    /// If a slice has another length than `scratch` was made for, or another algebra made `scratch`.
+    fn power_into(
+        &self,
+        a: &[Real],
+        exponent: f64,
+        out: &mut [Real],
+        scratch: &mut Workspace,
+    ) -> Result<(), VocabError> {
+        let whole = whole_exponent(self.name(), exponent)?;
+        let mut base = a.to_vec();
+        if whole < 0 {
+            self.inverse_into(a, &mut base);
+        }
+        self.identity_into(out);
+        let mut next = vec![0.0; a.len()];
+        for _ in 0..whole.unsigned_abs() {
+            self.bind_into(out, &base, &mut next, scratch);
+            out.copy_from_slice(&next);
+        }
+        Ok(())
+    }
+}
+
+/// Greatest magnitude of a whole exponent. Powers beyond it are out of range for almost every vector.
+const MAX_EXPONENT: f64 = 1e4;
+
+/// Returns a whole exponent as an integer.
+fn whole_exponent(algebra: &'static str, exponent: f64) -> Result<i32, VocabError> {
+    if exponent.fract() == 0.0 && exponent.abs() <= MAX_EXPONENT {
+        return Ok(exponent as i32);
+    }
+    let reason = format!("{algebra} has the whole exponents from -10000 to 10000");
+    Err(VocabError::Exponent { exponent, reason })
 }
 
 /// Returns the Euclidean norm of `a`, summed in double precision.

@@ -157,36 +157,35 @@ impl<'s, 'b> Lowerer<'s, 'b> {
     ) -> PointerSum<V> {
         let zero = PointerSum { constant: None, parts: Vec::new() };
         let Some(algebra) = self.algebra(space) else { return zero };
-        let (fixed, changing) = match (a.parts.is_empty(), b.parts.is_empty()) {
-            (false, false) => {
-                let (a, b) = (self.pointer(space, a), self.pointer(space, b));
-                let name = self.scope.free_name("bind");
-                let bind = self.scope.add(&name, Bind::in_space(space, &algebra));
-                self.scope.connect(&a, &bind.a, Synapse::None);
-                self.scope.connect(&b, &bind.b, Synapse::None);
-                return FlowKind::source(&bind.output);
-            }
-            (true, _) => (a, b),
-            (_, true) => (b, a),
-        };
-        let Some(fixed) = fixed.constant else { return zero };
-        if !self.fits(space, &fixed) {
-            return zero;
+        if !a.parts.is_empty() && !b.parts.is_empty() {
+            let (a, b) = (self.pointer(space, a), self.pointer(space, b));
+            let name = self.scope.free_name("bind");
+            let bind = self.scope.add(&name, Bind::in_space(space, &algebra));
+            self.scope.connect(&a, &bind.a, Synapse::None);
+            self.scope.connect(&b, &bind.b, Synapse::None);
+            return FlowKind::source(&bind.output);
         }
+        let fixed_left = a.parts.is_empty();
+        let (fixed, changing) = if fixed_left { (a, b) } else { (b, a) };
+        let Some(fixed) = fixed.constant.filter(|values| self.fits(space, values)) else {
+            return zero;
+        };
         if changing.parts.is_empty() {
-            let Some(other) = changing.constant else { return zero };
-            if !self.fits(space, &other) {
+            let Some(right) = changing.constant.filter(|values| self.fits(space, values)) else {
                 return zero;
-            }
+            };
             let mut bound = vec![0.0; space.width()];
             let mut work = algebra.scratch(space.width());
-            algebra.bind_into(&fixed, &other, &mut bound, &mut work);
+            algebra.bind_into(&fixed, &right, &mut bound, &mut work);
             return PointerSum { constant: Some(bound), parts: Vec::new() };
         }
         let from = self.pointer(space, changing);
         let specs = (InputSpec::pointer(space), OutputSpec::pointer(space));
-        let out = self.linear("bind", &from, specs, algebra.bind_with(&fixed));
-        FlowKind::source(&out)
+        let map = match fixed_left {
+            true => algebra.bind_onto(&fixed),
+            false => algebra.bind_with(&fixed),
+        };
+        FlowKind::source(&self.linear("bind", &from, specs, map))
     }
 
     pub(super) fn inverse<V: VocabTag>(

@@ -71,6 +71,25 @@ impl<V: VocabTag> Vocabulary<V> {
         PointerValue::new(values, "identity".into())
     }
 
+    /// Returns the power of a pointer under binding, as [`Algebra::power_into`](crate::spa::Algebra::power_into) says.
+    ///
+    /// # Errors
+    /// [`VocabError::Exponent`] if the algebra has no such power; [`VocabError::BadVector`] if the pointer has another
+    /// number of dimensions.
+    pub fn power(
+        &self,
+        pointer: &impl AsPointer<V>,
+        exponent: f64,
+    ) -> Result<PointerValue<V>, VocabError> {
+        let pointer = pointer.as_pointer();
+        let text = format!("pointer ^ {exponent}");
+        let base = super::check_vector(&text, pointer.to_vec(), self.dim())?;
+        let mut out = vec![0.0; self.dim()];
+        let mut work = self.algebra().scratch(self.dim());
+        self.algebra().power_into(&base, exponent, &mut out, &mut work)?;
+        Ok(PointerValue::new(out, text))
+    }
+
     /// Returns the zero vector.
     pub fn zero(&self) -> PointerValue<V> {
         PointerValue::new(vec![0.0; self.dim()], "zero".into())
