@@ -12,6 +12,7 @@
 //! - [`cosine`]: the similarity of two pointers.
 //! - [`ItemMemory`]: finds the stored vector most similar to a query, exactly and fast.
 //! - [`PairDecoder`]: decodes all fillers of a sum of role-filler pairs.
+//! - [`Capacity`] and [`Vocabulary::reliability`]: predict how reliably pointers are decoded.
 //!
 //! # Modules of a graph
 //!
@@ -77,6 +78,7 @@
 //! - It knows no tasks or robots.
 
 mod algebra;
+mod capacity;
 mod error;
 mod expr;
 pub mod flow;
@@ -91,6 +93,7 @@ pub use algebra::{
     Algebra, Hrr, LinearMap, ProductForm, Vtb, Workspace, cosine, cosine_of_slices, dot, norm,
     normalize,
 };
+pub use capacity::Capacity;
 pub use error::VocabError;
 pub(crate) use error::nearest_name;
 pub use flow::{Flow, FlowExt, IntoFlow, Route, Routes, Rules, RulesPorts};
