@@ -131,7 +131,15 @@ fn read(format: &Format, index: u64, cost: &mut Cost, slowest_allowed: Duration)
     MOST.store(used, Ordering::Relaxed);
     let began = Instant::now();
     let read = std::panic::catch_unwind(AssertUnwindSafe(|| (format.read)(&bytes)));
-    let time = began.elapsed();
+    let mut time = began.elapsed();
+    // Other programs may have had the core: the least of three times counts.
+    for _ in 0..2 {
+        if time > slowest_allowed && read.is_ok() {
+            let began = Instant::now();
+            (format.read)(&bytes);
+            time = time.min(began.elapsed());
+        }
+    }
     let memory = MOST.load(Ordering::Relaxed).saturating_sub(used);
     *CURRENT.lock().unwrap() = None;
     cost.inputs += 1;
@@ -149,7 +157,10 @@ fn read(format: &Format, index: u64, cost: &mut Cost, slowest_allowed: Duration)
     };
     if let Some(fault) = fault {
         let path = kept(index, format.name, &bytes);
-        panic!("input {index} ({}): {fault}; {}", format.name, path.display());
+        let message = format!("input {index} ({}): {fault}; {}", format.name, path.display());
+        // The hook that prints panics may be silent.
+        eprintln!("{message}");
+        panic!("{message}");
     }
 }
 
@@ -158,11 +169,12 @@ fn mutated_files_of_every_format_are_read_or_refused_in_bounded_time_and_memory(
     let all = number("SYMBOLT_FUZZ_INPUTS", 20_000);
     let from = number("SYMBOLT_FUZZ_FROM", 0);
     // A run of the whole suite shares its cores, and a debug build is slow: only a long run bounds the time closely.
+    // `SYMBOLT_FUZZ_MS` sets another bound.
     let allowed = match all {
         0..=100_000 => Duration::from_secs(30),
-        _ => Duration::from_millis(1500),
+        _ => Duration::from_millis(number("SYMBOLT_FUZZ_MS", 1500)),
     };
-    watch(Duration::from_secs(60));
+    watch(Duration::from_secs(120));
     let formats = formats();
     for format in &formats {
         for seed in format.seeds.iter().filter(|_| format.sound) {

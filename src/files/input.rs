@@ -43,8 +43,8 @@ impl Limit {
     pub const ARCHIVE: Self = Self::new("an archive of arrays", 64);
     /// The figure of an experiment: 8 MiB.
     pub const FIGURE: Self = Self::new("a figure", 8);
-    /// A journal of trials: 64 MiB.
-    pub const JOURNAL: Self = Self::new("a journal of trials", 64);
+    /// A journal of trials: 96 MiB.
+    pub const JOURNAL: Self = Self::new("a journal of trials", 96);
 
     const fn new(what: &'static str, mebibytes: u64) -> Self {
         Self { what, max_bytes: mebibytes << 20 }

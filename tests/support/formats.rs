@@ -13,7 +13,8 @@ use symbolt::sim::Seed;
 use symbolt::study::experiment::Origin;
 use symbolt::study::standard::{Model, Standard};
 use symbolt::task::learn::{Settings, learn, learn_relational};
-use symbolt::task::relational::{Grounder, RelationalDomain};
+use symbolt::task::planner::{Planner, PlannerSpec};
+use symbolt::task::relational::{self, Grounder, RelationalDomain};
 use symbolt::task::strips::{self, Bodies, Problem, Trajectory};
 use symbolt::task::tasks;
 use symbolt::task::tasks::file::DataTask;
@@ -148,6 +149,9 @@ const TRACE: &str = r#"{"episode":0,"decision":{"asked_s":0.0,"took_ms":3.0,"hol
 {"episode":0,"touch":{"t":1.5,"part":1,"contact":true}}
 {"episode":0,"end":{"ended":"GoalMet","assembled":true,"simulated_s":2.0}}
 "#;
+
+const RESULTS: &str = r#"{"name":"x","question":"Why?","settings":{"seed":1},"cells":[
+{"a":1,"rate":0.5,"successes":1,"trials":2,"interval95":[0.1,0.9]},{"a":2,"mean":1.5,"sd":null,"n":3,"interval95":null}]}"#;
 
 const PROBLEM: &str = "(define (problem two) (:domain blocks) (:objects a b - block)
   (:init (clear a) (clear b) (on-table a) (on-table b) (hand-empty) (= (total-cost) 0))
@@ -306,6 +310,7 @@ fn results() -> Vec<Format> {
             let header = members[at].1.len().min(90);
             members[at].1 = match mutator.below(3) {
                 0 => mutator.mutate(&members[at].1, &other),
+                _ if header < 10 => continue,
                 // Only the dictionary, with a correct length.
                 _ => {
                     let (head, numbers) = members[at].1.split_at(header);
@@ -357,16 +362,21 @@ fn folders() -> Vec<Format> {
         Origin::read(place.path()).is_ok()
     });
     journal_format.make = Box::new(journal);
-    let run = tempfile::tempdir().expect("a folder");
+    let [run, experiment] = [(), ()].map(|()| tempfile::tempdir().expect("a folder"));
     let seeds = vec![
         [b"r", facts_json().to_string().as_bytes()].concat(),
         [b"t", TRACE.as_bytes()].concat(),
         [&b"a"[..], &zipped(&members(), true)].concat(),
         [&b"d"[..], include_bytes!("../fixtures/domain_v1.json")].concat(),
+        [&b"e"[..], RESULTS.as_bytes()].concat(),
     ];
     // The first byte says which file of the folder is mutated.
     let mut page = format("report", 1, seeds, move |bytes| {
         let Some((first, bytes)) = bytes.split_first() else { return false };
+        if *first == b'e' {
+            write(experiment.path(), "results.json", bytes);
+            return report(experiment.path()).is_ok_and(|page| page.missing.is_empty());
+        }
         write(run.path(), "run.json", facts_json().to_string().as_bytes());
         write(run.path(), "trace.jsonl", TRACE.as_bytes());
         write(run.path(), "arrays.npz", &zipped(&members(), true));
@@ -387,6 +397,40 @@ fn folders() -> Vec<Format> {
     vec![journal_format, page]
 }
 
+/// Formats that are used after they are read.
+fn used() -> Vec<Format> {
+    let made = recording().record(Seed::new(1)).expect("sound").recording;
+    let text = made.to_jsonl(None).expect("plain data").into_bytes();
+    let scene = recording().scene(Seed::new(3)).expect("sound");
+    let plain = learn(&made, &Settings::default()).expect("it teaches").domain;
+    let framed = learn_relational(&made, &Settings::default()).expect("it teaches").domain;
+    let plain = plain.to_json().expect("plain data").into_bytes();
+    let framed = framed.to_json().expect("plain data").into_bytes();
+    vec![
+        format("learning", 4, vec![text], |bytes| {
+            let Ok((recording, _)) = Recording::parse(bytes, "x") else { return false };
+            let plain = learn(&recording, &Settings::default()).is_ok();
+            learn_relational(&recording, &Settings::default()).is_ok() && plain
+        }),
+        format("framed problem", 4, vec![framed], move |bytes| {
+            let Ok(domain) = RelationalDomain::parse(bytes, "x") else { return false };
+            let layout = Grounder::new(&domain).layout(&scene);
+            let problem = relational::Problem::new(&domain, &layout);
+            problem.is_ok_and(|problem| {
+                let _ = problem.moves(&layout.situation());
+                problem.ground(&layout.situation()).is_ok()
+            })
+        }),
+        format("planning", 1, vec![plain], |bytes| {
+            let Ok(domain) = Domain::parse(bytes, "x") else { return false };
+            let Some(goal) = domain.goal() else { return false };
+            let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1));
+            let counts = vec![1; domain.states().len()];
+            planner.is_ok_and(|planner| planner.plan(&counts, goal).is_ok())
+        }),
+    ]
+}
+
 /// Returns all formats.
 pub fn formats() -> Vec<Format> {
     let spec = Standard { dimensions: 8, sim_ms: 300, ..Standard::default() };
@@ -401,5 +445,6 @@ pub fn formats() -> Vec<Format> {
     all.extend(formal());
     all.push(models);
     all.extend(folders());
+    all.extend(used());
     all
 }

@@ -89,6 +89,12 @@ impl Mutator {
     /// Returns a mutation of `seed`. Pieces of `other` may be inserted.
     pub fn mutate(&mut self, seed: &[u8], other: &[u8]) -> Vec<u8> {
         let mut bytes = seed.to_vec();
+        // A single changed number is accepted more often than other mutations, and so reaches what comes after reading.
+        if self.below(3) == 0 {
+            let number = NUMBERS[self.below(NUMBERS.len())];
+            self.replace_number(&mut bytes, number);
+            return bytes;
+        }
         for _ in 0..1 + self.below(4) {
             self.mutate_once(&mut bytes, other);
         }

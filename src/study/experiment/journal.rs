@@ -220,7 +220,8 @@ pub(super) fn read(path: &Path) -> Result<Contents, TaskError> {
     let end = bytes.iter().position(|b| *b == b'\n');
     let end = end.ok_or_else(|| bad("the file has no line break".into()))?;
     let header: Header = serde_json::from_slice(&bytes[..end]).map_err(|e| bad(e.to_string()))?;
-    if header.format != FORMAT || header.version != VERSION || header.width > MAX_READINGS {
+    let usable = (1..=MAX_READINGS).contains(&header.width);
+    if header.format != FORMAT || header.version != VERSION || !usable {
         let problem = format!("the file is a {} of version {}", header.format, header.version);
         return Err(fault(path, problem, format!("a {FORMAT} of version {VERSION}")));
     }

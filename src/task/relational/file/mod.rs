@@ -23,6 +23,8 @@ use crate::task::error::{InputFault, TaskError, json_problem};
 
 /// Value of the `format` field.
 const FORMAT: &str = "symbolt-domain";
+/// Greatest number of places of all states. Planning compares each with every other.
+const MAX_PLACES: usize = 2_000;
 /// Version of the layout that is written.
 const VERSION: u64 = 3;
 
@@ -150,6 +152,11 @@ impl RelationalDomain {
             TaskError::from(fault(None, "", problem.into(), expected))
         };
         check_counts(parsed.states.len(), parsed.operators.len()).map_err(invalid)?;
+        let places: usize = parsed.states.iter().map(|state| state.places.len()).sum();
+        if places > MAX_PLACES {
+            let problem = format!("its states have {places} places; expected at most {MAX_PLACES}");
+            return Err(invalid(problem));
+        }
         // Names first: an invalid name must not be reported as a reference to an unknown state.
         let states = parsed.states.iter().map(|s| &s.name);
         check_names(states.chain(parsed.operators.iter().map(|o| &o.name))).map_err(invalid)?;

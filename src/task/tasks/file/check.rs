@@ -360,6 +360,15 @@ fn check_body(shapes: &[Shape], look: &LookData, at: &str) -> Checked {
 
 fn check_shape(shape: &Shape, at: &str) -> Checked {
     let size = |name: &str, value: f64| in_range(format!("{at}.{name}"), value, [1e-4, 2.0]);
+    let place = |name: &str, place: [f64; 3]| {
+        place.iter().try_for_each(|v| in_range(format!("{at}.{name}"), *v, [-2.0, 2.0]))
+    };
+    match shape {
+        Shape::Box { middle, .. } => place("box.middle", *middle)?,
+        Shape::Prism { base, .. } => place("prism.base", *base)?,
+        Shape::Ring { base, .. } => place("ring.base", *base)?,
+        Shape::Hull { .. } => {}
+    }
     match shape {
         Shape::Box { size_m, .. } => size_m.iter().try_for_each(|v| size("box.size_m", *v)),
         Shape::Prism { radius_m, top_radius_m, height_m, sides, .. } => {

@@ -61,7 +61,7 @@ const RIM_M: f64 = 0.01;
 
 /// Cost of the search for a layout, in corners and distances that are computed. A scene of a few dozen parts needs a
 /// thousandth of it; without a limit, a file with as many parts and corners as possible would be searched for hours.
-const BUDGET: usize = 60_000_000;
+const BUDGET: usize = 20_000_000;
 
 /// Draws a layout; `None` if there is no room.
 pub(super) fn layout(file: &TaskFile, shapes: &Shapes, seed: Seed) -> Option<Layout> {
