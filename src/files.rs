@@ -1,13 +1,16 @@
-//! Reads whole files and writes them atomically.
+//! Reads whole files, up to a maximum size, and writes them atomically.
 //!
 //! Every module of the crate may use this module. It uses no other module.
 
+mod input;
 pub mod npz;
 
-use std::io::{Read, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
+
+pub use input::{Limit, read_file, read_regular_file};
 
 /// A file that cannot be read or written.
 #[derive(Debug, Error)]
@@ -22,6 +25,18 @@ pub enum FileError {
         path: PathBuf,
         /// Reason of the operating system.
         source: std::io::Error,
+    },
+    /// The file is larger than its kind allows.
+    #[error("{} has {}; expected at most {} for {what}", path.display(), size(*bytes, *max_bytes), in_mib(*max_bytes))]
+    TooLarge {
+        /// File.
+        path: PathBuf,
+        /// Size in bytes; `None` for a stream, whose length is unknown.
+        bytes: Option<u64>,
+        /// Kind of file with its article, such as `a recording`.
+        what: &'static str,
+        /// Maximum size, in bytes.
+        max_bytes: u64,
     },
     /// The output file already exists.
     #[error("{} exists already; choose another name, or allow overwriting", path.display())]
@@ -57,31 +72,16 @@ pub enum Overwrite {
     Allowed,
 }
 
-/// Reads a file, or standard input for the path `-`.
-///
-/// # Errors
-/// [`FileError::Io`] if the file cannot be read.
-pub fn read_file(path: &Path) -> Result<Vec<u8>, FileError> {
-    let failed = FileError::io("read", path);
-    if path.as_os_str() == "-" {
-        let mut bytes = Vec::new();
-        std::io::stdin().lock().read_to_end(&mut bytes).map_err(&failed)?;
-        return Ok(bytes);
-    }
-    std::fs::read(path).map_err(failed)
+fn size(bytes: Option<u64>, max_bytes: u64) -> String {
+    bytes.map_or_else(|| format!("more than {}", in_mib(max_bytes)), in_mib)
 }
 
-/// Reads a regular file, or standard input for the path `-`. Refuses devices and pipes, which might never end.
-///
-/// # Errors
-/// [`FileError::Io`] if the path is a device, a pipe or a socket, or if the file cannot be read.
-pub fn read_ordinary_file(path: &Path) -> Result<Vec<u8>, FileError> {
-    let special = path.metadata().is_ok_and(|m| !m.is_file() && !m.is_dir());
-    if special && path.as_os_str() != "-" {
-        let source = std::io::Error::other("it is not a regular file");
-        return Err(FileError::Io { what: "read", path: path.into(), source });
+/// Returns a number of bytes in words: in MiB if it is a whole number of MiB.
+fn in_mib(bytes: u64) -> String {
+    match bytes {
+        1.. if bytes.is_multiple_of(1 << 20) => format!("{} MiB", bytes >> 20),
+        _ => format!("{bytes} bytes"),
     }
-    read_file(path)
 }
 
 /// Writes a file atomically: writes a temporary file in the same folder and renames it. A reader sees either the old
@@ -154,22 +154,15 @@ mod tests {
     use super::*;
 
     #[test]
-    #[cfg(unix)]
-    fn a_device_that_never_ends_is_refused_instead_of_read() {
-        let refused = read_ordinary_file(Path::new("/dev/zero"));
-        assert!(matches!(refused, Err(FileError::Io { what: "read", .. })), "{refused:?}");
-    }
-
-    #[test]
     fn a_file_is_replaced_only_if_that_is_allowed_and_nothing_else_is_left_in_its_folder() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("file");
         write_atomic(&path, "one", Overwrite::Never).expect("it is new");
         let refused = write_atomic(&path, "two", Overwrite::Never);
         assert!(matches!(refused, Err(FileError::Exists { .. })), "{refused:?}");
-        assert_eq!(read_file(&path).expect("a file"), b"one");
+        assert_eq!(std::fs::read(&path).expect("a file"), b"one");
         write_atomic(&path, "three", Overwrite::Allowed).expect("it may be replaced");
-        assert_eq!(read_file(&path).expect("a file"), b"three");
+        assert_eq!(std::fs::read(&path).expect("a file"), b"three");
         assert_eq!(folder.path().read_dir().expect("a folder").count(), 1);
     }
 }

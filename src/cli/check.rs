@@ -1,10 +1,13 @@
 //! `symbolt check`: checks a recording, scene, scene configuration, domain or model of solved populations.
 
+use std::fmt::Formatter;
+use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::Error;
+use serde::de::{Deserialize, Deserializer, IgnoredAny, MapAccess, Visitor};
 use serde_json::{Value, json};
-use symbolt::files::read_file;
+use symbolt::files::{Limit, read_file};
 use symbolt::neurons::{SolvedFileError, SolvedModel};
 use symbolt::sim::Seed;
 use symbolt::task::tasks::file::{DataTask, FORMAT};
@@ -18,9 +21,9 @@ use super::domain::AnyDomain;
 use super::output::{emit, emit_json, facts};
 
 pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Error> {
-    let bytes = read_file(&args.file)?;
+    let bytes = read_file(&args.file, Limit::ANY)?;
     let name = args.file.display().to_string();
-    let found = inspect(&bytes, &name)?;
+    let found = inspect(&bytes, &args.file)?;
     if args.common.json {
         emit_json(&[found])?;
     } else {
@@ -31,7 +34,9 @@ pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Error> {
 }
 
 /// Recognises the kind of a file, reads it and returns its counts.
-fn inspect(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
+fn inspect(bytes: &[u8], path: &Path) -> Result<Value, TaskError> {
+    let name = &*path.display().to_string();
+    let allow = |limit: Limit| limit.check(path, bytes.len() as u64);
     if SolvedModel::recognises(bytes) {
         let solved = SolvedModel::decode(bytes)
             .map_err(|source| SolvedFileError::Content { file: name.into(), source })?;
@@ -39,27 +44,31 @@ fn inspect(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
             "kind": "model", "layers": solved.paths().count(), "neurons": solved.neurons(),
         }));
     }
-    let header: Option<Value> = serde_json::from_slice(bytes).ok();
+    // A larger file can only be a recording.
+    let small = bytes.len() as u64 <= Limit::SCENE.max_bytes;
+    let header: Option<Head> = small.then(|| serde_json::from_slice(bytes).ok()).flatten();
     // Of these files, only domains name their format, so even a truncated domain is recognised.
     let head = String::from_utf8_lossy(&bytes[..bytes.len().min(200)]);
-    if header.as_ref().is_some_and(|v| v.get("format").and_then(Value::as_str) == Some(FORMAT)) {
+    if header.as_ref().is_some_and(|v| v.format.as_ref().and_then(Value::as_str) == Some(FORMAT)) {
+        allow(Limit::SETTINGS)?;
         let task = DataTask::parse(bytes, name)?;
         let parts = task.scene(Seed::new(0))?.parts.len();
         return Ok(json!({"kind": "task", "parts": parts}));
     }
-    if header.as_ref().map_or(head.contains("\"format\""), |v| v.get("format").is_some()) {
+    if header.as_ref().map_or(head.contains("\"format\""), |v| v.format.is_some()) {
+        allow(Limit::DOMAIN)?;
         let domain = AnyDomain::parse(bytes, name)?;
         return Ok(json!({
             "kind": "domain", "states": domain.states(), "actions": domain.actions(),
         }));
     }
-    if header.as_ref().is_some_and(|v| {
-        v.get("objects").is_some() && (v.get("demo").is_none() || !one_line(bytes))
-    }) {
+    if header.as_ref().is_some_and(|v| v.has("objects") && (!v.has("demo") || !one_line(bytes))) {
+        allow(Limit::SCENE)?;
         let scene = Snapshot::parse(bytes, name)?;
         return Ok(json!({"kind": "scene", "objects": scene.objects.len()}));
     }
     if let Some(task) = header.as_ref().and_then(task_of) {
+        allow(Limit::SETTINGS)?;
         if task.name() == NutsAndBolts::default().name() {
             let spec = NutsAndBolts::parse(bytes, name)?;
             let kind = "scene configuration";
@@ -68,6 +77,7 @@ fn inspect(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
         let parts = task.with_settings(bytes, name)?.scene(Seed::new(0))?.parts.len();
         return Ok(json!({"kind": "scene configuration", "parts": parts}));
     }
+    allow(Limit::RECORDING)?;
     let (recording, labels) = Recording::parse(bytes, name)?;
     let labelled = labels.iter().flatten().filter(|l| l.is_some()).count();
     Ok(json!({
@@ -76,13 +86,56 @@ fn inspect(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
     }))
 }
 
+/// The keys of a JSON object and its format. The other values are skipped without being kept.
+struct Head {
+    /// The first [`MAX_KEYS`] keys.
+    keys: Vec<String>,
+    format: Option<Value>,
+}
+
+/// Number of keys by which the kind of a file is recognised.
+const MAX_KEYS: usize = 100;
+
+impl Head {
+    fn has(&self, key: &str) -> bool {
+        self.keys.iter().any(|own| own == key)
+    }
+}
+
+impl<'de> Deserialize<'de> for Head {
+    fn deserialize<D: Deserializer<'de>>(file: D) -> Result<Self, D::Error> {
+        struct Keys;
+        impl<'de> Visitor<'de> for Keys {
+            type Value = Head;
+
+            fn expecting(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+                f.write_str("an object")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Head, A::Error> {
+                let mut head = Head { keys: Vec::new(), format: None };
+                while let Some(key) = map.next_key::<String>()? {
+                    match key.as_str() {
+                        "format" => head.format = Some(map.next_value()?),
+                        _ => drop(map.next_value::<IgnoredAny>()?),
+                    }
+                    if head.keys.len() < MAX_KEYS {
+                        head.keys.push(key);
+                    }
+                }
+                Ok(head)
+            }
+        }
+        file.deserialize_map(Keys)
+    }
+}
+
 /// Returns the task that has most of these settings; `None` if no task has the first.
-fn task_of(settings: &Value) -> Option<Arc<dyn Task>> {
-    let keys: Vec<&String> = settings.as_object()?.keys().collect();
+fn task_of(Head { keys, .. }: &Head) -> Option<Arc<dyn Task>> {
     let known = |task: &Arc<dyn Task>| {
         let own = task.settings();
-        let known = keys.iter().filter(|key| own.get(**key).is_some()).count();
-        keys.first().and_then(|first| own.get(*first)).map_or(0, |_| known)
+        let known = keys.iter().filter(|key| own.get(*key).is_some()).count();
+        keys.first().and_then(|first| own.get(first)).map_or(0, |_| known)
     };
     let mut best: Option<(usize, Arc<dyn Task>)> = None;
     for task in tasks::all() {

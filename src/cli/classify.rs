@@ -2,6 +2,7 @@
 
 use anyhow::Error;
 use serde_json::{Map, Value, json};
+use symbolt::files::{Limit, read_file};
 use symbolt::task::relational::{Grounder, Layout, RelationalDomain};
 use symbolt::task::{Classifier, Domain, Recording, Snapshot, TaskError};
 
@@ -157,7 +158,7 @@ type Scene = (Option<(u64, u64)>, Snapshot);
 
 /// Reads all snapshots of a recording, or the only one of a scene.
 fn read_scenes(path: &std::path::Path) -> Result<Vec<Scene>, Error> {
-    let bytes = symbolt::files::read_file(path)?;
+    let bytes = read_file(path, Limit::RECORDING)?;
     let name = path.display().to_string();
     match Recording::parse(&bytes, &name) {
         Ok((recording, _)) => {

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use serde::Deserialize;
 use serde_json::Value;
-use symbolt::files::read_file;
+use symbolt::files::{Limit, read_file};
 use symbolt::task::relational::RelationalDomain;
 use symbolt::task::{Domain, TaskError};
 
@@ -15,17 +16,21 @@ pub(crate) enum AnyDomain {
     Plain(Domain),
 }
 
+/// The field that tells the kinds apart. The other fields are skipped without being kept.
+#[derive(Deserialize)]
+struct Head {
+    version: Option<Value>,
+}
+
 impl AnyDomain {
     /// Reads a domain from a file, or from standard input if `path` is `-`.
     pub fn read(path: &Path) -> Result<Self, TaskError> {
-        Self::parse(&read_file(path)?, &path.display().to_string())
+        Self::parse(&read_file(path, Limit::DOMAIN)?, &path.display().to_string())
     }
 
     /// Reads a domain from the bytes of a file of any version.
     pub fn parse(bytes: &[u8], name: &str) -> Result<Self, TaskError> {
-        let file: Option<Value> = serde_json::from_slice(bytes).ok();
-        let version = file.as_ref().and_then(|file| file.get("version")?.as_u64());
-        match version {
+        match serde_json::from_slice(bytes).ok().and_then(|Head { version }| version?.as_u64()) {
             Some(1 | 2) => Domain::parse(bytes, name).map(Self::Plain),
             _ => RelationalDomain::parse(bytes, name).map(Self::Relational),
         }

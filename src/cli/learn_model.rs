@@ -2,7 +2,7 @@
 
 use anyhow::Error;
 use serde_json::{Value, json};
-use symbolt::files::{read_ordinary_file, write_atomic};
+use symbolt::files::{Limit, read_file, write_atomic};
 use symbolt::task::strips::learn::{LearnedAction, LearnedModel, Rule, learn};
 use symbolt::task::strips::{Bodies, Domain, Literal, Shown, Trajectory};
 
@@ -20,12 +20,12 @@ pub(crate) fn learn_model(args: &LearnModelArgs) -> Result<Outcome, Error> {
         return Err(BadArgument(problem.into()).into());
     }
     let progress = Progress::new(&args.common);
-    let bytes = read_ordinary_file(&args.domain)?;
+    let bytes = read_file(&args.domain, Limit::PDDL)?;
     let domain = Domain::parse(&bytes, &args.domain.display().to_string(), Bodies::Skip)?;
     let mut trajectories = Vec::new();
     for path in &args.trajectories {
         progress.say(format!("reading {}", path.display()));
-        let bytes = read_ordinary_file(path)?;
+        let bytes = read_file(path, Limit::PDDL)?;
         trajectories.extend(Trajectory::parse(&bytes, &path.display().to_string(), &domain)?);
     }
     let rule = if args.safe { Rule::Safe } else { Rule::Evidence };

@@ -160,7 +160,9 @@ fn code(error: &Error) -> u8 {
 
 fn file_code(error: &FileError) -> u8 {
     match error {
-        FileError::Io { what: "read", .. } | FileError::Exists { .. } => 2,
+        FileError::Io { what: "read", .. }
+        | FileError::Exists { .. }
+        | FileError::TooLarge { .. } => 2,
         _ => 1,
     }
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use anyhow::Error;
 use clap::{Args, ValueEnum};
-use symbolt::files::{Overwrite, read_file};
+use symbolt::files::{Limit, Overwrite, read_file};
 use symbolt::neurons::Population;
 use symbolt::sim::{Real, Seed, VocabTag};
 use symbolt::spa::VocabularyBuilder;
@@ -209,7 +209,7 @@ impl TaskArgs {
     pub fn task(&self) -> Result<Arc<dyn Task>, TaskError> {
         match (&self.task_file, &self.task) {
             (Some(path), _) => {
-                let text = read_file(path)?;
+                let text = read_file(path, Limit::SETTINGS)?;
                 Ok(Arc::new(DataTask::parse(&text, &path.display().to_string())?))
             }
             (None, Some(name)) => tasks::by_name(name),
@@ -229,7 +229,7 @@ impl TaskArgs {
 pub(crate) struct DemoArgs {
     #[command(flatten)]
     pub task: TaskArgs,
-    /// Number of demonstrations
+    /// Number of demonstrations, at most 10000
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = whole::<usize>)]
     pub demos: usize,
     /// Nuts per demonstration, 1 to 4 [default: as in --config, or 1]
@@ -245,7 +245,21 @@ pub(crate) struct DemoArgs {
     pub sensing: SensingArgs,
 }
 
+/// Maximum number of demonstrations. A longer recording could not be read again.
+pub(crate) const MAX_DEMOS: usize = 10_000;
+
 impl DemoArgs {
+    /// Checks the number of demonstrations.
+    ///
+    /// # Errors
+    /// [`BadArgument`] if it is 0 or more than [`MAX_DEMOS`].
+    pub fn check(&self) -> Result<(), BadArgument> {
+        match self.demos {
+            1..=MAX_DEMOS => Ok(()),
+            other => Err(BadArgument::range("--demos", other, "1 to 10000")),
+        }
+    }
+
     /// Returns the task to demonstrate.
     pub fn task(&self) -> Result<Arc<dyn Task>, Error> {
         let options = [("--demo-nuts", self.demo_nuts), ("--demo-bolts", self.demo_bolts)];
@@ -281,7 +295,9 @@ impl DemoArgs {
         }
         Ok(match &self.config {
             None => task,
-            Some(path) => task.with_settings(&read_file(path)?, &path.display().to_string())?,
+            Some(path) => {
+                task.with_settings(&read_file(path, Limit::SETTINGS)?, &path.display().to_string())?
+            }
         })
     }
 }

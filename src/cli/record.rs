@@ -16,8 +16,8 @@ use super::watch::ProgressLine;
 
 pub(crate) fn record(args: &RecordArgs) -> Result<Outcome, Error> {
     refuse_existing(args.out.out.as_deref(), args.out.force)?;
-    if args.demos.demos == 0 && !args.scene {
-        return Err(BadArgument::range("--demos", 0, "at least 1").into());
+    if !args.scene {
+        args.demos.check()?;
     }
     if args.kinematic && args.demos.config.is_some() {
         let problem = "--config needs the scene in physics; it cannot be used with --kinematic";

@@ -111,10 +111,9 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
 /// Refuses options that cannot be used.
 fn check(args: &RunArgs) -> Result<(), Error> {
     args.planner.check()?;
-    for (option, count) in [("--demos", args.demos.demos), ("--episodes", args.episodes)] {
-        if !(1..=100_000).contains(&count) {
-            return Err(BadArgument::range(option, count, "1 to 100000").into());
-        }
+    args.demos.check()?;
+    if !(1..=100_000).contains(&args.episodes) {
+        return Err(BadArgument::range("--episodes", args.episodes, "1 to 100000").into());
     }
     if !(1..=args.episodes).contains(&args.record_episode) {
         let least = if args.episodes > 1 { "1 to " } else { "" };

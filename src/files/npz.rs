@@ -3,9 +3,10 @@
 //! The format is that of `numpy.savez`: a zip archive with one file `NAME.npy` for each array
 //! (<https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>).
 //!
-//! The reader takes at most [`MAX_BYTES`] per array and [`MAX_TOTAL_BYTES`] per archive. It checks the shape in the
-//! header against the number of bytes that follow, and only then allocates the array. A damaged or hostile file
-//! therefore costs no more than a large valid one.
+//! The reader takes at most [`MAX_BYTES`] per array and [`MAX_TOTAL_BYTES`] per archive, and an archive has at most
+//! 4,096 arrays. It checks the type, the shape and the length that the headers state against each other before it
+//! decompresses the numbers, and reads these straight into the array. A damaged or hostile file therefore costs no more
+//! than a large valid one.
 //!
 //! ```
 //! use ndarray::{Array2, Ix2, array};
@@ -21,30 +22,42 @@
 //! # Ok::<(), symbolt::files::npz::NpzError>(())
 //! ```
 
-use std::io::{Cursor, Read, Write};
+mod archive;
+#[cfg(test)]
+mod tests;
+
+use std::io::{Cursor, Write};
 
 use ndarray::{Array, ArrayBase, ArrayD, Data, Dimension, IxDyn, ShapeBuilder};
 use thiserror::Error;
 use zip::result::ZipError;
 use zip::write::SimpleFileOptions;
-use zip::{CompressionMethod, ZipArchive, ZipWriter};
+use zip::{CompressionMethod, ZipWriter};
 
-/// Greatest uncompressed size of an array, with its header, in bytes: 256 MiB. [`NpzReader::read`] refuses larger
+use archive::{Archive, Content};
+
+/// Greatest uncompressed size of an array, with its header, in bytes: 64 MiB. [`NpzReader::read`] refuses larger
 /// arrays.
-pub const MAX_BYTES: u64 = 256 << 20;
+pub const MAX_BYTES: usize = 64 << 20;
 
-/// Greatest number of uncompressed bytes that an [`NpzReader`] takes from an archive: 1 GiB. Every call of
+/// Greatest number of uncompressed bytes that an [`NpzReader`] takes from an archive: 96 MiB. Every call of
 /// [`NpzReader::read`] counts, even if it fails. Without this limit a small archive of many large arrays could fill
 /// the memory.
-pub const MAX_TOTAL_BYTES: u64 = 1 << 30;
+pub const MAX_TOTAL_BYTES: usize = 96 << 20;
 
 /// An archive that cannot be read or written.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum NpzError {
-    /// The bytes are not a zip archive, or the zip format does not allow the operation.
-    #[error("cannot read or write the zip archive ({0})")]
+    /// The zip format does not allow the operation.
+    #[error("cannot write the zip archive ({0})")]
     Archive(#[from] ZipError),
+    /// The bytes are not a zip archive, or a damaged one.
+    #[error("cannot read the zip archive: {reason}")]
+    Damaged {
+        /// What is wrong with the archive.
+        reason: String,
+    },
     /// An array that is not in the archive.
     #[error("the archive has no array `{name}`")]
     Missing {
@@ -153,73 +166,72 @@ impl NpzWriter {
 const MAGIC: &[u8; 6] = b"\x93NUMPY";
 const PREAMBLE: usize = 10;
 
+/// Greatest number of dimensions of an array, as in numpy.
+const MAX_DIMENSIONS: usize = 64;
+
+/// Returns the beginning of a text from a file, for a message.
+fn shortened(text: &str) -> String {
+    text.chars().take(20).collect()
+}
+
+/// Number of bytes that are decompressed at a time.
+const CHUNK: usize = 64 << 10;
+
 /// Reads arrays from the bytes of an archive.
 pub struct NpzReader<'b> {
-    zip: ZipArchive<Cursor<&'b [u8]>>,
+    archive: Archive<'b>,
     /// Number of bytes that may still be read.
-    left: u64,
+    left: usize,
 }
 
 impl<'b> NpzReader<'b> {
     /// Opens an archive.
     ///
     /// # Errors
-    /// [`NpzError::Archive`] if the bytes are not a zip archive.
+    /// [`NpzError::Damaged`] if the bytes are not a zip archive, or if it has more than 4,096 members.
     pub fn new(bytes: &'b [u8]) -> Result<Self, NpzError> {
-        Ok(Self { zip: ZipArchive::new(Cursor::new(bytes))?, left: MAX_TOTAL_BYTES })
+        let archive = Archive::new(bytes).map_err(|reason| NpzError::Damaged { reason })?;
+        Ok(Self { archive, left: MAX_TOTAL_BYTES })
     }
 
     /// Returns the names of the arrays, in the order of the archive.
     pub fn names(&self) -> Vec<String> {
-        self.zip.file_names().filter_map(|n| n.strip_suffix(".npy")).map(Into::into).collect()
+        let names = self.archive.names().iter();
+        names.filter_map(|n| n.strip_suffix(".npy")).map(Into::into).collect()
     }
 
-    /// Reads the array `name`. `T` and `D` must be its type of number and number of dimensions. Needs memory for two
-    /// copies of the array.
+    /// Reads the array `name`. `T` and `D` must be its type of number and number of dimensions. Needs memory for one
+    /// copy of the array.
     ///
     /// # Errors
     /// - [`NpzError::Missing`] if the archive has no array called `name`;
     /// - [`NpzError::Array`] if the array is damaged, larger than [`MAX_BYTES`] or than the rest of
     ///   [`MAX_TOTAL_BYTES`], or of another type or number of dimensions;
-    /// - [`NpzError::Archive`] or [`NpzError::Io`] if the array cannot be decompressed.
+    /// - [`NpzError::Io`] if the array cannot be decompressed.
     pub fn read<T: Element, D: Dimension>(&mut self, name: &str) -> Result<Array<T, D>, NpzError> {
-        let mut file = match self.zip.by_name(&format!("{name}.npy")) {
-            Err(ZipError::FileNotFound) => return Err(NpzError::Missing { name: name.into() }),
-            file => file?,
+        let mut content = match self.archive.open(&format!("{name}.npy")) {
+            None => return Err(NpzError::Missing { name: name.into() }),
+            Some(content) => content.or_else(bad)?,
         };
         let allowed = MAX_BYTES.min(self.left);
-        if file.size() > allowed {
-            return bad(format!("the array has {} bytes; expected at most {allowed}", file.size()));
+        if content.length() > allowed {
+            let length = content.length();
+            return bad(format!("the array has {length} bytes; expected at most {allowed}"));
         }
-        let mut bytes = Vec::new();
-        let done = (&mut file).take(allowed).read_to_end(&mut bytes);
-        self.left -= bytes.len() as u64;
-        done?;
-        let (header, numbers) = Header::parse(&bytes)?;
-        if header.descr != T::DESCR {
-            return bad(format!(
-                "the array has numbers of type {}; expected {}",
-                header.descr,
-                T::DESCR
-            ));
+        let read = Header::read(&mut content).and_then(|header| {
+            let numbers = header.numbers::<T, D>(&mut content)?;
+            Ok((header, numbers))
+        });
+        self.left -= content.taken().min(self.left);
+        let (header, numbers) = read?;
+        if !content.ends_soundly() {
+            return bad("the bytes of the array are damaged");
         }
-        let expected = header.shape.iter().try_fold(T::SIZE, |all, n| all.checked_mul(*n));
-        if expected != Some(numbers.len()) {
-            return bad(format!(
-                "{} bytes of numbers do not fit the shape {:?}",
-                numbers.len(),
-                header.shape
-            ));
-        }
-        let numbers: Option<Vec<T>> = numbers.chunks_exact(T::SIZE).map(T::from_bytes).collect();
         let shape = IxDyn(&header.shape).set_f(header.column_major);
-        let Some(array) = numbers.and_then(|n| ArrayD::from_shape_vec(shape, n).ok()) else {
+        let Ok(array) = ArrayD::from_shape_vec(shape, numbers) else {
             return bad(format!("the array has the impossible shape {:?}", header.shape));
         };
-        array.into_dimensionality().or_else(|_| {
-            let expected = D::NDIM.unwrap_or(0);
-            bad(format!("the number of dimensions is {}; expected {expected}", header.shape.len()))
-        })
+        array.into_dimensionality().or_else(|_| header.wrong_dimensions::<D, _>())
     }
 }
 
@@ -232,24 +244,63 @@ struct Header {
 }
 
 impl Header {
-    /// Splits an array's bytes into the header and the numbers.
-    fn parse(bytes: &[u8]) -> Result<(Self, &[u8]), NpzError> {
-        let Some((preamble, rest)) = bytes.split_at_checked(PREAMBLE) else {
+    /// Reads the header from the beginning of an array.
+    fn read(content: &mut Content<'_>) -> Result<Self, NpzError> {
+        if content.length() < PREAMBLE {
             return bad("the array ends within its header");
-        };
+        }
+        let mut preamble = [0; PREAMBLE];
+        content.fill(&mut preamble)?;
         // Versions 2 and 3 are for arrays with named fields, which the reader does not support.
         if !preamble.starts_with(MAGIC) || preamble[6] != 1 {
             return bad("the array is not in version 1 of numpy's format");
         }
         let length = usize::from(u16::from_le_bytes([preamble[8], preamble[9]]));
-        let Some((text, numbers)) = rest.split_at_checked(length) else {
+        if content.length() < PREAMBLE + length {
             return bad("the array ends within its header");
-        };
-        let header = std::str::from_utf8(text).ok().and_then(Self::of);
-        header.map_or_else(
-            || bad("the header of the array is damaged"),
-            |header| Ok((header, numbers)),
-        )
+        }
+        let mut text = vec![0; length];
+        content.fill(&mut text)?;
+        let header = std::str::from_utf8(&text).ok().and_then(Self::of);
+        header.map_or_else(|| bad("the header of the array is damaged"), Ok)
+    }
+
+    /// Reads the numbers that follow the header, if they are of type `T` and in `D` dimensions.
+    fn numbers<T: Element, D: Dimension>(
+        &self,
+        content: &mut Content<'_>,
+    ) -> Result<Vec<T>, NpzError> {
+        if self.descr != T::DESCR {
+            let (found, expected) = (shortened(&self.descr), T::DESCR);
+            return bad(format!("the array has numbers of type {found}; expected {expected}"));
+        }
+        if D::NDIM.is_some_and(|expected| expected != self.shape.len()) {
+            return self.wrong_dimensions::<D, _>();
+        }
+        let bytes = content.length() - content.taken();
+        let expected = self.shape.iter().try_fold(T::SIZE, |all, n| all.checked_mul(*n));
+        if expected != Some(bytes) {
+            let shape = &self.shape;
+            return bad(format!("{bytes} bytes of numbers do not fit the shape {shape:?}"));
+        }
+        if bytes > content.reachable() {
+            return bad("the array has fewer bytes than it states");
+        }
+        let mut numbers = Vec::with_capacity(bytes / T::SIZE);
+        let mut chunk = vec![0; CHUNK.min(bytes)];
+        let mut left = bytes;
+        while left > 0 {
+            let part = chunk.len().min(left);
+            content.fill(&mut chunk[..part])?;
+            numbers.extend(chunk[..part].chunks_exact(T::SIZE).filter_map(T::from_bytes));
+            left -= part;
+        }
+        Ok(numbers)
+    }
+
+    fn wrong_dimensions<D: Dimension, T>(&self) -> Result<T, NpzError> {
+        let (found, expected) = (self.shape.len(), D::NDIM.unwrap_or(0));
+        bad(format!("the number of dimensions is {found}; expected {expected}"))
     }
 
     /// Parses the header's dictionary, which has three keys in any order. Returns `None` if it is invalid.
@@ -279,7 +330,8 @@ impl Header {
                     let end = inside.find(')')?;
                     let lengths = inside[..end].split(',').map(str::trim);
                     let lengths = lengths.filter(|n| !n.is_empty()).map(|n| n.parse().ok());
-                    shape = Some(lengths.collect::<Option<Vec<usize>>>()?);
+                    let lengths = lengths.collect::<Option<Vec<usize>>>()?;
+                    shape = (lengths.len() <= MAX_DIMENSIONS).then_some(lengths);
                     end + 2
                 }
                 _ => return None,
@@ -288,87 +340,5 @@ impl Header {
             rest = rest.strip_prefix(',').unwrap_or(rest).trim_start();
         }
         Some(Self { descr: descr?, column_major: column_major?, shape: shape? })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use ndarray::{Array1, Array2, Array3, Ix1, Ix2, Ix3};
-
-    use super::*;
-
-    fn archive() -> Vec<u8> {
-        let mut npz = NpzWriter::new();
-        npz.add("line", &Array1::from_iter(0..5u32)).expect("added");
-        npz.add("plane", &Array2::from_shape_fn((2, 3), |(i, j)| (10 * i + j) as f64)).expect("");
-        npz.add("empty", &Array3::<f32>::zeros((0, 4, 2))).expect("added");
-        npz.finish().expect("finished")
-    }
-
-    #[test]
-    fn arrays_come_back_as_they_were() {
-        let bytes = archive();
-        let mut npz = NpzReader::new(&bytes).expect("an archive");
-        assert_eq!(npz.names(), ["line", "plane", "empty"]);
-        assert_eq!(npz.read::<u32, Ix1>("line").expect("read").to_vec(), [0, 1, 2, 3, 4]);
-        let plane = npz.read::<f64, Ix2>("plane").expect("read");
-        assert_eq!((plane.dim(), plane[(1, 2)]), ((2, 3), 12.0));
-        assert_eq!(npz.read::<f32, Ix3>("empty").expect("read").dim(), (0, 4, 2));
-    }
-
-    #[test]
-    fn another_type_name_or_number_of_dimensions_is_an_error() {
-        let bytes = archive();
-        let mut npz = NpzReader::new(&bytes).expect("an archive");
-        let said =
-            |error: Result<_, NpzError>| error.map(|_: Array2<f64>| ()).unwrap_err().to_string();
-        assert_eq!(said(npz.read("other")), "the archive has no array `other`");
-        assert_eq!(said(npz.read("line")), "the array has numbers of type <u4; expected <f8");
-        let line = npz.read::<u32, Ix2>("line").unwrap_err().to_string();
-        assert_eq!(line, "the number of dimensions is 1; expected 2");
-        assert!(NpzReader::new(b"no archive").is_err());
-    }
-
-    #[test]
-    fn headers_of_numpy_in_any_order_are_read_and_others_refused_at_once() {
-        let numpy = "{'shape': (3, 4), 'descr': '<f4', 'fortran_order': True}    \n";
-        let header = Header { descr: "<f4".into(), column_major: true, shape: vec![3, 4] };
-        assert_eq!(Header::of(numpy), Some(header));
-        assert_eq!(
-            Header::of("{'descr': '|u1', 'fortran_order': False, 'shape': (), }").map(|h| h.shape),
-            Some(vec![])
-        );
-        for text in [
-            "",
-            "{",
-            "{}",
-            "{'descr'}",
-            "{'descr': }",
-            "{'descr': '",
-            "{'descr': '<f4'}",
-            "{'descr': '<f4', 'fortran_order': Maybe, 'shape': (1,)}",
-            "{'descr': '<f4', 'fortran_order': False, 'shape': (-1,)}",
-            "{'descr': '<f4', 'fortran_order': False, 'shape': (1}",
-            "{'descr': 'é', 'fortran_order': False, 'shape': 7}",
-        ] {
-            assert_eq!(Header::of(text), None, "{text}");
-        }
-        // A parser that backtracks would never finish this header.
-        assert_eq!(Header::of(&format!("{{'shape': {}", "(".repeat(60_000))), None);
-    }
-
-    #[test]
-    fn a_shape_beyond_the_bytes_takes_no_memory() {
-        let dict = "{'descr': '<f8', 'fortran_order': False, 'shape': (10000000000, 4), }";
-        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
-        bytes.extend((dict.len() as u16).to_le_bytes());
-        bytes.extend(dict.bytes());
-        let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
-        zip.start_file("huge.npy", SimpleFileOptions::default()).expect("started");
-        zip.write_all(&bytes).expect("written");
-        let bytes = zip.finish().expect("finished").into_inner();
-        let mut npz = NpzReader::new(&bytes).expect("an archive");
-        let said = npz.read::<f64, Ix2>("huge").unwrap_err().to_string();
-        assert_eq!(said, "0 bytes of numbers do not fit the shape [10000000000, 4]");
     }
 }

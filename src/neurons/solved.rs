@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::bank::{Bank, Consts, Firing, Shape, rests};
-use crate::files::{FileError, read_ordinary_file};
+use crate::files::{FileError, Limit, read_file};
 use crate::sim::{Real, Seed};
 
 /// A population with the fingerprint of everything it was solved from.
@@ -270,7 +270,7 @@ impl SolvedModel {
     /// the content has another format or version, or is damaged.
     pub fn read(path: &Path) -> Result<Self, SolvedFileError> {
         let content = |source| SolvedFileError::Content { file: path.into(), source };
-        Self::decode(&read_ordinary_file(path)?).map_err(content)
+        Self::decode(&read_file(path, Limit::MODEL)?).map_err(content)
     }
 
     /// Decodes the bytes of [`encode`](Self::encode).

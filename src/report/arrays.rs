@@ -305,7 +305,7 @@ impl Arrays {
 
     /// Returns the arrays as the page reads them: base64 of little-endian single precision. A module's values are one
     /// byte each, in steps of 1/127 of the module's greatest absolute value (at least 1).
-    pub(super) fn to_page(&self) -> Value {
+    pub(super) fn into_page(self) -> Value {
         let singles = |values: &mut dyn Iterator<Item = f32>| -> String {
             base64(&values.flat_map(f32::to_le_bytes).collect::<Vec<u8>>())
         };
@@ -315,30 +315,30 @@ impl Arrays {
             let byte = |v: &f32| ((v * steps).round().clamp(-127.0, 127.0) as i8).to_le_bytes()[0];
             (steps, base64(&values.iter().map(byte).collect::<Vec<u8>>()))
         };
-        let modules: Vec<Value> = self
-            .modules
-            .iter()
+        // Each array is dropped when its text is done, because both together could fill the memory.
+        let modules: Vec<Value> = (self.modules.into_iter())
             .map(|(name, values)| {
-                let (steps, values) = packed(values);
+                let (steps, values) = packed(&values);
                 json!({"name": name, "steps": steps, "values": values})
             })
             .collect();
+        let (frames, parts) = (self.frames_t.len(), self.parts.dim().1);
         json!({
             "frames": {
-                "count": self.frames_t.len(),
-                "parts": self.parts.dim().1,
-                "t": singles(&mut self.frames_t.iter().map(|t| *t as f32)),
-                "angles": singles(&mut self.angles.iter().copied()),
-                "fingers": singles(&mut self.fingers.iter().copied()),
-                "poses": singles(&mut self.parts.iter().copied()),
+                "count": frames,
+                "parts": parts,
+                "t": singles(&mut self.frames_t.into_iter().map(|t| t as f32)),
+                "angles": singles(&mut self.angles.into_iter()),
+                "fingers": singles(&mut self.fingers.into_iter()),
+                "poses": singles(&mut self.parts.into_iter()),
             },
             "modules": {
-                "t": singles(&mut self.modules_t.iter().map(|t| *t as f32)),
+                "t": singles(&mut self.modules_t.into_iter().map(|t| t as f32)),
                 "of": modules,
             },
             "spikes": {
-                "t": singles(&mut self.spikes_t.iter().map(|t| *t as f32)),
-                "row": singles(&mut self.spikes_row.iter().map(|row| *row as f32)),
+                "t": singles(&mut self.spikes_t.into_iter().map(|t| t as f32)),
+                "row": singles(&mut self.spikes_row.into_iter().map(|row| row as f32)),
             },
         })
     }

@@ -1,5 +1,6 @@
 //! Domains as the page reads them.
 
+use serde::Deserialize;
 use serde_json::{Value, json};
 
 use crate::task::TaskError;
@@ -8,10 +9,15 @@ use crate::task::relational::{
     Coordinate, Frame, FrameState, NeedVerdict, Place, RelationalDomain, RelationalOperator, Role,
 };
 
+/// The field that tells the versions apart. The other fields are skipped without being kept.
+#[derive(Deserialize)]
+struct Head {
+    version: Option<Value>,
+}
+
 /// Reads a domain file of any version and returns it as the page reads it.
 pub(super) fn to_page(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
-    let file: Option<Value> = serde_json::from_slice(bytes).ok();
-    match file.as_ref().and_then(|file| file.get("version")?.as_u64()) {
+    match serde_json::from_slice(bytes).ok().and_then(|Head { version }| version?.as_u64()) {
         Some(1 | 2) => Domain::parse(bytes, name).map(|domain| plain(&domain)),
         _ => RelationalDomain::parse(bytes, name).map(|domain| framed(&domain)),
     }

@@ -10,7 +10,7 @@ mod facts;
 mod page;
 pub mod trace;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
@@ -18,7 +18,7 @@ use serde_json::{Map, Value, json};
 pub use arrays::Arrays;
 pub use facts::{ModuleFacts, PopulationFacts, RunFacts};
 
-use crate::files::{FileError, read_file};
+use crate::files::{FileError, Limit, read_regular_file};
 use crate::task::TaskError;
 use crate::task::domain::Recording;
 use crate::task::scene::{Outline, SceneSpec};
@@ -89,20 +89,38 @@ struct TableRow {
     settings: Map<String, Value>,
 }
 
+/// Greatest number of modules and of populations in `run.json`.
+const MAX_LISTED: usize = 4096;
+/// Greatest number of experiments in a report.
+const MAX_EXPERIMENTS: usize = 1000;
+/// Greatest size of all tables and figures in a report on experiments, in bytes.
+const MAX_TABLES: u64 = 16 << 20;
+/// Greatest length of a sentence on a damaged file, in characters.
+const MAX_SENTENCE: usize = 1000;
+
 /// Reads the files of a folder and collects a sentence on each file that cannot be read.
 struct Reader<'a> {
     folder: &'a Path,
     missing: Vec<String>,
 }
 
+/// Shortens a sentence that quotes a long text of a damaged file.
+fn shortened(sentence: String) -> String {
+    if sentence.len() <= MAX_SENTENCE {
+        return sentence;
+    }
+    sentence.chars().take(MAX_SENTENCE).chain("...".chars()).collect()
+}
+
 impl Reader<'_> {
     fn take<T>(
         &mut self,
         name: &str,
+        limit: Limit,
         read: impl FnOnce(&[u8], &str) -> Result<T, String>,
     ) -> Option<T> {
         let path = self.folder.join(name);
-        let taken = match read_file(&path) {
+        let taken = match read_regular_file(&path, limit) {
             Ok(bytes) => read(&bytes, name),
             Err(FileError::Io { source, .. }) => Err(match source.kind() {
                 std::io::ErrorKind::NotFound => "the file is missing".into(),
@@ -110,47 +128,52 @@ impl Reader<'_> {
             }),
             Err(error) => Err(error.to_string()),
         };
-        taken.map_err(|why| self.missing.push(format!("{name}: {why}"))).ok()
+        taken.map_err(|why| self.missing.push(shortened(format!("{name}: {why}")))).ok()
     }
 }
 
 fn of_run(folder: &Path) -> Report {
     let mut reader = Reader { folder, missing: Vec::new() };
-    let facts = reader.take("run.json", |bytes, _| {
+    let facts = reader.take("run.json", Limit::FACTS, |bytes, _| {
         let facts: RunFacts = serde_json::from_slice(bytes).map_err(|e| e.to_string())?;
         let (format, version) = RunFacts::FORMAT;
         if facts.format != format || facts.version != version {
             let is = format!("the file is a {} of version {}", facts.format, facts.version);
             return Err(format!("{is}; expected {format} of version {version}"));
         }
+        let lists = [("modules", facts.modules.len()), ("populations", facts.populations.len())];
+        if let Some((list, long)) = lists.into_iter().find(|(_, long)| *long > MAX_LISTED) {
+            return Err(format!("`{list}` has {long} entries; expected at most {MAX_LISTED}"));
+        }
         Ok(facts)
     });
     let scene = facts.as_ref().and_then(|facts| match facts.draw_scene() {
         Ok(scene) => Some(scene),
         Err(TaskError::Input(fault)) => {
-            reader.missing.push(fault.to_string());
+            reader.missing.push(shortened(fault.to_string()));
             None
         }
         Err(error) => {
-            reader.missing.push(format!("run.json: {error}"));
+            reader.missing.push(shortened(format!("run.json: {error}")));
             None
         }
     });
-    let domain = reader
-        .take("domain.json", |bytes, name| domain::to_page(bytes, name).map_err(|e| e.to_string()));
-    let shown = reader.take("recording.jsonl", |bytes, name| {
+    let domain = reader.take("domain.json", Limit::DOMAIN, |bytes, name| {
+        domain::to_page(bytes, name).map_err(|e| e.to_string())
+    });
+    let shown = reader.take("recording.jsonl", Limit::RECORDING, |bytes, name| {
         let (recording, _) = Recording::parse(bytes, name).map_err(|e| e.to_string())?;
         Ok(json!({
             "demonstrations": recording.demos.len(),
             "snapshots": recording.snapshot_count(),
         }))
     });
-    let traced = reader.take("trace.jsonl", |bytes, _| Ok(trace::read(bytes)));
+    let traced = reader.take("trace.jsonl", Limit::TRACE, |bytes, _| Ok(trace::read(bytes)));
     let events = traced.map(|(events, problem)| {
         let episodes = facts.as_ref().and_then(episodes);
         let unfinished = || trace::unfinished(&events, episodes.map(|n| n as usize));
         let problem = problem.or_else(unfinished);
-        reader.missing.extend(problem.map(|problem| format!("trace.jsonl: {problem}")));
+        reader.missing.extend(problem.map(|problem| shortened(format!("trace.jsonl: {problem}"))));
         events
     });
     let recorded = recorded_episode(facts.as_ref(), events.as_deref());
@@ -160,7 +183,8 @@ fn of_run(folder: &Path) -> Report {
         reader.missing.push(format!("run.json: {problem}"));
     }
     let mut odd = Vec::new();
-    let arrays = reader.take("arrays.npz", |bytes, _| Arrays::from_npz(bytes)).map(|read| {
+    let read = reader.take("arrays.npz", Limit::ARCHIVE, |bytes, _| Arrays::from_npz(bytes));
+    let arrays = read.map(|read| {
         let (mut arrays, unread) = read;
         odd.extend(unread);
         if let Some(facts) = &facts {
@@ -177,21 +201,33 @@ fn of_run(folder: &Path) -> Report {
         }
         arrays
     });
-    reader.missing.extend(odd.into_iter().map(|why| format!("arrays.npz: {why}")));
-    let outline = scene.as_ref().map(Outline::of);
-    let missing = reader.missing;
-    let data = json!({
-        "kind": "run",
-        "missing": missing,
-        "run": facts,
-        "filmed": recorded,
-        "domain": domain,
-        "recording": shown,
-        "events": events,
-        "outline": outline,
-        "arrays": arrays.as_ref().map(Arrays::to_page),
-    });
-    Report { html: page::html(&data), missing }
+    reader.missing.extend(odd.into_iter().map(|why| shortened(format!("arrays.npz: {why}"))));
+    let data = RunPage {
+        kind: "run",
+        missing: &reader.missing,
+        run: facts,
+        filmed: recorded,
+        domain,
+        recording: shown,
+        events,
+        outline: scene.as_ref().map(|scene| json!(Outline::of(scene))),
+        arrays: arrays.map(Arrays::into_page),
+    };
+    Report { html: page::html(&data), missing: reader.missing }
+}
+
+/// The data of the page on a run.
+#[derive(Serialize)]
+struct RunPage<'a> {
+    kind: &'a str,
+    missing: &'a [String],
+    run: Option<RunFacts>,
+    filmed: Option<usize>,
+    domain: Option<Value>,
+    recording: Option<Value>,
+    events: Option<Vec<trace::Line>>,
+    outline: Option<Value>,
+    arrays: Option<Value>,
 }
 
 /// Returns the number of episodes that `run.json` states.
@@ -209,14 +245,25 @@ fn recorded_episode(facts: Option<&RunFacts>, events: Option<&[trace::Line]>) ->
     there.then_some(facts.recorded)
 }
 
-fn of_experiments(folders: &[std::path::PathBuf]) -> Report {
+/// Returns the limit of a file if the files of a report may have `left` further bytes.
+fn own(limit: Limit, left: u64) -> Limit {
+    Limit { max_bytes: limit.max_bytes.min(left), ..limit }
+}
+
+fn of_experiments(folders: &[PathBuf]) -> Report {
+    let mut left = MAX_TABLES;
     let mut missing = Vec::new();
+    if folders.len() > MAX_EXPERIMENTS {
+        let all = folders.len();
+        missing.push(format!("only the first {MAX_EXPERIMENTS} of {all} experiments are shown"));
+    }
     let mut experiments = Vec::new();
-    for folder in folders {
+    for folder in folders.iter().take(MAX_EXPERIMENTS) {
         let name = folder.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
         let mut reader = Reader { folder, missing: Vec::new() };
         let results = if folder.join(RESULTS).exists() {
-            reader.take(RESULTS, |bytes, _| {
+            reader.take(RESULTS, own(Limit::FACTS, left), |bytes, _| {
+                left -= bytes.len() as u64;
                 serde_json::from_slice::<Table>(bytes).map_err(|e| e.to_string())
             })
         } else {
@@ -226,7 +273,10 @@ fn of_experiments(folders: &[std::path::PathBuf]) -> Report {
             None
         };
         let figure = if folder.join("figure.svg").exists() {
-            reader.take("figure.svg", |bytes, _| Ok(page::base64(bytes)))
+            reader.take("figure.svg", own(Limit::FIGURE, left), |bytes, _| {
+                left -= bytes.len() as u64;
+                Ok(page::base64(bytes))
+            })
         } else {
             None
         };

@@ -1,8 +1,11 @@
 //! Assembles the page: style, code, the 3-D library and the data in one file.
 
+use std::io::Write;
+
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use serde_json::{Value, json};
+use serde::Serialize;
+use serde_json::json;
 
 const PAGE: &str = include_str!("../../assets/report/page.html");
 const STYLE: &str = include_str!("../../assets/report/style.css");
@@ -31,25 +34,43 @@ pub(super) fn base64(bytes: &[u8]) -> String {
     STANDARD.encode(bytes)
 }
 
-/// Returns the page that shows `data`. Every `<` in the data is escaped, so no text can end the element that holds the
-/// data.
-pub(super) fn html(data: &Value) -> String {
+/// Writes JSON into a page. Every `<` is escaped, so no text can end the element that holds the data.
+struct Escaped<'a>(&'a mut Vec<u8>);
+
+impl Write for Escaped<'_> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        for (index, part) in bytes.split(|byte| *byte == b'<').enumerate() {
+            if index > 0 {
+                self.0.extend(br"\u003c");
+            }
+            self.0.extend(part);
+        }
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+/// Returns the page that shows `data`. The data are written into the page without a further copy.
+pub(super) fn html(data: &impl Serialize) -> String {
     let library = |code: &str| format!("data:text/javascript;base64,{}", base64(code.as_bytes()));
     let imports = json!({"imports": {"three": library(THREE), "three/orbit": library(ORBIT)}});
-    let mut html = String::with_capacity(2_000_000);
-    let parts = [
-        ("{{style}}", STYLE.to_owned()),
-        ("{{imports}}", imports.to_string()),
-        ("{{data}}", data.to_string().replace('<', "\\u003c")),
-        ("{{code}}", CODE.concat()),
-    ];
+    let mut html = Vec::with_capacity(2_000_000);
     let mut rest = PAGE;
-    for (mark, content) in parts {
+    for mark in ["{{style}}", "{{imports}}", "{{data}}", "{{code}}"] {
         let (before, after) = rest.split_once(mark).unwrap_or((rest, ""));
-        html.push_str(before);
-        html.push_str(&content);
+        html.extend(before.bytes());
+        match mark {
+            "{{style}}" => html.extend(STYLE.bytes()),
+            "{{imports}}" => html.extend(imports.to_string().bytes()),
+            "{{code}}" => html.extend(CODE.concat().bytes()),
+            // Data of numbers and text are always JSON.
+            _ => drop(serde_json::to_writer(Escaped(&mut html), data)),
+        }
         rest = after;
     }
-    html.push_str(rest);
-    html
+    html.extend(rest.bytes());
+    String::from_utf8(html).unwrap_or_default()
 }

@@ -1,6 +1,7 @@
 //! `trace.jsonl`: every decision with its skill, every contact and release, and the end of every episode. Each line is
 //! a JSON object.
 
+use std::collections::{HashMap, VecDeque};
 use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
@@ -99,6 +100,10 @@ fn put(text: &mut String, line: &Line) {
 pub(super) const MAX_EPISODE_S: f64 = 200_000.0;
 /// Maximum number of episodes in a run.
 const MAX_EPISODES: usize = 100_000;
+/// Maximum number of lines that are read.
+const MAX_LINES: usize = 200_000;
+/// Maximum number of state names in the decisions that are read.
+const MAX_NAMES: usize = 2_000_000;
 
 impl Line {
     /// Returns whether the episode's number and all times are in range.
@@ -114,12 +119,20 @@ impl Line {
     }
 }
 
-/// Reads the lines of a file up to the first damaged line. The second value says what is wrong with that line.
+/// Reads the lines of a file up to the first damaged line. The second value says what is wrong with that line. Reads at
+/// most 200,000 lines, whose decisions name at most 2,000,000 states; further lines are left out, and the second value
+/// says so.
 pub fn read(bytes: &[u8]) -> (Vec<Line>, Option<String>) {
     let mut lines: Vec<Line> = Vec::new();
+    let mut open = OpenDecisions::default();
+    let mut names = 0;
     for (index, line) in bytes.split(|b| *b == b'\n').enumerate() {
         if line.iter().all(u8::is_ascii_whitespace) {
             continue;
+        }
+        if lines.len() == MAX_LINES || names > MAX_NAMES {
+            let problem = format!("only the first {} lines are shown", lines.len());
+            return (lines, Some(problem));
         }
         let parsed = serde_json::from_slice(line).map_err(|error| error.to_string());
         let in_range = |line: Line| match line.in_range() {
@@ -127,8 +140,14 @@ pub fn read(bytes: &[u8]) -> (Vec<Line>, Option<String>) {
             false => Err("a time or the episode's number is out of range".to_owned()),
         };
         match parsed.and_then(in_range) {
-            Ok(Line { episode, skill: Some(skill), .. }) => own_skill(&mut lines, episode, skill),
-            Ok(line) => lines.push(line),
+            Ok(Line { episode, skill: Some(skill), .. }) => {
+                open.close(&mut lines, episode, skill);
+            }
+            Ok(line) => {
+                names += line.decision.as_ref().map_or(0, |decision| decision.holds.len());
+                open.note(&line, lines.len());
+                lines.push(line);
+            }
             Err(error) => {
                 let problem = format!(
                     "line {} is damaged ({error}); only the lines before it are shown",
@@ -141,12 +160,25 @@ pub fn read(bytes: &[u8]) -> (Vec<Line>, Option<String>) {
     (lines, None)
 }
 
-/// Moves a skill of an older trace into its decision: the episode's first decision that was begun and has no skill.
-fn own_skill(lines: &mut [Line], episode: usize, skill: SkillReport) {
-    let own = lines.iter_mut().filter(|line| line.episode == episode);
-    let open = |decision: &&mut Decided| decision.begun && decision.skill.is_none();
-    if let Some(decision) = own.filter_map(|line| line.decision.as_mut()).find(open) {
-        decision.skill = Some(skill);
+/// The lines of decisions that were begun and have no skill yet, by episode and in the order of the file.
+#[derive(Default)]
+struct OpenDecisions(HashMap<usize, VecDeque<usize>>);
+
+impl OpenDecisions {
+    /// Notes a line that will have this index.
+    fn note(&mut self, line: &Line, index: usize) {
+        if line.decision.as_ref().is_some_and(|d| d.begun && d.skill.is_none()) {
+            self.0.entry(line.episode).or_default().push_back(index);
+        }
+    }
+
+    /// Moves a skill of an older trace into its decision: the episode's first decision that was begun and has no skill.
+    fn close(&mut self, lines: &mut [Line], episode: usize, skill: SkillReport) {
+        let index = self.0.get_mut(&episode).and_then(VecDeque::pop_front);
+        let line = index.and_then(|index| lines.get_mut(index));
+        if let Some(decision) = line.and_then(|line| line.decision.as_mut()) {
+            decision.skill = Some(skill);
+        }
     }
 }
 
@@ -184,6 +216,26 @@ mod tests {
         let [dropped, placed, late] =
             [SkillOutcome::Dropped, SkillOutcome::Placed, SkillOutcome::TimedOut].map(Some);
         assert_eq!(outcomes, [None, dropped, placed, late]);
+    }
+
+    #[test]
+    fn a_trace_of_a_million_lines_is_read_in_part_and_in_time() {
+        // Each skill of an older trace belongs to the first open decision. A search from the first line would never end.
+        let decision = r#"{"episode":0,"decision":{"asked_s":0,"took_ms":3,"holds":[],"action":"PUT","begun":true}}"#;
+        let skill =
+            r#"{"episode":0,"skill":{"part":1,"outcome":"dropped","picked":true,"slip_m":0.001}}"#;
+        let half = |line: &str| format!("{line}\n").repeat(MAX_LINES / 2);
+        let (lines, problem) = read((half(decision) + &half(skill)).as_bytes());
+        assert_eq!((lines.len(), problem), (MAX_LINES / 2, None));
+        assert!(lines.iter().all(|l| l.decision.as_ref().is_some_and(|d| d.skill.is_some())));
+        let touch = r#"{"episode":0,"touch":{"t":0,"part":0,"contact":true}}"#;
+        let (lines, problem) = read(format!("{touch}\n").repeat(1_000_000 / 2).as_bytes());
+        assert_eq!(lines.len(), MAX_LINES);
+        assert_eq!(problem.as_deref(), Some("only the first 200000 lines are shown"));
+        let names = vec!["\"A\""; MAX_NAMES + 1].join(",");
+        let long = decision.replace("\"holds\":[]", &format!("\"holds\":[{names}]"));
+        let (lines, problem) = read(format!("{long}\n{decision}").as_bytes());
+        assert_eq!((lines.len(), problem.is_some()), (1, true));
     }
 
     #[test]

@@ -114,13 +114,21 @@ fn near(nearest: &Option<String>) -> String {
     nearest.as_ref().map_or_else(String::new, |name| format!(" (did you mean `{name}`?)"))
 }
 
+/// Length up to which names are compared, in bytes.
+const LONGEST: usize = 200;
+
 /// Returns the name in `choices` that differs from `name` by the fewest edits. Returns `None` if that many edits are
 /// unlikely to be a typing error.
 pub(crate) fn nearest_name<'a>(
     name: &str,
     choices: impl Iterator<Item = &'a str>,
 ) -> Option<String> {
+    // The number of steps is the product of the lengths.
+    if name.len() > LONGEST {
+        return None;
+    }
     choices
+        .filter(|choice| choice.len() <= LONGEST)
         .map(|choice| (edits(name, choice), choice))
         .min_by_key(|(distance, _)| *distance)
         .filter(|(distance, _)| *distance <= 2.max(name.chars().count() / 4))

@@ -1,5 +1,6 @@
 //! Errors of recordings, learning, domains, planning and execution.
 
+use std::borrow::Cow;
 use std::path::PathBuf;
 
 use thiserror::Error;
@@ -11,7 +12,7 @@ use crate::spa::VocabError;
 
 /// A fault in an input file: where it is, what was found and what was expected.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("{file}{}: {problem}; expected {expected}", place(.line, .field))]
+#[error("{}{}: {}; expected {}", file, place(.line, .field), short(.problem), short(.expected))]
 pub struct InputFault {
     /// Name of the file, or another name for the source of the text.
     pub file: String,
@@ -32,6 +33,15 @@ pub(super) fn json_problem(error: &serde_json::Error) -> String {
         text.truncate(at);
     }
     text
+}
+
+/// Cuts off the end of a text that quotes thousands of characters of a file.
+fn short(text: &str) -> Cow<'_, str> {
+    const LONGEST: usize = 4000;
+    match text.char_indices().nth(LONGEST) {
+        Some((at, _)) => format!("{}...", &text[..at]).into(),
+        None => text.into(),
+    }
 }
 
 fn place(line: &Option<usize>, field: &str) -> String {

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::Options;
 use super::clusters::{DEMOS, Once, part_poses, poses, scene, shown, truth};
-use crate::files::read_file;
+use crate::files::{Limit, read_file};
 use crate::sim::Seed;
 use crate::study::experiment::{
     Axis, Cell, Experiment, Figure, Mark, Measure, Reading, Results, Row, Series, Style,
@@ -81,7 +81,7 @@ impl Thresholds {
     /// states. Poses in no state, such as those of falling parts, are left out.
     fn given(path: &std::path::Path) -> Result<Vec<Kind>, TaskError> {
         let name = path.display().to_string();
-        let (recording, _) = Recording::parse(&read_file(path)?, &name)?;
+        let (recording, _) = Recording::parse(&read_file(path, Limit::RECORDING)?, &name)?;
         let domain = learn(&recording, &Settings::default())?.domain;
         let classifier = Classifier::new(&domain, Grounding::default())?;
         let mut names: Vec<String> = domain.states().iter().map(|s| s.kind.clone()).collect();

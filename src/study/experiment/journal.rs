@@ -7,7 +7,7 @@
 
 use std::collections::BTreeSet;
 use std::fs::{File, OpenOptions};
-use std::io::{Read, Seek, SeekFrom, Write};
+use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -15,7 +15,7 @@ use serde_json::{Map, Value, json};
 
 use super::lock::Lock;
 use super::{MAX_READINGS, TrialOutcome};
-use crate::files::{FileError, Overwrite, write_atomic};
+use crate::files::{FileError, Limit, Overwrite, read_regular_file, write_atomic};
 use crate::task::{InputFault, TaskError};
 
 const FORMAT: &str = "symbolt-trials";
@@ -212,10 +212,7 @@ fn fault(path: &Path, problem: impl Into<String>, expected: impl Into<String>) -
 
 /// Reads a journal.
 pub(super) fn read(path: &Path) -> Result<Contents, TaskError> {
-    let mut bytes = Vec::new();
-    File::open(path)
-        .and_then(|mut file| file.read_to_end(&mut bytes))
-        .map_err(FileError::io("read", path))?;
+    let bytes = read_regular_file(path, Limit::JOURNAL)?;
     let bad = |why: String| {
         let problem = format!("the first line is not that of a journal of trials ({why})");
         fault(path, problem, "a journal of trials; --force starts again")
@@ -223,7 +220,8 @@ pub(super) fn read(path: &Path) -> Result<Contents, TaskError> {
     let end = bytes.iter().position(|b| *b == b'\n');
     let end = end.ok_or_else(|| bad("the file has no line break".into()))?;
     let header: Header = serde_json::from_slice(&bytes[..end]).map_err(|e| bad(e.to_string()))?;
-    if header.format != FORMAT || header.version != VERSION || header.width > MAX_READINGS {
+    let usable = (1..=MAX_READINGS).contains(&header.width);
+    if header.format != FORMAT || header.version != VERSION || !usable {
         let problem = format!("the file is a {} of version {}", header.format, header.version);
         return Err(fault(path, problem, format!("a {FORMAT} of version {VERSION}")));
     }

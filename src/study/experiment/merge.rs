@@ -83,7 +83,7 @@ impl Run<'_> {
 
     /// Reads the journals of all shards and checks that they belong together and to this run.
     fn shards<'f>(&self, folders: &'f [PathBuf]) -> Result<Vec<(&'f Path, Contents)>, TaskError> {
-        let mut shards: Vec<(&Path, Contents)> = Vec::new();
+        let (mut shards, mut trials): (Vec<(&Path, Contents)>, usize) = (Vec::new(), 0);
         for folder in folders {
             let contents = journal::read(&folder.join(JOURNAL))?;
             let refused = |reason| Err(TaskError::Merge { folder: folder.clone(), reason });
@@ -98,6 +98,13 @@ impl Run<'_> {
                     return refused(format!("it does not belong with {first}: {differences}"));
                 }
             }
+            trials += contents.records.len();
+            if trials > MAX_TRIALS_READ {
+                let reason = format!(
+                    "it and the folders before it hold {trials} trials; expected at most {MAX_TRIALS_READ}"
+                );
+                return refused(reason);
+            }
             shards.push((folder.as_path(), contents));
         }
         // This check comes last, because a difference between two folders helps the reader more.
@@ -111,6 +118,9 @@ impl Run<'_> {
         Ok(shards)
     }
 }
+
+/// Greatest number of trials in all shards, of 80 bytes each in memory.
+const MAX_TRIALS_READ: usize = 4_000_000;
 
 /// Returns a sentence on the number of missing trials and their shards; `None` if no trial is missing.
 fn missing(

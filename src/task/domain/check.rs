@@ -10,7 +10,10 @@ use super::state::{LearnedState, State};
 pub(crate) const RESERVED: [&str; 3] = ["PRECONDITION", "ABSENT", "NOTHING"];
 
 /// Maximum length of a name of a state or an action, in characters.
-const MAX_NAME: usize = 200;
+pub(crate) const MAX_NAME: usize = 200;
+
+/// Greatest number of states and of actions in a domain file.
+const MAX_COUNT: usize = 2_000;
 
 /// Largest accepted deviation of an orientation's norm from 1.
 const NORM_TOLERANCE: f64 = 1e-3;
@@ -58,6 +61,15 @@ pub(super) fn check(
 /// The valid numbers of states, in words.
 fn below(states: usize) -> String {
     format!("expected a number below {states}, as there are {states} states")
+}
+
+/// Returns a message if a domain file has too many states or actions.
+pub(crate) fn check_counts(states: usize, operators: usize) -> Result<(), String> {
+    let counts = [("states", states), ("actions", operators)];
+    match counts.into_iter().find(|(_, count)| *count > MAX_COUNT) {
+        Some((what, count)) => Err(format!("it has {count} {what}; expected at most {MAX_COUNT}")),
+        None => Ok(()),
+    }
 }
 
 /// Returns the first invalid or repeated name as a message.

@@ -45,7 +45,7 @@ mod world;
 use std::ops::Index;
 
 pub use builder::DomainBuilder;
-pub(crate) use check::{check_names, is_symbol};
+pub(crate) use check::{check_counts, check_names, is_symbol};
 pub use composition::{Composition, Factor, Part};
 pub(crate) use file::fields;
 pub use grounding::{Classifier, GaussianGate, Grounded, Grounding, MIN_DISTINCT};

@@ -52,16 +52,23 @@ impl<'p> Compiler<'p> {
                         let needs = self.needs(&action);
                         let needs = needs.into_iter().map(|n| self.fact(n)).collect();
                         self.actions.insert(action, (needs, next));
+                        self.check_size(most)?;
                     }
                 }
             }
             next += 1;
-            let size = self.tests.len() + self.actions.len();
-            if size > most {
-                return Err(ProblemError::TooLarge { objects: self.problem.objects.len(), most });
-            }
+            self.check_size(most)?;
         }
         Ok(self.finish())
+    }
+
+    fn check_size(&self, most: usize) -> Result<(), ProblemError> {
+        match self.tests.len() + self.actions.len() {
+            size if size > most => {
+                Err(ProblemError::TooLarge { objects: self.problem.objects.len(), most })
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Lists the actions in order of preference, with all their effects.

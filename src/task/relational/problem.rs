@@ -8,6 +8,7 @@ use super::goal::Quantity;
 use super::layout::{Fact, LaidOut, Layout, Situation};
 use super::moves::Move;
 use super::operator::{Condition, Need, RelationalOperator, Role, Subject, Verdict};
+use super::propositional::MOST;
 use super::state::{Coordinate, Place};
 use super::{Frame, GoalTerm, RelationalDomain};
 
@@ -89,6 +90,8 @@ pub struct Problem<'d> {
 
 /// Standard deviation above which a place holds any number of objects, in metres.
 pub(crate) const ROOMY_M: f64 = 0.015;
+/// Greatest number of moves of all objects in a scene, possible or not.
+const MOST_MOVES: usize = 300_000;
 /// Distance below which two places exclude each other, in metres.
 const SAME_PLACE_M: f64 = 0.008;
 
@@ -156,6 +159,7 @@ impl<'d> Problem<'d> {
             conflicts,
         };
         problem.check_goals()?;
+        problem.check_size()?;
         problem.choose_undecided(&layout.situation());
         Ok(problem)
     }
@@ -184,6 +188,22 @@ impl<'d> Problem<'d> {
             undecided.filter(|(_, n)| n.verdict == Verdict::Undecided).map(move |(n, _)| (o, n))
         });
         all.filter(|pair| !self.in_force.contains(pair)).collect()
+    }
+
+    /// Refuses a scene with so many pairs of objects that listing all moves would take many seconds.
+    fn check_size(&self) -> Result<(), ProblemError> {
+        let moves = self.domain.operators.iter().map(|operator| {
+            let to = &self.domain.states[operator.to];
+            let references = match &to.frame {
+                Frame::World => 1,
+                Frame::Kind(kind) => self.of_kind(kind).count(),
+            };
+            self.of_kind(&to.kind).count() * references * to.places.len()
+        });
+        match moves.sum::<usize>() {
+            0..=MOST_MOVES => Ok(()),
+            _ => Err(ProblemError::TooLarge { objects: self.objects.len(), most: MOST }),
+        }
     }
 
     fn check_goals(&self) -> Result<(), ProblemError> {

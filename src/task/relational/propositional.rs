@@ -138,7 +138,7 @@ pub struct GroundProblem {
 }
 
 /// Greatest number of facts and actions of a ground problem.
-const MOST: usize = 2_000;
+pub(super) const MOST: usize = 2_000;
 
 impl Problem<'_> {
     /// Compiles the problem into a propositional domain for the planner graph, with `now` as the present situation.

@@ -34,6 +34,6 @@ pub use pddl::{
     Action, Atom, Domain, EQUAL, Fact, Literal, OBJECT, Predicate, Problem, Term, Typed, Types,
 };
 pub use read::{Bodies, MAX_NAMES, REQUIREMENTS};
-pub use sexpr::{MAX_BYTES, MAX_DEPTH, PddlFault};
+pub use sexpr::{MAX_BYTES, MAX_DEPTH, MAX_NODES, PddlFault};
 pub use trace::{GroundAtom, Step, TraceObject, Trajectory};
 pub use write::Shown;

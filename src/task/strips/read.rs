@@ -11,8 +11,17 @@ use super::sexpr::{Node, PddlFault, Place, Source};
 /// Requirements that a domain may name.
 pub const REQUIREMENTS: [&str; 4] = [":strips", ":typing", ":negative-preconditions", ":equality"];
 
-/// Greatest number of types, of predicates, of actions, and of parameters of each.
-pub const MAX_NAMES: usize = 4_096;
+/// Greatest number of types, of constants, of predicates, of actions, and of parameters of each.
+pub const MAX_NAMES: usize = 1_024;
+
+/// Greatest number of parameters of all predicates and actions.
+const MAX_PARAMETERS: usize = 20_000;
+
+/// Greatest number of types in `(either ...)`.
+const MAX_EITHER: usize = 64;
+
+/// Greatest number of types of all names of a typed list.
+const MAX_TYPED: usize = 500_000;
 
 /// Whether the preconditions and effects of a domain's actions are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -113,7 +122,7 @@ impl Source<'_> {
     /// Reads a typed list without checking that its types exist.
     fn untyped(&self, nodes: &[Node]) -> Result<Vec<(Place, Typed)>, PddlFault> {
         let mut read: Vec<(Place, Typed)> = Vec::new();
-        let mut first_without = 0;
+        let (mut first_without, mut typed) = (0, 0);
         let mut nodes = nodes.iter();
         while let Some(node) = nodes.next() {
             let word = self.word(node, "name")?;
@@ -131,11 +140,17 @@ impl Source<'_> {
             } else {
                 vec![self.word(kind, "type")?.to_owned()]
             };
-            if types.is_empty() {
-                return Err(self.unexpected(kind, "type", "(either TYPE ...)"));
+            if !(1..=MAX_EITHER).contains(&types.len()) {
+                let expected = format!("(either TYPE ...) with 1 to {MAX_EITHER} types");
+                return Err(self.unexpected(kind, "type", &expected));
             }
-            for (_, typed) in &mut read[first_without..] {
-                typed.types.clone_from(&types);
+            typed += types.len() * (read.len() - first_without);
+            if typed > MAX_TYPED {
+                let expected = format!("at most {MAX_TYPED} types of all names together");
+                return Err(self.fault(kind.place, "the list has too many names", expected));
+            }
+            for (_, name) in &mut read[first_without..] {
+                name.types.clone_from(&types);
             }
             first_without = read.len();
         }
@@ -167,6 +182,7 @@ impl DomainReader<'_> {
                         })?;
                     }
                     ":constants" => {
+                        self.source.few(section)?;
                         let constants = self.source.typed(tail(section), &self.domain.types)?;
                         self.domain.constants.extend(constants.into_iter().map(|(_, typed)| typed));
                     }
@@ -223,7 +239,11 @@ impl DomainReader<'_> {
 
     /// Reads parameters. Each begins with `?`, and no two are equal.
     fn parameters(&self, nodes: &[Node]) -> Result<Vec<Typed>, PddlFault> {
-        if let Some(node) = nodes.get(MAX_NAMES) {
+        let lists = self.domain.predicates.iter().map(|p| &p.parameters);
+        let lists = lists.chain(self.domain.actions.iter().map(|a| &a.parameters));
+        let known: usize = lists.map(Vec::len).sum();
+        let most = MAX_NAMES.min(MAX_PARAMETERS.saturating_sub(known));
+        if let Some(node) = nodes.get(most) {
             return Err(self.source.fault(node.place, "there are too many parameters", "fewer"));
         }
         let read = self.source.typed(nodes, &self.domain.types)?;

@@ -2,8 +2,11 @@
 
 use thiserror::Error;
 
-/// Greatest length of a text, in bytes.
-pub const MAX_BYTES: usize = 256 << 20;
+/// Greatest length of a text, in bytes: 64 MiB.
+pub const MAX_BYTES: usize = 64 << 20;
+
+/// Greatest number of words and parentheses in a text.
+pub const MAX_NODES: usize = 3_000_000;
 
 /// Greatest number of lists inside each other.
 pub const MAX_DEPTH: usize = 64;
@@ -78,6 +81,14 @@ impl Node {
     }
 }
 
+/// Cuts off the end of a list of hundreds of choices.
+fn short_list(text: String) -> String {
+    if text.len() <= 2000 {
+        return text;
+    }
+    text.chars().take(2000).chain(", ...".chars()).collect()
+}
+
 fn short(word: &str) -> String {
     if word.chars().count() <= 60 {
         return word.to_owned();
@@ -104,7 +115,7 @@ impl Source<'_> {
             line: place.line,
             column: place.column,
             problem: problem.into(),
-            expected: expected.into(),
+            expected: short_list(expected.into()),
         }
     }
 
@@ -121,7 +132,15 @@ impl Source<'_> {
         })?;
         let mut open: Vec<(Place, Vec<Node>)> = Vec::new();
         let mut done = Vec::new();
-        for (place, word) in (Words { rest: text, place: start }) {
+        for (count, (place, word)) in (Words { rest: text, place: start }).enumerate() {
+            if count == MAX_NODES {
+                let expected = format!("at most {MAX_NODES}, or several files");
+                return Err(self.fault(
+                    place,
+                    "the text has too many words and parentheses",
+                    expected,
+                ));
+            }
             let node = match word {
                 "(" => {
                     if open.len() == MAX_DEPTH {

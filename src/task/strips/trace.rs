@@ -80,6 +80,9 @@ impl Trajectory {
     }
 }
 
+/// Greatest number of different lists of types that the places of an undeclared object may want.
+const MAX_USES: usize = 100;
+
 struct TraceReader<'a> {
     source: Source<'a>,
     domain: &'a Domain,
@@ -237,6 +240,11 @@ impl<'a> TraceReader<'a> {
                     return Err(self.source.fault(node.place, problem, wanted.join(" or ")));
                 }
             } else if !types.contains(wanted) {
+                if types.len() == MAX_USES {
+                    let problem = format!("{} is used where other types are wanted", node.shown());
+                    let expected = format!("at most {MAX_USES} different lists of types");
+                    return Err(self.source.fault(node.place, problem, expected));
+                }
                 types.push(wanted.clone());
             }
             arguments.push(id);

@@ -7,13 +7,14 @@ pub(crate) mod fields;
 mod shape;
 mod v1;
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::files::read_file;
-use crate::task::domain::check::check_names;
+use crate::files::{Limit, read_file};
+use crate::task::domain::check::{check_counts, check_names};
 use crate::task::domain::{
     Domain, Evidence, LearnedState, Operator, Parameter, Provenance, State, StateId,
 };
@@ -82,7 +83,7 @@ impl Domain {
     /// [`TaskError::File`] if the file cannot be read; [`TaskError::Input`] if it is not a valid domain file of version
     /// 1 or 2.
     pub fn read(path: &Path) -> Result<Self, TaskError> {
-        Self::parse(&read_file(path)?, &path.display().to_string())
+        Self::parse(&read_file(path, Limit::DOMAIN)?, &path.display().to_string())
     }
 
     /// Reads a domain from the bytes of a domain file. `file` is the file's name in error messages. Never panics.
@@ -125,6 +126,7 @@ impl Domain {
                 .unwrap_or((reason.as_str(), "a consistent domain"));
             TaskError::from(fault(None, "", problem.into(), expected))
         };
+        check_counts(parsed.states.len(), parsed.operators.len()).map_err(invalid)?;
         // Names first: an invalid name must not be reported as a reference to an unknown state.
         let states = parsed.states.iter().map(|s| &s.name);
         check_names(states.chain(parsed.operators.iter().map(|o| &o.name))).map_err(invalid)?;
@@ -178,8 +180,10 @@ struct Resolved {
 impl DomainFile {
     fn resolve(self) -> Result<Resolved, FieldFault> {
         let names: Vec<String> = self.states.iter().map(|s| s.name.clone()).collect();
+        let places: HashMap<&str, usize> =
+            names.iter().enumerate().map(|(at, name)| (name.as_str(), at)).collect();
         let find = |name: &str, field: &dyn Fn() -> String| {
-            let at = names.iter().position(|n| n == name);
+            let at = places.get(name).copied();
             at.map(StateId::new).ok_or_else(|| FieldFault::no_state(name, field(), &names))
         };
         let goal = self.goal.map(|g| find(&g, &|| "goal".into())).transpose()?;

@@ -7,7 +7,8 @@ use std::sync::Arc;
 use serde::Deserialize;
 
 use super::{Demonstration, Labels, ObjectPose, Recording, Snapshot, SnapshotEvent};
-use crate::files::read_file;
+use crate::files::{Limit, read_file};
+use crate::task::domain::check::MAX_NAME;
 use crate::task::domain::pose::Pose;
 use crate::task::error::{InputFault, TaskError, json_problem};
 
@@ -39,8 +40,11 @@ const NORM_TOLERANCE: f64 = 1e-3;
 /// Largest magnitude of a coordinate, in metres. Larger values are taken for a wrong unit.
 const FARTHEST: f64 = 1e6;
 
-/// Maximum length of an id or kind, in characters.
-const LONGEST_NAME: usize = 200;
+/// Maximum length of a line, in bytes.
+const LONGEST_LINE: usize = 8 << 20;
+
+/// Maximum number of snapshots in a recording.
+const MOST_SNAPSHOTS: usize = 1_000_000;
 
 /// The current position in a file, for errors.
 #[derive(Clone, Copy)]
@@ -81,7 +85,7 @@ impl Recording {
     /// # Errors
     /// As [`Recording::read`].
     pub fn read_labelled(path: &Path) -> Result<(Self, Labels), TaskError> {
-        let bytes = read_file(path)?;
+        let bytes = read_file(path, Limit::RECORDING)?;
         Ok(Self::parse(&bytes, &path.display().to_string())?)
     }
 
@@ -96,12 +100,22 @@ impl Recording {
         let mut recording = Self::default();
         let mut labels = Labels::new();
         let mut seen = HashSet::new();
+        let (mut words, mut snapshots) = (HashSet::new(), 0);
         let mut kinds: HashMap<Arc<str>, Arc<str>> = HashMap::new();
         for (index, line) in bytes.split(|b| *b == b'\n').enumerate() {
             let place = Place { file, line: Some(index + 1) };
             let line = line.strip_suffix(b"\r").unwrap_or(line);
             if line.iter().all(u8::is_ascii_whitespace) {
                 continue;
+            }
+            snapshots += 1;
+            if snapshots > MOST_SNAPSHOTS {
+                let expected = format!("at most {MOST_SNAPSHOTS} snapshots");
+                return Err(place.fault("", "the recording has too many snapshots", expected));
+            }
+            if line.len() > LONGEST_LINE {
+                let problem = format!("the line has {} bytes", line.len());
+                return Err(place.fault("", problem, format!("at most {LONGEST_LINE} bytes")));
             }
             let raw: RawSnapshot = parse_json(utf8(line, place)?, place)?;
             let required = |field, value: Option<u64>| {
@@ -110,7 +124,7 @@ impl Recording {
             let number = required("demo", raw.demo)?;
             let snapshot_number = required("snapshot", raw.snapshot)?;
             let label = raw.next_action.clone();
-            let snapshot = check_snapshot(raw, snapshot_number, place)?;
+            let snapshot = check_snapshot(raw, snapshot_number, place, &mut words)?;
             let new = recording.demos.last().is_none_or(|d| d.number != number);
             if new {
                 if !seen.insert(number) {
@@ -158,7 +172,7 @@ impl Snapshot {
     /// # Errors
     /// [`TaskError::File`] if the file cannot be read; [`TaskError::Input`] if it is not exactly one valid snapshot.
     pub fn read(path: &Path) -> Result<Self, TaskError> {
-        let bytes = read_file(path)?;
+        let bytes = read_file(path, Limit::SCENE)?;
         Ok(Self::parse(&bytes, &path.display().to_string())?)
     }
 
@@ -179,7 +193,7 @@ impl Snapshot {
             return Err(place.fault("", "it holds more than one snapshot", "exactly one snapshot"));
         }
         let number = raw.snapshot.unwrap_or(0);
-        check_snapshot(raw, number, place)
+        check_snapshot(raw, number, place, &mut HashSet::new())
     }
 }
 
@@ -213,7 +227,23 @@ fn json_fault(error: &serde_json::Error, place: Place<'_>, whole_file: bool) -> 
     place.fault("", problem, expected)
 }
 
-fn check_snapshot(raw: RawSnapshot, number: u64, place: Place<'_>) -> Result<Snapshot, InputFault> {
+/// Returns `word`, shared with all its earlier uses.
+fn shared(words: &mut HashSet<Arc<str>>, word: String) -> Arc<str> {
+    if let Some(known) = words.get(word.as_str()) {
+        return known.clone();
+    }
+    let new: Arc<str> = word.into();
+    words.insert(new.clone());
+    new
+}
+
+/// Checks a snapshot. `words` are the ids and kinds of the file so far.
+fn check_snapshot(
+    raw: RawSnapshot,
+    number: u64,
+    place: Place<'_>,
+    words: &mut HashSet<Arc<str>>,
+) -> Result<Snapshot, InputFault> {
     if let Some(t) = raw.t
         && !t.is_finite()
     {
@@ -225,12 +255,12 @@ fn check_snapshot(raw: RawSnapshot, number: u64, place: Place<'_>) -> Result<Sna
         let field = |name: &str| format!("objects[{index}].{name}");
         for (name, text) in [("id", &object.id), ("kind", &object.kind)] {
             let length = text.chars().count();
-            if length == 0 || length > LONGEST_NAME {
+            if length == 0 || length > MAX_NAME {
                 let problem = format!("it has {length} characters");
                 return Err(place.fault(
                     field(name),
                     problem,
-                    format!("1 to {LONGEST_NAME} characters"),
+                    format!("1 to {MAX_NAME} characters"),
                 ));
             }
         }
@@ -239,12 +269,13 @@ fn check_snapshot(raw: RawSnapshot, number: u64, place: Place<'_>) -> Result<Sna
             let problem = format!("the id `{}` is used twice", object.id);
             return Err(place.fault(field("id"), problem, "each id once per snapshot"));
         }
-        objects.push(ObjectPose { id: object.id.into(), kind: object.kind.into(), pose });
+        let (id, kind) = (shared(words, object.id), shared(words, object.kind));
+        objects.push(ObjectPose { id, kind, pose });
     }
     let touched = match &raw.object {
         None => None,
         Some(id) => Some(*ids.get(id).ok_or_else(|| {
-            let known: Vec<&str> = objects.iter().map(|o| &*o.id).collect();
+            let known: Vec<&str> = objects.iter().take(20).map(|o| &*o.id).collect();
             let expected = if known.is_empty() {
                 "no `object`, as the snapshot has no objects".into()
             } else {

@@ -5,6 +5,7 @@
 
 mod shape;
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -15,13 +16,15 @@ use super::{
     Condition, FrameState, GoalTerm, Need, Quantity, RelationalDomain, RelationalOperator,
     SideEffect, Subject,
 };
-use crate::files::read_file;
+use crate::files::{Limit, read_file};
 use crate::task::domain::fields::FieldFault;
-use crate::task::domain::{Domain, Provenance, check_names};
+use crate::task::domain::{Domain, Provenance, check_counts, check_names};
 use crate::task::error::{InputFault, TaskError, json_problem};
 
 /// Value of the `format` field.
 const FORMAT: &str = "symbolt-domain";
+/// Greatest number of places of all states. Planning compares each with every other.
+const MAX_PLACES: usize = 2_000;
 /// Version of the layout that is written.
 const VERSION: u64 = 3;
 
@@ -110,7 +113,7 @@ impl RelationalDomain {
     /// # Errors
     /// [`TaskError::File`] if the file cannot be read; otherwise as [`RelationalDomain::parse`].
     pub fn read(path: &Path) -> Result<Self, TaskError> {
-        Self::parse(&read_file(path)?, &path.display().to_string())
+        Self::parse(&read_file(path, Limit::DOMAIN)?, &path.display().to_string())
     }
 
     /// Reads a domain from the bytes of a domain file of version 1, 2 or 3. `file` is the file's name in error messages.
@@ -148,6 +151,12 @@ impl RelationalDomain {
                 .unwrap_or((reason.as_str(), "a consistent domain"));
             TaskError::from(fault(None, "", problem.into(), expected))
         };
+        check_counts(parsed.states.len(), parsed.operators.len()).map_err(invalid)?;
+        let places: usize = parsed.states.iter().map(|state| state.places.len()).sum();
+        if places > MAX_PLACES {
+            let problem = format!("its states have {places} places; expected at most {MAX_PLACES}");
+            return Err(invalid(problem));
+        }
         // Names first: an invalid name must not be reported as a reference to an unknown state.
         let states = parsed.states.iter().map(|s| &s.name);
         check_names(states.chain(parsed.operators.iter().map(|o| &o.name))).map_err(invalid)?;
@@ -214,8 +223,10 @@ impl From<&RelationalDomain> for DomainFile {
 impl DomainFile {
     fn resolve(self) -> Result<RelationalDomain, FieldFault> {
         let names: Vec<String> = self.states.iter().map(|s| s.name.clone()).collect();
+        let places: HashMap<&str, usize> =
+            names.iter().enumerate().map(|(at, name)| (name.as_str(), at)).collect();
         let find = |name: &str, field: &dyn Fn() -> String| {
-            let at = names.iter().position(|n| n == name);
+            let at = places.get(name).copied();
             at.ok_or_else(|| FieldFault::no_state(name, field(), &names))
         };
         let mut goals = Vec::with_capacity(self.goals.len());

@@ -64,22 +64,77 @@ fn distinct<'a>(field: &str, names: impl IntoIterator<Item = &'a str>) -> Checke
     let mut seen = BTreeSet::from([WORLD]);
     for name in names {
         demand(
-            !name.is_empty() && name.chars().count() <= 200,
+            (1..=LONGEST_NAME).contains(&name.chars().count()),
             field,
             name,
-            "1 to 200 characters",
+            "1 to 190 characters",
         )?;
         demand(seen.insert(name), field, name, "a name that nothing else has")?;
     }
     Ok(())
 }
 
+/// Greatest length of a name, in characters. In a recording, ids are longer than their kind, and have at most 200
+/// characters.
+const LONGEST_NAME: usize = 190;
+
+fn at_most(field: String, count: usize, most: usize) -> Checked {
+    let expected = format!("at most {most}");
+    demand(count <= most, field, format_args!("{count} entries"), expected)
+}
+
 impl TaskFile {
+    /// Checks the lengths of all lists, on which the cost of every other check depends.
+    fn check_sizes(&self) -> Checked {
+        let starts = |starts: &[Start]| starts.iter().map(|s| s.count.min(1000)).sum::<usize>();
+        let lists = [
+            ("parts", self.parts.len(), 64),
+            ("references", self.references.len(), 64),
+            ("goal", self.goal.len(), 64),
+            ("perturbations", self.perturbations.len(), 64),
+            ("parts[].starts", self.parts.iter().map(|p| starts(&p.starts)).sum(), 128),
+            ("references[].starts", self.references.iter().map(|r| starts(&r.starts)).sum(), 128),
+        ];
+        lists
+            .into_iter()
+            .try_for_each(|(field, count, most)| at_most(field.into(), count, most))?;
+        let shapes = self.parts.iter().map(|p| &p.shape);
+        for (i, shape) in shapes.chain(self.references.iter().map(|r| &r.shape)).enumerate() {
+            let field = match i.checked_sub(self.parts.len()) {
+                None => format!("parts[{i}].shape"),
+                Some(i) => format!("references[{i}].shape"),
+            };
+            at_most(field.clone(), shape.len(), 64)?;
+            for piece in shape {
+                if let Shape::Hull { points } = piece {
+                    at_most(format!("{field}[].hull.points"), points.len(), 256)?;
+                }
+            }
+        }
+        for (i, part) in self.parts.iter().enumerate() {
+            let grasps = format!("parts[{i}].grasps");
+            at_most(grasps.clone(), part.grasps.len(), 64)?;
+            for grasp in &part.grasps {
+                at_most(format!("{grasps}[].openings_m"), grasp.openings_m.len(), 16)?;
+                at_most(format!("{grasps}[].tilts_deg"), grasp.tilts_deg.len(), 16)?;
+            }
+        }
+        for (i, reference) in self.references.iter().enumerate() {
+            at_most(format!("references[{i}].landmarks"), reference.landmarks.len(), 64)?;
+        }
+        for (i, relation) in self.goal.iter().enumerate() {
+            at_most(format!("goal[{i}].places"), relation.places.len(), 256)?;
+            at_most(format!("goal[{i}].after"), relation.after.len(), 64)?;
+        }
+        Ok(())
+    }
+
     /// Checks everything that needs no scene.
     pub(super) fn faults(&self) -> Checked {
+        self.check_sizes()?;
         let simple = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-        let fine = !self.name.is_empty() && self.name.chars().all(simple);
-        demand(fine, "name", &self.name, "lower-case letters, digits and hyphens")?;
+        let fine = (1..=LONGEST_NAME).contains(&self.name.len()) && self.name.chars().all(simple);
+        demand(fine, "name", &self.name, "lower-case letters, digits and hyphens, at most 190")?;
         demand(!self.parts.is_empty(), "parts", "an empty list", "at least one kind of part")?;
         let kinds = self.parts.iter().map(|part| part.kind.as_str());
         let names = self.references.iter().map(|r| r.name.as_str());
@@ -175,9 +230,15 @@ impl TaskFile {
         }
         let kinds: Vec<&str> = self.parts.iter().map(|p| p.kind.as_str()).collect();
         for (i, mark) in reference.landmarks.iter().enumerate() {
-            let fine = !mark.name.is_empty() && !kinds.contains(&mark.name.as_str());
+            let length = (1..=LONGEST_NAME).contains(&mark.name.chars().count());
+            let fine = length && !kinds.contains(&mark.name.as_str());
             let field = format!("{at}.landmarks[{i}].name");
-            demand(fine, field, &mark.name, "a name that no kind of part has")?;
+            demand(
+                fine,
+                field,
+                &mark.name,
+                "a name of 1 to 190 characters that no kind of part has",
+            )?;
         }
         Ok(())
     }
@@ -299,6 +360,15 @@ fn check_body(shapes: &[Shape], look: &LookData, at: &str) -> Checked {
 
 fn check_shape(shape: &Shape, at: &str) -> Checked {
     let size = |name: &str, value: f64| in_range(format!("{at}.{name}"), value, [1e-4, 2.0]);
+    let place = |name: &str, place: [f64; 3]| {
+        place.iter().try_for_each(|v| in_range(format!("{at}.{name}"), *v, [-2.0, 2.0]))
+    };
+    match shape {
+        Shape::Box { middle, .. } => place("box.middle", *middle)?,
+        Shape::Prism { base, .. } => place("prism.base", *base)?,
+        Shape::Ring { base, .. } => place("ring.base", *base)?,
+        Shape::Hull { .. } => {}
+    }
     match shape {
         Shape::Box { size_m, .. } => size_m.iter().try_for_each(|v| size("box.size_m", *v)),
         Shape::Prism { radius_m, top_radius_m, height_m, sides, .. } => {
@@ -315,8 +385,9 @@ fn check_shape(shape: &Shape, at: &str) -> Checked {
             in_range(format!("{at}.ring.chamfer_m"), *chamfer_m, [0.0, height_m - 1e-4])
         }
         Shape::Hull { points } => {
-            let fine = points.len() >= 4 && points.iter().flatten().all(|v| v.is_finite());
-            demand(fine, format!("{at}.hull.points"), points, "at least four points")
+            let fine = points.len() >= 4 && points.iter().flatten().all(|v| v.abs() <= 2.0);
+            let expected = "at least four points, at most 2 m from the origin along each axis";
+            demand(fine, format!("{at}.hull.points"), points, expected)
         }
     }
 }

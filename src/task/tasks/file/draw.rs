@@ -1,5 +1,6 @@
 //! Draws where references and parts start.
 
+use std::cell::Cell;
 use std::f64::consts::TAU;
 
 use rand::{Rng, RngExt};
@@ -58,11 +59,17 @@ const PLACES: usize = 300;
 /// Distance from the rim that is kept free, in metres.
 const RIM_M: f64 = 0.01;
 
+/// Cost of the search for a layout, in corners and distances that are computed. A scene of a few dozen parts needs a
+/// thousandth of it; without a limit, a file with as many parts and corners as possible would be searched for hours.
+const BUDGET: usize = 20_000_000;
+
 /// Draws a layout; `None` if there is no room.
 pub(super) fn layout(file: &TaskFile, shapes: &Shapes, seed: Seed) -> Option<Layout> {
     let mut rng = seed.derive("scene", "layout").rng();
+    let left = Cell::new(BUDGET);
     // The first places can leave no room for the last. In that case, start again.
-    (0..LAYOUTS).find_map(|_| Drawing::new(file, shapes).draw(&mut rng))
+    let mut layouts = (0..LAYOUTS).map_while(|_| (left.get() > 0).then_some(()));
+    layouts.find_map(|()| Drawing::new(file, shapes, &left).draw(&mut rng))
 }
 
 /// A part or reference whose place is to be drawn.
@@ -83,10 +90,12 @@ struct Drawing<'f> {
     kinds: Vec<usize>,
     taken: Vec<Extent>,
     heap: Vec<Extent>,
+    /// What is left of the [`BUDGET`].
+    left: &'f Cell<usize>,
 }
 
 impl<'f> Drawing<'f> {
-    fn new(file: &'f TaskFile, shapes: &'f Shapes) -> Self {
+    fn new(file: &'f TaskFile, shapes: &'f Shapes, left: &'f Cell<usize>) -> Self {
         Self {
             file,
             shapes,
@@ -96,7 +105,16 @@ impl<'f> Drawing<'f> {
             kinds: Vec::new(),
             taken: Vec::new(),
             heap: Vec::new(),
+            left,
         }
+    }
+
+    /// Spends the cost of an attempt to draw a place; `None` if nothing is left.
+    fn spend(&self, corners: usize) -> Option<()> {
+        let others = self.taken.len() + self.rooms.len() + self.heap.len();
+        let left = self.left.get().saturating_sub(2 * corners + others + 10);
+        self.left.set(left);
+        (left > 0).then_some(())
     }
 
     fn draw(mut self, rng: &mut impl Rng) -> Option<Layout> {
@@ -137,7 +155,10 @@ impl<'f> Drawing<'f> {
     fn draw_reference(&mut self, kind: usize, start: &Start, rng: &mut impl Rng) -> Option<()> {
         let region = start.region.as_ref()?;
         let reference = &self.file.references[kind];
+        let places: usize = self.file.goal.iter().map(|relation| relation.places.len()).sum();
+        let corners = self.shapes.references[kind].iter().map(Vec::len).sum::<usize>();
         let (frame, room) = (0..PLACES).find_map(|_| {
+            self.spend(corners + places)?;
             let base = self.base(&region.of)?;
             let mut frame = draw_in(region, &base, &[], 1, rng);
             frame.position[2] = base.position[2] + region.z_m;
@@ -172,6 +193,7 @@ impl<'f> Drawing<'f> {
         let turns = self.file.parts[item.kind].handling.turns;
         let own = self.file.references.iter().position(|r| r.name == region.of);
         for _ in 0..PLACES {
+            self.spend(corners.len())?;
             let mut frame = draw_in(region, &self.base(&region.of)?, corners, turns, rng);
             let mut extent = Extent::of(corners, &frame);
             if item.start.heap {

@@ -89,7 +89,7 @@ pub use format::{
 };
 pub use task::DataTask;
 
-use crate::files::read_file;
+use crate::files::{Limit, read_file};
 use crate::task::error::{InputFault, TaskError, json_problem};
 
 /// Value of [`TaskFile::format`].
@@ -113,7 +113,7 @@ impl TaskFile {
     /// # Errors
     /// [`TaskError::File`] if the file cannot be read; as [`TaskFile::parse`].
     pub fn read(path: &Path) -> Result<Self, TaskError> {
-        Self::parse(&read_file(path)?, &path.display().to_string())
+        Self::parse(&read_file(path, Limit::SETTINGS)?, &path.display().to_string())
     }
 
     /// Parses the text of a task file. `name` is the name of the file in error messages.

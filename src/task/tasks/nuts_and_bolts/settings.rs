@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::files::read_file;
+use crate::files::{Limit, read_file};
 use crate::task::error::TaskError;
 use crate::task::robot::{ArmSpec, GripperSpec};
 use crate::task::tasks::parse_settings;
@@ -174,7 +174,7 @@ impl NutsAndBolts {
     /// # Errors
     /// [`TaskError::File`] if the file cannot be read; as [`NutsAndBolts::parse`].
     pub fn read(path: &Path) -> Result<Self, TaskError> {
-        Self::parse(&read_file(path)?, &path.display().to_string())
+        Self::parse(&read_file(path, Limit::SETTINGS)?, &path.display().to_string())
     }
 
     /// Parses settings from JSON text. `name` is the name of the file in error messages.
@@ -255,12 +255,13 @@ mod tests {
 
     #[test]
     fn impossible_scenes_are_refused_by_the_setting_that_is_wrong() {
-        let cases: [(&str, String); 9] = [
+        let cases: [(&str, String); 10] = [
             ("part.nut_hole_m", refused(|s| s.part.shaft_radius_m = 0.0097)),
             ("part.friction", refused(|s| s.part.friction = 0.0)),
             ("part.density", refused(|s| s.part.density = f64::NAN)),
             ("nuts", refused(|s| s.nuts = 0)),
             ("bolts", refused(|s| s.bolts = 100)),
+            ("nut_kind", refused(|s| s.nut_kind = "n".repeat(191))),
             ("jig.pocket", refused(|s| s.jig.pocket = [0.9, 0.0])),
             ("table.drop", refused(|s| s.table.drop[1] = [2.0, 0.2])),
             ("jig.hole_top_m", refused(|s| s.jig.hole_top_m = 0.0585)),

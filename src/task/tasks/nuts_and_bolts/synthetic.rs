@@ -153,6 +153,7 @@ impl SyntheticDemonstrations {
             assembled: 0,
         };
         let flip = seed.derive("kinematic", "order").rng().random::<bool>();
+        let mut poses = 0;
         for demo in 0..self.demos {
             let nut_first = match self.order {
                 Order::NutFirst => true,
@@ -178,6 +179,10 @@ impl SyntheticDemonstrations {
                 .demos
                 .push(Demonstration { number: demo as u64, snapshots: stage.snapshots });
             out.labels.push(stage.labels);
+            // Luck can make a recording larger than expected.
+            let last = out.recording.demos.last().map_or(&[][..], |demo| &demo.snapshots);
+            poses += last.iter().map(|snapshot| snapshot.objects.len()).sum::<usize>();
+            self.refuse_beyond(poses as f64)?;
         }
         Ok(out)
     }
@@ -195,6 +200,22 @@ impl SyntheticDemonstrations {
         Ok(scene)
     }
 
+    /// Refuses settings that would make a recording too large to be read.
+    fn check_size(&self) -> Result<(), TaskError> {
+        let attempts = (3.0 / (1.0 - self.fail_rate.clamp(0.0, 0.9))).min(MAX_ATTEMPTS as f64);
+        let poses = (2.0 * attempts + 2.0) * (self.nuts + self.bolts + 2) as f64;
+        self.refuse_beyond(self.demos as f64 * poses)
+    }
+
+    fn refuse_beyond(&self, poses: f64) -> Result<(), TaskError> {
+        if poses <= MAX_POSES as f64 {
+            return Ok(());
+        }
+        let expected = "fewer demonstrations, parts or failures: so many make about 600,000 poses or more, and a \
+                        recording of that size cannot be read";
+        Err(TaskError::Setting { name: "demos", value: self.demos.to_string(), expected })
+    }
+
     fn check(&self) -> Result<(), TaskError> {
         let setting = |name, value: String, expected| TaskError::Setting { name, value, expected };
         if self.demos == 0 || self.demos > 10_000 {
@@ -205,6 +226,7 @@ impl SyntheticDemonstrations {
                 return Err(setting(name, count.to_string(), "1 to 50"));
             }
         }
+        self.check_size()?;
         if !(0.0..=0.9).contains(&self.fail_rate) {
             return Err(setting("fail_rate", self.fail_rate.to_string(), "0 to 0.9"));
         }
@@ -216,6 +238,9 @@ impl SyntheticDemonstrations {
         Ok(())
     }
 }
+
+/// Maximum number of poses in a recording. They take about 120 MB as text.
+const MAX_POSES: usize = 600_000;
 
 /// Maximum number of attempts in one demonstration.
 const MAX_ATTEMPTS: usize = 60;
