@@ -6,6 +6,7 @@ use std::error::Error;
 use std::path::Path;
 
 use serde_json::{Value, json};
+use symbolt::files::ResultFolder;
 use symbolt::prelude::*;
 use symbolt::study::experiment::{
     Cell, Experiment, Measure, Reading, Run, Shard, TrialOutcome, outcome,
@@ -108,7 +109,8 @@ impl Experiment for GateAblation {
 }
 
 fn count() -> Result<(), TaskError> {
-    let folder = Path::new("gate-ablation"); // for the journal and the results
+    // For the journal and the results. No other run can open the folder meanwhile.
+    let folder = ResultFolder::open(Path::new("gate-ablation"))?;
     let run = Run::new(&GateAblation, Seed::new(1), Shard::default(), folder);
     // Only one shard of several gives no results.
     let Some(results) = run.go(&mut Ignore)? else { return Ok(()) };

@@ -1,16 +1,21 @@
-//! Reads whole files, up to a maximum size, and writes them atomically.
+//! Reads whole files, up to a maximum size, writes them atomically, and opens folders for results.
 //!
 //! Every module of the crate may use this module. It uses no other module.
 
+mod folder;
 mod input;
 pub mod npz;
+mod write;
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-pub use input::{Limit, read_file, read_regular_file};
+#[cfg(test)]
+pub(crate) use folder::TryLock;
+pub use folder::{ResultFolder, Warning};
+pub use input::{Limit, read_file, read_head, read_regular_file};
+pub use write::{check_output, write_atomic};
 
 /// A file that cannot be read or written.
 #[derive(Debug, Error)]
@@ -43,6 +48,12 @@ pub enum FileError {
     Exists {
         /// Output file.
         path: PathBuf,
+    },
+    /// Another run holds the lock of the output folder.
+    #[error("another run is writing to {}; choose another folder, or wait until it ends", folder.display())]
+    Busy {
+        /// Output folder.
+        folder: PathBuf,
     },
 }
 
@@ -81,71 +92,6 @@ fn in_mib(bytes: u64) -> String {
     match bytes {
         1.. if bytes.is_multiple_of(1 << 20) => format!("{} MiB", bytes >> 20),
         _ => format!("{bytes} bytes"),
-    }
-}
-
-/// Writes a file atomically: writes a temporary file in the same folder and renames it. A reader sees either the old
-/// content or all of the new content. If `path` is a symbolic link, the file that it points to is replaced.
-///
-/// # Errors
-/// [`FileError::Exists`] if the file exists and must not be replaced. [`FileError::Io`] if the file cannot be written.
-/// After an error, no temporary file is left behind.
-pub fn write_atomic(
-    path: &Path,
-    content: impl AsRef<[u8]>,
-    overwrite: Overwrite,
-) -> Result<(), FileError> {
-    if overwrite == Overwrite::Never && path.exists() {
-        return Err(FileError::Exists { path: path.into() });
-    }
-    // Replace the target of a link, not the link.
-    let resolved = path.canonicalize().ok();
-    let path = resolved.as_deref().unwrap_or(path);
-    if path.exists() && !path.is_file() {
-        let source = std::io::Error::other("it is not a regular file");
-        return Err(FileError::Io { what: "write", path: path.into(), source });
-    }
-    let failed = FileError::io("write", path);
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let mut beside = tempfile::Builder::new()
-        .prefix(".symbolt-")
-        .permissions_like_a_new_file()
-        .tempfile_in(folder)
-        .map_err(&failed)?;
-    beside.write_all(content.as_ref()).map_err(&failed)?;
-    beside.as_file().sync_all().map_err(&failed)?;
-    match overwrite {
-        Overwrite::Allowed => beside.persist(path).map_err(|e| failed(e.error))?,
-        Overwrite::Never => beside.persist_noclobber(path).map_err(|e| {
-            if e.error.kind() == std::io::ErrorKind::AlreadyExists {
-                FileError::Exists { path: path.into() }
-            } else {
-                failed(e.error)
-            }
-        })?,
-    };
-    Ok(())
-}
-
-/// Sets usual permissions for a temporary file that is renamed into place. Without this, only its owner could read it.
-trait PermissionsLikeANewFile {
-    fn permissions_like_a_new_file(&mut self) -> &mut Self;
-}
-
-impl PermissionsLikeANewFile for tempfile::Builder<'_, '_> {
-    #[cfg(unix)]
-    fn permissions_like_a_new_file(&mut self) -> &mut Self {
-        use std::os::unix::fs::PermissionsExt;
-        // The process's umask still applies.
-        self.permissions(std::fs::Permissions::from_mode(0o666))
-    }
-
-    #[cfg(not(unix))]
-    fn permissions_like_a_new_file(&mut self) -> &mut Self {
-        self
     }
 }
 

@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use serde_json::Value;
+use symbolt::files::ResultFolder;
 use symbolt::sim::Seed;
 use symbolt::study::catalogue::{Options, find};
 use symbolt::study::experiment::{Run, Shard};
@@ -121,7 +122,8 @@ fn an_experiment_tells_of_every_trial_that_is_done_and_last_of_all_of_them() {
     let folder = tempfile::tempdir().expect("a folder");
     let options = Options { trials: Some(5), ..Default::default() };
     let experiment = find("figure-1a", &options).expect("there is one");
-    let run = Run::new(&*experiment, Seed::new(1), Shard::default(), folder.path());
+    let results = ResultFolder::open(folder.path()).expect("opens");
+    let run = Run::new(&*experiment, Seed::new(1), Shard::default(), results);
     let mut told = Vec::new();
     let results = run.go(&mut |event: &Event<'_>| {
         if let Event::Trials { done, of } = event {

@@ -516,7 +516,7 @@ fn two_runs_do_not_work_in_one_folder() {
         args.extend(more);
         let output = symbolt(place.path(), &args);
         assert_eq!(output.status.code(), Some(1), "{more:?}: {}", said(&output));
-        assert!(said(&output).contains("another run is using this folder"), "{}", said(&output));
+        assert!(said(&output).contains("another run is writing to one;"), "{}", said(&output));
     }
     first.kill().expect("killed");
     first.wait().expect("gone");

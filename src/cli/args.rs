@@ -383,7 +383,7 @@ pub(crate) struct RenameArgs {
     pub names: Vec<String>,
     #[command(flatten)]
     pub common: Common,
-    /// File to write; it must not exist
+    /// File to write; it must not exist; - for standard output
     /// [default: the domain file itself, which is replaced]
     #[arg(verbatim_doc_comment, long, value_name = "FILE")]
     pub out: Option<PathBuf>,

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Error};
 use serde_json::{Map, Value, json};
-use symbolt::files::{Overwrite, write_atomic};
+use symbolt::files::{Overwrite, check_output, write_atomic};
 use symbolt::neurons::{Population, SelectRule, SolvedModel};
 use symbolt::sim::{Seed, SimDuration};
 use symbolt::study::standard::{Built, Measured, Model, Standard};
@@ -13,7 +13,7 @@ use symbolt::task::planner::Unbinding;
 
 use super::Outcome;
 use super::args::{BadArgument, BenchArgs};
-use super::output::{Grid, Progress, emit, emit_json, refuse_existing, use_threads};
+use super::output::{Grid, Progress, emit, emit_json, use_threads};
 
 pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
     let model: Model = args.model.parse()?;
@@ -37,7 +37,15 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
         let problem = "--save and --load need --mode rate or lif: direct mode has no neurons";
         return Err(BadArgument(problem.into()).into());
     }
-    refuse_existing(args.save.as_deref(), args.force)?;
+    let overwrite = if args.force { Overwrite::Allowed } else { Overwrite::Never };
+    match args.save.as_deref() {
+        Some(path) if path.as_os_str() == "-" => {
+            let problem = "--save -: must be a file name; the file is binary";
+            return Err(BadArgument(problem.into()).into());
+        }
+        Some(path) => check_output(path, overwrite)?,
+        None => {}
+    }
     use_threads(&args.common)?;
     let spec = Standard {
         dimensions: args.dimensions,

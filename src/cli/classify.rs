@@ -9,7 +9,7 @@ use symbolt::task::{Classifier, Domain, Recording, Snapshot, TaskError};
 use super::Outcome;
 use super::args::{BadArgument, ClassifyArgs};
 use super::domain::AnyDomain;
-use super::output::{Grid, emit_or_write, refuse_existing, use_threads};
+use super::output::{Grid, use_threads};
 
 /// The state of an object in a snapshot.
 struct Row {
@@ -32,7 +32,7 @@ struct Framed {
 }
 
 pub(crate) fn classify(args: &ClassifyArgs) -> Result<Outcome, Error> {
-    refuse_existing(args.out.out.as_deref(), args.out.force)?;
+    let out = args.out.place()?;
     use_threads(&args.common)?;
     if args.domain.as_os_str() == "-" && args.recording.as_os_str() == "-" {
         let problem = "the domain and the recording cannot both come from standard input (-)";
@@ -54,7 +54,7 @@ pub(crate) fn classify(args: &ClassifyArgs) -> Result<Outcome, Error> {
     } else {
         table(&rows).to_string()
     };
-    emit_or_write(&text, &args.out)?;
+    out.write(&text)?;
     Ok(Outcome::Done)
 }
 

@@ -2,7 +2,6 @@
 
 use anyhow::Error;
 use serde_json::{Value, json};
-use symbolt::files::write_atomic;
 use symbolt::task::tasks;
 
 use super::Outcome;
@@ -10,14 +9,11 @@ use super::args::ConfigArgs;
 use super::output::{Grid, emit, emit_json};
 
 pub(crate) fn config(args: &ConfigArgs) -> Result<Outcome, Error> {
+    let out = args.out.place()?;
     if args.task.listed() {
         return list(false);
     }
-    let text = format!("{:#}\n", args.task.task()?.settings());
-    match &args.out.out {
-        Some(path) => write_atomic(path, text, args.out.overwrite())?,
-        None => emit(&text)?,
-    }
+    out.write(&format!("{:#}\n", args.task.task()?.settings()))?;
     Ok(Outcome::Done)
 }
 

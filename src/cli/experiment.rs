@@ -1,22 +1,23 @@
 //! `symbolt experiment` and `symbolt merge`: run experiments and print their tables.
 
 use std::io::{IsTerminal, Write};
-use std::path::PathBuf;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::Error;
 use clap::CommandFactory;
 use clap::parser::ValueSource;
 use indicatif::{ProgressBar, ProgressStyle};
-use symbolt::files::Overwrite;
+use symbolt::files::{FileError, Overwrite, ResultFolder};
 use symbolt::sim::Seed;
-use symbolt::study::catalogue::{all, find};
+use symbolt::study::catalogue::{Options, all, find};
 use symbolt::study::experiment::{Origin, Results, Row, Run, Shard};
 use symbolt::study::statistics::{FEW_TRIALS, Statistic};
 use symbolt::task::event::{Event, Observer};
 
 use super::Outcome;
 use super::args::{BadArgument, Cli, Common, ExperimentArgs, MergeArgs};
+use super::folder::not_standard_output;
 use super::output::{Grid, emit, emit_json, use_threads, wrapped};
 
 pub(crate) fn experiment(args: &ExperimentArgs) -> Result<Outcome, Error> {
@@ -25,17 +26,14 @@ pub(crate) fn experiment(args: &ExperimentArgs) -> Result<Outcome, Error> {
         return Ok(Outcome::Done);
     };
     use_threads(&args.common)?;
-    let experiment = find(name, &args.trials.options(&args.common))?;
     let shard: Shard = args.shard.as_deref().map_or(Ok(Shard::default()), str::parse)?;
-    let folder = args.out.clone().unwrap_or_else(|| {
-        let part = if shard.of > 1 {
-            format!("-{}-of-{}", shard.index + 1, shard.of)
-        } else {
-            String::new()
-        };
-        PathBuf::from("experiments").join(format!("{name}{part}"))
-    });
-    let run = Run::new(&*experiment, Seed::new(args.common.seed), shard, &folder)
+    // The name and the number of trials are checked first: with a recording, an experiment reads it and learns from it.
+    let options = args.trials.options(&args.common);
+    find(name, &Options { recording: None, ..options.clone() })?;
+    let folder = open(args, name, shard)?;
+    let path = folder.path().display().to_string();
+    let experiment = find(name, &options)?;
+    let run = Run::new(&*experiment, Seed::new(args.common.seed), shard, folder)
         .salvaging(args.salvage)
         .restarting(args.force);
     let mut bar = Bar::new(&args.common, run.trials());
@@ -45,17 +43,33 @@ pub(crate) fn experiment(args: &ExperimentArgs) -> Result<Outcome, Error> {
         Some(results) => show(&args.common, &results)?,
         None if args.common.json => emit_json(&[serde_json::json!({
             "name": name, "shard": [shard.index + 1, shard.of], "trials": run.trials(),
-            "folder": folder,
+            "folder": path,
         })])?,
         None => emit(&format!(
             "{} trials of shard {}/{} are in {}. `symbolt merge` merges the shards.",
             run.trials(),
             shard.index + 1,
             shard.of,
-            folder.display()
+            path
         ))?,
     }
     Ok(Outcome::Done)
+}
+
+/// The folder of the experiments for which `--out` names no other.
+const ROOT: &str = "experiments";
+
+/// Opens the folder of an experiment. If the default folder has to be created, git ignores it.
+fn open(args: &ExperimentArgs, name: &str, shard: Shard) -> Result<ResultFolder, Error> {
+    if let Some(folder) = &args.out {
+        not_standard_output(folder)?;
+        return Ok(ResultFolder::open(folder)?);
+    }
+    let part =
+        if shard.of > 1 { format!("-{}-of-{}", shard.index + 1, shard.of) } else { String::new() };
+    let root = Path::new(ROOT);
+    let folder = root.join(format!("{name}{part}"));
+    Ok(ResultFolder::open_if::<FileError>(&folder, Some(root), |_| Ok(()))?)
 }
 
 /// Returns the table of all experiments and their questions.
@@ -87,9 +101,12 @@ pub(crate) fn merged(args: &MergeArgs) -> Result<Outcome, Error> {
         // The shards used no recording, so a recording that this machine has is not used either.
         options.recording = args.trials.recording.clone();
     }
+    not_standard_output(&args.out)?;
+    find(&args.name, &Options { recording: None, ..options.clone() })?;
+    let folder = ResultFolder::open(&args.out)?;
     let experiment = find(&args.name, &options)?;
     let overwrite = if args.force { Overwrite::Allowed } else { Overwrite::Never };
-    let run = Run::new(&*experiment, Seed::new(common.seed), Shard::default(), &args.out);
+    let run = Run::new(&*experiment, Seed::new(common.seed), Shard::default(), folder);
     let results = run.merge(&args.folders, overwrite, &mut Bar::new(&common, 0))?;
     show(&common, &results)?;
     Ok(Outcome::Done)

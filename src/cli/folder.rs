@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Error;
 use serde_json::Value;
-use symbolt::files::{FileError, Overwrite, write_atomic};
+use symbolt::files::{FileError, Limit, Overwrite, ResultFolder, read_regular_file, write_atomic};
 use symbolt::report::RunFacts;
 
 use super::args::{BadArgument, RunArgs};
+use super::output::warn;
 use super::report;
 
 /// The files that a run writes.
@@ -25,13 +26,43 @@ pub(crate) const FILES: [&str; 7] = [
 /// The file by which a folder is recognised as a run's.
 const FACTS: &str = "run.json";
 
-/// Returns the folder to write, which may not exist yet.
+/// The folder that a run writes if `--out` names no other.
+const DEFAULT: &str = "out";
+
+/// Opens the folder to write. If the default folder has to be created, git ignores it.
 ///
 /// # Errors
 /// If the folder must not be replaced. A folder named with `--out` must hold none of the files. The default `out` must
-/// be empty or hold an earlier run. `--force` lifts both conditions.
-pub(crate) fn folder(args: &RunArgs) -> Result<PathBuf, Error> {
-    let folder = args.out.clone().unwrap_or_else(|| PathBuf::from("out"));
+/// be empty or hold an earlier run. `--force` lifts both conditions. If another run is writing to the folder, or if it
+/// cannot be written.
+pub(crate) fn open(args: &RunArgs) -> Result<ResultFolder, Error> {
+    let folder = named(args.out.as_deref())?;
+    let root = args.out.is_none().then_some(folder.as_path());
+    let folder = ResultFolder::open_if(&folder, root, |folder| may_write(args, folder))?;
+    if let Some(warning) = folder.warning() {
+        warn(&warning.to_string());
+    }
+    Ok(folder)
+}
+
+/// Returns the folder named with `--out`, or the default.
+fn named(out: Option<&Path>) -> Result<PathBuf, BadArgument> {
+    let folder = out.unwrap_or(Path::new(DEFAULT));
+    not_standard_output(folder)?;
+    Ok(folder.into())
+}
+
+/// Refuses `-`, which elsewhere means standard output.
+pub(crate) fn not_standard_output(folder: &Path) -> Result<(), BadArgument> {
+    if folder.as_os_str() == "-" {
+        let problem = "--out -: must be a folder; for a folder of this name write ./-";
+        return Err(BadArgument(problem.into()));
+    }
+    Ok(())
+}
+
+/// Checks that a run may write to the folder.
+fn may_write(args: &RunArgs, folder: &Path) -> Result<(), Error> {
     if folder.exists() && !folder.is_dir() {
         let problem = format!("{} is a file; a run needs a folder to write to", folder.display());
         return Err(BadArgument(problem).into());
@@ -42,37 +73,21 @@ pub(crate) fn folder(args: &RunArgs) -> Result<PathBuf, Error> {
         return Err(BadArgument(problem).into());
     }
     if args.force {
-        return possible(folder);
+        return Ok(());
     }
     if args.out.is_some() {
         return match FILES.iter().map(|file| folder.join(file)).find(|path| path.exists()) {
             Some(path) => Err(FileError::Exists { path }.into()),
-            None => possible(folder),
+            None => Ok(()),
         };
     }
-    match foreign(&folder)? {
+    match foreign(folder)? {
         Some(what) => {
             let advice = "choose another folder with --out, or add --force to write there anyway";
             Err(BadArgument(format!("{what}; {advice}")).into())
         }
-        None => possible(folder),
+        None => Ok(()),
     }
-}
-
-/// Tries whether the folder can be made and written to, before any work. Leaves nothing behind.
-fn possible(folder: PathBuf) -> Result<PathBuf, Error> {
-    let missing: Vec<&Path> = folder.ancestors().take_while(|path| !path.exists()).collect();
-    let made = std::fs::create_dir_all(&folder).map_err(FileError::io("make", &folder));
-    let made = made.and_then(|()| {
-        // The file has no name, so it is gone when it is closed.
-        tempfile::tempfile_in(&folder).map(drop).map_err(FileError::io("write to", &folder))
-    });
-    for path in missing.iter().filter(|path| !path.as_os_str().is_empty()) {
-        // A folder that another program has filled meanwhile stays.
-        let _ = std::fs::remove_dir(path);
-    }
-    made?;
-    Ok(folder)
 }
 
 /// Returns a sentence on why a folder cannot have been written by a run; `None` if it can.
@@ -100,7 +115,7 @@ fn foreign(folder: &Path) -> Result<Option<String>, FileError> {
 }
 
 fn is_facts(path: &Path) -> bool {
-    let content = std::fs::read(path).unwrap_or_default();
+    let content = read_regular_file(path, Limit::FACTS).unwrap_or_default();
     serde_json::from_slice::<Value>(&content)
         .is_ok_and(|facts| facts["format"] == RunFacts::FORMAT.0 && facts["version"].is_u64())
 }
@@ -109,8 +124,8 @@ fn is_facts(path: &Path) -> bool {
 ///
 /// # Errors
 /// [`FileError`] if a file cannot be removed or written.
-pub(crate) fn write(folder: &Path, contents: [Vec<u8>; 6]) -> Result<(), FileError> {
-    std::fs::create_dir_all(folder).map_err(FileError::io("make", folder))?;
+pub(crate) fn write(folder: &ResultFolder, contents: [Vec<u8>; 6]) -> Result<(), FileError> {
+    let folder = folder.path();
     // First the file that marks the folder as a run's. A full disk then leaves the earlier run, and a kill at any moment
     // a folder that is still recognised.
     let mut files: Vec<(&str, Vec<u8>)> = FILES.into_iter().zip(contents).collect();
@@ -157,21 +172,13 @@ mod tests {
     }
 
     #[test]
-    fn a_place_that_cannot_be_written_is_refused_before_the_work() {
-        let place = tempfile::tempdir().unwrap();
-        std::fs::write(place.path().join("file"), "").unwrap();
-        assert!(possible(place.path().join("file/out")).is_err());
-        assert!(possible(place.path().join("a/b")).is_ok());
-        assert!(!place.path().join("a").exists());
-    }
-
-    #[test]
     fn writing_keeps_what_a_run_does_not_write() {
         let folder = tempfile::tempdir().unwrap();
         for name in ["notes.txt", "report.html", "run.json"] {
             std::fs::write(folder.path().join(name), "old").unwrap();
         }
-        write(folder.path(), [(); 6].map(|()| b"new".to_vec())).unwrap();
+        let opened = ResultFolder::open(folder.path()).unwrap();
+        write(&opened, [(); 6].map(|()| b"new".to_vec())).unwrap();
         let text = |name: &str| std::fs::read_to_string(folder.path().join(name)).ok();
         assert_eq!(text("notes.txt").as_deref(), Some("old"));
         assert_eq!(text("run.json").as_deref(), Some("new"));

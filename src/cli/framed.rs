@@ -15,9 +15,7 @@ use symbolt::task::{Snapshot, TaskError, Verdict};
 
 use super::Outcome;
 use super::args::{ActionsArgs, BadArgument, PlanArgs, PlannerArgs};
-use super::output::{
-    Grid, Progress, counted, emit_or_write, refuse_existing, unbroken, use_threads, warn, wrapped,
-};
+use super::output::{Grid, Place, Progress, counted, unbroken, use_threads, warn, wrapped};
 use super::plan::{
     choices_json, choices_table, listed, milestones_json, milestones_table, obstacle_text,
 };
@@ -28,7 +26,7 @@ const MOST_MOVES: usize = 200;
 
 /// Prints every move that the operators allow in a scene.
 pub(crate) fn actions(args: &ActionsArgs) -> Result<Outcome, Error> {
-    refuse_existing(args.out.out.as_deref(), args.out.force)?;
+    let out = args.out.place()?;
     use_threads(&args.common)?;
     if args.domain.as_os_str() == "-" && args.scene.as_os_str() == "-" {
         let problem = "the domain and the scene cannot both come from standard input (-)";
@@ -66,7 +64,7 @@ pub(crate) fn actions(args: &ActionsArgs) -> Result<Outcome, Error> {
         }
         text
     };
-    emit_or_write(&text, &args.out)?;
+    out.write(&text)?;
     Ok(Outcome::Done)
 }
 
@@ -164,7 +162,12 @@ impl Plan {
 }
 
 /// Plans with a relational domain.
-pub(crate) fn plan(args: &PlanArgs, domain: &RelationalDomain) -> Result<Outcome, Error> {
+pub(crate) fn plan(
+    args: &PlanArgs,
+    domain: &RelationalDomain,
+    out: &Place,
+) -> Result<Outcome, Error> {
+    args.planner.check_relational("use a domain of `symbolt learn --method paper`")?;
     let progress = Progress::new(&args.common);
     let scene = Snapshot::read(&args.scene)?;
     let grounder = args.grounding.grounder(domain)?;
@@ -193,7 +196,7 @@ pub(crate) fn plan(args: &PlanArgs, domain: &RelationalDomain) -> Result<Outcome
     let shown = Shown { domain, layout: &layout, problem: problem.as_ref(), plan: &plan, words };
     let text =
         if args.common.json { shown.json(&args.planner.mode).to_string() } else { shown.table() };
-    emit_or_write(&text, &args.out)?;
+    out.write(&text)?;
     Ok(match (&plan.end, plan.steps.is_empty()) {
         // Only the next action counts: the robot looks and plans again after each action.
         (End::Stuck(reason), true) => Outcome::Failed(format!("stuck: {reason}")),

@@ -5,7 +5,6 @@ use std::fmt::Write as _;
 
 use anyhow::Error;
 use serde_json::{Map, Value, json};
-use symbolt::files::write_atomic;
 use symbolt::task::event::Observer;
 use symbolt::task::learn::{
     self, AttemptOutcome, AttemptReport, Failure, LearnReport, Learned, RelationallyLearned,
@@ -16,14 +15,14 @@ use symbolt::task::{Domain, KindClusters, Origin, Recording, StateId, TaskError}
 use super::Outcome;
 use super::args::{BadArgument, LearnArgs, Method};
 use super::output::{
-    Grid, Progress, counted, emit, emit_json, mm, refuse_existing, section, unbroken, use_threads,
-    warn, wrapped,
+    Grid, Place, Progress, counted, emit, emit_json, mm, section, unbroken, use_threads, warn,
+    wrapped,
 };
 use super::watch::ProgressLine;
 use super::{relational, threshold};
 
 pub(crate) fn learn(args: &LearnArgs) -> Result<Outcome, Error> {
-    refuse_existing(args.out.out.as_deref(), args.out.force)?;
+    let out = args.out.place()?;
     let threshold_m = args.threshold.as_deref().map(threshold::metres).transpose()?;
     let method = match (args.method, threshold_m) {
         (Some(Method::Relational), Some(_)) => {
@@ -35,6 +34,7 @@ pub(crate) fn learn(args: &LearnArgs) -> Result<Outcome, Error> {
         (None, Some(_)) => Method::Paper,
         (None, None) => Method::Relational,
     };
+    learn::check_exponent(args.p)?;
     use_threads(&args.common)?;
     let progress = Progress::new(&args.common);
     progress.say(format!("reading {}", args.recording.display()));
@@ -43,14 +43,16 @@ pub(crate) fn learn(args: &LearnArgs) -> Result<Outcome, Error> {
     let mut line = ProgressLine::new(&progress);
     let learned = AnyLearned::from(method, &recording, &settings, &mut line)?;
     let empty = learned.actions() == 0;
-    if let Some(path) = args.out.out.as_ref().filter(|_| !empty) {
-        write_atomic(path, learned.to_json()?, args.out.overwrite())?;
-    }
     drop(progress);
+    if !matches!(out, Place::Default) && !empty {
+        out.write(&learned.to_json()?)?;
+    }
     for warning in learned.warnings() {
         warn(&warning);
     }
-    if args.common.json {
+    if matches!(out, Place::Stdout) {
+        // Standard output holds the domain file and nothing else.
+    } else if args.common.json {
         emit_json(&[learned.summary(&recording, &settings)])?;
     } else {
         emit(&learned.tables())?;

@@ -2,16 +2,16 @@
 
 use anyhow::Error;
 use serde_json::{Value, json};
-use symbolt::files::{Limit, read_file, write_atomic};
+use symbolt::files::{Limit, read_file};
 use symbolt::task::strips::learn::{LearnedAction, LearnedModel, Rule, learn};
 use symbolt::task::strips::{Bodies, Domain, Literal, Shown, Trajectory};
 
 use super::Outcome;
 use super::args::{BadArgument, LearnModelArgs};
-use super::output::{Progress, counted, emit, emit_json, refuse_existing, use_threads, warn};
+use super::output::{Place, Progress, counted, emit, emit_json, use_threads, warn};
 
 pub(crate) fn learn_model(args: &LearnModelArgs) -> Result<Outcome, Error> {
-    refuse_existing(args.out.out.as_deref(), args.out.force)?;
+    let out = args.out.place()?;
     use_threads(&args.common)?;
     let inputs = std::iter::once(&args.domain).chain(&args.trajectories);
     if inputs.filter(|path| path.as_os_str() == "-").count() > 1 {
@@ -34,14 +34,15 @@ pub(crate) fn learn_model(args: &LearnModelArgs) -> Result<Outcome, Error> {
     for action in learned.actions.iter().filter(|a| a.steps == 0) {
         warn(&format!("the action `{}` was never done and is left out", action.name));
     }
-    if let Some(path) = &args.out.out {
-        write_atomic(path, learned.to_string(), args.out.overwrite())?;
+    let printed = matches!(out, Place::Default);
+    if !(printed && args.common.json) {
+        out.write(&learned.to_string())?;
     }
-    if args.common.json {
+    if matches!(out, Place::Stdout) {
+        // Standard output holds the model and nothing else.
+    } else if args.common.json {
         emit_json(&[summary(&learned)])?;
-    } else if args.out.out.is_none() {
-        emit(&learned.to_string())?;
-    } else if !args.common.quiet {
+    } else if !printed && !args.common.quiet {
         let done = learned.actions.iter().filter(|a| a.steps > 0).count();
         let from = match learned.trajectories {
             1 => "1 trajectory".to_owned(),

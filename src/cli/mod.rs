@@ -62,9 +62,8 @@ pub(crate) fn main() -> ExitCode {
         }
         Err(error) => {
             // The reader has closed the pipe, as in `symbolt learn ... | head`.
-            if let Some(io) = error.downcast_ref::<std::io::Error>()
-                && io.kind() == std::io::ErrorKind::BrokenPipe
-            {
+            let closed = |io: &std::io::Error| io.kind() == std::io::ErrorKind::BrokenPipe;
+            if error.chain().filter_map(|cause| cause.downcast_ref()).any(closed) {
                 return ExitCode::SUCCESS;
             }
             let error = with_options(error, &command);
@@ -95,6 +94,9 @@ fn with_options(error: Error, command: &str) -> Error {
     let has = |option: &str| {
         command.is_some_and(|c| c.get_arguments().any(|a| a.get_long() == Some(option)))
     };
+    if error.is::<UnknownMode>() && has("mode") {
+        return BadArgument(format!("--mode: {error}")).into();
+    }
     let range = |option: &str, value: String, expected: &str| {
         has(option).then(|| BadArgument::range(&format!("--{option}"), value, expected))
     };

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use anyhow::Error;
 use clap::{Args, ValueEnum};
-use symbolt::files::{Limit, Overwrite, read_file};
+use symbolt::files::{Limit, read_file};
 use symbolt::neurons::Population;
 use symbolt::sim::{Real, Seed, VocabTag};
 use symbolt::spa::VocabularyBuilder;
@@ -39,18 +39,12 @@ pub(crate) struct Common {
 /// The output file.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct OutFile {
-    /// File to write; it must not exist
+    /// File to write; it must not exist; - for standard output
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
     /// Replace the file if it exists
     #[arg(long)]
     pub force: bool,
-}
-
-impl OutFile {
-    pub fn overwrite(&self) -> Overwrite {
-        if self.force { Overwrite::Allowed } else { Overwrite::Never }
-    }
 }
 
 /// Options of the planner graph.
@@ -59,14 +53,18 @@ pub(crate) struct PlannerArgs {
     /// Mode of the layers: direct, rate or lif (spiking)
     #[arg(long, default_value = "direct")]
     pub mode: String,
-    /// Dimensions of the pointers
-    #[arg(long, value_name = "N", default_value_t = 256, value_parser = whole::<usize>)]
+    /// Dimensions of the pointers; with a relational domain the planner uses
+    /// more if the scene needs them
+    #[arg(verbatim_doc_comment, long, value_name = "N", default_value_t = 256)]
+    #[arg(value_parser = whole::<usize>)]
     pub dimensions: usize,
-    /// Maximum similarity (cosine) of two pointers
-    #[arg(long, value_name = "COSINE", default_value_t = 0.1, value_parser = number::<Real>)]
-    pub max_similarity: Real,
-    /// Also require the absence of states that never held before an action
-    #[arg(long)]
+    /// Maximum similarity (cosine) of two pointers; needs the method paper
+    /// [default: 0.1]
+    #[arg(verbatim_doc_comment, long, value_name = "COSINE", value_parser = number::<Real>)]
+    pub max_similarity: Option<Real>,
+    /// Also require the absence of states that never held before an action;
+    /// needs the method paper
+    #[arg(verbatim_doc_comment, long)]
     pub absent: bool,
     /// Take the first possible action (the paper's rule); by default
     /// the planner first shows that the goal can be reached
@@ -92,14 +90,31 @@ impl PlannerArgs {
     pub fn check(&self) -> Result<(), Error> {
         self.mode.parse::<Population>()?;
         let vocabulary = VocabularyBuilder::<Checked>::new(self.dimensions, Seed::new(0));
-        vocabulary.max_similarity(self.max_similarity).build().map_err(TaskError::from)?;
+        vocabulary.max_similarity(self.max_similarity()).build().map_err(TaskError::from)?;
         Ok(())
+    }
+
+    /// Refuses the options that only the planner of the method `paper` has. `instead` says what to do instead.
+    pub fn check_relational(&self, instead: &str) -> Result<(), BadArgument> {
+        let given =
+            [("--max-similarity", self.max_similarity.is_some()), ("--absent", self.absent)];
+        match given.iter().find(|(_, given)| *given) {
+            None => Ok(()),
+            Some((option, _)) => Err(BadArgument(format!(
+                "{option} has no effect on a relational domain; leave it out, or {instead}"
+            ))),
+        }
+    }
+
+    /// Returns the maximum similarity of two pointers.
+    pub fn max_similarity(&self) -> Real {
+        self.max_similarity.unwrap_or(PlannerSpec::default().max_similarity)
     }
 
     pub fn spec(&self) -> PlannerSpec {
         PlannerSpec {
             dimensions: self.dimensions,
-            max_similarity: self.max_similarity,
+            max_similarity: self.max_similarity(),
             commitment: if self.first { Commitment::First } else { Commitment::Proven },
             absent: self.absent,
             unbinding: if self.products { Unbinding::Products } else { Unbinding::Fixed },

@@ -1,13 +1,13 @@
 //! Results to standard output, progress to standard error, and the checks that all commands share.
 
 use std::io::{IsTerminal, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use anyhow::Error;
+use anyhow::{Context, Error};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::Value;
-use symbolt::files::{FileError, write_atomic};
+use symbolt::files::{Overwrite, check_output, write_atomic};
 
 use super::args::{BadArgument, Common, OutFile};
 
@@ -15,13 +15,15 @@ pub(crate) use super::table::{Grid, section, unbroken, wrapped};
 
 /// Writes a result to standard output in one call.
 pub(crate) fn emit(text: &str) -> Result<(), Error> {
-    let mut out = std::io::stdout().lock();
-    out.write_all(text.as_bytes())?;
-    if !text.ends_with('\n') {
-        out.write_all(b"\n")?;
-    }
-    out.flush()?;
-    Ok(())
+    let write = || {
+        let mut out = std::io::stdout().lock();
+        out.write_all(text.as_bytes())?;
+        if !text.ends_with('\n') {
+            out.write_all(b"\n")?;
+        }
+        out.flush()
+    };
+    write().context("cannot write to standard output")
 }
 
 /// Writes one JSON object per line.
@@ -30,11 +32,46 @@ pub(crate) fn emit_json(values: &[Value]) -> Result<(), Error> {
     emit(&lines.join("\n"))
 }
 
-/// Writes a result to the file given with `--out`, or else to standard output.
-pub(crate) fn emit_or_write(text: &str, out: &OutFile) -> Result<(), Error> {
-    match &out.out {
-        Some(path) => Ok(write_atomic(path, text, out.overwrite())?),
-        None => emit(text),
+/// The place for a command's result.
+pub(crate) enum Place {
+    /// `--out` was not given.
+    Default,
+    /// Standard output: `--out -`.
+    Stdout,
+    /// The file given with `--out`.
+    File(PathBuf, Overwrite),
+}
+
+impl Place {
+    /// Returns the place that `--out` and `--force` name. Commands call it before they do any work.
+    ///
+    /// # Errors
+    /// If the file exists and must not be replaced, or if it cannot be written.
+    pub fn checked(out: Option<&Path>, force: bool) -> Result<Self, Error> {
+        match out {
+            None => Ok(Self::Default),
+            Some(path) if path.as_os_str() == "-" => Ok(Self::Stdout),
+            Some(path) => {
+                let overwrite = if force { Overwrite::Allowed } else { Overwrite::Never };
+                check_output(path, overwrite)?;
+                Ok(Self::File(path.into(), overwrite))
+            }
+        }
+    }
+
+    /// Writes a result to the file, or to standard output if there is none.
+    pub fn write(&self, text: &str) -> Result<(), Error> {
+        match self {
+            Self::File(path, overwrite) => Ok(write_atomic(path, text, *overwrite)?),
+            Self::Default | Self::Stdout => emit(text),
+        }
+    }
+}
+
+impl OutFile {
+    /// As [`Place::checked`].
+    pub fn place(&self) -> Result<Place, Error> {
+        Place::checked(self.out.as_deref(), self.force)
     }
 }
 
@@ -102,21 +139,6 @@ pub(crate) fn use_threads(common: &Common) -> Result<(), Error> {
     }
     rayon::ThreadPoolBuilder::new().num_threads(common.threads).build_global()?;
     Ok(())
-}
-
-/// Refuses an output file that exists. Commands call it before they do any work.
-pub(crate) fn refuse_existing(out: Option<&Path>, force: bool) -> Result<(), Error> {
-    match out {
-        Some(path) if path.as_os_str() == "-" => {
-            let problem = "--out -: must be a file name; without --out the result goes to standard \
-                           output";
-            Err(BadArgument(problem.into()).into())
-        }
-        Some(path) if !force && path.exists() => {
-            Err(FileError::Exists { path: path.into() }.into())
-        }
-        _ => Ok(()),
-    }
 }
 
 /// Formats a length given in metres as millimetres, without the unit.

@@ -13,12 +13,10 @@ use super::Outcome;
 use super::args::{BadArgument, PlanArgs, PlannerArgs};
 use super::domain::AnyDomain;
 use super::framed;
-use super::output::{
-    Grid, Progress, counted, emit_or_write, refuse_existing, unbroken, use_threads, wrapped,
-};
+use super::output::{Grid, Progress, counted, unbroken, use_threads, wrapped};
 
 pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
-    refuse_existing(args.out.out.as_deref(), args.out.force)?;
+    let out = args.out.place()?;
     args.planner.check()?;
     use_threads(&args.common)?;
     if args.domain.as_os_str() == "-" && args.scene.as_os_str() == "-" {
@@ -26,7 +24,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
         return Err(BadArgument(problem.into()).into());
     }
     let domain = match AnyDomain::read(&args.domain)? {
-        AnyDomain::Relational(domain) => return framed::plan(args, &domain),
+        AnyDomain::Relational(domain) => return framed::plan(args, &domain, &out),
         AnyDomain::Plain(domain) => domain,
     };
     let progress = Progress::new(&args.common);
@@ -55,7 +53,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
         }
         text
     };
-    emit_or_write(&text, &args.out)?;
+    out.write(&text)?;
     Ok(outcome(&planner, &plan))
 }
 

@@ -2,7 +2,6 @@
 
 use anyhow::Error;
 use serde_json::{Value, json};
-use symbolt::files::write_atomic;
 use symbolt::sim::Seed;
 use symbolt::task::execute::demonstrate_sensed;
 use symbolt::task::scene::Scene;
@@ -11,11 +10,11 @@ use symbolt::task::{Recorder, Sensing, Snapshot};
 use super::Outcome;
 use super::args::{BadArgument, RecordArgs, SensingArgs, demonstrated};
 use super::config;
-use super::output::{Progress, emit, emit_json, facts, refuse_existing, use_threads, wrapped};
+use super::output::{Place, Progress, emit, emit_json, facts, use_threads, wrapped};
 use super::watch::ProgressLine;
 
 pub(crate) fn record(args: &RecordArgs) -> Result<Outcome, Error> {
-    refuse_existing(args.out.out.as_deref(), args.out.force)?;
+    let out = args.out.place()?;
     if !args.scene {
         args.demos.check()?;
     }
@@ -35,16 +34,13 @@ pub(crate) fn record(args: &RecordArgs) -> Result<Outcome, Error> {
     use_threads(&args.common)?;
     let (text, summary) =
         if args.kinematic { synthetic(args, &sensing)? } else { physical(args, &sensing)? };
-    match &args.out.out {
-        None => emit(&text)?,
-        Some(path) => {
-            write_atomic(path, text, args.out.overwrite())?;
-            if args.common.json {
-                emit_json(&[summary])?;
-            } else if !args.common.quiet {
-                let line = format!("Wrote {}: {}", path.display(), facts(&summary));
-                emit(&wrapped(&line, 6))?;
-            }
+    out.write(&text)?;
+    if let Place::File(path, _) = &out {
+        if args.common.json {
+            emit_json(&[summary])?;
+        } else if !args.common.quiet {
+            let line = format!("Wrote {}: {}", path.display(), facts(&summary));
+            emit(&wrapped(&line, 6))?;
         }
     }
     Ok(Outcome::Done)

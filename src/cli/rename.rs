@@ -2,16 +2,21 @@
 
 use anyhow::Error;
 use serde_json::json;
-use symbolt::files::{Overwrite, write_atomic};
+use symbolt::files::Overwrite;
 
 use super::Outcome;
 use super::args::{BadArgument, RenameArgs};
 use super::domain::AnyDomain;
-use super::output::{emit, emit_json, refuse_existing};
+use super::output::{Place, emit, emit_json};
 use super::{learn, relational};
 
 pub(crate) fn rename(args: &RenameArgs) -> Result<Outcome, Error> {
-    refuse_existing(args.out.as_deref(), args.force)?;
+    let from_input = args.domain.as_os_str() == "-";
+    let out = match &args.out {
+        None if from_input => Place::Stdout,
+        None => Place::File(args.domain.clone(), Overwrite::Allowed),
+        named => Place::checked(named.as_deref(), args.force)?,
+    };
     let mut renames = Vec::new();
     for pair in &args.names {
         let Some((old, new)) = pair.split_once('=') else {
@@ -30,16 +35,10 @@ pub(crate) fn rename(args: &RenameArgs) -> Result<Outcome, Error> {
             (domain.to_json()?, learn::domain_tables(&domain))
         }
     };
-    let from_input = args.domain.as_os_str() == "-";
-    match &args.out {
-        None if from_input => return emit(&text).map(|()| Outcome::Done),
-        None => write_atomic(&args.domain, text, Overwrite::Allowed)?,
-        Some(path) => {
-            let overwrite = if args.force { Overwrite::Allowed } else { Overwrite::Never };
-            write_atomic(path, text, overwrite)?;
-        }
-    }
-    if args.common.json {
+    out.write(&text)?;
+    if matches!(out, Place::Stdout) {
+        // Standard output holds the domain file and nothing else.
+    } else if args.common.json {
         emit_json(&[json!({"renamed": renames.len()})])?;
     } else if !args.common.quiet {
         emit(&tables)?;

@@ -44,7 +44,7 @@ impl RunArgs {
         option("drop-rate", rate(self.drop_rate));
         option("mode", (planner.mode != "direct").then(|| quoted(&planner.mode)));
         option("dimensions", (planner.dimensions != 256).then(|| planner.dimensions.to_string()));
-        let similarity = planner.max_similarity;
+        let similarity = planner.max_similarity();
         option("max-similarity", (similarity != 0.1).then(|| similarity.to_string()));
         let flags = [
             ("--perturb", self.perturb),

@@ -1,28 +1,28 @@
 //! `symbolt report`: an HTML page about a run or experiments.
 
-use std::path::PathBuf;
+use std::path::Path;
 
 use anyhow::Error;
 use serde_json::json;
-use symbolt::files::{Overwrite, write_atomic};
-use symbolt::report::report;
+use symbolt::files::{FileError, Overwrite, ResultFolder, check_output, read_head};
+use symbolt::report::{TITLE, report};
 
 use super::Outcome;
-use super::args::ReportArgs;
-use super::output::{emit, emit_json, refuse_existing};
+use super::args::{BadArgument, ReportArgs};
+use super::output::{Place, emit, emit_json, warn};
 
 /// The name of the page in the folder that it shows.
 pub(crate) const NAME: &str = "report.html";
 
 pub(crate) fn make(args: &ReportArgs) -> Result<Outcome, Error> {
-    refuse_existing(args.out.out.as_deref(), args.out.force)?;
+    let (out, _held) = place(args)?;
     let report = report(&args.folder)?;
-    // The page in the folder itself can be made again at any time.
-    let (path, overwrite): (PathBuf, Overwrite) = match &args.out.out {
-        Some(path) => (path.clone(), args.out.overwrite()),
-        None => (args.folder.join(NAME), Overwrite::Allowed),
+    out.write(&report.html)?;
+    let Place::File(path, _) = &out else {
+        // Standard output holds the page and nothing else.
+        report.missing.iter().for_each(|missing| warn(&format!("missing: {missing}")));
+        return Ok(Outcome::Done);
     };
-    write_atomic(&path, &report.html, overwrite)?;
     if args.common.json {
         let bytes = report.html.len();
         let file = path.display().to_string();
@@ -35,4 +35,35 @@ pub(crate) fn make(args: &ReportArgs) -> Result<Outcome, Error> {
     }
     emit(&text)?;
     Ok(Outcome::Done)
+}
+
+/// Returns the place for the page. If that is the folder which the page shows, the folder is locked.
+fn place(args: &ReportArgs) -> Result<(Place, Option<ResultFolder>), Error> {
+    let named = args.out.place()?;
+    if !matches!(named, Place::Default) {
+        return Ok((named, None));
+    }
+    // A folder that does not exist is not created.
+    std::fs::read_dir(&args.folder).map_err(FileError::io("read", &args.folder))?;
+    let page = args.folder.join(NAME);
+    // Our own page can be made again at any time.
+    if !args.out.force && page.symlink_metadata().is_ok() && !is_ours(&page) {
+        let problem = format!(
+            "{} was not written by symbolt; choose another file with --out, or add --force to replace it",
+            page.display()
+        );
+        return Err(BadArgument(problem).into());
+    }
+    check_output(&page, Overwrite::Allowed)?;
+    let held = ResultFolder::open(&args.folder)?;
+    if let Some(warning) = held.warning() {
+        warn(&warning.to_string());
+    }
+    Ok((Place::File(page, Overwrite::Allowed), Some(held)))
+}
+
+/// Whether the page was written by this program, which is seen in its head.
+fn is_ours(page: &Path) -> bool {
+    let head = read_head(page, 1024).unwrap_or_default();
+    String::from_utf8_lossy(&head).contains(TITLE)
 }

@@ -12,6 +12,7 @@ use symbolt::neurons::{Population, PopulationPlan};
 use symbolt::report::Arrays;
 use symbolt::report::trace::Tracer;
 use symbolt::sim::Seed;
+use symbolt::spa::VocabError;
 use symbolt::study::Tally;
 use symbolt::task::event::{Ended, EpisodeReport, Ignore, Observer, Observers};
 use symbolt::task::execute::{
@@ -23,10 +24,12 @@ use symbolt::task::planner::Planner;
 use symbolt::task::relational::RelationalDomain;
 use symbolt::task::scene::Scene;
 use symbolt::task::tasks::Task;
-use symbolt::task::{Classifier, Domain, Grounding, Recorder, Snapshot, StateId, TaskError};
+use symbolt::task::{
+    Classifier, Domain, DomainBuilder, Grounding, Recorder, Snapshot, StateId, TaskError,
+};
 
 use super::Outcome;
-use super::args::{BadArgument, RunArgs};
+use super::args::{BadArgument, Method, RunArgs};
 use super::figures::Figures;
 use super::learn::AnyLearned;
 use super::output::{Progress, counted, emit, emit_json, use_threads};
@@ -41,10 +44,11 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
         return config::list(args.common.json);
     }
     check(args)?;
-    let folder = folder::folder(args)?;
     let task = args.demos.task()?;
     let spec = episode_spec(args)?;
+    check_dimensions(args, &*task)?;
     use_threads(&args.common)?;
+    let folder = folder::open(args)?;
     let begun = Instant::now();
     let progress = Progress::new(&args.common);
     let seed = Seed::new(args.common.seed);
@@ -75,7 +79,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let least = runner.least_skills(&scene)?;
     let tally = Tally::of(&reports, least);
 
-    progress.say(format!("writing {}", folder.display()));
+    progress.say(format!("writing {}", folder.path().display()));
     let physics_s = episodes.iter().map(|e| e.episode.physics_wall.as_secs_f64()).sum();
     let (shown, learned, reports, tally) = (&shown, &learned, &reports, &tally);
     let result = Figures { shown, learned, reports, reasons, tally, loop_s, physics_s, least };
@@ -91,13 +95,13 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
         format!("{:#}\n", json!(facts)).into_bytes(),
     ];
     folder::write(&folder, contents)?;
-    let page = symbolt::report::report(&folder)?.html;
-    write_atomic(&folder.join(report::NAME), page, Overwrite::Allowed)?;
+    let page = symbolt::report::report(folder.path())?.html;
+    write_atomic(&folder.path().join(report::NAME), page, Overwrite::Allowed)?;
     drop(progress);
     if args.common.json {
-        emit_json(&[result.summary(args, &folder)])?;
+        emit_json(&[result.summary(args, folder.path())])?;
     } else {
-        emit(&result.text(args, &folder, begun.elapsed().as_secs_f64()))?;
+        emit(&result.text(args, folder.path(), begun.elapsed().as_secs_f64()))?;
     }
     match tally.failures.len() {
         0 => Ok(Outcome::Done),
@@ -112,6 +116,9 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
 fn check(args: &RunArgs) -> Result<(), Error> {
     args.planner.check()?;
     args.demos.check()?;
+    if args.method == Method::Relational {
+        args.planner.check_relational("add --method paper")?;
+    }
     if !(1..=100_000).contains(&args.episodes) {
         return Err(BadArgument::range("--episodes", args.episodes, "1 to 100000").into());
     }
@@ -121,6 +128,39 @@ fn check(args: &RunArgs) -> Result<(), Error> {
         return Err(BadArgument::range("--record-episode", args.record_episode, &expected).into());
     }
     Ok(())
+}
+
+/// Number of states that a learned domain has beside those of the actions, at least or nearly so.
+const MORE_STATES: usize = 3;
+
+/// Refuses dimensions that are too few for a domain of the task, before anything is demonstrated. Only the method
+/// `paper` keeps to the given number.
+fn check_dimensions(args: &RunArgs, task: &dyn Task) -> Result<(), Error> {
+    if args.method != Method::Paper {
+        return Ok(());
+    }
+    let actions = task.min_actions().max(1);
+    let states: Vec<String> = (0..actions + MORE_STATES).map(|n| format!("STATE_{n}")).collect();
+    let starts: Vec<&str> = states[..MORE_STATES].iter().map(String::as_str).collect();
+    let domain = (0..actions).fold(DomainBuilder::new(), |domain, n| {
+        let effect = states[n + MORE_STATES].as_str();
+        domain.action(&format!("ACTION_{n}"), starts.iter().copied(), [effect])
+    });
+    match Planner::new(&domain.build()?, args.planner.spec(), Seed::new(args.common.seed)) {
+        Err(
+            TaskError::TooFewDimensions { .. }
+            | TaskError::Vocabulary(VocabError::TooSimilar { .. }),
+        ) => {
+            let (dimensions, similarity) = (args.planner.dimensions, args.planner.max_similarity());
+            Err(BadArgument(format!(
+                "--dimensions {dimensions}: too few for about {} states and {actions} actions with --max-similarity \
+                 {similarity}; choose more dimensions, such as 256, or a higher similarity",
+                states.len()
+            ))
+            .into())
+        }
+        built => Ok(built.map(drop)?),
+    }
 }
 
 fn episode_spec(args: &RunArgs) -> Result<EpisodeSpec, Error> {

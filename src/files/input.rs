@@ -83,6 +83,20 @@ pub fn read_file(path: &Path, limit: Limit) -> Result<Vec<u8>, FileError> {
     read_regular_file(path, limit)
 }
 
+/// Reads the first `bytes` bytes of a regular file, or all of a shorter one.
+///
+/// # Errors
+/// [`FileError::Io`] if the path is no regular file, or if the file cannot be read.
+pub fn read_head(path: &Path, bytes: u64) -> Result<Vec<u8>, FileError> {
+    let failed = FileError::io("read", path);
+    if !path.metadata().map_err(&failed)?.is_file() {
+        return Err(failed(std::io::Error::other("it is not a regular file")));
+    }
+    let mut head = Vec::new();
+    File::open(path).and_then(|file| file.take(bytes).read_to_end(&mut head)).map_err(failed)?;
+    Ok(head)
+}
+
 /// Reads a regular file, such as a file of a result folder.
 ///
 /// # Errors

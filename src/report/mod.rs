@@ -17,6 +17,7 @@ use serde_json::{Map, Value, json};
 
 pub use arrays::Arrays;
 pub use facts::{ModuleFacts, PopulationFacts, RunFacts};
+pub use page::TITLE;
 
 use crate::files::{FileError, Limit, read_regular_file};
 use crate::task::TaskError;

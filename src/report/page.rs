@@ -30,6 +30,9 @@ const CODE: [&str; 15] = [
 const THREE: &str = include_str!("../../assets/vendor/three/three.module.min.js");
 const ORBIT: &str = include_str!("../../assets/vendor/three/OrbitControls.js");
 
+/// The title in the head of every page, within its first 1000 bytes. By it a page is recognised.
+pub const TITLE: &str = "<title>symbolt</title>";
+
 pub(super) fn base64(bytes: &[u8]) -> String {
     STANDARD.encode(bytes)
 }
@@ -73,4 +76,15 @@ pub(super) fn html(data: &impl Serialize) -> String {
     }
     html.extend(rest.bytes());
     String::from_utf8(html).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_page_is_recognised_by_its_first_bytes() {
+        let page = html(&json!({}));
+        assert!(page.find(TITLE).is_some_and(|at| at < 900), "{:?}", page.find(TITLE));
+    }
 }

@@ -36,27 +36,28 @@ impl Default for Options {
 
 /// Returns the name and the question of every experiment.
 pub fn all() -> Vec<(&'static str, &'static str)> {
-    let options = Options::default();
-    makers().iter().map(|make| make(&options)).map(|e| (e.name(), e.question())).collect()
+    // Only a recording can make an experiment fail, and the default options have none.
+    let made = makers().into_iter().filter_map(|make| make(&Options::default()).ok());
+    made.map(|e| (e.name(), e.question())).collect()
 }
 
-type Make = fn(&Options) -> Box<dyn Experiment>;
+type Make = fn(&Options) -> Result<Box<dyn Experiment>, TaskError>;
 
 fn makers() -> Vec<Make> {
     vec![
-        |o| Box::new(norms::Distances::new(o)),
-        |o| Box::new(norms::TableSetting::new(o)),
+        |o| Ok(Box::new(norms::Distances::new(o))),
+        |o| Ok(Box::new(norms::TableSetting::new(o))),
         #[cfg(feature = "physics")]
-        |o| Box::new(clusters::Clusters::new(o)),
+        |o| Ok(Box::new(clusters::Clusters::new(o))),
         #[cfg(feature = "physics")]
-        |o| Box::new(clusters::Classification::new(o)),
+        |o| Ok(Box::new(clusters::Classification::new(o))),
         #[cfg(feature = "physics")]
-        |o| Box::new(thresholds::Thresholds::new(o)),
-        |o| Box::new(structures::Structures::new(o)),
-        |o| Box::new(structures::Structures::beyond(o)),
-        |o| Box::new(capacity::Capacity::new(o)),
-        |o| Box::new(ablation::Ablation::new(o)),
-        |o| Box::new(timing::Timing::new(o)),
+        |o| Ok(Box::new(thresholds::Thresholds::new(o)?)),
+        |o| Ok(Box::new(structures::Structures::new(o))),
+        |o| Ok(Box::new(structures::Structures::beyond(o))),
+        |o| Ok(Box::new(capacity::Capacity::new(o))),
+        |o| Ok(Box::new(ablation::Ablation::new(o))),
+        |o| Ok(Box::new(timing::Timing::new(o))),
     ]
 }
 
@@ -65,7 +66,7 @@ fn makers() -> Vec<Make> {
 ///
 /// # Errors
 /// [`TaskError::UnknownExperiment`], which lists the experiments; [`TaskError::Setting`] if the number of trials is not
-/// 1 to [`MAX_TRIALS`]. A recording that cannot be used is reported by the trials.
+/// 1 to [`MAX_TRIALS`]; the error of reading the recording or learning from it.
 pub fn find(name: &str, options: &Options) -> Result<Box<dyn Experiment>, TaskError> {
     if let Some(trials) = options.trials.filter(|n| !(1..=MAX_TRIALS).contains(n)) {
         let value = trials.to_string();
@@ -73,8 +74,9 @@ pub fn find(name: &str, options: &Options) -> Result<Box<dyn Experiment>, TaskEr
     }
     // Search with default options, which is cheap. With a recording, an experiment may read it and learn from it.
     let plain = Options::default();
-    match makers().into_iter().find(|make| make(&plain).name() == name) {
-        Some(make) => Ok(make(options)),
+    let has_name = |make: &Make| make(&plain).is_ok_and(|made| made.name() == name);
+    match makers().into_iter().find(has_name) {
+        Some(make) => make(options),
         None => Err(TaskError::UnknownExperiment {
             name: name.into(),
             choices: all().into_iter().map(|(name, _)| name.to_owned()).collect(),

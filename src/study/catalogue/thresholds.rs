@@ -37,8 +37,8 @@ pub(super) struct Thresholds {
     seed: Seed,
     trials: u64,
     recording: Option<std::path::PathBuf>,
-    /// Kinds of the recording that have states, or the reason why the recording cannot be used.
-    recorded: Result<Vec<Kind>, String>,
+    /// Kinds of the recording that have states.
+    recorded: Vec<Kind>,
     made: Once<Vec<Kind>>,
 }
 
@@ -48,16 +48,15 @@ const POOL_DEMOS: usize = 13;
 const POOLS: u64 = 12;
 
 impl Thresholds {
-    pub fn new(options: &Options) -> Self {
-        Self {
+    /// Prepares the experiment. Reads the recording, if there is one, and learns from it.
+    pub fn new(options: &Options) -> Result<Self, TaskError> {
+        Ok(Self {
             seed: options.seed,
             trials: options.trials.unwrap_or(100),
-            recorded: options.recording.as_deref().map_or(Ok(Vec::new()), |path| {
-                Self::given(path).map_err(|error| error.to_string())
-            }),
+            recorded: options.recording.as_deref().map_or(Ok(Vec::new()), Self::given)?,
             recording: options.recording.clone(),
             made: Once::new(),
-        }
+        })
     }
 
     /// Draws poses of the simulated scene. The automatic threshold comes from demonstrations with one of each part.
@@ -142,11 +141,7 @@ impl Thresholds {
     fn sources(&self) -> Vec<(&'static str, String)> {
         let spec = scene(3);
         let mut sources = vec![("scene", spec.nut_kind), ("scene", spec.bolt_kind)];
-        match &self.recorded {
-            Ok(kinds) => sources.extend(kinds.iter().map(|k| ("recording", k.name.clone()))),
-            // The trials report the error.
-            Err(_) => sources.push(("recording", "unknown".into())),
-        }
+        sources.extend(self.recorded.iter().map(|k| ("recording", k.name.clone())));
         sources
     }
 }
@@ -168,9 +163,7 @@ impl Experiment for Thresholds {
         json!({
             "p": PAPER_EXPONENT, "paper_mm": 1e3 * PAPER_M, "pool_demonstrations_of_three": POOL_DEMOS,
             "recording": self.recording.as_deref().and_then(|path| Some(path.file_name()?.display().to_string())),
-            "recorded": self.recorded.as_ref().ok().map(|kinds| {
-                kinds.iter().map(|k| (k.points.len(), 1e3 * k.automatic)).collect::<Vec<_>>()
-            }),
+            "recorded": self.recorded.iter().map(|k| (k.points.len(), 1e3 * k.automatic)).collect::<Vec<_>>(),
         })
     }
 
@@ -208,12 +201,7 @@ impl Experiment for Thresholds {
                 made = self.made.get(pool, || Self::own(seed))?;
                 (&*made, kind)
             }
-            recorded => match &self.recorded {
-                Ok(kinds) => (kinds, recorded - 2),
-                Err(reason) => {
-                    return Err(TaskError::NothingToLearn { reason: reason.clone() });
-                }
-            },
+            recorded => (&self.recorded, recorded - 2),
         };
         // A batch has at least one pose of each state of its kind.
         let Some(kind) = kinds.get(kind) else { return Ok(outcome([])) };

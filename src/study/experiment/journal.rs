@@ -13,7 +13,6 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
-use super::lock::Lock;
 use super::{MAX_READINGS, TrialOutcome};
 use crate::files::{FileError, Limit, Overwrite, read_regular_file, write_atomic};
 use crate::task::{InputFault, TaskError};
@@ -210,12 +209,12 @@ fn fault(path: &Path, problem: impl Into<String>, expected: impl Into<String>) -
     })
 }
 
-/// Reads a journal.
-pub(super) fn read(path: &Path) -> Result<Contents, TaskError> {
+/// Reads a journal. `advice` tells the user what to do with a file that is not a journal.
+pub(super) fn read(path: &Path, advice: &str) -> Result<Contents, TaskError> {
     let bytes = read_regular_file(path, Limit::JOURNAL)?;
     let bad = |why: String| {
         let problem = format!("the first line is not that of a journal of trials ({why})");
-        fault(path, problem, "a journal of trials; --force starts again")
+        fault(path, problem, format!("a journal of trials; {advice}"))
     };
     let end = bytes.iter().position(|b| *b == b'\n');
     let end = end.ok_or_else(|| bad("the file has no line break".into()))?;
@@ -245,32 +244,30 @@ pub(super) struct Journal {
     complete: u64,
     /// Whether the last record was written only in part. Nothing may follow it.
     torn: bool,
-    _lock: Lock,
 }
 
 impl Journal {
     /// Opens or creates the journal at `path` for trials of `header`, and returns it with the trials that it holds. An
     /// existing journal may have been created for fewer trials. With `salvage`, damaged records are dropped; without
-    /// it, they are an error. `lock` is the lock of the journal's folder.
+    /// it, they are an error. The caller holds the lock of the journal's folder.
     pub fn open(
         path: &Path,
         header: &Header,
         salvage: bool,
-        lock: Lock,
     ) -> Result<(Self, Vec<Record>), TaskError> {
         if !path.exists() {
             write_atomic(path, header.line(path)?, Overwrite::Never)?;
         }
         let failed = FileError::io("write", path);
         let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(&failed)?;
-        let contents = read(path)?;
+        let contents = read(path, "--force starts again")?;
         if let Some(problem) = contents.header.mismatch(header) {
             return Err(fault(path, problem, "another folder; --force starts again"));
         }
         let more = contents.header != *header;
         if contents.damaged == 0 && more || contents.damaged > 0 && salvage {
             write(path, header, &contents.records, Overwrite::Allowed)?;
-            return Self::open(path, header, false, lock);
+            return Self::open(path, header, false);
         }
         if contents.damaged > 0 {
             let (damaged, intact) = (contents.damaged, contents.records.len());
@@ -282,7 +279,7 @@ impl Journal {
         file.set_len(contents.complete).map_err(&failed)?;
         file.seek(SeekFrom::End(0)).map_err(&failed)?;
         let (path, width, complete) = (path.into(), header.width, contents.complete);
-        Ok((Self { file, path, width, complete, torn: false, _lock: lock }, contents.records))
+        Ok((Self { file, path, width, complete, torn: false }, contents.records))
     }
 
     /// Appends a finished trial. After a failure nothing more is appended, because a record after an incomplete record

@@ -13,6 +13,12 @@ use crate::sim::Seed;
 use crate::task::TaskError;
 use crate::task::event::Observer;
 
+/// What to do with a shard whose journal is not a journal.
+const SHARD_ADVICE: &str = "rerun this shard with `symbolt experiment --shard I/N --force`";
+/// What to do with a shard whose journal is damaged.
+const DAMAGE_ADVICE: &str =
+    "rerun this shard with `symbolt experiment --shard I/N --salvage`, which keeps the intact ones";
+
 /// The run to which a folder's trials belong, as recorded in its journal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Origin {
@@ -33,7 +39,7 @@ impl Origin {
     /// [`TaskError::File`] if there is no journal or it cannot be read; [`TaskError::Input`] if its first line is not a
     /// journal's.
     pub fn read(folder: &Path) -> Result<Self, TaskError> {
-        let header = journal::read(&folder.join(JOURNAL))?.header;
+        let header = journal::read(&folder.join(JOURNAL), SHARD_ADVICE)?.header;
         let trials = header.settings.max_trials();
         let (experiment, settings) = (header.experiment, header.settings.experiment);
         Ok(Self { experiment, seed: Seed::new(header.seed), trials, settings })
@@ -61,7 +67,7 @@ impl Run<'_> {
         let mut records: Vec<Record> =
             shards.iter().flat_map(|(_, contents)| &contents.records).copied().collect();
         records.sort_by_key(|record| (record.cell, record.trial));
-        let refused = |reason| TaskError::Merge { folder: whole.folder.clone(), reason };
+        let refused = |reason| TaskError::Merge { folder: whole.folder.path().into(), reason };
         if let Some(record) = contradiction(&records) {
             let Record { cell, trial, .. } = record;
             let reason = format!(
@@ -73,7 +79,7 @@ impl Run<'_> {
         if let Some(reason) = missing(&outcomes, whole.trials(), &shards) {
             return Err(refused(reason));
         }
-        let _lock = whole.lock(observer)?;
+        whole.warn(observer);
         let sorted = in_order(&outcomes);
         journal::write(&whole.journal(), &whole.header(), &sorted, overwrite)?;
         let results = whole.results(&outcomes);
@@ -85,11 +91,13 @@ impl Run<'_> {
     fn shards<'f>(&self, folders: &'f [PathBuf]) -> Result<Vec<(&'f Path, Contents)>, TaskError> {
         let (mut shards, mut trials): (Vec<(&Path, Contents)>, usize) = (Vec::new(), 0);
         for folder in folders {
-            let contents = journal::read(&folder.join(JOURNAL))?;
+            let contents = journal::read(&folder.join(JOURNAL), SHARD_ADVICE)?;
             let refused = |reason| Err(TaskError::Merge { folder: folder.clone(), reason });
             if contents.damaged > 0 {
                 let damaged = contents.damaged;
-                return refused(format!("{damaged} bytes of its trials are damaged"));
+                return refused(format!(
+                    "{damaged} bytes of its trials are damaged; {DAMAGE_ADVICE}"
+                ));
             }
             if let Some((first, held)) = shards.first() {
                 let places = [first.display().to_string(), folder.display().to_string()];

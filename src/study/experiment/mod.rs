@@ -12,7 +12,6 @@
 
 mod figure;
 mod journal;
-mod lock;
 mod merge;
 mod results;
 mod run;
@@ -23,7 +22,6 @@ use crate::sim::Seed;
 use crate::task::TaskError;
 
 pub use figure::{Axis, Figure, Mark, Series, Style};
-pub use lock::Warning;
 pub use merge::Origin;
 pub use results::{Results, Row};
 pub use run::{Run, Shard};

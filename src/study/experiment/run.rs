@@ -1,8 +1,7 @@
 //! Runs and resumes the trials of an experiment.
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -11,9 +10,8 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::journal::{CellSettings, Header, Journal, Record, Settings};
-use super::lock::{Lock, TryLock};
 use super::{Cell, Experiment, MAX_READINGS, Measure, Results, Row, TrialOutcome};
-use crate::files::{FileError, Overwrite, write_atomic};
+use crate::files::{FileError, Overwrite, ResultFolder, write_atomic};
 use crate::sim::Seed;
 use crate::study::statistics::{Mean, Rate, Statistic};
 use crate::task::TaskError;
@@ -60,10 +58,9 @@ pub struct Run<'a> {
     pub(super) cells: Vec<Cell>,
     pub(super) seed: Seed,
     pub(super) shard: Shard,
-    pub(super) folder: PathBuf,
+    pub(super) folder: ResultFolder,
     salvage: bool,
     restart: bool,
-    try_lock: TryLock,
 }
 
 pub(super) const JOURNAL: &str = "trials.bin";
@@ -74,19 +71,16 @@ fn number(outcome: &TrialOutcome, at: usize) -> f64 {
 }
 
 impl<'a> Run<'a> {
-    /// Prepares the trials of `experiment` in `folder`. Nothing is read or written yet.
-    pub fn new(experiment: &'a dyn Experiment, seed: Seed, shard: Shard, folder: &Path) -> Self {
-        let (cells, folder) = (experiment.cells(), folder.into());
-        Self {
-            experiment,
-            cells,
-            seed,
-            shard,
-            folder,
-            salvage: false,
-            restart: false,
-            try_lock: File::try_lock,
-        }
+    /// Prepares the trials of `experiment` in `folder`, which is locked as long as this value lives. Nothing is read or
+    /// written yet.
+    pub fn new(
+        experiment: &'a dyn Experiment,
+        seed: Seed,
+        shard: Shard,
+        folder: ResultFolder,
+    ) -> Self {
+        let cells = experiment.cells();
+        Self { experiment, cells, seed, shard, folder, salvage: false, restart: false }
     }
 
     /// Sets whether damaged records of the journal are dropped and their trials run again. By default they are an
@@ -129,21 +123,19 @@ impl<'a> Run<'a> {
     }
 
     pub(super) fn journal(&self) -> PathBuf {
-        self.folder.join(JOURNAL)
+        self.folder.path().join(JOURNAL)
     }
 
-    /// Takes the folder's lock. Reports a warning if the file system has no locks.
-    pub(super) fn lock(&self, observer: &mut dyn Observer) -> Result<Lock, TaskError> {
-        let (lock, warning) = Lock::take(&self.folder, self.try_lock)?;
-        if let Some(warning) = warning {
+    /// Reports a warning if the folder's file system has no locks.
+    pub(super) fn warn(&self, observer: &mut dyn Observer) {
+        if let Some(warning) = self.folder.warning() {
             observer.observe(&Event::Warned(&warning.to_string()));
         }
-        Ok(lock)
     }
 
     fn delete_earlier(&self) -> Result<(), TaskError> {
         for name in [JOURNAL, "results.json", "results.csv", "figure.svg"] {
-            let path = self.folder.join(name);
+            let path = self.folder.path().join(name);
             match std::fs::remove_file(&path) {
                 Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
                     return Err(FileError::Io { what: "remove", path, source }.into());
@@ -159,14 +151,13 @@ impl<'a> Run<'a> {
     ///
     /// # Errors
     /// [`TaskError::Input`] if the journal is damaged or belongs to another experiment, seed or settings;
-    /// [`TaskError::File`] if it cannot be written or another run is using the folder; otherwise the first error of a
-    /// trial. Finished trials are kept.
+    /// [`TaskError::File`] if it cannot be written; otherwise the first error of a trial. Finished trials are kept.
     pub fn go(&self, observer: &mut dyn Observer) -> Result<Option<Results>, TaskError> {
-        let lock = self.lock(observer)?;
+        self.warn(observer);
         if self.restart {
             self.delete_earlier()?;
         }
-        let (journal, before) = Journal::open(&self.journal(), &self.header(), self.salvage, lock)?;
+        let (journal, before) = Journal::open(&self.journal(), &self.header(), self.salvage)?;
         let outcomes = self.outcomes(&before);
         drop(before);
         let missing = self.missing(&outcomes);
@@ -260,11 +251,12 @@ impl<'a> Run<'a> {
     }
 
     pub(super) fn write(&self, results: &Results) -> Result<(), TaskError> {
+        let folder = self.folder.path();
         let text = format!("{:#}\n", results.to_json());
-        write_atomic(&self.folder.join("results.json"), &text, Overwrite::Allowed)?;
-        write_atomic(&self.folder.join("results.csv"), results.to_csv(), Overwrite::Allowed)?;
+        write_atomic(&folder.join("results.json"), &text, Overwrite::Allowed)?;
+        write_atomic(&folder.join("results.csv"), results.to_csv(), Overwrite::Allowed)?;
         if let Some(figure) = self.experiment.figure(results) {
-            write_atomic(&self.folder.join("figure.svg"), figure.to_svg()?, Overwrite::Allowed)?;
+            write_atomic(&folder.join("figure.svg"), figure.to_svg()?, Overwrite::Allowed)?;
         }
         Ok(())
     }
@@ -304,10 +296,11 @@ fn statistic(measure: Measure, at: usize, outcomes: &[Option<TrialOutcome>]) -> 
 
 #[cfg(test)]
 mod tests {
-    use std::fs::TryLockError;
+    use std::fs::{File, TryLockError};
     use std::io::ErrorKind;
 
     use super::*;
+    use crate::files::TryLock;
     use crate::study::experiment::{Reading, outcome};
     use crate::task::event::Ignore;
 
@@ -338,10 +331,11 @@ mod tests {
 
     /// Runs in a fresh folder with this lock function. Returns the result and the warnings.
     fn locked_by(try_lock: TryLock) -> (Result<Option<Results>, TaskError>, Vec<String>) {
-        let folder = tempfile::tempdir().expect("a folder");
+        let place = tempfile::tempdir().expect("a folder");
+        let folder = ResultFolder::lock(place.path(), None, try_lock).expect("opens");
         let mut warnings = Vec::new();
-        let run = Run::new(&Coin, Seed::new(1), Shard::default(), folder.path());
-        let end = Run { try_lock, ..run }.go(&mut |event: &Event<'_>| {
+        let run = Run::new(&Coin, Seed::new(1), Shard::default(), folder);
+        let end = run.go(&mut |event: &Event<'_>| {
             if let Event::Warned(warning) = event {
                 warnings.push((*warning).to_owned());
             }
@@ -362,8 +356,9 @@ mod tests {
 
     #[test]
     fn a_journal_with_text_as_number_of_trials_is_refused() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let run = Run::new(&Coin, Seed::new(1), Shard::default(), folder.path());
+        let place = tempfile::tempdir().expect("a folder");
+        let folder = ResultFolder::open(place.path()).expect("opens");
+        let run = Run::new(&Coin, Seed::new(1), Shard::default(), folder);
         run.go(&mut Ignore).expect("runs");
         let bytes = std::fs::read(run.journal()).expect("a journal");
         let end = bytes.iter().position(|b| *b == b'\n').expect("a first line");
@@ -371,14 +366,5 @@ mod tests {
         std::fs::write(run.journal(), [line.as_bytes(), &bytes[end..]].concat()).expect("written");
         let refused = run.go(&mut Ignore);
         assert!(matches!(refused, Err(TaskError::Input(_))), "{refused:?}");
-    }
-
-    #[test]
-    fn a_locked_folder_and_a_failing_lock_are_refused() {
-        let (held, warnings) = locked_by(|_| Err(TryLockError::WouldBlock));
-        assert!(matches!(held, Err(TaskError::File(_))) && warnings.is_empty());
-        let (denied, warnings) =
-            locked_by(|_| Err(TryLockError::Error(ErrorKind::PermissionDenied.into())));
-        assert!(matches!(denied, Err(TaskError::File(_))) && warnings.is_empty());
     }
 }
