@@ -6,17 +6,12 @@ use std::error::Error;
 
 use symbolt::prelude::*;
 
-struct Words;
-impl VocabTag for Words {
-    const NAME: &'static str = "words";
-}
+symbolt::vocabulary!(Words = "words": WRITE, SAY, ONE, TWO, VERB, NOUN);
 
 /// Shows WRITE for 150 ms, then ONE for 150 ms. Returns the similarity of the phrase in memory, 100 ms later, with the
 /// expected phrase and with the phrase in which verb and noun are exchanged.
 pub fn run() -> Result<[f32; 2], Box<dyn Error>> {
-    let words = VocabularyBuilder::<Words>::new(256, Seed::new(1))
-        .pointers(["WRITE", "SAY", "ONE", "TWO", "VERB", "NOUN"])
-        .build()?;
+    let words = VocabularyBuilder::new(256, Seed::new(1)).pointers(Words::NAMES).build()?;
     let (write, one) = (words.get("WRITE")?, words.get("ONE")?);
     let ms = SimDuration::from_millis;
     let shown = Stimulus::pointer(words.space(), &write).from(ms(150), &one).silent_from(ms(300));
@@ -27,14 +22,13 @@ pub fn run() -> Result<[f32; 2], Box<dyn Error>> {
     let [verb, noun] = ["verb", "noun"].map(|name| graph.add(name, keep()));
     let phrase = graph.add("phrase", State::new(&words));
     let rules = Rules::new()
-        .rule("see_verb", vision.dot(&words.parse("WRITE + SAY")?), [&vision >> &verb])
-        .rule("see_noun", vision.dot(&words.parse("ONE + TWO")?), [&vision >> &noun])
+        .rule("see_verb", vision.dot(Words::WRITE + Words::SAY), [&vision >> &verb])
+        .rule("see_noun", vision.dot(Words::ONE + Words::TWO), [&vision >> &noun])
         .otherwise("wait", 0.4, []);
     graph.add("rules", rules);
-    graph.route(&verb * words.get("VERB")? + &noun * words.get("NOUN")? >> &phrase);
+    graph.route(&verb * Words::VERB + &noun * Words::NOUN >> &phrase);
 
-    let graph = graph.build(Timebase::default(), &PopulationPlan::direct(), Seed::new(1))?;
-    let mut sim = Simulator::new(graph.into(), RunConfig::default())?;
+    let mut sim = graph.start(&PopulationPlan::direct(), Seed::new(1))?;
     sim.run_for(ms(400))?;
     let phrase = sim.value(&phrase.output);
     let compare =

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::check;
 use super::draft::{Body, Draft, EdgeDraft, NodeDraft, ProbeDraft};
-use super::error::{BuildError, BuildErrors};
+use super::error::{BuildError, BuildErrors, SimError};
 use super::graph::Graph;
 use super::handle::{In, NodePorts, Out, PortRef};
 use super::kind::{Kind, Pointer, Space, VocabTag};
@@ -15,7 +15,9 @@ use super::lowering::{LayerRequest, Lowering};
 use super::node::Node;
 use super::port::PortDecl;
 use super::probe::{ProbeId, ProbeSpec};
+use super::run::RunConfig;
 use super::seed::Seed;
+use super::simulator::Simulator;
 use super::synapse::Synapse;
 use super::time::Timebase;
 use super::world::WorldLink;
@@ -185,6 +187,18 @@ impl GraphBuilder {
         seed: Seed,
     ) -> Result<Graph, BuildErrors> {
         check::freeze(self.draft, time, plan, seed)
+    }
+
+    /// Builds the graph with ticks of 1 ms and creates a run of it, with `seed` as the build seed and the run seed.
+    ///
+    /// Use [`build`](Self::build) and [`Simulator::new`] for another timebase, several runs of one graph, a world, threads
+    /// or noise.
+    ///
+    /// # Errors
+    /// [`SimError::Build`] with all faults of the description; otherwise as [`Simulator::new`].
+    pub fn start(self, plan: &dyn Lowering, seed: Seed) -> Result<Simulator, SimError> {
+        let graph = self.build(Timebase::default(), plan, seed)?;
+        Simulator::new(Arc::new(graph), RunConfig::seeded(seed))
     }
 
     pub(crate) fn root(&mut self) -> Scope<'_> {

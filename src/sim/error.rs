@@ -302,6 +302,9 @@ impl WorldError {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SimError {
+    /// Faults of the graph's description.
+    #[error(transparent)]
+    Build(#[from] BuildErrors),
     /// A duration that does not fit the clock.
     #[error(transparent)]
     Config(#[from] ConfigError),

@@ -200,12 +200,12 @@ mod tests {
                 .map(|z| sd * z)
                 .collect();
             let (mut first, mut pair) = (Vec::new(), vec![0.0; dim]);
-            for i in 0..pairs {
+            for (i, filler) in fillers.iter().enumerate().take(pairs) {
                 let mut role = random_pointer(dim, seed.derive_index("role", i as u64));
                 if unitary_roles {
                     Hrr.make_unitary(&mut role, &mut work);
                 }
-                Hrr.bind_into(&role, &fillers[i], &mut pair, &mut work);
+                Hrr.bind_into(&role, filler, &mut pair, &mut work);
                 sum.iter_mut().zip(&pair).for_each(|(s, p)| *s += p);
                 if i == 0 {
                     first = role;

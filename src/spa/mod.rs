@@ -86,6 +86,7 @@ mod item_memory;
 mod modules;
 mod pairs;
 mod pointer;
+mod similarities;
 mod vocabulary;
 
 pub use crate::sim::PointerRef;
@@ -107,5 +108,6 @@ pub use modules::{
 };
 pub use pairs::{Filler, PairDecoder};
 pub use pointer::PointerValue;
+pub use similarities::Similarities;
 pub(crate) use vocabulary::draw_pointer;
 pub use vocabulary::{Name, Vocabulary, VocabularyBuilder, random_pointer};
