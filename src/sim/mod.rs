@@ -83,6 +83,7 @@ mod arena;
 mod builder;
 mod check;
 mod checkpoint;
+mod closures;
 mod draft;
 mod error;
 mod fingerprint;
@@ -108,6 +109,7 @@ mod world;
 
 pub use builder::{EdgeId, GraphBuilder, Module, Scope};
 pub use checkpoint::Checkpoint;
+pub use closures::{Apply, ApplyPorts, Signal};
 pub use error::{BuildError, BuildErrors, ConfigError, NodeFault, SimError, WorldError};
 pub use fingerprint::Fingerprint;
 pub use graph::{EventSource, Graph, OutputRef};

@@ -3,7 +3,9 @@
 use std::ops::{Add, Mul, Neg, Not, Shr, Sub};
 
 use super::{Flow, FlowKind, Level, Route};
-use crate::sim::{In, Out, Pointer, PointerRef, Real, Scalar, VocabTag};
+use crate::sim::{
+    AddPorts, ApplyPorts, In, NoisePorts, Out, Pointer, PointerRef, Real, Scalar, VocabTag,
+};
 use crate::spa::modules::{
     BindPorts, GatePorts, GoalBufferPorts, LinearPorts, MemoryPorts, StatePorts, SuperposePorts,
     UnbindPorts,
@@ -215,6 +217,9 @@ operators! {
     ['o, V: VocabTag,] &'o SuperposePorts<V> => Pointer<V>;
     ['o, A: VocabTag, V: VocabTag,] &'o MemoryPorts<A, V> => Pointer<V>;
     ['o, A: FlowKind, K: FlowKind,] &'o LinearPorts<A, K> => K;
+    ['o, A: FlowKind, K: FlowKind,] &'o ApplyPorts<A, K> => K;
+    ['o, K: FlowKind,] &'o AddPorts<K> => K;
+    ['o, K: FlowKind,] &'o NoisePorts<K> => K;
 }
 
 inverses! {
@@ -231,6 +236,9 @@ inverses! {
     ['o,] &'o SuperposePorts<V>;
     ['o, A: VocabTag,] &'o MemoryPorts<A, V>;
     ['o, A: FlowKind,] &'o LinearPorts<A, Pointer<V>>;
+    ['o, A: FlowKind,] &'o ApplyPorts<A, Pointer<V>>;
+    ['o,] &'o AddPorts<Pointer<V>>;
+    ['o,] &'o NoisePorts<Pointer<V>>;
 }
 
 impl<K: FlowKind> IntoFlow for &Out<K> {
@@ -266,6 +274,36 @@ impl<V: VocabTag> IntoFlow for Name<V> {
     }
 }
 
+/// Writes sums of a number and a scalar operand.
+macro_rules! number_sums {
+    ($([$($generics:tt)*] $operand:ty;)*) => {$(
+        impl<$($generics)*> Add<$operand> for Real {
+            type Output = Flow<Scalar>;
+
+            fn add(self, right: $operand) -> Self::Output {
+                Flow::number(self).plus(right.into_flow(), false)
+            }
+        }
+
+        impl<$($generics)*> Sub<$operand> for Real {
+            type Output = Flow<Scalar>;
+
+            fn sub(self, right: $operand) -> Self::Output {
+                Flow::number(self).plus(right.into_flow(), true)
+            }
+        }
+    )*};
+}
+
+number_sums! {
+    [] Flow<Scalar>;
+    ['o] &'o Out<Scalar>;
+    ['o, A: FlowKind] &'o LinearPorts<A, Scalar>;
+    ['o, A: FlowKind] &'o ApplyPorts<A, Scalar>;
+    ['o] &'o AddPorts<Scalar>;
+    ['o] &'o NoisePorts<Scalar>;
+}
+
 /// Makes the output of a port struct an operand.
 macro_rules! sources {
     ($([$($generics:tt)*] $ports:ty => $kind:ty;)*) => {$(
@@ -288,6 +326,9 @@ sources! {
     [V: VocabTag] SuperposePorts<V> => Pointer<V>;
     [A: VocabTag, V: VocabTag] MemoryPorts<A, V> => Pointer<V>;
     [A: FlowKind, K: FlowKind] LinearPorts<A, K> => K;
+    [A: FlowKind, K: FlowKind] ApplyPorts<A, K> => K;
+    [K: FlowKind] AddPorts<K> => K;
+    [K: FlowKind] NoisePorts<K> => K;
 }
 
 /// Makes the input of a port struct a target of `>>`.
@@ -309,4 +350,123 @@ sinks! {
     [V: VocabTag] GoalBufferPorts<V> => Pointer<V>;
     [A: VocabTag, V: VocabTag] MemoryPorts<A, V> => Pointer<A>;
     [A: FlowKind, K: FlowKind] LinearPorts<A, K> => A;
+    [A: FlowKind, K: FlowKind] ApplyPorts<A, K> => A;
+    [K: FlowKind] AddPorts<K> => K;
+    [K: FlowKind] NoisePorts<K> => K;
+}
+
+/// Makes a port struct of your own an operand and a target of [expressions](crate::spa::flow).
+///
+/// The struct, without generic parameters, has a field `output` of the first kind. With a second kind, it also has a
+/// field `input` and can stand on the right of `>>`.
+///
+/// ```
+/// use symbolt::prelude::*;
+///
+/// struct Doubled;
+/// struct DoubledPorts {
+///     input: In<Scalar>,
+///     output: Out<Scalar>,
+/// }
+/// symbolt::flow_ports!(DoubledPorts, output: Scalar, input: Scalar);
+///
+/// impl Module for Doubled {
+///     type Ports = DoubledPorts;
+///
+///     fn expand(self, scope: &mut Scope<'_>) -> DoubledPorts {
+///         let sum = scope.add("sum", Add::scalar());
+///         let twice = scope.add("twice", Add::scalar());
+///         scope.route(2.0 * &sum >> &twice);
+///         DoubledPorts {
+///             input: scope.input("input", sum.input),
+///             output: scope.output("output", twice.output),
+///         }
+///     }
+/// }
+///
+/// let mut graph = GraphBuilder::new();
+/// let one = graph.add("one", Constant::scalar(1.0));
+/// let doubled = graph.add("doubled", Doubled);
+/// let more = graph.add("more", Doubled);
+/// graph.route(0.5 + &one >> &doubled);
+/// graph.route(&doubled * &one - 1.0 >> &more);
+/// let mut sim = graph.start(&PopulationPlan::direct(), Seed::new(1))?;
+/// sim.run_for(SimDuration::from_millis(50))?;
+/// assert!((sim.value(&more.output)[0] - 4.0).abs() < 1e-3);
+/// # Ok::<(), symbolt::sim::SimError>(())
+/// ```
+#[macro_export]
+macro_rules! flow_ports {
+    ($ports:ty, output: $kind:ty, input: $takes:ty) => {
+        $crate::flow_ports!($ports, output: $kind);
+
+        impl $crate::spa::flow::Sink for &$ports {
+            type Kind = $takes;
+
+            fn sink(&self) -> $crate::sim::In<$takes> {
+                self.input.clone()
+            }
+        }
+    };
+    ($ports:ty, output: $kind:ty) => {
+        impl $crate::spa::flow::IntoFlow for &$ports {
+            type Kind = $kind;
+
+            fn into_flow(self) -> $crate::spa::flow::Flow<$kind> {
+                $crate::spa::flow::Flow::output(&self.output)
+            }
+        }
+
+        impl<R: $crate::spa::flow::IntoFlow> ::std::ops::Mul<R> for &$ports
+        where
+            $kind: $crate::spa::flow::Times<R::Kind>,
+        {
+            type Output =
+                $crate::spa::flow::Flow<<$kind as $crate::spa::flow::Times<R::Kind>>::Product>;
+
+            fn mul(self, right: R) -> Self::Output {
+                $crate::spa::flow::IntoFlow::into_flow(self) * right
+            }
+        }
+
+        impl<R: $crate::spa::flow::IntoFlow<Kind = $kind>> ::std::ops::Add<R> for &$ports {
+            type Output = $crate::spa::flow::Flow<$kind>;
+
+            fn add(self, right: R) -> Self::Output {
+                $crate::spa::flow::IntoFlow::into_flow(self) + right
+            }
+        }
+
+        impl<R: $crate::spa::flow::IntoFlow<Kind = $kind>> ::std::ops::Sub<R> for &$ports {
+            type Output = $crate::spa::flow::Flow<$kind>;
+
+            fn sub(self, right: R) -> Self::Output {
+                $crate::spa::flow::IntoFlow::into_flow(self) - right
+            }
+        }
+
+        impl ::std::ops::Neg for &$ports {
+            type Output = $crate::spa::flow::Flow<$kind>;
+
+            fn neg(self) -> Self::Output {
+                -$crate::spa::flow::IntoFlow::into_flow(self)
+            }
+        }
+
+        impl ::std::ops::Mul<&$ports> for $crate::sim::Real {
+            type Output = $crate::spa::flow::Flow<$kind>;
+
+            fn mul(self, right: &$ports) -> Self::Output {
+                self * $crate::spa::flow::IntoFlow::into_flow(right)
+            }
+        }
+
+        impl<S: $crate::spa::flow::Sink<Kind = $kind>> ::std::ops::Shr<S> for &$ports {
+            type Output = $crate::spa::flow::Route;
+
+            fn shr(self, to: S) -> Self::Output {
+                $crate::spa::flow::IntoFlow::into_flow(self) >> to
+            }
+        }
+    };
 }
