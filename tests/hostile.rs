@@ -2,8 +2,10 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+use symbolt::neurons::SolvedModel;
 use symbolt::report::report;
 use symbolt::sim::Seed;
+use symbolt::study::experiment::Origin;
 use symbolt::task::relational::RelationalDomain;
 use symbolt::task::strips::{self, Bodies, Trajectory};
 use symbolt::task::tasks::file::DataTask;
@@ -243,6 +245,23 @@ fn a_run_with_more_modules_than_a_planner_has_is_refused() {
         said.iter().any(|why| why.contains("`modules` has 50000 entries; expected at most 4096")),
         "{said:?}"
     );
+}
+
+#[test]
+fn a_model_or_journal_with_a_first_line_of_megabytes_is_refused() {
+    let layers: Vec<String> = (0..500_000).map(|i| format!("\"{i}\":[]")).collect();
+    let layers = layers.join(",");
+    let model = format!(
+        "{{\"format\":\"symbolt-solved\",\"version\":1,\"layers\":{{{layers}}},\"checksum\":0}}\n"
+    );
+    let message = said(SolvedModel::decode(model.as_bytes()));
+    assert!(message.contains("expected at most 4194304"), "{message}");
+    let folder = tempfile::tempdir().expect("a folder");
+    let cells = "{},".repeat(1_000_000);
+    let journal = format!("{{\"format\":\"symbolt-trials\",\"cells\":[{cells}{{}}]}}\n");
+    std::fs::write(folder.path().join("trials.bin"), journal).expect("written");
+    let message = said(Origin::read(folder.path()));
+    assert!(message.contains("expected at most 2097152"), "{message}");
 }
 
 #[test]
