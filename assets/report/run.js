@@ -10,7 +10,8 @@ class RunPage {
     this.touches = this.events.flatMap((line) => line.touch ?? []);
     this.acts = this.decisionsAndActs();
     const ends = [this.frames.t.at(-1), ...this.acts.map((act) => act.until), this.times().at(-1), 0.1];
-    this.duration = Math.max(...ends.filter(Number.isFinite));
+    // A long list cannot be spread over the arguments of a function.
+    this.duration = ends.filter(Number.isFinite).reduce((most, end) => Math.max(most, end), 0);
     this.time = 0;
     this.playing = false;
     this.decisionRows = [];

@@ -11,7 +11,10 @@ function table(columns, rows) {
   };
   const head = columns.map((name, i) => cell("th", name.replace(">", ""), i));
   const body = rows.map((row) => make("tr", null, ...row.map((content, i) => cell("td", content, i))));
-  return make("table", null, make("thead", null, make("tr", null, ...head)), make("tbody", null, ...body));
+  const filled = make("tbody");
+  // One by one: a long list cannot be spread over the arguments of a function.
+  for (const row of body) filled.append(row);
+  return make("table", null, make("thead", null, make("tr", null, ...head)), filled);
 }
 
 // Calls `act` for a click on a row or for Enter. Space plays the episode.

@@ -158,6 +158,9 @@ pub(crate) enum Unfit {
 const FORMAT: &str = "symbolt-solved";
 const VERSION: u64 = 1;
 
+/// Maximum length of the first line, in bytes. A layer takes about 250.
+const MAX_HEADER: usize = 4 << 20;
+
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Header {
@@ -283,6 +286,12 @@ impl SolvedModel {
         let end = bytes.iter().position(|b| *b == b'\n');
         let end = end.ok_or_else(|| not_one("it has no first line".into()))?;
         let (line, payload) = (&bytes[..end], &bytes[end + 1..]);
+        if line.len() > MAX_HEADER {
+            let long = line.len();
+            return Err(not_one(format!(
+                "its first line has {long} bytes; expected at most {MAX_HEADER}"
+            )));
+        }
         let start: Beginning =
             serde_json::from_slice(line).map_err(|error| not_one(error.to_string()))?;
         if start.format != FORMAT {

@@ -100,6 +100,8 @@ fn put(text: &mut String, line: &Line) {
 pub(super) const MAX_EPISODE_S: f64 = 200_000.0;
 /// Maximum number of episodes in a run.
 const MAX_EPISODES: usize = 100_000;
+/// Maximum length of a line, in bytes.
+const MAX_LINE: usize = 1 << 20;
 /// Maximum number of lines that are read.
 const MAX_LINES: usize = 200_000;
 /// Maximum number of state names in the decisions that are read.
@@ -134,7 +136,10 @@ pub fn read(bytes: &[u8]) -> (Vec<Line>, Option<String>) {
             let problem = format!("only the first {} lines are shown", lines.len());
             return (lines, Some(problem));
         }
-        let parsed = serde_json::from_slice(line).map_err(|error| error.to_string());
+        let parsed = match line.len() {
+            0..=MAX_LINE => serde_json::from_slice(line).map_err(|error| error.to_string()),
+            long => Err(format!("it has {long} bytes; expected at most {MAX_LINE}")),
+        };
         let in_range = |line: Line| match line.in_range() {
             true => Ok(line),
             false => Err("a time or the episode's number is out of range".to_owned()),
@@ -232,10 +237,19 @@ mod tests {
         let (lines, problem) = read(format!("{touch}\n").repeat(1_000_000 / 2).as_bytes());
         assert_eq!(lines.len(), MAX_LINES);
         assert_eq!(problem.as_deref(), Some("only the first 200000 lines are shown"));
-        let names = vec!["\"A\""; MAX_NAMES + 1].join(",");
-        let long = decision.replace("\"holds\":[]", &format!("\"holds\":[{names}]"));
-        let (lines, problem) = read(format!("{long}\n{decision}").as_bytes());
-        assert_eq!((lines.len(), problem.is_some()), (1, true));
+        let holding = |count: usize| {
+            let names = vec!["\"A\""; count].join(",");
+            decision.replace("\"holds\":[]", &format!("\"holds\":[{names}]"))
+        };
+        let (lines, problem) = read(format!("{}\n", holding(250_000)).repeat(20).as_bytes());
+        assert_eq!(
+            (lines.len(), problem.as_deref()),
+            (9, Some("only the first 9 lines are shown"))
+        );
+        let (lines, problem) = read(format!("{decision}\n{}", holding(300_000)).as_bytes());
+        assert_eq!(lines.len(), 1);
+        let problem = problem.expect("the line is too long");
+        assert!(problem.contains("line 2 is damaged (it has 1200"), "{problem}");
     }
 
     #[test]

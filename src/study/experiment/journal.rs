@@ -19,6 +19,8 @@ use crate::task::{InputFault, TaskError};
 
 const FORMAT: &str = "symbolt-trials";
 const VERSION: u64 = 1;
+/// Maximum length of the first line, in bytes. A cell takes about 100.
+const MAX_HEADER: usize = 2 << 20;
 
 /// Returns the length of a record, in bytes, if an outcome has `width` numbers.
 fn length(width: usize) -> usize {
@@ -218,6 +220,9 @@ pub(super) fn read(path: &Path, advice: &str) -> Result<Contents, TaskError> {
     };
     let end = bytes.iter().position(|b| *b == b'\n');
     let end = end.ok_or_else(|| bad("the file has no line break".into()))?;
+    if end > MAX_HEADER {
+        return Err(bad(format!("it has {end} bytes; expected at most {MAX_HEADER}")));
+    }
     let header: Header = serde_json::from_slice(&bytes[..end]).map_err(|e| bad(e.to_string()))?;
     let usable = (1..=MAX_READINGS).contains(&header.width);
     if header.format != FORMAT || header.version != VERSION || !usable {

@@ -338,7 +338,8 @@ impl<'d> Problem<'d> {
 
     /// Returns the places that exclude a place of a state, as pairs of state and place.
     pub(super) fn conflicting(&self, state: usize, place: usize) -> Vec<(usize, usize)> {
-        let pairs = self.conflicts.iter().filter(|(own, _)| *own == (state, place));
+        let own = (state, place);
+        let pairs = self.conflicts.range((own, (0, 0))..=(own, (usize::MAX, usize::MAX)));
         pairs.map(|(_, other)| *other).collect()
     }
 

@@ -26,6 +26,10 @@ impl FieldFault {
     pub fn no_state(name: &str, field: String, names: &[String]) -> Self {
         let near = nearest_name(name, names.iter().map(String::as_str));
         let near = near.map_or_else(String::new, |n| format!(" (did you mean `{n}`?)"));
+        let name: String = match name.char_indices().nth(200) {
+            Some((at, _)) => format!("{}...", &name[..at]),
+            None => name.into(),
+        };
         Self {
             field,
             problem: format!("`{name}` is not a state{near}"),

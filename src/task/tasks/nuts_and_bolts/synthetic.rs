@@ -211,7 +211,7 @@ impl SyntheticDemonstrations {
         if poses <= MAX_POSES as f64 {
             return Ok(());
         }
-        let expected = "fewer demonstrations, parts or failures: so many make about 600,000 poses or more, and a \
+        let expected = "fewer demonstrations, parts or failures: so many make more than 550,000 poses, and a \
                         recording of that size cannot be read";
         Err(TaskError::Setting { name: "demos", value: self.demos.to_string(), expected })
     }
@@ -239,8 +239,8 @@ impl SyntheticDemonstrations {
     }
 }
 
-/// Maximum number of poses in a recording. They take about 120 MB as text.
-const MAX_POSES: usize = 600_000;
+/// Maximum number of poses in a recording. They take about 90 MB as text.
+const MAX_POSES: usize = 550_000;
 
 /// Maximum number of attempts in one demonstration.
 const MAX_ATTEMPTS: usize = 60;
