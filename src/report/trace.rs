@@ -257,6 +257,7 @@ mod tests {
         let skill =
             SkillReport { part: 1, outcome: SkillOutcome::Placed, picked: true, slip_m: 0.5e-3 };
         let decided = |begun, skill| Decided {
+            in_no_state: Vec::new(),
             asked_s: 1.0,
             took_ms: 12.0,
             holds: vec!["A".into()],

@@ -25,7 +25,7 @@ mod skill;
 
 use crate::sim::SimView;
 
-pub use episode::{Chosen, Decided, Ended, EpisodeReport, SceneFrame, Touched};
+pub use episode::{Chosen, Decided, Ended, EpisodeReport, InNoState, SceneFrame, Touched};
 pub use skill::{SkillOutcome, SkillReport, Touch};
 
 /// An event. Times are in simulated seconds, counted from the moment at which the parts have settled on the table.

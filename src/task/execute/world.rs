@@ -12,7 +12,7 @@ use super::{EpisodeSpec, senses};
 use crate::sim::{Real, Seed, SimDuration, World, WorldError, WorldSave};
 use crate::task::domain::{ActionId, Grounding, StateId, Verdict, WorldState};
 use crate::task::error::TaskError;
-use crate::task::event::{Decided, Doing, Ended, SceneFrame, SkillReport, Touched};
+use crate::task::event::{Decided, Doing, Ended, InNoState, SceneFrame, SkillReport, Touched};
 use crate::task::execute::recorder::Recorder;
 use crate::task::planner::Planner;
 use crate::task::scene::{BodyId, Scene};
@@ -85,6 +85,8 @@ struct Live {
     memory: Memory,
     /// For each part, whether it was in no state at the last look.
     in_no_state: Vec<bool>,
+    /// The parts in no state at the last look, with the nearest states.
+    lost: Vec<InNoState>,
     log: Log,
     seed: Seed,
     perturbed: bool,
@@ -120,6 +122,9 @@ impl EpisodeWorld {
         goal: StateId,
         spec: &EpisodeSpec,
     ) -> Result<Self, TaskError> {
+        let sensing = &spec.sensing;
+        let grounding =
+            grounding.with_noise(sensing.pose_noise_m, sensing.pose_noise_deg.to_radians());
         let mind = Arc::new(Propositional::new(planner, grounding, goal)?);
         Self::with_mind(mind, spec, None)
     }
@@ -192,6 +197,7 @@ impl EpisodeWorld {
             goal: self.goals.first().map_or(StateId::new(0), |(goal, _)| *goal),
             memory: Memory::new(),
             in_no_state: vec![false; parts],
+            lost: Vec::new(),
             log: Log::default(),
             seed,
             perturbed: false,
@@ -333,6 +339,7 @@ impl Live {
         // The graph needs time to recognise another goal before it is asked.
         let another = self.goal != belief.goal;
         (self.present, self.goal) = (belief.present, belief.goal);
+        self.lost = belief.in_no_state;
         let mut in_no_state = vec![true; self.scene.part_count()];
         for part in belief.explained {
             in_no_state[part] = false;
@@ -364,6 +371,7 @@ impl Live {
             begun: false,
             skill: None,
             chosen: None,
+            in_no_state: self.lost.clone(),
         });
         self.phase = match verdict {
             Verdict::Met => Phase::Over(Ended::GoalMet),
