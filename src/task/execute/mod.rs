@@ -46,12 +46,18 @@
 //! [`Ended`] lists the ways in which an episode ends. The executor knows the learned domain and, from the
 //! task, the grasps. It knows nothing else about the task.
 
+mod act;
 mod activity;
+mod attempts;
 mod choose;
 mod demonstrate;
 mod guess;
+mod live;
+mod log;
+mod means;
 mod mind;
 mod recorder;
+mod recover;
 mod relational;
 mod senses;
 mod world;
@@ -83,9 +89,10 @@ pub struct EpisodeSpec {
     /// Probability, for each grasp, that the fingers open at a uniformly drawn moment of the carrying (0 to
     /// 1).
     pub drop_rate: f64,
-    /// Simulated time after which an episode is given up, in seconds (above 0, at most 86,400).
+    /// Simulated time after which an episode is given up, in seconds (above 0, at most 86,400). Each part after the
+    /// second adds 15%.
     pub limit_s: f64,
-    /// Number of skills after which an episode is given up.
+    /// Number of skills after which an episode is given up. Each part after the second adds 15%.
     pub most_skills: usize,
     /// Change that a person makes to the scene during the episode, if any.
     pub perturbation: Option<Perturbation>,
@@ -116,6 +123,17 @@ impl EpisodeSpec {
     /// Returns settings for episodes of a task, without drops or perturbation.
     pub fn of(task: impl Task + 'static) -> Self {
         Self { task: Arc::new(task), ..Self::default() }
+    }
+
+    /// Returns the limits of an episode with this number of parts: simulated time in seconds, and number of skills.
+    pub(super) fn limits(&self, parts: usize) -> (f64, usize) {
+        let share = 1.0 + 0.15 * parts.saturating_sub(2) as f64;
+        (self.limit_s * share, (self.most_skills as f64 * share).ceil() as usize)
+    }
+
+    /// Returns the simulated time after which the simulator stops an episode, whatever its world says.
+    pub(super) fn safeguard(&self, parts: usize) -> SimDuration {
+        SimDuration::from_millis((self.limits(parts).0 * 1e3) as u64 + 120_000)
     }
 
     /// Checks that all numbers are in range and that the task's scene can be built.
@@ -205,8 +223,8 @@ pub fn episode_observed(
     observer.observe(&Event::EpisodeBegan { goal: &planner.domain()[goal].name });
     let mut teller = Teller::default();
     // A safeguard: the world itself ends the episode before this limit.
-    let limit = SimDuration::from_millis((spec.limit_s * 1e3) as u64 + 120_000);
-    sim.run_until(limit, |view| {
+    let parts = spec.task.scene(Seed::new(0))?.parts.len();
+    sim.run_until(spec.safeguard(parts), |view| {
         let Some(world) = EpisodeWorld::of(view.world()) else {
             return ControlFlow::Break(StopReason::Condition("another world"));
         };
@@ -283,6 +301,7 @@ impl EpisodeWorld {
             touches: log.touches.clone(),
             in_no_state: log.in_no_state,
             unexplained: log.unexplained,
+            lost: self.lost(),
             perturbed: self.perturbed(),
             steps: scene.map_or(0, |s| s.steps()),
             simulated_s: scene.map_or(0.0, |s| s.time_s()),

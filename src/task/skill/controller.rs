@@ -104,6 +104,16 @@ impl Robot {
         self.skill.as_ref().map(|s| s.part)
     }
 
+    /// Returns the index of the grasp, among `grasps`, by which the current skill takes its part.
+    pub(crate) fn taken_by(&self, grasps: &[Grasp]) -> Option<usize> {
+        let at = arm::tool(&self.skill.as_ref()?.approach.end());
+        let is = |tool: Frame| {
+            (tool.translation - at.translation).length() < 5e-4
+                && tool.rotation.angle_between(at.rotation) < 5e-3
+        };
+        grasps.iter().position(|grasp| grasp.tool().is_some_and(is))
+    }
+
     /// Begins a skill: takes `part` (its index in the scene) by the first of `grasps` that works, and puts it at
     /// `target`. With `drop_at`, the fingers open by accident at that share (0 to 1) of the carrying. Searching for
     /// joint angles and paths takes from a fraction of a millisecond to some hundred milliseconds.
