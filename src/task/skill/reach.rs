@@ -55,6 +55,12 @@ struct Search<'s> {
     clear_m: f64,
 }
 
+/// Returns whether the arm has a posture that brings the end effector to `tool`.
+pub(crate) fn has_posture(current: &Angles, tool: &Frame) -> bool {
+    arm::may_reach(tool)
+        && arm::starts(current, tool).any(|start| arm::solve(tool, &start).is_some())
+}
+
 /// Returns the distances from everything else that are tried for a part, the greatest first.
 fn clearances(scene: &Scene, part: usize) -> impl Iterator<Item = f64> + use<> {
     let clear_m = scene.handling(part).clear_m;
@@ -69,6 +75,9 @@ impl Search<'_> {
         current: &Angles,
         mut fits: impl FnMut(&Angles) -> bool,
     ) -> Option<Angles> {
+        if !arm::may_reach(tool) {
+            return None;
+        }
         for start in arm::starts(current, tool) {
             if self.left == 0 {
                 return None;
@@ -251,6 +260,44 @@ fn placing(
         }
     }
     None
+}
+
+/// A plan for a push.
+pub(crate) struct Shove {
+    pub reach: Vec<Path>,
+    pub approach: Path,
+    pub push: Path,
+}
+
+/// Plans how to bring the tips of the closed fingers to the beginning of a push, with the end effector at `tool`, and
+/// how to move them straight by `shift`, in metres, with the part `part` in front of them.
+pub(crate) fn plan_push(
+    scene: &Scene,
+    current: &Angles,
+    part: usize,
+    tool: &Frame,
+    shift: Vector,
+) -> Option<Shove> {
+    let mut search = Search { scene, left: BUDGET, clear_m: 0.0 };
+    let air = Air { scene, opening: 0.0, held: None, clear_m: 0.0 };
+    let before = tool.rotation * -Vector::Z * BEFORE_M;
+    let arm_spec = &scene.spec().arm;
+    let mut found = None;
+    search.posture(tool, current, |q| {
+        if scene.collides(q, 0.0, &[]) {
+            return false;
+        }
+        let Some(back) = Path::line(q, before, arm_spec) else { return false };
+        let Some(push) = Path::line(q, shift, arm_spec) else { return false };
+        let free = |q: Angles| !scene.collides(&q, 0.0, &[part]);
+        if scene.collides(&back.end(), 0.0, &[]) || !push.samples(push.looks(LOOK_RAD)).all(free) {
+            return false;
+        }
+        let reach = free_way(&air, current, &back.end());
+        found = reach.map(|reach| Shove { reach, approach: back.reversed(), push });
+        found.is_some()
+    });
+    found
 }
 
 /// Returns whether the hand at `q` can move back and then up, so that a way leads on from there.
