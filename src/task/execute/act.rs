@@ -18,7 +18,7 @@ use super::mind::{Choice, Choices, Seen};
 use super::recover::{Detour, View, Wanted, detours};
 use crate::task::domain::{ActionId, Obstacle, Pose};
 use crate::task::event::{Ended, Recovery, RecoveryKind};
-use crate::task::skill::{Grasp, Target};
+use crate::task::skill::{self, Grasp, Target};
 
 /// Number of other orders that are asked for before a detour.
 const ORDERS: usize = 3;
@@ -91,7 +91,7 @@ impl Live {
         let all = detours(&view, &self.wanted, true);
         self.pretended.clear();
         for detour in all {
-            if let Some(phase) = self.detour(tools, seen, &detour) {
+            if let Some(phase) = self.detour(tools, &detour) {
                 return phase;
             }
         }
@@ -112,7 +112,7 @@ impl Live {
 
     /// Returns the ids of the parts that fell off the table.
     pub fn lost(&self) -> Vec<String> {
-        let lost = (0..self.scene.part_count()).filter(|part| means::lost(&self.scene, *part));
+        let lost = (0..self.scene.part_count()).filter(|part| self.scene.lost(*part));
         lost.map(|part| means::name(&self.scene, part)).collect()
     }
 
@@ -185,7 +185,7 @@ impl Live {
     ) -> Option<Means> {
         let (grasps, family): (Vec<Grasp>, Family) = match any {
             false => (tools.spec.task.grasps(&self.scene, part), Means::Task),
-            true => (means::any_grasps(&self.scene, part), Means::Any),
+            true => (skill::any_grasps(&self.scene, part), Means::Any),
         };
         let start = self.scene.part(part)?;
         let usable = self.attempts.usable(what, &start, grasps.len(), family);
@@ -253,11 +253,11 @@ impl Live {
         let first = |d: &Detour| d.kind == RecoveryKind::Reseat && view.in_no_state[d.part];
         let all: Vec<Detour> =
             detours(&view, &self.wanted, false).into_iter().filter(first).collect();
-        all.iter().find_map(|detour| self.detour(tools, seen, detour))
+        all.iter().find_map(|detour| self.detour(tools, detour))
     }
 
     /// Begins a detour; `None` if it is not possible or was tried often enough.
-    fn detour(&mut self, tools: &Tools<'_>, seen: &Seen, detour: &Detour) -> Option<Phase> {
+    fn detour(&mut self, tools: &Tools<'_>, detour: &Detour) -> Option<Phase> {
         let Detour { kind, part, ref why } = *detour;
         let what = What::detour(kind, part);
         let start = self.scene.part(part)?;
@@ -267,7 +267,7 @@ impl Live {
         }
         let begun = match kind {
             RecoveryKind::Push => self.push(&what, &start),
-            _ => self.move_away(tools, &what, seen),
+            _ => self.move_away(tools, &what),
         };
         let means = begun?;
         let object = means::name(&self.scene, part);
@@ -283,7 +283,7 @@ impl Live {
     }
 
     /// Begins to put a part at a free place.
-    fn move_away(&mut self, tools: &Tools<'_>, what: &What, _seen: &Seen) -> Option<Means> {
+    fn move_away(&mut self, tools: &Tools<'_>, what: &What) -> Option<Means> {
         let home = self.homes.get(what.part).copied().flatten();
         let places = means::free_places(&self.scene, what.part, home.as_ref());
         for any in [false, true] {
@@ -297,8 +297,14 @@ impl Live {
     }
 
     /// Begins to push a part.
-    fn push(&mut self, _what: &What, _start: &Pose) -> Option<Means> {
-        None
+    fn push(&mut self, what: &What, start: &Pose) -> Option<Means> {
+        let pushes = skill::pushes(&self.scene, what.part);
+        let usable = self.attempts.usable(what, start, pushes.len(), Means::Push);
+        let first = usable.into_iter().find(|index| {
+            let push = &pushes[*index];
+            self.robot.begin_push(&self.scene, push).is_ok()
+        });
+        first.map(Means::Push)
     }
 
     /// Draws whether and when the next skill drops its part, from the seed and the number of skills so far.

@@ -1,6 +1,6 @@
 //! The controller of a pick and place: a sequence of stages, each with its own end condition.
 
-use rapier3d::math::{Pose as Frame, Vector};
+use rapier3d::math::Pose as Frame;
 use serde::{Deserialize, Serialize};
 
 use super::grasp::{Grasp, Target};
