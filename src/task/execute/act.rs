@@ -79,14 +79,14 @@ impl Live {
         self.recover(tools, &seen, None)
     }
 
+    fn view<'v>(&'v self, seen: &'v Seen) -> View<'v> {
+        let Self { scene, in_no_state, homes, .. } = self;
+        View { scene, seen, in_no_state, homes }
+    }
+
     /// Recovers where no action can be carried out, or where the planner is stuck; ends the episode if nothing is left.
     pub fn recover(&mut self, tools: &Tools<'_>, seen: &Seen, stuck: Option<Obstacle>) -> Phase {
-        let view = View {
-            scene: &self.scene,
-            seen,
-            in_no_state: &self.in_no_state,
-            name: &|p| means::name(&self.scene, p),
-        };
+        let view = self.view(seen);
         // What was wanted can be wrong if the graph is stuck for another reason.
         let all = detours(&view, &self.wanted, true);
         self.pretended.clear();
@@ -126,21 +126,17 @@ impl Live {
         skipped: &mut Vec<Skipped>,
     ) -> Option<Phase> {
         for any in [false, true] {
+            let family: Family = if any { Means::Any } else { Means::Task };
             for choice in &choices.all {
-                if let Some(how) = self.attempts.worn_out(&choice.what) {
+                if let Some(how) = self.attempts.worn_out(&choice.what, family) {
                     let name = means::name(&self.scene, choice.part);
                     skip(skipped, choice, format!("{name} {} again and again", how.text()));
                     continue;
                 }
                 let wanted = Wanted::of(choice, String::new());
-                let view = View {
-                    scene: &self.scene,
-                    seen,
-                    in_no_state: &self.in_no_state,
-                    name: &|p| means::name(&self.scene, p),
-                };
+                let view = self.view(seen);
                 if careful && let Some(other) = view.wrongly_at(&wanted).first() {
-                    let (name, other) = ((view.name)(choice.part), (view.name)(*other));
+                    let (name, other) = (view.name(choice.part), view.name(*other));
                     skip(
                         skipped,
                         choice,
@@ -244,12 +240,7 @@ impl Live {
 
     /// Takes out a part that lies wrongly at a wanted target.
     fn reseat(&mut self, tools: &Tools<'_>, seen: &Seen) -> Option<Phase> {
-        let view = View {
-            scene: &self.scene,
-            seen,
-            in_no_state: &self.in_no_state,
-            name: &|p| means::name(&self.scene, p),
-        };
+        let view = self.view(seen);
         let first = |d: &Detour| d.kind == RecoveryKind::Reseat && view.in_no_state[d.part];
         let all: Vec<Detour> =
             detours(&view, &self.wanted, false).into_iter().filter(first).collect();
@@ -258,7 +249,7 @@ impl Live {
 
     /// Begins a detour; `None` if it is not possible or was tried often enough.
     fn detour(&mut self, tools: &Tools<'_>, detour: &Detour) -> Option<Phase> {
-        let Detour { kind, part, ref why } = *detour;
+        let Detour { kind, part, ref why, .. } = *detour;
         let what = What::detour(kind, part);
         let start = self.scene.part(part)?;
         let most = DETOURS.0 + DETOURS.1 * self.scene.part_count();
@@ -267,7 +258,7 @@ impl Live {
         }
         let begun = match kind {
             RecoveryKind::Push => self.push(&what, &start),
-            _ => self.move_away(tools, &what),
+            _ => self.move_away(tools, &what, detour.strict),
         };
         let means = begun?;
         let object = means::name(&self.scene, part);
@@ -283,9 +274,8 @@ impl Live {
     }
 
     /// Begins to put a part at a free place.
-    fn move_away(&mut self, tools: &Tools<'_>, what: &What) -> Option<Means> {
-        let home = self.homes.get(what.part).copied().flatten();
-        let places = means::free_places(&self.scene, what.part, home.as_ref());
+    fn move_away(&mut self, tools: &Tools<'_>, what: &What, strict: bool) -> Option<Means> {
+        let places = means::free_places(&self.scene, what.part, &self.homes, strict);
         for any in [false, true] {
             for place in places.iter().take(PLACES) {
                 if let Some(means) = self.begin(tools, what, what.part, *place, any) {

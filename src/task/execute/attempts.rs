@@ -40,6 +40,13 @@ pub(super) enum Means {
     Push(usize),
 }
 
+impl Means {
+    /// Returns whether both are grasps of the task, both other grasps, or both pushes.
+    fn is_like(self, other: Self) -> bool {
+        std::mem::discriminant(&self) == std::mem::discriminant(&other)
+    }
+}
+
 /// How an attempt ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum How {
@@ -71,16 +78,17 @@ impl How {
     }
 
     /// Returns how often an attempt may end in this way before its action is given up with this part, reference and
-    /// place, whatever the grasp.
-    fn limit(self) -> usize {
+    /// place, and whether this counts for one family of means alone.
+    fn limit(self) -> (usize, bool) {
         match self {
-            Self::Done => usize::MAX,
+            Self::Done => (usize::MAX, false),
             // A dropped part lies elsewhere afterwards.
-            Self::Failed(SkillOutcome::Dropped) => 12,
+            Self::Failed(SkillOutcome::Dropped) => (12, false),
             // The target is raised each time.
-            Self::Failed(SkillOutcome::Occupied) => 4,
-            Self::NoEffect | Self::Failed(SkillOutcome::Unreachable) => 2,
-            Self::Failed(_) => 4,
+            Self::Failed(SkillOutcome::Occupied) => (4, false),
+            Self::NoEffect | Self::Failed(SkillOutcome::Unreachable) => (2, false),
+            // Grasps of another family may work.
+            Self::Failed(_) => (3, true),
         }
     }
 }
@@ -191,11 +199,14 @@ impl Attempts {
         self.all.iter().filter(|a| a.what == *what && a.how == occupied).count()
     }
 
-    /// Returns why `what` must not be tried again as it is, whatever the grasp: how it failed too often.
-    pub fn worn_out(&self, what: &What) -> Option<How> {
+    /// Returns why `what` must not be tried again by means of one family: how it failed too often.
+    pub fn worn_out(&self, what: &What, family: fn(usize) -> Means) -> Option<How> {
         let mut failures = self.failed(what).filter_map(Attempt::failure);
         failures.find(|how| {
-            self.failed(what).filter(|a| a.failure() == Some(*how)).count() >= how.limit()
+            let (limit, own) = how.limit();
+            let counts =
+                |a: &&Attempt| a.failure() == Some(*how) && (!own || a.means.is_like(family(0)));
+            self.failed(what).filter(counts).count() >= limit
         })
     }
 
@@ -270,18 +281,18 @@ mod tests {
     fn an_action_without_effect_is_not_tried_a_third_time_until_something_changes() {
         let mut attempts = Attempts::default();
         tried(&mut attempts, 0, SkillOutcome::Placed, false);
-        assert_eq!(attempts.worn_out(&what()), None);
+        assert_eq!(attempts.worn_out(&what(), Means::Task), None);
         tried(&mut attempts, 1, SkillOutcome::Placed, false);
-        assert_eq!(attempts.worn_out(&what()), Some(How::NoEffect));
+        assert_eq!(attempts.worn_out(&what(), Means::Task), Some(How::NoEffect));
         let other = What { place: 1, ..what() };
-        assert_eq!(attempts.worn_out(&other), None);
+        assert_eq!(attempts.worn_out(&other, Means::Any), None);
         let clear = What::detour(RecoveryKind::Clear, 1);
         for (effect, worn) in [(false, Some(How::NoEffect)), (true, None)] {
             let means = Means::Task(0);
             attempts.begin(Attempt::begun(clear.clone(), means, Pose::at([0.0; 3]), true));
             attempts.end(SkillOutcome::Placed);
             attempts.settle(|_| effect);
-            assert_eq!(attempts.worn_out(&what()), worn);
+            assert_eq!(attempts.worn_out(&what(), Means::Task), worn);
         }
         assert_eq!(attempts.detours(), 2);
     }

@@ -160,12 +160,18 @@ impl Live {
             true => scene.part(attempt.what.part).is_some_and(|pose| !near(&pose, &attempt.start)),
             false => tools.mind.took_effect(&attempt.what, &seen, memory),
         });
-        // The graph needs time to recognise another goal before it is asked.
-        let another = self.goal != belief.goal;
-        if another || self.present != belief.present {
+        if self.present != belief.present {
             self.pretended.clear();
         }
-        (self.present, self.goal) = (belief.present, belief.goal);
+        // Where the goal itself is pretended, another goal may come first.
+        let mut goal = belief.goal;
+        if self.pretended.contains(&goal) {
+            let open = |g: &StateId| !belief.present.holds(*g) && !self.pretended.contains(g);
+            goal = tools.mind.goals().into_iter().find(open).unwrap_or(goal);
+        }
+        // The graph needs time to recognise another goal before it is asked.
+        let another = self.goal != goal;
+        (self.present, self.goal) = (belief.present, goal);
         let mut in_no_state = vec![true; self.scene.part_count()];
         for part in belief.explained {
             in_no_state[part] = false;

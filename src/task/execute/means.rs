@@ -2,23 +2,67 @@
 
 use crate::task::domain::Pose;
 use crate::task::scene::Scene;
-use crate::task::skill::{self, Target};
+use crate::task::skill::{self, Facing, Target};
 
 /// Least distance of a free place from every other part, in metres.
 const ROOM_M: f64 = 0.07;
 
+/// Distance that a part must be moved at least, in metres.
+const AWAY_M: f64 = 0.06;
+/// Greatest difference between the vertical components of two axes of parts that lie alike.
+const ALIKE: f64 = 0.25;
+
+/// Returns whether a part in this pose lies as parts of its kind lay when they were found: its axis is equally steep.
+pub(super) fn lies_well(scene: &Scene, part: usize, pose: &Pose, homes: &[Option<Pose>]) -> bool {
+    let flips = scene.kind(part).is_some_and(|kind| kind.handling.symmetry.flips);
+    let steepness = |pose: &Pose| {
+        let z = (pose.rotation() * nalgebra::Vector3::z()).z;
+        if flips { z.abs() } else { z }
+    };
+    let kinds: Vec<usize> = scene.kinds().collect();
+    let like = homes.iter().enumerate().filter(|(other, _)| kinds.get(*other) == kinds.get(part));
+    let mut like = like.filter_map(|(_, home)| home.as_ref());
+    like.any(|home| (steepness(home) - steepness(pose)).abs() < ALIKE)
+}
+
 /// Returns targets at which a part can be put down: where it was found, if no other part is near, then other places.
-pub(super) fn free_places(scene: &Scene, part: usize, home: Option<&Pose>) -> Vec<Target> {
+/// Those at which it lies as it was found come first, the nearest to where it was found first. With `strict`, there are
+/// no others.
+pub(super) fn free_places(
+    scene: &Scene,
+    part: usize,
+    homes: &[Option<Pose>],
+    strict: bool,
+) -> Vec<Target> {
+    let (Some(now), home) = (scene.part(part), homes.get(part).copied().flatten()) else {
+        return Vec::new();
+    };
+    let far = |a: &[f64; 3], b: &[f64; 3]| (a[0] - b[0]).hypot(a[1] - b[1]);
     let clear = |pose: &&Pose| {
         let others = (0..scene.part_count()).filter(|other| *other != part);
         let mut others = others.filter_map(|other| scene.part(other));
-        others.all(|other| {
-            let [x, y, _] = other.position;
-            (x - pose.position[0]).hypot(y - pose.position[1]) > ROOM_M
-        })
+        others.all(|other| far(&other.position, &pose.position) > ROOM_M)
     };
-    let home = home.filter(clear).map(Target::pose);
-    home.into_iter().chain(skill::free_places(scene, part)).collect()
+    let first = home.iter().filter(clear).map(Target::pose);
+    let well = |target: &Target| {
+        let Facing::Full(orientation) = target.facing else { return true };
+        let pose = Pose { position: target.position, orientation };
+        lies_well(scene, part, &pose, homes)
+    };
+    let lies = lies_well(scene, part, &now, homes);
+    let mut rest: Vec<(bool, f64, Target)> = skill::free_places(scene, part)
+        .into_iter()
+        .map(|target| {
+            let from = home.map_or(now.position, |home| home.position);
+            (!well(&target), far(&target.position, &from), target)
+        })
+        .collect();
+    rest.retain(|(ill, ..)| !(strict && *ill));
+    rest.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let rest = rest.into_iter().map(|(_, _, target)| target);
+    // A part that lies well must at least lie elsewhere.
+    let changes = |t: &Target| far(&t.position, &now.position) > AWAY_M || (!lies && well(t));
+    first.chain(rest).filter(changes).collect()
 }
 
 /// Returns the id of a part: its kind and its number among the parts of this kind, lost ones included.

@@ -1,7 +1,9 @@
 //! The ladder of recovery: what the executor does when an action cannot begin or keeps failing, or when the planner is
 //! stuck while parts are in no state.
 
+use super::means;
 use super::mind::{Choice, Seen};
+use crate::task::domain::Pose;
 use crate::task::event::RecoveryKind;
 use crate::task::scene::Scene;
 
@@ -29,6 +31,8 @@ impl Wanted {
 pub(super) struct Detour {
     pub kind: RecoveryKind,
     pub part: usize,
+    /// Whether the part must lie afterwards as parts of its kind lay when they were found.
+    pub strict: bool,
     pub why: String,
 }
 
@@ -38,7 +42,8 @@ pub(super) struct View<'v> {
     pub seen: &'v Seen,
     /// For each part, whether it is in no state.
     pub in_no_state: &'v [bool],
-    pub name: &'v dyn Fn(usize) -> String,
+    /// For each part, the pose in which it was first seen.
+    pub homes: &'v [Option<Pose>],
 }
 
 /// Horizontal distance within which a part is beside another one, so that the hand may lack room, in metres.
@@ -55,6 +60,17 @@ impl View<'_> {
 
     fn at(&self, part: usize) -> Option<[f64; 3]> {
         self.parts().find(|(own, _)| *own == part).map(|(_, at)| at)
+    }
+
+    /// Returns the id of a part.
+    pub fn name(&self, part: usize) -> String {
+        means::name(self.scene, part)
+    }
+
+    /// Returns whether a part lies otherwise than parts of its kind lay when they were found, such as on its edge.
+    fn lies_ill(&self, part: usize) -> bool {
+        let pose = self.scene.part(part);
+        pose.is_some_and(|pose| !means::lies_well(self.scene, part, &pose, self.homes))
     }
 
     fn loose(&self, part: usize) -> bool {
@@ -89,60 +105,89 @@ impl View<'_> {
     }
 }
 
+/// Collects detours, each kind once for each part.
+struct List<'v> {
+    view: &'v View<'v>,
+    all: Vec<Detour>,
+}
+
+impl List<'_> {
+    fn add(&mut self, kind: RecoveryKind, part: usize, strict: bool, why: String) {
+        let same = |d: &Detour| d.kind == kind && d.part == part && d.strict == strict;
+        let seen = self.view.at(part).is_some();
+        if seen && self.view.free(part) && !self.all.iter().any(same) {
+            self.all.push(Detour { kind, part, strict, why });
+        }
+    }
+
+    /// Adds the parts that lie around the targets.
+    fn clear_targets(&mut self, wanted: &[Wanted]) {
+        let targets: Vec<usize> =
+            wanted.iter().flat_map(|w| [Some(w.part), w.reference]).flatten().collect();
+        for w in wanted {
+            for part in self.view.near(w.at, BESIDE_M, &targets) {
+                let name = self.view.name(w.part);
+                let why = format!("it lies where {name} is to be put; {}", w.why);
+                self.add(RecoveryKind::Clear, part, false, why);
+            }
+        }
+    }
+}
+
 /// Lists detours in the order in which they are tried. With `stuck`, parts in no state are dealt with even if no action
 /// wants them.
 pub(super) fn detours(view: &View<'_>, wanted: &[Wanted], stuck: bool) -> Vec<Detour> {
     use RecoveryKind::{Clear, Push, Regrasp, Reseat};
-    let name = view.name;
-    let mut all: Vec<Detour> = Vec::new();
-    let mut add = |kind: RecoveryKind, part: usize, why: String| {
-        if view.free(part) && !all.iter().any(|d| d.kind == kind && d.part == part) {
-            all.push(Detour { kind, part, why });
-        }
-    };
+    let mut list = List { view, all: Vec::new() };
     for w in wanted {
         for part in view.wrongly_at(w) {
-            let why = format!("it is in no state and lies where {} is to be put", name(w.part));
-            add(Reseat, part, why);
+            let name = view.name(w.part);
+            let why = format!("it is in no state and lies where {name} is to be put");
+            list.add(Reseat, part, false, why);
         }
     }
-    for w in wanted.iter().filter(|w| view.at(w.part).is_some()) {
-        add(Regrasp, w.part, w.why.clone());
-    }
-    let loose: Vec<usize> =
-        view.parts().map(|(part, _)| part).filter(|part| view.loose(*part)).collect();
-    if stuck {
-        for part in &loose {
-            add(Regrasp, *part, "it is in no state that an action can use".into());
-        }
-    }
-    let targets: Vec<usize> =
-        wanted.iter().flat_map(|w| [Some(w.part), w.reference]).flatten().collect();
+    // The parts to be dealt with, each with the reason.
+    let mut handled: Vec<(usize, String)> = Vec::new();
     for w in wanted {
-        for part in view.near(w.at, BESIDE_M, &targets) {
-            add(Clear, part, format!("it lies where {} is to be put; {}", name(w.part), w.why));
+        if !handled.iter().any(|(part, _)| *part == w.part) {
+            handled.push((w.part, w.why.clone()));
         }
     }
-    let handled = wanted.iter().map(|w| w.part).chain(loose.iter().copied().filter(|_| stuck));
-    for part in handled {
-        let Some(at) = view.at(part) else { continue };
-        for other in view.near(at, BESIDE_M, &targets) {
-            add(Clear, other, format!("it lies beside {}, which could not be taken", name(part)));
+    // If none of several parts can be put there, the reason is probably near the target.
+    if handled.len() > 1 {
+        list.clear_targets(wanted);
+    }
+    let loose = view.parts().map(|(part, _)| part).filter(|part| stuck && view.loose(*part));
+    for part in loose {
+        if !handled.iter().any(|(own, _)| *own == part) {
+            handled.push((part, "it is in no state that an action can use".into()));
+        }
+    }
+    for (part, why) in &handled {
+        list.add(Regrasp, *part, true, why.clone());
+        if view.lies_ill(*part) {
+            list.add(Push, *part, false, why.clone());
+        }
+    }
+    list.clear_targets(wanted);
+    for (part, _) in &handled {
+        let Some(at) = view.at(*part) else { continue };
+        let except: Vec<usize> = handled.iter().map(|(part, _)| *part).collect();
+        for other in view.near(at, BESIDE_M, &except) {
+            let why = format!("it lies beside {}, which could not be taken", view.name(*part));
+            list.add(Clear, other, false, why);
         }
     }
     // The reference itself may lie wrongly although its state says otherwise.
     for w in wanted {
-        if let Some(reference) = w.reference.filter(|r| view.at(*r).is_some()) {
-            add(Reseat, reference, format!("{}; {} may lie wrongly", w.why, name(reference)));
+        if let Some(reference) = w.reference {
+            let why = format!("{}; {} may lie wrongly", w.why, view.name(reference));
+            list.add(Reseat, reference, false, why);
         }
     }
-    for w in wanted.iter().filter(|w| view.at(w.part).is_some()) {
-        add(Push, w.part, w.why.clone());
+    for (part, why) in &handled {
+        list.add(Regrasp, *part, false, why.clone());
+        list.add(Push, *part, false, why.clone());
     }
-    if stuck {
-        for part in &loose {
-            add(Push, *part, "it is in no state and cannot be grasped".into());
-        }
-    }
-    all
+    list.all
 }

@@ -53,6 +53,8 @@ struct Search<'s> {
     left: usize,
     /// Distance that the arm keeps from everything on its way, in metres.
     clear_m: f64,
+    /// Whether a held part stays inside the table's rim on its way, so that it is not lost if it is dropped.
+    inside: bool,
 }
 
 /// Returns whether the arm has a posture that brings the end effector to `tool`.
@@ -114,7 +116,7 @@ fn lift_with(
     clear_m: f64,
 ) -> Option<Lift> {
     let frame = scene.part_frame(part);
-    let mut search = Search { scene, left: BUDGET, clear_m };
+    let mut search = Search { scene, left: BUDGET, clear_m, inside: false };
     for grasp in grasps {
         let Some(tool) = grasp.tool() else { continue };
         let line = |q: &Angles| Path::line(q, Vector::Z * LIFT_M, &scene.spec().arm);
@@ -151,7 +153,7 @@ pub(crate) fn plan_slide(
     }
     let shift = slider.axis * (goal - slider.at_m);
     clearances(scene, part).find_map(|clear_m| {
-        let mut search = Search { scene, left: BUDGET, clear_m };
+        let mut search = Search { scene, left: BUDGET, clear_m, inside: false };
         grasps.iter().find_map(|grasp| {
             let line = |q: &Angles| {
                 let path = Path::line(q, shift, &scene.spec().arm)?;
@@ -174,7 +176,7 @@ fn take(
     line: impl Fn(&Angles) -> Option<Path>,
 ) -> Option<Lift> {
     let (scene, opening) = (search.scene, grasp.opening_m);
-    let air = Air { scene, opening, held: None, clear_m: search.clear_m };
+    let air = Air { scene, opening, held: None, clear_m: search.clear_m, inside: false };
     let tool = grasp.tool()?;
     let approach = tool.rotation * Vector::Z;
     let mut found = None;
@@ -203,8 +205,10 @@ pub(crate) fn plan_placing(
     in_hand: &Frame,
 ) -> Option<Placing> {
     let opening = scene.handling(part).release_m;
-    clearances(scene, part).find_map(|clear_m| {
-        let mut search = Search { scene, left: BUDGET, clear_m };
+    let ways = [true, false].into_iter();
+    let mut ways = ways.flat_map(|inside| clearances(scene, part).map(move |c| (inside, c)));
+    ways.find_map(|(inside, clear_m)| {
+        let mut search = Search { scene, left: BUDGET, clear_m, inside };
         placing(&mut search, current, part, target, in_hand, opening)
     })
 }
@@ -218,7 +222,8 @@ fn placing(
     opening: f64,
 ) -> Option<Placing> {
     let scene = search.scene;
-    let air = Air { scene, opening, held: Some((part, *in_hand)), clear_m: search.clear_m };
+    let (held, clear_m) = (Some((part, *in_hand)), search.clear_m);
+    let air = Air { scene, opening, held, clear_m, inside: search.inside };
     let handling = scene.handling(part);
     let held = arm::tool(from) * in_hand.inverse();
     let spec = scene.spec();
@@ -278,8 +283,8 @@ pub(crate) fn plan_push(
     tool: &Frame,
     shift: Vector,
 ) -> Option<Shove> {
-    let mut search = Search { scene, left: BUDGET, clear_m: 0.0 };
-    let air = Air { scene, opening: 0.0, held: None, clear_m: 0.0 };
+    let mut search = Search { scene, left: BUDGET, clear_m: 0.0, inside: false };
+    let air = Air { scene, opening: 0.0, held: None, clear_m: 0.0, inside: false };
     let before = tool.rotation * -Vector::Z * BEFORE_M;
     let arm_spec = &scene.spec().arm;
     let mut found = None;
@@ -321,6 +326,8 @@ struct Air<'s> {
     held: Option<(usize, Frame)>,
     /// Distance that the arm keeps from everything, in metres.
     clear_m: f64,
+    /// Whether the held part stays inside the table's rim.
+    inside: bool,
 }
 
 impl Air<'_> {
@@ -329,6 +336,14 @@ impl Air<'_> {
     fn is_clear(&self, q: &Angles, clear_m: f64) -> bool {
         let held = self.held.map(|(part, in_hand)| (part, arm::tool(q) * in_hand.inverse()));
         let ignored = held.map(|(part, _)| part);
+        let outside = |frame: &Frame| {
+            let [low, high] = self.scene.spec().table.rim;
+            let at = frame.translation;
+            at.x < low[0] || at.x > high[0] || at.y < low[1] || at.y > high[1]
+        };
+        if self.inside && held.is_some_and(|(_, frame)| outside(&frame)) {
+            return false;
+        }
         let touches = self.scene.comes_near(q, self.opening, ignored.as_slice(), clear_m)
             || held.is_some_and(|(part, frame)| self.scene.part_collides(part, &frame))
             || (self.clear_m > 0.0 && self.scene.folds(q, self.opening, held));
