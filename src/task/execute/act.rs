@@ -23,7 +23,7 @@ use crate::task::skill::{self, Grasp, Target};
 /// Number of other orders that are asked for before a detour.
 const ORDERS: usize = 3;
 /// Number of free places that are tried for one detour.
-const PLACES: usize = 6;
+const PLACES: usize = 10;
 /// Number of detours of an episode, and more for each part.
 const DETOURS: (usize, usize) = (6, 3);
 

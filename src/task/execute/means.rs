@@ -25,9 +25,9 @@ pub(super) fn lies_well(scene: &Scene, part: usize, pose: &Pose, homes: &[Option
     like.any(|home| (steepness(home) - steepness(pose)).abs() < ALIKE)
 }
 
-/// Returns targets at which a part can be put down: where it was found, if no other part is near, then other places.
-/// Those at which it lies as it was found come first, the nearest to where it was found first. With `strict`, there are
-/// no others.
+/// Returns targets at which a part can be put down: where it was found, if no other part is near, then other places in
+/// the order of [`skill::free_places`]. With `strict`, the part lies at all of them as it was found, and places near
+/// where it was found come first.
 pub(super) fn free_places(
     scene: &Scene,
     part: usize,
@@ -50,16 +50,12 @@ pub(super) fn free_places(
         lies_well(scene, part, &pose, homes)
     };
     let lies = lies_well(scene, part, &now, homes);
-    let mut rest: Vec<(bool, f64, Target)> = skill::free_places(scene, part)
-        .into_iter()
-        .map(|target| {
-            let from = home.map_or(now.position, |home| home.position);
-            (!well(&target), far(&target.position, &from), target)
-        })
-        .collect();
-    rest.retain(|(ill, ..)| !(strict && *ill));
-    rest.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    let rest = rest.into_iter().map(|(_, _, target)| target);
+    let mut rest = skill::free_places(scene, part);
+    if strict {
+        let from = home.map_or(now.position, |home| home.position);
+        rest.retain(well);
+        rest.sort_by(|a, b| far(&a.position, &from).total_cmp(&far(&b.position, &from)));
+    }
     // A part that lies well must at least lie elsewhere.
     let changes = |t: &Target| far(&t.position, &now.position) > AWAY_M || (!lies && well(t));
     first.chain(rest).filter(changes).collect()

@@ -27,6 +27,28 @@
 //! 6. *Act*: the robot runs the skill. However the skill ends, the loop returns to step 1. A drop or a person's
 //!    intervention therefore leads to a new decision (a re-plan).
 //!
+//! # Failures
+//!
+//! The executor remembers every attempt: the action, the part, the reference, the place, the grasp and the part's pose,
+//! and how it ended. A skill that placed its part counts as failed if the part is not in the intended state at the next
+//! look. An attempt that failed the same way twice is not made a third time unchanged. If the action cannot be carried
+//! out, the executor goes down a ladder; each step is a [`Recovery`](crate::task::event::Recovery) in the trace:
+//!
+//! | recovery | the robot |
+//! |---|---|
+//! | part, place | carries out the action with another part, or at another place or reference |
+//! | grasp | takes the part by a grasp of the task that has not failed, then by any grasp that its shape allows |
+//! | reseat | takes out a part in no state that lies at the target, or the reference itself |
+//! | order | carries out another action first: the graph is asked as if the decided action were done |
+//! | regrasp | puts the part down at a free place, as parts of its kind lay when they were found |
+//! | push | tilts the part over or shoves it |
+//! | clear | moves away a part near the target, or beside the part |
+//!
+//! If the planner is stuck, parts in no state are put down anew or pushed. A detour that worked gives earlier attempts
+//! another chance. The number of detours is limited, in all and for each part, so that every episode ends; it ends at
+//! once when nothing is left to try. A part off the table is lost: it is left out, and if the goal cannot be reached
+//! without it, the episode ends with [`Ended::Lost`].
+//!
 //! # Relational domains
 //!
 //! [`PreparedEpisode`] finds the objects of the first look, compiles the problem over them
@@ -37,10 +59,10 @@
 //! * If the graph is stuck, the problem is compiled anew from the present situation. Undecided needs that cannot be met
 //!   any more are dropped.
 //! * If there is nothing to drop, objects in no state, such as a dropped part, are taken to be where an action can take
-//!   them. Such a guess never counts as reaching the goal.
+//!   them; the reference planner ([`Problem::plan`](crate::task::relational::Problem::plan)) says where. Such a guess
+//!   never counts as reaching the goal.
 //! * If an object appears that the graph does not know, the problem is compiled anew.
-//! * A move that failed, or that had no effect, comes after other objects and places.
-//! * The reference planner only says whether it still finds a plan when the graph is stuck
+//! * If the graph is stuck at the end, the reference planner says whether it still finds a plan
 //!   ([`RelationalEpisode::reference_moves`]).
 //!
 //! [`Ended`] lists the ways in which an episode ends. The executor knows the learned domain and, from the
