@@ -12,7 +12,7 @@ use crate::task::robot::arm::HOME;
 use crate::task::scene::physics::Scene;
 
 /// Greatest number of grasps that [`any_grasps`] returns.
-pub const MOST_GRASPS: usize = 32;
+pub const MOST_GRASPS: usize = 48;
 /// Greatest angle between the closing direction and the normal of a surface, in radians.
 const SLOPE_RAD: f64 = FRAC_PI_6;
 /// Widest grasp below the gripper's greatest opening, in metres on each side.
@@ -197,46 +197,53 @@ fn held(solid: &Solid, frame: &Frame, tool: &Frame, stroke: f64, rank: usize) ->
     Some(Candidate { tool, half_m, cost })
 }
 
+/// Least distance, in metres, and least turn, in radians, between two chosen grasps: first few that differ much, then
+/// more between them.
+const APART: [(f64, f64); 2] = [(0.015, 0.45), (0.004, 0.2)];
+
 /// Returns the best candidates that differ from each other and at which the hand touches nothing.
 fn choose(scene: &Scene, candidates: &[Candidate], stroke: f64) -> Vec<Grasp> {
     let mut chosen: Vec<&Candidate> = Vec::new();
+    let mut tested = vec![false; candidates.len()];
     let mut all = Vec::new();
-    let mut tests = 0;
-    for candidate in candidates {
-        let same = |other: &&Candidate| {
-            let turn = other.tool.rotation.angle_between(candidate.tool.rotation);
-            (other.tool.translation - candidate.tool.translation).length() < 4e-3 && turn < 0.2
-        };
-        if chosen.iter().any(same) {
-            continue;
-        }
-        if tests >= TESTS || all.len() >= MOST_GRASPS {
-            break;
-        }
-        tests += 1;
-        let Some(opening_m) = opening(scene, candidate, stroke) else { continue };
-        // The gripper is symmetric: half a turn gives the same grasp in another posture of the arm.
-        let mut reached = false;
-        for sense in [1.0, -1.0] {
-            let turn = candidate.tool.rotation;
-            let [closing, approach] = [turn * Vector::Y * sense, turn * Vector::Z];
-            let grasp = Grasp {
-                at: candidate.tool.translation.to_array(),
-                approach: approach.to_array(),
-                closing: closing.to_array(),
-                opening_m,
+    let mut left = TESTS;
+    for (apart_m, apart_rad) in APART {
+        for (candidate, tested) in candidates.iter().zip(&mut tested) {
+            let same = |other: &&Candidate| {
+                let turn = other.tool.rotation.angle_between(candidate.tool.rotation);
+                let way = (other.tool.translation - candidate.tool.translation).length();
+                way < apart_m && turn < apart_rad
             };
-            if grasp.tool().is_some_and(|tool| reach::has_posture(&HOME, &tool)) {
-                reached = true;
-                all.push(grasp);
+            if *tested || chosen.iter().any(same) {
+                continue;
             }
-        }
-        if reached {
-            chosen.push(candidate);
+            if left == 0 || all.len() >= MOST_GRASPS {
+                break;
+            }
+            (left, *tested) = (left - 1, true);
+            let Some(opening_m) = opening(scene, candidate, stroke) else { continue };
+            let grasps = both_ways(candidate, opening_m);
+            if !grasps.is_empty() {
+                chosen.push(candidate);
+                all.extend(grasps);
+            }
         }
     }
     all.truncate(MOST_GRASPS);
     all
+}
+
+/// Returns a grasp and the same grasp with the hand turned by half a turn, for which the arm has another posture.
+fn both_ways(candidate: &Candidate, opening_m: f64) -> Vec<Grasp> {
+    let (at, turn) = (candidate.tool.translation.to_array(), candidate.tool.rotation);
+    let grasp = |sense: f64| Grasp {
+        at,
+        approach: (turn * Vector::Z).to_array(),
+        closing: (turn * Vector::Y * sense).to_array(),
+        opening_m,
+    };
+    let reached = |grasp: &Grasp| grasp.tool().is_some_and(|tool| reach::has_posture(&HOME, &tool));
+    [1.0, -1.0].into_iter().map(grasp).filter(reached).collect()
 }
 
 /// Returns the opening with which the hand can come to a grasp without touching anything.

@@ -139,8 +139,10 @@ impl Robot {
         }
         let slides = scene.slider(part).is_some();
         let plan = if slides { reach::plan_slide } else { reach::plan_lift };
-        let plan = plan(scene, &self.angles, part, &target, grasps).ok_or(unreachable)?;
-        let Lift { reach, approach, lift, opening } = plan;
+        let from = |angles: &Angles| plan(scene, angles, part, &target, grasps);
+        let plan = self.plan_from_here(scene, from).ok_or(unreachable)?;
+        let (escape, Lift { reach, approach, lift, opening }) = plan;
+        let reach = escape.into_iter().chain(reach).collect();
         self.skill = Some(Skill {
             part,
             target,
@@ -166,6 +168,20 @@ impl Robot {
         self.push = None;
         self.strained_s = 0.0;
         Ok(())
+    }
+
+    /// Plans from the present posture; if that fails and the arm touches something, from a posture nearby. Returns the
+    /// path to that posture too.
+    pub(super) fn plan_from_here<T>(
+        &self,
+        scene: &Scene,
+        plan: impl Fn(&Angles) -> Option<T>,
+    ) -> Option<(Option<Path>, T)> {
+        if let Some(found) = plan(&self.angles) {
+            return Some((None, found));
+        }
+        let escape = reach::escape(scene, &self.angles, self.opening)?;
+        plan(&escape.end()).map(|found| (Some(escape), found))
     }
 
     pub(super) fn start_push(&mut self, push: Pushing) {

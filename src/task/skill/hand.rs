@@ -10,6 +10,9 @@ use crate::task::robot::arm::{self, HOME};
 use crate::task::robot::path::Path;
 use crate::task::scene::physics::Scene;
 
+/// Least gap between a finger and a part that the hand has let go of, in metres.
+const FREE_M: f64 = 0.004;
+
 impl Skill {
     /// After lifting: checks that the part is in the hand, measures how it lies, and plans the way to the
     /// target.
@@ -23,7 +26,12 @@ impl Skill {
         let in_hand = self.measure(scene);
         self.in_hand = Some(in_hand);
         self.lifted = Some(in_hand);
-        match reach::plan_placing(scene, robot.angles(), self.part, &self.target, &in_hand) {
+        // Open no farther than needed: the fingers could hit a neighbour.
+        let held = scene.frame().fingers.into_iter().fold(0.0, f64::max);
+        let release_m = scene.handling(self.part).release_m.max(held + FREE_M);
+        self.opening = self.opening.min(release_m);
+        let (part, angles, opening) = (self.part, robot.angles(), self.opening);
+        match reach::plan_placing(scene, angles, part, &self.target, &in_hand, opening) {
             Some(placing) => {
                 self.carry_s = placing.carry.iter().map(Path::duration_s).sum();
                 let carry = placing.carry.clone();

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use rapier3d::math::{Pose as Frame, Rotation, Vector};
 use serde::{Deserialize, Serialize};
 
-use super::resting::{Rest, rests};
+use super::resting::{ODD_M, RESTS_RAD, Rest, STEADY_RAD, rests};
 use super::solid::Solid;
 use super::{Grasp, reach};
 use crate::task::robot::FINGER_TIP_M;
@@ -71,6 +71,8 @@ const DIRECTIONS: u32 = 16;
 const GAP_M: f64 = 0.008;
 /// Half the size of the closed fingers along and across the closing direction, in metres.
 const FINGERS_M: [f64; 2] = [0.005, 0.008];
+/// Height of the part's top above the tips of the fingers that tilt it over, in metres.
+const TOP_M: f64 = 0.004;
 /// Ways of a shove, in metres.
 const SHOVES_M: [f64; 3] = [0.06, 0.04, 0.025];
 /// Distance that a part keeps from the rim after a push, in metres.
@@ -79,8 +81,6 @@ const INSIDE_M: f64 = 0.012;
 const CLOSE_M: f64 = 0.03;
 /// Distance between the points of a push that are tested for collisions, in metres.
 const LOOK_M: f64 = 0.008;
-/// Angle between a part's orientation and a way of resting below which it rests so, in radians.
-const RESTS_RAD: f64 = 0.06;
 
 /// What is known about the part that is to be pushed.
 struct Subject<'s> {
@@ -141,10 +141,11 @@ impl<'s> Subject<'s> {
         let (floor, top) = heights
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z| (low.min(z), high.max(z)));
         let rests = rests(&solid, frame.rotation);
-        let steadiest = rests.iter().map(|r| r.steady_rad).fold(0.0, f64::max);
+        let steady = rests.iter().filter(|r| r.steady_rad > STEADY_RAD);
+        let lowest = steady.map(|r| r.middle_m).fold(f64::INFINITY, f64::min);
         let lies = |rest: &&Rest| rest.turn.angle_between(frame.rotation) < RESTS_RAD;
         let now = rests.iter().find(lies).filter(|_| floor.abs() < 2e-3);
-        let unsteady = now.is_none_or(|rest| rest.steady_rad < steadiest - 0.3);
+        let unsteady = now.is_none_or(|rest| rest.middle_m > lowest + ODD_M);
         let middle = frame.transform_point(solid.middle);
         let mut subject = Self {
             scene,
@@ -188,28 +189,28 @@ impl<'s> Subject<'s> {
         self.solid.corners.iter().map(|c| frame.transform_point(*c)).collect()
     }
 
-    /// Returns the distance from the centre of mass back to the part's surface at a height, against `way`.
-    fn behind(&self, way: Vector, height: f64) -> Option<f64> {
+    /// Returns the distance from the centre of mass back to the part's surface at a height, against `way`, and how oblique
+    /// the surface is there: 0 if it is perpendicular to `way`.
+    fn behind(&self, way: Vector, height: f64) -> Option<(f64, f64)> {
         let at = Vector::new(self.middle.x, self.middle.y, height);
         let turn = self.frame.rotation.inverse();
         let local = turn * (at - self.frame.translation);
         let runs = self.solid.runs(local, turn * -way);
-        runs.last().map(|run| run.to)
+        runs.last().map(|run| (run.to, 1.0 - run.out.dot(turn * -way)))
     }
 
     /// Adds the pushes along a horizontal direction, with their costs.
     fn along(&self, way: Vector, all: &mut Vec<(f64, Push, Vector)>) {
-        let high = self.top - 0.005;
-        if let Some(behind) = self.behind(way, high)
-            && let Some(travel) = self.topples(way, high, behind)
+        let high = self.top - TOP_M;
+        if let Some((behind, oblique)) = self.behind(way, high)
+            && let Some((travel, slides)) = self.topples(way, high, behind)
         {
-            let cost = if self.unsteady { 0.0 } else { 4.0 };
+            let cost = if self.unsteady { 0.0 } else { 4.0 } + 2.0 * oblique + slides;
             let away = self.inwards.dot(way) + self.apart.dot(way);
-            let tips = (self.top - 0.010).max(0.004);
-            self.add(PushAim::Topple, way, [tips, behind, travel], cost - 0.3 * away, all);
+            self.add(PushAim::Topple, way, [high, behind, travel], cost - 0.3 * away, all);
         }
         let low = self.floor + 0.4 * (self.top - self.floor);
-        let Some(behind) = self.behind(way, low) else { return };
+        let Some((behind, oblique)) = self.behind(way, low) else { return };
         let Some(travel) = SHOVES_M.into_iter().find(|by| self.has_room(way, *by)) else { return };
         let (why, cost) = if self.inwards != Vector::ZERO {
             (PushAim::Inwards, 1.0 - self.inwards.dot(way) - 0.3 * self.apart.dot(way))
@@ -219,19 +220,20 @@ impl<'s> Subject<'s> {
             (PushAim::Aside, 3.0)
         };
         let tips = (low - 0.006).max(0.003);
-        self.add(why, way, [tips, behind, travel], cost + 0.5 - 5.0 * travel, all);
+        self.add(why, way, [tips, behind, travel], cost + 0.5 + oblique - 5.0 * travel, all);
     }
 
-    /// Returns how far the fingers must go at a height to tilt the part over its front edge; `None` if it would slide,
-    /// or if it has no room where it falls.
-    fn topples(&self, way: Vector, height: f64, behind: f64) -> Option<f64> {
+    /// Returns how far the fingers must go at a height to tilt the part over its front edge, and how near the part is to
+    /// sliding instead (1 at the limit); `None` if it would slide, or if it has no room where it falls.
+    fn topples(&self, way: Vector, height: f64, behind: f64) -> Option<(f64, f64)> {
         let corners = self.corners(&self.frame);
         let feet = corners.iter().filter(|c| c.z < self.floor + 2e-3);
         let ahead = |c: &Vector| (*c - self.middle).dot(way);
         let edge = feet.map(ahead).fold(f64::NEG_INFINITY, f64::max).max(0.0);
         let kind = self.scene.kind(self.part)?;
         let friction = (kind.friction + self.scene.spec().table.friction) / 2.0;
-        if (height - self.floor) * friction < 1.1 * edge {
+        let slides = edge / ((height - self.floor) * friction);
+        if slides > 0.9 {
             return None;
         }
         let angle = edge.atan2(self.middle.z - self.floor);
@@ -253,7 +255,7 @@ impl<'s> Subject<'s> {
         let at = way * over + side - own;
         let place = Frame::from_parts(Vector::new(at.x, at.y, next.height_m + 2e-3), next.turn);
         let free = self.is_inside(&place) && !self.scene.part_collides(self.part, &place);
-        (free && travel < 0.07).then_some(travel + 0.008)
+        (free && travel < 0.07).then_some((travel + 0.008, slides))
     }
 
     /// Returns whether the part has room after a shove, and on the way.

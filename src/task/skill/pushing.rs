@@ -61,11 +61,11 @@ impl Robot {
         if !shift.is_finite() {
             return Err(unreachable);
         }
-        let plan = reach::plan_push(scene, self.angles(), part, &tool, shift);
-        let plan = plan.ok_or(unreachable)?;
+        let from = |angles: &Angles| reach::plan_push(scene, angles, part, &tool, shift);
+        let (escape, plan) = self.plan_from_here(scene, from).ok_or(unreachable)?;
         self.start_push(Pushing {
             part,
-            stage: Stage::Reach(plan.reach),
+            stage: Stage::Reach(escape.into_iter().chain(plan.reach).collect()),
             approach: plan.approach,
             push: plan.push.lasting(shift.length() / PUSH_M_S),
             began: scene.part_frame(part),
