@@ -34,6 +34,8 @@ type Family = fn(usize) -> Means;
 struct Skipped {
     what: What,
     why: String,
+    /// Whether the choice was not tried because another part lies wrongly at its target.
+    untried: bool,
 }
 
 impl Live {
@@ -46,33 +48,34 @@ impl Live {
             return Phase::Rest { left: REST };
         }
         let operator = &tools.mind.planner().domain()[action];
-        let holds = operator.preconditions.iter().all(|state| self.present.holds(*state));
         let first = self.pretended.is_empty();
-        let choices = match first || holds {
+        let again = self.pretended.contains(&operator.to);
+        let holds = operator.preconditions.iter().all(|state| self.present.holds(*state));
+        let choices = match first || (holds && !again) {
             true => tools.mind.choices(action, &self.scene, &seen, &self.memory, &self.attempts),
             false => Choices::default(),
         };
         let mut skipped = Vec::new();
-        for careful in [true, false] {
-            if let Some(phase) = self.take(tools, &seen, &choices, careful, &mut skipped) {
-                return phase;
-            }
-            if first {
-                let blocked = choices.blocked.iter();
-                let blocked = blocked.map(|c| Wanted::of(c, "its target was occupied".into()));
-                let own = choices.all.iter().map(|c| Wanted::of(c, reason(&skipped, &c.what)));
-                self.wanted = own.chain(blocked).collect();
-                self.impossible = Some((
-                    operator.name.clone(),
-                    choices.all.is_empty() && !choices.blocked.is_empty(),
-                ));
-            }
+        if let Some(phase) = self.take(tools, &seen, &choices, &mut skipped, true) {
+            return phase;
+        }
+        if first {
+            let blocked = choices.blocked.iter();
+            let blocked = blocked.map(|c| Wanted::of(c, "its target was occupied".into()));
+            let own = choices.all.iter().map(|c| Wanted::of(c, reason(&skipped, &c.what)));
+            self.wanted = own.chain(blocked).collect();
+            let occupied = choices.all.is_empty() && !choices.blocked.is_empty();
+            self.impossible = Some((operator.name.clone(), occupied));
+        }
+        if skipped.iter().any(|s| s.untried) {
             // A part that lies wrongly at a target is taken out before anything is put there.
-            if careful && let Some(phase) = self.reseat(tools, &seen) {
+            let out = self.reseat(tools, &seen);
+            let out = out.or_else(|| self.take(tools, &seen, &choices, &mut skipped, false));
+            if let Some(phase) = out {
                 return phase;
             }
         }
-        if self.pretended.len() < ORDERS && !self.pretended.contains(&operator.to) {
+        if self.pretended.len() < ORDERS && !again {
             self.pretended.push(operator.to);
             return Phase::Rest { left: REST };
         }
@@ -102,7 +105,7 @@ impl Live {
     fn given_up(&self, stuck: Option<Obstacle>) -> Ended {
         let objects = self.lost();
         match (&self.impossible, stuck) {
-            _ if !objects.is_empty() => Ended::Lost { objects },
+            (None, _) if !objects.is_empty() => Ended::Lost { objects },
             (Some((action, true)), _) => Ended::Occupied { action: action.clone() },
             (Some((action, false)), _) => Ended::NoWay { action: action.clone() },
             (None, Some(obstacle)) => Ended::Stuck(obstacle),
@@ -116,43 +119,43 @@ impl Live {
         lost.map(|part| means::name(&self.scene, part)).collect()
     }
 
-    /// Begins the first choice that works. `careful` leaves out choices at whose target another part lies wrongly.
+    /// Begins the first choice that works. With `careful`, choices at whose target another part lies wrongly are left
+    /// untried; without, only those are tried.
     fn take(
         &mut self,
         tools: &Tools<'_>,
         seen: &Seen,
         choices: &Choices,
-        careful: bool,
         skipped: &mut Vec<Skipped>,
+        careful: bool,
     ) -> Option<Phase> {
+        let untried = |s: &&Skipped| s.untried;
+        let left: Vec<What> = skipped.iter().filter(untried).map(|s| s.what.clone()).collect();
         for any in [false, true] {
             let family: Family = if any { Means::Any } else { Means::Task };
             for choice in &choices.all {
-                if let Some(how) = self.attempts.worn_out(&choice.what, family) {
-                    let name = means::name(&self.scene, choice.part);
-                    skip(skipped, choice, format!("{name} {} again and again", how.text()));
+                if !careful && !left.contains(&choice.what) {
                     continue;
                 }
-                let wanted = Wanted::of(choice, String::new());
+                let name = means::name(&self.scene, choice.part);
+                let mut skip = |why: String, untried: bool| {
+                    skipped.push(Skipped { what: choice.what.clone(), why, untried });
+                };
+                if let Some(how) = self.attempts.worn_out(&choice.what, family) {
+                    skip(format!("{name} {} again and again", how.text()), false);
+                    continue;
+                }
                 let view = self.view(seen);
-                if careful && let Some(other) = view.wrongly_at(&wanted).first() {
-                    let (name, other) = (view.name(choice.part), view.name(*other));
-                    skip(
-                        skipped,
-                        choice,
-                        format!("{other} lies wrongly where {name} is to be put"),
-                    );
+                let wrong = view.wrongly_at(&Wanted::of(choice, String::new()));
+                if let Some(other) = wrong.first().filter(|_| careful) {
+                    let other = view.name(*other);
+                    skip(format!("{other} lies wrongly where {name} is to be put"), true);
                     continue;
                 }
                 let begun = self.begin(tools, &choice.what, choice.part, choice.target, any);
                 let Some(means) = begun else {
-                    let name = means::name(&self.scene, choice.part);
                     let with = if any { " by any grasp" } else { "" };
-                    skip(
-                        skipped,
-                        choice,
-                        format!("no way was found to take {name} and put it there{with}"),
-                    );
+                    skip(format!("no way was found to take {name} and put it there{with}"), false);
                     continue;
                 };
                 let recovery = self.recovery(choice, means, skipped);
@@ -303,10 +306,6 @@ impl Live {
         let (chance, share): (f64, f64) = (rng.random(), rng.random());
         (chance < rate).then_some(share)
     }
-}
-
-fn skip(skipped: &mut Vec<Skipped>, choice: &Choice, why: String) {
-    skipped.push(Skipped { what: choice.what.clone(), why });
 }
 
 /// Returns why a choice was not carried out: the last reason found.
