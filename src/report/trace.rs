@@ -196,8 +196,8 @@ mod tests {
         let recovery = || {
             Some(Recovery {
                 kind: RecoveryKind::Clear,
-                object: "nut_0".into(),
-                why: "it lies where nut_1 is to be put".into(),
+                object: "block_0".into(),
+                why: "it lies where block_1 is to be put".into(),
                 attempt: 2,
             })
         };
@@ -220,7 +220,7 @@ mod tests {
             touches: vec![touch],
             in_no_state: 0,
             unexplained: 0,
-            lost: vec!["nut_3".into()],
+            lost: vec!["block_3".into()],
             perturbed: false,
             steps: 10,
             simulated_s: 2.0,

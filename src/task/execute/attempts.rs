@@ -253,7 +253,7 @@ mod tests {
     use super::*;
 
     fn what() -> What {
-        What { action: "PUT".into(), part: 0, reference: Some("hole_0".into()), place: 0 }
+        What { action: "PUT".into(), part: 0, reference: Some("slot_0".into()), place: 0 }
     }
 
     fn tried(attempts: &mut Attempts, index: usize, outcome: SkillOutcome, effect: bool) {
