@@ -22,8 +22,6 @@ use crate::task::skill::{self, Grasp, Target};
 
 /// Number of other orders that are asked for before a detour.
 const ORDERS: usize = 3;
-/// Number of free places that are tried for one detour.
-const PLACES: usize = 10;
 /// Number of detours of an episode, and more for each part.
 const DETOURS: (usize, usize) = (6, 3);
 
@@ -280,7 +278,7 @@ impl Live {
     fn move_away(&mut self, tools: &Tools<'_>, what: &What, strict: bool) -> Option<Means> {
         let places = means::free_places(&self.scene, what.part, &self.homes, strict);
         for any in [false, true] {
-            for place in places.iter().take(PLACES) {
+            for place in &places {
                 if let Some(means) = self.begin(tools, what, what.part, *place, any) {
                     return Some(means);
                 }

@@ -9,6 +9,12 @@ const ROOM_M: f64 = 0.07;
 
 /// Distance that a part must be moved at least, in metres.
 const AWAY_M: f64 = 0.06;
+/// Number of places from [`skill::free_places`] that are tried.
+const MOST: usize = 8;
+/// Number of places at which a part may be put down as it lies in the hand.
+const SPOTS: usize = 4;
+/// Height from which such a part falls, in metres.
+const FALL_M: f64 = 0.004;
 /// Greatest difference between the vertical components of two axes of parts that lie alike.
 const ALIKE: f64 = 0.25;
 
@@ -56,9 +62,22 @@ pub(super) fn free_places(
         rest.retain(well);
         rest.sort_by(|a, b| far(&a.position, &from).total_cmp(&far(&b.position, &from)));
     }
+    // As a last resort, the part is put down as it lies in the hand, and falls on its next side.
+    let floor = skill::lowest(scene, part);
+    let over = |t: &Target| {
+        let [x, y, _] = t.position;
+        Target::anyhow([x, y, FALL_M - floor])
+    };
+    let first: Vec<Target> = first.collect();
+    let spots = first.iter().chain(&rest).take(if strict { 0 } else { SPOTS });
+    let anyhow: Vec<Target> = spots.map(over).collect();
     // A part that lies well must at least lie elsewhere.
-    let changes = |t: &Target| far(&t.position, &now.position) > AWAY_M || (!lies && well(t));
-    first.chain(rest).filter(changes).collect()
+    let changes = |t: &Target| {
+        let moved = far(&t.position, &now.position);
+        moved > AWAY_M || (!lies && (well(t) || moved > AWAY_M / 2.0))
+    };
+    let rest = rest.into_iter().take(MOST);
+    first.into_iter().chain(rest).chain(anyhow).filter(changes).collect()
 }
 
 /// Returns the id of a part: its kind and its number among the parts of this kind, lost ones included.

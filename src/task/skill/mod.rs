@@ -57,4 +57,5 @@ pub use antipodal::{MOST_GRASPS, any_grasps};
 pub use controller::{Robot, Stepped};
 pub use grasp::{Facing, Grasp, Target};
 pub use push::{MOST_PUSHES, Push, PushAim, pushes};
+pub(crate) use resting::lowest;
 pub use resting::{MOST_PLACES, free_places, turns_over};

@@ -135,6 +135,16 @@ pub fn free_places(scene: &Scene, part: usize) -> Vec<Target> {
     (0..rounds).flat_map(round).chain(last).take(MOST_PLACES).collect()
 }
 
+/// Returns the height of a part's lowest point relative to the origin of its frame, as the part lies now, in metres: 0
+/// or less for a part whose origin is inside it.
+pub(crate) fn lowest(scene: &Scene, part: usize) -> f64 {
+    let frame = scene.part_frame(part);
+    let solid = Solid::of(scene, part);
+    let corners = solid.iter().flat_map(|solid| &solid.corners);
+    let heights = corners.map(|c| (frame.rotation * *c).z);
+    heights.fold(f64::INFINITY, f64::min).min(0.0)
+}
+
 /// Returns whether a part at `target` rests in another way than now: on another face. A task may have grasps for one way
 /// of resting and none for another.
 pub fn turns_over(scene: &Scene, part: usize, target: &Target) -> bool {
