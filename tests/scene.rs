@@ -6,16 +6,16 @@
 use std::sync::{Arc, OnceLock};
 
 use symbolt::sim::{RunConfig, Seed, SimDuration, SimError, Simulator};
-use symbolt::task::event::{Doing, Ended, SkillOutcome, SkillReport};
+use symbolt::task::event::{Doing, Ended, EpisodeReport, RecoveryKind, SkillOutcome, SkillReport};
 use symbolt::task::execute::{EpisodeSpec, EpisodeWorld, Perturbation, episode};
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::{Planner, PlannerSpec};
 use symbolt::task::robot::GripperSpec;
-use symbolt::task::scene::{BodyId, Scene};
-use symbolt::task::skill::{Robot, Target};
-use symbolt::task::tasks::Task;
+use symbolt::task::scene::{BodyId, Scene, SceneSpec};
+use symbolt::task::skill::{Grasp, Robot, Target};
 use symbolt::task::tasks::nuts_and_bolts::{MAX_OF_A_KIND, NutsAndBolts, PartSpec};
-use symbolt::task::{Classifier, Domain, Grounding, Pose, StateId, demonstrate};
+use symbolt::task::tasks::{Demonstrator, Judgement, Task};
+use symbolt::task::{Classifier, Domain, Grounding, Pose, StateId, TaskError, demonstrate};
 
 /// A domain learned from two demonstrations with one nut and one bolt, and a planner over it.
 fn taught() -> &'static (Domain, Arc<Planner>) {
@@ -348,6 +348,149 @@ fn bolts_shown_alike_in_one_coordinate_by_chance_are_on_the_table_elsewhere_too(
     let table = domain.state("BOLT_AT_START").ok();
     assert_eq!((said([x - 0.09, y, z]), said([x + 0.09, y - 0.1, z])), (table, table));
     assert_eq!(said([x - 0.09, y, z + 0.02]), None, "not above it");
+}
+
+/// Nuts and bolts with other grasps for the nuts.
+#[derive(Debug, Clone)]
+struct OtherGrasps {
+    inner: NutsAndBolts,
+    nut: fn(Vec<Grasp>) -> Vec<Grasp>,
+}
+
+impl Task for OtherGrasps {
+    fn name(&self) -> &str {
+        self.inner.name()
+    }
+
+    fn description(&self) -> &str {
+        self.inner.description()
+    }
+
+    fn settings(&self) -> serde_json::Value {
+        self.inner.settings()
+    }
+
+    fn with_settings(&self, text: &[u8], file: &str) -> Result<Arc<dyn Task>, TaskError> {
+        self.inner.with_settings(text, file)
+    }
+
+    fn scene(&self, seed: Seed) -> Result<SceneSpec, TaskError> {
+        self.inner.scene(seed)
+    }
+
+    fn grasps(&self, scene: &Scene, part: usize) -> Vec<Grasp> {
+        let own = self.inner.grasps(scene, part);
+        if scene.kind(part).is_some_and(|k| k.name == "nut") { (self.nut)(own) } else { own }
+    }
+
+    fn demonstrator(&self, seed: Seed, demo: usize) -> Box<dyn Demonstrator> {
+        self.inner.demonstrator(seed, demo)
+    }
+
+    fn judge(&self, scene: &Scene) -> Judgement {
+        self.inner.judge(scene)
+    }
+
+    fn min_actions(&self) -> usize {
+        self.inner.min_actions()
+    }
+}
+
+/// Returns a grasp that closes 4 cm above the part, in the air.
+fn in_the_air(grasp: &Grasp) -> Grasp {
+    let [x, y, z] = grasp.at;
+    Grasp { at: [x, y, z + 0.04], ..*grasp }
+}
+
+fn recovered(spec: &EpisodeSpec, seed: u64) -> EpisodeReport {
+    let (domain, planner) = taught();
+    let goal = domain.goal().expect("there");
+    let over = episode(planner, Grounding::default(), goal, spec, Seed::new(seed)).expect("runs");
+    assert!(!over.report.false_goal(), "{:?}", over.report);
+    over.report
+}
+
+fn count(report: &EpisodeReport, kind: RecoveryKind) -> usize {
+    report.recoveries().filter(|r| r.kind == kind).count()
+}
+
+/// A single failed grasp was tried again and again until the episode was given up.
+#[test]
+fn a_grasp_that_misses_is_not_tried_a_third_time() {
+    let nut = |own: Vec<Grasp>| {
+        let first = own.first().map(in_the_air);
+        first.into_iter().chain(own).collect()
+    };
+    let spec = EpisodeSpec::of(OtherGrasps { inner: NutsAndBolts::default(), nut });
+    let report = recovered(&spec, 5);
+    assert!(report.solved, "{report:?}");
+    let missed = report.attempts().filter(|(_, o)| *o == SkillOutcome::Missed).count();
+    assert!((1..=2).contains(&missed), "{report:?}");
+    assert!(count(&report, RecoveryKind::Grasp) > 0, "{report:?}");
+}
+
+/// Without a grasp of the task for the nut, the episode ended at once.
+#[test]
+fn a_part_without_a_grasp_of_the_task_is_taken_by_another_one() {
+    let none = |_| Vec::new();
+    let spec = EpisodeSpec::of(OtherGrasps { inner: NutsAndBolts::default(), nut: none });
+    let report = recovered(&spec, 5);
+    assert!(report.solved, "{report:?}");
+    let first = report.recoveries().next().expect("there is one");
+    assert_eq!((first.kind, first.object.as_str()), (RecoveryKind::Grasp, "nut_0"));
+}
+
+/// A bolt on its head is in no state, and the planner is stuck.
+#[test]
+fn a_part_in_no_state_is_put_down_anew_or_pushed() {
+    let pose = Pose { position: [0.45, 0.16, 0.0125], orientation: [1.0, 0.0, 0.0, 0.0] };
+    let perturbation = Some(Perturbation { at_s: 0.0, body: BodyId::Part(1), pose });
+    let spec = EpisodeSpec { perturbation, ..EpisodeSpec::default() };
+    let report = recovered(&spec, 2);
+    assert!(report.perturbed && report.solved, "{report:?}");
+    let detours = report.decisions.iter().filter(|d| d.is_detour()).count();
+    assert!((1..=4).contains(&detours), "{report:?}");
+}
+
+/// A part off the table ended the episode even if another one could take its place.
+#[test]
+fn a_lost_part_is_reported_and_the_rest_goes_on_without_it() {
+    for (bolts, solved) in [(2, true), (1, false)] {
+        let pose = Pose::at([0.5, 1.4, 0.2]);
+        let perturbation = Some(Perturbation { at_s: 0.0, body: BodyId::Part(1), pose });
+        let scene = NutsAndBolts { bolts, ..NutsAndBolts::default() };
+        let report = recovered(&EpisodeSpec { perturbation, ..EpisodeSpec::of(scene) }, 2);
+        assert_eq!((report.perturbed, report.solved), (true, solved), "{report:?}");
+        assert_eq!(report.lost, ["bolt_0"]);
+        if !solved {
+            assert_eq!(report.ended, Ended::Lost { objects: vec!["bolt_0".into()] });
+        }
+    }
+}
+
+/// The way to the pocket was blocked for ever: the episode ended, or repeated itself.
+#[test]
+fn a_nut_that_lies_across_the_pocket_is_taken_out() {
+    let spec = NutsAndBolts { nuts: 2, ..NutsAndBolts::default() };
+    let [x, y] = spec.jig.pocket;
+    // Leaning on the pocket's wall.
+    let (sin, cos) = 0.15f64.sin_cos();
+    let z = spec.jig.pocket_floor_m + 0.028;
+    let pose = Pose { position: [x + 0.012, y, z], orientation: [0.0, sin, 0.0, cos] };
+    let perturbation = Some(Perturbation { at_s: 0.0, body: BodyId::Part(0), pose });
+    let report = recovered(&EpisodeSpec { perturbation, ..EpisodeSpec::of(spec) }, 2);
+    assert!(report.perturbed && report.solved, "{report:?}");
+}
+
+/// If all grasps of the task miss, grasps that follow from the shape are tried.
+#[test]
+fn grasps_of_the_task_that_all_miss_are_given_up_after_a_few() {
+    let nut = |own: Vec<Grasp>| own.iter().map(in_the_air).collect();
+    let spec = EpisodeSpec::of(OtherGrasps { inner: NutsAndBolts::default(), nut });
+    let report = recovered(&spec, 5);
+    assert!(report.solved, "{report:?}");
+    let missed = report.attempts().filter(|(_, o)| *o == SkillOutcome::Missed).count();
+    assert!((1..=3).contains(&missed), "{missed} of {report:?}");
 }
 
 /// The closed loop over many seeds. With 40 of 40 the Wilson interval begins at 91%, so a loop that fails one

@@ -66,10 +66,11 @@ class RunPage {
     return decisions.map((decision, i) => {
       const outcome = decision.begun ? decision.skill?.outcome ?? "cut short" : "not begun";
       const decided = decision.asked_s + decision.took_ms / 1000;
+      const action = detour(decision) ?? decision.action;
       return {
-        asked: decision.asked_s, decided, holds: decision.holds, action: decision.action,
-        until: decisions[i + 1]?.asked_s ?? Math.max(last, decided), outcome: decision.action ? outcome : null,
-        took: decision.took_ms,
+        asked: decision.asked_s, decided, holds: decision.holds, action,
+        until: decisions[i + 1]?.asked_s ?? Math.max(last, decided), outcome: action ? outcome : null,
+        took: decision.took_ms, recovery: recoveryInWords(decision.recovery),
       };
     });
   }
@@ -104,17 +105,19 @@ class RunPage {
     const operators = new Map((this.data.domain?.operators ?? []).map((o) => [o.name, o]));
     const needs = (action) => listed(operators.get(action)?.preconditions);
     const ends = new Map((this.data.events ?? []).filter((line) => line.end).map((line) => [line.episode, line.end]));
+    const recovered = all.some(({ decision }) => decision.recovery);
     const rows = all.map(({ episode, decision }, i) => {
       const last = all[i + 1]?.episode !== episode;
       const how = endInWords(ends.get(episode), this.data.domain, this.reason(episode));
       const outcome = decision.begun ? decision.skill?.outcome ?? "cut short" : last ? how : "not begun";
       return [
         ...(many ? [String(episode + 1)] : []), decision.asked_s.toFixed(2), decision.took_ms.toFixed(0),
-        listed(decision.holds), decision.action ?? "nothing", decision.action ? needs(decision.action) : "–", outcome,
+        listed(decision.holds), detour(decision) ?? decision.action ?? "nothing", decision.action ? needs(decision.action) : "–",
+        outcome, ...(recovered ? [recoveryInWords(decision.recovery) ?? ""] : []),
       ];
     });
     const columns = [">at, s", ">took, ms", "states that hold", "decision", "its preconditions", "outcome"];
-    const grid = table([...(many ? [">episode"] : []), ...columns], rows);
+    const grid = table([...(many ? [">episode"] : []), ...columns, ...(recovered ? ["recovery, and why"] : [])], rows);
     const of = many ? ` of episode ${this.recorded + 1} (marked at the left)` : "";
     const others = many ? " The option --record-episode chooses the episode that is recorded." : "";
     byId("clicking").textContent = this.recorded === null
@@ -284,6 +287,7 @@ class RunPage {
     } else if (act.action) {
       const over = act.outcome && this.time >= act.until - 1e-6 ? `, ${act.outcome}` : "";
       entries.push(["now", `doing ${act.action}${over}`]);
+      if (act.recovery) entries.push(["recovery", act.recovery]);
     } else {
       entries.push(["now", `done: ${endInWords(end, this.data.domain, this.reason(this.recorded))}`]);
     }

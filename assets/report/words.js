@@ -25,10 +25,34 @@ function endInWords(end, domain, reason) {
     Stuck: "the goal cannot be reached",
     NoWay: `no part could be grasped and placed for ${action}`,
     Occupied: `another part lies where ${action} puts its part`,
+    Lost: `${listed(detail?.objects)} fell off the table, and the goal needs more parts`,
     GaveUp: "the limit on time or skills was reached",
   };
   const why = kind === "Stuck" && detail && typeof detail === "object" ? obstacleInWords(detail, domain) : "";
   return (words[kind] ?? kind) + why;
+}
+
+// What the executor changed after a failure, and why.
+function recoveryInWords(recovery) {
+  if (!recovery) return null;
+  const { kind, object, why, attempt } = recovery;
+  const does = {
+    part: `takes ${object} instead`,
+    grasp: `takes ${object} by another grasp`,
+    place: `puts ${object} elsewhere`,
+    order: `takes ${object} first`,
+    regrasp: `puts ${object} down to take it anew`,
+    reseat: `takes ${object} out`,
+    clear: `moves ${object} out of the way`,
+    push: `pushes ${object}`,
+  };
+  return `${does[kind] ?? kind}: ${why} (try ${attempt})`;
+}
+
+// The name of a skill that is not the decided action; undefined if the action itself is carried out.
+function detour(decision) {
+  const { kind, object } = decision.recovery ?? {};
+  return ["regrasp", "reseat", "clear", "push"].includes(kind) ? `${kind} ${object}` : undefined;
 }
 
 function obstacleInWords(obstacle, domain) {

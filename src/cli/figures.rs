@@ -116,6 +116,8 @@ impl Figures<'_> {
             ("replans_after", json!(replans)),
             ("strays", json!(tally.unexplained)),
             ("ended_with_strays", json!(tally.ended_unexplained)),
+            ("lost", json!(tally.lost)),
+            ("recoveries", json!(tally.recoveries)),
             ("meddled", json!(tally.perturbed)),
             (
                 "decision_ms",
@@ -156,12 +158,20 @@ impl Figures<'_> {
                 let _ = writeln!(text, "{}", wrapped(&line, 2));
             }
             let _ = writeln!(text, "{}\n", wrapped(DECISION_MS, 0));
+            text += &recoveries(report);
         } else {
             let episodes = counted(self.reports.len(), "episode");
             let _ = writeln!(text, "{}\n", wrapped(&format!("{episodes} towards {goal}:"), 0));
         }
         text += &self.figures(total_s).to_string();
         text.push('\n');
+        if !tally.recoveries.is_empty() {
+            let mut grid = Grid::new(&["recovery", "meaning", ">times"]);
+            for (kind, times) in &tally.recoveries {
+                grid.row([kind.clone(), meaning(kind).into(), times.to_string()]);
+            }
+            let _ = writeln!(text, "{grid}");
+        }
         if !tally.failed_skills.is_empty() {
             let mut grid = Grid::new(&["re-planned after", "outcome", ">times"]);
             for ((action, outcome), times) in &tally.failed_skills {
@@ -228,6 +238,9 @@ impl Figures<'_> {
         ];
         for (name, value) in rows {
             grid.row([name.into(), value]);
+            if name == "parts that ended up in no state" && tally.lost > 0 {
+                grid.row(["parts that fell off the table".into(), tally.lost.to_string()]);
+            }
         }
         grid
     }
@@ -263,6 +276,37 @@ fn in_no_state(report: &EpisodeReport) -> Vec<String> {
     lines
 }
 
+/// Returns what a kind of recovery is, in words.
+fn meaning(kind: &str) -> &'static str {
+    match kind {
+        "part" => "the action with another part",
+        "grasp" => "the action with another grasp",
+        "place" => "the action at another place",
+        "order" => "another action first",
+        "regrasp" => "put the part down and take it anew",
+        "reseat" => "take out a part that lies wrongly",
+        "clear" => "move away a part that is in the way",
+        "push" => "push the part",
+        _ => "",
+    }
+}
+
+/// Returns what the executor changed after failures in an episode and why, one sentence for each change.
+fn recoveries(report: &EpisodeReport) -> String {
+    let mut text = String::new();
+    for (index, decision) in report.decisions.iter().enumerate() {
+        if let Some(recovery) = &decision.recovery {
+            let line = format!("{}: {} (try {}).", index + 1, recovery.text(), recovery.attempt);
+            let _ = writeln!(text, "{}", wrapped(&line, 4));
+        }
+    }
+    if !text.is_empty() {
+        text.insert_str(0, "Recoveries, by the number of the decision:\n");
+        text.push('\n');
+    }
+    text
+}
+
 /// Returns the decisions of one episode and their outcomes.
 fn steps(report: &EpisodeReport) -> Grid {
     let relational = report.decisions.iter().any(|decision| decision.chosen.is_some());
@@ -275,6 +319,9 @@ fn steps(report: &EpisodeReport) -> Grid {
         let outcome = match (&decision.action, &report.ended) {
             (Some(_), _) if !decision.begun => "not begun".to_owned(),
             (Some(_), _) => decision.outcome().map_or("cut short".into(), |o| o.to_string()),
+            (None, _) if decision.begun => {
+                decision.outcome().map_or("cut short".into(), |o| o.to_string())
+            }
             (None, Ended::GoalMet) => unbroken("goal met"),
             (None, _) => "stuck".to_owned(),
         };
@@ -283,11 +330,16 @@ fn steps(report: &EpisodeReport) -> Grid {
         if relational {
             let chosen = decision.chosen.as_ref();
             let none = || "-".to_owned();
-            row.push(chosen.map_or_else(action, |c| c.operator.clone()));
-            row.push(chosen.map_or_else(none, |c| c.object.clone()));
+            let detour = decision.recovery.as_ref().filter(|r| r.kind.is_detour());
+            let skill = || detour.map_or_else(action, |r| r.kind.name().to_owned());
+            row.push(chosen.map_or_else(skill, |c| c.operator.clone()));
+            let handled = || detour.map_or_else(none, |r| r.object.clone());
+            row.push(chosen.map_or_else(handled, |c| c.object.clone()));
             row.push(chosen.and_then(|c| c.reference.clone()).unwrap_or_else(none));
         } else {
-            row.extend([decision.holds.join(", "), action()]);
+            let detour = decision.recovery.as_ref().filter(|r| r.kind.is_detour());
+            let skill = detour.map(|r| format!("{} {}", r.kind.name(), r.object));
+            row.extend([decision.holds.join(", "), skill.unwrap_or_else(action)]);
         }
         row.extend([format!("{:.0}", decision.took_ms), outcome]);
         grid.row(row);

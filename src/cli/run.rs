@@ -296,6 +296,9 @@ fn ended_text(ended: &Ended, domain: Option<&Domain>) -> String {
         (Ended::Occupied { action }, _) => {
             format!("another part lies where {action} puts its part")
         }
+        (Ended::Lost { objects }, _) => {
+            format!("{} fell off the table, and the goal needs more parts", objects.join(", "))
+        }
         (Ended::GaveUp, _) => "the limit on time or skills was reached".into(),
     }
 }

@@ -20,6 +20,9 @@ pub struct End {
     pub solved: bool,
     /// Simulated time of the end, in seconds.
     pub simulated_s: f64,
+    /// Ids of the parts that fell off the table.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lost: Vec<String>,
 }
 
 /// A line of the trace: the number of an episode, and exactly one of the other fields.
@@ -82,9 +85,9 @@ impl Observer for Tracer {
                     let line = Line { decision: Some(decision.clone()), ..own.clone() };
                     put(&mut self.decisions, &line);
                 }
-                let EpisodeReport { ended, solved, simulated_s, .. } = report;
-                let ended = ended.clone();
-                let end = End { ended, solved: *solved, simulated_s: *simulated_s };
+                let EpisodeReport { ended, solved, simulated_s, lost, .. } = report;
+                let (ended, lost) = (ended.clone(), lost.clone());
+                let end = End { ended, solved: *solved, simulated_s: *simulated_s, lost };
                 put(&mut self.end, &Line { end: Some(end), ..own });
             }
             _ => {}
@@ -200,7 +203,7 @@ pub(super) fn unfinished(lines: &[Line], episodes: Option<usize>) -> Option<Stri
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::task::event::SkillOutcome;
+    use crate::task::event::{Recovery, RecoveryKind, SkillOutcome};
 
     /// Two episodes in the older format, with skills on lines of their own.
     const OLD: &str = r#"{"episode":0,"decision":{"asked_s":0.0,"took_ms":3.0,"holds":["A"],"action":"PUT","begun":false}}
@@ -256,6 +259,14 @@ mod tests {
     fn a_written_trace_reads_back_as_it_was_observed() {
         let skill =
             SkillReport { part: 1, outcome: SkillOutcome::Placed, picked: true, slip_m: 0.5e-3 };
+        let recovery = || {
+            Some(Recovery {
+                kind: RecoveryKind::Clear,
+                object: "block_0".into(),
+                why: "it lies where block_1 is to be put".into(),
+                attempt: 2,
+            })
+        };
         let decided = |begun, skill| Decided {
             in_no_state: Vec::new(),
             asked_s: 1.0,
@@ -265,6 +276,7 @@ mod tests {
             begun,
             skill,
             chosen: None,
+            recovery: recovery(),
         };
         let touch = Touched { t: 1.5, part: 1, contact: true };
         let decisions = [decided(false, None), decided(true, Some(skill)), decided(true, None)];
@@ -275,6 +287,7 @@ mod tests {
             touches: vec![touch],
             in_no_state: 0,
             unexplained: 0,
+            lost: vec!["block_3".into()],
             perturbed: false,
             steps: 10,
             simulated_s: 2.0,
@@ -295,6 +308,7 @@ mod tests {
         let read: Vec<Decided> = lines.iter().filter_map(|l| l.decision.clone()).collect();
         assert_eq!(read, decisions);
         assert_eq!(lines[3].touch, Some(touch));
-        assert_eq!(lines[4].end.as_ref().map(|e| e.simulated_s), Some(2.0));
+        let end = lines[4].end.as_ref().map(|e| (e.simulated_s, e.lost.len()));
+        assert_eq!(end, Some((2.0, 1)));
     }
 }

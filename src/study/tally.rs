@@ -28,6 +28,10 @@ pub struct Tally {
     pub unexplained: usize,
     /// Number of episodes that ended with a part in no state.
     pub ended_unexplained: usize,
+    /// Number of parts that fell off the table.
+    pub lost: usize,
+    /// Number of recoveries by their kind.
+    pub recoveries: BTreeMap<String, usize>,
     /// Number of perturbed episodes.
     pub perturbed: usize,
     /// Duration of every decision in simulated milliseconds, sorted.
@@ -61,6 +65,10 @@ impl Tally {
             }
             tally.unexplained += episode.unexplained;
             tally.ended_unexplained += usize::from(episode.in_no_state > 0);
+            tally.lost += episode.lost.len();
+            for recovery in episode.recoveries() {
+                *tally.recoveries.entry(recovery.kind.name().into()).or_default() += 1;
+            }
             tally.perturbed += usize::from(episode.perturbed);
             tally.decision_ms.extend(episode.decisions.iter().map(|d| d.took_ms));
             tally.steps += episode.steps;

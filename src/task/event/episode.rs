@@ -4,6 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use super::recovery::Recovery;
 use super::skill::{SkillOutcome, SkillReport, Touch};
 use crate::task::domain::{Obstacle, Offset, Pose};
 
@@ -31,10 +32,10 @@ pub struct Decided {
     pub holds: Vec<String>,
     /// Name of the next action; `None` if the goal was met or the planner was stuck.
     pub action: Option<String>,
-    /// Whether the robot began the action. It does not begin if the world state changed before the decision, if the
-    /// action's target is occupied or out of reach, or if the episode has reached its limit of skills.
+    /// Whether the robot began the action or a recovery. It does not begin if the world state changed before the
+    /// decision, if neither the action nor a recovery is possible, or if the episode has reached its limit of skills.
     pub begun: bool,
-    /// Report of the skill that executed the action; `None` until the skill ends.
+    /// Report of the skill that executed the action or the recovery; `None` until the skill ends.
     #[serde(default)]
     pub skill: Option<SkillReport>,
     /// Object, reference and target pose; `None` if the robot did not begin, or if the domain is not relational.
@@ -43,6 +44,9 @@ pub struct Decided {
     /// The parts that were in no state when the planner was asked.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub in_no_state: Vec<InNoState>,
+    /// Recovery that the robot carried out; `None` if it carried out the action as decided, or did not begin.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recovery: Option<Recovery>,
 }
 
 /// A part in no state, and the nearest state.
@@ -103,6 +107,11 @@ impl Decided {
     pub fn outcome(&self) -> Option<SkillOutcome> {
         self.skill.map(|skill| skill.outcome)
     }
+
+    /// Returns whether the skill was a recovery that is not the decided action.
+    pub fn is_detour(&self) -> bool {
+        self.recovery.as_ref().is_some_and(|recovery| recovery.kind.is_detour())
+    }
 }
 
 /// The fingers made contact with a part or released it.
@@ -143,6 +152,11 @@ pub enum Ended {
         /// Name of the action.
         action: String,
     },
+    /// Parts fell off the table, and the goal cannot be reached without them.
+    Lost {
+        /// Ids of the lost parts.
+        objects: Vec<String>,
+    },
     /// The episode reached its limit of simulated time or of skills.
     GaveUp,
 }
@@ -162,6 +176,9 @@ pub struct EpisodeReport {
     pub in_no_state: usize,
     /// Number of times that a look newly found a part in no state.
     pub unexplained: usize,
+    /// Ids of the parts that fell off the table.
+    #[serde(default)]
+    pub lost: Vec<String>,
     /// Whether the requested perturbation was carried out.
     pub perturbed: bool,
     /// Number of physics steps.
@@ -186,9 +203,15 @@ impl EpisodeReport {
         self.skills().filter(|s| s.picked).count()
     }
 
-    /// Returns the action and outcome of every finished skill, in order.
+    /// Returns the action and outcome of every finished skill that carried out its decided action, in order.
     pub fn attempts(&self) -> impl Iterator<Item = (&str, SkillOutcome)> {
-        self.decisions.iter().filter_map(|d| Some((d.action.as_deref()?, d.outcome()?)))
+        let decided = self.decisions.iter().filter(|d| !d.is_detour());
+        decided.filter_map(|d| Some((d.action.as_deref()?, d.outcome()?)))
+    }
+
+    /// Returns the recoveries that were begun, in order.
+    pub fn recoveries(&self) -> impl Iterator<Item = &Recovery> {
+        self.decisions.iter().filter_map(|d| d.recovery.as_ref())
     }
 
     /// Returns the number of re-plans: skills that did not place their part, each followed by a new decision.

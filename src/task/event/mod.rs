@@ -21,11 +21,13 @@
 //! ```
 
 mod episode;
+mod recovery;
 mod skill;
 
 use crate::sim::SimView;
 
 pub use episode::{Chosen, Decided, Ended, EpisodeReport, InNoState, SceneFrame, Touched};
+pub use recovery::{Recovery, RecoveryKind};
 pub use skill::{SkillOutcome, SkillReport, Touch};
 
 /// An event. Times are in simulated seconds, counted from the moment at which the parts have settled on the table.
@@ -131,7 +133,7 @@ pub enum Doing<'a> {
     Looking,
     /// Waiting for the planner graph's decision.
     Deciding,
-    /// The robot executes the action with this name.
+    /// The robot executes the action or the kind of recovery with this name.
     Acting(&'a str),
     /// The episode has ended.
     Over,

@@ -8,10 +8,11 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::attempts::{Attempts, What};
 use super::choose;
 use crate::task::domain::{ActionId, Classifier, Grounding, Pose, Snapshot, StateId, WorldState};
 use crate::task::error::TaskError;
-use crate::task::event::{Chosen, Decided, InNoState, SkillOutcome};
+use crate::task::event::{Chosen, InNoState};
 use crate::task::planner::Planner;
 use crate::task::scene::Scene;
 use crate::task::skill::Target;
@@ -54,6 +55,10 @@ pub(super) struct Belief {
 pub(super) struct Choice {
     pub part: usize,
     pub target: Target,
+    /// What is tried, for the failure memory.
+    pub what: What,
+    /// Part that the part is put onto, into or beside.
+    pub reference: Option<usize>,
     /// The choice in words; `None` for a propositional domain.
     pub chosen: Option<Chosen>,
 }
@@ -62,8 +67,8 @@ pub(super) struct Choice {
 #[derive(Default)]
 pub(super) struct Choices {
     pub all: Vec<Choice>,
-    /// Whether some choice was left out because the target is occupied.
-    pub blocked: bool,
+    /// Choices that were left out because their target is occupied.
+    pub blocked: Vec<Choice>,
 }
 
 pub(super) trait Mind: Send + Sync {
@@ -75,15 +80,18 @@ pub(super) trait Mind: Send + Sync {
     /// Finds the states that hold in a snapshot.
     fn look(&self, seen: &Seen, memory: &mut Memory) -> Belief;
 
-    /// Returns the parts that an action can move, and their targets. `past` holds the decisions so far.
+    /// Returns the parts that an action can move, and their targets. Those that failed least come first.
     fn choices(
         &self,
         action: ActionId,
         scene: &Scene,
         seen: &Seen,
         memory: &Memory,
-        past: &[Decided],
+        attempts: &Attempts,
     ) -> Choices;
+
+    /// Returns whether an attempt that placed its part achieved the intended state.
+    fn took_effect(&self, what: &What, seen: &Seen, memory: &Memory) -> bool;
 
     /// Returns whether compiling the domain anew would give the planner graph other needs, now that it is stuck.
     fn can_relent(&self, memory: &Memory) -> bool {
@@ -110,12 +118,6 @@ impl Propositional {
         let classifier = Classifier::new(planner.domain(), grounding)?;
         Ok(Self { planner, classifier, goal })
     }
-}
-
-/// Returns the number of skills so far that did not place the part.
-pub(super) fn failures(past: &[Decided], part: usize) -> usize {
-    let skills = past.iter().filter_map(|d| d.skill.as_ref());
-    skills.filter(|s| s.outcome != SkillOutcome::Placed && s.part == part).count()
 }
 
 impl Mind for Propositional {
@@ -153,7 +155,7 @@ impl Mind for Propositional {
         scene: &Scene,
         seen: &Seen,
         _memory: &Memory,
-        past: &[Decided],
+        attempts: &Attempts,
     ) -> Choices {
         let domain = self.planner.domain();
         let operator = &domain[action];
@@ -161,17 +163,30 @@ impl Mind for Propositional {
         let Some(target) = choose::target(domain, operator) else { return choices };
         let states = self.classifier.classify_all(&seen.snapshot);
         let mut candidates = choose::candidates(operator, &seen.snapshot, &states);
-        // Try parts with fewer failures first: after a failure, another part may succeed.
-        candidates.sort_by_key(|o| seen.parts[*o].map_or(0, |part| failures(past, part)));
+        let what =
+            |part: usize| What { action: operator.name.clone(), part, reference: None, place: 0 };
+        // After a failure, another part may succeed.
+        candidates.sort_by_key(|o| seen.parts[*o].map_or(0, |part| attempts.weight(&what(part))));
         for object in candidates {
             let Some(part) = seen.parts[object] else { continue };
             let within_m = scene.kind(part).map_or(0.0, |kind| kind.handling.in_the_way_m);
+            let choice = Choice { part, target, what: what(part), reference: None, chosen: None };
             if choose::occupied(&seen.snapshot, operator, object, &target, within_m) {
-                choices.blocked = true;
+                choices.blocked.push(choice);
             } else {
-                choices.all.push(Choice { part, target, chosen: None });
+                choices.all.push(choice);
             }
         }
         choices
+    }
+
+    fn took_effect(&self, what: &What, seen: &Seen, _memory: &Memory) -> bool {
+        let domain = self.planner.domain();
+        let Some(operator) = domain.operators().iter().find(|o| o.name == what.action) else {
+            return true;
+        };
+        let states = self.classifier.classify_all(&seen.snapshot);
+        let own = seen.parts.iter().position(|part| *part == Some(what.part));
+        own.is_some_and(|own| states[own].state == Some(operator.to))
     }
 }

@@ -27,6 +27,28 @@
 //! 6. *Act*: the robot runs the skill. However the skill ends, the loop returns to step 1. A drop or a person's
 //!    intervention therefore leads to a new decision (a re-plan).
 //!
+//! # Failures
+//!
+//! The executor remembers every attempt: the action, the part, the reference, the place, the grasp and the part's pose,
+//! and how it ended. A skill that placed its part counts as failed if the part is not in the intended state at the next
+//! look. An attempt that failed the same way twice is not made a third time unchanged. If the action cannot be carried
+//! out, the executor goes down a ladder; each step is a [`Recovery`](crate::task::event::Recovery) in the trace:
+//!
+//! | recovery | the robot |
+//! |---|---|
+//! | part, place | carries out the action with another part, or at another place or reference |
+//! | grasp | takes the part by a grasp of the task that has not failed, then by any grasp that its shape allows |
+//! | reseat | takes out a part in no state that lies at the target, or the reference itself |
+//! | order | carries out another action first: the graph is asked as if the decided action were done |
+//! | regrasp | puts the part down at a free place, as parts of its kind lay when they were found |
+//! | push | tilts the part over or shoves it |
+//! | clear | moves away a part near the target, or beside the part |
+//!
+//! If the planner is stuck, parts in no state are put down anew or pushed. A detour that worked gives earlier attempts
+//! another chance. The number of detours is limited, in all and for each part, so that every episode ends; it ends at
+//! once when nothing is left to try. A part off the table is lost: it is left out, and if the goal cannot be reached
+//! without it, the episode ends with [`Ended::Lost`].
+//!
 //! # Relational domains
 //!
 //! [`PreparedEpisode`] finds the objects of the first look, compiles the problem over them
@@ -37,21 +59,27 @@
 //! * If the graph is stuck, the problem is compiled anew from the present situation. Undecided needs that cannot be met
 //!   any more are dropped.
 //! * If there is nothing to drop, objects in no state, such as a dropped part, are taken to be where an action can take
-//!   them. Such a guess never counts as reaching the goal.
+//!   them; the reference planner ([`Problem::plan`](crate::task::relational::Problem::plan)) says where. Such a guess
+//!   never counts as reaching the goal.
 //! * If an object appears that the graph does not know, the problem is compiled anew.
-//! * A move that failed, or that had no effect, comes after other objects and places.
-//! * The reference planner only says whether it still finds a plan when the graph is stuck
+//! * If the graph is stuck at the end, the reference planner says whether it still finds a plan
 //!   ([`RelationalEpisode::reference_moves`]).
 //!
 //! [`Ended`] lists the ways in which an episode ends. The executor knows the learned domain and, from the
 //! task, the grasps. It knows nothing else about the task.
 
+mod act;
 mod activity;
+mod attempts;
 mod choose;
 mod demonstrate;
 mod guess;
+mod live;
+mod log;
+mod means;
 mod mind;
 mod recorder;
+mod recover;
 mod relational;
 mod senses;
 mod world;
@@ -83,9 +111,10 @@ pub struct EpisodeSpec {
     /// Probability, for each grasp, that the fingers open at a uniformly drawn moment of the carrying (0 to
     /// 1).
     pub drop_rate: f64,
-    /// Simulated time after which an episode is given up, in seconds (above 0, at most 86,400).
+    /// Simulated time after which an episode is given up, in seconds (above 0, at most 86,400). Each part after the
+    /// second adds 15%.
     pub limit_s: f64,
-    /// Number of skills after which an episode is given up.
+    /// Number of skills after which an episode is given up. Each part after the second adds 15%.
     pub most_skills: usize,
     /// Change that a person makes to the scene during the episode, if any.
     pub perturbation: Option<Perturbation>,
@@ -116,6 +145,17 @@ impl EpisodeSpec {
     /// Returns settings for episodes of a task, without drops or perturbation.
     pub fn of(task: impl Task + 'static) -> Self {
         Self { task: Arc::new(task), ..Self::default() }
+    }
+
+    /// Returns the limits of an episode with this number of parts: simulated time in seconds, and number of skills.
+    pub(super) fn limits(&self, parts: usize) -> (f64, usize) {
+        let share = 1.0 + 0.15 * parts.saturating_sub(2) as f64;
+        (self.limit_s * share, (self.most_skills as f64 * share).ceil() as usize)
+    }
+
+    /// Returns the simulated time after which the simulator stops an episode, whatever its world says.
+    pub(super) fn safeguard(&self, parts: usize) -> SimDuration {
+        SimDuration::from_millis((self.limits(parts).0 * 1e3) as u64 + 120_000)
     }
 
     /// Checks that all numbers are in range and that the task's scene can be built.
@@ -205,8 +245,8 @@ pub fn episode_observed(
     observer.observe(&Event::EpisodeBegan { goal: &planner.domain()[goal].name });
     let mut teller = Teller::default();
     // A safeguard: the world itself ends the episode before this limit.
-    let limit = SimDuration::from_millis((spec.limit_s * 1e3) as u64 + 120_000);
-    sim.run_until(limit, |view| {
+    let parts = spec.task.scene(Seed::new(0))?.parts.len();
+    sim.run_until(spec.safeguard(parts), |view| {
         let Some(world) = EpisodeWorld::of(view.world()) else {
             return ControlFlow::Break(StopReason::Condition("another world"));
         };
@@ -283,6 +323,7 @@ impl EpisodeWorld {
             touches: log.touches.clone(),
             in_no_state: log.in_no_state,
             unexplained: log.unexplained,
+            lost: self.lost(),
             perturbed: self.perturbed(),
             steps: scene.map_or(0, |s| s.steps()),
             simulated_s: scene.map_or(0.0, |s| s.time_s()),

@@ -6,18 +6,17 @@ use std::time::{Duration, Instant};
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
+use super::attempts::{Attempts, What};
 use super::guess::{UNSEEN_M, assumed, is_loose};
-use super::mind::{Belief, Choice, Choices, Memory, Mind, Remembered, Seen, failures};
+use super::mind::{Belief, Choice, Choices, Memory, Mind, Remembered, Seen};
 use super::recorder::Recorder;
 use super::world::EpisodeWorld;
 use super::{Episode, EpisodeSpec, Teller, senses};
 use crate::neurons::PopulationPlan;
-use crate::sim::{RunConfig, Seed, SimDuration, SimError, Simulator, StopReason, WorldError};
+use crate::sim::{RunConfig, Seed, SimError, Simulator, StopReason, WorldError};
 use crate::task::domain::{ActionId, ObjectPose, Pose, Snapshot, StateId};
 use crate::task::error::TaskError;
-use crate::task::event::{
-    Chosen, Decided, Ended, Event, InNoState, Observer, SkillOutcome, SkillReport,
-};
+use crate::task::event::{Chosen, Ended, Event, InNoState, Observer};
 use crate::task::planner::{Planner, PlannerSpec};
 use crate::task::relational::{
     Fact, GroundProblem, Grounder, LaidOut, Layout, Located, Move, Problem, RelationalDomain,
@@ -182,8 +181,8 @@ fn follow(
     teller: &mut Teller,
     observer: &mut dyn Observer,
 ) -> Result<(), TaskError> {
-    let limit = SimDuration::from_millis((spec.limit_s * 1e3) as u64 + 120_000);
-    sim.run_until(limit, |view| {
+    let parts = spec.task.scene(Seed::new(0))?.parts.len();
+    sim.run_until(spec.safeguard(parts), |view| {
         let Some(world) = EpisodeWorld::of(view.world()) else {
             return ControlFlow::Break(StopReason::Condition("another world"));
         };
@@ -289,7 +288,15 @@ impl Relational {
             turn: turn.name().into(),
             goal: self.goal_name(&layout.situation()),
         };
-        Some(Choice { part, target: target_of(&pose, &turn), chosen: Some(chosen) })
+        let what = What {
+            action: chosen.operator.clone(),
+            part,
+            reference: chosen.reference.clone(),
+            place: m.place,
+        };
+        let reference = m.reference.and_then(|r| self.objects[r].1);
+        let target = target_of(&pose, &turn);
+        Some(Choice { part, target, what, reference, chosen: Some(chosen) })
     }
 
     fn goal_name(&self, situation: &Situation) -> String {
@@ -427,7 +434,7 @@ impl Mind for Relational {
         _scene: &Scene,
         _seen: &Seen,
         memory: &Memory,
-        past: &[Decided],
+        attempts: &Attempts,
     ) -> Choices {
         let layout = self.remembered(memory);
         let Ok(problem) = Problem::new(&self.domain, &layout) else { return Choices::default() };
@@ -435,25 +442,26 @@ impl Mind for Relational {
         let moves = self.ground.moves_for(&problem, action, &situation);
         let mut all: Vec<Choice> =
             moves.iter().filter_map(|m| self.choice(&problem, &layout, m)).collect();
-        // After a failure, another object or another place may succeed. A move that was done already and has to be done
-        // again did not have its effect.
-        let before = |choice: &Choice| -> Vec<SkillReport> {
-            let same = |d: &&Decided| {
-                d.chosen.as_ref().zip(choice.chosen.as_ref()).is_some_and(|(a, b)| {
-                    (&a.operator, &a.reference, a.place) == (&b.operator, &b.reference, b.place)
-                })
-            };
-            let skills = past.iter().filter(same).filter_map(|d| d.skill);
-            skills.filter(|s| s.part == choice.part).collect()
-        };
-        all.sort_by_key(|choice| failures(past, choice.part) + before(choice).len());
+        // After a failure, another object or another place may succeed.
+        all.sort_by_key(|choice| attempts.weight(&choice.what));
         for choice in &mut all {
             // A target that is a little too low is occupied by what lies below it.
-            let occupied = before(choice);
-            let occupied = occupied.iter().filter(|s| s.outcome == SkillOutcome::Occupied).count();
-            choice.target.position[2] += RAISE_M * (occupied % RAISES) as f64;
+            choice.target.position[2] +=
+                RAISE_M * (attempts.occupied(&choice.what) % RAISES) as f64;
         }
-        Choices { all, blocked: false }
+        Choices { all, blocked: Vec::new() }
+    }
+
+    fn took_effect(&self, what: &What, _seen: &Seen, memory: &Memory) -> bool {
+        let Some(operator) = self.domain.operators.iter().find(|o| o.name == what.action) else {
+            return true;
+        };
+        let own = self.objects.iter().position(|(_, part)| *part == Some(what.part));
+        let fact = own.and_then(|own| memory.get(own)?.fact);
+        fact.is_some_and(|(state, _, reference)| {
+            let id = reference.map(|r| &*self.objects[r].0.id);
+            state == operator.to && id == what.reference.as_deref()
+        })
     }
 
     fn can_relent(&self, memory: &Memory) -> bool {

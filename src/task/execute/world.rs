@@ -4,93 +4,19 @@
 use std::any::Any;
 use std::sync::Arc;
 
-use rand::RngExt;
-use serde::{Deserialize, Serialize};
-
+use super::EpisodeSpec;
+use super::live::{Live, Phase, Tools};
+use super::log::Log;
 use super::mind::{Memory, Mind, Propositional, Seen};
-use super::{EpisodeSpec, senses};
+use super::senses;
 use crate::sim::{Real, Seed, SimDuration, World, WorldError, WorldSave};
-use crate::task::domain::{ActionId, Grounding, StateId, Verdict, WorldState};
+use crate::task::domain::{Grounding, StateId};
 use crate::task::error::TaskError;
-use crate::task::event::{Decided, Doing, Ended, InNoState, SceneFrame, SkillReport, Touched};
+use crate::task::event::{Doing, Ended};
 use crate::task::execute::recorder::Recorder;
 use crate::task::planner::Planner;
-use crate::task::scene::{BodyId, Scene};
-use crate::task::skill::Robot;
-use crate::task::tasks::{Judgement, Perturbation};
-
-/// The executor's phase.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-enum Phase {
-    /// The graph forgets its last answer; then the executor looks.
-    Rest { left: u32 },
-    /// The graph is deciding.
-    Ask { since_step: u64 },
-    /// The robot is carrying out a skill.
-    Act,
-    /// The episode is over.
-    Over(Ended),
-    /// The problem must be compiled anew; another world takes over.
-    Relent,
-}
-
-/// What has happened so far.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub(super) struct Log {
-    #[serde(with = "as_text")]
-    pub decisions: Vec<Decided>,
-    pub in_no_state: usize,
-    pub unexplained: usize,
-    pub touches: Vec<Touched>,
-    pub frames: Vec<SceneFrame>,
-}
-
-impl Log {
-    /// Returns every finished skill, in order.
-    fn skills(&self) -> impl Iterator<Item = &SkillReport> {
-        self.decisions.iter().filter_map(|d| d.skill.as_ref())
-    }
-
-    /// Returns the number of finished skills.
-    fn skill_count(&self) -> usize {
-        self.skills().count()
-    }
-}
-
-/// Saves decisions as JSON. Their optional fields are left out of the text, which a binary format cannot do.
-mod as_text {
-    use serde::de::Error;
-    use serde::{Deserialize, Deserializer, Serializer, ser};
-
-    use crate::task::event::Decided;
-
-    pub fn serialize<S: Serializer>(all: &[Decided], to: S) -> Result<S::Ok, S::Error> {
-        to.serialize_str(&serde_json::to_string(all).map_err(ser::Error::custom)?)
-    }
-
-    pub fn deserialize<'d, D: Deserializer<'d>>(from: D) -> Result<Vec<Decided>, D::Error> {
-        serde_json::from_str(&String::deserialize(from)?).map_err(D::Error::custom)
-    }
-}
-
-/// The state that changes during an episode.
-#[derive(Serialize, Deserialize)]
-struct Live {
-    scene: Scene,
-    robot: Robot,
-    phase: Phase,
-    present: WorldState,
-    /// The goal that the graph is asked for.
-    goal: StateId,
-    memory: Memory,
-    /// For each part, whether it was in no state at the last look.
-    in_no_state: Vec<bool>,
-    /// The parts in no state at the last look, with the nearest states.
-    lost: Vec<InNoState>,
-    log: Log,
-    seed: Seed,
-    perturbed: bool,
-}
+use crate::task::scene::Scene;
+use crate::task::tasks::Judgement;
 
 /// A world in which an executor carries out the decisions of a planner graph.
 pub struct EpisodeWorld {
@@ -104,11 +30,6 @@ pub struct EpisodeWorld {
     start: Option<WorldSave>,
     live: Option<Live>,
 }
-
-/// Steps of rest between two requests to the graph.
-const REST: u32 = 5;
-/// Steps in which the graph recognises another goal.
-const RECOGNISE: u32 = 10;
 
 impl EpisodeWorld {
     /// Creates a world that asks for `goal`. It has no scene until it is reset.
@@ -170,7 +91,7 @@ impl EpisodeWorld {
         let saved = self.save()?;
         let mut live: Option<Live> = postcard::from_bytes(&saved.0).map_err(fault)?;
         if let Some(live) = &mut live {
-            live.phase = Phase::Rest { left: REST };
+            live.hand_over();
         }
         postcard::to_stdvec(&live).map(WorldSave).map_err(fault)
     }
@@ -188,20 +109,8 @@ impl EpisodeWorld {
     }
 
     fn fresh(&self, scene: Scene, seed: Seed) -> Live {
-        let parts = scene.part_count();
-        Live {
-            scene,
-            robot: Robot::default(),
-            phase: Phase::Rest { left: REST },
-            present: self.mind.planner().domain().empty_world(),
-            goal: self.goals.first().map_or(StateId::new(0), |(goal, _)| *goal),
-            memory: Memory::new(),
-            in_no_state: vec![false; parts],
-            lost: Vec::new(),
-            log: Log::default(),
-            seed,
-            perturbed: false,
-        }
+        let goal = self.goals.first().map_or(StateId::new(0), |(goal, _)| *goal);
+        Live::new(scene, seed, self.mind.planner().domain().empty_world(), goal)
     }
 
     /// Returns a simulator's world as an `EpisodeWorld`; `None` if it is another kind of world.
@@ -231,7 +140,10 @@ impl EpisodeWorld {
             Phase::Ask { .. } => Doing::Deciding,
             Phase::Act => {
                 let decided = live.log.decisions.last();
-                decided.and_then(|d| d.action.as_deref()).map_or(Doing::Looking, Doing::Acting)
+                let detour = decided.filter(|d| d.is_detour()).and_then(|d| d.recovery.as_ref());
+                let action = detour.map(|r| r.kind.name());
+                let action = action.or_else(|| decided.and_then(|d| d.action.as_deref()));
+                action.map_or(Doing::Looking, Doing::Acting)
             }
             Phase::Over(_) => Doing::Over,
         }
@@ -263,162 +175,14 @@ impl EpisodeWorld {
         self.live.as_ref().is_some_and(|live| live.perturbed)
     }
 
+    /// Returns the ids of the parts that fell off the table.
+    pub(super) fn lost(&self) -> Vec<String> {
+        self.live.as_ref().map_or_else(Vec::new, Live::lost)
+    }
+
     pub(super) fn log(&self) -> &Log {
-        static EMPTY: Log = Log {
-            decisions: Vec::new(),
-            in_no_state: 0,
-            unexplained: 0,
-            touches: Vec::new(),
-            frames: Vec::new(),
-        };
+        static EMPTY: Log = Log::EMPTY;
         self.live.as_ref().map_or(&EMPTY, |live| &live.log)
-    }
-}
-
-/// The parts of the world that the executor only reads.
-struct Tools<'w> {
-    mind: &'w dyn Mind,
-    recorder: &'w Recorder,
-    spec: &'w EpisodeSpec,
-}
-
-impl Live {
-    fn step(&mut self, tools: &Tools<'_>, command: &[Real]) {
-        self.perturb(tools.spec);
-        match self.phase.clone() {
-            Phase::Rest { left: 0 } => self.look(tools),
-            Phase::Rest { left } => self.phase = Phase::Rest { left: left - 1 },
-            Phase::Ask { since_step } => self.listen(tools, command, since_step),
-            Phase::Act | Phase::Over(_) | Phase::Relent => {}
-        }
-        let stepped = self.robot.step(&mut self.scene);
-        if let Some(touch) = stepped.touch {
-            self.log.touches.push(Touched::at(self.scene.time_s(), touch));
-        }
-        if let Some(report) = stepped.ended {
-            // A skill always belongs to the last decision.
-            if let Some(decided) = self.log.decisions.last_mut() {
-                decided.skill = Some(report);
-            }
-            self.phase = Phase::Rest { left: REST };
-        }
-        if let Some(every) = tools.spec.frame_ms
-            && (self.scene.steps() * self.scene.spec().step_ms).is_multiple_of(every.max(1))
-        {
-            self.log.frames.push(self.scene.frame());
-        }
-        let late = self.scene.time_s() > tools.spec.limit_s;
-        if late && !matches!(self.phase, Phase::Over(_)) {
-            self.phase = Phase::Over(Ended::GaveUp);
-        }
-    }
-
-    fn perturb(&mut self, spec: &EpisodeSpec) {
-        let Some(perturbation) = spec.perturbation.filter(|_| !self.perturbed) else { return };
-        let Perturbation { at_s, body, pose } = perturbation;
-        if self.scene.time_s() < at_s {
-            return;
-        }
-        let handled = |part: usize| match body {
-            BodyId::Part(own) => own == part,
-            BodyId::Fixture(fixture) => self.scene.carried(fixture).contains(&part),
-        };
-        if !self.robot.part().is_some_and(handled) && self.scene.room_for(body, &pose) {
-            self.scene.displace(body, &pose);
-            self.perturbed = true;
-        }
-    }
-
-    fn see(&self, tools: &Tools<'_>) -> Seen {
-        senses::look(tools.recorder, &self.scene, &tools.spec.sensing, self.seed)
-    }
-
-    fn look(&mut self, tools: &Tools<'_>) {
-        let seen = self.see(tools);
-        let belief = tools.mind.look(&seen, &mut self.memory);
-        // The graph needs time to recognise another goal before it is asked.
-        let another = self.goal != belief.goal;
-        (self.present, self.goal) = (belief.present, belief.goal);
-        self.lost = belief.in_no_state;
-        let mut in_no_state = vec![true; self.scene.part_count()];
-        for part in belief.explained {
-            in_no_state[part] = false;
-        }
-        let newly =
-            in_no_state.iter().zip(&self.in_no_state).filter(|(now, before)| **now && !**before);
-        self.log.unexplained += newly.count();
-        self.log.in_no_state = in_no_state.iter().filter(|s| **s).count();
-        self.in_no_state = in_no_state;
-        self.phase = match (belief.outgrown, another) {
-            (true, _) => Phase::Relent,
-            (false, true) => Phase::Rest { left: RECOGNISE },
-            (false, false) => Phase::Ask { since_step: self.scene.steps() },
-        };
-    }
-
-    fn listen(&mut self, tools: &Tools<'_>, command: &[Real], since_step: u64) {
-        let domain = tools.mind.planner().domain();
-        let (actions, trace) = command.split_at(domain.operators().len());
-        let action = actions.iter().position(|a| *a > 0.5).map(ActionId::new);
-        let Some(verdict) = tools.mind.planner().read(trace, action) else { return };
-        let step_ms = self.scene.spec().step_ms;
-        let name = |action: ActionId| domain[action].name.clone();
-        self.log.decisions.push(Decided {
-            asked_s: (since_step * step_ms) as f64 / 1e3,
-            took_ms: ((self.scene.steps() - since_step) * step_ms) as f64,
-            holds: self.present.iter().map(|state| domain[state].name.clone()).collect(),
-            action: if let Verdict::Act(action) = verdict { Some(name(action)) } else { None },
-            begun: false,
-            skill: None,
-            chosen: None,
-            in_no_state: self.lost.clone(),
-        });
-        self.phase = match verdict {
-            Verdict::Met => Phase::Over(Ended::GoalMet),
-            Verdict::Stuck(_) if tools.mind.can_relent(&self.memory) => Phase::Relent,
-            Verdict::Stuck(obstacle) => Phase::Over(Ended::Stuck(obstacle)),
-            Verdict::Act(_) if self.log.skill_count() >= tools.spec.most_skills => {
-                Phase::Over(Ended::GaveUp)
-            }
-            Verdict::Act(action) => self.act(tools, action),
-        };
-        if let (Phase::Act, Some(decided)) = (&self.phase, self.log.decisions.last_mut()) {
-            decided.begun = true;
-        }
-    }
-
-    /// Begins to carry out an action with the first part that works.
-    fn act(&mut self, tools: &Tools<'_>, action: ActionId) -> Phase {
-        let seen = self.see(tools);
-        if tools.mind.look(&seen, &mut self.memory).present != self.present {
-            // The world state changed while the graph was deciding.
-            return Phase::Rest { left: REST };
-        }
-        let past = &self.log.decisions;
-        let choices = tools.mind.choices(action, &self.scene, &seen, &self.memory, past);
-        for choice in choices.all {
-            let drop_at = self.draw_drop(tools.spec.drop_rate);
-            let grasps = tools.spec.task.grasps(&self.scene, choice.part);
-            let begun = self.robot.begin(&self.scene, choice.part, choice.target, &grasps, drop_at);
-            if begun.is_ok() {
-                if let Some(decided) = self.log.decisions.last_mut() {
-                    decided.chosen = choice.chosen;
-                }
-                return Phase::Act;
-            }
-        }
-        let action = tools.mind.planner().domain()[action].name.clone();
-        Phase::Over(match choices.blocked {
-            true => Ended::Occupied { action },
-            false => Ended::NoWay { action },
-        })
-    }
-
-    /// Draws whether and when the next skill drops its part, from the seed and the number of skills so far.
-    fn draw_drop(&self, rate: f64) -> Option<f64> {
-        let mut rng = self.seed.derive_index("drop", self.log.skill_count() as u64).rng();
-        let (chance, share): (f64, f64) = (rng.random(), rng.random());
-        (chance < rate).then_some(share)
     }
 }
 
@@ -449,8 +213,8 @@ impl World for EpisodeWorld {
         }
         let Some(live) = &self.live else { return };
         out[0] = if matches!(live.phase, Phase::Ask { .. }) { 1.0 } else { 0.0 };
-        for (value, holds) in out[1..=states].iter_mut().zip(live.present.flags()) {
-            *value = if *holds { 1.0 } else { 0.0 };
+        for (state, value) in out[1..=states].iter_mut().enumerate() {
+            *value = if live.told(StateId::new(state)) { 1.0 } else { 0.0 };
         }
     }
 

@@ -89,6 +89,20 @@ const SHOULDER_M: f64 = 0.333;
 /// Greatest distance of the tool centre point from the second joint when the hand points down, in metres.
 const REACH_M: f64 = 0.72;
 
+/// Greatest distance of the wrist, where the last joints but one meet, from the shoulder, in metres: the lengths of upper
+/// and lower arm with the elbow's offset.
+const STRETCHED_M: f64 = 0.7195;
+/// Distance of the wrist from the axis of the last joint, in metres.
+const WRIST_M: f64 = 0.088;
+
+/// Returns whether the stretched arm is long enough to bring the end effector to `target`. Costs a few nanoseconds; a
+/// search for joint angles that must fail costs a millisecond.
+pub(crate) fn may_reach(target: &Frame) -> bool {
+    let axis = target.translation - target.rotation * Vector::Z * (FLANGE_M + TOOL_M);
+    let far = (axis - Vector::new(0.0, 0.0, SHOULDER_M)).length();
+    far - WRIST_M < STRETCHED_M
+}
+
 /// Returns whether the tool centre point reaches a place on the table with the hand pointing down. The place
 /// is in metres from the arm's base.
 pub fn reaches_table([x, y]: [f64; 2]) -> bool {

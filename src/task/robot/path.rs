@@ -88,6 +88,12 @@ impl Path {
         self
     }
 
+    /// Returns the path run so slowly that it lasts at least `duration_s` seconds.
+    pub fn lasting(mut self, duration_s: f64) -> Self {
+        self.duration_s = self.duration_s.max(duration_s);
+        self
+    }
+
     /// Returns the duration, in seconds.
     pub fn duration_s(&self) -> f64 {
         self.duration_s

@@ -11,10 +11,12 @@
 //! and contact alone hold a part in the hand.
 //!
 //! A part with a [`Slider`] moves along a straight guide, like a drawer. Another hand can move parts and movable
-//! fixtures ([`Scene::displace`]); [`Landmark`]s that are attached to a body move with it.
+//! fixtures ([`Scene::displace`]); [`Landmark`]s that are attached to a body move with it. A part that falls off the
+//! table is lost ([`Scene::lost`]).
 //!
 //! This module knows no task: neither the purpose of the bodies nor what the robot should do with them.
 
+mod lost;
 mod moving;
 mod outline;
 pub(crate) mod physics;

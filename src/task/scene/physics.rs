@@ -120,6 +120,9 @@ impl Scene {
     }
 
     fn speed(&self, part: &PartBody) -> f64 {
+        if self.is_lost(part) {
+            return 0.0;
+        }
         let body = &self.physics.bodies[part.body];
         body.linvel().length().max(0.02 * body.angvel().length())
     }
@@ -128,6 +131,7 @@ impl Scene {
     pub fn step(&mut self) {
         let begun = Instant::now();
         self.physics.step();
+        self.freeze_lost();
         self.wall += begun.elapsed();
         self.steps += 1;
     }
@@ -196,11 +200,12 @@ impl Scene {
         self.speed(&self.parts[index])
     }
 
-    /// Moves a part to `pose`, at rest, as a person might do. Does nothing if there is no such part. The robot never
-    /// calls this.
+    /// Moves a part to `pose`, at rest, as a person might do. A [lost](Scene::lost) part is found again. Does nothing if
+    /// there is no such part. The robot never calls this.
     pub fn disturb(&mut self, index: usize, pose: &Pose) {
         if let Some(part) = self.parts.get(index) {
             let body = &mut self.physics.bodies[part.body];
+            body.set_enabled(true);
             body.set_position(frame_of(pose), true);
             body.set_linvel(Vector::ZERO, true);
             body.set_angvel(Vector::ZERO, true);
@@ -275,7 +280,8 @@ impl Scene {
     /// Chooses the number of substeps. With longer substeps, held parts creep more, and parts that touch a fixture
     /// never come to rest.
     pub(crate) fn refine(&mut self, carrying: bool) {
-        let awake = |part: &PartBody| !self.physics.bodies[part.body].is_sleeping();
+        let awake =
+            |part: &PartBody| !self.is_lost(part) && !self.physics.bodies[part.body].is_sleeping();
         let substeps = match (carrying, self.parts.iter().any(awake)) {
             (true, _) => SUBSTEPS_CARRYING,
             (false, true) => SUBSTEPS,

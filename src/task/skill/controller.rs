@@ -1,9 +1,10 @@
 //! The controller of a pick and place: a sequence of stages, each with its own end condition.
 
-use rapier3d::math::{Pose as Frame, Vector};
+use rapier3d::math::Pose as Frame;
 use serde::{Deserialize, Serialize};
 
 use super::grasp::{Grasp, Target};
+use super::pushing::Pushing;
 use super::reach::{self, Lift, Placing};
 use crate::task::event::{SkillOutcome, SkillReport, Touch};
 use crate::task::robot::arm::{self, Angles, HOME};
@@ -20,7 +21,7 @@ pub struct Stepped {
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-enum Stage {
+pub(super) enum Stage {
     Reach(Vec<Path>),
     Approach(Path),
     Close,
@@ -35,30 +36,30 @@ enum Stage {
 
 /// A pick and place in progress.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-struct Skill {
-    part: usize,
-    target: Target,
+pub(super) struct Skill {
+    pub(super) part: usize,
+    pub(super) target: Target,
     /// Whether the part slides along a guide instead of being lifted.
     slides: bool,
-    stage: Stage,
+    pub(super) stage: Stage,
     /// Simulated time in this stage, in seconds.
-    time_s: f64,
+    pub(super) time_s: f64,
     /// Time for which the stage's end condition has held, in seconds.
     so_s: f64,
-    opening: f64,
+    pub(super) opening: f64,
     approach: Path,
-    lift: Path,
-    placing: Option<Placing>,
-    in_hand: Option<Frame>,
+    pub(super) lift: Path,
+    pub(super) placing: Option<Placing>,
+    pub(super) in_hand: Option<Frame>,
     /// End effector's frame, relative to the part, after lifting.
-    lifted: Option<Frame>,
+    pub(super) lifted: Option<Frame>,
     /// Share of the carrying at which the fingers open by accident, 0 to 1.
     drop_at: Option<f64>,
     carried_s: f64,
-    carry_s: f64,
+    pub(super) carry_s: f64,
     touching: bool,
     freed_s: f64,
-    failure: Option<SkillOutcome>,
+    pub(super) failure: Option<SkillOutcome>,
     slip_m: f64,
     total_s: f64,
 }
@@ -69,13 +70,14 @@ pub struct Robot {
     angles: Angles,
     opening: f64,
     skill: Option<Skill>,
+    push: Option<Pushing>,
     strained_s: f64,
 }
 
 /// Least force on each pad that counts as contact, in newtons.
-const TOUCH_N: f64 = 1.0;
+pub(super) const TOUCH_N: f64 = 1.0;
 /// Time of rest at the end of a path before anything is measured, in seconds.
-const REST_S: f64 = 0.06;
+pub(super) const REST_S: f64 = 0.06;
 const CLOSING_S: (f64, f64) = (0.2, 0.7);
 const CLOSING_M_S: f64 = 0.1;
 const OPENING_S: f64 = 0.6;
@@ -85,23 +87,34 @@ const STRAIN_S: f64 = 0.02;
 const SKILL_S: f64 = 60.0;
 /// A part that has moved farther than this in the hand counts as dropped, in metres.
 const LOST_M: f64 = 0.012;
-const RAISE_M: f64 = 0.10;
+pub(super) const RAISE_M: f64 = 0.10;
 
 impl Default for Robot {
     fn default() -> Self {
-        Self { angles: HOME, opening: 0.032, skill: None, strained_s: 0.0 }
+        Self { angles: HOME, opening: 0.032, skill: None, push: None, strained_s: 0.0 }
     }
 }
 
 impl Robot {
     /// Returns whether a skill is in progress.
     pub fn busy(&self) -> bool {
-        self.skill.is_some()
+        self.skill.is_some() || self.push.is_some()
     }
 
     /// Returns the part that the current skill handles, by its index in the scene.
     pub fn part(&self) -> Option<usize> {
-        self.skill.as_ref().map(|s| s.part)
+        let pushed = self.push.as_ref().map(|p| p.part);
+        self.skill.as_ref().map(|s| s.part).or(pushed)
+    }
+
+    /// Returns the index of the grasp, among `grasps`, by which the current skill takes its part.
+    pub(crate) fn taken_by(&self, grasps: &[Grasp]) -> Option<usize> {
+        let at = arm::tool(&self.skill.as_ref()?.approach.end());
+        let is = |tool: Frame| {
+            (tool.translation - at.translation).length() < 5e-4
+                && tool.rotation.angle_between(at.rotation) < 5e-3
+        };
+        grasps.iter().position(|grasp| grasp.tool().is_some_and(is))
     }
 
     /// Begins a skill: takes `part` (its index in the scene) by the first of `grasps` that works, and puts it at
@@ -109,8 +122,8 @@ impl Robot {
     /// joint angles and paths takes from a fraction of a millisecond to some hundred milliseconds.
     ///
     /// # Errors
-    /// A report with [`SkillOutcome::Unreachable`] if there is no collision-free path, no such part or no grasp, or if
-    /// the target's axis or orientation has length 0. In that case nothing has moved.
+    /// A report with [`SkillOutcome::Unreachable`] if there is no collision-free path, no such part or no grasp, if the
+    /// part is [lost](Scene::lost), or if the target's axis or orientation has length 0. In that case nothing has moved.
     pub fn begin(
         &mut self,
         scene: &Scene,
@@ -121,13 +134,15 @@ impl Robot {
     ) -> Result<(), SkillReport> {
         let unreachable =
             SkillReport { part, outcome: SkillOutcome::Unreachable, picked: false, slip_m: 0.0 };
-        if part >= scene.part_count() || !target.is_possible() {
+        if part >= scene.part_count() || scene.lost(part) || !target.is_possible() {
             return Err(unreachable);
         }
         let slides = scene.slider(part).is_some();
         let plan = if slides { reach::plan_slide } else { reach::plan_lift };
-        let plan = plan(scene, &self.angles, part, &target, grasps).ok_or(unreachable)?;
-        let Lift { reach, approach, lift, opening } = plan;
+        let from = |angles: &Angles| plan(scene, angles, part, &target, grasps);
+        let plan = self.plan_from_here(scene, from).ok_or(unreachable)?;
+        let (escape, Lift { reach, approach, lift, opening }) = plan;
+        let reach = escape.into_iter().chain(reach).collect();
         self.skill = Some(Skill {
             part,
             target,
@@ -150,8 +165,28 @@ impl Robot {
             slip_m: 0.0,
             total_s: 0.0,
         });
+        self.push = None;
         self.strained_s = 0.0;
         Ok(())
+    }
+
+    /// Plans from the present posture; if that fails and the arm touches something, from a posture nearby. Returns the
+    /// path to that posture too.
+    pub(super) fn plan_from_here<T>(
+        &self,
+        scene: &Scene,
+        plan: impl Fn(&Angles) -> Option<T>,
+    ) -> Option<(Option<Path>, T)> {
+        if let Some(found) = plan(&self.angles) {
+            return Some((None, found));
+        }
+        let escape = reach::escape(scene, &self.angles, self.opening)?;
+        plan(&escape.end()).map(|found| (Some(escape), found))
+    }
+
+    pub(super) fn start_push(&mut self, push: Pushing) {
+        (self.skill, self.push) = (None, Some(push));
+        self.strained_s = 0.0;
     }
 
     /// Advances the skill and the physics by one step.
@@ -169,6 +204,14 @@ impl Robot {
                 stepped.ended = Some(skill.report());
             } else {
                 self.skill = Some(skill);
+            }
+        }
+        if let Some(mut push) = self.push.take() {
+            let strained = self.strained(scene, dt);
+            if push.advance(scene, self, strained, &mut speeds, dt) {
+                stepped.ended = Some(push.report(scene));
+            } else {
+                self.push = Some(push);
             }
         }
         let carrying = |s: &Skill| matches!(s.stage, Stage::Lift(_) | Stage::Carry(_));
@@ -198,7 +241,7 @@ impl Skill {
         }
     }
 
-    fn go(&mut self, stage: Stage) {
+    pub(super) fn go(&mut self, stage: Stage) {
         self.stage = stage;
         self.time_s = 0.0;
         self.so_s = 0.0;
@@ -224,7 +267,7 @@ impl Skill {
     }
 
     /// Returns the end effector's frame relative to the part.
-    fn measure(&self, scene: &Scene) -> Frame {
+    pub(super) fn measure(&self, scene: &Scene) -> Frame {
         scene.part_frame(self.part).inv_mul(&scene.tool_frame())
     }
 
@@ -251,7 +294,7 @@ impl Skill {
     }
 
     /// Opens the hand and gives up for the reason `why`. Later reasons are ignored.
-    fn fail(&mut self, why: SkillOutcome) {
+    pub(super) fn fail(&mut self, why: SkillOutcome) {
         if self.failure.is_none() {
             self.failure = Some(why);
         }
@@ -376,96 +419,43 @@ impl Skill {
                 }
             }
             Stage::Settle => {
-                let parts = scene.part_count();
-                let still = (0..parts).all(|p| scene.part_speed(p) < 2e-3);
-                self.so_s = if still { self.so_s + dt } else { 0.0 };
+                self.so_s = if is_settled(scene) { self.so_s + dt } else { 0.0 };
                 let calm = self.so_s >= SETTLING_S.0 && !self.touching;
                 return calm || self.time_s > SETTLING_S.1;
             }
         }
         false
     }
+}
 
-    /// After lifting: checks that the part is in the hand, measures how it lies, and plans the way to the
-    /// target.
-    fn look_into_hand(&mut self, scene: &Scene, robot: &mut Robot) {
-        let forces = scene.pad_forces(self.part);
-        let near =
-            (scene.part_frame(self.part).translation - scene.tool_frame().translation).length();
-        if forces.iter().any(|f| *f < TOUCH_N) || near > 0.05 {
-            return self.fail(SkillOutcome::Missed);
-        }
-        let in_hand = self.measure(scene);
-        self.in_hand = Some(in_hand);
-        self.lifted = Some(in_hand);
-        match reach::plan_placing(scene, &robot.angles, self.part, &self.target, &in_hand) {
-            Some(placing) => {
-                self.carry_s = placing.carry.iter().map(Path::duration_s).sum();
-                let carry = placing.carry.clone();
-                self.placing = Some(placing);
-                self.go(Stage::Carry(carry));
-            }
-            None => {
-                // Put the part back where it was.
-                self.failure = Some(SkillOutcome::Unreachable);
-                self.go(Stage::Lower(self.lift.clone().reversed()));
-            }
-        }
-    }
-
-    /// Before lowering: measures how the part lies in the hand now, checks that the target is free, and plans
-    /// the way down.
-    fn aim(&mut self, scene: &Scene, robot: &mut Robot) {
-        let in_hand = self.measure(scene);
-        self.in_hand = Some(in_hand);
-        if let Some(placing) = &self.placing
-            && scene.part_meets_part(self.part, &placing.part)
-        {
-            self.failure = Some(SkillOutcome::Occupied);
-            let back = placing.carry.iter().rev().map(|p| p.clone().reversed());
-            let down = self.lift.clone().reversed();
-            self.stage = Stage::Carry(back.chain([down]).collect());
-            self.time_s = 0.0;
-            return;
-        }
-        let tool = self.placing.as_ref().map(|p| p.part * in_hand);
-        match tool.and_then(|t| Path::line_to(&robot.angles, &t, &scene.spec().arm)) {
-            Some(path) => self.go(Stage::Lower(path)),
-            None => self.fail(SkillOutcome::Unreachable),
-        }
-    }
-
-    /// Moves the open hand away: back along the hand after placing, up after a failure.
-    fn leave(&mut self, scene: &Scene, robot: &mut Robot) {
-        let arm = &scene.spec().arm;
-        let back = -(arm::tool(&robot.angles).rotation * Vector::Z);
-        let up = Vector::Z * RAISE_M;
-        let path = Path::line(&robot.angles, back * reach::BACK_M, arm)
-            .filter(|_| self.failure.is_none())
-            .or_else(|| Path::line(&robot.angles, up, arm))
-            .or_else(|| Path::line(&robot.angles, back * 0.04, arm));
-        match path {
-            Some(path) => self.go(Stage::Retreat(path)),
-            None => self.go(Stage::Retreat(Path::joints(&robot.angles, &HOME, arm, false))),
-        }
-    }
+/// Returns whether all parts are at rest.
+pub(super) fn is_settled(scene: &Scene) -> bool {
+    (0..scene.part_count()).all(|part| scene.part_speed(part) < 2e-3)
 }
 
 impl Robot {
+    pub(super) fn angles(&self) -> &Angles {
+        &self.angles
+    }
+
+    pub(super) fn set_opening(&mut self, opening: f64) {
+        self.opening = opening;
+    }
+
     /// Holds the current joint angles.
-    fn hold(&mut self, scene: &Scene) {
+    pub(super) fn hold(&mut self, scene: &Scene) {
         self.angles = scene.angles();
         self.strained_s = 0.0;
     }
 
     /// Follows a path and returns whether it ended at least [`REST_S`] ago.
-    fn run(&mut self, path: &Path, time_s: f64, speeds: &mut Angles) -> bool {
+    pub(super) fn run(&mut self, path: &Path, time_s: f64, speeds: &mut Angles) -> bool {
         (self.angles, *speeds) = path.at(time_s);
         time_s >= path.duration_s() + REST_S
     }
 
     /// Follows the first of several paths; returns the remaining paths when it is done.
-    fn follow(
+    pub(super) fn follow(
         &mut self,
         paths: &[Path],
         time_s: &mut f64,

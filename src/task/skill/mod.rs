@@ -28,12 +28,34 @@
 //! opens the hand, raises it and settles. The [`SkillOutcome`](crate::task::event::SkillOutcome) names the
 //! failure.
 //!
+//! Parts come to rest on edge, upside down, leaning, close to the rim or to each other. For these, there are skills that
+//! work from a part's shape alone:
+//!
+//! | function | returns |
+//! |---|---|
+//! | [`any_grasps`] | grasps for any pose, to be tried after the task's own |
+//! | [`free_places`] | targets at which the part rests steadily and can be taken anew |
+//! | [`pushes`] | pushes with the closed fingers for [`Robot::begin_push`], which tilt a part over or shove it to free room |
+//!
+//! A part that has fallen off the table ([`Scene::lost`](crate::task::scene::Scene::lost)) is *unreachable* and has no
+//! grasps, places or pushes.
+//!
 //! This module does not know the purpose of a part. A task gives the grasps and the target, and a kind's
 //! [`Handling`](crate::task::scene::Handling) lists the ways in which a part may stand at a target.
 
+mod antipodal;
 mod controller;
 mod grasp;
+mod hand;
+mod push;
+mod pushing;
 mod reach;
+mod resting;
+mod solid;
 
+pub use antipodal::{MOST_GRASPS, any_grasps};
 pub use controller::{Robot, Stepped};
 pub use grasp::{Facing, Grasp, Target};
+pub use push::{MOST_PUSHES, Push, PushAim, pushes};
+pub(crate) use resting::lowest;
+pub use resting::{MOST_PLACES, free_places, turns_over};

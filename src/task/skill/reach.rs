@@ -1,5 +1,8 @@
 //! Plans collision-free paths: to a grasp, and from a lifted part to its target.
 
+use std::cell::Cell;
+use std::rc::Rc;
+
 use rapier3d::math::{Pose as Frame, Rotation, Vector};
 use serde::{Deserialize, Serialize};
 
@@ -39,6 +42,10 @@ const OFF_GUIDE_M: f64 = 0.02;
 const FALLS: u32 = 4;
 /// Greatest number of searches for joint angles in one plan.
 const BUDGET: usize = 1_500;
+/// Greatest number of tests for collisions in one plan.
+const LOOKS: usize = 30_000;
+/// Number of tests for collisions that take as long as the straight lines from a posture.
+const LOOKS_FOR_LINES: usize = 8;
 /// Greatest turn of a joint between two points of a path that are tested for collisions, in radians.
 const LOOK_RAD: f64 = 0.04;
 /// The same for an arm that keeps a distance, in radians.
@@ -50,9 +57,20 @@ const ROLL_RAD: f64 = 0.8;
 
 struct Search<'s> {
     scene: &'s Scene,
+    /// Searches for joint angles that are left.
     left: usize,
+    /// Tests for collisions that are left.
+    looks: Looks,
     /// Distance that the arm keeps from everything on its way, in metres.
     clear_m: f64,
+    /// Whether a held part stays inside the table's rim on its way, so that it is not lost if it is dropped.
+    inside: bool,
+}
+
+/// Returns whether the arm has a posture that brings the end effector to `tool`.
+pub(crate) fn has_posture(current: &Angles, tool: &Frame) -> bool {
+    arm::may_reach(tool)
+        && arm::starts(current, tool).any(|start| arm::solve(tool, &start).is_some())
 }
 
 /// Returns the distances from everything else that are tried for a part, the greatest first.
@@ -61,7 +79,38 @@ fn clearances(scene: &Scene, part: usize) -> impl Iterator<Item = f64> + use<> {
     (clear_m > 0.0).then_some(clear_m).into_iter().chain([0.0])
 }
 
-impl Search<'_> {
+/// Counts tests for collisions. A plan that would need too many is given up: its cost is bounded, and still the same for
+/// the same scene.
+#[derive(Clone)]
+struct Looks(Rc<Cell<usize>>);
+
+impl Looks {
+    fn new() -> Self {
+        Self(Rc::new(Cell::new(LOOKS)))
+    }
+
+    /// Takes `count` tests; returns `false` if none are left.
+    fn take(&self, count: usize) -> bool {
+        let left = self.0.get();
+        self.0.set(left.saturating_sub(count));
+        left > 0
+    }
+}
+
+impl<'s> Search<'s> {
+    fn new(scene: &'s Scene, clear_m: f64) -> Self {
+        Self { scene, left: BUDGET, looks: Looks::new(), clear_m, inside: false }
+    }
+
+    fn air(&self, opening: f64, held: Option<(usize, Frame)>) -> Air<'s> {
+        let (clear_m, looks) = (self.clear_m, self.looks.clone());
+        Air { scene: self.scene, opening, held, clear_m, looks, inside: self.inside }
+    }
+
+    fn is_spent(&self) -> bool {
+        self.left == 0 || self.looks.0.get() == 0
+    }
+
     /// Finds joint angles that bring the end effector to `tool` and satisfy `fits`.
     fn posture(
         &mut self,
@@ -69,12 +118,17 @@ impl Search<'_> {
         current: &Angles,
         mut fits: impl FnMut(&Angles) -> bool,
     ) -> Option<Angles> {
+        if !arm::may_reach(tool) {
+            return None;
+        }
         for start in arm::starts(current, tool) {
-            if self.left == 0 {
+            if self.is_spent() {
                 return None;
             }
             self.left -= 1;
+            self.looks.take(1);
             if let Some(q) = arm::solve(tool, &start)
+                && self.looks.take(LOOKS_FOR_LINES)
                 && fits(&q)
             {
                 return Some(q);
@@ -105,7 +159,7 @@ fn lift_with(
     clear_m: f64,
 ) -> Option<Lift> {
     let frame = scene.part_frame(part);
-    let mut search = Search { scene, left: BUDGET, clear_m };
+    let mut search = Search::new(scene, clear_m);
     for grasp in grasps {
         let Some(tool) = grasp.tool() else { continue };
         let line = |q: &Angles| Path::line(q, Vector::Z * LIFT_M, &scene.spec().arm);
@@ -115,7 +169,7 @@ fn lift_with(
         if placing(&mut search, &from, part, target, &in_hand, plan.opening).is_some() {
             return Some(plan);
         }
-        if search.left == 0 {
+        if search.is_spent() {
             break;
         }
     }
@@ -142,13 +196,14 @@ pub(crate) fn plan_slide(
     }
     let shift = slider.axis * (goal - slider.at_m);
     clearances(scene, part).find_map(|clear_m| {
-        let mut search = Search { scene, left: BUDGET, clear_m };
+        let mut search = Search::new(scene, clear_m);
+        let looks = search.looks.clone();
         grasps.iter().find_map(|grasp| {
             let line = |q: &Angles| {
                 let path = Path::line(q, shift, &scene.spec().arm)?;
-                let looks = path.looks(LOOK_RAD);
-                let clear = |q: Angles| !scene.collides(&q, grasp.opening_m, &[part]);
-                let free = path.samples(looks).all(clear);
+                let clear =
+                    |q: Angles| looks.take(1) && !scene.collides(&q, grasp.opening_m, &[part]);
+                let free = path.samples(path.looks(LOOK_RAD)).all(clear);
                 free.then_some(path)
             };
             take(&mut search, current, part, grasp, line)
@@ -165,7 +220,7 @@ fn take(
     line: impl Fn(&Angles) -> Option<Path>,
 ) -> Option<Lift> {
     let (scene, opening) = (search.scene, grasp.opening_m);
-    let air = Air { scene, opening, held: None, clear_m: search.clear_m };
+    let air = search.air(opening, None);
     let tool = grasp.tool()?;
     let approach = tool.rotation * Vector::Z;
     let mut found = None;
@@ -185,17 +240,19 @@ fn take(
     found
 }
 
-/// Plans how to put a part that is in the hand at `target`.
+/// Plans how to put a part that is in the hand at `target` and let go of it with the fingers at `opening`.
 pub(crate) fn plan_placing(
     scene: &Scene,
     current: &Angles,
     part: usize,
     target: &Target,
     in_hand: &Frame,
+    opening: f64,
 ) -> Option<Placing> {
-    let opening = scene.handling(part).release_m;
-    clearances(scene, part).find_map(|clear_m| {
-        let mut search = Search { scene, left: BUDGET, clear_m };
+    let ways = [true, false].into_iter();
+    let mut ways = ways.flat_map(|inside| clearances(scene, part).map(move |c| (inside, c)));
+    ways.find_map(|(inside, clear_m)| {
+        let mut search = Search { inside, ..Search::new(scene, clear_m) };
         placing(&mut search, current, part, target, in_hand, opening)
     })
 }
@@ -209,7 +266,7 @@ fn placing(
     opening: f64,
 ) -> Option<Placing> {
     let scene = search.scene;
-    let air = Air { scene, opening, held: Some((part, *in_hand)), clear_m: search.clear_m };
+    let air = search.air(opening, Some((part, *in_hand)));
     let handling = scene.handling(part);
     let held = arm::tool(from) * in_hand.inverse();
     let spec = scene.spec();
@@ -222,7 +279,10 @@ fn placing(
     for (height, tool) in ways {
         let tool = Frame::from_parts(tool.translation + Vector::Z * height, tool.rotation);
         // Spare the search for joint angles where the hand alone has no room.
-        if handling.fall_m > 0.0 && scene.hand_collides(&tool, opening, &[part]) {
+        if !search.looks.take(1)
+            || !arm::may_reach(&tool)
+            || scene.hand_collides(&tool, opening, &[part])
+        {
             continue;
         }
         let mut carry = None;
@@ -246,11 +306,67 @@ fn placing(
             let part = tool * in_hand.inverse();
             return carry.map(|carry| Placing { carry, part });
         }
-        if search.left == 0 {
+        if search.is_spent() {
             return None;
         }
     }
     None
+}
+
+/// A plan for a push.
+pub(crate) struct Shove {
+    pub reach: Vec<Path>,
+    pub approach: Path,
+    pub push: Path,
+}
+
+/// Plans how to bring the tips of the closed fingers to the beginning of a push, with the end effector at `tool`, and
+/// how to move them straight by `shift`, in metres, with the part `part` in front of them.
+pub(crate) fn plan_push(
+    scene: &Scene,
+    current: &Angles,
+    part: usize,
+    tool: &Frame,
+    shift: Vector,
+) -> Option<Shove> {
+    let mut search = Search::new(scene, 0.0);
+    let air = search.air(0.0, None);
+    let before = tool.rotation * -Vector::Z * BEFORE_M;
+    let arm_spec = &scene.spec().arm;
+    let mut found = None;
+    search.posture(tool, current, |q| {
+        if scene.collides(q, 0.0, &[]) {
+            return false;
+        }
+        let Some(back) = Path::line(q, before, arm_spec) else { return false };
+        let Some(push) = Path::line(q, shift, arm_spec) else { return false };
+        let free = |q: Angles| !scene.collides(&q, 0.0, &[part]);
+        if scene.collides(&back.end(), 0.0, &[]) || !push.samples(push.looks(LOOK_RAD)).all(free) {
+            return false;
+        }
+        let reach = free_way(&air, current, &back.end());
+        found = reach.map(|reach| Shove { reach, approach: back.reversed(), push });
+        found.is_some()
+    });
+    found
+}
+
+/// Finds a short way out for an arm that touches something: up, back along the hand, or to the waiting posture. `None` if
+/// the arm touches nothing or if there is no such way.
+pub(crate) fn escape(scene: &Scene, current: &Angles, opening: f64) -> Option<Path> {
+    if !scene.collides(current, opening, &[]) {
+        return None;
+    }
+    let arm_spec = &scene.spec().arm;
+    let back = arm::tool(current).rotation * -Vector::Z;
+    let lines = [0.04, RISE_M].into_iter().flat_map(|by| [Vector::Z * by, back * by]);
+    let lines = lines.filter_map(|shift| Path::line(current, shift, arm_spec));
+    let home = Path::joints(current, &HOME, arm_spec, false);
+    lines.chain([home]).find(|path| {
+        let count = path.looks(LOOK_RAD);
+        let mut later = path.samples(count).skip(count / 2);
+        later.all(|q| !scene.collides(&q, opening, &[]))
+    })
 }
 
 /// Returns whether the hand at `q` can move back and then up, so that a way leads on from there.
@@ -274,14 +390,28 @@ struct Air<'s> {
     held: Option<(usize, Frame)>,
     /// Distance that the arm keeps from everything, in metres.
     clear_m: f64,
+    looks: Looks,
+    /// Whether the held part stays inside the table's rim.
+    inside: bool,
 }
 
 impl Air<'_> {
     /// Returns whether the arm at `q` keeps `clear_m` metres from everything, and a held part touches nothing. An arm
-    /// that keeps a distance does not run into itself either.
+    /// that keeps a distance does not run into itself either. Also returns `false` if no tests are left.
     fn is_clear(&self, q: &Angles, clear_m: f64) -> bool {
+        if !self.looks.take(1) {
+            return false;
+        }
         let held = self.held.map(|(part, in_hand)| (part, arm::tool(q) * in_hand.inverse()));
         let ignored = held.map(|(part, _)| part);
+        let outside = |frame: &Frame| {
+            let [low, high] = self.scene.spec().table.rim;
+            let at = frame.translation;
+            at.x < low[0] || at.x > high[0] || at.y < low[1] || at.y > high[1]
+        };
+        if self.inside && held.is_some_and(|(_, frame)| outside(&frame)) {
+            return false;
+        }
         let touches = self.scene.comes_near(q, self.opening, ignored.as_slice(), clear_m)
             || held.is_some_and(|(part, frame)| self.scene.part_collides(part, &frame))
             || (self.clear_m > 0.0 && self.scene.folds(q, self.opening, held));

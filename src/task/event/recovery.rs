@@ -1,0 +1,81 @@
+//! Recoveries: what the executor changes after an action failed or could not begin.
+
+use serde::{Deserialize, Serialize};
+
+/// The kind of a recovery. The first four still carry out the decided action; the others change the scene first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum RecoveryKind {
+    /// The action with another part.
+    Part,
+    /// The action with another grasp.
+    Grasp,
+    /// The action at another place, height or reference.
+    Place,
+    /// Another action, because the decided one cannot be carried out now.
+    Order,
+    /// The part is put down at a free place, to be taken anew.
+    Regrasp,
+    /// A part that lies wrongly at a target is taken out.
+    Reseat,
+    /// A part that is in the way is moved to a free place.
+    Clear,
+    /// A part is pushed.
+    Push,
+}
+
+impl RecoveryKind {
+    /// Returns the kind's name, as it stands in `trace.jsonl`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Part => "part",
+            Self::Grasp => "grasp",
+            Self::Place => "place",
+            Self::Order => "order",
+            Self::Regrasp => "regrasp",
+            Self::Reseat => "reseat",
+            Self::Clear => "clear",
+            Self::Push => "push",
+        }
+    }
+
+    /// Returns whether the skill is not the decided action, but changes the scene so that a later action can begin.
+    pub fn is_detour(self) -> bool {
+        matches!(self, Self::Regrasp | Self::Reseat | Self::Clear | Self::Push)
+    }
+
+    /// Returns what the robot does, in words, such as "puts nut_0 down to take it anew".
+    pub fn describe(self, object: &str) -> String {
+        match self {
+            Self::Part => format!("takes {object} instead"),
+            Self::Grasp => format!("takes {object} by another grasp"),
+            Self::Place => format!("puts {object} elsewhere"),
+            Self::Order => format!("takes {object} first"),
+            Self::Regrasp => format!("puts {object} down to take it anew"),
+            Self::Reseat => format!("takes {object} out"),
+            Self::Clear => format!("moves {object} out of the way"),
+            Self::Push => format!("pushes {object}"),
+        }
+    }
+}
+
+/// A recovery: what the executor changed, and why.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Recovery {
+    /// Kind of the change.
+    pub kind: RecoveryKind,
+    /// Id of the object that the robot handles.
+    pub object: String,
+    /// Reason, in words.
+    pub why: String,
+    /// Number of the try, from 1: of this action with this object, or of this kind of recovery with this object.
+    pub attempt: usize,
+}
+
+impl Recovery {
+    /// Returns what the robot does and why, as one sentence without a full stop.
+    pub fn text(&self) -> String {
+        format!("{}: {}", self.kind.describe(&self.object), self.why)
+    }
+}

@@ -1,0 +1,313 @@
+//! Carrying out a decision: finds a part, a grasp and a target that work, and goes down the ladder of recovery if none
+//! do.
+//!
+//! 1. The choices of the mind, the best first: other parts and other places come after those that failed. Each is tried
+//!    by the task's grasps, those that failed last; then by any other grasp.
+//! 2. Another order: the graph is asked again as if the action were done already. What it decides then is carried out
+//!    if its preconditions hold in fact.
+//! 3. The detours of [`recover`](super::recover).
+//!
+//! If nothing is left, the episode ends.
+
+use rand::RngExt;
+
+use super::attempts::{Attempt, Means, What};
+use super::live::{Live, Phase, REST, Tools};
+use super::means;
+use super::mind::{Choice, Choices, Seen};
+use super::recover::{Detour, View, Wanted, detours};
+use crate::task::domain::{ActionId, Obstacle, Pose};
+use crate::task::event::{Ended, Recovery, RecoveryKind};
+use crate::task::skill::{self, Grasp, Target};
+
+/// Number of other orders that are asked for before a detour.
+const ORDERS: usize = 3;
+/// Number of detours of an episode, and more for each part.
+const DETOURS: (usize, usize) = (6, 3);
+
+/// A family of means.
+type Family = fn(usize) -> Means;
+
+/// A reason not to carry out a choice, found while going through the choices.
+struct Skipped {
+    what: What,
+    why: String,
+    /// Whether the choice was not tried because another part lies wrongly at its target.
+    untried: bool,
+}
+
+impl Live {
+    /// Carries out a decided action, or a recovery.
+    pub fn act(&mut self, tools: &Tools<'_>, action: ActionId) -> Phase {
+        let seen = self.see(tools);
+        if tools.mind.look(&seen, &mut self.memory).present != self.present {
+            // The world state changed while the graph was deciding.
+            self.pretended.clear();
+            return Phase::Rest { left: REST };
+        }
+        let operator = &tools.mind.planner().domain()[action];
+        let first = self.pretended.is_empty();
+        let again = self.pretended.contains(&operator.to);
+        let holds = operator.preconditions.iter().all(|state| self.present.holds(*state));
+        let choices = match first || (holds && !again) {
+            true => tools.mind.choices(action, &self.scene, &seen, &self.memory, &self.attempts),
+            false => Choices::default(),
+        };
+        let mut skipped = Vec::new();
+        if let Some(phase) = self.take(tools, &seen, &choices, &mut skipped, true) {
+            return phase;
+        }
+        if first {
+            let blocked = choices.blocked.iter();
+            let blocked = blocked.map(|c| Wanted::of(c, "its target was occupied".into()));
+            let own = choices.all.iter().map(|c| Wanted::of(c, reason(&skipped, &c.what)));
+            self.wanted = own.chain(blocked).collect();
+            let occupied = choices.all.is_empty() && !choices.blocked.is_empty();
+            self.impossible = Some((operator.name.clone(), occupied));
+        }
+        if skipped.iter().any(|s| s.untried) {
+            // A part that lies wrongly at a target is taken out before anything is put there.
+            let out = self.reseat(tools, &seen);
+            let out = out.or_else(|| self.take(tools, &seen, &choices, &mut skipped, false));
+            if let Some(phase) = out {
+                return phase;
+            }
+        }
+        if self.pretended.len() < ORDERS && !again {
+            self.pretended.push(operator.to);
+            return Phase::Rest { left: REST };
+        }
+        self.recover(tools, &seen, None)
+    }
+
+    fn view<'v>(&'v self, seen: &'v Seen) -> View<'v> {
+        let Self { scene, in_no_state, homes, .. } = self;
+        View { scene, seen, in_no_state, homes }
+    }
+
+    /// Recovers where no action can be carried out, or where the planner is stuck; ends the episode if nothing is left.
+    pub fn recover(&mut self, tools: &Tools<'_>, seen: &Seen, stuck: Option<Obstacle>) -> Phase {
+        let view = self.view(seen);
+        // What was wanted can be wrong if the graph is stuck for another reason.
+        let all = detours(&view, &self.wanted, true);
+        self.pretended.clear();
+        for detour in all {
+            if let Some(phase) = self.detour(tools, &detour) {
+                return phase;
+            }
+        }
+        Phase::Over(self.given_up(stuck))
+    }
+
+    /// Returns how the episode ends if nothing is left to try.
+    fn given_up(&self, stuck: Option<Obstacle>) -> Ended {
+        let objects = self.lost();
+        match (&self.impossible, stuck) {
+            (None, _) if !objects.is_empty() => Ended::Lost { objects },
+            (Some((action, true)), _) => Ended::Occupied { action: action.clone() },
+            (Some((action, false)), _) => Ended::NoWay { action: action.clone() },
+            (None, Some(obstacle)) => Ended::Stuck(obstacle),
+            (None, None) => Ended::GaveUp,
+        }
+    }
+
+    /// Returns the ids of the parts that fell off the table.
+    pub fn lost(&self) -> Vec<String> {
+        let lost = (0..self.scene.part_count()).filter(|part| self.scene.lost(*part));
+        lost.map(|part| means::name(&self.scene, part)).collect()
+    }
+
+    /// Begins the first choice that works. With `careful`, choices at whose target another part lies wrongly are left
+    /// untried; without, only those are tried.
+    fn take(
+        &mut self,
+        tools: &Tools<'_>,
+        seen: &Seen,
+        choices: &Choices,
+        skipped: &mut Vec<Skipped>,
+        careful: bool,
+    ) -> Option<Phase> {
+        let untried = |s: &&Skipped| s.untried;
+        let left: Vec<What> = skipped.iter().filter(untried).map(|s| s.what.clone()).collect();
+        for any in [false, true] {
+            let family: Family = if any { Means::Any } else { Means::Task };
+            for choice in &choices.all {
+                if !careful && !left.contains(&choice.what) {
+                    continue;
+                }
+                let name = means::name(&self.scene, choice.part);
+                let mut skip = |why: String, untried: bool| {
+                    skipped.push(Skipped { what: choice.what.clone(), why, untried });
+                };
+                if let Some(how) = self.attempts.worn_out(&choice.what, family) {
+                    skip(format!("{name} {} again and again", how.text()), false);
+                    continue;
+                }
+                let view = self.view(seen);
+                let wrong = view.wrongly_at(&Wanted::of(choice, String::new()));
+                if let Some(other) = wrong.first().filter(|_| careful) {
+                    let other = view.name(*other);
+                    skip(format!("{other} lies wrongly where {name} is to be put"), true);
+                    continue;
+                }
+                let begun = self.begin(tools, &choice.what, choice.part, choice.target, any);
+                let Some(means) = begun else {
+                    let with = if any { " by any grasp" } else { "" };
+                    skip(format!("no way was found to take {name} and put it there{with}"), false);
+                    continue;
+                };
+                let recovery = self.recovery(choice, means, skipped);
+                self.note(&choice.what, means, false);
+                if let Some(decided) = self.log.decisions.last_mut() {
+                    decided.chosen = choice.chosen.clone();
+                    decided.recovery = recovery;
+                }
+                self.pretended.clear();
+                self.wanted.clear();
+                self.impossible = None;
+                return Some(Phase::Act);
+            }
+        }
+        None
+    }
+
+    /// Begins to take a part and put it at a target, by the task's grasps or by any other. Returns the grasp.
+    fn begin(
+        &mut self,
+        tools: &Tools<'_>,
+        what: &What,
+        part: usize,
+        target: Target,
+        any: bool,
+    ) -> Option<Means> {
+        let (grasps, family): (Vec<Grasp>, Family) = match any {
+            false => (tools.spec.task.grasps(&self.scene, part), Means::Task),
+            true => (skill::any_grasps(&self.scene, part), Means::Any),
+        };
+        let start = self.scene.part(part)?;
+        let usable = self.attempts.usable(what, &start, grasps.len(), family);
+        let list: Vec<Grasp> = usable.iter().map(|index| grasps[*index]).collect();
+        if list.is_empty() {
+            return None;
+        }
+        let drop_at = self.draw_drop(tools.spec.drop_rate);
+        self.robot.begin(&self.scene, part, target, &list, drop_at).ok()?;
+        let index = self.robot.taken_by(&list).and_then(|at| usable.get(at)).copied();
+        Some(family(index.unwrap_or(0)))
+    }
+
+    /// Remembers an attempt that begins.
+    fn note(&mut self, what: &What, means: Means, detour: bool) {
+        let start = self.scene.part(what.part).unwrap_or(Pose::at([0.0; 3]));
+        self.attempts.begin(Attempt::begun(what.clone(), means, start, detour));
+    }
+
+    /// Describes how a choice differs from what was tried before; `None` if it is the decided action as usual.
+    fn recovery(&self, choice: &Choice, means: Means, skipped: &[Skipped]) -> Option<Recovery> {
+        let object = means::name(&self.scene, choice.part);
+        let attempt = self.attempts.tries(&choice.what) + 1;
+        let recovery =
+            |kind, why: String| Some(Recovery { kind, object: object.clone(), why, attempt });
+        let differs = |other: &What| match other.part == choice.part {
+            true => RecoveryKind::Place,
+            false => RecoveryKind::Part,
+        };
+        if !self.pretended.is_empty() {
+            let why = self.wanted.first().map(|w| w.why.clone());
+            let why = why.unwrap_or_else(|| "the decided action cannot be carried out now".into());
+            return recovery(RecoveryKind::Order, why);
+        }
+        if let Some(first) = skipped.iter().find(|s| s.what != choice.what) {
+            return recovery(differs(&first.what), first.why.clone());
+        }
+        let last =
+            self.attempts.last().filter(|a| !a.detour && a.what.action == choice.what.action);
+        if let Some((last, how)) = last.and_then(|a| Some((a, a.failure()?))) {
+            let why = format!("{} {}", means::name(&self.scene, last.what.part), how.text());
+            if last.what != choice.what {
+                return recovery(differs(&last.what), why);
+            }
+            if last.means != means {
+                return recovery(RecoveryKind::Grasp, why);
+            }
+        }
+        match means {
+            Means::Any(_) => {
+                recovery(RecoveryKind::Grasp, "no grasp of the task is possible".into())
+            }
+            _ => None,
+        }
+    }
+
+    /// Takes out a part that lies wrongly at a wanted target.
+    fn reseat(&mut self, tools: &Tools<'_>, seen: &Seen) -> Option<Phase> {
+        let view = self.view(seen);
+        let first = |d: &Detour| d.kind == RecoveryKind::Reseat && view.in_no_state[d.part];
+        let all: Vec<Detour> =
+            detours(&view, &self.wanted, false).into_iter().filter(first).collect();
+        all.iter().find_map(|detour| self.detour(tools, detour))
+    }
+
+    /// Begins a detour; `None` if it is not possible or was tried often enough.
+    fn detour(&mut self, tools: &Tools<'_>, detour: &Detour) -> Option<Phase> {
+        let Detour { kind, part, ref why, .. } = *detour;
+        let what = What::detour(kind, part);
+        let start = self.scene.part(part)?;
+        let most = DETOURS.0 + DETOURS.1 * self.scene.part_count();
+        if self.attempts.detours() >= most || !self.attempts.may_detour(&what, &start) {
+            return None;
+        }
+        let begun = match kind {
+            RecoveryKind::Push => self.push(&what, &start),
+            _ => self.move_away(tools, &what, detour.strict),
+        };
+        let means = begun?;
+        let object = means::name(&self.scene, part);
+        let attempt = self.attempts.tries(&what) + 1;
+        self.note(&what, means, true);
+        if let Some(decided) = self.log.decisions.last_mut() {
+            decided.recovery = Some(Recovery { kind, object, why: why.clone(), attempt });
+        }
+        self.pretended.clear();
+        self.wanted.clear();
+        self.impossible = None;
+        Some(Phase::Act)
+    }
+
+    /// Begins to put a part at a free place.
+    fn move_away(&mut self, tools: &Tools<'_>, what: &What, strict: bool) -> Option<Means> {
+        let places = means::free_places(&self.scene, what.part, &self.homes, strict);
+        for any in [false, true] {
+            for place in &places {
+                if let Some(means) = self.begin(tools, what, what.part, *place, any) {
+                    return Some(means);
+                }
+            }
+        }
+        None
+    }
+
+    /// Begins to push a part.
+    fn push(&mut self, what: &What, start: &Pose) -> Option<Means> {
+        let pushes = skill::pushes(&self.scene, what.part);
+        let usable = self.attempts.usable(what, start, pushes.len(), Means::Push);
+        let first = usable.into_iter().find(|index| {
+            let push = &pushes[*index];
+            self.robot.begin_push(&self.scene, push).is_ok()
+        });
+        first.map(Means::Push)
+    }
+
+    /// Draws whether and when the next skill drops its part, from the seed and the number of skills so far.
+    fn draw_drop(&self, rate: f64) -> Option<f64> {
+        let mut rng = self.seed.derive_index("drop", self.log.skill_count() as u64).rng();
+        let (chance, share): (f64, f64) = (rng.random(), rng.random());
+        (chance < rate).then_some(share)
+    }
+}
+
+/// Returns why a choice was not carried out: the last reason found.
+fn reason(skipped: &[Skipped], what: &What) -> String {
+    let own = skipped.iter().rfind(|s| s.what == *what);
+    own.map_or_else(|| "it was not possible".into(), |s| s.why.clone())
+}

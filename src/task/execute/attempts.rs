@@ -1,0 +1,315 @@
+//! Failure memory: what the executor tried, by which means, and how it ended.
+//!
+//! An attempt that failed the same way twice is not made a third time unchanged. *Unchanged* means: the same action with
+//! the same part, reference and place, by the same grasp, from about the same pose. A detour that worked, such as moving
+//! another part out of the way, changes the scene: failures before it no longer count.
+
+use serde::{Deserialize, Serialize};
+
+use crate::task::domain::Pose;
+use crate::task::event::{RecoveryKind, SkillOutcome};
+
+/// What is tried: an action with its parameters, or a detour with its part.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct What {
+    /// Name of the operator, or of the kind of detour.
+    pub action: String,
+    /// Index of the part in the scene.
+    pub part: usize,
+    /// Id of the reference.
+    pub reference: Option<String>,
+    /// Index of the place.
+    pub place: usize,
+}
+
+impl What {
+    /// Returns a detour with a part.
+    pub fn detour(kind: RecoveryKind, part: usize) -> Self {
+        Self { action: kind.name().into(), part, reference: None, place: 0 }
+    }
+}
+
+/// The means of an attempt.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) enum Means {
+    /// A grasp of the task, by its index.
+    Task(usize),
+    /// A grasp that the skill library found, by its index.
+    Any(usize),
+    /// A push, by its index.
+    Push(usize),
+}
+
+impl Means {
+    /// Returns whether both are grasps of the task, both other grasps, or both pushes.
+    fn is_like(self, other: Self) -> bool {
+        std::mem::discriminant(&self) == std::mem::discriminant(&other)
+    }
+}
+
+/// How an attempt ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) enum How {
+    /// The part is where it was to be.
+    Done,
+    /// The part was put down, but is not in the state that the action achieves.
+    NoEffect,
+    /// The skill failed.
+    Failed(SkillOutcome),
+}
+
+impl How {
+    /// Returns how an attempt failed, in words that follow the name of the part.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Done | Self::Failed(SkillOutcome::Placed) => "was placed",
+            Self::NoEffect => "was put down but did not get into the intended state",
+            Self::Failed(SkillOutcome::Dropped) => "was dropped",
+            Self::Failed(SkillOutcome::Missed) => "was not in the hand",
+            Self::Failed(SkillOutcome::Blocked) => {
+                "could not be moved because the arm hit something"
+            }
+            Self::Failed(SkillOutcome::Occupied) => {
+                "could not be put down because its target was occupied"
+            }
+            Self::Failed(SkillOutcome::Unreachable) => "could not be brought to its target",
+            Self::Failed(SkillOutcome::TimedOut) => "took too long",
+        }
+    }
+
+    /// Returns how often an attempt may end in this way before its action is given up with this part, reference and
+    /// place, and whether this counts for one family of means alone.
+    fn limit(self) -> (usize, bool) {
+        match self {
+            Self::Done => (usize::MAX, false),
+            // A dropped part lies elsewhere afterwards.
+            Self::Failed(SkillOutcome::Dropped) => (12, false),
+            // The target is raised each time.
+            Self::Failed(SkillOutcome::Occupied) => (4, false),
+            Self::NoEffect | Self::Failed(SkillOutcome::Unreachable) => (2, false),
+            // Grasps of another family may work.
+            Self::Failed(_) => (3, true),
+        }
+    }
+}
+
+/// One attempt.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Attempt {
+    pub what: What,
+    pub means: Means,
+    /// Pose of the part at the beginning.
+    pub start: Pose,
+    /// Outcome of the skill; `None` while it runs.
+    pub skill: Option<SkillOutcome>,
+    /// How it ended; `None` until the look after the skill.
+    pub how: Option<How>,
+    /// Whether it is a detour.
+    pub detour: bool,
+}
+
+impl Attempt {
+    pub fn begun(what: What, means: Means, start: Pose, detour: bool) -> Self {
+        Self { what, means, start, skill: None, how: None, detour }
+    }
+
+    /// Returns how the attempt failed; `None` if it did not.
+    pub fn failure(&self) -> Option<How> {
+        self.how.filter(|how| *how != How::Done)
+    }
+}
+
+/// All attempts of an episode, in order.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Attempts {
+    all: Vec<Attempt>,
+}
+
+/// Number of times that an attempt may fail in the same way before it must change.
+const SAME: usize = 2;
+/// Distance and angle within which two poses count as the same, in metres and radians.
+const NEAR: (f64, f64) = (0.008, 0.2);
+/// Number of detours of one kind with one part.
+const DETOURS: usize = 4;
+
+/// Returns whether two poses count as the same.
+pub(super) fn near(a: &Pose, b: &Pose) -> bool {
+    a.distance(b) < NEAR.0 && a.rotation().angle_to(&b.rotation()) < NEAR.1
+}
+
+impl Attempts {
+    pub fn begin(&mut self, attempt: Attempt) {
+        self.all.push(attempt);
+    }
+
+    /// Notes how the skill of the last attempt ended.
+    pub fn end(&mut self, outcome: SkillOutcome) {
+        if let Some(last) = self.all.last_mut().filter(|a| a.skill.is_none()) {
+            last.skill = Some(outcome);
+        }
+    }
+
+    /// Notes how the last attempt ended, if its skill is over. `took_effect` says whether a skill that placed its part
+    /// did what was intended.
+    pub fn settle(&mut self, took_effect: impl FnOnce(&Attempt) -> bool) {
+        let Some(last) = self.all.last_mut().filter(|a| a.how.is_none()) else { return };
+        let how = match last.skill {
+            None => return,
+            Some(SkillOutcome::Placed) if took_effect(last) => How::Done,
+            Some(SkillOutcome::Placed) => How::NoEffect,
+            Some(outcome) => How::Failed(outcome),
+        };
+        last.how = Some(how);
+    }
+
+    /// Returns the last attempt.
+    pub fn last(&self) -> Option<&Attempt> {
+        self.all.last()
+    }
+
+    /// Returns the attempts since the last detour that worked.
+    fn recent(&self) -> &[Attempt] {
+        let helped = |a: &Attempt| a.detour && a.how == Some(How::Done);
+        let from = self.all.iter().rposition(helped).map_or(0, |at| at + 1);
+        &self.all[from..]
+    }
+
+    /// Returns the failed attempts at `what` since the last detour that worked.
+    fn failed<'a>(&'a self, what: &'a What) -> impl Iterator<Item = &'a Attempt> {
+        self.recent().iter().filter(move |a| a.what == *what && a.failure().is_some())
+    }
+
+    /// Returns the number of attempts at `what`.
+    pub fn tries(&self, what: &What) -> usize {
+        self.all.iter().filter(|a| a.what == *what).count()
+    }
+
+    /// Returns the number of failed attempts with a part and of all attempts at `what`: the fewer, the sooner it is
+    /// tried. An action that was done already and must be done again did not have a lasting effect.
+    pub fn weight(&self, what: &What) -> usize {
+        let failed = |a: &&Attempt| {
+            a.what.part == what.part && a.failure().is_some_and(|how| how != How::NoEffect)
+        };
+        self.all.iter().filter(failed).count() + self.tries(what)
+    }
+
+    /// Returns the number of failures of `what` because its target was occupied.
+    pub fn occupied(&self, what: &What) -> usize {
+        let occupied = Some(How::Failed(SkillOutcome::Occupied));
+        self.all.iter().filter(|a| a.what == *what && a.how == occupied).count()
+    }
+
+    /// Returns why `what` must not be tried again by means of one family: how it failed too often.
+    pub fn worn_out(&self, what: &What, family: fn(usize) -> Means) -> Option<How> {
+        let mut failures = self.failed(what).filter_map(Attempt::failure);
+        failures.find(|how| {
+            let (limit, own) = how.limit();
+            let counts =
+                |a: &&Attempt| a.failure() == Some(*how) && (!own || a.means.is_like(family(0)));
+            self.failed(what).filter(counts).count() >= limit
+        })
+    }
+
+    /// Orders the indices of `count` means of a family: those that failed least come first. Means that failed the same
+    /// way twice from about this pose are left out.
+    pub fn usable(
+        &self,
+        what: &What,
+        start: &Pose,
+        count: usize,
+        family: fn(usize) -> Means,
+    ) -> Vec<usize> {
+        let failures = |index: usize| -> Vec<How> {
+            let own =
+                self.failed(what).filter(|a| a.means == family(index) && near(&a.start, start));
+            own.filter_map(Attempt::failure).collect()
+        };
+        let fresh = |index: &usize| {
+            let failures = failures(*index);
+            failures.iter().all(|how| failures.iter().filter(|h| *h == how).count() < SAME)
+        };
+        let mut usable: Vec<usize> = (0..count).filter(fresh).collect();
+        usable.sort_by_key(|index| failures(*index).len());
+        usable
+    }
+
+    /// Returns whether a detour may be tried from this pose.
+    pub fn may_detour(&self, what: &What, start: &Pose) -> bool {
+        let own = || self.all.iter().filter(|a| a.detour && a.what == *what);
+        let same = |how: How| {
+            own().filter(|a| a.how == Some(how) && near(&a.start, start)).count() >= SAME
+        };
+        own().count() < DETOURS && !own().filter_map(Attempt::failure).any(same)
+    }
+
+    /// Returns the number of detours.
+    pub fn detours(&self) -> usize {
+        self.all.iter().filter(|a| a.detour).count()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn what() -> What {
+        What { action: "PUT".into(), part: 0, reference: Some("slot_0".into()), place: 0 }
+    }
+
+    fn tried(attempts: &mut Attempts, index: usize, outcome: SkillOutcome, effect: bool) {
+        attempts.begin(Attempt::begun(what(), Means::Task(index), Pose::at([0.0; 3]), false));
+        attempts.end(outcome);
+        attempts.settle(|_| effect);
+    }
+
+    #[test]
+    fn a_grasp_that_failed_the_same_way_twice_is_left_out() {
+        let mut attempts = Attempts::default();
+        let (here, there) = (Pose::at([0.0; 3]), Pose::at([0.1, 0.0, 0.0]));
+        let usable = |a: &Attempts, at: &Pose| a.usable(&what(), at, 3, Means::Task);
+        tried(&mut attempts, 0, SkillOutcome::Missed, false);
+        assert_eq!(usable(&attempts, &here), [1, 2, 0], "unused grasps come first");
+        tried(&mut attempts, 0, SkillOutcome::Dropped, false);
+        assert_eq!(usable(&attempts, &here), [1, 2, 0], "it failed in two ways");
+        tried(&mut attempts, 0, SkillOutcome::Missed, false);
+        assert_eq!(usable(&attempts, &here), [1, 2]);
+        assert_eq!(usable(&attempts, &there), [0, 1, 2], "the part lies elsewhere now");
+        assert_eq!(attempts.usable(&what(), &here, 3, Means::Any), [0, 1, 2]);
+    }
+
+    #[test]
+    fn an_action_without_effect_is_not_tried_a_third_time_until_something_changes() {
+        let mut attempts = Attempts::default();
+        tried(&mut attempts, 0, SkillOutcome::Placed, false);
+        assert_eq!(attempts.worn_out(&what(), Means::Task), None);
+        tried(&mut attempts, 1, SkillOutcome::Placed, false);
+        assert_eq!(attempts.worn_out(&what(), Means::Task), Some(How::NoEffect));
+        let other = What { place: 1, ..what() };
+        assert_eq!(attempts.worn_out(&other, Means::Any), None);
+        let clear = What::detour(RecoveryKind::Clear, 1);
+        for (effect, worn) in [(false, Some(How::NoEffect)), (true, None)] {
+            let means = Means::Task(0);
+            attempts.begin(Attempt::begun(clear.clone(), means, Pose::at([0.0; 3]), true));
+            attempts.end(SkillOutcome::Placed);
+            attempts.settle(|_| effect);
+            assert_eq!(attempts.worn_out(&what(), Means::Task), worn);
+        }
+        assert_eq!(attempts.detours(), 2);
+    }
+
+    #[test]
+    fn a_detour_that_failed_the_same_way_twice_is_not_repeated_from_the_same_pose() {
+        let mut attempts = Attempts::default();
+        let (here, there) = (Pose::at([0.0; 3]), Pose::at([0.1, 0.0, 0.0]));
+        let push = What::detour(RecoveryKind::Push, 3);
+        for _ in 0..2 {
+            assert!(attempts.may_detour(&push, &here));
+            attempts.begin(Attempt::begun(push.clone(), Means::Push(0), here, true));
+            attempts.end(SkillOutcome::Blocked);
+            attempts.settle(|_| false);
+        }
+        assert!(!attempts.may_detour(&push, &here));
+        assert!(attempts.may_detour(&push, &there));
+        assert!(attempts.may_detour(&What::detour(RecoveryKind::Regrasp, 3), &here));
+    }
+}

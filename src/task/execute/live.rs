@@ -1,0 +1,242 @@
+//! The state of an episode that changes, and the closed loop: rest, look, ask, act.
+
+use serde::{Deserialize, Serialize};
+
+use super::attempts::{Attempts, near};
+use super::log::Log;
+use super::mind::{Memory, Mind, Seen};
+use super::recorder::Recorder;
+use super::recover::Wanted;
+use super::{EpisodeSpec, senses};
+use crate::sim::{Real, Seed};
+use crate::task::domain::{ActionId, Pose, StateId, Verdict, WorldState};
+use crate::task::event::{Decided, Ended, InNoState, Touched};
+use crate::task::scene::{BodyId, Scene};
+use crate::task::skill::Robot;
+use crate::task::tasks::Perturbation;
+
+/// The executor's phase.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) enum Phase {
+    /// The graph forgets its last answer; then the executor looks.
+    Rest { left: u32 },
+    /// The graph is deciding.
+    Ask { since_step: u64 },
+    /// The robot is carrying out a skill.
+    Act,
+    /// The episode is over.
+    Over(Ended),
+    /// The problem must be compiled anew; another world takes over.
+    Relent,
+}
+
+/// Steps of rest between two requests to the graph.
+pub(super) const REST: u32 = 5;
+/// Steps in which the graph recognises another goal.
+const RECOGNISE: u32 = 10;
+
+/// The state that changes during an episode.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Live {
+    pub scene: Scene,
+    pub robot: Robot,
+    pub phase: Phase,
+    pub present: WorldState,
+    /// The goal that the graph is asked for.
+    pub goal: StateId,
+    pub memory: Memory,
+    /// For each part, whether it was in no state at the last look.
+    pub in_no_state: Vec<bool>,
+    /// The parts in no state at the last look, with the nearest states.
+    pub unplaced: Vec<InNoState>,
+    pub log: Log,
+    pub seed: Seed,
+    pub perturbed: bool,
+    /// What was tried, and how it ended.
+    pub attempts: Attempts,
+    /// States that the graph is told to hold although they do not, so that it decides for another order.
+    pub pretended: Vec<StateId>,
+    /// What the decided action wanted, if it could not be carried out.
+    pub wanted: Vec<Wanted>,
+    /// The action that could not be carried out, and whether all its targets were occupied.
+    pub impossible: Option<(String, bool)>,
+    /// For each part, the pose in which it was first seen.
+    pub homes: Vec<Option<Pose>>,
+}
+
+/// The parts of the world that the executor only reads.
+pub(super) struct Tools<'w> {
+    pub mind: &'w dyn Mind,
+    pub recorder: &'w Recorder,
+    pub spec: &'w EpisodeSpec,
+}
+
+impl Live {
+    /// Returns the state at the beginning of an episode.
+    pub fn new(scene: Scene, seed: Seed, empty: WorldState, goal: StateId) -> Self {
+        let parts = scene.part_count();
+        Self {
+            scene,
+            robot: Robot::default(),
+            phase: Phase::Rest { left: REST },
+            present: empty,
+            goal,
+            memory: Memory::new(),
+            in_no_state: vec![false; parts],
+            unplaced: Vec::new(),
+            log: Log::default(),
+            seed,
+            perturbed: false,
+            attempts: Attempts::default(),
+            pretended: Vec::new(),
+            wanted: Vec::new(),
+            impossible: None,
+            homes: vec![None; parts],
+        }
+    }
+
+    /// Forgets everything that refers to the states of one mind.
+    pub fn hand_over(&mut self) {
+        self.phase = Phase::Rest { left: REST };
+        self.pretended.clear();
+        self.wanted.clear();
+        self.impossible = None;
+    }
+
+    pub fn step(&mut self, tools: &Tools<'_>, command: &[Real]) {
+        self.perturb(tools.spec);
+        match self.phase.clone() {
+            Phase::Rest { left: 0 } => self.look(tools),
+            Phase::Rest { left } => self.phase = Phase::Rest { left: left - 1 },
+            Phase::Ask { since_step } => self.listen(tools, command, since_step),
+            Phase::Act | Phase::Over(_) | Phase::Relent => {}
+        }
+        let stepped = self.robot.step(&mut self.scene);
+        if let Some(touch) = stepped.touch {
+            self.log.touches.push(Touched::at(self.scene.time_s(), touch));
+        }
+        if let Some(report) = stepped.ended {
+            // A skill always belongs to the last decision.
+            if let Some(decided) = self.log.decisions.last_mut() {
+                decided.skill = Some(report);
+            }
+            self.attempts.end(report.outcome);
+            self.phase = Phase::Rest { left: REST };
+        }
+        if let Some(every) = tools.spec.frame_ms
+            && (self.scene.steps() * self.scene.spec().step_ms).is_multiple_of(every.max(1))
+        {
+            self.log.frames.push(self.scene.frame());
+        }
+        let (limit_s, _) = tools.spec.limits(self.scene.part_count());
+        let late = self.scene.time_s() > limit_s;
+        if late && !matches!(self.phase, Phase::Over(_)) {
+            self.phase = Phase::Over(Ended::GaveUp);
+        }
+    }
+
+    fn perturb(&mut self, spec: &EpisodeSpec) {
+        let Some(perturbation) = spec.perturbation.filter(|_| !self.perturbed) else { return };
+        let Perturbation { at_s, body, pose } = perturbation;
+        if self.scene.time_s() < at_s {
+            return;
+        }
+        let handled = |part: usize| match body {
+            BodyId::Part(own) => own == part,
+            BodyId::Fixture(fixture) => self.scene.carried(fixture).contains(&part),
+        };
+        if !self.robot.part().is_some_and(handled) && self.scene.room_for(body, &pose) {
+            self.scene.displace(body, &pose);
+            self.perturbed = true;
+        }
+    }
+
+    pub fn see(&self, tools: &Tools<'_>) -> Seen {
+        senses::look(tools.recorder, &self.scene, &tools.spec.sensing, self.seed)
+    }
+
+    fn look(&mut self, tools: &Tools<'_>) {
+        let seen = self.see(tools);
+        let belief = tools.mind.look(&seen, &mut self.memory);
+        let (scene, memory) = (&self.scene, &self.memory);
+        self.attempts.settle(|attempt| match attempt.detour {
+            true => scene.part(attempt.what.part).is_some_and(|pose| !near(&pose, &attempt.start)),
+            false => tools.mind.took_effect(&attempt.what, &seen, memory),
+        });
+        if self.present != belief.present {
+            self.pretended.clear();
+        }
+        // Where the goal itself is pretended, another goal may come first.
+        let mut goal = belief.goal;
+        if self.pretended.contains(&goal) {
+            let open = |g: &StateId| !belief.present.holds(*g) && !self.pretended.contains(g);
+            goal = tools.mind.goals().into_iter().find(open).unwrap_or(goal);
+        }
+        // The graph needs time to recognise another goal before it is asked.
+        let another = self.goal != goal;
+        (self.present, self.goal) = (belief.present, goal);
+        self.unplaced = belief.in_no_state;
+        let mut in_no_state = vec![true; self.scene.part_count()];
+        for part in belief.explained {
+            in_no_state[part] = false;
+        }
+        for (object, part) in seen.snapshot.objects.iter().zip(&seen.parts) {
+            if let Some(home) = part.and_then(|part| self.homes.get_mut(part)) {
+                home.get_or_insert(object.pose);
+            }
+        }
+        let newly =
+            in_no_state.iter().zip(&self.in_no_state).filter(|(now, before)| **now && !**before);
+        self.log.unexplained += newly.count();
+        self.log.in_no_state = in_no_state.iter().filter(|s| **s).count();
+        self.in_no_state = in_no_state;
+        self.phase = match (belief.outgrown, another) {
+            (true, _) => Phase::Relent,
+            (false, true) => Phase::Rest { left: RECOGNISE },
+            (false, false) => Phase::Ask { since_step: self.scene.steps() },
+        };
+    }
+
+    fn listen(&mut self, tools: &Tools<'_>, command: &[Real], since_step: u64) {
+        let domain = tools.mind.planner().domain();
+        let (actions, trace) = command.split_at(domain.operators().len());
+        let action = actions.iter().position(|a| *a > 0.5).map(ActionId::new);
+        let Some(verdict) = tools.mind.planner().read(trace, action) else { return };
+        let step_ms = self.scene.spec().step_ms;
+        let name = |action: ActionId| domain[action].name.clone();
+        self.log.decisions.push(Decided {
+            asked_s: (since_step * step_ms) as f64 / 1e3,
+            took_ms: ((self.scene.steps() - since_step) * step_ms) as f64,
+            holds: self.present.iter().map(|state| domain[state].name.clone()).collect(),
+            action: if let Verdict::Act(action) = verdict { Some(name(action)) } else { None },
+            begun: false,
+            skill: None,
+            chosen: None,
+            in_no_state: self.unplaced.clone(),
+            recovery: None,
+        });
+        let (_, most_skills) = tools.spec.limits(self.scene.part_count());
+        let spent = self.log.skill_count() >= most_skills;
+        self.phase = match verdict {
+            Verdict::Met if self.pretended.is_empty() => Phase::Over(Ended::GoalMet),
+            Verdict::Stuck(_)
+                if self.pretended.is_empty() && tools.mind.can_relent(&self.memory) =>
+            {
+                Phase::Relent
+            }
+            _ if spent => Phase::Over(Ended::GaveUp),
+            Verdict::Act(action) => self.act(tools, action),
+            // With pretended states, this is no verdict about the goal: there is no other order.
+            Verdict::Met => self.recover(tools, &self.see(tools), None),
+            Verdict::Stuck(obstacle) => self.recover(tools, &self.see(tools), Some(obstacle)),
+        };
+        if let (Phase::Act, Some(decided)) = (&self.phase, self.log.decisions.last_mut()) {
+            decided.begun = true;
+        }
+    }
+
+    /// Returns whether the graph is told that a state holds.
+    pub fn told(&self, state: StateId) -> bool {
+        self.present.holds(state) || self.pretended.contains(&state)
+    }
+}
