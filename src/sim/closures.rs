@@ -10,7 +10,8 @@ use super::kind::{Kind, Pointer, Scalar, Space, Vector, VocabTag};
 use super::node::{EmitIo, Node, Real, StepCx};
 use super::port::{InputSpec, OutputSpec, PortDecl};
 
-type Of<T> = Box<dyn Fn(T, &mut [Real]) + Send + Sync>;
+type OfTime = Box<dyn Fn(f64, &mut [Real]) + Send + Sync>;
+type OfInput = Box<dyn Fn(&[Real], &mut [Real]) + Send + Sync>;
 
 /// A signal computed by a closure of the simulated time in seconds.
 ///
@@ -30,7 +31,7 @@ type Of<T> = Box<dyn Fn(T, &mut [Real]) + Send + Sync>;
 pub struct Signal<K: Kind> {
     spec: OutputSpec<K>,
     name: &'static str,
-    function: Of<f64>,
+    function: OfTime,
 }
 
 impl<K: Kind> Signal<K> {
@@ -112,7 +113,7 @@ pub struct Apply<A: Kind, B: Kind> {
     input: InputSpec<A>,
     output: OutputSpec<B>,
     name: &'static str,
-    function: Box<dyn Fn(&[Real], &mut [Real]) + Send + Sync>,
+    function: OfInput,
 }
 
 /// Ports of an [`Apply`].
