@@ -55,7 +55,7 @@
 )]
 //! | repeat trials and analyse them | [`Experiment`](study::experiment::Experiment), [`Run`](study::experiment::Run) |
 //!
-//! [`prelude`] exports what nearly every program needs. [`guide`] has six guides: planner graphs in code, your own
+//! [`prelude`] exports what nearly every program needs. [`guide`] has guides: expressions and rules, planner graphs in code, your own
 //! modules, timing, ablations, your own recordings, and the scene.
 //!
 //! # What it is not for

@@ -28,6 +28,8 @@ macro_rules! println {
 mod assembly_scene;
 #[path = "../examples/guide_ablation.rs"]
 mod guide_ablation;
+#[path = "../examples/guide_expressions.rs"]
+mod guide_expressions;
 #[path = "../examples/guide_own_module.rs"]
 mod guide_own_module;
 #[path = "../examples/guide_own_task.rs"]
@@ -144,6 +146,11 @@ fn the_guide_to_planner_graphs_shows_what_its_program_prints() {
 #[test]
 fn the_guide_to_modules_shows_what_its_program_prints() {
     guide!("own_module", guide_own_module).check();
+}
+
+#[test]
+fn the_guide_to_expressions_shows_what_its_program_prints() {
+    guide!("expressions", guide_expressions).check();
 }
 
 #[test]
