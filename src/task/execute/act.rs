@@ -34,6 +34,8 @@ struct Skipped {
     why: String,
     /// Whether the choice was not tried because another part lies wrongly at its target.
     untried: bool,
+    /// Whether it failed again and again because of something at its target.
+    jammed: bool,
 }
 
 impl Live {
@@ -59,8 +61,11 @@ impl Live {
         }
         if first {
             let blocked = choices.blocked.iter();
-            let blocked = blocked.map(|c| Wanted::of(c, "its target was occupied".into()));
-            let own = choices.all.iter().map(|c| Wanted::of(c, reason(&skipped, &c.what)));
+            let blocked = blocked.map(|c| Wanted::of(c, "its target was occupied".into(), true));
+            let own = choices.all.iter().map(|c| {
+                let (why, jammed) = reason(&skipped, &c.what);
+                Wanted::of(c, why, jammed)
+            });
             self.wanted = own.chain(blocked).collect();
             let occupied = choices.all.is_empty() && !choices.blocked.is_empty();
             self.impossible = Some((operator.name.clone(), occupied));
@@ -136,24 +141,29 @@ impl Live {
                     continue;
                 }
                 let name = means::name(&self.scene, choice.part);
-                let mut skip = |why: String, untried: bool| {
-                    skipped.push(Skipped { what: choice.what.clone(), why, untried });
+                let mut skip = |why: String, untried: bool, jammed: bool| {
+                    skipped.push(Skipped { what: choice.what.clone(), why, untried, jammed });
                 };
                 if let Some(how) = self.attempts.worn_out(&choice.what, family) {
-                    skip(format!("{name} {} again and again", how.text()), false);
+                    let why = format!("{name} {} again and again", how.text());
+                    skip(why, false, how.is_about_target());
                     continue;
                 }
                 let view = self.view(seen);
-                let wrong = view.wrongly_at(&Wanted::of(choice, String::new()));
+                let wrong = view.wrongly_at(&Wanted::of(choice, String::new(), false));
                 if let Some(other) = wrong.first().filter(|_| careful) {
                     let other = view.name(*other);
-                    skip(format!("{other} lies wrongly where {name} is to be put"), true);
+                    skip(format!("{other} lies wrongly where {name} is to be put"), true, false);
                     continue;
                 }
                 let begun = self.begin(tools, &choice.what, choice.part, choice.target, any);
                 let Some(means) = begun else {
                     let with = if any { " by any grasp" } else { "" };
-                    skip(format!("no way was found to take {name} and put it there{with}"), false);
+                    skip(
+                        format!("no way was found to take {name} and put it there{with}"),
+                        false,
+                        false,
+                    );
                     continue;
                 };
                 let recovery = self.recovery(choice, means, skipped);
@@ -306,8 +316,9 @@ impl Live {
     }
 }
 
-/// Returns why a choice was not carried out: the last reason found.
-fn reason(skipped: &[Skipped], what: &What) -> String {
-    let own = skipped.iter().rfind(|s| s.what == *what);
-    own.map_or_else(|| "it was not possible".into(), |s| s.why.clone())
+/// Returns why a choice was not carried out, the last reason found, and whether something at its target is the reason.
+fn reason(skipped: &[Skipped], what: &What) -> (String, bool) {
+    let own = || skipped.iter().filter(|s| s.what == *what);
+    let why = own().last().map_or_else(|| "it was not possible".into(), |s| s.why.clone());
+    (why, own().any(|s| s.jammed))
 }

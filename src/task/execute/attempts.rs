@@ -77,6 +77,12 @@ impl How {
         }
     }
 
+    /// Returns whether the reason is at the target, so that another grasp or pose of the part does not help.
+    pub fn is_about_target(self) -> bool {
+        let occupied = [SkillOutcome::Occupied, SkillOutcome::Unreachable].map(Self::Failed);
+        self == Self::NoEffect || occupied.contains(&self)
+    }
+
     /// Returns how often an attempt may end in this way before its action is given up with this part, reference and
     /// place, and whether this counts for one family of means alone.
     fn limit(self) -> (usize, bool) {
@@ -167,16 +173,25 @@ impl Attempts {
         self.all.last()
     }
 
-    /// Returns the attempts since the last detour that worked.
-    fn recent(&self) -> &[Attempt] {
-        let helped = |a: &Attempt| a.detour && a.how == Some(How::Done);
-        let from = self.all.iter().rposition(helped).map_or(0, |at| at + 1);
-        &self.all[from..]
+    /// Returns the number of attempts up to the last detour that worked; for failures at a target, up to the last one
+    /// that took something away.
+    fn helped(&self, at_target: bool) -> usize {
+        let away = [RecoveryKind::Reseat, RecoveryKind::Clear].map(RecoveryKind::name);
+        let helps = |a: &Attempt| {
+            a.detour
+                && a.how == Some(How::Done)
+                && (!at_target || away.contains(&a.what.action.as_str()))
+        };
+        self.all.iter().rposition(helps).map_or(0, |at| at + 1)
     }
 
-    /// Returns the failed attempts at `what` since the last detour that worked.
+    /// Returns the failed attempts at `what` since a detour that gives it another chance.
     fn failed<'a>(&'a self, what: &'a What) -> impl Iterator<Item = &'a Attempt> {
-        self.recent().iter().filter(move |a| a.what == *what && a.failure().is_some())
+        let [since, cleared] = [false, true].map(|at_target| self.helped(at_target));
+        self.all.iter().enumerate().filter_map(move |(index, attempt)| {
+            let from = if attempt.failure()?.is_about_target() { cleared } else { since };
+            (index >= from && attempt.what == *what).then_some(attempt)
+        })
     }
 
     /// Returns the number of attempts at `what`.

@@ -17,12 +17,14 @@ pub(super) struct Wanted {
     pub at: [f64; 3],
     /// Why it was not possible, in words.
     pub why: String,
+    /// Whether something at the target is the reason.
+    pub jammed: bool,
 }
 
 impl Wanted {
-    pub fn of(choice: &Choice, why: String) -> Self {
+    pub fn of(choice: &Choice, why: String, jammed: bool) -> Self {
         let Choice { part, reference, target, .. } = choice;
-        Self { part: *part, reference: *reference, at: target.position, why }
+        Self { part: *part, reference: *reference, at: target.position, why, jammed }
     }
 }
 
@@ -120,6 +122,16 @@ impl List<'_> {
         }
     }
 
+    /// Adds the references: they may lie wrongly although their state says otherwise.
+    fn reseat_references(&mut self, wanted: &[Wanted]) {
+        for w in wanted {
+            if let Some(reference) = w.reference {
+                let why = format!("{}; {} may lie wrongly", w.why, self.view.name(reference));
+                self.add(RecoveryKind::Reseat, reference, false, why);
+            }
+        }
+    }
+
     /// Adds the parts that lie around the targets.
     fn clear_targets(&mut self, wanted: &[Wanted]) {
         let targets: Vec<usize> =
@@ -153,6 +165,9 @@ pub(super) fn detours(view: &View<'_>, wanted: &[Wanted], stuck: bool) -> Vec<De
             handled.push((w.part, w.why.clone()));
         }
     }
+    let jammed: Vec<Wanted> = wanted.iter().filter(|w| w.jammed).cloned().collect();
+    list.reseat_references(&jammed);
+    list.clear_targets(&jammed);
     // If none of several parts can be put there, the reason is probably near the target.
     if handled.len() > 1 {
         list.clear_targets(wanted);
@@ -178,13 +193,7 @@ pub(super) fn detours(view: &View<'_>, wanted: &[Wanted], stuck: bool) -> Vec<De
             list.add(Clear, other, false, why);
         }
     }
-    // The reference itself may lie wrongly although its state says otherwise.
-    for w in wanted {
-        if let Some(reference) = w.reference {
-            let why = format!("{}; {} may lie wrongly", w.why, view.name(reference));
-            list.add(Reseat, reference, false, why);
-        }
-    }
+    list.reseat_references(wanted);
     for (part, why) in &handled {
         list.add(Regrasp, *part, false, why.clone());
         list.add(Push, *part, false, why.clone());
