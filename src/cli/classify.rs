@@ -2,6 +2,7 @@
 
 use anyhow::Error;
 use serde_json::{Map, Value, json};
+use symbolt::task::event::InNoState;
 use symbolt::task::relational::{Grounder, Layout, RelationalDomain};
 use symbolt::task::{Classifier, Domain, Recording, Snapshot, TaskError};
 
@@ -17,6 +18,8 @@ struct Row {
     kind: String,
     state: Option<String>,
     distance: Option<f64>,
+    /// The nearest state of a part in no state.
+    miss: Option<InNoState>,
     /// Only for a domain with frames.
     framed: Option<Framed>,
 }
@@ -67,6 +70,12 @@ fn plain(domain: &Domain, classifier: &Classifier, scenes: &[Scene]) -> Vec<Row>
                 kind: object.kind.to_string(),
                 state: grounded.state.map(|s| domain[s].name.clone()),
                 distance: grounded.distance,
+                miss: match grounded.state {
+                    Some(_) => None,
+                    None => classifier
+                        .nearest(&object.kind, &object.pose)
+                        .map(|(s, offset)| InNoState::new(&object.id, &domain[s].name, &offset)),
+                },
                 framed: None,
             });
         }
@@ -92,6 +101,10 @@ fn framed(domain: &RelationalDomain, grounder: &Grounder, scenes: &[Scene]) -> V
                 kind: object.kind.to_string(),
                 state: located.fact.map(|fact| domain.states[fact.state].name.clone()),
                 distance: located.distance,
+                miss: located.miss.map(|miss| {
+                    let nearest = &domain.states[miss.nearest.state].name;
+                    InNoState::new(&object.id, nearest, &miss.offset)
+                }),
                 framed: Some(Framed {
                     reference: reference.map(|r| layout.objects[r].id.to_string()),
                     place: located.fact.map(|fact| fact.place),
@@ -122,7 +135,15 @@ fn json(row: &Row) -> Value {
             ("ambiguous", json!(framed.ambiguous)),
         ]
     });
-    keys.extend(own.into_iter().chain(framed).map(|(name, value)| (name.to_owned(), value)));
+    let missed = row.miss.iter().flat_map(|miss| {
+        [
+            ("nearest", json!(miss.nearest)),
+            ("off_mm", json!(miss.off_mm)),
+            ("off_deg", json!(miss.off_deg)),
+        ]
+    });
+    let all = own.into_iter().chain(framed).chain(missed);
+    keys.extend(all.map(|(name, value)| (name.to_owned(), value)));
     Value::Object(keys)
 }
 
@@ -130,9 +151,11 @@ fn table(rows: &[Row]) -> Grid {
     // Columns that are the same for all rows would only take room.
     let references =
         rows.iter().any(|row| row.framed.as_ref().is_some_and(|framed| framed.reference.is_some()));
+    let missed = rows.iter().any(|row| row.miss.is_some());
     let mut columns = vec![">demo", ">snapshot", "id", "kind", "state"];
     columns.extend(references.then_some("reference"));
     columns.push(">distance");
+    columns.extend(missed.then_some("nearest state"));
     let mut grid = Grid::new(&columns);
     for row in rows {
         let number = |n: Option<u64>| n.map_or_else(|| "-".into(), |n| n.to_string());
@@ -147,6 +170,10 @@ fn table(rows: &[Row]) -> Grid {
             cells.push(reference.map_or_else(|| "-".into(), |reference| reference + mark));
         }
         cells.push(row.distance.map_or_else(|| "-".into(), |d| format!("{d:.3}")));
+        if missed {
+            let near = row.miss.as_ref().map(|miss| format!("{}: {}", miss.nearest, miss.off));
+            cells.push(near.unwrap_or_else(|| "-".into()));
+        }
         grid.row(cells);
     }
     grid

@@ -9,7 +9,7 @@ use symbolt::sim::Seed;
 use symbolt::study::Tally;
 use symbolt::study::statistics::FEW_TRIALS;
 use symbolt::task::Demonstrated;
-use symbolt::task::event::{Ended, EpisodeReport};
+use symbolt::task::event::{Ended, EpisodeReport, InNoState};
 use symbolt::task::execute::ActivityRecorder;
 use symbolt::task::tasks::Task;
 
@@ -154,6 +154,9 @@ impl Figures<'_> {
         if let [report] = self.reports {
             let title = wrapped(&format!("One episode towards {goal}:"), 0);
             let _ = writeln!(text, "{title}\n\n{}", steps(report));
+            for line in in_no_state(report) {
+                let _ = writeln!(text, "{}", wrapped(&line, 2));
+            }
             let _ = writeln!(text, "{}\n", wrapped(DECISION_MS, 0));
             text += &recoveries(report);
         } else {
@@ -282,6 +285,26 @@ fn recoveries(report: &EpisodeReport) -> String {
         text.push('\n');
     }
     text
+}
+
+/// Returns a line for each part that a decision newly found in no state, or nearer to another state.
+fn in_no_state(report: &EpisodeReport) -> Vec<String> {
+    let (mut lines, mut before) = (Vec::new(), &[][..]);
+    for decision in &report.decisions {
+        for part in &decision.in_no_state {
+            let same = |b: &InNoState| {
+                (&b.object, &b.nearest, &b.off) == (&part.object, &part.nearest, &part.off)
+            };
+            if !before.iter().any(same) {
+                lines.push(format!("At {:.2} s {part}.", decision.asked_s));
+            }
+        }
+        before = &decision.in_no_state;
+    }
+    if !lines.is_empty() {
+        lines.push(String::new());
+    }
+    lines
 }
 
 /// Returns the decisions of one episode and their outcomes.

@@ -126,7 +126,14 @@ fn loose(domain: &RelationalDomain, layout: &Layout) -> Option<String> {
     let known = |kind: &str| domain.states.iter().any(|state| state.kind == kind);
     let all = layout.objects.iter().zip(&layout.located);
     let loose = all.filter(|(o, l)| l.fact.is_none() && known(&o.kind));
-    let loose: Vec<String> = loose.map(|(o, _)| o.id.to_string()).collect();
+    let loose = loose.map(|(o, l)| match l.miss {
+        None => o.id.to_string(),
+        Some(miss) => {
+            let nearest = &domain.states[miss.nearest.state].name;
+            format!("{} (nearest {nearest}, {})", o.id, miss.offset.in_words())
+        }
+    });
+    let loose: Vec<String> = loose.collect();
     (!loose.is_empty()).then(|| listed("In no state: ", &loose))
 }
 

@@ -124,6 +124,13 @@ impl AnyLearned {
         match self {
             Self::Relational(learned) => {
                 let mut text = relational::domain_tables(&learned.domain);
+                for state in &learned.unachieved {
+                    let note = format!(
+                        "{state} held at the end of the demonstrations, but no action that achieves it was learned. It is \
+                         not part of the goal."
+                    );
+                    let _ = writeln!(text, "{}\n", wrapped(&note, 0));
+                }
                 text += &report_tables(&learned.report, "Poses in no state");
                 if learned.outliers > 0 {
                     let poses = counted(learned.outliers, "pose");
@@ -155,6 +162,10 @@ impl AnyLearned {
 
     /// Returns the learned domain and the report as one JSON object.
     fn summary(&self, recording: &Recording, settings: &Settings) -> Value {
+        let unachieved = match self {
+            Self::Relational(found) => &found.unachieved[..],
+            Self::Paper(_) => &[],
+        };
         let (mut keys, report, clusters, outliers) = match self {
             Self::Relational(found) => {
                 let keys = relational::summary(&found.domain);
@@ -174,6 +185,7 @@ impl AnyLearned {
         };
         keys.extend(report_json(report, &clusters));
         keys.insert("outliers".into(), json!(outliers));
+        keys.insert("unachieved".into(), json!(unachieved));
         Value::Object(keys)
     }
 }

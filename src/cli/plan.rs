@@ -66,7 +66,8 @@ pub(crate) fn build(domain: &Domain, args: &PlannerArgs, seed: u64) -> Result<Pl
     Ok(Planner::with_plan(domain, args.spec(), &plan, Seed::new(seed))?)
 }
 
-/// Returns the number of objects in each state, and the ids of objects in no state whose kind has states.
+/// Returns the number of objects in each state, and the ids of objects in no state whose kind has states, each with the
+/// nearest state.
 pub(crate) fn count(
     classifier: &Classifier,
     domain: &Domain,
@@ -77,8 +78,13 @@ pub(crate) fn count(
     for (object, grounded) in scene.objects.iter().zip(classifier.classify_all(scene)) {
         match grounded.state {
             Some(state) => counts[state.index()] += 1,
-            None if grounded.distance.is_some() => loose.push(object.id.to_string()),
-            None => {}
+            None => {
+                let nearest = classifier.nearest(&object.kind, &object.pose);
+                loose.extend(nearest.map(|(state, offset)| {
+                    let nearest = &domain[state].name;
+                    format!("{} (nearest {nearest}, {})", object.id, offset.in_words())
+                }));
+            }
         }
     }
     (counts, loose)

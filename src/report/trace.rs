@@ -202,6 +202,7 @@ mod tests {
             })
         };
         let decided = |begun, skill| Decided {
+            in_no_state: Vec::new(),
             asked_s: 1.0,
             took_ms: 12.0,
             holds: vec!["A".into()],

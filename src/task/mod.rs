@@ -58,8 +58,8 @@ pub mod tasks;
 pub use domain::{
     AcceptableAnswers, ActionId, Classifier, Commitment, Composition, Demonstration, Domain,
     DomainBuilder, Evidence, Factor, GaussianGate, Grounded, Grounding, KindClusters, Labels,
-    LearnedState, MIN_DISTINCT, ObjectPose, Obstacle, Operator, Origin, Parameter, Part, Pose,
-    Provenance, Recording, Rules, Sensing, Snapshot, SnapshotEvent, State, StateId, Verdict,
+    LearnedState, MIN_DISTINCT, ObjectPose, Obstacle, Offset, Operator, Origin, Parameter, Part,
+    Pose, Provenance, Recording, Rules, Sensing, Snapshot, SnapshotEvent, State, StateId, Verdict,
     WorldState, acceptable_answers, mean_orientation, rotation_between,
 };
 pub use error::{InputFault, TaskError};

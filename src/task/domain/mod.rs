@@ -39,6 +39,7 @@ pub(crate) mod recording;
 pub(crate) mod reference;
 mod sensing;
 mod state;
+pub(crate) mod tolerance;
 mod verdict;
 mod world;
 
@@ -57,6 +58,7 @@ pub use recording::{Demonstration, Labels, ObjectPose, Recording, Snapshot, Snap
 pub use reference::{AcceptableAnswers, acceptable_answers};
 pub use sensing::Sensing;
 pub use state::{LearnedState, Origin, State};
+pub use tolerance::Offset;
 pub use verdict::{Commitment, Obstacle, Rules, Verdict};
 pub use world::WorldState;
 

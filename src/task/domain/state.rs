@@ -1,8 +1,10 @@
 //! States of objects, and the geometry of learned states.
 
+use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::pose::Pose;
+use super::tolerance::WILD_RAD;
 
 /// A state that an object of one kind can be in.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,5 +49,20 @@ impl LearnedState {
     /// Returns the standard deviation of each coordinate, in metres.
     pub fn spread(&self) -> [f64; 3] {
         std::array::from_fn(|i| self.covariance[i][i].max(0.0).sqrt())
+    }
+
+    /// Returns the direction of the objects' z axis in the mean pose.
+    pub(crate) fn upright(&self) -> Vector3<f64> {
+        self.mean.rotation() * Vector3::z()
+    }
+
+    /// Returns the standard deviation of the direction of the objects' z axis about each of two perpendicular axes, in
+    /// radians; `None` if the direction is not constrained.
+    pub(crate) fn tilt_sd(&self) -> Option<f64> {
+        let turns = Matrix3::from_fn(|i, j| self.covariance[3 + i][3 + j]);
+        let up = self.upright();
+        let variance = 0.5 * (turns.trace() - up.dot(&(turns * up)));
+        let sd = variance.max(0.0).sqrt();
+        (sd < WILD_RAD).then_some(sd)
     }
 }

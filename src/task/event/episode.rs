@@ -1,10 +1,12 @@
 //! Episode events: decisions, contacts, frames, and the report at the end.
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
 use super::recovery::Recovery;
 use super::skill::{SkillOutcome, SkillReport, Touch};
-use crate::task::domain::{Obstacle, Pose};
+use crate::task::domain::{Obstacle, Offset, Pose};
 
 /// A picture frame: the poses of robot and parts at one moment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -42,6 +44,43 @@ pub struct Decided {
     /// Recovery that the robot carried out; `None` if it carried out the action as decided, or did not begin.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub recovery: Option<Recovery>,
+    /// The parts that were in no state when the planner was asked.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub in_no_state: Vec<InNoState>,
+}
+
+/// A part in no state, and the nearest state.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct InNoState {
+    /// Id of the part.
+    pub object: String,
+    /// Name of the nearest state.
+    pub nearest: String,
+    /// Distance from the nearest place of this state, in millimetres.
+    pub off_mm: f64,
+    /// Tilt, or the angle by which the orientation differs, in degrees.
+    pub off_deg: f64,
+    /// Distance and angle in words, such as `2.6 mm too high and tilted by 10 degrees`.
+    pub off: String,
+}
+
+impl InNoState {
+    /// Describes a part that misses a state by an offset.
+    pub fn new(object: &str, nearest: &str, offset: &Offset) -> Self {
+        Self {
+            object: object.into(),
+            nearest: nearest.into(),
+            off_mm: 1e3 * offset.off_m,
+            off_deg: offset.off_rad.to_degrees(),
+            off: offset.in_words(),
+        }
+    }
+}
+
+impl fmt::Display for InNoState {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} is in no state: nearest {}, {}", self.object, self.nearest, self.off)
+    }
 }
 
 /// The move that carries out an action of a relational domain.

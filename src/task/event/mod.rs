@@ -26,7 +26,7 @@ mod skill;
 
 use crate::sim::SimView;
 
-pub use episode::{Chosen, Decided, Ended, EpisodeReport, SceneFrame, Touched};
+pub use episode::{Chosen, Decided, Ended, EpisodeReport, InNoState, SceneFrame, Touched};
 pub use recovery::{Recovery, RecoveryKind};
 pub use skill::{SkillOutcome, SkillReport, Touch};
 

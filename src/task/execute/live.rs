@@ -10,7 +10,7 @@ use super::recover::Wanted;
 use super::{EpisodeSpec, senses};
 use crate::sim::{Real, Seed};
 use crate::task::domain::{ActionId, Pose, StateId, Verdict, WorldState};
-use crate::task::event::{Decided, Ended, Touched};
+use crate::task::event::{Decided, Ended, InNoState, Touched};
 use crate::task::scene::{BodyId, Scene};
 use crate::task::skill::Robot;
 use crate::task::tasks::Perturbation;
@@ -47,6 +47,8 @@ pub(super) struct Live {
     pub memory: Memory,
     /// For each part, whether it was in no state at the last look.
     pub in_no_state: Vec<bool>,
+    /// The parts in no state at the last look, with the nearest states.
+    pub off: Vec<InNoState>,
     pub log: Log,
     pub seed: Seed,
     pub perturbed: bool,
@@ -81,6 +83,7 @@ impl Live {
             goal,
             memory: Memory::new(),
             in_no_state: vec![false; parts],
+            off: Vec::new(),
             log: Log::default(),
             seed,
             perturbed: false,
@@ -172,6 +175,7 @@ impl Live {
         // The graph needs time to recognise another goal before it is asked.
         let another = self.goal != goal;
         (self.present, self.goal) = (belief.present, goal);
+        self.off = belief.in_no_state;
         let mut in_no_state = vec![true; self.scene.part_count()];
         for part in belief.explained {
             in_no_state[part] = false;
@@ -209,6 +213,7 @@ impl Live {
             skill: None,
             chosen: None,
             recovery: None,
+            in_no_state: self.off.clone(),
         });
         let (_, most_skills) = tools.spec.limits(self.scene.part_count());
         let spent = self.log.skill_count() >= most_skills;

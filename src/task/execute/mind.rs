@@ -12,7 +12,7 @@ use super::attempts::{Attempts, What};
 use super::choose;
 use crate::task::domain::{ActionId, Classifier, Grounding, Pose, Snapshot, StateId, WorldState};
 use crate::task::error::TaskError;
-use crate::task::event::Chosen;
+use crate::task::event::{Chosen, InNoState};
 use crate::task::planner::Planner;
 use crate::task::scene::Scene;
 use crate::task::skill::Target;
@@ -30,6 +30,8 @@ pub(super) struct Remembered {
     pub pose: Pose,
     /// State, place and reference.
     pub fact: Option<(usize, usize, Option<usize>)>,
+    /// Pose in which the state was found.
+    pub taken: Pose,
 }
 
 /// What a mind remembers from look to look. Empty before the first look.
@@ -43,6 +45,8 @@ pub(super) struct Belief {
     pub goal: StateId,
     /// The parts that are in a state, or of a kind without states.
     pub explained: Vec<usize>,
+    /// The parts in no state of kinds with states.
+    pub in_no_state: Vec<InNoState>,
     /// Whether the scene has objects that the planner graph does not know.
     pub outgrown: bool,
 }
@@ -128,7 +132,15 @@ impl Mind for Propositional {
     fn look(&self, seen: &Seen, _memory: &mut Memory) -> Belief {
         let states = self.classifier.classify_all(&seen.snapshot);
         let found = states.iter().zip(&seen.parts);
+        let domain = self.planner.domain();
+        let objects = seen.snapshot.objects.iter().zip(&states);
+        let lost = objects.filter(|(_, s)| s.state.is_none()).filter_map(|(object, _)| {
+            let (state, offset) = self.classifier.nearest(&object.kind, &object.pose)?;
+            Some(InNoState::new(&object.id, &domain[state].name, &offset))
+        });
+        let in_no_state = lost.collect();
         Belief {
+            in_no_state,
             present: self.classifier.world_of(&states),
             goal: self.goal,
             // Parts only: landmarks have no states.

@@ -16,7 +16,7 @@ use crate::neurons::PopulationPlan;
 use crate::sim::{RunConfig, Seed, SimError, Simulator, StopReason, WorldError};
 use crate::task::domain::{ActionId, ObjectPose, Pose, Snapshot, StateId};
 use crate::task::error::TaskError;
-use crate::task::event::{Chosen, Ended, Event, Observer};
+use crate::task::event::{Chosen, Ended, Event, InNoState, Observer};
 use crate::task::planner::{Planner, PlannerSpec};
 use crate::task::relational::{
     Fact, GroundProblem, Grounder, LaidOut, Layout, Located, Move, Problem, RelationalDomain,
@@ -332,7 +332,7 @@ fn is_same(known: &(LaidOut, Option<usize>), object: &ObjectPose, part: Option<u
 fn layout_of(objects: &[(LaidOut, Option<usize>)], memory: &Memory) -> Layout {
     let located = memory.iter().map(|r| {
         let fact = r.fact.map(|(state, place, reference)| Fact { state, place, reference });
-        Located { fact, distance: None, ambiguous: false }
+        Located { fact, distance: None, ambiguous: false, taken: r.taken, miss: None }
     });
     let located = located.collect();
     let laid =
@@ -366,7 +366,7 @@ fn laid_out(
     };
     for (located, unseen) in layout.located.iter_mut().zip(&unseen) {
         if *unseen {
-            located.fact = None;
+            (located.fact, located.miss) = (None, None);
         }
     }
     *memory = layout
@@ -376,6 +376,7 @@ fn laid_out(
         .map(|(object, located)| Remembered {
             pose: object.pose,
             fact: located.fact.map(|f| (f.state, f.place, f.reference)),
+            taken: located.taken,
         })
         .collect();
     layout
@@ -412,11 +413,17 @@ impl Mind for Relational {
         let known = |(object, part): (&ObjectPose, &Option<usize>)| {
             self.objects.iter().any(|known| is_same(known, object, *part))
         };
+        let in_no_state = layout.objects.iter().zip(&layout.located).filter_map(|(object, l)| {
+            let miss = l.miss?;
+            let nearest = &self.domain.states[miss.nearest.state].name;
+            Some(InNoState::new(&object.id, nearest, &miss.offset))
+        });
         let all_met = self.ground.goals().last().copied().unwrap_or(StateId::new(0));
         Belief {
             present,
             goal: self.ground.goal(&situation).unwrap_or(all_met),
             explained: explained.collect(),
+            in_no_state: in_no_state.collect(),
             outgrown: !seen.snapshot.objects.iter().zip(&seen.parts).all(known),
         }
     }

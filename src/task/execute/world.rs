@@ -43,6 +43,9 @@ impl EpisodeWorld {
         goal: StateId,
         spec: &EpisodeSpec,
     ) -> Result<Self, TaskError> {
+        let sensing = &spec.sensing;
+        let grounding =
+            grounding.with_noise(sensing.pose_noise_m, sensing.pose_noise_deg.to_radians());
         let mind = Arc::new(Propositional::new(planner, grounding, goal)?);
         Self::with_mind(mind, spec, None)
     }

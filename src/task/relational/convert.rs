@@ -83,7 +83,10 @@ fn state(state: &State, learned: &LearnedState) -> FrameState {
             orientation: learned.mean.orientation,
             count: learned.distinct,
         }],
-        turn: if found { Turn::Free } else { Turn::Axis { axis: [0.0, 0.0, 1.0], sd: 0.0 } },
+        turn: match learned.tilt_sd() {
+            Some(sd) if !found => Turn::Axis { axis: [0.0, 0.0, 1.0], sd },
+            _ => Turn::Free,
+        },
         turn_matters: false,
         origin: learned.origin,
         count: learned.count,

@@ -7,7 +7,8 @@ use super::layout::{Fact, Layout};
 use super::state::{Coordinate, FrameState, Place, Turn};
 use super::{Frame, RelationalDomain};
 use crate::task::domain::distance::p_distance;
-use crate::task::domain::{Origin, Pose, Snapshot};
+use crate::task::domain::tolerance::{Directions, PLAY, Pool, between, predictive, tilt, up_axis};
+use crate::task::domain::{Offset, Origin, Pose, Snapshot};
 use crate::task::error::TaskError;
 
 /// The state of one object of a scene.
@@ -20,29 +21,65 @@ pub struct Located {
     pub distance: Option<f64>,
     /// Whether a second reference is as likely as the one in `fact`.
     pub ambiguous: bool,
+    /// Pose in which the state was found. An object that keeps its state keeps this pose.
+    pub taken: Pose,
+    /// The nearest place, for an object in no state; `None` if it is in a state, or if its kind has no states.
+    pub miss: Option<Miss>,
+}
+
+/// The nearest place of an object in no state, and by how much the object misses it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Miss {
+    /// State, place and reference.
+    pub nearest: Fact,
+    /// Distance, height and tilt.
+    pub offset: Offset,
 }
 
 /// Classifies objects by the states of a relational domain.
 ///
 /// An object is in a state if its pose, in the frame of some reference, deviates from one of the state's places by at
-/// most [`Grounder::LIMIT`] standard deviations, or the limit of [`Grounder::with_limit`], over the tight coordinates. Among several such states, places and
-/// references, the one with the highest probability density is taken. Orientation is compared as far as the
-/// demonstrations needed it ([`FrameState::turn_matters`]); otherwise only a tilt of a placed object counts.
+/// most [`Grounder::LIMIT`] standard deviations, or the limit of [`Grounder::with_limit`], over the tight coordinates
+/// and the tilt. Among several such states, places and references, the one with the highest probability density is
+/// taken.
+///
+/// # Standard deviations
+///
+/// A *placed* object with a constrained orientation rests on what it was put onto. It must agree in height and tilt, and
+/// loosely sideways. Its variances are the play, the noise, and the predictive variance of the place, with a prior that
+/// is pooled over the domain:
+///
+/// ```text
+/// play^2 + noise^2 + (1 + 1/n) (prior^2 + (n - 1) s^2) / n
+/// ```
+///
+/// Here `n` is the number of distinct poses and `s` their standard deviation. At the limit of 5, with exact poses and
+/// demonstrations that agree within micrometres, this accepts 1 mm in height, 3 mm sideways and a tilt of 3 degrees.
+/// After a single demonstration, it accepts 1.7 mm, 8 mm and 7 degrees. The vertical is the coordinate in which objects that lie anywhere agree; if no state shows it, the axis
+/// that [`FrameState::turn`] fixes.
+///
+/// *Found* objects, and objects that were put down in any orientation, can lie on another side, or on each other. Their
+/// variance is `noise^2 + (w^2 + (n - 1) s^2) / n`, with `w` = 10 mm for found and 3 mm for placed objects.
+///
+/// The direction about the upright axis is compared only if the demonstrations needed it
+/// ([`FrameState::turn_matters`]).
 #[derive(Debug, Clone)]
 pub struct Grounder {
     states: Vec<FrameState>,
     noise_m: f64,
     noise_rad: f64,
     limit: f64,
+    /// The vertical coordinate of the world frame, if some state shows it.
+    up: Option<usize>,
+    priors: Directions,
 }
 
-/// Standard deviation of a place seen once, and the smallest one: in metres and in radians.
+/// Standard deviation of a place seen once whose objects lie in any orientation, in metres, and of an orientation that
+/// tells states apart, in radians.
 const PRIOR: (f64, f64) = (3e-3, 0.06);
 /// Standard deviation of a place in which objects were found, if it was seen once, in metres.
 const FOUND_M: f64 = 1e-2;
 const FLOOR: (f64, f64) = (1e-3, 0.02);
-/// Tilt up to which a placed object counts as upright, in radians.
-const TILT: f64 = 0.14;
 /// Movement below which an object keeps its state, in metres and radians.
 const STILL: (f64, f64) = (5e-4, 0.01);
 /// Difference of log densities below which two references are equally near.
@@ -52,6 +89,7 @@ struct Match {
     fact: Fact,
     distance: f64,
     density: f64,
+    offset: Offset,
 }
 
 impl Grounder {
@@ -65,6 +103,8 @@ impl Grounder {
             noise_m: domain.noise_m,
             noise_rad: domain.noise_rad,
             limit: Self::LIMIT,
+            up: up_axis(domain.states.iter().flat_map(agreements)),
+            priors: priors(&domain.states),
         }
     }
 
@@ -95,7 +135,8 @@ impl Grounder {
     }
 
     /// Finds the state of every object, as [`layout`](Self::layout) does. An object keeps the state that it had in
-    /// `before` while neither it nor its reference has moved.
+    /// `before` while neither it nor its reference has moved away from the pose in which its state was found. An object
+    /// that creeps is therefore looked at anew as soon as it has crept too far in all.
     pub fn layout_after(&self, before: &Layout, scene: &Snapshot) -> Layout {
         let mut now = self.layout(scene);
         let still: Vec<Option<usize>> = now
@@ -103,8 +144,9 @@ impl Grounder {
             .iter()
             .map(|o| {
                 let was = before.objects.iter().position(|b| b.id == o.id && b.kind == o.kind)?;
-                let moved = before.objects[was].pose.distance(&o.pose);
-                let turned = before.objects[was].pose.rotation().angle_to(&o.pose.rotation());
+                let taken = &before.located[was].taken;
+                let moved = taken.distance(&o.pose);
+                let turned = taken.rotation().angle_to(&o.pose.rotation());
                 let quiet =
                     moved < STILL.0 + 6.0 * self.noise_m && turned < STILL.1 + 6.0 * self.noise_rad;
                 quiet.then_some(was)
@@ -112,7 +154,15 @@ impl Grounder {
             .collect();
         for i in 0..now.objects.len() {
             let Some(was) = still[i] else { continue };
-            let Some(fact) = before.located[was].fact else { continue };
+            let taken = before.located[was].taken;
+            let Some(fact) = before.located[was].fact else {
+                // An object that is nobody's may be found in a state at any time, but its pose stays the one from which
+                // the movement of a reference is measured.
+                if now.located[i].fact.is_none() {
+                    now.located[i].taken = taken;
+                }
+                continue;
+            };
             let reference = fact.reference.map(|r| still.iter().position(|s| *s == Some(r)));
             if let Some(None) = reference {
                 continue;
@@ -138,62 +188,102 @@ impl Grounder {
                     .collect(),
             };
             for reference in references {
-                let pose = match reference {
-                    Some(r) => relative(&scene.objects[r].pose, &object.pose),
-                    None => object.pose,
-                };
+                let frame = reference.map(|r| &scene.objects[r].pose);
+                let pose = frame.map_or(object.pose, |frame| relative(frame, &object.pose));
                 for (p, place) in state.places.iter().enumerate() {
-                    let (distance, density) = self.compare(state, place, &pose);
+                    let up = self.vertical(frame).or_else(|| upright(state, place));
+                    let (distance, density, offset) = self.compare(state, place, &pose, up);
                     let fact = Fact { state: s, place: p, reference };
-                    matches.push(Match { fact, distance, density });
+                    matches.push(Match { fact, distance, density, offset });
                 }
             }
         }
         let near = matches.iter().map(|m| m.distance).min_by(f64::total_cmp);
+        let nearest = matches.iter().min_by(|a, b| {
+            a.offset.distance().total_cmp(&b.offset.distance()).then(a.fact.cmp(&b.fact))
+        });
+        let miss = nearest.map(|m| Miss { nearest: m.fact, offset: m.offset });
+        let taken = object.pose;
         matches.retain(|m| m.distance <= self.limit);
         let best =
             matches.iter().max_by(|a, b| a.density.total_cmp(&b.density).then(b.fact.cmp(&a.fact)));
         let Some(best) = best else {
-            return Located { fact: None, distance: near, ambiguous: false };
+            return Located { fact: None, distance: near, ambiguous: false, taken, miss };
         };
         let ambiguous = matches.iter().any(|m| {
             m.fact.state == best.fact.state
                 && m.fact.reference != best.fact.reference
                 && best.density - m.density < EQUAL
         });
-        Located { fact: Some(best.fact), distance: Some(best.distance), ambiguous }
+        let distance = Some(best.distance);
+        Located { fact: Some(best.fact), distance, ambiguous, taken, miss: None }
     }
 
-    /// Returns the standard deviation in metres with which a coordinate is compared. Objects that were found can lie on
-    /// another side, or on each other.
-    fn spread(&self, sd: f64, count: usize, found: bool) -> f64 {
-        let prior = if found { FOUND_M } else { PRIOR.0 };
-        let n = count.max(1) as f64;
-        let variance = (prior * prior + (n - 1.0) * sd * sd) / n;
-        (variance + self.noise_m * self.noise_m).sqrt().max(FLOOR.0)
+    /// Returns the vertical in a frame; `None` if no state shows the vertical of the world.
+    fn vertical(&self, frame: Option<&Pose>) -> Option<Vector3<f64>> {
+        let up = Vector3::ith(self.up?, 1.0);
+        Some(frame.map_or(up, |frame| frame.rotation().inverse() * up))
     }
 
-    /// Returns the standard deviation in radians with which an orientation is compared.
+    /// Returns the standard deviation in metres with which coordinate `i` is compared. `up` is the vertical, if it is
+    /// known.
+    fn spread(
+        &self,
+        state: &FrameState,
+        place: &Place,
+        (i, sd): (usize, f64),
+        up: Option<Vector3<f64>>,
+    ) -> f64 {
+        if state.any_coordinate {
+            return FLOOR.0.hypot(self.noise_m);
+        }
+        let noise = self.noise_m * self.noise_m;
+        if rests(state) {
+            let up = up.map_or(0.0, |up| up[i]);
+            let prior = between(&self.priors, up).sqrt();
+            let own = predictive(prior, sd, place.count);
+            return (between(&PLAY, up) + own + noise).sqrt();
+        }
+        let prior = if state.origin == Origin::Found { FOUND_M } else { PRIOR.0 };
+        let n = place.count.max(1) as f64;
+        ((prior * prior + (n - 1.0) * sd * sd) / n + noise).sqrt().max(FLOOR.0)
+    }
+
+    /// Returns the standard deviation in radians with which an orientation that tells states apart is compared.
     fn angular_spread(&self, sd: f64, count: usize) -> f64 {
         let n = count.max(1) as f64;
         let variance = (PRIOR.1 * PRIOR.1 + (n - 1.0) * sd * sd) / n;
         (variance + self.noise_rad * self.noise_rad).sqrt().max(FLOOR.1)
     }
 
-    /// Returns the distance in standard deviations, and the log density.
-    fn compare(&self, state: &FrameState, place: &Place, pose: &Pose) -> (f64, f64) {
+    /// Returns the standard deviation in radians with which a tilt is compared.
+    fn tilt_spread(&self, state: &FrameState, place: &Place) -> f64 {
+        let sd = match state.turn {
+            Turn::Free => 0.0,
+            Turn::Axis { sd, .. } | Turn::Full { sd } => sd,
+        };
+        let own = predictive(self.priors.tilt_rad, sd, place.count);
+        (PLAY.tilt_rad.powi(2) + own + self.noise_rad.powi(2)).sqrt()
+    }
+
+    /// Returns the distance in standard deviations, the log density and the offset.
+    fn compare(
+        &self,
+        state: &FrameState,
+        place: &Place,
+        pose: &Pose,
+        up: Option<Vector3<f64>>,
+    ) -> (f64, f64, Offset) {
         let (mut squares, mut density) = (0.0, 0.0);
         let mut tight = Vec::new();
+        let mut deviation = Vector3::zeros();
         for (i, coordinate) in place.coordinates.iter().enumerate() {
             let x = pose.position[i];
             match *coordinate {
                 Coordinate::Tight { mean, sd } => {
-                    let spread = if state.any_coordinate {
-                        FLOOR.0.hypot(self.noise_m)
-                    } else {
-                        self.spread(sd, place.count, state.origin == Origin::Found)
-                    };
-                    let z = (x - mean) / spread;
+                    let spread = self.spread(state, place, (i, sd), up);
+                    deviation[i] = x - mean;
+                    let z = deviation[i] / spread;
                     tight.push(z);
                     squares += z * z;
                     density -= spread.ln() + 0.919 + 0.5 * z * z;
@@ -206,6 +296,7 @@ impl Grounder {
                     density -= range.ln() + certain * (10.0 * beyond).min(1.0) + 2.0 * beyond;
                     // Beside an object, a place has an end; on the table, demonstrations seldom show all of it.
                     if state.frame != Frame::World {
+                        deviation[i] = (x - high).max(0.0) - (low - x).max(0.0);
                         let z = (beyond - 0.25).max(0.0) * 20.0;
                         squares += z * z;
                     }
@@ -215,37 +306,73 @@ impl Grounder {
         if state.any_coordinate && !tight.is_empty() {
             let zeros = vec![0.0; tight.len()];
             let distance = p_distance(&tight, &zeros, -2.0);
-            return (distance, -distance * distance / 2.0 - 3.0 * FLOOR.0.ln() - 20.0);
+            let density = -distance * distance / 2.0 - 3.0 * FLOOR.0.ln() - 20.0;
+            return (distance, density, Offset::of(&deviation, up.as_ref(), 0.0));
         }
         let mean = Pose { position: pose.position, orientation: place.orientation };
-        if state.turn_matters {
-            if let Some((angle, sd)) = state.turn.deviation(&mean, pose) {
-                let spread = self.angular_spread(sd, place.count);
-                let z = angle / spread;
-                squares += z * z;
-                density -= 2.0 * spread.ln() + 0.5 * z * z;
-            }
-        } else if state.origin == Origin::Placed && state.turn != Turn::Free {
-            let tilt = tilt(&state.turn, &mean, pose);
-            let z = Self::LIMIT * tilt / TILT.max(6.0 * self.noise_rad);
+        let mut off_rad = 0.0;
+        if state.turn_matters
+            && let Some((angle, sd)) = state.turn.deviation(&mean, pose)
+        {
+            let spread = self.angular_spread(sd, place.count);
+            let z = angle / spread;
             squares += z * z;
+            density -= 2.0 * spread.ln() + 0.5 * z * z;
+            off_rad = angle;
         }
-        (squares.sqrt(), density)
+        if rests(state) {
+            let fixed = match state.turn {
+                Turn::Axis { .. } => upright(state, place),
+                _ => up.or_else(|| upright(state, place)),
+            };
+            let angle = fixed.map_or(0.0, |fixed| tilt(&fixed, &mean, pose));
+            let z = angle / self.tilt_spread(state, place);
+            squares += z * z;
+            off_rad = off_rad.max(angle);
+        }
+        (squares.sqrt(), density, Offset::of(&deviation, up.as_ref(), off_rad))
     }
 }
 
-/// Returns the angle between an object's axis and the axis in the mean pose, whatever their signs. Of a fully constrained
-/// orientation, the axis that deviates least is taken: the object may be symmetric about any of them.
-fn tilt(turn: &Turn, mean: &Pose, pose: &Pose) -> f64 {
-    let off = |axis: Vector3<f64>| {
-        let angle = (mean.rotation() * axis).angle(&(pose.rotation() * axis));
-        angle.min(std::f64::consts::PI - angle)
+/// Returns whether objects in a state rest in a demonstrated orientation on what they were put onto.
+fn rests(state: &FrameState) -> bool {
+    state.origin == Origin::Placed && state.turn != Turn::Free
+}
+
+/// Returns the direction, in the frame of a place, of the axis that the state fixes. For a fully constrained orientation,
+/// this is the object's z axis.
+fn upright(state: &FrameState, place: &Place) -> Option<Vector3<f64>> {
+    let axis = match state.turn {
+        Turn::Free => return None,
+        Turn::Axis { axis, .. } => Vector3::from(axis),
+        Turn::Full { .. } => Vector3::z(),
     };
-    match turn {
-        Turn::Axis { axis, .. } => off(Vector3::from(*axis)),
-        _ => [Vector3::x(), Vector3::y(), Vector3::z()]
-            .map(off)
-            .into_iter()
-            .fold(f64::INFINITY, f64::min),
+    Some(place.pose().rotation() * axis)
+}
+
+/// Returns, for each place on a table, the coordinates in which its objects agree.
+fn agreements(state: &FrameState) -> impl Iterator<Item = [bool; 3]> {
+    let world = state.frame == Frame::World;
+    state.places.iter().filter(move |_| world).map(|p| p.coordinates.map(|c| !c.is_open()))
+}
+
+/// Returns the standard deviations of placed objects, pooled over all states.
+fn priors(states: &[FrameState]) -> Directions {
+    let mut pool = Pool::default();
+    for state in states.iter().filter(|s| rests(s)) {
+        for place in &state.places {
+            let dof = place.count.saturating_sub(1);
+            let up = upright(state, place).unwrap_or_else(Vector3::z);
+            for (i, coordinate) in place.coordinates.iter().enumerate() {
+                if let Coordinate::Tight { sd, .. } = *coordinate {
+                    pool.position(up[i], sd, dof);
+                }
+            }
+        }
+        if let Turn::Axis { sd, .. } | Turn::Full { sd } = state.turn {
+            let dof = state.places.iter().map(|p| p.count.saturating_sub(1)).sum();
+            pool.tilt(sd, dof);
+        }
     }
+    pool.priors()
 }

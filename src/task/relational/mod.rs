@@ -44,7 +44,7 @@ mod words;
 pub use frame::Frame;
 pub(crate) use frame::relative;
 pub use goal::{GoalTerm, Quantity};
-pub use grounder::{Grounder, Located};
+pub use grounder::{Grounder, Located, Miss};
 pub use layout::{Fact, LaidOut, Layout, Situation};
 pub use moves::{Move, TargetPose};
 pub use operator::{

@@ -24,7 +24,8 @@
 //!    nine in ten demonstrations.
 //!
 //! A single demonstration cannot show which coordinates vary. From one demonstration, [`learn`](super::learn) of the
-//! paper infers the states, and its result is converted.
+//! paper infers the states, and its result is converted. The goal is then the conjunction of all states that some action
+//! achieves and that hold at the end for more objects than before.
 
 mod cluster;
 mod frames;
@@ -33,6 +34,7 @@ mod models;
 mod motion;
 mod operators;
 mod places;
+mod single;
 mod states;
 
 use super::summary::{AttemptOutcome, AttemptReport, LearnReport, UnexplainedPoses};
@@ -53,6 +55,9 @@ pub struct RelationallyLearned {
     pub report: LearnReport,
     /// Number of single poses that disagreed with the rest of their object.
     pub outliers: usize,
+    /// Names of states that nearly all demonstrations reached and that no action achieves. They are not part of the
+    /// goal.
+    pub unachieved: Vec<String>,
 }
 
 /// Learns a relational domain from a recording.
@@ -80,8 +85,12 @@ pub fn learn_relational_observed(
     check_exponent(settings.p)?;
     if recording.demos.len() < 2 {
         let learned = learn_observed(recording, settings, observer)?;
-        let domain = RelationalDomain::from_domain(&learned.domain)?;
-        return Ok(RelationallyLearned { domain, report: learned.report, outliers: 0 });
+        let mut domain = RelationalDomain::from_domain(&learned.domain)?;
+        let noise = motion::noise(recording);
+        (domain.noise_m, domain.noise_rad) = (noise.position_m, noise.angle_rad);
+        domain.goals = single::goals(&domain, recording);
+        let (report, unachieved) = (learned.report, Vec::new());
+        return Ok(RelationallyLearned { domain, report, outliers: 0, unachieved });
     }
     let nothing = |reason: &str| TaskError::NothingToLearn { reason: reason.into() };
     if recording.demos.iter().all(|d| d.snapshots.len() < 2) {
@@ -103,7 +112,16 @@ pub fn learn_relational_observed(
     let mut found = states::find(&motion);
     observer.observe(&Event::Learning(LearningStep::Deciding));
     let built = operators::find(&motion, &mut found);
-    let goals = operators::goals(&motion, &found, &built.operators);
+    let (goals, unachieved) = operators::goals(&motion, &found, &built.operators);
+    let unachieved: Vec<String> =
+        unachieved.into_iter().map(|state| found.states[state].name.clone()).collect();
+    for state in &unachieved {
+        let warning = format!(
+            "`{state}` held at the end of the demonstrations, but no action that achieves it was learned; it is not part \
+             of the goal"
+        );
+        observer.observe(&Event::Warned(&warning));
+    }
     let report = report(&motion, &found, &built);
     let domain = RelationalDomain {
         states: found.states,
@@ -122,7 +140,7 @@ pub fn learn_relational_observed(
         },
     };
     domain.check()?;
-    Ok(RelationallyLearned { domain, report, outliers: motion.outliers })
+    Ok(RelationallyLearned { domain, report, outliers: motion.outliers, unachieved })
 }
 
 fn report(

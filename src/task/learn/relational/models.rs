@@ -92,10 +92,9 @@ impl Frames<'_, '_> {
             let mut values: Vec<f64> = poses.iter().map(|p| p.position[i]).collect();
             let (sum, square) = values.iter().fold((0.0, 0.0), |(s, q), v| (s + v, q + v * v));
             let (tight, open) = likelihood.coordinate(n, sum, square, extent[i]);
-            // Of many poses, a fiftieth at each end may belong elsewhere.
             let mut sorted = values.clone();
             sorted.sort_by(f64::total_cmp);
-            let (low, high) = (sorted[n / 50], sorted[n - 1 - n / 50]);
+            let (low, high) = range(&sorted, frame > 0);
             if tight >= open {
                 let mean = robust_mean(&mut values);
                 let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
@@ -122,6 +121,23 @@ impl Frames<'_, '_> {
         }
         Place { coordinates, orientation: central(poses, turn), count: n }
     }
+}
+
+/// Returns the range of sorted values. Of many, a fiftieth at each end may belong elsewhere. Beside an object
+/// (`in_frame`), a single value that is farther from all others than these span belongs elsewhere: something was dropped
+/// or rolled away.
+fn range(sorted: &[f64], in_frame: bool) -> (f64, f64) {
+    let n = sorted.len();
+    let (mut from, mut to) = (n / 50, n - 1 - n / 50);
+    if in_frame && n >= FEW {
+        let span = |a: usize, b: usize| sorted[b] - sorted[a];
+        if span(to - 1, to) > span(from, to - 1) {
+            to -= 1;
+        } else if span(from, from + 1) > span(from + 1, to) {
+            from += 1;
+        }
+    }
+    (sorted[from], sorted[to])
 }
 
 /// Chooses how a state constrains the orientation.
@@ -173,5 +189,23 @@ fn central(poses: &[Pose], turn: &Turn) -> [f64; 4] {
     match turn {
         Turn::Full { .. } => mean,
         _ => middle.map_or(mean, |p| p.orientation),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::range;
+
+    #[test]
+    fn one_roller_that_rolled_away_does_not_widen_the_place() {
+        let mut values: Vec<f64> = (0..11).map(|i| -0.03 + 0.006 * f64::from(i)).collect();
+        let whole = range(&values, true);
+        values.push(0.244);
+        assert_eq!(range(&values, true), whole);
+        // On the table, objects may lie anywhere.
+        assert_eq!(range(&values, false).1, 0.244);
+        values.insert(0, -0.2);
+        assert_eq!(range(&values, true).0, -0.2);
+        assert_eq!(range(&[0.0, 0.0, 1.0], true), (0.0, 1.0));
     }
 }

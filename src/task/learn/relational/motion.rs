@@ -354,7 +354,7 @@ fn median(poses: &[Pose]) -> Pose {
 
 /// Estimates the noise from consecutive poses. Most objects rest between two snapshots, so half the differences are
 /// free of movement.
-fn noise(recording: &Recording) -> Noise {
+pub(super) fn noise(recording: &Recording) -> Noise {
     let (mut steps, mut turns) = (Vec::new(), Vec::new());
     for demo in &recording.demos {
         for pair in demo.snapshots.windows(2) {

@@ -308,12 +308,13 @@ fn displacement(
 const GOAL: f64 = 0.9;
 
 /// Returns the terms that some action achieves and that hold at the end of nearly all demonstrations, in the order in
-/// which they were completed.
+/// which they were completed. Returns also the states that hold at the end of these demonstrations and that no action
+/// achieves.
 pub(super) fn goals(
     motion: &Motion<'_>,
     found: &States,
     operators: &[RelationalOperator],
-) -> Vec<GoalTerm> {
+) -> (Vec<GoalTerm>, Vec<usize>) {
     let demos: Vec<usize> = (0..motion.recording.demos.len())
         .filter(|d| !motion.demo(*d).snapshots.is_empty())
         .collect();
@@ -335,15 +336,20 @@ pub(super) fn goals(
     let share = GOAL * demos.len() as f64;
     let enough = if motion.is_noisy() { share.floor() } else { share.ceil() }.max(1.0) as usize;
     let mut terms: Vec<(f64, GoalTerm)> = Vec::new();
-    for state in achieved {
+    let mut unachieved = Vec::new();
+    for state in 0..found.states.len() {
         let Some((quantity, held)) = quantity(motion, found, state, &demos, &ends, enough) else {
             continue;
         };
+        if !achieved.contains(&state) {
+            unachieved.push(state);
+            continue;
+        }
         let rank = completed(motion, found, state, &demos);
         terms.push((rank, GoalTerm { state, quantity, held, of: demos.len() }));
     }
     terms.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.state.cmp(&b.1.state)));
-    terms.into_iter().map(|(_, term)| term).collect()
+    (terms.into_iter().map(|(_, term)| term).collect(), unachieved)
 }
 
 fn quantity(

@@ -1,0 +1,38 @@
+//! The goal of a single demonstration.
+
+use crate::task::domain::Recording;
+use crate::task::relational::{GoalTerm, Grounder, Layout, Quantity, RelationalDomain};
+
+/// Returns the states that some action achieves and that hold at the end for more objects than at some time before, in
+/// the order in which they were completed; the goal of the domain if there is none, or if its state is not among them.
+pub(super) fn goals(domain: &RelationalDomain, recording: &Recording) -> Vec<GoalTerm> {
+    let grounder = Grounder::new(domain);
+    let snapshots = recording.demos.iter().flat_map(|demo| &demo.snapshots);
+    let mut last: Option<Layout> = None;
+    let counts: Vec<Vec<usize>> = snapshots
+        .map(|snapshot| {
+            let layout = match &last {
+                Some(before) => grounder.layout_after(before, snapshot),
+                None => grounder.layout(snapshot),
+            };
+            let mut counts = vec![0; domain.states.len()];
+            layout.located.iter().filter_map(|l| l.fact).for_each(|f| counts[f.state] += 1);
+            last = Some(layout);
+            counts
+        })
+        .collect();
+    let mut achieved: Vec<usize> = domain.operators.iter().map(|o| o.to).collect();
+    achieved.sort_unstable();
+    achieved.dedup();
+    let mut terms: Vec<(usize, GoalTerm)> = Vec::new();
+    for state in achieved {
+        let end = counts.last().map_or(0, |counts| counts[state]);
+        let Some(lacked) = counts.iter().rposition(|counts| counts[state] < end) else { continue };
+        let quantity = Quantity::AtLeast(end);
+        terms.push((lacked, GoalTerm { state, quantity, held: 1, of: 1 }));
+    }
+    terms.sort_by_key(|(lacked, term)| (*lacked, term.state));
+    let terms: Vec<GoalTerm> = terms.into_iter().map(|(_, term)| term).collect();
+    let whole = domain.goals.iter().all(|goal| terms.iter().any(|t| t.state == goal.state));
+    if whole && !terms.is_empty() { terms } else { domain.goals.clone() }
+}
