@@ -256,26 +256,6 @@ const DECISION_MS: &str = "ms: simulated time from the look at the scene to the 
                            The planner already knows its goal then; the times of `symbolt\u{a0}plan` include the \
                            recognition of the goal.";
 
-/// Returns a line for each part that a decision newly found in no state, or nearer to another state.
-fn in_no_state(report: &EpisodeReport) -> Vec<String> {
-    let (mut lines, mut before) = (Vec::new(), &[][..]);
-    for decision in &report.decisions {
-        for part in &decision.in_no_state {
-            let same = |b: &InNoState| {
-                (&b.object, &b.nearest, &b.off) == (&part.object, &part.nearest, &part.off)
-            };
-            if !before.iter().any(same) {
-                lines.push(format!("At {:.2} s {part}.", decision.asked_s));
-            }
-        }
-        before = &decision.in_no_state;
-    }
-    if !lines.is_empty() {
-        lines.push(String::new());
-    }
-    lines
-}
-
 /// Returns what a kind of recovery is, in words.
 fn meaning(kind: &str) -> &'static str {
     match kind {
@@ -305,6 +285,26 @@ fn recoveries(report: &EpisodeReport) -> String {
         text.push('\n');
     }
     text
+}
+
+/// Returns a line for each part that a decision newly found in no state, or nearer to another state.
+fn in_no_state(report: &EpisodeReport) -> Vec<String> {
+    let (mut lines, mut before) = (Vec::new(), &[][..]);
+    for decision in &report.decisions {
+        for part in &decision.in_no_state {
+            let same = |b: &InNoState| {
+                (&b.object, &b.nearest, &b.off) == (&part.object, &part.nearest, &part.off)
+            };
+            if !before.iter().any(same) {
+                lines.push(format!("At {:.2} s {part}.", decision.asked_s));
+            }
+        }
+        before = &decision.in_no_state;
+    }
+    if !lines.is_empty() {
+        lines.push(String::new());
+    }
+    lines
 }
 
 /// Returns the decisions of one episode and their outcomes.

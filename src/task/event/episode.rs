@@ -41,12 +41,12 @@ pub struct Decided {
     /// Object, reference and target pose; `None` if the robot did not begin, or if the domain is not relational.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chosen: Option<Chosen>,
-    /// The parts that were in no state when the planner was asked.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub in_no_state: Vec<InNoState>,
     /// Recovery that the robot carried out; `None` if it carried out the action as decided, or did not begin.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub recovery: Option<Recovery>,
+    /// The parts that were in no state when the planner was asked.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub in_no_state: Vec<InNoState>,
 }
 
 /// A part in no state, and the nearest state.

@@ -79,8 +79,7 @@ impl How {
 
     /// Returns whether the reason is at the target, so that another grasp or pose of the part does not help.
     pub fn is_about_target(self) -> bool {
-        let occupied = [SkillOutcome::Occupied, SkillOutcome::Unreachable].map(Self::Failed);
-        self == Self::NoEffect || occupied.contains(&self)
+        matches!(self, Self::NoEffect | Self::Failed(SkillOutcome::Occupied))
     }
 
     /// Returns how often an attempt may end in this way before its action is given up with this part, reference and
@@ -92,7 +91,7 @@ impl How {
             Self::Failed(SkillOutcome::Dropped) => (12, false),
             // The target is raised each time.
             Self::Failed(SkillOutcome::Occupied) => (4, false),
-            Self::NoEffect | Self::Failed(SkillOutcome::Unreachable) => (2, false),
+            Self::NoEffect => (2, false),
             // Grasps of another family may work.
             Self::Failed(_) => (3, true),
         }

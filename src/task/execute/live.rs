@@ -48,7 +48,7 @@ pub(super) struct Live {
     /// For each part, whether it was in no state at the last look.
     pub in_no_state: Vec<bool>,
     /// The parts in no state at the last look, with the nearest states.
-    pub unplaced: Vec<InNoState>,
+    pub off: Vec<InNoState>,
     pub log: Log,
     pub seed: Seed,
     pub perturbed: bool,
@@ -83,7 +83,7 @@ impl Live {
             goal,
             memory: Memory::new(),
             in_no_state: vec![false; parts],
-            unplaced: Vec::new(),
+            off: Vec::new(),
             log: Log::default(),
             seed,
             perturbed: false,
@@ -175,7 +175,7 @@ impl Live {
         // The graph needs time to recognise another goal before it is asked.
         let another = self.goal != goal;
         (self.present, self.goal) = (belief.present, goal);
-        self.unplaced = belief.in_no_state;
+        self.off = belief.in_no_state;
         let mut in_no_state = vec![true; self.scene.part_count()];
         for part in belief.explained {
             in_no_state[part] = false;
@@ -212,8 +212,8 @@ impl Live {
             begun: false,
             skill: None,
             chosen: None,
-            in_no_state: self.unplaced.clone(),
             recovery: None,
+            in_no_state: self.off.clone(),
         });
         let (_, most_skills) = tools.spec.limits(self.scene.part_count());
         let spent = self.log.skill_count() >= most_skills;

@@ -50,6 +50,8 @@ pub(super) struct View<'v> {
 
 /// Horizontal distance within which a part is beside another one, so that the hand may lack room, in metres.
 const BESIDE_M: f64 = 0.075;
+/// Horizontal distance within which, and height above which, a part rests on another one, in metres.
+const ON_TOP_M: (f64, f64) = (0.02, 0.008);
 /// Height difference up to which a part lies at a target, in metres.
 const LEVEL_M: f64 = 0.08;
 
@@ -84,6 +86,15 @@ impl View<'_> {
         self.scene.slider(part).is_none()
     }
 
+    /// Returns whether another part rests on a part.
+    fn bears(&self, part: usize) -> bool {
+        let Some(at) = self.at(part) else { return false };
+        self.parts().any(|(other, own)| {
+            let above = own[2] - at[2] > ON_TOP_M.1;
+            other != part && above && (own[0] - at[0]).hypot(own[1] - at[1]) < ON_TOP_M.0
+        })
+    }
+
     /// Returns the other parts near a position, the nearest first.
     fn near(&self, at: [f64; 3], within_m: f64, except: &[usize]) -> Vec<usize> {
         let mut near: Vec<(f64, usize)> = self
@@ -116,7 +127,7 @@ struct List<'v> {
 impl List<'_> {
     fn add(&mut self, kind: RecoveryKind, part: usize, strict: bool, why: String) {
         let same = |d: &Detour| d.kind == kind && d.part == part && d.strict == strict;
-        let seen = self.view.at(part).is_some();
+        let seen = self.view.at(part).is_some() && !self.view.bears(part);
         if seen && self.view.free(part) && !self.all.iter().any(same) {
             self.all.push(Detour { kind, part, strict, why });
         }

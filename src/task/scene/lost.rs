@@ -44,6 +44,12 @@ impl Scene {
         }
     }
 
+    /// Returns whether a point is above the table, inside the rim.
+    pub(crate) fn is_over_table(&self, at: Vector) -> bool {
+        let [low, high] = self.spec().table.rim;
+        (low[0]..=high[0]).contains(&at.x) && (low[1]..=high[1]).contains(&at.y)
+    }
+
     /// Returns the convex pieces of a part, in the part's frame; none if there is no such part.
     pub(crate) fn pieces(&self, part: usize) -> Vec<&ConvexPolyhedron> {
         let collider = self.parts.get(part).and_then(|p| self.physics.colliders.get(p.collider));

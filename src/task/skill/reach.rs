@@ -249,12 +249,12 @@ pub(crate) fn plan_placing(
     in_hand: &Frame,
     opening: f64,
 ) -> Option<Placing> {
-    let ways = [true, false].into_iter();
-    let mut ways = ways.flat_map(|inside| clearances(scene, part).map(move |c| (inside, c)));
-    ways.find_map(|(inside, clear_m)| {
+    let plan = |inside: bool, clear_m: f64| {
         let mut search = Search { inside, ..Search::new(scene, clear_m) };
         placing(&mut search, current, part, target, in_hand, opening)
-    })
+    };
+    let mut ways = [true, false].into_iter();
+    ways.find_map(|inside| clearances(scene, part).find_map(|clear_m| plan(inside, clear_m)))
 }
 
 fn placing(
@@ -404,15 +404,9 @@ impl Air<'_> {
         }
         let held = self.held.map(|(part, in_hand)| (part, arm::tool(q) * in_hand.inverse()));
         let ignored = held.map(|(part, _)| part);
-        let outside = |frame: &Frame| {
-            let [low, high] = self.scene.spec().table.rim;
-            let at = frame.translation;
-            at.x < low[0] || at.x > high[0] || at.y < low[1] || at.y > high[1]
-        };
-        if self.inside && held.is_some_and(|(_, frame)| outside(&frame)) {
-            return false;
-        }
-        let touches = self.scene.comes_near(q, self.opening, ignored.as_slice(), clear_m)
+        let away = |(_, frame): (usize, Frame)| !self.scene.is_over_table(frame.translation);
+        let touches = (self.inside && held.is_some_and(away))
+            || self.scene.comes_near(q, self.opening, ignored.as_slice(), clear_m)
             || held.is_some_and(|(part, frame)| self.scene.part_collides(part, &frame))
             || (self.clear_m > 0.0 && self.scene.folds(q, self.opening, held));
         !touches
