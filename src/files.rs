@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-pub use input::{Limit, read_file, read_regular_file};
+pub use input::{Limit, read_beginning, read_file, read_regular_file};
 
 /// A file that cannot be read or written.
 #[derive(Debug, Error)]
