@@ -14,7 +14,7 @@ use thiserror::Error;
 #[cfg(test)]
 pub(crate) use folder::TryLock;
 pub use folder::{ResultFolder, Warning};
-pub use input::{Limit, read_file, read_head, read_regular_file};
+pub use input::{Limit, read_beginning, read_file, read_regular_file};
 pub use write::{check_output, write_atomic};
 
 /// A file that cannot be read or written.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::Error;
 use serde_json::json;
-use symbolt::files::{FileError, Overwrite, ResultFolder, check_output, read_head};
+use symbolt::files::{FileError, Overwrite, ResultFolder, check_output, read_beginning};
 use symbolt::report::{TITLE, report};
 
 use super::Outcome;
@@ -64,6 +64,6 @@ fn place(args: &ReportArgs) -> Result<(Place, Option<ResultFolder>), Error> {
 
 /// Whether the page was written by this program, which is seen in its head.
 fn is_ours(page: &Path) -> bool {
-    let head = read_head(page, 1024).unwrap_or_default();
+    let head = read_beginning(page, 1024).unwrap_or_default();
     String::from_utf8_lossy(&head).contains(TITLE)
 }

@@ -83,26 +83,30 @@ pub fn read_file(path: &Path, limit: Limit) -> Result<Vec<u8>, FileError> {
     read_regular_file(path, limit)
 }
 
-/// Reads the first `bytes` bytes of a regular file, or all of a shorter one.
-///
-/// # Errors
-/// [`FileError::Io`] if the path is no regular file, or if the file cannot be read.
-pub fn read_head(path: &Path, bytes: u64) -> Result<Vec<u8>, FileError> {
-    let failed = FileError::io("read", path);
-    if !path.metadata().map_err(&failed)?.is_file() {
-        return Err(failed(std::io::Error::other("it is not a regular file")));
-    }
-    let mut head = Vec::new();
-    File::open(path).and_then(|file| file.take(bytes).read_to_end(&mut head)).map_err(failed)?;
-    Ok(head)
-}
-
 /// Reads a regular file, such as a file of a result folder.
 ///
 /// # Errors
 /// [`FileError::TooLarge`] if the file has more bytes than `limit` allows. [`FileError::Io`] if the path is no regular
 /// file, or if the file cannot be read.
 pub fn read_regular_file(path: &Path, limit: Limit) -> Result<Vec<u8>, FileError> {
+    let (file, length) = open_regular(path)?;
+    limit.check(path, length)?;
+    take(file, path, limit)
+}
+
+/// Reads the first bytes of a regular file, at most `most`, to recognise its format.
+///
+/// # Errors
+/// [`FileError::Io`] if the path is no regular file, or if the file cannot be read.
+pub fn read_beginning(path: &Path, most: usize) -> Result<Vec<u8>, FileError> {
+    let (file, _) = open_regular(path)?;
+    let mut bytes = Vec::new();
+    file.take(most as u64).read_to_end(&mut bytes).map_err(FileError::io("read", path))?;
+    Ok(bytes)
+}
+
+/// Opens a regular file. Returns it with its length.
+fn open_regular(path: &Path) -> Result<(File, u64), FileError> {
     let failed = FileError::io("read", path);
     let metadata = path.metadata().map_err(&failed)?;
     if metadata.is_dir() {
@@ -111,8 +115,7 @@ pub fn read_regular_file(path: &Path, limit: Limit) -> Result<Vec<u8>, FileError
     if !metadata.is_file() {
         return Err(failed(std::io::Error::other("it is not a regular file")));
     }
-    limit.check(path, metadata.len())?;
-    take(File::open(path).map_err(failed)?, path, limit)
+    Ok((File::open(path).map_err(failed)?, metadata.len()))
 }
 
 /// Reads a stream up to the limit. The length of a stream is unknown, and a file can grow while it is read.
@@ -184,6 +187,7 @@ mod tests {
         std::fs::write(&path, [b'a'; 10]).expect("written");
         assert_eq!(read_file(&path, SMALL).expect("it fits").len(), 10);
         std::fs::write(&path, [b'a'; 11]).expect("written");
+        assert_eq!(read_beginning(&path, 3).expect("a file"), b"aaa");
         for read in [read_file, read_regular_file] {
             let refused = read(&path, SMALL).expect_err("too large").to_string();
             let expected =
