@@ -397,18 +397,17 @@ sinks! {
 /// ```
 #[macro_export]
 macro_rules! flow_ports {
-    ($ports:ty, output: $kind:ty, input: $takes:ty) => {
-        $crate::flow_ports!($ports, output: $kind);
+    ($ports:ty, output: $kind:ty $(, input: $takes:ty)?) => {
+        $(
+            impl $crate::spa::flow::Sink for &$ports {
+                type Kind = $takes;
 
-        impl $crate::spa::flow::Sink for &$ports {
-            type Kind = $takes;
-
-            fn sink(&self) -> $crate::sim::In<$takes> {
-                self.input.clone()
+                fn sink(&self) -> $crate::sim::In<$takes> {
+                    self.input.clone()
+                }
             }
-        }
-    };
-    ($ports:ty, output: $kind:ty) => {
+        )?
+
         impl $crate::spa::flow::IntoFlow for &$ports {
             type Kind = $kind;
 
