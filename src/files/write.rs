@@ -29,7 +29,7 @@ pub fn write_atomic(
     let folder = folder_of(&target);
     remove_stale(folder);
     let mut beside = temporary(folder).map_err(failed)?;
-    beside.write_all(content.as_ref()).map_err(failed)?;
+    beside.as_file_mut().write_all(content.as_ref()).map_err(failed)?;
     beside.as_file().sync_all().map_err(failed)?;
     match overwrite {
         Overwrite::Allowed => beside.persist(&target).map_err(|e| failed(e.error))?,
@@ -68,11 +68,12 @@ pub(super) fn check_folder(folder: &Path) -> IoResult<()> {
     tempfile::tempfile_in(folder).map(drop).map_err(without_path)
 }
 
-/// Returns the error of the operating system without the path of the temporary file, which means nothing to a user.
+/// Returns an error without the path of the temporary file, which `tempfile` appends and which means nothing to a user.
 fn without_path(error: Error) -> Error {
-    let inner = error.get_ref().and_then(std::error::Error::source);
-    let code = inner.and_then(|inner| inner.downcast_ref::<Error>()?.raw_os_error());
-    code.map_or(error, Error::from_raw_os_error)
+    match error.to_string().rsplit_once(" at path ") {
+        Some((plain, _)) => Error::new(error.kind(), plain),
+        None => error,
+    }
 }
 
 /// Returns the file to write: `path`, or the file that this link points to.
@@ -297,7 +298,8 @@ mod tests {
             let write = write_atomic(&path, "new", Overwrite::Never).expect_err(name);
             for error in [check, write] {
                 let FileError::Io { what: "write", source, .. } = error else { panic!("{error}") };
-                assert!(source.to_string().contains(why), "{name}: {source}");
+                let said = source.to_string();
+                assert!(said.contains(why) && !said.contains("at path"), "{name}: {said}");
             }
         }
         check_output(&folder.path().join("new"), Overwrite::Never).expect("it can be written");
