@@ -210,8 +210,9 @@ fn prepared() -> tempfile::TempDir {
 fn a_minus_as_output_file_is_standard_output_for_every_command() {
     let place = prepared();
     let here = place.path();
-    let commands: [&[&str]; 9] = [
+    let commands: [&[&str]; 10] = [
         &["config"],
+        &["config", "--task"],
         &["record", "--kinematic", "--json"],
         &["learn", "demos.jsonl", "--json"],
         &["learn-model", "d.pddl", "steps", "--json"],
@@ -304,6 +305,35 @@ fn a_page_that_somebody_else_wrote_is_replaced_only_by_force() {
     good(here, &["report", "done"]);
     assert_eq!(text(here, "done/report.html"), ours);
     assert!(!names(&here.join("done")).iter().any(|name| name.starts_with(".symbolt")));
+}
+
+#[test]
+fn results_that_another_program_wrote_are_replaced_only_by_force() {
+    let place = place();
+    let here = place.path();
+    let part = ["experiment", "figure-1a", "--trials", "2", "--quiet", "--shard", "1/1"];
+    good(here, &[&part[..], &["--out", "part"]].concat());
+    let commands: [&[&str]; 2] = [
+        &["experiment", "figure-1a", "--trials", "2", "--quiet", "--out", "."],
+        &["merge", "figure-1a", "part", "--quiet", "--out", "."],
+    ];
+    for args in commands {
+        for name in ["results.json", "results.csv", "figure.svg"] {
+            std::fs::write(here.join(name), "mine").expect("writes");
+            let refused = run(here, args);
+            assert_eq!(refused.code, Some(2), "{args:?} {name}: {}", refused.err);
+            let advice = format!("{name} exists already; choose another name or add --force");
+            assert!(refused.err.contains(&advice), "{args:?}: {}", refused.err);
+            assert_eq!((text(here, name).as_str(), names(here).len()), ("mine", 2), "{args:?}");
+            std::fs::remove_file(here.join(name)).expect("removes");
+        }
+        std::fs::write(here.join("results.csv"), "mine").expect("writes");
+        good(here, &[args, &["--force"][..]].concat());
+        assert!(text(here, "results.csv").contains("low95"), "{args:?}");
+        for name in ["trials.bin", "results.json", "results.csv", "figure.svg"] {
+            std::fs::remove_file(here.join(name)).expect("removes");
+        }
+    }
 }
 
 /// Whether this process, and so its children, ignores a signal: a shell does so for jobs in the background.
@@ -407,7 +437,7 @@ fn a_full_disk_is_one_sentence_and_leaves_nothing_half_written() {
         let output = output.expect("it starts");
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(1), "{words}: {said}");
-        assert!(said.starts_with("symbolt: cannot write new: File too large"), "{said}");
+        assert_eq!(said, "symbolt: cannot write new: File too large (os error 27)\n", "{words}");
         assert_eq!((names(here), said.lines().count()), (before.clone(), 1), "{words}: {said}");
     }
 }

@@ -260,6 +260,14 @@ fn a_bad_option_of_any_command_is_refused_before_any_work() {
         ("bench bind", "--sim-seconds nan", "--sim-seconds NaN: must be 0.3 to 3600"),
         ("bench bind", "--runs 1001", "--runs 1001: must be 1 to 1000"),
         ("bench bind", "--neurons-scale 0", "--neurons-scale 0: must be more than 0"),
+        (
+            "bench bind",
+            "--neurons-scale 1e-9 --quiet",
+            "--neurons-scale 0.000000001: the graph has 1 fault: - `bind/products`: `neurons` is 0",
+        ),
+        ("bench bind", "--neurons-scale 500 --quiet", "--neurons-scale 500: the graph has 1 fault"),
+        ("bench bind", "--dimensions 0 --quiet", "--dimensions 0: must be 2 to 1048576"),
+        ("bench planner", "--dimensions 3 --quiet", "or a higher ceiling (--dimensions)"),
         ("bench bind", "--unbinding guess", "--unbinding guess: must be one of products, fixed"),
         ("bench bind", "--choice guess", "--choice guess: must be one of winner, "),
         ("bench bind", "--load missing --quiet", "cannot read missing"),
@@ -267,7 +275,7 @@ fn a_bad_option_of_any_command_is_refused_before_any_work() {
         ("bench bind", "--mode direct --save new", "direct mode has no neurons"),
         ("completions teapot", "", "invalid value 'teapot'"),
     ];
-    assert_eq!(cases.len(), 100);
+    assert_eq!(cases.len(), 104);
     for (command, options, part) in cases {
         let args: Vec<&str> = command.split(' ').chain(options.split_whitespace()).collect();
         refused(place.path(), &args, 2, part);

@@ -9,6 +9,7 @@ use symbolt::files::{Overwrite, check_output, write_atomic};
 use symbolt::neurons::{Population, SelectRule, SolvedModel};
 use symbolt::sim::{Seed, SimDuration};
 use symbolt::study::standard::{Built, Measured, Model, Standard};
+use symbolt::task::TaskError;
 use symbolt::task::planner::Unbinding;
 
 use super::Outcome;
@@ -111,7 +112,7 @@ fn ready(args: &BenchArgs, spec: &Standard, model: Model) -> Result<Ready, Error
         let (built, load_s) = load(spec, model, path)?;
         return Ok(Ready { built, load_s, peak_mb: peak_rss_mb() });
     }
-    let built = spec.build(model)?;
+    let built = spec.build(model).map_err(|error| scaled(error, args.neurons_scale))?;
     let peak_mb = peak_rss_mb();
     let bytes = built.solved().encode()?;
     if let Some(path) = &args.save {
@@ -126,6 +127,18 @@ fn ready(args: &BenchArgs, spec: &Standard, model: Model) -> Result<Ready, Error
         anyhow::bail!("the network loaded from its file differs from the network that was built");
     }
     Ok(Ready { built, load_s, peak_mb })
+}
+
+/// Names the option in an error about the numbers of neurons, which `scale` multiplies.
+fn scaled(error: TaskError, scale: f64) -> Error {
+    match error {
+        TaskError::Build(faults) if scale != 1.0 => {
+            let faults = faults.to_string();
+            let words: Vec<&str> = faults.split_whitespace().collect();
+            BadArgument(format!("--neurons-scale {scale}: {}", words.join(" "))).into()
+        }
+        error => error.into(),
+    }
 }
 
 fn load(spec: &Standard, model: Model, path: &Path) -> Result<(Built, f64), Error> {

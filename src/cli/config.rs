@@ -11,7 +11,8 @@ use super::output::{Grid, emit, emit_json};
 pub(crate) fn config(args: &ConfigArgs) -> Result<Outcome, Error> {
     let out = args.out.place()?;
     if args.task.listed() {
-        return list(false);
+        out.write(&table())?;
+        return Ok(Outcome::Done);
     }
     out.write(&format!("{:#}\n", args.task.task()?.settings()))?;
     Ok(Outcome::Done)
@@ -19,17 +20,22 @@ pub(crate) fn config(args: &ConfigArgs) -> Result<Outcome, Error> {
 
 /// Prints the tasks.
 pub(crate) fn list(as_json: bool) -> Result<Outcome, Error> {
-    let all = tasks::all();
     if as_json {
+        let all = tasks::all();
         let task = |task: &std::sync::Arc<dyn tasks::Task>| json!({"name": task.name(), "description": task.description()});
         let lines: Vec<Value> = all.iter().map(task).collect();
         emit_json(&lines)?;
         return Ok(Outcome::Done);
     }
+    emit(&table())?;
+    Ok(Outcome::Done)
+}
+
+/// Returns the table of the tasks.
+fn table() -> String {
     let mut grid = Grid::new(&["task", "the robot has to"]);
-    for task in all {
+    for task in tasks::all() {
         grid.row([task.name().to_owned(), task.description().to_owned()]);
     }
-    emit(&grid.to_string())?;
-    Ok(Outcome::Done)
+    grid.to_string()
 }

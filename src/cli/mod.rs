@@ -116,7 +116,10 @@ fn with_options(error: Error, command: &str) -> Error {
             range("max-similarity", ceiling.to_string(), "more than 0 and at most 1")
         }
         (Some(TaskError::Vocabulary(VocabError::TooSimilar { .. })), _) => {
-            let advice = "(--dimensions, --max-similarity)";
+            let advice = match has("max-similarity") {
+                true => "(--dimensions, --max-similarity)",
+                false => "(--dimensions)",
+            };
             has("dimensions").then(|| BadArgument(format!("{error} {advice}")))
         }
         (Some(TaskError::File(FileError::Exists { path })), _)

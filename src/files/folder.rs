@@ -6,7 +6,7 @@ use std::io::{Error, ErrorKind, Result as IoResult};
 use std::path::{Path, PathBuf};
 
 use super::FileError;
-use super::write::remove_stale;
+use super::write::{check_folder, remove_stale};
 
 /// A condition that the user should know about but that does not stop the run.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -129,8 +129,7 @@ impl ResultFolder {
                 std::fs::write(&file, IGNORE.1).map_err(FileError::io("write", &file))?;
                 folder.ignore = Some(file);
             }
-            // The file has no name, so it is gone when it is closed.
-            tempfile::tempfile_in(path).map_err(FileError::io("write to", path))?;
+            check_folder(path).map_err(FileError::io("write to", path))?;
             remove_stale(path);
             return Ok(folder);
         }

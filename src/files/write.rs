@@ -25,12 +25,12 @@ pub fn write_atomic(
     overwrite: Overwrite,
 ) -> Result<(), FileError> {
     let target = target(path, overwrite)?;
-    let failed = FileError::io("write", path);
+    let failed = |error| FileError::io("write", path)(without_path(error));
     let folder = folder_of(&target);
     remove_stale(folder);
-    let mut beside = temporary(folder).map_err(&failed)?;
-    beside.write_all(content.as_ref()).map_err(&failed)?;
-    beside.as_file().sync_all().map_err(&failed)?;
+    let mut beside = temporary(folder).map_err(failed)?;
+    beside.as_file_mut().write_all(content.as_ref()).map_err(failed)?;
+    beside.as_file().sync_all().map_err(failed)?;
     match overwrite {
         Overwrite::Allowed => beside.persist(&target).map_err(|e| failed(e.error))?,
         Overwrite::Never => beside.persist_noclobber(&target).map_err(|e| {
@@ -59,8 +59,21 @@ pub fn write_atomic(
 /// ```
 pub fn check_output(path: &Path, overwrite: Overwrite) -> Result<(), FileError> {
     let target = target(path, overwrite)?;
+    check_folder(folder_of(&target)).map_err(FileError::io("write", path))
+}
+
+/// Checks whether a file can be created in a folder. Leaves nothing behind.
+pub(super) fn check_folder(folder: &Path) -> IoResult<()> {
     // The file has no name, so it is gone when it is closed.
-    tempfile::tempfile_in(folder_of(&target)).map(drop).map_err(FileError::io("write", path))
+    tempfile::tempfile_in(folder).map(drop).map_err(without_path)
+}
+
+/// Returns an error without the path of the temporary file, which `tempfile` appends and which means nothing to a user.
+fn without_path(error: Error) -> Error {
+    match error.to_string().rsplit_once(" at path ") {
+        Some((plain, _)) => Error::new(error.kind(), plain),
+        None => error,
+    }
 }
 
 /// Returns the file to write: `path`, or the file that this link points to.
@@ -285,7 +298,8 @@ mod tests {
             let write = write_atomic(&path, "new", Overwrite::Never).expect_err(name);
             for error in [check, write] {
                 let FileError::Io { what: "write", source, .. } = error else { panic!("{error}") };
-                assert!(source.to_string().contains(why), "{name}: {source}");
+                let said = source.to_string();
+                assert!(said.contains(why) && !said.contains("at path"), "{name}: {said}");
             }
         }
         check_output(&folder.path().join("new"), Overwrite::Never).expect("it can be written");

@@ -63,6 +63,9 @@ impl Run<'_> {
     ) -> Result<Results, TaskError> {
         self.shard = Shard::default();
         let whole = self;
+        if overwrite == Overwrite::Never {
+            whole.refuse_foreign()?;
+        }
         let shards = whole.shards(folders)?;
         let mut records: Vec<Record> =
             shards.iter().flat_map(|(_, contents)| &contents.records).copied().collect();

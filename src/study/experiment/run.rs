@@ -64,6 +64,8 @@ pub struct Run<'a> {
 }
 
 pub(super) const JOURNAL: &str = "trials.bin";
+/// Files that are written when all trials are done.
+const TABLES: [&str; 3] = ["results.json", "results.csv", "figure.svg"];
 
 /// Returns the number at index `at` of an outcome, or NaN if there is none.
 fn number(outcome: &TrialOutcome, at: usize) -> f64 {
@@ -133,8 +135,20 @@ impl<'a> Run<'a> {
         }
     }
 
+    /// Refuses a folder with results but without a journal: another program wrote them.
+    pub(super) fn refuse_foreign(&self) -> Result<(), FileError> {
+        if self.journal().exists() {
+            return Ok(());
+        }
+        let tables = TABLES.iter().map(|name| self.folder.path().join(name));
+        match tables.into_iter().find(|path| path.symlink_metadata().is_ok()) {
+            Some(path) => Err(FileError::Exists { path }),
+            None => Ok(()),
+        }
+    }
+
     fn delete_earlier(&self) -> Result<(), TaskError> {
-        for name in [JOURNAL, "results.json", "results.csv", "figure.svg"] {
+        for name in [JOURNAL].iter().chain(&TABLES) {
             let path = self.folder.path().join(name);
             match std::fs::remove_file(&path) {
                 Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
@@ -151,12 +165,13 @@ impl<'a> Run<'a> {
     ///
     /// # Errors
     /// [`TaskError::Input`] if the journal is damaged or belongs to another experiment, seed or settings;
-    /// [`TaskError::File`] if it cannot be written; otherwise the first error of a trial. Finished trials are kept.
+    /// [`TaskError::File`] if it cannot be written, or if the folder has results but no journal; otherwise the first error of a trial. Finished trials are kept.
     pub fn go(&self, observer: &mut dyn Observer) -> Result<Option<Results>, TaskError> {
         self.warn(observer);
         if self.restart {
             self.delete_earlier()?;
         }
+        self.refuse_foreign()?;
         let (journal, before) = Journal::open(&self.journal(), &self.header(), self.salvage)?;
         let outcomes = self.outcomes(&before);
         drop(before);
@@ -251,12 +266,11 @@ impl<'a> Run<'a> {
     }
 
     pub(super) fn write(&self, results: &Results) -> Result<(), TaskError> {
-        let folder = self.folder.path();
-        let text = format!("{:#}\n", results.to_json());
-        write_atomic(&folder.join("results.json"), &text, Overwrite::Allowed)?;
-        write_atomic(&folder.join("results.csv"), results.to_csv(), Overwrite::Allowed)?;
+        let [json, csv, svg] = TABLES.map(|name| self.folder.path().join(name));
+        write_atomic(&json, format!("{:#}\n", results.to_json()), Overwrite::Allowed)?;
+        write_atomic(&csv, results.to_csv(), Overwrite::Allowed)?;
         if let Some(figure) = self.experiment.figure(results) {
-            write_atomic(&folder.join("figure.svg"), figure.to_svg()?, Overwrite::Allowed)?;
+            write_atomic(&svg, figure.to_svg()?, Overwrite::Allowed)?;
         }
         Ok(())
     }
