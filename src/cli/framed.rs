@@ -187,6 +187,7 @@ pub(crate) fn plan(args: &PlanArgs, domain: &RelationalDomain) -> Result<Outcome
             let plan = roll_out(&problem, &layout, &args.planner, args.common.seed)?;
             (Some(problem), plan)
         }
+        Err(error @ ProblemError::TooLarge { .. }) => return Err(TaskError::from(error).into()),
         Err(error) => (None, impossible(&error, &goals, &layout)),
     };
     drop(progress);
