@@ -197,6 +197,7 @@ pub(crate) fn plan(
             let plan = roll_out(&problem, &layout, &args.planner, args.common.seed)?;
             (Some(problem), plan)
         }
+        Err(error @ ProblemError::TooLarge { .. }) => return Err(TaskError::from(error).into()),
         Err(error) => (None, impossible(&error, &goals, &layout)),
     };
     drop(progress);

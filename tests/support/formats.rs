@@ -250,14 +250,14 @@ fn texts() -> Vec<Format> {
     let framed = framed.to_json().expect("plain data").into_bytes();
     let recordings = vec![labelled.into_bytes(), lines.into_bytes()];
     vec![
-        format("recording", 20, recordings, |bytes| Recording::parse(bytes, "x").is_ok()),
-        format("scene", 10, vec![scene.into_bytes()], |bytes| Snapshot::parse(bytes, "x").is_ok()),
-        format("domain", 15, vec![old, plain.clone()], |bytes| {
+        format("recording", 40, recordings, |bytes| Recording::parse(bytes, "x").is_ok()),
+        format("scene", 20, vec![scene.into_bytes()], |bytes| Snapshot::parse(bytes, "x").is_ok()),
+        format("domain", 30, vec![old, plain.clone()], |bytes| {
             Domain::parse(bytes, "x").is_ok_and(|domain| {
                 domain.to_json().is_ok() && Classifier::new(&domain, Grounding::default()).is_ok()
             })
         }),
-        format("framed domain", 15, vec![framed, plain], |bytes| {
+        format("framed domain", 30, vec![framed, plain], |bytes| {
             RelationalDomain::parse(bytes, "x").is_ok_and(|domain| {
                 let _ = Grounder::new(&domain);
                 domain.to_json().is_ok()
@@ -278,13 +278,13 @@ fn settings() -> Vec<Format> {
     let plain = plain.into_iter().map(String::into_bytes).collect();
     let nuts = json!(NutsAndBolts::default()).to_string().into_bytes();
     let tasks = tasks::all();
-    let mut any = format("settings", 4, plain, move |bytes| {
+    let mut any = format("settings", 2, plain, move |bytes| {
         tasks.iter().filter(|task| task.with_settings(bytes, "x").is_ok()).count() > 0
     });
     any.sound = false;
     vec![
         format("task file", 4, files, |bytes| DataTask::parse(bytes, "x").is_ok()),
-        format("nuts and bolts", 8, vec![nuts], |bytes| NutsAndBolts::parse(bytes, "x").is_ok()),
+        format("nuts and bolts", 12, vec![nuts], |bytes| NutsAndBolts::parse(bytes, "x").is_ok()),
         any,
     ]
 }
@@ -298,10 +298,10 @@ fn results() -> Vec<Format> {
         let _: Option<(Ix2, Ix3)> = None;
         npz.finish().expect("finished")
     }];
-    let mut arrays = format("archive", 20, raw, read_arrays);
+    let mut arrays = format("archive", 40, raw, read_arrays);
     arrays.sound = false;
     // The mutations reach the reader of headers: the archive around them is sound.
-    let mut inner = format("array", 30, vec![zipped(&members(), false)], read_arrays);
+    let mut inner = format("array", 60, vec![zipped(&members(), false)], read_arrays);
     inner.make = Box::new(|mutator, _, _| {
         let mut members = members();
         for _ in 0..1 + mutator.below(2) {
@@ -326,7 +326,7 @@ fn results() -> Vec<Format> {
     vec![
         arrays,
         inner,
-        format("trace", 15, vec![TRACE.into()], |bytes| trace::read(bytes).1.is_none()),
+        format("trace", 30, vec![TRACE.into()], |bytes| trace::read(bytes).1.is_none()),
         format("run", 6, vec![facts], |bytes| {
             serde_json::from_slice::<RunFacts>(bytes).is_ok_and(|facts| facts.draw_scene().is_ok())
         }),
@@ -338,14 +338,14 @@ fn formal() -> Vec<Format> {
     let ferry = include_bytes!("../fixtures/strips/ferry.pddl").to_vec();
     let (domain, other) = (strips_domain(), strips_domain());
     vec![
-        format("PDDL domain", 15, vec![blocks, ferry], |bytes| {
+        format("PDDL domain", 30, vec![blocks, ferry], |bytes| {
             let skipped = strips::Domain::parse(bytes, "x", Bodies::Skip).is_ok();
             strips::Domain::parse(bytes, "x", Bodies::Read).is_ok() && skipped
         }),
-        format("PDDL problem", 10, vec![PROBLEM.into()], move |bytes| {
+        format("PDDL problem", 20, vec![PROBLEM.into()], move |bytes| {
             Problem::parse(bytes, "x", &domain).is_ok()
         }),
-        format("trajectory", 15, TRAJECTORIES.map(|t| t.into()).to_vec(), move |bytes| {
+        format("trajectory", 30, TRAJECTORIES.map(|t| t.into()).to_vec(), move |bytes| {
             Trajectory::parse(bytes, "x", &other).is_ok()
         }),
     ]
@@ -421,7 +421,7 @@ fn used() -> Vec<Format> {
                 problem.ground(&layout.situation()).is_ok()
             })
         }),
-        format("planning", 1, vec![plain], |bytes| {
+        format("planning", 2, vec![plain], |bytes| {
             let Ok(domain) = Domain::parse(bytes, "x") else { return false };
             let Some(goal) = domain.goal() else { return false };
             let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1));
@@ -438,7 +438,7 @@ pub fn formats() -> Vec<Format> {
     let (_, model) = Model::ALL[0];
     let solved_seed = spec.build(model).expect("it builds").solved().encode().expect("plain data");
     let mut models =
-        format("model", 2, vec![solved_seed], |bytes| SolvedModel::decode(bytes).is_ok());
+        format("model", 4, vec![solved_seed], |bytes| SolvedModel::decode(bytes).is_ok());
     models.make = Box::new(solved);
     let mut all = texts();
     all.extend(settings());
