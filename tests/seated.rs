@@ -37,7 +37,7 @@ fn scene(nut: Pose, bolt: Pose) -> Snapshot {
 }
 
 /// Puts a nut into its pocket and a bolt through it, each time to within 30 micrometres. With `door`, a door closes by
-/// itself when all is done.
+/// itself when all is done, after the last attempt.
 fn recording(demos: u64, door: bool) -> Recording {
     let demo = |number: u64| {
         let mut rng = Seed::new(7).derive_index("demo", number).rng();
@@ -58,11 +58,12 @@ fn recording(demos: u64, door: bool) -> Recording {
             (SnapshotEvent::Contact, Some(1), [end[0], start[1]]),
             (SnapshotEvent::Release, Some(1), end),
             (SnapshotEvent::End, None, end),
+            (SnapshotEvent::End, None, end),
         ];
         let snapshots = steps.into_iter().enumerate().map(|(number, (event, object, poses))| {
             let mut scene = scene(poses[0], poses[1]);
             if door {
-                let x = if event == SnapshotEvent::End { 0.2 } else { 0.1 };
+                let x = if number == 6 { 0.2 } else { 0.1 };
                 let pose = Pose::at([x, 0.5, 0.1]);
                 scene.objects.push(ObjectPose { id: "door_0".into(), kind: "door".into(), pose });
             }
