@@ -150,7 +150,8 @@ impl Live {
                     continue;
                 }
                 let view = self.view(seen);
-                let wrong = view.wrongly_at(&Wanted::of(choice, String::new(), false));
+                let wide = self.attempts.occupied(&choice.what) > 0;
+                let wrong = view.wrongly_at(&Wanted::of(choice, String::new(), false), wide);
                 if let Some(other) = wrong.first().filter(|_| careful) {
                     let other = view.name(*other);
                     skip(format!("{other} lies wrongly where {name} is to be put"), true, false);
