@@ -417,7 +417,7 @@ fn count(report: &EpisodeReport, kind: RecoveryKind) -> usize {
 /// A single failed grasp was tried again and again until the episode was given up.
 #[test]
 fn a_grasp_that_misses_is_not_tried_a_third_time() {
-    let nut = |own: Vec<Grasp>| {
+    let nut = |own: Vec<Grasp>| -> Vec<Grasp> {
         let first = own.first().map(in_the_air);
         first.into_iter().chain(own).collect()
     };
@@ -432,7 +432,7 @@ fn a_grasp_that_misses_is_not_tried_a_third_time() {
 /// Without a grasp of the task for the nut, the episode ended at once.
 #[test]
 fn a_part_without_a_grasp_of_the_task_is_taken_by_another_one() {
-    let none = |_| Vec::new();
+    let none = |_: Vec<Grasp>| Vec::new();
     let spec = EpisodeSpec::of(OtherGrasps { inner: NutsAndBolts::default(), nut: none });
     let report = recovered(&spec, 5);
     assert!(report.solved, "{report:?}");
@@ -485,7 +485,7 @@ fn a_nut_that_lies_across_the_pocket_is_taken_out() {
 /// If all grasps of the task miss, grasps that follow from the shape are tried.
 #[test]
 fn grasps_of_the_task_that_all_miss_are_given_up_after_a_few() {
-    let nut = |own: Vec<Grasp>| own.iter().map(in_the_air).collect();
+    let nut = |own: Vec<Grasp>| -> Vec<Grasp> { own.iter().map(in_the_air).collect() };
     let spec = EpisodeSpec::of(OtherGrasps { inner: NutsAndBolts::default(), nut });
     let report = recovered(&spec, 5);
     assert!(report.solved, "{report:?}");

@@ -22,6 +22,8 @@ use crate::task::skill::{self, Grasp, Target};
 
 /// Number of other orders that are asked for before a detour.
 const ORDERS: usize = 3;
+/// Speed above which a part is not at rest, in metres per second.
+const MOVES_M_S: f64 = 0.02;
 /// Number of detours of an episode, and more for each part.
 const DETOURS: (usize, usize) = (6, 3);
 
@@ -101,7 +103,12 @@ impl Live {
                 return phase;
             }
         }
-        Phase::Over(self.given_up(stuck))
+        let mut parts = 0..self.scene.part_count();
+        match parts.any(|part| self.scene.part_speed(part) > MOVES_M_S) {
+            // A part that still falls or rolls may come to be in a state, or be lost.
+            true => Phase::Rest { left: REST },
+            false => Phase::Over(self.given_up(stuck)),
+        }
     }
 
     /// Returns how the episode ends if nothing is left to try.
@@ -150,7 +157,8 @@ impl Live {
                     continue;
                 }
                 let view = self.view(seen);
-                let wrong = view.wrongly_at(&Wanted::of(choice, String::new(), false));
+                let wide = self.attempts.occupied(&choice.what) > 0;
+                let wrong = view.wrongly_at(&Wanted::of(choice, String::new(), false), wide);
                 if let Some(other) = wrong.first().filter(|_| careful) {
                     let other = view.name(*other);
                     skip(format!("{other} lies wrongly where {name} is to be put"), true, false);

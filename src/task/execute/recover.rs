@@ -48,6 +48,8 @@ pub(super) struct View<'v> {
     pub homes: &'v [Option<Pose>],
 }
 
+/// Horizontal distance within which a part lies at a target, in metres.
+const AT_M: f64 = 0.035;
 /// Horizontal distance within which a part is beside another one, so that the hand may lack room, in metres.
 const BESIDE_M: f64 = 0.075;
 /// Horizontal distance within which, and height above which, a part rests on another one, in metres.
@@ -108,11 +110,11 @@ impl View<'_> {
         near.into_iter().map(|(_, part)| part).collect()
     }
 
-    /// Returns the parts in no state that lie at a target.
-    pub fn wrongly_at(&self, wanted: &Wanted) -> Vec<usize> {
-        let within_m = self.scene.kind(wanted.part).map_or(0.02, |k| k.handling.in_the_way_m);
+    /// Returns the parts in no state that lie at a target; with `wide`, also those beside it.
+    pub fn wrongly_at(&self, wanted: &Wanted, wide: bool) -> Vec<usize> {
         let except: Vec<usize> = [wanted.part].into_iter().chain(wanted.reference).collect();
-        let mut near = self.near(wanted.at, within_m.max(0.02), &except);
+        let within_m = if wide { BESIDE_M } else { AT_M };
+        let mut near = self.near(wanted.at, within_m, &except);
         near.retain(|part| self.loose(*part));
         near
     }
@@ -163,7 +165,7 @@ pub(super) fn detours(view: &View<'_>, wanted: &[Wanted], stuck: bool) -> Vec<De
     use RecoveryKind::{Clear, Push, Regrasp, Reseat};
     let mut list = List { view, all: Vec::new() };
     for w in wanted {
-        for part in view.wrongly_at(w) {
+        for part in view.wrongly_at(w, true) {
             let name = view.name(w.part);
             let why = format!("it is in no state and lies where {name} is to be put");
             list.add(Reseat, part, false, why);
