@@ -327,6 +327,6 @@ impl Live {
 /// Returns why a choice was not carried out, the last reason found, and whether something at its target is the reason.
 fn reason(skipped: &[Skipped], what: &What) -> (String, bool) {
     let own = || skipped.iter().filter(|s| s.what == *what);
-    let why = own().last().map_or_else(|| "it was not possible".into(), |s| s.why.clone());
+    let why = own().next_back().map_or_else(|| "it was not possible".into(), |s| s.why.clone());
     (why, own().any(|s| s.jammed))
 }
