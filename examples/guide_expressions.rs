@@ -25,10 +25,11 @@ fn what_was_said() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// A graph that reads a command word by word, and the memory of the phrase.
-fn reader(
-    words: &Vocabulary<Words>,
-) -> Result<(GraphBuilder, Out<Pointer<Words>>), Box<dyn Error>> {
+/// A graph, and the memory of the phrase in it.
+type Reader = (GraphBuilder, Out<Pointer<Words>>);
+
+/// Describes a graph that reads a command word by word.
+fn reader(words: &Vocabulary<Words>) -> Result<Reader, Box<dyn Error>> {
     let ms = SimDuration::from_millis;
     let shown = Stimulus::pointer(words.space(), &words.get("WRITE")?)
         .from(ms(150), &words.get("ONE")?)
