@@ -1,6 +1,6 @@
 //! The controller of a pick and place: a sequence of stages, each with its own end condition.
 
-use rapier3d::math::{Pose as Frame, Vector};
+use rapier3d::math::Pose as Frame;
 use serde::{Deserialize, Serialize};
 
 use super::grasp::{Grasp, Target};
@@ -355,6 +355,7 @@ impl Skill {
                     self.carry_s = self.lift.duration_s();
                     self.go(Stage::Slide(self.lift.clone()));
                 } else if self.touching && self.time_s > CLOSING_S.0 {
+                    self.in_hand = Some(self.measure(scene));
                     self.go(Stage::Lift(self.lift.clone()));
                 } else if self.time_s > CLOSING_S.1 {
                     self.fail(SkillOutcome::Missed);
