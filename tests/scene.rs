@@ -12,7 +12,7 @@ use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::{Planner, PlannerSpec};
 use symbolt::task::robot::GripperSpec;
 use symbolt::task::scene::{BodyId, Scene, SceneSpec};
-use symbolt::task::skill::{Grasp, Robot, Target};
+use symbolt::task::skill::{Grasp, Robot, Target, any_grasps, free_places, pushes, turns_over};
 use symbolt::task::tasks::nuts_and_bolts::{MAX_OF_A_KIND, NutsAndBolts, PartSpec};
 use symbolt::task::tasks::{Demonstrator, Judgement, Task};
 use symbolt::task::{Classifier, Domain, Grounding, Pose, StateId, TaskError, demonstrate};
@@ -314,6 +314,158 @@ fn other_names_another_jig_and_a_mirror_change_nothing() {
     let spec = EpisodeSpec::of(spec);
     let over = episode(&planner, Grounding::default(), goal, &spec, Seed::new(7)).expect("runs");
     assert!(over.report.solved, "{:?}", over.report);
+}
+
+/// A part with a side or its head below.
+const OVER: [f64; 4] = [1.0, 0.0, 0.0, 0.0];
+const ON_SIDE: [f64; 4] =
+    [0.0, std::f64::consts::FRAC_1_SQRT_2, 0.0, std::f64::consts::FRAC_1_SQRT_2];
+
+/// Puts a part into a pose and lets it settle.
+fn drop_at(scene: &mut Scene, robot: &mut Robot, part: usize, pose: &Pose) {
+    scene.disturb(part, pose);
+    for _ in 0..500 {
+        robot.step(scene);
+    }
+}
+
+fn finish(scene: &mut Scene, robot: &mut Robot) -> SkillReport {
+    (0..30_000).find_map(|_| robot.step(scene).ended).expect("a skill ends")
+}
+
+/// Puts a part at a target as the task would, and, where its grasps do not do, lays the part down elsewhere or pushes
+/// it. Returns what was done.
+fn recover(scene: &mut Scene, part: usize, target: Target) -> Vec<&'static str> {
+    let (mut robot, mut done) = (Robot::default(), Vec::new());
+    for attempt in 0..6 {
+        if begin(&mut robot, scene, part, target).is_ok() {
+            done.push("put");
+            finish(scene, &mut robot);
+            return done;
+        }
+        let grasps = any_grasps(scene, part);
+        let places = free_places(scene, part);
+        let mut over = places.iter().filter(|place| turns_over(scene, part, place));
+        if over.any(|place| robot.begin(scene, part, *place, &grasps, None).is_ok()) {
+            done.push("laid down");
+        } else {
+            let all = pushes(scene, part);
+            let push = all.iter().skip(attempt).find(|p| robot.begin_push(scene, p).is_ok());
+            done.push(if push.is_some() { "pushed" } else { "nothing" });
+        }
+        if robot.busy() {
+            finish(scene, &mut robot);
+        }
+    }
+    done
+}
+
+#[test]
+fn a_part_on_its_edge_or_head_for_which_the_task_has_no_grasp_is_put_at_its_target() {
+    let spec = NutsAndBolts::default();
+    for (part, target, height, orientation) in
+        [(0, pocket(&spec), 0.0155, ON_SIDE), (1, hole(&spec), 0.0125, OVER)]
+    {
+        let mut scene = built(&spec, 1);
+        let pose = Pose { position: [0.45, 0.1, height], orientation };
+        let away = Pose::at([0.45, 0.28, 0.06]);
+        drop_at(&mut scene, &mut Robot::default(), 1 - part, &away);
+        drop_at(&mut scene, &mut Robot::default(), part, &pose);
+        assert!(spec.grasps(&scene, part).is_empty(), "it must lie oddly");
+        let done = recover(&mut scene, part, target);
+        assert!(done.len() > 1 && done.ends_with(&["put"]), "part {part}: {done:?}");
+        let is = spec.assembly(&scene);
+        assert_eq!([is.nut_in_pocket, is.bolt_in_hole][part], Some(part));
+    }
+}
+
+#[test]
+fn a_part_against_the_rim_or_leaning_against_it_is_put_at_its_target() {
+    let spec = NutsAndBolts::default();
+    let [low, high] = spec.table.rim;
+    let tilt = (0.45f64).sin_cos();
+    let poses = [
+        Pose::at([high[0] - 0.0152, 0.1, 0.0085]),
+        Pose::at([low[0] + 0.0175, high[1] - 0.0155, 0.0085]),
+        Pose { position: [high[0] - 0.020, 0.1, 0.026], orientation: [0.0, tilt.0, 0.0, tilt.1] },
+    ];
+    for pose in poses {
+        let mut scene = built(&spec, 1);
+        drop_at(&mut scene, &mut Robot::default(), 0, &pose);
+        let done = recover(&mut scene, 0, pocket(&spec));
+        assert_eq!(spec.assembly(&scene).nut_in_pocket, Some(0), "{pose:?}: {done:?}");
+    }
+}
+
+#[test]
+fn grasps_from_the_shape_are_the_same_each_time_and_within_the_gripper() {
+    let spec = NutsAndBolts::default();
+    let scene = built(&spec, 3);
+    for part in 0..2 {
+        let grasps = any_grasps(&scene, part);
+        assert!((8..=48).contains(&grasps.len()), "{}", grasps.len());
+        assert_eq!(grasps, any_grasps(&scene, part));
+        let fits = |opening: f64| opening > 0.0 && opening <= spec.gripper.stroke_m;
+        assert!(grasps.iter().all(|grasp| fits(grasp.opening_m) && grasp.approach[2] < 0.0));
+    }
+    assert!(any_grasps(&scene, 2).is_empty() && pushes(&scene, 2).is_empty());
+}
+
+/// A part that fell off the table fell for ever.
+#[test]
+fn a_part_off_the_table_is_lost_and_the_rest_goes_on() {
+    let spec = NutsAndBolts { nuts: 2, ..NutsAndBolts::default() };
+    let mut scene = built(&spec, 1);
+    let mut robot = Robot::default();
+    drop_at(&mut scene, &mut robot, 1, &Pose::at([0.80, 0.1, 0.02]));
+    assert!(scene.lost(1) && !scene.lost(0) && !scene.lost(9));
+    let place = scene.part(1).expect("there").position;
+    assert!(place[2] < -0.1 && place[2] > -1.0, "{place:?}");
+    assert!(any_grasps(&scene, 1).is_empty() && free_places(&scene, 1).is_empty());
+    assert!(pushes(&scene, 1).is_empty());
+    let refused = begin(&mut robot, &scene, 1, pocket(&spec)).expect_err("out of reach");
+    assert_eq!(refused.outcome, SkillOutcome::Unreachable);
+
+    let saved = postcard::to_stdvec(&scene).expect("it can be saved");
+    let mut copy: Scene = postcard::from_bytes(&saved).expect("it can be restored");
+    assert!(copy.lost(1));
+    let report = put(&mut scene, &mut robot, 0, pocket(&spec));
+    assert_eq!(report.outcome, SkillOutcome::Placed);
+    assert_eq!(scene.part(1).expect("there").position, place);
+
+    let back = Pose::at([0.45, 0.1, 0.01]);
+    drop_at(&mut copy, &mut Robot::default(), 1, &back);
+    assert!(!copy.lost(1) && !any_grasps(&copy, 1).is_empty());
+}
+
+#[test]
+fn a_push_never_throws_a_part_off_the_table() {
+    let spec = NutsAndBolts::default();
+    let ([low, high], mut count) = (spec.table.rim, 0);
+    for seed in 0..16u32 {
+        let mut scene = built(&spec, u64::from(seed));
+        let mut robot = Robot::default();
+        let part = seed as usize % 2;
+        let along = f64::from(seed) / 16.0;
+        let edge = [low[0] + 0.02, high[0] - 0.02][seed as usize / 2 % 2];
+        let position = [edge, low[1] + 0.03 + along * (high[1] - low[1] - 0.06), 0.05];
+        let orientation = if seed % 3 == 0 { OVER } else { ON_SIDE };
+        drop_at(&mut scene, &mut robot, part, &Pose { position, orientation });
+        if scene.lost(part) {
+            // It fell off by itself.
+            continue;
+        }
+        for _ in 0..2 {
+            let all = pushes(&scene, part);
+            if all.iter().any(|push| robot.begin_push(&scene, push).is_ok()) {
+                let report = finish(&mut scene, &mut robot);
+                assert!(!report.picked);
+                count += u32::from(report.outcome == SkillOutcome::Placed);
+            }
+            assert!((0..2).all(|part| !scene.lost(part)), "seed {seed}");
+        }
+    }
+    assert!(count >= 16, "{count} pushes moved the part");
 }
 
 #[test]

@@ -32,8 +32,10 @@ const DOWN: f64 = 0.17;
 const LEVEL: f64 = 0.8;
 /// Greatest number of grasps that are tested for collisions.
 const TESTS: usize = 600;
-/// Greatest number of samples on the surface.
+/// Greatest number of samples on the surface, and greatest number times the part's faces. The second bounds the time for
+/// parts with thousands of faces.
 const SAMPLES: usize = 400;
+const SAMPLES_BY_FACES: usize = 60_000;
 
 /// Two opposing places on a part's surface, in the part's frame.
 struct Pair {
@@ -41,6 +43,8 @@ struct Pair {
     middle: Vector,
     /// Direction from one place to the other.
     closing: Vector,
+    /// Half the distance between the two places, in metres.
+    half_m: f64,
 }
 
 /// A grasp that has not been tested yet.
@@ -83,11 +87,14 @@ fn samples(face: &Face) -> Vec<Vector> {
 /// Returns pairs of opposing places that fit between the fingers.
 fn pairs(solid: &Solid, stroke: f64) -> Vec<Pair> {
     let mut all: Vec<Pair> = Vec::new();
-    let mut count = 0;
-    for face in solid.pieces.iter().flat_map(|piece| &piece.faces) {
+    let faces: Vec<&Face> = solid.pieces.iter().flat_map(|piece| &piece.faces).collect();
+    let most = (SAMPLES_BY_FACES / faces.len().max(1)).clamp(8, SAMPLES);
+    let (mut count, mut tests) = (0, 0);
+    for face in faces.iter().step_by(faces.len().div_ceil(most).max(1)) {
         for point in samples(face) {
+            tests += 1;
             // A face between two pieces is no surface.
-            if count >= SAMPLES || solid.contains(point + face.normal * 5e-4) {
+            if count >= most || tests > 4 * most || solid.contains(point + face.normal * 5e-4) {
                 continue;
             }
             count += 1;
@@ -99,7 +106,8 @@ fn pairs(solid: &Solid, stroke: f64) -> Vec<Pair> {
                 if !room || !fits || run.out.dot(inwards) < SLOPE_RAD.cos() {
                     continue;
                 }
-                let pair = Pair { middle: point + inwards * (run.to / 2.0), closing: inwards };
+                let half_m = run.to / 2.0;
+                let pair = Pair { middle: point + inwards * half_m, closing: inwards, half_m };
                 let same = |other: &Pair| {
                     (other.middle - pair.middle).length() < 1.5e-3
                         && other.closing.dot(pair.closing).abs() > 0.998
@@ -133,7 +141,7 @@ fn approaches(solid: &Solid, frame: &Frame, pair: &Pair, stroke: f64) -> Vec<Can
         for (rank, beyond) in BEYOND_M.into_iter().enumerate() {
             let at = *frame * pair.middle + approach * (beyond - FINGER_TIP_M);
             let tool = Frame::from_parts(at, turn);
-            if let Some(candidate) = held(solid, frame, &tool, stroke, rank) {
+            if let Some(candidate) = held(solid, frame, &tool, [pair.half_m, stroke], rank) {
                 all.push(candidate);
             }
         }
@@ -144,19 +152,29 @@ fn approaches(solid: &Solid, frame: &Frame, pair: &Pair, stroke: f64) -> Vec<Can
 /// Distances from the tool centre point at which the pads are sampled, in metres: across the pads, and along them.
 const ACROSS_M: [f64; 3] = [-0.007, 0.0, 0.007];
 const ALONG_M: [f64; 5] = [0.005, 0.001, -0.004, -0.011, -0.020];
+/// Distance beyond a contact within which the same wall of the part may lie, in metres.
+const WALL_M: f64 = 0.004;
 /// Difference in depth at which both of two points touch a pad, in metres.
 const FLAT_M: f64 = 5e-4;
 
 /// Returns the grasp with the end effector near `tool` that centres the part between the pads; `None` if the pads
-/// would not hold the part.
-fn held(solid: &Solid, frame: &Frame, tool: &Frame, stroke: f64, rank: usize) -> Option<Candidate> {
+/// would not hold the part. The pads meet the part about `near_m` metres from the middle, and at most `stroke` metres.
+fn held(
+    solid: &Solid,
+    frame: &Frame,
+    tool: &Frame,
+    [near_m, stroke]: [f64; 2],
+    rank: usize,
+) -> Option<Candidate> {
     let local = frame.inv_mul(tool);
     let [across, closing, along] = [Vector::X, Vector::Y, Vector::Z].map(|v| local.rotation * v);
     let mut ends: Vec<(f64, f64)> = Vec::new();
     for x in ACROSS_M {
         for z in ALONG_M {
             let at = local.translation + across * x + along * z;
-            let between = |run: &&super::solid::Run| run.from < stroke && run.to > -stroke;
+            // Behind a finger there may be another wall of the part.
+            let around = near_m + WALL_M;
+            let between = |run: &&super::solid::Run| run.from < around && run.to > -around;
             let runs = solid.runs(at, closing);
             let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
             for run in runs.iter().filter(between) {

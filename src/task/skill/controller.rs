@@ -365,6 +365,7 @@ impl Skill {
                     self.carry_s = self.lift.duration_s();
                     self.go(Stage::Slide(self.lift.clone()));
                 } else if self.touching && self.time_s > CLOSING_S.0 {
+                    self.in_hand = Some(self.measure(scene));
                     self.go(Stage::Lift(self.lift.clone()));
                 } else if self.time_s > CLOSING_S.1 {
                     self.fail(SkillOutcome::Missed);

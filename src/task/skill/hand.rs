@@ -10,6 +10,8 @@ use crate::task::robot::arm::{self, HOME};
 use crate::task::robot::path::Path;
 use crate::task::scene::physics::Scene;
 
+/// A part that has moved farther than this in the hand while it was lifted has not been grasped, in metres.
+const MOVED_M: f64 = 0.03;
 /// Least gap between a finger and a part that the hand has let go of, in metres.
 const FREE_M: f64 = 0.004;
 
@@ -18,12 +20,11 @@ impl Skill {
     /// target.
     pub(super) fn look_into_hand(&mut self, scene: &Scene, robot: &mut Robot) {
         let forces = scene.pad_forces(self.part);
-        let near =
-            (scene.part_frame(self.part).translation - scene.tool_frame().translation).length();
-        if forces.iter().any(|f| *f < TOUCH_N) || near > 0.05 {
+        let in_hand = self.measure(scene);
+        let moved = self.in_hand.map(|was| (in_hand.translation - was.translation).length());
+        if forces.iter().any(|f| *f < TOUCH_N) || moved.is_none_or(|moved| moved > MOVED_M) {
             return self.fail(SkillOutcome::Missed);
         }
-        let in_hand = self.measure(scene);
         self.in_hand = Some(in_hand);
         self.lifted = Some(in_hand);
         // Open no farther than needed: the fingers could hit a neighbour.
@@ -67,13 +68,18 @@ impl Skill {
         }
     }
 
-    /// Moves the open hand away: back along the hand after placing, up after a failure.
+    /// Moves the open hand away: back along the hand, or up if the arm has hit something or the part was lost.
     pub(super) fn leave(&mut self, scene: &Scene, robot: &mut Robot) {
         let arm = &scene.spec().arm;
         let back = -(arm::tool(robot.angles()).rotation * Vector::Z);
         let up = Vector::Z * RAISE_M;
+        // A part between the open fingers would be dragged along by a tilted hand that moves up.
+        let away = matches!(
+            self.failure,
+            Some(SkillOutcome::Blocked | SkillOutcome::Dropped | SkillOutcome::TimedOut)
+        );
         let path = Path::line(robot.angles(), back * reach::BACK_M, arm)
-            .filter(|_| self.failure.is_none())
+            .filter(|_| !away)
             .or_else(|| Path::line(robot.angles(), up, arm))
             .or_else(|| Path::line(robot.angles(), back * 0.04, arm));
         match path {

@@ -14,7 +14,7 @@
 //! | carry | moves to above the target | blocked; dropped |
 //! | lower | measures the part again and moves straight down | blocked; dropped; unreachable; occupied, then it puts the part back |
 //! | open | opens the fingers until they are free of the part, for 0.6 s at most | |
-//! | retreat | moves back by 7 cm along the hand, or up by 10 cm after a failure | |
+//! | retreat | moves back by 7 cm along the hand, or up by 10 cm after *blocked*, *dropped* and *timed out* | |
 //! | settle | waits until all parts are at rest, for 2 s at most | |
 //!
 //! *Blocked* means that the arm hit something, *missed* that the part is not in the hand after closing or lifting,

@@ -67,6 +67,8 @@ impl Push {
 
 /// Number of horizontal directions that are tried.
 const DIRECTIONS: u32 = 16;
+/// Greatest number of sides of the part that are pushed straight.
+const MOST_SIDES: usize = 24;
 /// Gap between the fingers and the part at the beginning, in metres.
 const GAP_M: f64 = 0.008;
 /// Half the size of the closed fingers along and across the closing direction, in metres.
@@ -115,7 +117,7 @@ pub fn pushes(scene: &Scene, part: usize) -> Vec<Push> {
     }
     let flats = subject.solid.hull();
     let sides = flats.iter().map(|face| subject.frame.rotation * face.normal);
-    for side in sides.filter(|side| side.z.abs() < 0.2) {
+    for side in sides.filter(|side| side.z.abs() < 0.2).take(MOST_SIDES) {
         subject.along(Vector::new(-side.x, -side.y, 0.0).normalize(), &mut all);
     }
     all.sort_by(|a, b| a.0.total_cmp(&b.0));

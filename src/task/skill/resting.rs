@@ -10,6 +10,7 @@ use super::{any_grasps, reach};
 use crate::task::domain::Pose;
 use crate::task::robot::arm::HOME;
 use crate::task::robot::frame::{frame_of, pose_of};
+use crate::task::scene::BodyId;
 use crate::task::scene::physics::Scene;
 
 /// Greatest number of targets that [`free_places`] returns.
@@ -24,6 +25,8 @@ pub(super) const ODD_M: f64 = 2e-3;
 const ROOM_M: f64 = 0.022;
 /// Distance of a part at a free place from the rim, in metres.
 const FROM_RIM_M: f64 = 0.035;
+/// Distance of a part's centre of mass from the scene's landmarks, where other parts may have to go, in metres.
+const FROM_MARK_M: f64 = 0.05;
 /// Distance between two places that are tried, in metres.
 const GRID_M: f64 = 0.03;
 /// Least and greatest distance from the arm's foot of a comfortable place, in metres.
@@ -220,7 +223,7 @@ impl Laying<'_> {
         let (mut found, mut used): (Vec<Target>, Vec<Vector>) = (Vec::new(), Vec::new());
         let now = self.frame.transform_point(self.solid.middle);
         let mut left = TRIES;
-        for (index, at) in grid(self.scene, &now).into_iter().enumerate() {
+        for (index, at) in grid(self.scene, self.part, &now).into_iter().enumerate() {
             // Places next to each other offer nothing new.
             if used.iter().any(|other| (*other - at).length() < BETWEEN_M) {
                 continue;
@@ -258,8 +261,8 @@ impl Laying<'_> {
     }
 }
 
-/// Returns points on the table within comfortable reach, those near `at` first.
-fn grid(scene: &Scene, at: &Vector) -> Vec<Vector> {
+/// Returns points on the table within comfortable reach and away from the scene's landmarks, those near `at` first.
+fn grid(scene: &Scene, part: usize, at: &Vector) -> Vec<Vector> {
     let [low, high] = scene.spec().table.rim;
     let count = |i: usize| ((high[i] - low[i]) / GRID_M).floor().clamp(0.0, 200.0) as u32;
     let line = |i: usize| {
@@ -268,7 +271,14 @@ fn grid(scene: &Scene, at: &Vector) -> Vec<Vector> {
     };
     let mut all: Vec<Vector> =
         line(0).flat_map(|x| line(1).map(move |y| Vector::new(x, y, 0.0))).collect();
-    all.retain(|p| (REACH_M.0..=REACH_M.1).contains(&p.length()));
+    let landmarks = scene.spec().landmarks.iter().enumerate();
+    let others = landmarks.filter(|(_, own)| own.body != Some(BodyId::Part(part)));
+    let marked: Vec<Vector> = others
+        .filter_map(|(index, _)| scene.landmark(index))
+        .map(|pose| Vector::new(pose.position[0], pose.position[1], 0.0))
+        .collect();
+    let free = |p: &Vector| marked.iter().all(|mark| (*mark - *p).length() > FROM_MARK_M);
+    all.retain(|p| (REACH_M.0..=REACH_M.1).contains(&p.length()) && free(p));
     let far = |p: &Vector| (p.x - at.x).hypot(p.y - at.y);
     all.sort_by(|a, b| far(a).total_cmp(&far(b)));
     all
@@ -291,4 +301,54 @@ pub(super) fn has_room(scene: &Scene, part: usize, solid: &Solid, place: &Frame)
     let around = [(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)];
     inside
         && around.iter().all(|(x, y)| !scene.part_collides(part, &raised(x * ROOM_M, y * ROOM_M)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::task::robot::BodyFrame;
+    use crate::task::scene::{BodyKind, Handling, Look, Part, SceneSpec, cuboid};
+
+    /// Returns a scene with one block, dropped from just above the table.
+    fn block(half: [f64; 3]) -> Scene {
+        let kind = BodyKind {
+            name: "block".into(),
+            pieces: vec![cuboid([0.0; 3], half)],
+            density: 700.0,
+            friction: 0.5,
+            handling: Handling::default(),
+            look: Look { colour: 0, ink: 0, roughness: 0.5 },
+        };
+        let parts = vec![Part::free(0, BodyFrame::at([0.45, 0.0, half[2] + 1e-3]))];
+        Scene::new(SceneSpec { kinds: vec![kind], parts, ..SceneSpec::default() }).expect("valid")
+    }
+
+    #[test]
+    fn a_block_rests_on_six_sides_in_three_ways_the_lowest_first() {
+        let scene = block([0.010, 0.015, 0.025]);
+        let solid = Solid::of(&scene, 0).expect("it has a shape");
+        let frame = scene.part_frame(0);
+        let rests = rests(&solid, frame.rotation);
+        assert_eq!(rests.len(), 6);
+        let ways = ways(&solid, &frame);
+        let heights: Vec<i64> =
+            ways.iter().map(|own| (own[0].height_m * 1e3).round() as i64).collect();
+        // The two sides on which the block stands differ in where its z axis points.
+        assert_eq!(heights, [10, 15, 25, 25]);
+        assert_eq!(ways.iter().map(Vec::len).sum::<usize>(), 6);
+    }
+
+    #[test]
+    fn a_block_that_stands_is_laid_down_first_and_stays_inside_the_rim() {
+        let scene = block([0.010, 0.015, 0.025]);
+        let places = free_places(&scene, 0);
+        assert!((4..=MOST_PLACES).contains(&places.len()), "{}", places.len());
+        assert!(turns_over(&scene, 0, &places[0]));
+        assert!(!turns_over(&scene, 0, &places[places.len() - 1]), "as it stands comes last");
+        let [low, high] = scene.spec().table.rim;
+        for place in &places {
+            assert!((0..2).all(|i| place.position[i] > low[i] && place.position[i] < high[i]));
+        }
+        assert_eq!(places, free_places(&scene, 0));
+    }
 }
