@@ -135,7 +135,7 @@ const SAME: usize = 2;
 /// Distance and angle within which two poses count as the same, in metres and radians.
 const NEAR: (f64, f64) = (0.008, 0.2);
 /// Number of detours of one kind with one part.
-const DETOURS: usize = 4;
+const DETOURS: usize = 3;
 
 /// Returns whether two poses count as the same.
 pub(super) fn near(a: &Pose, b: &Pose) -> bool {
@@ -215,12 +215,17 @@ impl Attempts {
 
     /// Returns why `what` must not be tried again by means of one family: how it failed too often.
     pub fn worn_out(&self, what: &What, family: fn(usize) -> Means) -> Option<How> {
-        let mut failures = self.failed(what).filter_map(Attempt::failure);
+        let all = self.all.iter().filter(|a| a.what == *what);
+        let mut failures = all.filter_map(Attempt::failure);
         failures.find(|how| {
             let (limit, own) = how.limit();
-            let counts =
-                |a: &&Attempt| a.failure() == Some(*how) && (!own || a.means.is_like(family(0)));
-            self.failed(what).filter(counts).count() >= limit
+            let counts = |a: &&Attempt| {
+                let like = !own || a.means.is_like(family(0));
+                like && a.what == *what && a.failure() == Some(*how)
+            };
+            // A detour that worked gives it another chance, but not for ever.
+            let ever = self.all.iter().filter(counts).count();
+            self.failed(what).filter(counts).count() >= limit || ever >= limit.saturating_mul(2)
         })
     }
 
