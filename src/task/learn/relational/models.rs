@@ -53,7 +53,10 @@ impl Frames<'_, '_> {
         );
         let poses: Vec<Vec<Pose>> = groups
             .iter()
-            .map(|g| g.rests.iter().filter_map(|r| self.pose(*r, frame)).collect())
+            .map(|g| {
+                let rests = self.without_chance(g, origin);
+                rests.iter().filter_map(|r| self.pose(*r, frame)).collect()
+            })
             .collect();
         let turn = turn(&poses, &likelihood);
         let places: Vec<Place> =
@@ -82,6 +85,19 @@ impl Frames<'_, '_> {
                 && count < MIN_DISTINCT
                 && places.len() == 1,
             places,
+        }
+    }
+
+    /// Returns the rests from which a place is learned. A few objects that were found beside many that were put there agree
+    /// with them in some coordinate by chance, such as rollers at the height of the rollers in their bin.
+    fn without_chance(&self, group: &Group, origin: Origin) -> Vec<usize> {
+        let put = |r: &&usize| self.motion.rests[**r].came != Came::Found;
+        let placed: Vec<usize> = group.rests.iter().filter(put).copied().collect();
+        let few = 4 * (group.rests.len() - placed.len()) <= group.rests.len();
+        if group.frame > 0 && origin == Origin::Placed && few {
+            placed
+        } else {
+            group.rests.clone()
         }
     }
 
