@@ -10,7 +10,7 @@
 //! - No contact recycling, and stiff contacts. Otherwise parts float above the table and sink into the pads.
 //! - No contact clustering. It merges the contacts of a part's pieces and keeps four of them, chosen among all that are
 //!   nearer than 2 mm. A lying part lost and regained the corner that carries it, rocked, and slid by 80 to 750 µm/s.
-//!   Without clustering, 157 of 160 parts stay below 1 µm/s even if they may not sleep, and with sleep all parts rest.
+//!   Without clustering, 159 of 160 parts stay below 1 µm/s even if they may not sleep, and with sleep all parts rest.
 //! - Friction in the bias pass and Coulomb's model. Otherwise parts creep in the hand.
 //! - A held part's weight borne by the fingers ([`Scene::drive_arm`]). The motors start from zero in every substep and
 //!   one pass does not find all their torques, so the hand trembled, and parts crept by 1 to 50 µm/s. Now the median is
