@@ -18,6 +18,8 @@
 mod moving;
 mod outline;
 pub(crate) mod physics;
+#[cfg(test)]
+mod rest;
 mod shapes;
 mod spec;
 
