@@ -173,8 +173,8 @@ fn a_bad_option_of_any_command_is_refused_before_any_work() {
         (plan, "--goal NOWHERE", "NOWHERE"),
         (paper, "--goal NOWHERE", "NOWHERE"),
         // Episodes and demonstrations.
-        ("run", "--demos 0", "--demos 0: must be 1 to 100000"),
-        ("run", "--demos 100001", "--demos 100001: must be 1 to 100000"),
+        ("run", "--demos 0", "--demos 0: must be 1 to 10000"),
+        ("run", "--demos 10001", "--demos 10001: must be 1 to 10000"),
         ("run", "--demos x", "'--demos <N>': must be a whole number"),
         ("run", "--episodes 0", "--episodes 0: must be 1 to 100000"),
         ("run", "--record-episode 2", "--record-episode 2: must be 1, the number of --episodes"),

@@ -20,6 +20,8 @@ mod lost;
 mod moving;
 mod outline;
 pub(crate) mod physics;
+#[cfg(test)]
+mod rest;
 mod shapes;
 mod spec;
 
