@@ -386,7 +386,7 @@ fn a_part_against_the_rim_or_leaning_against_it_is_put_at_its_target() {
     let tilt = (0.45f64).sin_cos();
     let poses = [
         Pose::at([high[0] - 0.0152, 0.1, 0.0085]),
-        Pose::at([low[0] + 0.0175, high[1] - 0.0155, 0.0085]),
+        Pose::at([low[0] + 0.04, high[1] - 0.0155, 0.0085]),
         Pose { position: [high[0] - 0.020, 0.1, 0.026], orientation: [0.0, tilt.0, 0.0, tilt.1] },
     ];
     for pose in poses {

@@ -39,6 +39,8 @@ pub(crate) struct Directions {
 pub(crate) const PLAY: Directions = Directions { height_m: 2e-4, aside_m: 6e-4, tilt_rad: 0.0105 };
 /// Priors of a domain without any placed state that was seen twice.
 const UNKNOWN: Directions = Directions { height_m: 2e-4, aside_m: 1e-3, tilt_rad: 0.015 };
+/// Greatest weight of one state: a file may claim more poses than memory has bytes.
+const MOST_DOF: usize = 1 << 20;
 /// Greatest priors.
 const MOST: Directions = Directions { height_m: 3e-3, aside_m: 3e-3, tilt_rad: 0.06 };
 /// Standard deviation at which an orientation no longer counts as constrained, in radians.
@@ -62,12 +64,12 @@ impl Pool {
     /// Adds a standard deviation along a direction of which `up` is the vertical component.
     pub fn position(&mut self, up: f64, sd: f64, dof: usize) {
         let list = if up * up > 0.5 { &mut self.height } else { &mut self.aside };
-        list.push((sd * sd, dof));
+        list.push((sd * sd, dof.min(MOST_DOF)));
     }
 
     /// Adds the standard deviation of a tilt.
     pub fn tilt(&mut self, sd: f64, dof: usize) {
-        self.tilt.push((sd * sd, dof));
+        self.tilt.push((sd * sd, dof.min(MOST_DOF)));
     }
 
     /// Returns the pooled standard deviations.

@@ -448,7 +448,7 @@ impl Scene {
 
 /// Number of substeps of a step: while parts move outside the hand, while the hand carries a part through the air, and
 /// while all parts rest. The first two are odd for the reason in the module's documentation.
-const SUBSTEPS: usize = 3;
+const SUBSTEPS: usize = 5;
 const SUBSTEPS_CARRYING: usize = 3;
 const SUBSTEPS_AT_REST: usize = 2;
 
