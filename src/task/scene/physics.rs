@@ -298,8 +298,7 @@ impl Scene {
             finger.reset_torques(false);
         }
         for part in 0..self.parts.len() {
-            let held = self.pad_forces(part).iter().all(|force| *force > 0.0);
-            if !held || self.parts[part].slider.is_some() {
+            if !self.is_held(part) || self.parts[part].slider.is_some() {
                 continue;
             }
             let body = &self.physics.bodies[self.parts[part].body];
@@ -345,6 +344,11 @@ impl Scene {
                 .contact_pair(pad, self.parts[index].collider)
                 .map_or(0.0, |pair| pair.total_impulse_magnitude() / dt)
         })
+    }
+
+    /// Returns whether both pads press on a part.
+    pub(crate) fn is_held(&self, index: usize) -> bool {
+        self.pad_forces(index).iter().all(|force| *force > 0.0)
     }
 
     /// Returns the pose of the end effector.

@@ -214,8 +214,11 @@ impl Robot {
                 self.push = Some(push);
             }
         }
-        let carrying = |s: &Skill| matches!(s.stage, Stage::Lift(_) | Stage::Carry(_));
-        scene.refine(self.skill.as_ref().is_some_and(carrying));
+        let carrying = match &self.skill {
+            Some(skill) => matches!(skill.stage, Stage::Lift(_) | Stage::Carry(_)),
+            None => (0..scene.part_count()).any(|part| scene.pad_forces(part) != [0.0; 2]),
+        };
+        scene.refine(carrying);
         scene.drive_arm(&self.angles, &speeds);
         scene.drive_fingers(self.opening);
         scene.step();
