@@ -17,7 +17,7 @@
 //!   below 0.001 µm/s.
 //! - An odd number of substeps while a part moves. The contacts' corrections alternate from substep to substep. With an
 //!   even number every step ends in the same phase, and some held parts creep by up to 140 µm/s. With fewer than seven, a
-//!   bolt in a nut rattles: it moves by 50 to 290 µm in two seconds.
+//!   shaft in a ring rattles: it moves by 50 to 290 µm in two seconds.
 //! - Armature on the joints. Otherwise the wrist gives way.
 //! - Arm motors that hold speeds instead of positions ([`Scene::drive_arm`]).
 //! - Fingers coupled at the finger that is solved last.
