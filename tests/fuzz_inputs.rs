@@ -5,6 +5,7 @@
 //! abort names no input: start again from the number in `symbolt-fuzz-progress` in the folder for temporary files.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
+#![cfg(feature = "physics")]
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::panic::AssertUnwindSafe;

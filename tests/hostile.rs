@@ -1,6 +1,7 @@
 //! Inputs that are made to exhaust time or memory: each is refused with a reason, and at once.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
+#![cfg(feature = "physics")]
 
 use symbolt::neurons::SolvedModel;
 use symbolt::report::report;

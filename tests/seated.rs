@@ -1,6 +1,7 @@
 //! Parts that sit as demonstrated, and parts that nearly do.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
+#![cfg(feature = "physics")]
 
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::RngExt;
