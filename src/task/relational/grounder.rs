@@ -130,8 +130,53 @@ impl Grounder {
 
     /// Finds the state of every object in a scene.
     pub fn layout(&self, scene: &Snapshot) -> Layout {
-        let located = (0..scene.objects.len()).map(|i| self.locate(scene, i)).collect();
-        Layout::new(scene, located)
+        let locate = |scene: &Snapshot| -> Vec<Located> {
+            (0..scene.objects.len()).map(|i| self.locate(scene, i)).collect()
+        };
+        let located = locate(scene);
+        match self.righted(scene, &located) {
+            Some(scene) => Layout::new(&scene, locate(&scene)),
+            None => Layout::new(scene, located),
+        }
+    }
+
+    /// Returns the scene in which references that lie upside down are turned over; `None` if there are none. A placed
+    /// object may lie either way up along its constrained axis, but what is put onto it goes to its upper side.
+    fn righted(&self, scene: &Snapshot, located: &[Located]) -> Option<Snapshot> {
+        let carries = |kind: &str| {
+            self.states.iter().any(|s| matches!(&s.frame, Frame::Kind(own) if **own == *kind))
+        };
+        let mut over = Vec::new();
+        for (index, (object, located)) in scene.objects.iter().zip(located).enumerate() {
+            let Some(fact) = located.fact.filter(|_| carries(&object.kind)) else { continue };
+            let state = &self.states[fact.state];
+            let Turn::Axis { axis, .. } = state.turn else { continue };
+            if state.origin != Origin::Placed || state.turn_matters {
+                continue;
+            }
+            let mean = state.places[fact.place].pose().rotation();
+            let mean = match fact.reference {
+                Some(reference) => scene.objects[reference].pose.rotation() * mean,
+                None => mean,
+            };
+            let axis = Vector3::from(axis);
+            if (mean * axis).dot(&(object.pose.rotation() * axis)) >= 0.0 {
+                continue;
+            }
+            let aside = if axis.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
+            let about = nalgebra::Unit::new_normalize(axis.cross(&aside));
+            let half = nalgebra::UnitQuaternion::from_axis_angle(&about, std::f64::consts::PI);
+            let turned = (object.pose.rotation() * half).into_inner().coords;
+            over.push((index, [turned.x, turned.y, turned.z, turned.w]));
+        }
+        if over.is_empty() {
+            return None;
+        }
+        let mut scene = scene.clone();
+        for (index, orientation) in over {
+            scene.objects[index].pose.orientation = orientation;
+        }
+        Some(scene)
     }
 
     /// Finds the state of every object, as [`layout`](Self::layout) does. An object keeps the state that it had in
