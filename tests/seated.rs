@@ -273,3 +273,18 @@ fn the_goal_of_one_demonstration_has_a_term_for_each_state_that_it_reached() {
     assert!(goals[0].starts_with("NUT_AT") && goals[1].starts_with("BOLT_AT"), "{goals:?}");
     assert!(domain.goals.iter().all(|g| g.quantity == Quantity::AtLeast(1)), "{domain:?}");
 }
+
+#[test]
+fn a_bolt_in_a_nut_that_lies_upside_down_is_recognised() {
+    let domain = relational(5);
+    let bolt = pose([POCKET[0], POCKET[1], SEATED[1]], [0.0, 40.0]);
+    let [upright, over] = [0.0, 180.0].map(|about_x| {
+        let nut = pose([POCKET[0], POCKET[1], SEATED[0]], [about_x, 25.0]);
+        Grounder::new(&domain).layout(&scene(nut, bolt))
+    });
+    for object in 0..2 {
+        let states = [&upright, &over].map(|layout| state_of(&domain, layout, object));
+        assert!(states[0].is_some(), "{object}");
+        assert_eq!(states[0], states[1]);
+    }
+}
