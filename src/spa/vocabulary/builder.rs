@@ -122,7 +122,8 @@ impl<V: VocabTag> VocabularyBuilder<V> {
         self
     }
 
-    /// Adds a given pointer unchanged. [`PointerRef::from_raw`](crate::sim::PointerRef::from_raw) makes a pointer from numbers. [`build`](Self::build)
+    /// Adds a given pointer unchanged. [`PointerRef::from_raw`](crate::sim::PointerRef::from_raw) makes a pointer from
+    /// numbers. [`build`](Self::build)
     /// checks that there is one finite number per dimension.
     ///
     /// ```
