@@ -22,7 +22,7 @@ pub use write::{check_output, write_atomic};
 #[non_exhaustive]
 pub enum FileError {
     /// The operating system refused an operation.
-    #[error("cannot {what} {}", path.display())]
+    #[error("cannot {what} {}", shown(path))]
     Io {
         /// Operation: `read`, `write`, `write to`, `make` or `remove`.
         what: &'static str,
@@ -32,7 +32,7 @@ pub enum FileError {
         source: std::io::Error,
     },
     /// The file is larger than its kind allows.
-    #[error("{} has {}; expected at most {} for {what}", path.display(), size(*bytes, *max_bytes), in_mib(*max_bytes))]
+    #[error("{} has {}; expected at most {} for {what}", shown(path), size(*bytes, *max_bytes), in_mib(*max_bytes))]
     TooLarge {
         /// File.
         path: PathBuf,
@@ -81,6 +81,14 @@ pub enum Overwrite {
     Never,
     /// Replace the file.
     Allowed,
+}
+
+/// Returns a path in words; `-` is standard input.
+fn shown(path: &Path) -> String {
+    match path.as_os_str() == "-" {
+        true => "standard input".into(),
+        false => path.display().to_string(),
+    }
 }
 
 fn size(bytes: Option<u64>, max_bytes: u64) -> String {

@@ -595,7 +595,7 @@ fn bad_usage_and_bad_input_return_2_and_leave_nothing_behind() {
             &["plan", "domain.json", "--scene", "scene.json", "--mode", "liff"],
             "the modes are: direct",
         ),
-        (&["run", "--demos", "0", "--out", "new"], "--demos 0: must be 1 to 10000"),
+        (&["run", "--demos", "0", "--out", "new"], "--demos 0: must be 1 to 1000"),
         (
             &["run", "--film", "2", "--out", "new"],
             "--record-episode 2: must be 1, the number of --episodes",
@@ -609,7 +609,7 @@ fn bad_usage_and_bad_input_return_2_and_leave_nothing_behind() {
         (&["record", "--kinematic", "--demo-nuts", "60"], "--demo-nuts 60: must be 1 to 50"),
         (&["record", "--kinematic", "--fail-rate", "1"], "--fail-rate 1: must be 0 to 0.9"),
         (&["record", "--kinematic", "--knock-rate", "2"], "--knock-rate 2: must be 0 to 1"),
-        (&["record", "--demos", "0"], "--demos 0: must be 1 to 10000"),
+        (&["record", "--demos", "0"], "--demos 0: must be 1 to 1000"),
         (&["record", "--labels"], "--labels needs --kinematic"),
         (&["learn", "demos.jsonl", "--threads", "9999"], "--threads 9999: must be 0 to 1024"),
         (

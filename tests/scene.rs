@@ -5,6 +5,7 @@
 
 use std::sync::{Arc, OnceLock};
 
+use rayon::prelude::*;
 use symbolt::sim::{RunConfig, Seed, SimDuration, SimError, Simulator};
 use symbolt::task::event::{Doing, Ended, EpisodeReport, RecoveryKind, SkillOutcome, SkillReport};
 use symbolt::task::execute::{EpisodeSpec, EpisodeWorld, Perturbation, episode};
@@ -645,10 +646,11 @@ fn nothing_moves_on_the_table_in_a_minute() {
 }
 
 #[test]
-#[ignore = "long: a simulated hour"]
+#[ignore = "long: twenty simulated hours"]
 fn nothing_moves_on_the_table_in_an_hour() {
-    let moved = drift_m(41, 3_600.0);
-    assert!(moved < 1e-4, "{moved} m");
+    let moved: Vec<f64> = (41..61).into_par_iter().map(|seed| drift_m(seed, 3_600.0)).collect();
+    println!("{moved:?}");
+    assert!(moved.iter().all(|moved| *moved < 1e-4), "{moved:?} m");
 }
 
 /// Takes a part, holds it still after the lift, and returns how fast it creeps in the hand, in metres per second.
@@ -677,7 +679,8 @@ fn creep_m_s(spec: &NutsAndBolts, seed: u64, part: usize, target: Target) -> f64
         let back = BodyFrame::from(&Pose { position, orientation: [-x, -y, -z, w] }).turn;
         back.apply(std::array::from_fn(|i| part.position[i] - position[i]))
     };
-    let before = in_hand(&mut scene, 2);
+    // Parts settle in the hand for up to 6 s.
+    let before = in_hand(&mut scene, 8);
     let after = in_hand(&mut scene, 10);
     (0..3).map(|i| (after[i] - before[i]).powi(2)).sum::<f64>().sqrt() / 10.0
 }
@@ -685,11 +688,11 @@ fn creep_m_s(spec: &NutsAndBolts, seed: u64, part: usize, target: Target) -> f64
 #[test]
 fn a_part_does_not_creep_in_a_hand_that_holds_still() {
     let spec = NutsAndBolts::default();
-    for seed in [42, 43] {
+    for seed in 42..46 {
         for (part, target) in [(0, pocket(&spec)), (1, hole(&spec))] {
             let creep = creep_m_s(&spec, seed, part, target);
             // Without the fingers' compensation bolts crept by 5 to 43 µm/s.
-            assert!(creep < 4e-6, "seed {seed}, part {part}: {creep} m/s");
+            assert!(creep < 1e-6, "seed {seed}, part {part}: {creep} m/s");
         }
     }
 }

@@ -37,6 +37,7 @@ function recoveryInWords(recovery) {
   if (!recovery) return null;
   const { kind, object, why, attempt } = recovery;
   const does = {
+    again: `takes ${object} again`,
     part: `takes ${object} instead`,
     grasp: `takes ${object} by another grasp`,
     place: `puts ${object} elsewhere`,

@@ -91,7 +91,7 @@ pub(crate) struct RunArgs {
     #[arg(verbatim_doc_comment, hide_possible_values = true, hide_default_value = true)]
     #[arg(long, value_name = "METHOD", value_enum, default_value = "relational")]
     pub method: Method,
-    /// Number of episodes after learning
+    /// Number of episodes after learning, at most 5000
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<usize>)]
     pub episodes: usize,
     /// Episode to record for the report, with frames, activity and spikes;
@@ -267,7 +267,7 @@ pub(crate) struct RecordArgs {
     #[command(flatten)]
     pub synthetic: SyntheticArgs,
     /// Write a single scene with all parts on the table, no demonstrations
-    #[arg(long)]
+    #[arg(long, conflicts_with = "demos")]
     pub scene: bool,
     /// Write the names of actions to `next_action`; needs --kinematic
     #[arg(long)]

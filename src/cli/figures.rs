@@ -166,9 +166,9 @@ impl Figures<'_> {
         text += &self.figures(total_s).to_string();
         text.push('\n');
         if !tally.recoveries.is_empty() {
-            let mut grid = Grid::new(&["recovery", "meaning", ">times"]);
-            for (kind, times) in &tally.recoveries {
-                grid.row([kind.clone(), meaning(kind).into(), times.to_string()]);
+            let mut grid = Grid::new(&["recovery", "why", ">times"]);
+            for ((kind, why), times) in &tally.reasons {
+                grid.row([meaning(kind).into(), why.clone(), times.to_string()]);
             }
             let _ = writeln!(text, "{grid}");
         }
@@ -259,6 +259,7 @@ const DECISION_MS: &str = "ms: simulated time from the look at the scene to the 
 /// Returns what a kind of recovery is, in words.
 fn meaning(kind: &str) -> &'static str {
     match kind {
+        "again" => "the action again",
         "part" => "the action with another part",
         "grasp" => "the action with another grasp",
         "place" => "the action at another place",

@@ -244,7 +244,7 @@ impl TaskArgs {
 pub(crate) struct DemoArgs {
     #[command(flatten)]
     pub task: TaskArgs,
-    /// Number of demonstrations, at most 10000
+    /// Number of demonstrations, at most 1000; with --kinematic 10000
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = whole::<usize>)]
     pub demos: usize,
     /// Nuts per demonstration, 1 to 4 [default: as in --config, or 1]
@@ -260,18 +260,20 @@ pub(crate) struct DemoArgs {
     pub sensing: SensingArgs,
 }
 
-/// Maximum number of demonstrations. A longer recording could not be read again.
-pub(crate) const MAX_DEMOS: usize = 10_000;
+/// Maximum number of demonstrations in physics, and without it. A longer recording could not be read again.
+const MAX_DEMOS: usize = 1_000;
+const MAX_KINEMATIC_DEMOS: usize = 10_000;
 
 impl DemoArgs {
     /// Checks the number of demonstrations.
     ///
     /// # Errors
-    /// [`BadArgument`] if it is 0 or more than [`MAX_DEMOS`].
-    pub fn check(&self) -> Result<(), BadArgument> {
-        match self.demos {
-            1..=MAX_DEMOS => Ok(()),
-            other => Err(BadArgument::range("--demos", other, "1 to 10000")),
+    /// [`BadArgument`] if it is 0, more than [`MAX_DEMOS`] or, without physics, more than [`MAX_KINEMATIC_DEMOS`].
+    pub fn check(&self, kinematic: bool) -> Result<(), BadArgument> {
+        let most = if kinematic { MAX_KINEMATIC_DEMOS } else { MAX_DEMOS };
+        match (1..=most).contains(&self.demos) {
+            true => Ok(()),
+            false => Err(BadArgument::range("--demos", self.demos, &format!("1 to {most}"))),
         }
     }
 

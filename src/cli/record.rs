@@ -16,7 +16,7 @@ use super::watch::ProgressLine;
 pub(crate) fn record(args: &RecordArgs) -> Result<Outcome, Error> {
     let out = args.out.place()?;
     if !args.scene {
-        args.demos.check()?;
+        args.demos.check(args.kinematic)?;
     }
     if args.kinematic && args.demos.config.is_some() {
         let problem = "--config needs the scene in physics; it cannot be used with --kinematic";

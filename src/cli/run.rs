@@ -38,6 +38,8 @@ use super::{config, folder, plan, report};
 
 /// Time between two frames of the recorded episode, in simulated milliseconds.
 const FRAME_MS: u64 = 40;
+/// Greatest number of episodes. The longest take 5 kB of the trace each, and `report` reads 32 MiB.
+const MAX_EPISODES: usize = 5_000;
 
 pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     if args.demos.task.listed() {
@@ -115,12 +117,13 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
 /// Refuses options that cannot be used.
 fn check(args: &RunArgs) -> Result<(), Error> {
     args.planner.check()?;
-    args.demos.check()?;
+    args.demos.check(false)?;
     if args.method == Method::Relational {
         args.planner.check_relational("add --method paper")?;
     }
-    if !(1..=100_000).contains(&args.episodes) {
-        return Err(BadArgument::range("--episodes", args.episodes, "1 to 100000").into());
+    if !(1..=MAX_EPISODES).contains(&args.episodes) {
+        let expected = format!("1 to {MAX_EPISODES}");
+        return Err(BadArgument::range("--episodes", args.episodes, &expected).into());
     }
     if !(1..=args.episodes).contains(&args.record_episode) {
         let least = if args.episodes > 1 { "1 to " } else { "" };

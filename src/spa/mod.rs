@@ -108,6 +108,7 @@ pub use modules::{
 };
 pub use pairs::{Filler, PairDecoder};
 pub use pointer::PointerValue;
+pub(crate) use similarities::COLOURS;
 pub use similarities::Similarities;
 pub(crate) use vocabulary::draw_pointer;
 pub use vocabulary::{Name, Vocabulary, VocabularyBuilder, random_pointer};

@@ -25,7 +25,7 @@ const ROWS: usize = 20;
 const POINTS: usize = 2_000;
 
 /// Colours that colour-blind readers can tell apart (Okabe and Ito 2008).
-const COLOURS: [RGBColor; 7] = [
+pub(crate) const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),

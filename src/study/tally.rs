@@ -32,6 +32,8 @@ pub struct Tally {
     pub lost: usize,
     /// Number of recoveries by their kind.
     pub recoveries: BTreeMap<String, usize>,
+    /// Number of recoveries by their kind and reason. The reasons name kinds of objects instead of objects.
+    pub reasons: BTreeMap<(String, String), usize>,
     /// Number of perturbed episodes.
     pub perturbed: usize,
     /// Duration of every decision in simulated milliseconds, sorted.
@@ -67,7 +69,10 @@ impl Tally {
             tally.ended_unexplained += usize::from(episode.in_no_state > 0);
             tally.lost += episode.lost.len();
             for recovery in episode.recoveries() {
-                *tally.recoveries.entry(recovery.kind.name().into()).or_default() += 1;
+                let kind = recovery.kind.name().to_owned();
+                let reason = (kind.clone(), without_numbers(&recovery.why));
+                *tally.recoveries.entry(kind).or_default() += 1;
+                *tally.reasons.entry(reason).or_default() += 1;
             }
             tally.perturbed += usize::from(episode.perturbed);
             tally.decision_ms.extend(episode.decisions.iter().map(|d| d.took_ms));
@@ -93,5 +98,40 @@ impl Tally {
     /// Returns the 95% interval of the rate of solved episodes.
     pub fn interval95(&self) -> [f64; 2] {
         Rate::new(self.solved as u64, self.episodes as u64).interval95()
+    }
+}
+
+/// Removes the numbers from the ids of objects in a sentence: `nut_0 was dropped` becomes `nut was dropped`.
+fn without_numbers(sentence: &str) -> String {
+    let kind = |word: &str| match word.trim_end_matches(|c: char| c.is_ascii_digit()) {
+        start if start.len() < word.len() => start.strip_suffix('_').unwrap_or(word).to_owned(),
+        _ => word.to_owned(),
+    };
+    let mut text = String::new();
+    for part in sentence.split_inclusive(|c: char| !c.is_alphanumeric() && c != '_') {
+        let word = part.trim_end_matches(|c: char| !c.is_alphanumeric() && c != '_');
+        text += &kind(word);
+        text += &part[word.len()..];
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reasons_name_kinds_of_objects() {
+        let cases = [
+            ("nut_0 was dropped", "nut was dropped"),
+            (
+                "it lies where nut_12 is to be put; it failed 3 times",
+                "it lies where nut is to be put; it failed 3 times",
+            ),
+            ("x_1, y_2_3: é_4", "x, y_2: é"),
+        ];
+        for (sentence, kinds) in cases {
+            assert_eq!(without_numbers(sentence), kinds);
+        }
     }
 }

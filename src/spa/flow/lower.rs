@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::nodes::{Column, Row, Spread, WeightedSum};
+use super::nodes::{Spread, WeightedSum};
 use super::{Destination, Flow, FlowKind};
 use crate::neurons::{Layers, Product};
 use crate::sim::{
@@ -10,7 +10,9 @@ use crate::sim::{
     Vector, VocabTag,
 };
 use crate::spa::algebra::{Algebra, LinearMap};
-use crate::spa::modules::{Bind, FEED_FORWARD, Gate, Inverse, Linear, LinearPorts, Reinterpret};
+use crate::spa::modules::{
+    Bind, FEED_FORWARD, Gate, Inverse, Linear, LinearPorts, Reinterpret, Rows, WeightedRows,
+};
 use crate::spa::vocabulary::Content;
 
 /// A weighted sum of pointers plus a constant.
@@ -231,7 +233,7 @@ impl<'s, 'b> Lowerer<'s, 'b> {
         };
         let from = self.pointer(&space, changing);
         let specs = (InputSpec::pointer(&space), OutputSpec::scalar());
-        FlowKind::source(&self.linear("dot", &from, specs, Box::new(Row(fixed))))
+        FlowKind::source(&self.linear("dot", &from, specs, Box::new(Rows::one(fixed))))
     }
 
     fn dot_of_two<V: VocabTag>(
@@ -244,7 +246,7 @@ impl<'s, 'b> Lowerer<'s, 'b> {
         let factor = (space.width() as Real).sqrt() / WITHIN;
         let (a, b) = (self.spread(space, &a, factor), self.spread(space, &b, factor));
         let products = self.products("dot", space.width(), &a, &b);
-        let row = Row(vec![factor.powi(-2); space.width()]);
+        let row = Rows::one(vec![factor.powi(-2); space.width()]);
         let specs = (InputSpec::vector(space.width()), OutputSpec::scalar());
         FlowKind::source(&self.linear("dot-sum", &products, specs, Box::new(row)))
     }
@@ -299,7 +301,7 @@ impl<'s, 'b> Lowerer<'s, 'b> {
                 "weigh",
                 &number,
                 specs,
-                Box::new(Column(values)),
+                Box::new(WeightedRows::one(values)),
             ));
         }
         let factor = (dim as Real).sqrt() / WITHIN;
@@ -335,7 +337,12 @@ impl<'s, 'b> Lowerer<'s, 'b> {
         let (a, b) = (one(self, a), one(self, b));
         let product = self.products("multiply", 1, &a, &b);
         let specs = (InputSpec::vector(1), OutputSpec::scalar());
-        FlowKind::source(&self.linear("multiplied", &product, specs, Box::new(Row(vec![1.0]))))
+        FlowKind::source(&self.linear(
+            "multiplied",
+            &product,
+            specs,
+            Box::new(Rows::one(vec![1.0])),
+        ))
     }
 
     /// Returns the space of an expression's outputs; `None` if it has only constants.
@@ -407,7 +414,7 @@ impl<V: VocabTag> FlowKind for Pointer<V> {
         let passed = match (sum.parts.is_empty(), sum.constant.take()) {
             (true, Some(values)) => {
                 let specs = (InputSpec::scalar(), OutputSpec::pointer(&space));
-                cx.linear("constant", open, specs, Box::new(Column(values)))
+                cx.linear("constant", open, specs, Box::new(WeightedRows::one(values)))
             }
             (_, constant) => {
                 let out = cx.pointer(&space, PointerSum { constant, ..sum });
@@ -466,7 +473,12 @@ pub(super) fn pick(
 ) -> Out<Scalar> {
     let mut row = vec![0.0; of];
     row[index] = 1.0;
-    cx.linear("chosen", from, (InputSpec::vector(of), OutputSpec::scalar()), Box::new(Row(row)))
+    cx.linear(
+        "chosen",
+        from,
+        (InputSpec::vector(of), OutputSpec::scalar()),
+        Box::new(Rows::one(row)),
+    )
 }
 
 /// Adds a number to one component of a vector.
@@ -480,6 +492,6 @@ pub(super) fn place(
     column[index] = 1.0;
     let from = cx.scalar(sum);
     let specs = (InputSpec::scalar(), OutputSpec::vector(to.1));
-    let out = cx.linear("utility", &from, specs, Box::new(Column(column)));
+    let out = cx.linear("utility", &from, specs, Box::new(WeightedRows::one(column)));
     cx.scope.connect(&out, to.0, Synapse::None);
 }

@@ -213,9 +213,16 @@ impl<A: Kind, B: Kind> Module for Linear<A, B> {
 }
 
 /// The dot products of a vector with the rows of a matrix.
-struct Rows {
+pub(crate) struct Rows {
     matrix: Vec<Real>,
     dim: usize,
+}
+
+impl Rows {
+    /// Makes the map of one row.
+    pub fn one(row: Vec<Real>) -> Self {
+        Self { dim: row.len(), matrix: row }
+    }
 }
 
 impl LinearMap for Rows {
@@ -241,9 +248,16 @@ impl LinearMap for Rows {
 }
 
 /// A weighted sum of the rows of a matrix.
-struct WeightedRows {
+pub(crate) struct WeightedRows {
     matrix: Vec<Real>,
     dim: usize,
+}
+
+impl WeightedRows {
+    /// Makes the map of one row.
+    pub fn one(row: Vec<Real>) -> Self {
+        Self { dim: row.len(), matrix: row }
+    }
 }
 
 impl LinearMap for WeightedRows {

@@ -19,6 +19,7 @@ pub use bind::{Bind, BindPorts, Unbind, UnbindFixed, UnbindFixedPorts, UnbindPor
 pub use gate::{Gate, GatePorts};
 pub use goal_buffer::{GoalBuffer, GoalBufferPorts};
 pub use linear::{Linear, LinearPorts, Reinterpret, ReinterpretPorts, Superpose, SuperposePorts};
+pub(crate) use linear::{Rows, WeightedRows};
 pub use memory::{AssociativeMemory, CleanupMemory, MemoryPorts};
 pub use select::{Selection, SelectionPorts};
 pub use state::{State, StatePorts};

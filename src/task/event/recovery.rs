@@ -2,11 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The kind of a recovery. The first four still carry out the decided action; the others change the scene first.
+/// The kind of a recovery. The first five still carry out the decided action; the others change the scene first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum RecoveryKind {
+    /// The action as before, because the part lies elsewhere now or failed only once.
+    Again,
     /// The action with another part.
     Part,
     /// The action with another grasp.
@@ -29,6 +31,7 @@ impl RecoveryKind {
     /// Returns the kind's name, as it stands in `trace.jsonl`.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Again => "again",
             Self::Part => "part",
             Self::Grasp => "grasp",
             Self::Place => "place",
@@ -48,6 +51,7 @@ impl RecoveryKind {
     /// Returns what the robot does, in words, such as "puts nut_0 down to take it anew".
     pub fn describe(self, object: &str) -> String {
         match self {
+            Self::Again => format!("takes {object} again"),
             Self::Part => format!("takes {object} instead"),
             Self::Grasp => format!("takes {object} by another grasp"),
             Self::Place => format!("puts {object} elsewhere"),

@@ -245,9 +245,8 @@ impl Live {
             if last.what != choice.what {
                 return recovery(differs(&last.what), why);
             }
-            if last.means != means {
-                return recovery(RecoveryKind::Grasp, why);
-            }
+            let other = last.means != means;
+            return recovery(if other { RecoveryKind::Grasp } else { RecoveryKind::Again }, why);
         }
         match means {
             Means::Any(_) => {

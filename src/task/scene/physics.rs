@@ -8,16 +8,18 @@
 //!
 //! - Double precision.
 //! - No contact recycling, and stiff contacts. Otherwise parts float above the table and sink into the pads.
-//! - No contact clustering. It merges the contacts of a part's pieces and keeps four of them, chosen among all that are
-//!   nearer than 2 mm. A lying part lost and regained the corner that carries it, rocked, and slid by 80 to 750 µm/s.
-//!   Without clustering, 159 of 160 parts stay below 1 µm/s even if they may not sleep, and with sleep all parts rest.
+//! - Contacts found within 1 mm. With 2 mm, parts that fit into each other have so many that steps cost a fifth more.
+//! - No contact clustering. It merges the contacts of a part's pieces and keeps four of all that were found. A lying
+//!   part lost and regained the corner that carries it, rocked, and slid by 80 to 750 µm/s. Without clustering, 159 of 160
+//!   parts stay below 1 µm/s even if they may not sleep, and with sleep all parts rest. While only parts in the hand move,
+//!   contacts are clustered: the steps then cost up to a fifth less.
 //! - Friction in the bias pass and Coulomb's model. Otherwise parts creep in the hand.
 //! - A held part's weight borne by the fingers ([`Scene::drive_arm`]). The motors start from zero in every substep and
-//!   one pass does not find all their torques, so the hand trembled, and parts crept by 1 to 50 µm/s. Now the median is
-//!   below 0.001 µm/s.
-//! - An odd number of substeps while a part moves. The contacts' corrections alternate from substep to substep. With an
-//!   even number every step ends in the same phase, and some held parts creep by up to 140 µm/s. With fewer than seven, a
-//!   shaft in a ring rattles: it moves by 50 to 290 µm in two seconds.
+//!   one pass does not find all their torques, so the hand trembled, and parts crept by 1 to 50 µm/s without end. Now a
+//!   part may settle in the hand, by up to 60 µm in some seconds, and then does not move.
+//! - An odd number of substeps. The contacts' corrections alternate from substep to substep. With an even number every
+//!   step ends in the same phase, and some held parts creep by up to 140 µm/s. With fewer than seven, a shaft in a ring
+//!   rattles: it moves by 50 to 290 µm in two seconds.
 //! - Armature on the joints. Otherwise the wrist gives way.
 //! - Arm motors that hold speeds instead of positions ([`Scene::drive_arm`]).
 //! - Fingers coupled at the finger that is solved last.
@@ -310,17 +312,26 @@ impl Scene {
         }
     }
 
-    /// Chooses the number of substeps. With longer substeps, held parts creep more, and parts that touch a fixture
-    /// never come to rest.
+    /// Chooses the number of substeps, and whether contacts are clustered, for the reasons in the module's
+    /// documentation. With longer substeps, held parts creep more, and parts that touch a fixture never come to rest.
     pub(crate) fn refine(&mut self, carrying: bool) {
-        let awake =
-            |part: &PartBody| !self.is_lost(part) && !self.physics.bodies[part.body].is_sleeping();
-        let substeps = match (carrying, self.parts.iter().any(awake)) {
-            (true, _) => SUBSTEPS_CARRYING,
-            (false, true) => SUBSTEPS,
-            (false, false) => SUBSTEPS_AT_REST,
+        let sleeps = |part: &PartBody| self.physics.bodies[part.body].is_sleeping();
+        let (mut touched, mut free) = (false, false);
+        for (index, part) in self.parts.iter().enumerate() {
+            if !self.is_lost(part) && !sleeps(part) {
+                let in_hand = self.pad_forces(index) != [0.0; 2];
+                touched |= in_hand;
+                free |= !in_hand;
+            }
+        }
+        let parameters = &mut self.physics.integration_parameters;
+        parameters.num_solver_iterations = match (carrying, free, touched) {
+            (true, ..) => SUBSTEPS_CARRYING,
+            (false, true, _) => SUBSTEPS,
+            (false, false, true) => SUBSTEPS_TOUCHED,
+            (false, false, false) => SUBSTEPS_AT_REST,
         };
-        self.physics.integration_parameters.num_solver_iterations = substeps;
+        parameters.contact_clustering = !free;
     }
 
     /// Sets the target distance of each finger from the middle of the gripper, in metres.
@@ -451,11 +462,14 @@ impl Scene {
     }
 }
 
-/// Number of substeps of a step: while parts move outside the hand, while the hand carries a part through the air, and
-/// while all parts rest. The first two are odd for the reason in the module's documentation.
+/// Number of substeps of a step while a part moves that the hand does not touch.
 const SUBSTEPS: usize = 7;
+/// ... while all parts rest but those that the hand touches.
+const SUBSTEPS_TOUCHED: usize = 5;
+/// ... while the hand carries a part through the air.
 const SUBSTEPS_CARRYING: usize = 3;
-const SUBSTEPS_AT_REST: usize = 2;
+/// ... while all parts rest.
+const SUBSTEPS_AT_REST: usize = 1;
 
 fn parameters(spec: &SceneSpec) -> IntegrationParameters {
     IntegrationParameters {
@@ -463,7 +477,7 @@ fn parameters(spec: &SceneSpec) -> IntegrationParameters {
         num_solver_iterations: SUBSTEPS,
         contact_recycling: false,
         contact_clustering: false,
-        normalized_prediction_distance: 0.002,
+        normalized_prediction_distance: 0.001,
         contact_softness: SpringCoefficients { natural_frequency: 300.0, damping_ratio: 2.0 },
         static_contact_softness: SpringCoefficients {
             natural_frequency: 600.0,

@@ -39,8 +39,12 @@ fn scene(kinds: Vec<BodyKind>, parts: Vec<Part>, fixtures: Vec<Fixture>) -> Scen
 }
 
 fn run(scene: &mut Scene, seconds: f64) {
+    run_with(scene, seconds, |scene| scene.refine(false));
+}
+
+fn run_with(scene: &mut Scene, seconds: f64, mut before: impl FnMut(&mut Scene)) {
     for _ in 0..(seconds * 1e3 / scene.spec().step_ms as f64).round() as usize {
-        scene.refine(false);
+        before(scene);
         scene.step();
     }
 }
@@ -67,11 +71,14 @@ fn drift_m(clustering: bool, seconds: f64) -> f64 {
         Part::free(0, BodyFrame { position: [0.48, -0.15 + 0.15 * n, 0.018], turn })
     };
     let mut scene = scene(vec![headed_rod()], (0..3).map(lying).collect(), Vec::new());
-    scene.physics.integration_parameters.contact_clustering = clustering;
     never_sleeps(&mut scene);
-    run(&mut scene, 2.0);
+    let prepare = |scene: &mut Scene| {
+        scene.refine(false);
+        scene.physics.integration_parameters.contact_clustering |= clustering;
+    };
+    run_with(&mut scene, 2.0, prepare);
     let before: Vec<Vector> = (0..3).map(|part| place(&scene, part)).collect();
-    run(&mut scene, seconds);
+    run_with(&mut scene, seconds, prepare);
     let moved = (0..3).map(|part| (place(&scene, part) - before[part]).length());
     moved.fold(0.0, f64::max)
 }

@@ -7,17 +7,8 @@ use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 
 use super::{Axis, Figure, Mark, Series, Style};
+use crate::spa::COLOURS;
 
-/// Colours that colour-blind readers can tell apart (Okabe and Ito 2008).
-const COLOURS: [RGBColor; 7] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(230, 159, 0),
-    RGBColor(86, 180, 233),
-    RGBColor(60, 60, 60),
-];
 /// Width and height of a figure with a numeric vertical axis, in pixels.
 const SIZE: (u32, u32) = (720, 460);
 /// Height of a category's row, and total height of everything above and below the rows, in pixels.

@@ -61,11 +61,13 @@ const COUNTS: [Rule; 3] = [
     Rule {
         name: "nut_kind and bolt_kind",
         value: |s| format!("`{}` and `{}`", s.nut_kind, s.bolt_kind),
-        expected: "two different names of 1 to 190 characters, none of them the name of a place of the jig",
+        expected: "two different names of 1 to 190 characters without control characters, none of them the name of a \
+                   place of the jig",
         holds: |s| {
             let places = s.places();
             let length = |kind: &String| (1..=LONGEST_KIND).contains(&kind.chars().count());
-            let free = |kind: &String| length(kind) && !places.contains(kind);
+            let clean = |kind: &String| !kind.chars().any(char::is_control);
+            let free = |kind: &String| length(kind) && clean(kind) && !places.contains(kind);
             s.nut_kind != s.bolt_kind && free(&s.nut_kind) && free(&s.bolt_kind)
         },
     },

@@ -255,13 +255,14 @@ mod tests {
 
     #[test]
     fn impossible_scenes_are_refused_by_the_setting_that_is_wrong() {
-        let cases: [(&str, String); 10] = [
+        let cases: [(&str, String); 11] = [
             ("part.nut_hole_m", refused(|s| s.part.shaft_radius_m = 0.0097)),
             ("part.friction", refused(|s| s.part.friction = 0.0)),
             ("part.density", refused(|s| s.part.density = f64::NAN)),
             ("nuts", refused(|s| s.nuts = 0)),
             ("bolts", refused(|s| s.bolts = 100)),
             ("nut_kind", refused(|s| s.nut_kind = "n".repeat(191))),
+            ("nut_kind", refused(|s| s.nut_kind = "a\nb".into())),
             ("jig.pocket", refused(|s| s.jig.pocket = [0.9, 0.0])),
             ("table.drop", refused(|s| s.table.drop[1] = [2.0, 0.2])),
             ("jig.hole_top_m", refused(|s| s.jig.hole_top_m = 0.0585)),
