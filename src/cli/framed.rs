@@ -181,7 +181,7 @@ pub(crate) fn plan(
     let goals = match &args.goal {
         Some(goal) => {
             let (state, quantity) = (domain.state(goal)?, Quantity::AtLeast(1));
-            vec![GoalTerm { state, quantity, held: 0, of: 0 }]
+            vec![GoalTerm { state, quantity, reference: None, held: 0, of: 0 }]
         }
         None if domain.goals.is_empty() => {
             let problem = "the domain has no goal; name one with --goal STATE";

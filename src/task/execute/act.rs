@@ -15,7 +15,7 @@ use super::attempts::{Attempt, Means, What};
 use super::live::{Live, Phase, REST, Tools};
 use super::means;
 use super::mind::{Choice, Choices, Seen};
-use super::recover::{Detour, View, Wanted, detours};
+use super::recover::{Detour, View, Wanted, clearing, detours};
 use crate::task::domain::{ActionId, Obstacle, Pose};
 use crate::task::event::{Ended, Recovery, RecoveryKind};
 use crate::task::skill::{self, Grasp, Target};
@@ -96,7 +96,16 @@ impl Live {
     pub fn recover(&mut self, tools: &Tools<'_>, seen: &Seen, stuck: Option<Obstacle>) -> Phase {
         let view = self.view(seen);
         // What was wanted can be wrong if the graph is stuck for another reason.
-        let all = detours(&view, &self.wanted, true);
+        let mut in_the_way = match stuck {
+            Some(Obstacle::NothingCauses { state }) => tools.mind.in_the_way(state, &self.memory),
+            _ => Vec::new(),
+        };
+        // A pin may have to be lifted out of its ring, or the ring off the pin.
+        in_the_way.sort_by_key(|(part, _)| {
+            self.attempts.tries(&What::detour(RecoveryKind::Clear, *part))
+        });
+        let mut all = clearing(&view, &in_the_way);
+        all.extend(detours(&view, &self.wanted, true));
         self.pretended.clear();
         for detour in all {
             if let Some(phase) = self.detour(tools, &detour) {

@@ -93,6 +93,13 @@ pub(super) trait Mind: Send + Sync {
     /// Returns whether an attempt that placed its part achieved the intended state.
     fn took_effect(&self, what: &What, seen: &Seen, memory: &Memory) -> bool;
 
+    /// Returns the parts whose states forbid a fact and their references, each with the fact's name. The planner is stuck
+    /// because no action takes them away.
+    fn in_the_way(&self, fact: StateId, memory: &Memory) -> Vec<(usize, String)> {
+        let _ = (fact, memory);
+        Vec::new()
+    }
+
     /// Returns whether compiling the domain anew would give the planner graph other needs, now that it is stuck.
     fn can_relent(&self, memory: &Memory) -> bool {
         let _ = memory;

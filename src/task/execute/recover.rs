@@ -159,6 +159,18 @@ impl List<'_> {
     }
 }
 
+/// Lists the detours that move parts away whose states forbid a fact. Each part comes with the name of the fact.
+pub(super) fn clearing(view: &View<'_>, in_the_way: &[(usize, String)]) -> Vec<Detour> {
+    let mut list = List { view, all: Vec::new() };
+    for strict in [true, false] {
+        for (part, fact) in in_the_way {
+            let why = format!("{fact} does not hold, and no action causes it");
+            list.add(RecoveryKind::Clear, *part, strict, why);
+        }
+    }
+    list.all
+}
+
 /// Lists detours in the order in which they are tried. With `stuck`, parts in no state are dealt with even if no action
 /// wants them.
 pub(super) fn detours(view: &View<'_>, wanted: &[Wanted], stuck: bool) -> Vec<Detour> {

@@ -464,6 +464,14 @@ impl Mind for Relational {
         })
     }
 
+    fn in_the_way(&self, fact: StateId, memory: &Memory) -> Vec<(usize, String)> {
+        let situation = self.remembered(memory).situation();
+        let name = &self.ground.domain()[fact].name;
+        let objects = self.ground.in_the_way(fact, &situation);
+        let part = |object: usize| Some((self.objects.get(object)?.1?, name.clone()));
+        objects.into_iter().filter_map(part).collect()
+    }
+
     fn can_relent(&self, memory: &Memory) -> bool {
         let layout = self.remembered(memory);
         let Ok(problem) = Problem::new(&self.domain, &layout) else { return false };

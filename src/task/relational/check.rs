@@ -77,6 +77,17 @@ impl RelationalDomain {
                 goal.state
             ));
         };
+        if let Some(reference) = goal.reference {
+            let reference = self.states.get(reference);
+            let fits = reference.is_some_and(|r| Some(&*r.kind) == state.frame.kind());
+            if !fits || !matches!(goal.quantity, Quantity::AtLeast(_)) {
+                let name = &state.name;
+                return Some(format!(
+                    "asks for `{name}` at references in a state; expected a number of objects, and a state of the \
+                     kind that `{name}` is relative to"
+                ));
+            }
+        }
         let (each, least) = match goal.quantity {
             Quantity::AtLeast(n) => (false, n),
             Quantity::EachReference(n) => (true, n),

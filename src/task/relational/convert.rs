@@ -47,6 +47,7 @@ impl RelationalDomain {
         let goal = domain.goal();
         let goals = goal.iter().map(|goal| GoalTerm {
             state: goal.index(),
+            reference: None,
             quantity: Quantity::AtLeast(1),
             held: 1,
             of: 1,

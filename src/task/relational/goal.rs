@@ -22,6 +22,9 @@ pub struct GoalTerm {
     pub state: usize,
     /// How many objects have to be in the state.
     pub quantity: Quantity,
+    /// Index of the state in which a reference has to be for its objects to count; `None` if all objects count. Only a
+    /// term with [`Quantity::AtLeast`] can have one.
+    pub reference: Option<usize>,
     /// Number of demonstrations that ended with the term fulfilled.
     pub held: usize,
     /// Number of demonstrations.

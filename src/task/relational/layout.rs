@@ -19,6 +19,16 @@ pub struct Fact {
 /// The state of every object, by index; `None` for objects in no state, such as fixtures.
 pub type Situation = Vec<Option<Fact>>;
 
+/// Returns whether a reference is in the state `within`; `true` if that is `None`.
+pub(super) fn is_within(
+    within: Option<usize>,
+    reference: Option<usize>,
+    situation: &Situation,
+) -> bool {
+    let of = || situation.get(reference?)?.map(|fact| fact.state);
+    within.is_none_or(|state| of() == Some(state))
+}
+
 /// An object of a layout.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LaidOut {

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use thiserror::Error;
 
 use super::goal::Quantity;
-use super::layout::{Fact, LaidOut, Layout, Situation};
+use super::layout::{Fact, LaidOut, Layout, Situation, is_within};
 use super::moves::Move;
 use super::operator::{Condition, Need, RelationalOperator, Role, Subject, Verdict};
 use super::propositional::MOST;
@@ -269,7 +269,12 @@ impl<'d> Problem<'d> {
             facts.filter(|f| reference.is_none() || f.reference == reference).count()
         };
         match goal.quantity {
-            Quantity::AtLeast(n) => n.saturating_sub(count(None)),
+            Quantity::AtLeast(n) => {
+                let counts = |f: &&Fact| {
+                    f.state == goal.state && is_within(goal.reference, f.reference, situation)
+                };
+                n.saturating_sub(situation.iter().flatten().filter(counts).count())
+            }
             Quantity::EachReference(n) => {
                 let kind = state.frame.kind().unwrap_or_default();
                 self.of_kind(kind).map(|r| n.saturating_sub(count(Some(r)))).sum()

@@ -19,7 +19,7 @@ use std::collections::BTreeSet;
 
 use super::goal::Quantity;
 use super::ground::Compiler;
-use super::layout::{Fact, Situation};
+use super::layout::{Fact, Situation, is_within};
 use super::moves::Move;
 use super::operator::Verdict;
 use super::problem::{Problem, ProblemError};
@@ -38,6 +38,9 @@ pub(super) struct Test {
     pub object: Option<usize>,
     /// The reference; the outer `None` for any reference.
     pub reference: Option<Option<usize>>,
+    /// State in which a reference has to be for its objects to count; `None` for any state. Actions that add to the fact
+    /// need this state themselves.
+    pub within: Option<usize>,
     /// Objects that do not count.
     pub except: Vec<usize>,
     /// Least number of objects.
@@ -56,6 +59,7 @@ impl Test {
             of,
             object: None,
             reference: None,
+            within: None,
             except: Vec::new(),
             least: 1,
             most: None,
@@ -99,7 +103,10 @@ impl Test {
     /// Returns whether the fact holds.
     pub fn holds(&self, situation: &Situation) -> bool {
         let all = situation.iter().enumerate();
-        let count = all.filter(|(i, f)| f.is_some_and(|f| self.matches(*i, &f))).count();
+        let counts = |i: usize, f: &Fact| {
+            self.matches(i, f) && is_within(self.within, f.reference, situation)
+        };
+        let count = all.filter(|(i, f)| f.is_some_and(|f| counts(*i, &f))).count();
         count >= self.least && self.most.is_none_or(|most| count <= most)
     }
 }
@@ -233,7 +240,9 @@ impl Problem<'_> {
             let one = Test::of([goal.state]);
             match goal.quantity {
                 Quantity::AtLeast(0) | Quantity::EachReference(0) => {}
-                Quantity::AtLeast(least) => tests.push(Test { least, ..one }),
+                Quantity::AtLeast(least) => {
+                    tests.push(Test { least, within: goal.reference, ..one });
+                }
                 Quantity::EachReference(least) => {
                     let kind = state.frame.kind().unwrap_or_default();
                     let each = self.of_kind(kind);
@@ -296,6 +305,21 @@ impl GroundProblem {
     /// If the fact is not a state of [`GroundProblem::domain`].
     pub fn holds(&self, fact: StateId, situation: &Situation) -> bool {
         self.tests[fact.index()].holds(situation)
+    }
+
+    /// Returns the objects that keep a fact from holding, each followed by its reference: they count, and the fact allows
+    /// fewer. Empty if the fact holds or asks for objects.
+    ///
+    /// # Panics
+    /// If the fact is not a state of [`GroundProblem::domain`].
+    pub fn in_the_way(&self, fact: StateId, situation: &Situation) -> Vec<usize> {
+        let test = &self.tests[fact.index()];
+        if !test.forbids() || test.holds(situation) {
+            return Vec::new();
+        }
+        let all = situation.iter().enumerate();
+        let counting = all.filter_map(|(i, f)| Some((i, f.filter(|f| test.matches(i, f))?)));
+        counting.flat_map(|(i, f)| [Some(i), f.reference]).flatten().collect()
     }
 
     /// Returns the facts of the goal, in the order in which they are to be fulfilled.

@@ -114,6 +114,9 @@ impl<'p> Symbols<'p> {
                 parts.push(Factor { part: Part::Place, filler: format!("P{}", place + 1) });
             }
         }
+        if let Some(within) = test.within {
+            parts.push(Factor { part: Part::Reference, filler: states[within].name.clone() });
+        }
         for except in &test.except {
             parts.push(Factor { part: Part::Except, filler: self.id(*except) });
         }

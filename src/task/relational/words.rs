@@ -114,7 +114,13 @@ impl RelationalDomain {
         let state = &self.states[goal.state];
         let many = |n: usize| if n == 1 { String::new() } else { format!("{n} x ") };
         match goal.quantity {
-            Quantity::AtLeast(n) => many(n) + &state.name,
+            Quantity::AtLeast(n) => match (goal.reference, state.frame.kind()) {
+                (Some(reference), Some(kind)) => {
+                    let reference = &self.states[reference].name;
+                    format!("{}{} at a {kind} in {reference}", many(n), state.name)
+                }
+                _ => many(n) + &state.name,
+            },
             Quantity::EachReference(n) => {
                 let kind = state.frame.kind().unwrap_or("reference");
                 format!("{}{} at each {kind}", many(n), state.name)

@@ -346,10 +346,38 @@ pub(super) fn goals(
             continue;
         }
         let rank = completed(motion, found, state, &demos);
-        terms.push((rank, GoalTerm { state, quantity, held, of: demos.len() }));
+        let reference = None;
+        terms.push((rank, GoalTerm { state, quantity, reference, held, of: demos.len() }));
     }
     terms.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.state.cmp(&b.1.state)));
+    let goals: Vec<usize> = terms.iter().map(|(_, term)| term.state).collect();
+    for (_, term) in &mut terms {
+        let Quantity::AtLeast(least) = term.quantity else { continue };
+        let bound = goals.iter().filter_map(|within| {
+            let needed = is_needed_of_target(operators, term.state, *within);
+            let count = |end: &Scene| {
+                let of = |r: Option<usize>| Some(end.get(r?)?.as_ref()?.state);
+                let own = end.iter().flatten().filter(|l| l.state == term.state);
+                own.filter(|l| of(l.reference) == Some(*within)).count()
+            };
+            let held = ends.iter().filter(|(_, end)| count(end) >= least).count();
+            (needed && held >= enough).then_some((*within, held))
+        });
+        if let Some((within, held)) = bound.max_by_key(|(_, held)| *held) {
+            (term.reference, term.held) = (Some(within), held);
+        }
+    }
     (terms.into_iter().map(|(_, term)| term).collect(), unachieved)
+}
+
+/// Returns whether every operator that achieves a state needs its target to be in the state `within`.
+fn is_needed_of_target(operators: &[RelationalOperator], state: usize, within: usize) -> bool {
+    let needed = |n: &Need| {
+        n.verdict == NeedVerdict::Required
+            && n.condition == Condition { state: within, subject: Subject::Is(Role::Target) }
+    };
+    let mut own = operators.iter().filter(|o| o.to == state).peekable();
+    own.peek().is_some() && own.all(|o| o.needs.iter().any(needed))
 }
 
 fn quantity(

@@ -56,6 +56,9 @@ struct GoalEntry {
     /// `null`: the term asks for a number of objects in all.
     each: Option<Each>,
     at_least: usize,
+    /// State in which a reference has to be for its objects to count.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    references_in: Option<String>,
     held: usize,
     of: usize,
 }
@@ -205,7 +208,15 @@ impl From<&RelationalDomain> for DomainFile {
                 Quantity::EachReference(n) => (Some(Each::Reference), n),
                 Quantity::EachObject => (Some(Each::Object), 1),
             };
-            GoalEntry { state: name(g.state), each, at_least, held: g.held, of: g.of }
+            let references_in = g.reference.map(name);
+            GoalEntry {
+                state: name(g.state),
+                each,
+                at_least,
+                references_in,
+                held: g.held,
+                of: g.of,
+            }
         };
         Self {
             format: FORMAT.into(),
@@ -237,7 +248,10 @@ impl DomainFile {
                 Some(Each::Object) => Quantity::EachObject,
             };
             let state = find(&entry.state, &|| format!("goals[{index}].state"))?;
-            goals.push(GoalTerm { state, quantity, held: entry.held, of: entry.of });
+            let field = || format!("goals[{index}].references_in");
+            let reference = entry.references_in.as_ref().map(|name| find(name, &field));
+            let reference = reference.transpose()?;
+            goals.push(GoalTerm { state, quantity, reference, held: entry.held, of: entry.of });
         }
         let mut operators = Vec::with_capacity(self.operators.len());
         for (index, entry) in self.operators.into_iter().enumerate() {
