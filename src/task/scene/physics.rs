@@ -8,22 +8,21 @@
 //!
 //! - Double precision.
 //! - No contact recycling, and stiff contacts. Otherwise parts float above the table and sink into the pads.
-//! - Contacts found within 1 mm. With 2 mm, parts that fit into each other have so many that steps cost a fifth more.
-//! - No contact clustering. It merges the contacts of a part's pieces and keeps four of all that were found. A lying
-//!   part lost and regained the corner that carries it, rocked, and slid by 80 to 750 µm/s. Without clustering, 159 of 160
-//!   parts stay below 1 µm/s even if they may not sleep, and with sleep all parts rest. While only parts in the hand move,
-//!   contacts are clustered: the steps then cost up to a fifth less.
+//! - Contacts found within 1 mm. The contacts of a part's pieces are merged, and four of all that were found are kept.
+//!   With 2 mm, a lying part lost and regained the corner that carries it, rocked, and slid by 80 to 160 µm/s. With 1 mm,
+//!   96 of 96 parts stay below 0.02 µm/s even if they may not sleep, and with sleep all parts rest.
 //! - Friction in the bias pass and Coulomb's model. Otherwise parts creep in the hand.
 //! - A held part's weight borne by the fingers ([`Scene::drive_arm`]). The motors start from zero in every substep and
 //!   one pass does not find all their torques, so the hand trembled, and parts crept by 1 to 50 µm/s without end. Now a
 //!   part may settle in the hand, by up to 60 µm in some seconds, and then does not move.
-//! - An odd number of substeps. The contacts' corrections alternate from substep to substep. With an even number every
-//!   step ends in the same phase, and some held parts creep by up to 140 µm/s. With fewer than seven, a shaft in a ring
-//!   rattles: it moves by 50 to 290 µm in two seconds.
+//! - Nine substeps while parts move outside the hand ([`Scene::refine`]). With four, nearly half of all shafts that were
+//!   put into a ring rattled in it without end, and without merged contacts one in five sprang out of it within ten
+//!   seconds. With nine, 60 of 60 are asleep after half a second. The numbers are odd: the contacts' corrections alternate
+//!   from substep to substep. With an even number every step ends in the same phase, and some held parts creep by up to
+//!   140 µm/s.
 //! - Armature on the joints. Otherwise the wrist gives way.
 //! - Arm motors that hold speeds instead of positions ([`Scene::drive_arm`]).
 //! - Fingers coupled at the finger that is solved last.
-//! - Substeps below 0.6 ms while a part moves outside the hand.
 
 use std::time::{Duration, Instant};
 
@@ -312,26 +311,16 @@ impl Scene {
         }
     }
 
-    /// Chooses the number of substeps, and whether contacts are clustered, for the reasons in the module's
-    /// documentation. With longer substeps, held parts creep more, and parts that touch a fixture never come to rest.
+    /// Chooses the number of substeps, for the reasons in the module's documentation.
     pub(crate) fn refine(&mut self, carrying: bool) {
-        let sleeps = |part: &PartBody| self.physics.bodies[part.body].is_sleeping();
-        let (mut touched, mut free) = (false, false);
-        for (index, part) in self.parts.iter().enumerate() {
-            if !self.is_lost(part) && !sleeps(part) {
-                let in_hand = self.pad_forces(index) != [0.0; 2];
-                touched |= in_hand;
-                free |= !in_hand;
-            }
-        }
-        let parameters = &mut self.physics.integration_parameters;
-        parameters.num_solver_iterations = match (carrying, free, touched) {
-            (true, ..) => SUBSTEPS_CARRYING,
-            (false, true, _) => SUBSTEPS,
-            (false, false, true) => SUBSTEPS_TOUCHED,
-            (false, false, false) => SUBSTEPS_AT_REST,
+        let awake =
+            |part: &PartBody| !self.is_lost(part) && !self.physics.bodies[part.body].is_sleeping();
+        let substeps = match (carrying, self.parts.iter().any(awake)) {
+            (true, _) => SUBSTEPS_CARRYING,
+            (false, true) => SUBSTEPS,
+            (false, false) => SUBSTEPS_AT_REST,
         };
-        parameters.contact_clustering = !free;
+        self.physics.integration_parameters.num_solver_iterations = substeps;
     }
 
     /// Sets the target distance of each finger from the middle of the gripper, in metres.
@@ -462,22 +451,21 @@ impl Scene {
     }
 }
 
-/// Number of substeps of a step while a part moves that the hand does not touch.
-const SUBSTEPS: usize = 7;
-/// ... while all parts rest but those that the hand touches.
-const SUBSTEPS_TOUCHED: usize = 5;
-/// ... while the hand carries a part through the air.
+/// Number of substeps of a step: while parts move outside the hand, while the hand carries a part through the air, and
+/// while all parts rest.
+const SUBSTEPS: usize = 9;
 const SUBSTEPS_CARRYING: usize = 3;
-/// ... while all parts rest.
 const SUBSTEPS_AT_REST: usize = 1;
+
+/// Distance within which contacts are found, in metres.
+pub(super) const CONTACT_M: f64 = 1e-3;
 
 fn parameters(spec: &SceneSpec) -> IntegrationParameters {
     IntegrationParameters {
         dt: spec.step_ms as f64 / 1e3,
         num_solver_iterations: SUBSTEPS,
         contact_recycling: false,
-        contact_clustering: false,
-        normalized_prediction_distance: 0.001,
+        normalized_prediction_distance: CONTACT_M,
         contact_softness: SpringCoefficients { natural_frequency: 300.0, damping_ratio: 2.0 },
         static_contact_softness: SpringCoefficients {
             natural_frequency: 600.0,
