@@ -14,7 +14,8 @@ use symbolt::task::planner::{Encoded, Planner, PlannerSpec};
 use symbolt::task::relational::{
     GroundProblem, Grounder, Layout, Problem, RelationalDomain, Situation,
 };
-use symbolt::task::{Part, State, TaskError, Verdict};
+use symbolt::task::tasks::nuts_and_bolts::SyntheticDemonstrations;
+use symbolt::task::{ObjectPose, Part, Snapshot, State, StateId, TaskError, Verdict};
 
 /// What became of a plan of the planner graph.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -132,6 +133,81 @@ fn what_is_in_the_way_is_moved_first_as_a_subgoal() {
     let start = free.situation();
     let ground = problem.ground(&start).expect("it compiles");
     assert!(decide(&ground, &start).contains("RED"));
+}
+
+/// Teaches the assembly of a nut and a bolt, and returns the domain with the end of the first demonstration.
+fn assembly() -> (RelationalDomain, Snapshot) {
+    let made = SyntheticDemonstrations::default().record(Seed::new(3)).expect("it is valid");
+    let learned = learn_relational(&made.recording, &Settings::default()).expect("it teaches");
+    let last = made.recording.demos[0].snapshots.last().expect("it has snapshots").clone();
+    (learned.domain, last)
+}
+
+/// Moves an object by a distance along y, in metres.
+fn moved(object: &ObjectPose, id: &str, by_m: f64) -> ObjectPose {
+    let mut pose = object.pose;
+    pose.position[1] += by_m;
+    ObjectPose { id: id.into(), kind: object.kind.clone(), pose }
+}
+
+/// A bolt in a nut beside the jig was taken for the goal once another nut was in the pocket.
+#[test]
+fn a_bolt_counts_towards_the_goal_only_in_a_nut_that_is_in_place() {
+    let (domain, end) = assembly();
+    let words: Vec<String> = domain.goals.iter().map(|g| domain.goal_in_words(g)).collect();
+    let expected = ["NUT_AT_NUT_POCKET", "BOLT_AT_NUT at a nut in NUT_AT_NUT_POCKET"];
+    assert_eq!(words, expected);
+    let of = |kind: &str| end.objects.iter().find(|o| &*o.kind == kind).expect("it is there");
+    let (nut, bolt) = (of("nut").clone(), of("bolt").clone());
+    // The pair lies on the table; a second nut is in the pocket, and a second bolt is in the hole or on the table.
+    let mut scene = end.clone();
+    scene.objects.retain(|o| !["nut", "bolt"].contains(&&*o.kind));
+    let down = |o: &ObjectPose, id: &str| {
+        let mut low = moved(o, id, 0.35);
+        low.pose.position[2] -= 0.042;
+        low
+    };
+    scene.objects.extend([down(&nut, "nut_0"), down(&bolt, "bolt_0"), moved(&nut, "nut_1", 0.0)]);
+    let grounder = Grounder::new(&domain);
+    let goal_of = |domain: &RelationalDomain| {
+        let layout = grounder.layout(&scene);
+        let start = layout.situation();
+        let name = |s: usize| domain.states[s].name.clone();
+        let held: Vec<String> = start.iter().flatten().map(|f| name(f.state)).collect();
+        assert!(held.contains(&"BOLT_AT_NUT".into()), "{held:?}");
+        assert!(held.contains(&"NUT_AT_NUT_POCKET".into()), "{held:?}");
+        let problem = Problem::new(domain, &layout).expect("a problem");
+        let ground = problem.ground(&start).expect("it compiles");
+        (problem.lacking(&start), ground.goal(&start).is_some())
+    };
+    assert_eq!(goal_of(&domain), (1, true));
+    let mut unbound = domain.clone();
+    unbound.goals.iter_mut().for_each(|goal| goal.reference = None);
+    assert_eq!(goal_of(&unbound), (0, false), "any bolt in any nut would do");
+}
+
+/// With a single nut out of its pocket and the bolt in it, the planner was stuck and nothing was tried.
+#[test]
+fn what_keeps_a_fact_from_holding_is_told_with_its_reference() {
+    let (domain, mut scene) = assembly();
+    for object in scene.objects.iter_mut().filter(|o| ["nut", "bolt"].contains(&&*o.kind)) {
+        object.pose.position[1] += 0.35;
+        object.pose.position[2] -= 0.042;
+    }
+    let layout = Grounder::new(&domain).layout(&scene);
+    let start = layout.situation();
+    let problem = Problem::new(&domain, &layout).expect("a problem");
+    let ground = problem.ground(&start).expect("it compiles");
+    let ids = |fact: &str| -> Vec<&str> {
+        let index = ground.domain().states().iter().position(|s| s.name == fact);
+        let fact = StateId::new(index.unwrap_or_else(|| panic!("{fact}: {:?}", ground.domain())));
+        let objects = ground.in_the_way(fact, &start);
+        objects.into_iter().map(|i| &*layout.objects[i].id).collect()
+    };
+    let of = |kind: &str| scene.objects.iter().find(|o| &*o.kind == kind).expect("there");
+    assert_eq!(ids("NO_BOLT_AT_NUT_0"), [&*of("bolt").id, &*of("nut").id]);
+    assert!(ids("NUT_AT_NUT_POCKET").is_empty(), "it asks for objects");
+    assert!(ids("NO_BOLT_AT_BOLT_HOLE_0_P1").is_empty(), "it holds");
 }
 
 #[test]
