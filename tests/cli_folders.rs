@@ -63,7 +63,7 @@ fn begun(folder: &Path, args: &[&str]) -> Child {
 }
 
 /// A run that takes minutes.
-const LONG: [&str; 7] = ["run", "--demos", "2000", "--threads", "1", "--out", "one"];
+const LONG: [&str; 7] = ["run", "--demos", "1000", "--threads", "1", "--out", "one"];
 
 #[test]
 fn a_second_run_into_one_folder_is_refused_at_once() {
@@ -350,7 +350,7 @@ fn a_signal_ends_a_command_and_leaves_nothing_half_written() {
     let here = place.path();
     let commands: [(&[&str], &[&str]); 3] = [
         (&LONG, &["one"]),
-        (&["record", "--demos", "2000", "--threads", "1", "--out", "demos.jsonl"], &["one"]),
+        (&["record", "--demos", "1000", "--threads", "1", "--out", "demos.jsonl"], &["one"]),
         (&["experiment", "figure-3", "--threads", "1", "--out", "two"], &["one", "two"]),
     ];
     for (name, number) in [("TERM", 15), ("INT", 2)] {

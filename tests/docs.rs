@@ -322,6 +322,7 @@ fn names_in_the_table_for_users_of_nengo_exist() {
                 let public = ["struct", "enum", "fn", "const", "trait"];
                 let declared =
                     public.iter().any(|kind| all.contains(&format!("pub {kind} {name}")))
+                        || all.contains(&format!(" fn {name}"))
                         || all.contains(&format!("    {name}("))
                         || all.contains(&format!("    {name},"));
                 assert!(declared, "{name}");

@@ -394,7 +394,7 @@ mod commands {
         let huge = ["record", "--demos", "18446744073709551615", "--out", "x"];
         let (code, said) = run(folder.path(), &huge, Stdio::null());
         assert_eq!(code, Some(2));
-        assert!(said.contains("--demos 18446744073709551615: must be 1 to 10000"), "{said}");
+        assert!(said.contains("--demos 18446744073709551615: must be 1 to 1000"), "{said}");
         let (code, said) = run(
             folder.path(),
             &[

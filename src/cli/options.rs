@@ -244,7 +244,7 @@ impl TaskArgs {
 pub(crate) struct DemoArgs {
     #[command(flatten)]
     pub task: TaskArgs,
-    /// Number of demonstrations, at most 1000; with --kinematic 10000
+    /// Number of demonstrations, at most 1000 in physics
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = whole::<usize>)]
     pub demos: usize,
     /// Nuts per demonstration, 1 to 4 [default: as in --config, or 1]
