@@ -179,7 +179,7 @@ fn a_bad_option_of_any_command_is_refused_before_any_work() {
         ("record --kinematic", "--demos 10001 --out new", "--demos 10001: must be 1 to 10000"),
         ("record", "--scene --demos 3 --out new", "cannot be used with"),
         ("run", "--demos x", "'--demos <N>': must be a whole number"),
-        ("run", "--episodes 0", "--episodes 0: must be 1 to 5000"),
+        ("run", "--episodes 0", "--episodes 0: must be 1 to 1000"),
         ("run", "--record-episode 2", "--record-episode 2: must be 1, the number of --episodes"),
         ("run", "--nuts 9", "--nuts 9: must be 1 to 4"),
         ("run", "--bolts 0", "--bolts 0: must be 1 to 4"),

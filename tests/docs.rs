@@ -320,11 +320,12 @@ fn names_in_the_table_for_users_of_nengo_exist() {
         {
             if name.len() > 4 && name.chars().all(|c| c.is_alphanumeric() || c == '_') {
                 let public = ["struct", "enum", "fn", "const", "trait"];
-                let declared =
-                    public.iter().any(|kind| all.contains(&format!("pub {kind} {name}")))
-                        || all.contains(&format!(" fn {name}"))
-                        || all.contains(&format!("    {name}("))
-                        || all.contains(&format!("    {name},"));
+                let declared = public
+                    .iter()
+                    .any(|kind| all.contains(&format!("pub {kind} {name}")))
+                    || ['(', '<'].iter().any(|end| all.contains(&format!("    fn {name}{end}")))
+                    || all.contains(&format!("    {name}("))
+                    || all.contains(&format!("    {name},"));
                 assert!(declared, "{name}");
                 checked += 1;
             }

@@ -181,6 +181,17 @@ fn a_bolt_counts_towards_the_goal_only_in_a_nut_that_is_in_place() {
         (problem.lacking(&start), ground.goal(&start).is_some())
     };
     assert_eq!(goal_of(&domain), (1, true));
+    // One bolt is left in a nut out of place: the planner is stuck, and the pair is to be taken apart.
+    let layout = grounder.layout(&scene);
+    let start = layout.situation();
+    let problem = Problem::new(&domain, &layout).expect("a problem");
+    let ground = problem.ground(&start).expect("it compiles");
+    let goal = ground.goal(&start).expect("something is left to do");
+    assert_eq!(ground.domain()[goal].name, "BOLT_AT_NUT_IN_NUT_AT_NUT_POCKET");
+    let decision = planner(&ground).decide(&ground.present(&start), goal).expect("it decides");
+    assert!(matches!(decision.verdict, Verdict::Stuck(_)), "{:?}", decision.verdict);
+    let apart = ground.misplaced(&start).into_iter().map(|i| &*layout.objects[i].id);
+    assert_eq!(apart.collect::<Vec<_>>(), ["bolt_0", "nut_0"]);
     let mut unbound = domain.clone();
     unbound.goals.iter_mut().for_each(|goal| goal.reference = None);
     assert_eq!(goal_of(&unbound), (0, false), "any bolt in any nut would do");

@@ -4,8 +4,10 @@
 
 use proptest::prelude::*;
 use serde_json::{Value, json};
+use symbolt::sim::Seed;
 use symbolt::task::learn::{Settings, learn_relational};
 use symbolt::task::relational::{Grounder, Problem, Quantity, RelationalDomain};
+use symbolt::task::tasks::nuts_and_bolts::SyntheticDemonstrations;
 use symbolt::task::{Domain, Recording, Snapshot};
 
 #[path = "support/beside.rs"]
@@ -42,6 +44,48 @@ fn a_domain_is_read_back_as_it_was_written_and_names_its_states() {
     let refused = Domain::parse(text.as_bytes(), "d.json").expect_err("another version");
     assert!(refused.to_string().contains("field `version`: it is 3"), "{refused}");
     assert!(refused.to_string().contains("`RelationalDomain` reads version 3"), "{refused}");
+}
+
+#[test]
+fn a_goal_at_references_in_place_is_read_back_and_refused_where_it_cannot_be_planned() {
+    let made = SyntheticDemonstrations::default().record(Seed::new(3)).expect("it is valid");
+    let learned = learn_relational(&made.recording, &Settings::default()).expect("it teaches");
+    let text = learned.domain.to_json().expect("plain data");
+    assert_eq!(RelationalDomain::parse(text.as_bytes(), "d.json").expect("sound"), learned.domain);
+    let file: Value = serde_json::from_str(&text).expect("JSON");
+    assert_eq!(file["goals"][0].get("references_in"), None);
+    assert_eq!(file["goals"][1]["references_in"], "NUT_AT_NUT_POCKET");
+    let given = |new: Value| exchanged(&text, "/goals/1/references_in", new);
+    let each = |new: &str| exchanged(&text, "/goals/1/each", json!(new));
+    let mut alone = file.clone();
+    alone["goals"].as_array_mut().expect("a list").remove(0);
+    let mut free = file.clone();
+    for operator in free["operators"].as_array_mut().expect("a list") {
+        operator["needs"] = json!([]);
+    }
+    let parsed = |file: Value| {
+        let text = file.to_string();
+        RelationalDomain::parse(text.as_bytes(), "d.json").expect_err("refused").to_string()
+    };
+    let cases = [
+        (given(json!("NOWHERE")), "goals[1].references_in"),
+        (given(json!(3)), "goals[1]"),
+        (
+            given(json!("BOLT_AT_START")),
+            "`BOLT_AT_START` is a state of `bolt`; expected one of `nut`",
+        ),
+        (given(json!("NUT_AT_START")), "expected `NUT_AT_START` as an earlier term of the goal"),
+        (each("reference"), "expected a term without `each`"),
+        (each("object"), "expected a term without `each`"),
+        (parsed(alone), "expected `NUT_AT_NUT_POCKET` as an earlier term of the goal"),
+        (
+            parsed(free),
+            "expected that `PUT_BOLT_AT_NUT` requires `NUT_AT_NUT_POCKET` of its target",
+        ),
+    ];
+    for (said, part) in cases {
+        assert!(said.contains(part), "{part} in {said}");
+    }
 }
 
 #[test]

@@ -296,6 +296,13 @@ fn drops_are_followed_by_new_decisions() {
     assert!(report.replans() >= report.drops());
     assert!(report.decisions.len() > report.skills().count());
     assert!(!report.false_goal());
+    // Taking another part, another grasp or the same part again is told as a recovery.
+    let kinds = [RecoveryKind::Again, RecoveryKind::Grasp, RecoveryKind::Part];
+    let told = |report: &EpisodeReport| kinds.map(|kind| count(report, kind));
+    assert!(told(&report).iter().sum::<usize>() >= report.drops(), "{report:?}");
+    let alone = EpisodeSpec { drop_rate: 0.5, ..EpisodeSpec::of(NutsAndBolts::default()) };
+    let over = episode(planner, Grounding::default(), goal, &alone, Seed::new(4)).expect("runs");
+    assert!(over.report.drops() > 0 && told(&over.report)[0] > 0, "{:?}", over.report);
 }
 
 /// Only the demonstrator knows the task: in a mirrored scene with the jig elsewhere and other names for

@@ -91,7 +91,7 @@ pub(crate) struct RunArgs {
     #[arg(verbatim_doc_comment, hide_possible_values = true, hide_default_value = true)]
     #[arg(long, value_name = "METHOD", value_enum, default_value = "relational")]
     pub method: Method,
-    /// Number of episodes after learning, at most 5000
+    /// Number of episodes after learning, at most 1000
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<usize>)]
     pub episodes: usize,
     /// Episode to record for the report, with frames, activity and spikes;

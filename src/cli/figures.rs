@@ -168,7 +168,7 @@ impl Figures<'_> {
         if !tally.recoveries.is_empty() {
             let mut grid = Grid::new(&["recovery", "why", ">times"]);
             for ((kind, why), times) in &tally.reasons {
-                grid.row([meaning(kind).into(), why.clone(), times.to_string()]);
+                grid.row([kind.clone(), why.clone(), times.to_string()]);
             }
             let _ = writeln!(text, "{grid}");
         }
@@ -255,22 +255,6 @@ impl Figures<'_> {
 const DECISION_MS: &str = "ms: simulated time from the look at the scene to the answer, in whole steps of the physics. \
                            The planner already knows its goal then; the times of `symbolt\u{a0}plan` include the \
                            recognition of the goal.";
-
-/// Returns what a kind of recovery is, in words.
-fn meaning(kind: &str) -> &'static str {
-    match kind {
-        "again" => "the action again",
-        "part" => "the action with another part",
-        "grasp" => "the action with another grasp",
-        "place" => "the action at another place",
-        "order" => "another action first",
-        "regrasp" => "put the part down and take it anew",
-        "reseat" => "take out a part that lies wrongly",
-        "clear" => "move away a part that is in the way",
-        "push" => "push the part",
-        _ => "",
-    }
-}
 
 /// Returns what the executor changed after failures in an episode and why, one sentence for each change.
 fn recoveries(report: &EpisodeReport) -> String {

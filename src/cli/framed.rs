@@ -8,8 +8,8 @@ use symbolt::neurons::{Population, PopulationPlan};
 use symbolt::sim::Seed;
 use symbolt::task::planner::{Decision, Planner};
 use symbolt::task::relational::{
-    GoalTerm, Grounder, Layout, Move, Problem, ProblemError, Quantity, RelationalDomain, Situation,
-    TargetPose,
+    Fact, GoalTerm, Grounder, Layout, Move, Problem, ProblemError, Quantity, RelationalDomain,
+    Situation, TargetPose,
 };
 use symbolt::task::{Snapshot, TaskError, Verdict};
 
@@ -181,7 +181,9 @@ pub(crate) fn plan(
     let goals = match &args.goal {
         Some(goal) => {
             let (state, quantity) = (domain.state(goal)?, Quantity::AtLeast(1));
-            vec![GoalTerm { state, quantity, reference: None, held: 0, of: 0 }]
+            let own = domain.goals.iter().find(|goal| goal.state == state);
+            let reference = own.and_then(|goal| goal.reference);
+            vec![GoalTerm { state, quantity, reference, held: 0, of: 0 }]
         }
         None if domain.goals.is_empty() => {
             let problem = "the domain has no goal; name one with --goal STATE";
@@ -215,8 +217,13 @@ pub(crate) fn plan(
 /// Returns the plan for a goal that cannot be asked for: nothing to do if it holds all the same.
 fn impossible(error: &ProblemError, goals: &[GoalTerm], layout: &Layout) -> Plan {
     let holds = |goal: &GoalTerm| {
+        let fact_of = |object: usize| layout.located.get(object)?.fact;
+        let placed = |fact: &Fact| {
+            let of = || fact.reference.and_then(fact_of).map(|fact| fact.state);
+            goal.reference.is_none_or(|within| of() == Some(within))
+        };
         let facts = layout.located.iter().filter_map(|located| located.fact);
-        let count = facts.filter(|fact| fact.state == goal.state).count();
+        let count = facts.filter(|fact| fact.state == goal.state && placed(fact)).count();
         matches!(goal.quantity, Quantity::AtLeast(least) if count >= least)
     };
     Plan::without_decision(match goals.iter().all(holds) {

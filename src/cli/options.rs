@@ -244,8 +244,9 @@ impl TaskArgs {
 pub(crate) struct DemoArgs {
     #[command(flatten)]
     pub task: TaskArgs,
-    /// Number of demonstrations, at most 1000 in physics
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = whole::<usize>)]
+    /// Number of demonstrations, at most 1000; at most 10000 with
+    /// `record --kinematic`
+    #[arg(verbatim_doc_comment, long, value_name = "N", default_value_t = 5, value_parser = whole::<usize>)]
     pub demos: usize,
     /// Nuts per demonstration, 1 to 4 [default: as in --config, or 1]
     #[arg(long, value_name = "N", value_parser = whole::<usize>)]
@@ -260,7 +261,8 @@ pub(crate) struct DemoArgs {
     pub sensing: SensingArgs,
 }
 
-/// Maximum number of demonstrations in physics, and without it. A longer recording could not be read again.
+/// Maximum number of demonstrations in physics, and without it. A longer recording of the built-in tasks could not be
+/// read again.
 const MAX_DEMOS: usize = 1_000;
 const MAX_KINEMATIC_DEMOS: usize = 10_000;
 

@@ -281,6 +281,7 @@ fn term(domain: &RelationalDomain, goal: &GoalTerm) -> Value {
     };
     json!({
         "state": state.name, "each": each, "at_least": at_least,
-        "references_in": goal.reference.map(|r| &domain.states[r].name), "held": goal.held, "of": goal.of, "words": domain.goal_in_words(goal),
+        "references_in": goal.reference.map(|r| &domain.states[r].name),
+        "held": goal.held, "of": goal.of, "words": domain.goal_in_words(goal),
     })
 }

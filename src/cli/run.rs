@@ -38,8 +38,8 @@ use super::{config, folder, plan, report};
 
 /// Time between two frames of the recorded episode, in simulated milliseconds.
 const FRAME_MS: u64 = 40;
-/// Greatest number of episodes. The longest take 5 kB of the trace each, and `report` reads 32 MiB.
-const MAX_EPISODES: usize = 5_000;
+/// Greatest number of episodes. Long ones take 22 kB of the trace each, and `report` reads 32 MiB.
+const MAX_EPISODES: usize = 1_000;
 
 pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     if args.demos.task.listed() {

@@ -101,9 +101,11 @@ impl Tally {
     }
 }
 
-/// Removes the numbers from the ids of objects in a sentence: `nut_0 was dropped` becomes `nut was dropped`.
+/// Removes the numbers from the ids of objects in a sentence: `nut_0 was dropped` becomes `nut was dropped`. Names with
+/// capital letters are those of states and facts.
 fn without_numbers(sentence: &str) -> String {
     let kind = |word: &str| match word.trim_end_matches(|c: char| c.is_ascii_digit()) {
+        _ if word.contains(|c: char| c.is_uppercase()) => word.to_owned(),
         start if start.len() < word.len() => start.strip_suffix('_').unwrap_or(word).to_owned(),
         _ => word.to_owned(),
     };
@@ -129,6 +131,7 @@ mod tests {
                 "it lies where nut is to be put; it failed 3 times",
             ),
             ("x_1, y_2_3: é_4", "x, y_2: é"),
+            ("NUT_AT_START_2 does not hold", "NUT_AT_START_2 does not hold"),
         ];
         for (sentence, kinds) in cases {
             assert_eq!(without_numbers(sentence), kinds);

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum RecoveryKind {
-    /// The action as before, because the part lies elsewhere now or failed only once.
+    /// The action as before, after it failed once or the part came to lie elsewhere.
     Again,
     /// The action with another part.
     Part,

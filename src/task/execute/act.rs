@@ -95,7 +95,6 @@ impl Live {
     /// Recovers where no action can be carried out, or where the planner is stuck; ends the episode if nothing is left.
     pub fn recover(&mut self, tools: &Tools<'_>, seen: &Seen, stuck: Option<Obstacle>) -> Phase {
         let view = self.view(seen);
-        // What was wanted can be wrong if the graph is stuck for another reason.
         let mut in_the_way = match stuck {
             Some(Obstacle::NothingCauses { state }) => tools.mind.in_the_way(state, &self.memory),
             _ => Vec::new(),
@@ -105,6 +104,7 @@ impl Live {
             self.attempts.tries(&What::detour(RecoveryKind::Clear, *part))
         });
         let mut all = clearing(&view, &in_the_way);
+        // What was wanted can be wrong if the graph is stuck for another reason.
         all.extend(detours(&view, &self.wanted, true));
         self.pretended.clear();
         for detour in all {

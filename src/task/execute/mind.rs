@@ -93,8 +93,8 @@ pub(super) trait Mind: Send + Sync {
     /// Returns whether an attempt that placed its part achieved the intended state.
     fn took_effect(&self, what: &What, seen: &Seen, memory: &Memory) -> bool;
 
-    /// Returns the parts whose states forbid a fact and their references, each with the fact's name. The planner is stuck
-    /// because no action takes them away.
+    /// Returns the parts whose states forbid a fact, and those that are in a state of the goal at a reference out of place,
+    /// with their references. Each comes with the fact's name. The planner is stuck because no action takes them away.
     fn in_the_way(&self, fact: StateId, memory: &Memory) -> Vec<(usize, String)> {
         let _ = (fact, memory);
         Vec::new()

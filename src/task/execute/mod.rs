@@ -36,15 +36,17 @@
 //!
 //! | recovery | the robot |
 //! |---|---|
+//! | again | carries out the action once more; a dropped part, for example, lies elsewhere now |
 //! | part, place | carries out the action with another part, or at another place or reference |
 //! | grasp | takes the part by a grasp of the task that has not failed, then by any grasp that its shape allows |
 //! | reseat | takes out a part in no state that lies at the target, or the reference itself |
 //! | order | carries out another action first: the graph is asked as if the decided action were done |
 //! | regrasp | puts the part down at a free place, as parts of its kind lay when they were found |
 //! | push | tilts the part over or shoves it |
-//! | clear | moves away a part near the target, or beside the part |
+//! | clear | moves away a part near the target, beside the part, or in a state that forbids a fact |
 //!
-//! If the planner is stuck, parts in no state are put down anew or pushed. A detour that worked gives earlier attempts
+//! If the planner is stuck, parts that forbid a fact or that are put together out of place are taken apart, and parts in
+//! no state are put down anew or pushed. A detour that worked gives earlier attempts
 //! another chance. The number of detours is limited, in all and for each part, so that every episode ends; it ends at
 //! once when nothing is left to try. A part off the table is lost: it is left out, and if the goal cannot be reached
 //! without it, the episode ends with [`Ended::Lost`].

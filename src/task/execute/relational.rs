@@ -467,7 +467,8 @@ impl Mind for Relational {
     fn in_the_way(&self, fact: StateId, memory: &Memory) -> Vec<(usize, String)> {
         let situation = self.remembered(memory).situation();
         let name = &self.ground.domain()[fact].name;
-        let objects = self.ground.in_the_way(fact, &situation);
+        let mut objects = self.ground.in_the_way(fact, &situation);
+        objects.extend(self.ground.misplaced(&situation));
         let part = |object: usize| Some((self.objects.get(object)?.1?, name.clone()));
         objects.into_iter().filter_map(part).collect()
     }

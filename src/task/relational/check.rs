@@ -29,8 +29,9 @@ impl RelationalDomain {
             let named = |why: String| bad(format!("action `{}` {why}", operator.name));
             self.fault_of_operator(operator).map_or(Ok(()), |why| Err(named(why)))?;
         }
-        for goal in &self.goals {
-            self.fault_of_goal(goal).map_or(Ok(()), |why| Err(bad(format!("the goal {why}"))))?;
+        for (index, goal) in self.goals.iter().enumerate() {
+            self.fault_of_goal(index, goal)
+                .map_or(Ok(()), |why| Err(bad(format!("the goal {why}"))))?;
         }
         let noise = [self.noise_m, self.noise_rad];
         if noise.iter().any(|v| !(v.is_finite() && (0.0..FARTHEST_M).contains(v))) {
@@ -69,7 +70,7 @@ impl RelationalDomain {
         ))
     }
 
-    fn fault_of_goal(&self, goal: &GoalTerm) -> Option<String> {
+    fn fault_of_goal(&self, index: usize, goal: &GoalTerm) -> Option<String> {
         let count = self.states.len();
         let Some(state) = self.states.get(goal.state) else {
             return Some(format!(
@@ -77,16 +78,8 @@ impl RelationalDomain {
                 goal.state
             ));
         };
-        if let Some(reference) = goal.reference {
-            let reference = self.states.get(reference);
-            let fits = reference.is_some_and(|r| Some(&*r.kind) == state.frame.kind());
-            if !fits || !matches!(goal.quantity, Quantity::AtLeast(_)) {
-                let name = &state.name;
-                return Some(format!(
-                    "asks for `{name}` at references in a state; expected a number of objects, and a state of the \
-                     kind that `{name}` is relative to"
-                ));
-            }
+        if let Some(why) = goal.reference.and_then(|within| self.fault_of_within(index, within)) {
+            return Some(format!("has `references_in` for `{}`; {why}", state.name));
         }
         let (each, least) = match goal.quantity {
             Quantity::AtLeast(n) => (false, n),
@@ -101,6 +94,35 @@ impl RelationalDomain {
         }
         let usable = (1..=MOST).contains(&least);
         (!usable).then(|| format!("asks for {least} of `{}`; expected 1 to {MOST}", state.name))
+    }
+
+    /// Returns why the references of a term of the goal cannot be asked to be in the state `within`. The planner relies on
+    /// these rules: it finds no action that moves a reference into place on behalf of the objects at it.
+    fn fault_of_within(&self, index: usize, within: usize) -> Option<String> {
+        let GoalTerm { state, ref quantity, .. } = self.goals[index];
+        let Some(asked) = self.states.get(within) else {
+            return Some(format!("expected a state, not number {within}"));
+        };
+        let (kind, name) = (self.states[state].frame.kind(), &asked.name);
+        if !matches!(quantity, Quantity::AtLeast(_)) {
+            return Some("expected a term without `each`".into());
+        }
+        let Some(kind) = kind else {
+            return Some("expected a state in the frame of a kind".into());
+        };
+        if *asked.kind != *kind {
+            return Some(format!(
+                "`{name}` is a state of `{}`; expected one of `{kind}`",
+                asked.kind
+            ));
+        }
+        if !self.goals[..index].iter().any(|earlier| earlier.state == within) {
+            return Some(format!("expected `{name}` as an earlier term of the goal"));
+        }
+        let lacks = |o: &&RelationalOperator| o.to == state && !o.needs_of_target(within);
+        let lacking = self.operators.iter().find(lacks)?;
+        let lacking = &lacking.name;
+        Some(format!("expected that `{lacking}` requires `{name}` of its target"))
     }
 }
 

@@ -128,4 +128,10 @@ impl RelationalOperator {
     pub fn needs_with(&self, verdict: Verdict) -> impl Iterator<Item = &Need> {
         self.needs.iter().filter(move |need| need.verdict == verdict)
     }
+
+    /// Returns whether the target has to be in a state before the action.
+    pub fn needs_of_target(&self, state: usize) -> bool {
+        let condition = Condition { state, subject: Subject::Is(Role::Target) };
+        self.needs_with(Verdict::Required).any(|need| need.condition == condition)
+    }
 }

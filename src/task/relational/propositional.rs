@@ -39,7 +39,7 @@ pub(super) struct Test {
     /// The reference; the outer `None` for any reference.
     pub reference: Option<Option<usize>>,
     /// State in which a reference has to be for its objects to count; `None` for any state. Actions that add to the fact
-    /// need this state themselves.
+    /// require this state of their target, and it is an earlier term of the goal (`RelationalDomain::check`).
     pub within: Option<usize>,
     /// Objects that do not count.
     pub except: Vec<usize>,
@@ -320,6 +320,19 @@ impl GroundProblem {
         let all = situation.iter().enumerate();
         let counting = all.filter_map(|(i, f)| Some((i, f.filter(|f| test.matches(i, f))?)));
         counting.flat_map(|(i, f)| [Some(i), f.reference]).flatten().collect()
+    }
+
+    /// Returns the objects, each followed by its reference, that are in a state of the goal at a reference that is not in
+    /// place. Only terms of the goal that do not hold count.
+    pub fn misplaced(&self, situation: &Situation) -> Vec<usize> {
+        let goals = self.goals.iter().map(|goal| &self.tests[goal.index()]);
+        let open = goals.filter(|test| test.within.is_some() && !test.holds(situation));
+        let objects = open.flat_map(|test| {
+            let all = situation.iter().enumerate();
+            let facts = all.filter_map(|(i, f)| Some((i, f.filter(|f| test.matches(i, f))?)));
+            facts.filter(|(_, f)| !is_within(test.within, f.reference, situation))
+        });
+        objects.flat_map(|(i, f)| [Some(i), f.reference]).flatten().collect()
     }
 
     /// Returns the facts of the goal, in the order in which they are to be fulfilled.

@@ -115,7 +115,9 @@ impl<'p> Symbols<'p> {
             }
         }
         if let Some(within) = test.within {
-            parts.push(Factor { part: Part::Reference, filler: states[within].name.clone() });
+            let filler = format!("IN_{}", states[within].name);
+            base = format!("{base}_{filler}");
+            parts.push(Factor { part: Part::Symbol, filler });
         }
         for except in &test.except {
             parts.push(Factor { part: Part::Except, filler: self.id(*except) });

@@ -351,10 +351,11 @@ pub(super) fn goals(
     }
     terms.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.state.cmp(&b.1.state)));
     let goals: Vec<usize> = terms.iter().map(|(_, term)| term.state).collect();
-    for (_, term) in &mut terms {
+    for (index, (_, term)) in terms.iter_mut().enumerate() {
         let Quantity::AtLeast(least) = term.quantity else { continue };
-        let bound = goals.iter().filter_map(|within| {
-            let needed = is_needed_of_target(operators, term.state, *within);
+        let own: Vec<_> = operators.iter().filter(|o| o.to == term.state).collect();
+        let bound = goals[..index].iter().filter_map(|within| {
+            let needed = !own.is_empty() && own.iter().all(|o| o.needs_of_target(*within));
             let count = |end: &Scene| {
                 let of = |r: Option<usize>| Some(end.get(r?)?.as_ref()?.state);
                 let own = end.iter().flatten().filter(|l| l.state == term.state);
@@ -368,16 +369,6 @@ pub(super) fn goals(
         }
     }
     (terms.into_iter().map(|(_, term)| term).collect(), unachieved)
-}
-
-/// Returns whether every operator that achieves a state needs its target to be in the state `within`.
-fn is_needed_of_target(operators: &[RelationalOperator], state: usize, within: usize) -> bool {
-    let needed = |n: &Need| {
-        n.verdict == NeedVerdict::Required
-            && n.condition == Condition { state: within, subject: Subject::Is(Role::Target) }
-    };
-    let mut own = operators.iter().filter(|o| o.to == state).peekable();
-    own.peek().is_some() && own.all(|o| o.needs.iter().any(needed))
 }
 
 fn quantity(
