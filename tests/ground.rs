@@ -9,7 +9,7 @@ use symbolt::neurons::PopulationPlan;
 use symbolt::sim::{PointerRef, Seed, Threads, VocabTag};
 use symbolt::spa::{VocabularyBuilder, dot};
 use symbolt::study::worlds::{self, Stage, World};
-use symbolt::task::learn::{Settings, learn_relational};
+use symbolt::task::learn::{Settings, learn, learn_relational};
 use symbolt::task::planner::{Encoded, Planner, PlannerSpec};
 use symbolt::task::relational::{
     GroundProblem, Grounder, Layout, Problem, RelationalDomain, Situation,
@@ -141,6 +141,29 @@ fn assembly() -> (RelationalDomain, Snapshot) {
     let learned = learn_relational(&made.recording, &Settings::default()).expect("it teaches");
     let last = made.recording.demos[0].snapshots.last().expect("it has snapshots").clone();
     (learned.domain, last)
+}
+
+/// With one demonstration in which the bolt began in line with the pocket, two places became one state.
+#[test]
+fn a_bolt_that_begins_in_line_with_the_pocket_is_learned_from_one_demonstration() {
+    let spec = SyntheticDemonstrations { demos: 1, ..SyntheticDemonstrations::default() };
+    let mut recording = spec.record(Seed::new(3)).expect("it is valid").recording;
+    let of = |snapshot: &Snapshot| {
+        let index = snapshot.objects.iter().position(|o| &*o.kind == "bolt").expect("there");
+        (index, snapshot.objects[index].pose)
+    };
+    let snapshots = &mut recording.demos[0].snapshots;
+    let (begun, end) = (of(&snapshots[0]).1, of(snapshots.last().expect("some")).1);
+    for snapshot in snapshots.iter_mut() {
+        let (index, pose) = of(snapshot);
+        if pose.distance(&begun) < 1e-3 {
+            snapshot.objects[index].pose.position[0] = end.position[0] + 9e-4;
+        }
+    }
+    let paper = learn(&recording, &Settings::default()).expect("it teaches");
+    assert!(paper.domain.states().len() < 5, "{:?}", paper.domain);
+    let learned = learn_relational(&recording, &Settings::default()).expect("it teaches").domain;
+    assert_eq!((learned.states.len(), learned.operators.len()), (5, 3), "{learned:?}");
 }
 
 /// Moves an object by a distance along y, in metres.

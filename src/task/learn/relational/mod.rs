@@ -38,7 +38,7 @@ mod single;
 mod states;
 
 use super::summary::{AttemptOutcome, AttemptReport, LearnReport, UnexplainedPoses};
-use super::{Settings, check_exponent, learn_observed};
+use super::{Settings, check_exponent};
 use crate::task::domain::{ActionId, Pose, Provenance, Recording};
 use crate::task::error::TaskError;
 use crate::task::event::{Event, Ignore, LearningStep, Observer};
@@ -84,7 +84,7 @@ pub fn learn_relational_observed(
 ) -> Result<RelationallyLearned, TaskError> {
     check_exponent(settings.p)?;
     if recording.demos.len() < 2 {
-        let learned = learn_observed(recording, settings, observer)?;
+        let learned = single::learn(recording, settings, observer)?;
         let mut domain = RelationalDomain::from_domain(&learned.domain)?;
         let noise = motion::noise(recording);
         (domain.noise_m, domain.noise_rad) = (noise.position_m, noise.angle_rad);
