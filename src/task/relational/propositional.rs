@@ -100,13 +100,19 @@ impl Test {
             && self.of.iter().any(|(s, p)| *s == state && p.is_none_or(|p| p == place))
     }
 
+    /// Returns the objects that match, with their states. The state of the reference is not looked at.
+    pub fn matching<'t>(
+        &'t self,
+        situation: &'t Situation,
+    ) -> impl Iterator<Item = (usize, Fact)> + 't {
+        let all = situation.iter().enumerate();
+        all.filter_map(|(i, fact)| Some((i, fact.filter(|fact| self.matches(i, fact))?)))
+    }
+
     /// Returns whether the fact holds.
     pub fn holds(&self, situation: &Situation) -> bool {
-        let all = situation.iter().enumerate();
-        let counts = |i: usize, f: &Fact| {
-            self.matches(i, f) && is_within(self.within, f.reference, situation)
-        };
-        let count = all.filter(|(i, f)| f.is_some_and(|f| counts(*i, &f))).count();
+        let placed = |(_, f): &(usize, Fact)| is_within(self.within, f.reference, situation);
+        let count = self.matching(situation).filter(placed).count();
         count >= self.least && self.most.is_none_or(|most| count <= most)
     }
 }
@@ -317,9 +323,7 @@ impl GroundProblem {
         if !test.forbids() || test.holds(situation) {
             return Vec::new();
         }
-        let all = situation.iter().enumerate();
-        let counting = all.filter_map(|(i, f)| Some((i, f.filter(|f| test.matches(i, f))?)));
-        counting.flat_map(|(i, f)| [Some(i), f.reference]).flatten().collect()
+        test.matching(situation).flat_map(|(i, f)| [Some(i), f.reference]).flatten().collect()
     }
 
     /// Returns the objects, each followed by its reference, that are in a state of the goal at a reference that is not in
@@ -328,9 +332,8 @@ impl GroundProblem {
         let goals = self.goals.iter().map(|goal| &self.tests[goal.index()]);
         let open = goals.filter(|test| test.within.is_some() && !test.holds(situation));
         let objects = open.flat_map(|test| {
-            let all = situation.iter().enumerate();
-            let facts = all.filter_map(|(i, f)| Some((i, f.filter(|f| test.matches(i, f))?)));
-            facts.filter(|(_, f)| !is_within(test.within, f.reference, situation))
+            test.matching(situation)
+                .filter(|(_, f)| !is_within(test.within, f.reference, situation))
         });
         objects.flat_map(|(i, f)| [Some(i), f.reference]).flatten().collect()
     }
