@@ -215,7 +215,11 @@ impl Robot {
             }
         }
         let carrying = match &self.skill {
-            Some(skill) => matches!(skill.stage, Stage::Lift(_) | Stage::Carry(_)),
+            Some(skill) => match skill.stage {
+                Stage::Lift(_) | Stage::Carry(_) => true,
+                Stage::Slide(_) | Stage::Lower(_) => scene.touches_only_the_hand(skill.part),
+                _ => false,
+            },
             None => (0..scene.part_count()).any(|part| scene.pad_forces(part) != [0.0; 2]),
         };
         scene.refine(carrying);
