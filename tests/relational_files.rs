@@ -88,6 +88,49 @@ fn a_goal_at_references_in_place_is_read_back_and_refused_where_it_cannot_be_pla
     }
 }
 
+/// The place farthest from everything was the edge of the cup: the cube did not fit in there.
+#[test]
+fn an_object_goes_to_the_middle_of_a_region_unless_another_is_near() {
+    let domain = domain();
+    let mut file: Value =
+        serde_json::from_str(&domain.to_json().expect("plain data")).expect("JSON");
+    let to = file["operators"][0]["to"].clone();
+    let states = file["states"].as_array_mut().expect("a list");
+    let state = states.iter_mut().find(|s| s["name"] == to).expect("there");
+    state["places"].as_array_mut().expect("a list").truncate(1);
+    for axis in 0..2 {
+        let region = json!({"open": {"low": -0.016, "high": 0.016}});
+        state["places"][0]["coordinates"][axis] = region;
+    }
+    file["operators"][0]["displacement"] = json!(null);
+    let text = file.to_string();
+    let domain = RelationalDomain::parse(text.as_bytes(), "d.json").expect("sound");
+
+    let mut scene = beside::recording(6, 2).demos[0].snapshots[0].clone();
+    for (index, object) in scene.objects.iter_mut().enumerate() {
+        object.pose.position[0] = 0.2 * index as f64;
+    }
+    let target = |scene: &Snapshot| {
+        let layout = Grounder::new(&domain).layout(scene);
+        let problem = Problem::new(&domain, &layout).expect("its goal is known");
+        let moves = problem.moves(&layout.situation());
+        let m = moves.iter().find(|m| m.operator == 0).expect("a cup can be moved");
+        let pose = problem.target(m, &layout).pose;
+        let plate = m.reference.expect("beside a plate");
+        (plate, pose, scene.objects[plate].pose)
+    };
+    let (plate, pose, at) = target(&scene);
+    let off = (0..2).map(|i| (pose.position[i] - at.position[i]).abs()).fold(0.0, f64::max);
+    assert!(off < 1e-9, "{off} m from the middle");
+    // Not the moved cup, nor a plate.
+    let other = scene.objects.iter().rposition(|o| &*o.kind == "cup").expect("two cups");
+    scene.objects[other].pose.position = pose.position;
+    scene.objects[other].pose.position[0] += 0.01;
+    let (same, aside, _) = target(&scene);
+    assert_eq!(same, plate);
+    assert!(aside.distance(&scene.objects[other].pose) > 0.02, "{aside:?}");
+}
+
 #[test]
 fn versions_1_and_2_are_read_and_converted() {
     let old = include_str!("fixtures/domain_v1.json");

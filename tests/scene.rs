@@ -494,6 +494,13 @@ fn impossible_episodes_are_refused() {
     assert!(refused(&spec, StateId::new(99)).contains("goal"));
 }
 
+/// A finger that passed the corner of a nut between two tests of its path knocked it off the table.
+#[test]
+fn the_hand_strikes_no_part_between_two_tests_of_its_path() {
+    let shown = demonstrate(&NutsAndBolts::default(), 1, Seed::new(220_064)).expect("runs");
+    assert_eq!(shown.solved, 1, "{:?}", shown.skills);
+}
+
 #[test]
 fn bolts_shown_alike_in_one_coordinate_by_chance_are_on_the_table_elsewhere_too() {
     // In these five demonstrations the bolt's positions spread by 8 mm along x.

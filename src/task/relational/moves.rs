@@ -125,7 +125,9 @@ impl Problem<'_> {
         TargetPose { pose: world_pose(&frame, &pose), turn: state.turn }
     }
 
-    /// Returns the candidate position that is farthest from all other objects. Heights keep their middle.
+    /// Returns the candidate position that is farthest from all other objects. Heights keep their middle. The reference
+    /// is not in the way, nor are objects farther away than the region is wide; of equal positions, the one nearest to the
+    /// middle is taken.
     fn roomiest(
         &self,
         m: &Move,
@@ -138,12 +140,13 @@ impl Problem<'_> {
             .objects
             .iter()
             .enumerate()
-            .filter(|(i, _)| *i != m.object)
+            .filter(|(i, _)| *i != m.object && Some(*i) != m.reference)
             .map(|(_, o)| Vector3::from(relative(frame, &o.pose).position))
             .collect();
         let across: Vec<&(usize, f64, f64)> =
             open.iter().filter(|(i, low, high)| *i != 2 && high - low > ROOMY_M).collect();
-        let mut best = (f64::NEG_INFINITY, middle);
+        let width = across.iter().map(|(_, low, high)| (high - low).powi(2)).sum::<f64>().sqrt();
+        let mut best = (f64::NEG_INFINITY, 0.0, middle);
         let total = CANDIDATES.pow(across.len().min(3) as u32);
         for n in 0..total {
             let mut position = middle;
@@ -154,15 +157,14 @@ impl Problem<'_> {
                 // The outer tenth of the range may be the rim.
                 position[*i] = low + (high - low) * (0.1 + 0.8 * share);
             }
-            let near = others
-                .iter()
-                .map(|o| (o - Vector3::from(position)).norm())
-                .fold(f64::INFINITY, f64::min);
-            if near > best.0 + 1e-9 {
-                best = (near, position);
+            let near =
+                others.iter().map(|o| (o - Vector3::from(position)).norm()).fold(width, f64::min);
+            let off = (Vector3::from(position) - Vector3::from(middle)).norm();
+            if near > best.0 + 1e-9 || (near > best.0 - 1e-9 && off < best.1 - 1e-9) {
+                best = (near, off, position);
             }
         }
-        best.1
+        best.2
     }
 
     /// Returns a move's needs that are not met, in words for tables: the state's name, and whose state it is.

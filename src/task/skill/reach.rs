@@ -43,13 +43,15 @@ const FALLS: u32 = 4;
 /// Greatest number of searches for joint angles in one plan.
 const BUDGET: usize = 1_500;
 /// Greatest number of tests for collisions in one plan.
-const LOOKS: usize = 30_000;
+const LOOKS: usize = 60_000;
 /// Number of tests for collisions that take as long as the straight lines from a posture.
 const LOOKS_FOR_LINES: usize = 8;
-/// Greatest turn of a joint between two points of a path that are tested for collisions, in radians.
-const LOOK_RAD: f64 = 0.04;
+/// Greatest turn of a joint between two points of a path that are tested for collisions, in radians. The hand then moves
+/// by at most 8 mm, little more than the thickness of a finger. With four times as much it passed through the corners of
+/// parts.
+const LOOK_RAD: f64 = 0.01;
 /// The same for an arm that keeps a distance, in radians.
-const LOOK_CLEAR_RAD: f64 = 0.015;
+const LOOK_CLEAR_RAD: f64 = 0.01;
 /// Height by which the end effector rises first if no other way is free, in metres.
 const RISE_M: f64 = 0.12;
 /// Turn of the hand about its own axis while it rises, if it cannot rise without, in radians.
