@@ -11,7 +11,7 @@ symbolt::vocabulary!(Words = "words": WRITE, SAY, ONE, TWO, VERB, NOUN);
 /// Shows WRITE for 150 ms, then ONE for 150 ms. Returns the similarity of the phrase in memory, 100 ms later, with the
 /// expected phrase and with the phrase in which verb and noun are exchanged.
 pub fn run() -> Result<[f32; 2], Box<dyn Error>> {
-    let words = VocabularyBuilder::new(256, Seed::new(1)).pointers(Words::NAMES).build()?;
+    let words = Words::vocabulary(256, Seed::new(1))?;
     let (write, one) = (words.get("WRITE")?, words.get("ONE")?);
     let ms = SimDuration::from_millis;
     let shown = Stimulus::pointer(words.space(), &write).from(ms(150), &one).silent_from(ms(300));

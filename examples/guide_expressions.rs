@@ -8,7 +8,7 @@ use symbolt::spa::Capacity;
 symbolt::vocabulary!(Words = "words": WRITE, SAY, ONE, TWO, VERB, NOUN);
 
 fn words(dimensions: usize) -> Result<Vocabulary<Words>, Box<dyn Error>> {
-    Ok(VocabularyBuilder::new(dimensions, Seed::new(1)).pointers(Words::NAMES).build()?)
+    Ok(Words::vocabulary(dimensions, Seed::new(1))?)
 }
 
 fn what_was_said() -> Result<(), Box<dyn Error>> {

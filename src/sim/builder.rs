@@ -19,7 +19,7 @@ use super::run::RunConfig;
 use super::seed::Seed;
 use super::simulator::Simulator;
 use super::synapse::Synapse;
-use super::time::Timebase;
+use super::time::{SimDuration, Timebase};
 use super::world::WorldLink;
 
 /// The next builder's number, unique within the process. A builder recognises handles of other builders by this
@@ -199,6 +199,21 @@ impl GraphBuilder {
     pub fn start(self, plan: &dyn Lowering, seed: Seed) -> Result<Simulator, SimError> {
         let graph = self.build(Timebase::default(), plan, seed)?;
         Simulator::new(Arc::new(graph), RunConfig::seeded(seed))
+    }
+
+    /// Builds the graph and runs it for `duration`, as [`start`](Self::start) and [`Simulator::run_for`] do.
+    ///
+    /// # Errors
+    /// As these two.
+    pub fn run(
+        self,
+        plan: &dyn Lowering,
+        seed: Seed,
+        duration: SimDuration,
+    ) -> Result<Simulator, SimError> {
+        let mut sim = self.start(plan, seed)?;
+        sim.run_for(duration)?;
+        Ok(sim)
     }
 
     pub(crate) fn root(&mut self) -> Scope<'_> {

@@ -6,7 +6,7 @@ use plotters::prelude::*;
 
 use super::vocabulary::Vocabulary;
 use crate::sim::{Pointer, Real, Samples, VocabTag};
-use crate::spa::algebra::cosine_of_slices;
+use crate::spa::algebra::dot;
 use crate::spa::error::VocabError;
 
 /// Similarities over simulated time. [`Vocabulary::similarities`] computes them.
@@ -36,14 +36,14 @@ pub(crate) const COLOURS: [RGBColor; 7] = [
 ];
 
 impl<V: VocabTag> Vocabulary<V> {
-    /// Returns the cosine similarity of every sample with every expression, such as `NUT` or `JIG * NUT`. Costs
+    /// Returns the similarity (dot product) of every sample with every expression, such as `NUT` or `JIG * NUT`. Costs
     /// O(samples x expressions x D).
     ///
     /// ```
     /// # use symbolt::prelude::*;
     /// symbolt::vocabulary!(Parts = "parts": NUT, BOLT);
     ///
-    /// let parts = VocabularyBuilder::<Parts>::new(64, Seed::new(1)).pointers(Parts::NAMES).build()?;
+    /// let parts = Parts::vocabulary(64, Seed::new(1))?;
     /// let mut graph = GraphBuilder::new();
     /// let seen = graph.add("seen", State::new(&parts));
     /// graph.route(Parts::NUT >> &seen);
@@ -71,7 +71,7 @@ impl<V: VocabTag> Vocabulary<V> {
         let (mut times_s, mut values) = (Vec::new(), Vec::new());
         for (time, sample) in samples.iter() {
             times_s.push(time);
-            values.extend(pointers.iter().map(|pointer| cosine_of_slices(&sample, pointer)));
+            values.extend(pointers.iter().map(|pointer| dot(&sample, pointer)));
         }
         Ok(Similarities { columns, times_s, values })
     }
@@ -97,6 +97,48 @@ impl Similarities {
     /// Returns the similarity of the last sample with one expression; `None` without samples or such a column.
     pub fn last(&self, expression: &str) -> Option<Real> {
         self.column(expression)?.last()
+    }
+
+    /// Returns the expression that the last sample until `time_s` (in seconds) resembles most, with its similarity;
+    /// `None` if there is no such sample or no expression.
+    ///
+    /// ```
+    /// # use symbolt::prelude::*;
+    /// symbolt::vocabulary!(Parts = "parts": NUT, BOLT);
+    ///
+    /// let parts = Parts::vocabulary(64, Seed::new(1))?;
+    /// let mut graph = GraphBuilder::new();
+    /// let seen = graph.add("seen", parts.stimulus([(0, "NUT"), (100, "BOLT")])?);
+    /// let probe = graph.probe(&seen, ProbeSpec::default());
+    /// let sim = graph.run(&PopulationPlan::direct(), Seed::new(1), SimDuration::from_millis(200))?;
+    /// let seen = parts.similarities(sim.samples(&probe), Parts::NAMES)?;
+    /// assert_eq!(seen.best(0.05).map(|best| best.0), Some("NUT"));
+    /// assert_eq!(seen.best(0.2).map(|best| best.0), Some("BOLT"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn best(&self, time_s: f64) -> Option<(&str, Real)> {
+        // Sample times are sums of ticks.
+        let until = self.times_s.partition_point(|time| *time <= time_s + 1e-9);
+        let (_, row) = self.rows().nth(until.checked_sub(1)?)?;
+        let (name, similarity) = self.columns.iter().zip(row).max_by(|a, b| a.1.total_cmp(b.1))?;
+        Some((name, *similarity))
+    }
+
+    /// Returns the times in seconds at which the expression of greatest similarity changes, with the new one. Samples in
+    /// which no similarity reaches `least` change nothing.
+    pub fn switches(&self, least: Real) -> Vec<(f64, &str)> {
+        let mut switches: Vec<(f64, &str)> = Vec::new();
+        for (time, row) in self.rows() {
+            let Some((name, similarity)) =
+                self.columns.iter().zip(row).max_by(|a, b| a.1.total_cmp(b.1))
+            else {
+                continue;
+            };
+            if *similarity >= least && switches.last().is_none_or(|(_, last)| last != name) {
+                switches.push((time, name));
+            }
+        }
+        switches
     }
 
     /// Returns all numbers as CSV, with a header: the time in seconds, then one column for each expression.

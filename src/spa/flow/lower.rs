@@ -414,14 +414,19 @@ impl<V: VocabTag> FlowKind for Pointer<V> {
         let passed = match (sum.parts.is_empty(), sum.constant.take()) {
             (true, Some(values)) => {
                 let specs = (InputSpec::scalar(), OutputSpec::pointer(&space));
-                cx.linear("constant", open, specs, Box::new(WeightedRows::one(values)))
+                let out = cx.linear("constant", open, specs, Box::new(WeightedRows::one(values)));
+                cx.scope.connect(&out, to.input, to.after_gate());
+                return;
             }
             (_, constant) => {
                 let out = cx.pointer(&space, PointerSum { constant, ..sum });
                 let name = cx.scope.free_name("gate");
                 let gate = cx.scope.add(&name, Gate::in_space(&space));
                 cx.scope.connect(&out, &gate.input, Synapse::None);
-                cx.scope.connect(open, &gate.open, Synapse::None);
+                // In neurons a chosen rule may have an activity of 0.9, which leaves a gate half closed.
+                let open = ScalarSum { constant: 0.0, parts: vec![(open.clone(), 2.0)] };
+                let open = cx.scalar(open);
+                cx.scope.connect(&open, &gate.open, Synapse::None);
                 gate.output
             }
         };
@@ -449,10 +454,14 @@ impl FlowKind for Scalar {
 
     fn finish(cx: &mut Lowerer<'_, '_>, flow: &Flow<Self>, to: &Destination<'_, Self>) {
         let mut sum = (flow.lower)(cx, &());
+        let mut via = to.via;
         if let Some(open) = to.open {
-            let open = FlowKind::source(open);
-            sum = cx.multiply(open, sum);
+            if sum.parts.is_empty() {
+                via = to.after_gate();
+            }
+            sum = cx.multiply(FlowKind::source(open), sum);
         }
+        let to = &Destination { via, ..*to };
         if cx.scope.adds(to.input) {
             cx.connect_each(&mut sum.parts, to);
             if sum.parts.is_empty() && sum.constant == 0.0 {

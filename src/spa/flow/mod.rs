@@ -102,6 +102,13 @@ pub struct Destination<'d, K: Kind> {
     pub(crate) open: Option<&'d Out<Scalar>>,
 }
 
+impl<K: Kind> Destination<'_, K> {
+    /// Returns the synapse of a constant that a rule lets pass: that of a gate, unless the route has its own.
+    fn after_gate(&self) -> Synapse {
+        if self.via == Synapse::None { super::modules::FEED_FORWARD } else { self.via }
+    }
+}
+
 type Lower<K> = dyn Fn(&mut Lowerer<'_, '_>, &<K as FlowKind>::Context) -> <K as FlowKind>::Sum;
 
 /// An expression of kind `K` over the outputs of modules and constants.

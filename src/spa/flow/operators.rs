@@ -304,6 +304,14 @@ number_sums! {
     ['o] &'o NoisePorts<Scalar>;
 }
 
+impl Shr<&In<Scalar>> for Real {
+    type Output = Route;
+
+    fn shr(self, to: &In<Scalar>) -> Route {
+        Flow::number(self) >> to
+    }
+}
+
 /// Makes the output of a port struct an operand.
 macro_rules! sources {
     ($([$($generics:tt)*] $ports:ty => $kind:ty;)*) => {$(

@@ -1,7 +1,8 @@
 //! Action rules: "if vision resembles WRITE, route vision to verb".
 //!
 //! Each rule has a name, a utility and any number of routes. Basal ganglia choose the rule of greatest utility, and the
-//! thalamus opens its routes; those of all other rules are silent.
+//! thalamus opens its routes; those of all other rules are silent. An open route takes one synapse (5 ms), whether its
+//! source is constant or not.
 
 use super::lower::{self, Lowerer};
 use super::{Flow, IntoFlow, Route};

@@ -7,6 +7,7 @@ mod builder;
 mod change;
 mod evaluate;
 mod name;
+mod stimulus;
 
 use std::collections::HashMap;
 use std::sync::Arc;

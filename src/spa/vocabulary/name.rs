@@ -48,14 +48,15 @@ impl<V: VocabTag> From<Name<V>> for String {
 
 /// Declares the tag of a vocabulary and its names as constants, so that a misspelt name does not compile.
 ///
-/// `Tag::NAMES` lists the names. [`VocabularyBuilder::pointers`](crate::spa::VocabularyBuilder::pointers) takes them.
+/// `Tag::vocabulary(dimensions, seed)` draws a pointer for each name. `Tag::NAMES` lists the names;
+/// [`VocabularyBuilder::pointers`](crate::spa::VocabularyBuilder::pointers) takes them.
 ///
 /// ```
 /// use symbolt::prelude::*;
 ///
 /// symbolt::vocabulary!(pub Parts = "parts": NUT, JIG, ROLE);
 ///
-/// let parts = VocabularyBuilder::<Parts>::new(64, Seed::new(1)).pointers(Parts::NAMES).build()?;
+/// let parts = Parts::vocabulary(64, Seed::new(1))?;
 /// let mut graph = GraphBuilder::new();
 /// let seen = graph.add("seen", State::new(&parts));
 /// let filler = graph.add("filler", State::new(&parts));
@@ -70,7 +71,7 @@ impl<V: VocabTag> From<Name<V>> for String {
 ///
 /// symbolt::vocabulary!(pub Parts = "parts": NUT, JIG, ROLE);
 ///
-/// let parts = VocabularyBuilder::<Parts>::new(64, Seed::new(1)).pointers(Parts::NAMES).build()?;
+/// let parts = Parts::vocabulary(64, Seed::new(1))?;
 /// let mut graph = GraphBuilder::new();
 /// let seen = graph.add("seen", State::new(&parts));
 /// let filler = graph.add("filler", State::new(&parts));
@@ -102,6 +103,18 @@ macro_rules! vocabulary {
             /// All names, in the order of their declaration.
             $visibility const NAMES: [&'static str; [$(stringify!($name)),+].len()] =
                 [$(stringify!($name)),+];
+
+            /// Draws a pointer for each name, in `dimensions` dimensions, as
+            /// `VocabularyBuilder` does.
+            ///
+            /// # Errors
+            /// As `VocabularyBuilder::build`.
+            $visibility fn vocabulary(
+                dimensions: usize,
+                seed: $crate::sim::Seed,
+            ) -> ::std::result::Result<$crate::spa::Vocabulary<$tag>, $crate::spa::VocabError> {
+                $crate::spa::VocabularyBuilder::new(dimensions, seed).pointers(Self::NAMES).build()
+            }
         }
     };
 }
