@@ -1,4 +1,4 @@
-//! Recalls what follows a word: an associative memory in five lines.
+//! Recalls what follows a word: an associative memory.
 //!
 //! `cargo run --example associative_memory`
 

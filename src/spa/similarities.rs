@@ -99,8 +99,8 @@ impl Similarities {
         self.column(expression)?.last()
     }
 
-    /// Returns the expression that the last sample until `time_s` (in seconds) resembles most, with its similarity;
-    /// `None` if there is no such sample or no expression.
+    /// Returns the expression that the last sample until `time_s` (in seconds) resembles most, with its similarity: the
+    /// first of equals, and `None` if there is no such sample or no expression.
     ///
     /// ```
     /// # use symbolt::prelude::*;
@@ -120,8 +120,13 @@ impl Similarities {
         // Sample times are sums of ticks.
         let until = self.times_s.partition_point(|time| *time <= time_s + 1e-9);
         let (_, row) = self.rows().nth(until.checked_sub(1)?)?;
-        let (name, similarity) = self.columns.iter().zip(row).max_by(|a, b| a.1.total_cmp(b.1))?;
-        Some((name, *similarity))
+        self.greatest(row)
+    }
+
+    /// Returns the first of the greatest similarities; `None` without a number.
+    fn greatest(&self, row: &[Real]) -> Option<(&str, Real)> {
+        let named = self.columns.iter().map(String::as_str).zip(row.iter().copied());
+        named.rev().filter(|(_, value)| !value.is_nan()).max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
     /// Returns the times in seconds at which the expression of greatest similarity changes, with the new one. Samples in
@@ -129,12 +134,8 @@ impl Similarities {
     pub fn switches(&self, least: Real) -> Vec<(f64, &str)> {
         let mut switches: Vec<(f64, &str)> = Vec::new();
         for (time, row) in self.rows() {
-            let Some((name, similarity)) =
-                self.columns.iter().zip(row).max_by(|a, b| a.1.total_cmp(b.1))
-            else {
-                continue;
-            };
-            if *similarity >= least && switches.last().is_none_or(|(_, last)| last != name) {
+            let Some((name, similarity)) = self.greatest(row) else { continue };
+            if similarity >= least && switches.last().is_none_or(|(_, last)| *last != name) {
                 switches.push((time, name));
             }
         }
@@ -173,13 +174,14 @@ impl Similarities {
         let area = SVGBackend::with_string(svg, (720, 400)).into_drawing_area();
         area.fill(&WHITE)?;
         let end = self.times_s.last().map_or(1.0, |end| end.max(1e-3));
-        let least = self.values.iter().copied().fold(-0.2, Real::min);
+        let finite = || self.values.iter().copied().filter(|value| value.is_finite());
+        let (least, most) = (finite().fold(-0.2, Real::min), finite().fold(1.05, Real::max));
         let mut chart = ChartBuilder::on(&area)
             .caption(title, ("sans-serif", 17))
             .margin(14)
             .x_label_area_size(44)
             .y_label_area_size(56)
-            .build_cartesian_2d(0.0..end, f64::from(least)..1.05)?;
+            .build_cartesian_2d(0.0..end, f64::from(least)..f64::from(most))?;
         let mesh = &mut chart.configure_mesh();
         mesh.x_desc("simulated time (s)")
             .y_desc("similarity")
@@ -244,6 +246,15 @@ mod tests {
         let svg = similarities.to_svg("A <title>");
         assert_eq!(svg.matches("stroke-width=\"2\"").count(), 2 + 2, "curves and their legend");
         assert!(svg.contains("A &lt;title&gt;"));
+        let rows = Similarities {
+            columns: vec!["NUT".into(), "BOLT".into()],
+            times_s: vec![0.1, 0.2, 0.3],
+            values: vec![0.0, 0.0, Real::NAN, 2.0, 0.4, 0.4],
+        };
+        let best = [0.05, 0.1, 0.25, 9.0].map(|time| rows.best(time));
+        assert_eq!(best, [None, Some(("NUT", 0.0)), Some(("BOLT", 2.0)), Some(("NUT", 0.4))]);
+        assert_eq!(rows.switches(0.4), [(0.2, "BOLT"), (0.3, "NUT")]);
+        assert!(rows.to_svg("Above 1").starts_with("<svg"));
         let empty = Similarities { columns: vec![], times_s: vec![], values: vec![] };
         assert!(empty.to_svg("Empty").starts_with("<svg") && empty.to_string() == "time (ms)");
     }

@@ -89,7 +89,7 @@ impl Problem<'_> {
     }
 
     /// Returns the pose that a move aims at, given where the objects are now. Open coordinates keep the demonstrated
-    /// displacement. Without one, the free position farthest from all other objects is taken.
+    /// displacement. Without one, a position away from objects in the region is taken, or its middle.
     pub fn target(&self, m: &Move, layout: &Layout) -> TargetPose {
         let operator = &self.domain.operators[m.operator];
         let state = &self.domain.states[operator.to];

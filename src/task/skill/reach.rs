@@ -46,9 +46,8 @@ const BUDGET: usize = 1_500;
 const LOOKS: usize = 60_000;
 /// Number of tests for collisions that take as long as the straight lines from a posture.
 const LOOKS_FOR_LINES: usize = 8;
-/// Greatest turn of a joint between two points of a path that are tested for collisions, in radians. The hand then moves
-/// by at most 8 mm, little more than the thickness of a finger. With four times as much it passed through the corners of
-/// parts.
+/// Greatest turn of a joint between two points of a path that are tested for collisions, in radians. One joint alone then
+/// moves the hand by at most 8 mm. With four times as much, fingers passed through the corners of parts.
 const LOOK_RAD: f64 = 0.01;
 /// The same for an arm that keeps a distance, in radians.
 const LOOK_CLEAR_RAD: f64 = 0.01;
