@@ -457,7 +457,7 @@ fn tell(
 }
 
 #[test]
-#[ignore = "compares 681 situations of all worlds: 15 seconds"]
+#[ignore = "long statistics: 681 situations of all worlds"]
 fn the_graph_agrees_with_the_reference_planner() {
     let only = std::env::var("WORLD").ok();
     let mut all = Agreement::default();

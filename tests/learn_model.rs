@@ -73,7 +73,7 @@ fn models_of_fifteen_domains_reach_the_marks_and_no_measure_is_below_that_of_saf
 }
 
 #[test]
-#[ignore = "forty seeds take two minutes"]
+#[ignore = "long statistics: forty seeds"]
 fn models_reach_the_marks_with_forty_seeds() {
     let worse: Vec<String> = (0..40).flat_map(assert_marks).collect();
     println!("worse in 40 * 15 * 8: {worse:#?}");

@@ -282,7 +282,7 @@ fn bad_files_are_refused_by_file_and_line_or_field() {
 }
 
 #[test]
-#[ignore = "80 demonstrations: some minutes"]
+#[ignore = "long statistics: 80 demonstrations"]
 fn nearly_every_demonstration_solves_its_task() {
     for text in [TABLE, TOWER, FLANGE, SORTING] {
         let task = task(text);
