@@ -251,6 +251,7 @@ impl Route {
     }
 
     /// Puts a synapse on the connection into the input. The default is none, because modules filter their outputs.
+    /// For a constant that a [rule](Rules) lets pass, none stands for 5 ms.
     pub fn via(mut self, synapse: Synapse) -> Self {
         self.via = synapse;
         self

@@ -49,8 +49,6 @@ const LOOKS_FOR_LINES: usize = 8;
 /// Greatest turn of a joint between two points of a path that are tested for collisions, in radians. One joint alone then
 /// moves the hand by at most 8 mm. With four times as much, fingers passed through the corners of parts.
 const LOOK_RAD: f64 = 0.01;
-/// The same for an arm that keeps a distance, in radians.
-const LOOK_CLEAR_RAD: f64 = 0.01;
 /// Height by which the end effector rises first if no other way is free, in metres.
 const RISE_M: f64 = 0.12;
 /// Turn of the hand about its own axis while it rises, if it cannot rise without, in radians.
@@ -488,9 +486,8 @@ fn legs(air: &Air<'_>, begin: &Angles, to: &Angles, begins_here: bool) -> Option
 /// Returns whether nothing is touched along a path. With `begins_here`, contact at the very beginning is
 /// allowed, because the arm is already there.
 fn free(air: &Air<'_>, path: &Path, begins_here: bool) -> bool {
-    let look = if air.clear_m > 0.0 { LOOK_CLEAR_RAD } else { LOOK_RAD };
     // Test every eighth point first: this finds most blocked paths quickly.
-    let count = path.looks(look);
+    let count = path.looks(LOOK_RAD);
     let (points, most) = (path.samples(count).collect::<Vec<_>>(), if begins_here { 2 } else { 0 });
     let far = |i: &usize| *i >= most.min(count);
     // Near its beginning, the arm may be closer to things than it should keep.
