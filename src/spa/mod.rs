@@ -23,6 +23,7 @@
 //! | [`UnbindFixed`] | unbinds a fixed role | `~` and `*` with a symbol |
 //! | [`Superpose`] | adds pointers with weights | `Superposition`, `+` |
 //! | [`CleanupMemory`], [`AssociativeMemory`] | chooses stored pointers by similarity | `ThresholdingAssocMem`, `WTAAssocMem`, `IAAssocMem` |
+//! | [`DecodePairs`] | decodes all fillers of a sum of role-filler pairs at once | |
 //! | [`Selection`] | chooses among utilities by a rule | `Thresholding`, `WTA`, `IA` |
 //! | [`BasalGanglia`] | chooses the action of greatest utility | `BasalGanglia` with `Thalamus` |
 //! | [`Gate`] | lets a pointer pass or silences it | gated routes of `ActionSelection` |
@@ -102,7 +103,7 @@ pub(crate) use item_memory::dots;
 pub use item_memory::{ItemMemory, Match};
 pub use modules::{
     AssociativeMemory, BasalGanglia, BasalGangliaPorts, Bind, BindPorts, CleanupMemory,
-    FEED_FORWARD, Gate, GatePorts, GoalBuffer, GoalBufferPorts, Linear, LinearPorts, MemoryPorts,
+    DecodePairs, DecodePairsPorts, FEED_FORWARD, Gate, GatePorts, GoalBuffer, GoalBufferPorts, Linear, LinearPorts, MemoryPorts,
     RECURRENT, Reinterpret, ReinterpretPorts, Selection, SelectionPorts, State, StatePorts,
     Superpose, SuperposePorts, Unbind, UnbindFixed, UnbindFixedPorts, UnbindPorts,
 };

@@ -10,6 +10,7 @@ mod gate;
 mod goal_buffer;
 mod linear;
 mod memory;
+mod pair_decoder;
 mod select;
 mod state;
 
@@ -21,6 +22,7 @@ pub use goal_buffer::{GoalBuffer, GoalBufferPorts};
 pub use linear::{Linear, LinearPorts, Reinterpret, ReinterpretPorts, Superpose, SuperposePorts};
 pub(crate) use linear::{Rows, WeightedRows};
 pub use memory::{AssociativeMemory, CleanupMemory, MemoryPorts};
+pub use pair_decoder::{DecodePairs, DecodePairsPorts};
 pub use select::{Selection, SelectionPorts};
 pub use state::{State, StatePorts};
 
