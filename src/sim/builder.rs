@@ -356,6 +356,26 @@ impl Scope<'_> {
         declared.spec.shape.space.clone().map(Space::of)
     }
 
+    /// Returns the width that the port of an output was declared with; `None` for a faulty or foreign handle.
+    pub(crate) fn width_of<K: Kind>(&self, output: &Out<K>) -> Option<usize> {
+        let (node, port) = self.known(&output.port)?;
+        Some(self.builder.draft.nodes[node].ports.outputs.get(port)?.spec.width())
+    }
+
+    /// Returns the width that the port of an input was declared with; `None` for a faulty or foreign handle.
+    pub(crate) fn width_of_input<K: Kind>(&self, input: &In<K>) -> Option<usize> {
+        let (node, port) = self.known(&input.port)?;
+        Some(self.builder.draft.nodes[node].ports.inputs.get(port)?.spec.width())
+    }
+
+    /// Returns whether every connection from an output needs a synapse.
+    pub(crate) fn needs_synapse(&self, output: &PortRef) -> bool {
+        let declared = self
+            .known(output)
+            .and_then(|(node, port)| self.builder.draft.nodes[node].ports.outputs.get(port));
+        declared.is_some_and(|declared| declared.spec.filtered_only)
+    }
+
     /// Returns whether an input adds any number of connections.
     pub(crate) fn adds<K: Kind>(&self, input: &In<K>) -> bool {
         let declared = self

@@ -113,6 +113,7 @@ pub use closures::{Apply, ApplyPorts, Signal};
 pub use error::{BuildError, BuildErrors, ConfigError, NodeFault, SimError, WorldError};
 pub use fingerprint::Fingerprint;
 pub use graph::{EventSource, Graph, OutputRef};
+pub(crate) use handle::PortRef;
 pub use handle::{In, NodePorts, Out};
 pub use kind::{AsPointer, Kind, Pointer, PointerRef, Scalar, Space, Vector, VocabTag};
 pub use lowering::{LayerRequest, Lowering, LoweringFault, PendingLayer};

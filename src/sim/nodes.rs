@@ -20,6 +20,13 @@ pub struct Constant<K: Kind> {
     values: Vec<Real>,
 }
 
+impl<K: Kind> Constant<K> {
+    /// Creates a constant of any kind.
+    pub(crate) fn of(spec: OutputSpec<K>, values: &[Real]) -> Self {
+        Self { spec, values: values.to_vec() }
+    }
+}
+
 impl Constant<Scalar> {
     /// Creates a constant number.
     pub fn scalar(value: Real) -> Self {

@@ -21,6 +21,8 @@
 //! | [`State`] | represents a pointer; with a recurrent synapse, remembers it | `State` |
 //! | [`Bind`], [`Unbind`] | binds or unbinds two changing pointers | `Bind` |
 //! | [`UnbindFixed`] | unbinds a fixed role | `~` and `*` with a symbol |
+//! | [`Compare`] | the scalar product of two changing pointers | `Compare`, `dot` |
+//! | [`Multiply`], [`Weigh`] | multiplies two numbers, or a number and a pointer or vector | `Product` |
 //! | [`Superpose`] | adds pointers with weights | `Superposition`, `+` |
 //! | [`CleanupMemory`], [`AssociativeMemory`] | chooses stored pointers by similarity | `ThresholdingAssocMem`, `WTAAssocMem`, `IAAssocMem` |
 //! | [`Selection`] | chooses among utilities by a rule | `Thresholding`, `WTA`, `IA` |
@@ -101,10 +103,11 @@ pub use flow::{Flow, FlowExt, IntoFlow, Route, Routes, Rules, RulesPorts};
 pub(crate) use item_memory::dots;
 pub use item_memory::{ItemMemory, Match};
 pub use modules::{
-    AssociativeMemory, BasalGanglia, BasalGangliaPorts, Bind, BindPorts, CleanupMemory,
-    FEED_FORWARD, Gate, GatePorts, GoalBuffer, GoalBufferPorts, Linear, LinearPorts, MemoryPorts,
-    RECURRENT, Reinterpret, ReinterpretPorts, Selection, SelectionPorts, State, StatePorts,
-    Superpose, SuperposePorts, Unbind, UnbindFixed, UnbindFixedPorts, UnbindPorts,
+    AssociativeMemory, BasalGanglia, BasalGangliaPorts, Bind, BindPorts, CleanupMemory, Compare,
+    ComparePorts, FEED_FORWARD, Gate, GatePorts, GoalBuffer, GoalBufferPorts, Linear, LinearPorts,
+    MemoryPorts, Multiply, MultiplyPorts, RECURRENT, Reinterpret, ReinterpretPorts, Selection,
+    SelectionPorts, State, StatePorts, Superpose, SuperposePorts, Unbind, UnbindFixed,
+    UnbindFixedPorts, UnbindPorts, Weigh, WeighPorts,
 };
 pub use pairs::{Filler, PairDecoder};
 pub use pointer::PointerValue;

@@ -5,6 +5,7 @@
 //! every mode.
 
 mod basal_ganglia;
+mod bilinear;
 mod bind;
 mod gate;
 mod goal_buffer;
@@ -14,12 +15,13 @@ mod select;
 mod state;
 
 pub use basal_ganglia::{BasalGanglia, BasalGangliaPorts};
+pub use bilinear::{Compare, ComparePorts, Multiply, MultiplyPorts, Weigh, WeighPorts};
 pub(crate) use bind::Inverse;
 pub use bind::{Bind, BindPorts, Unbind, UnbindFixed, UnbindFixedPorts, UnbindPorts};
 pub use gate::{Gate, GatePorts};
 pub use goal_buffer::{GoalBuffer, GoalBufferPorts};
 pub use linear::{Linear, LinearPorts, Reinterpret, ReinterpretPorts, Superpose, SuperposePorts};
-pub(crate) use linear::{Rows, WeightedRows};
+pub(crate) use linear::{Rows, Slice, Spread, WeightedRows};
 pub use memory::{AssociativeMemory, CleanupMemory, MemoryPorts};
 pub use select::{Selection, SelectionPorts};
 pub use state::{State, StatePorts};
