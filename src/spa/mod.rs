@@ -12,6 +12,7 @@
 //! - [`cosine`]: the similarity of two pointers.
 //! - [`ItemMemory`]: finds the stored vector most similar to a query, exactly and fast.
 //! - [`PairDecoder`]: decodes all fillers of a sum of role-filler pairs.
+//! - [`Resonator`]: finds the factors of a bound pointer.
 //! - [`Capacity`] and [`Vocabulary::reliability`]: predict how reliably pointers are decoded.
 //!
 //! # Modules of a graph
@@ -88,6 +89,7 @@ mod item_memory;
 mod modules;
 mod pairs;
 mod pointer;
+mod resonator;
 mod similarities;
 mod vocabulary;
 
@@ -111,6 +113,7 @@ pub use modules::{
 };
 pub use pairs::{Filler, PairDecoder};
 pub use pointer::PointerValue;
+pub use resonator::{Factors, Resonator};
 pub(crate) use similarities::COLOURS;
 pub use similarities::Similarities;
 pub(crate) use vocabulary::draw_pointer;
