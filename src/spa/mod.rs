@@ -30,6 +30,7 @@
 //! | [`BasalGanglia`] | chooses the action of greatest utility | `BasalGanglia` with `Thalamus` |
 //! | [`Gate`] | lets a pointer pass or silences it | gated routes of `ActionSelection` |
 //! | [`GoalBuffer`] | stores its input while its gate is open, then holds it | |
+//! | [`ResonatorNetwork`] | finds the factors of a bound pointer | |
 //! | [`Linear`] | applies a fixed linear map | transforms |
 //! | [`Reinterpret`] | passes a pointer on as one of another vocabulary | `reinterpret` |
 //!
@@ -107,9 +108,10 @@ pub use item_memory::{ItemMemory, Match};
 pub use modules::{
     AssociativeMemory, BasalGanglia, BasalGangliaPorts, Bind, BindPorts, CleanupMemory, Compare,
     ComparePorts, FEED_FORWARD, Gate, GatePorts, GoalBuffer, GoalBufferPorts, Linear, LinearPorts,
-    MemoryPorts, Multiply, MultiplyPorts, RECURRENT, Reinterpret, ReinterpretPorts, Selection,
-    SelectionPorts, State, StatePorts, Superpose, SuperposePorts, Unbind, UnbindFixed,
-    UnbindFixedPorts, UnbindPorts, Weigh, WeighPorts,
+    MemoryPorts, Multiply, MultiplyPorts, RECURRENT, Reinterpret, ReinterpretPorts,
+    ResonatorNetwork, ResonatorNetworkPorts, Selection, SelectionPorts, State, StatePorts,
+    Superpose, SuperposePorts, Unbind, UnbindFixed, UnbindFixedPorts, UnbindPorts, Weigh,
+    WeighPorts,
 };
 pub use pairs::{Filler, PairDecoder};
 pub use pointer::PointerValue;

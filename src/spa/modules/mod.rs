@@ -11,6 +11,7 @@ mod gate;
 mod goal_buffer;
 mod linear;
 mod memory;
+mod resonator;
 mod select;
 mod state;
 
@@ -23,6 +24,7 @@ pub use goal_buffer::{GoalBuffer, GoalBufferPorts};
 pub use linear::{Linear, LinearPorts, Reinterpret, ReinterpretPorts, Superpose, SuperposePorts};
 pub(crate) use linear::{Rows, Slice, Spread, WeightedRows};
 pub use memory::{AssociativeMemory, CleanupMemory, MemoryPorts};
+pub use resonator::{ResonatorNetwork, ResonatorNetworkPorts};
 pub use select::{Selection, SelectionPorts};
 pub use state::{State, StatePorts};
 
