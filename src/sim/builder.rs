@@ -216,6 +216,11 @@ impl GraphBuilder {
         Ok(sim)
     }
 
+    /// Returns the first fault so far.
+    pub(crate) fn first_fault(&self) -> Option<&BuildError> {
+        self.draft.faults.first()
+    }
+
     pub(crate) fn root(&mut self) -> Scope<'_> {
         Scope { builder: self, path: String::new(), repeated: false }
     }

@@ -31,6 +31,7 @@
 //! | [`Gate`] | lets a pointer pass or silences it | gated routes of `ActionSelection` |
 //! | [`GoalBuffer`] | stores its input while its gate is open, then holds it | |
 //! | [`ResonatorNetwork`] | finds the factors of a bound pointer | |
+//! | [`Sequence`] | steps through named pointers | |
 //! | [`Linear`] | applies a fixed linear map | transforms |
 //! | [`Reinterpret`] | passes a pointer on as one of another vocabulary | `reinterpret` |
 //!
@@ -102,16 +103,16 @@ pub use algebra::{
 pub use capacity::Capacity;
 pub use error::VocabError;
 pub(crate) use error::nearest_name;
-pub use flow::{Flow, FlowExt, IntoFlow, Route, Routes, Rules, RulesPorts};
+pub use flow::{Flow, FlowExt, IntoFlow, Route, Routes, Rule, Rules, RulesPorts};
 pub(crate) use item_memory::dots;
 pub use item_memory::{ItemMemory, Match};
 pub use modules::{
     AssociativeMemory, BasalGanglia, BasalGangliaPorts, Bind, BindPorts, CleanupMemory, Compare,
     ComparePorts, FEED_FORWARD, Gate, GatePorts, GoalBuffer, GoalBufferPorts, Linear, LinearPorts,
     MemoryPorts, Multiply, MultiplyPorts, RECURRENT, Reinterpret, ReinterpretPorts,
-    ResonatorNetwork, ResonatorNetworkPorts, Selection, SelectionPorts, State, StatePorts,
-    Superpose, SuperposePorts, Unbind, UnbindFixed, UnbindFixedPorts, UnbindPorts, Weigh,
-    WeighPorts,
+    ResonatorNetwork, ResonatorNetworkPorts, Selection, SelectionPorts, Sequence, SequencePorts,
+    State, StatePorts, Superpose, SuperposePorts, Unbind, UnbindFixed, UnbindFixedPorts,
+    UnbindPorts, Weigh, WeighPorts,
 };
 pub use pairs::{Filler, PairDecoder};
 pub use pointer::PointerValue;

@@ -74,9 +74,12 @@ use std::sync::Arc;
 
 pub use kinds::FlowKind;
 pub use operators::{IntoFlow, Sink, Times};
-pub use rules::{Rules, RulesPorts};
+pub use rules::{Rule, Rules, RulesPorts};
 pub use transforms::FlowExt;
 
+use super::error::VocabError;
+use super::pointer::PointerValue;
+use super::vocabulary::Vocabulary;
 use crate::sim::{
     AsPointer, GraphBuilder, In, Kind, Module, Out, Pointer, PortRef, Real, Scalar, Scope, Synapse,
     Vector, VocabTag,
@@ -232,6 +235,46 @@ impl<V: VocabTag> Flow<Pointer<V>> {
     /// Makes an expression of a constant pointer. `text` names it in messages.
     pub fn constant(value: &impl AsPointer<V>, text: &str) -> Self {
         Self::fixed(value.as_pointer().to_vec(), text)
+    }
+}
+
+impl<V: VocabTag> Vocabulary<V> {
+    /// Computes an expression of constants, with the operators of graphs.
+    ///
+    /// ```
+    /// use symbolt::prelude::*;
+    /// symbolt::vocabulary!(Parts = "parts": NUT, BOLT, ROLE);
+    /// let parts = Parts::vocabulary(256, Seed::new(1))?;
+    /// let bound = parts.value(Parts::NUT * Parts::ROLE + 0.5 * Parts::BOLT)?;
+    /// let filler = parts.value(&bound * !Parts::ROLE)?;
+    /// assert!(cosine(&filler, &parts.get("NUT")?) > 0.5);
+    /// # Ok::<(), symbolt::spa::VocabError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`VocabError::BadVector`] if the expression contains an output of a graph, a name that the vocabulary does not
+    /// have, or a pointer of other dimensions.
+    pub fn value(
+        &self,
+        expression: impl IntoFlow<Kind = Pointer<V>>,
+    ) -> Result<PointerValue<V>, VocabError> {
+        let flow = expression.into_flow();
+        let bad = |reason| VocabError::BadVector { name: flow.text.to_string(), reason };
+        if !flow.leaves.is_empty() {
+            return Err(bad("it has an output of a graph; expected constants".into()));
+        }
+        let mut graph = GraphBuilder::new();
+        let mut root = graph.root();
+        let sum = (flow.lower)(&mut Lowerer::new(&mut root, &flow.text), self.space());
+        if let Some(fault) = graph.first_fault() {
+            return Err(bad(fault.to_string()));
+        }
+        match sum.fixed(self.dim()) {
+            Some(values) if values.len() == self.dim() => {
+                Ok(PointerValue::new(values, flow.text.to_string()))
+            }
+            _ => Err(bad(format!("its constants do not have {} dimensions", self.dim()))),
+        }
     }
 }
 

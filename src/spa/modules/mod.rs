@@ -13,6 +13,7 @@ mod linear;
 mod memory;
 mod resonator;
 mod select;
+mod sequence;
 mod state;
 
 pub use basal_ganglia::{BasalGanglia, BasalGangliaPorts};
@@ -26,6 +27,7 @@ pub(crate) use linear::{Rows, Slice, Spread, WeightedRows};
 pub use memory::{AssociativeMemory, CleanupMemory, MemoryPorts};
 pub use resonator::{ResonatorNetwork, ResonatorNetworkPorts};
 pub use select::{Selection, SelectionPorts};
+pub use sequence::{Sequence, SequencePorts};
 pub use state::{State, StatePorts};
 
 use crate::neurons::Represent;
