@@ -14,10 +14,11 @@ use super::kind::{Kind, Pointer, Space, VocabTag};
 use super::lowering::{LayerRequest, Lowering};
 use super::node::Node;
 use super::port::PortDecl;
-use super::probe::{ProbeId, ProbeSpec};
+use super::probe::{self, ProbeId, ProbeSpec};
 use super::run::RunConfig;
 use super::seed::Seed;
 use super::simulator::Simulator;
+use super::spikes::{self, SpikeProbe};
 use super::synapse::Synapse;
 use super::time::{SimDuration, Timebase};
 use super::world::WorldLink;
@@ -169,6 +170,46 @@ impl GraphBuilder {
             self.draft.probes.push(ProbeDraft { of, spec });
         }
         ProbeId { index, builder: self.draft.builder, kind: PhantomData }
+    }
+
+    /// Records the output called `name` during every run, as [`probe`](Self::probe) does. The name is node path and port
+    /// (`bind/back.out`), the name that a module gives to the output (`bind.output`), or a module alone, whose output is
+    /// called `output` (`bind`). The output must have been added before.
+    ///
+    /// A name or kind that there is not is a fault when the graph is built. Costs O(nodes).
+    ///
+    /// ```
+    /// use symbolt::prelude::*;
+    ///
+    /// let mut graph = GraphBuilder::new();
+    /// let one = graph.add("one", Constant::scalar(1.0));
+    /// let sum = graph.add("sum", Add::scalar());
+    /// graph.route(&one >> &sum);
+    /// let probe = graph.probe_at::<Scalar>("sum", ProbeSpec::default());
+    /// let sim = graph.run(&PopulationPlan::direct(), Seed::new(1), SimDuration::from_millis(3))?;
+    /// assert_eq!(sim.samples(&probe).len(), 3);
+    /// # Ok::<(), symbolt::sim::SimError>(())
+    /// ```
+    pub fn probe_at<K: Kind>(&mut self, name: &str, spec: ProbeSpec) -> ProbeId<K> {
+        let index = self.draft.probes.len();
+        match probe::find::<K>(&self.draft.nodes, name) {
+            Ok(of) => self.draft.probes.push(ProbeDraft { of, spec }),
+            Err(fault) => self.draft.faults.push(fault),
+        }
+        ProbeId { index, builder: self.draft.builder, kind: PhantomData }
+    }
+
+    /// Records the spikes of the layer at `path` (such as `memory/population`) during every run. A layer without spiking
+    /// neurons records nothing. A path at which there is no layer is a fault when the graph is built.
+    ///
+    /// A tick stores one bit per neuron.
+    pub fn probe_spikes(&mut self, path: &str) -> SpikeProbe {
+        let index = self.draft.spike_probes.len();
+        match spikes::find(&self.draft.nodes, path) {
+            Ok(node) => self.draft.spike_probes.push(node),
+            Err(fault) => self.draft.faults.push(fault),
+        }
+        SpikeProbe { index, builder: self.draft.builder }
     }
 
     /// Checks the description, turns each requested layer into a node as `plan` says, and returns the

@@ -96,10 +96,12 @@ mod node;
 mod nodes;
 mod port;
 mod probe;
+mod recordings;
 mod run;
 mod seed;
 mod simulator;
 mod span;
+mod spikes;
 mod synapse;
 mod threads;
 mod tick;
@@ -123,10 +125,12 @@ pub use node::{
 pub use nodes::{Add, AddPorts, Constant, Noise, NoisePorts, Stimulus};
 pub use port::{AnyInput, AnyOutput, InputSpec, OutputSpec, PortDecl, ScratchSpec, StateSpec};
 pub use probe::{Capacity, ProbeId, ProbeSpec, Samples};
+pub use recordings::{Recordings, RecordingsError};
 pub use run::{RunConfig, RunReport, Stop, StopReason};
 pub use seed::Seed;
 pub(crate) use seed::{FNV_START, fnv1a, fnv1a_word};
 pub use simulator::{SimView, Simulator};
+pub use spikes::{SpikeProbe, Spikes};
 pub use synapse::Synapse;
 pub(crate) use synapse::decayed;
 #[cfg(test)]
