@@ -150,3 +150,24 @@ fn recordings_are_written_for_numpy_and_as_tables() {
     let nothing = describe().run(&lif(), Seed::new(1), ms(2)).unwrap();
     assert_eq!(nothing.recordings().values_csv(), "time_s\n");
 }
+
+#[test]
+fn a_page_shows_any_graph() {
+    use symbolt::spa::RunPage;
+    let things = Things::vocabulary(32, Seed::new(1)).unwrap();
+    let mut graph = describe();
+    let similarity = graph.add("similarity", Add::scalar());
+    graph.probe_spikes("state/population");
+    let state = graph.probe_at::<Pointer<Things>>("state", ProbeSpec::default());
+    graph.probe(&similarity.output, ProbeSpec::default());
+    let one = graph.add("one", Constant::scalar(0.5));
+    graph.route(&one >> &similarity);
+    let sim = graph.run(&lif(), Seed::new(1), ms(60)).unwrap();
+    let seen = things.similarities(sim.samples(&state), Things::NAMES).unwrap();
+    let page = RunPage::new("<RED>", &sim).similarities("what is seen", &seen).html();
+    assert!(page.contains("<h1>&lt;RED&gt;</h1>") && !page.contains("<RED>"));
+    assert_eq!(page.matches("<svg").count(), 3, "similarities, one output, one raster");
+    assert!(page.contains("<td>state</td><td class=\"n\">2</td><td class=\"n\">1600</td>"));
+    assert!(page.contains("60 simulated ms") && page.contains("digraph symbolt"));
+    assert!(page.matches('M').count() > 50, "spikes");
+}

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use ndarray::{ArrayView1, ArrayView2};
 
+use super::node::Real;
 use super::probe::Recording;
 use super::simulator::Simulator;
 use super::spikes::Spikes;
@@ -52,6 +53,15 @@ pub struct Recordings<'a> {
     dt_s: f64,
 }
 
+/// The samples of one output.
+pub(crate) struct OutputValues<'a> {
+    pub name: &'a str,
+    pub width: usize,
+    pub times_s: Vec<f64>,
+    /// Row-major, one row per sample.
+    pub values: Vec<Real>,
+}
+
 /// Returns `name`, or `name-2` and so on if it is taken.
 fn unique<'t>(name: String, taken: impl Iterator<Item = &'t String> + Clone) -> String {
     let free = |name: &String| !taken.clone().any(|other| other == name);
@@ -89,6 +99,21 @@ impl Recordings<'_> {
     /// behind its name, and so on.
     pub fn outputs(&self) -> impl Iterator<Item = &str> {
         self.values.iter().map(|(name, ..)| name.as_str())
+    }
+
+    /// Returns the samples of all recorded outputs, oldest first.
+    pub(crate) fn values(&self) -> impl Iterator<Item = OutputValues<'_>> {
+        self.values.iter().map(|(name, recording, width)| {
+            let order = recording.order();
+            let time = |index: &usize| recording.ticks[*index] as f64 * self.dt_s;
+            let row = |index: &usize| &recording.values[index * width..(index + 1) * width];
+            OutputValues {
+                name,
+                width: *width,
+                times_s: order.iter().map(time).collect(),
+                values: order.iter().flat_map(row).copied().collect(),
+            }
+        })
     }
 
     /// Returns the paths of the layers whose spikes were recorded, with their spikes.
@@ -153,17 +178,9 @@ impl Recordings<'_> {
     /// [`NpzError`] if the archive is too large for its format.
     pub fn to_npz(&self) -> Result<Vec<u8>, NpzError> {
         let mut archive = NpzWriter::new();
-        for (name, recording, width) in &self.values {
-            let order = recording.order();
-            let times: Vec<f64> =
-                order.iter().map(|index| recording.ticks[*index] as f64 * self.dt_s).collect();
-            let values: Vec<f32> = order
-                .iter()
-                .flat_map(|index| &recording.values[index * width..(index + 1) * width])
-                .copied()
-                .collect();
-            archive.add(&format!("{name}.time_s"), &ArrayView1::from(&times))?;
-            if let Ok(values) = ArrayView2::from_shape((order.len(), *width), &values) {
+        for OutputValues { name, width, times_s, values } in self.values() {
+            archive.add(&format!("{name}.time_s"), &ArrayView1::from(&times_s))?;
+            if let Ok(values) = ArrayView2::from_shape((times_s.len(), width), &values) {
                 archive.add(&format!("{name}.values"), &values)?;
             }
         }

@@ -89,6 +89,7 @@ mod expr;
 pub mod flow;
 mod item_memory;
 mod modules;
+mod page;
 mod pairs;
 mod pointer;
 mod resonator;
@@ -114,6 +115,7 @@ pub use modules::{
     State, StatePorts, Superpose, SuperposePorts, Unbind, UnbindFixed, UnbindFixedPorts,
     UnbindPorts, Weigh, WeighPorts,
 };
+pub use page::RunPage;
 pub use pairs::{Filler, PairDecoder};
 pub use pointer::PointerValue;
 pub use resonator::{Factors, Resonator};
