@@ -139,6 +139,9 @@ pub mod spa;
 pub mod study;
 pub mod task;
 
+#[cfg(doctest)]
+mod mistakes;
+
 /// The README's Rust blocks, compiled and run as doctests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
