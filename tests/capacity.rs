@@ -168,6 +168,12 @@ fn the_dimensions_needed_are_about_the_least_found_by_trial() {
         assert!(outcome.answer as f64 <= 1.2 * outcome.least as f64 + 1.0, "{index}: {outcome:?}");
         assert!(outcome.off.abs() < 0.02, "{index}: {outcome:?}");
     }
+    // Few dimensions and few pairs, where the cosine of the right filler is far from normal.
+    for dimensions in [15, 20, 26, 37] {
+        let few = Capacity { dimensions, pairs: 2, items: 6, ..Capacity::default() };
+        let off = sampled(&few, 4_000) - few.reliability();
+        assert!(off.abs() < 0.015, "{dimensions}: {off}");
+    }
     // A prediction that forgets the other pairs must be caught.
     let (size, wanted) = configuration(2);
     let wrong = Capacity { pairs: 1, ..size }.dimensions_for(wanted).expect("possible");
