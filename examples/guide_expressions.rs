@@ -2,7 +2,9 @@
 
 use std::error::Error;
 
+use ndarray::array;
 use symbolt::prelude::*;
+use symbolt::sim::{Apply, InputSpec, OutputSpec, Signal};
 use symbolt::spa::Capacity;
 
 symbolt::vocabulary!(Words = "words": WRITE, SAY, ONE, TWO, VERB, NOUN);
@@ -61,6 +63,38 @@ fn read_a_command() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+fn a_gesture() -> Result<(), Box<dyn Error>> {
+    let mut graph = GraphBuilder::new();
+    let angle = graph.add("angle", Signal::scalar(|t| 3.0 * t as f32));
+    let hand = graph.add(
+        "hand",
+        Apply::new(InputSpec::scalar(), OutputSpec::vector(2), |angle, out| {
+            (out[0], out[1]) = (0.9 * angle[0].cos(), 0.9 * angle[0].sin());
+        }),
+    );
+    let seen = Ensemble::new(2).identity("place").decode("area", 1, |x, out| out[0] = x[0] * x[1]);
+    let seen = graph.add("seen", seen);
+    let [turned, area] =
+        [("turned", 2), ("area", 1)].map(|(name, width)| graph.add(name, Add::vector(width)));
+    let left = graph.add("left", Add::scalar());
+    graph.route(&angle >> &hand);
+    graph.route(&hand >> &seen);
+    graph.route(
+        (seen.output("place").transform(array![[0.0, -1.0], [1.0, 0.0]]) >> &turned)
+            .via(Synapse::lowpass_ms(20)),
+    );
+    graph.route((&seen.output("area") >> &area).via(Synapse::lowpass_ms(20)));
+    graph.route(-seen.output("place").component(0) >> &left);
+    let every = ProbeSpec::every(SimDuration::from_millis(100));
+    let probes = ["turned", "area"].map(|name| graph.probe_at::<Vector>(name, every));
+    let sim = graph.run(&PopulationPlan::direct(), Seed::new(1), SimDuration::from_millis(300))?;
+    let [turned, area] = probes.map(|probe| sim.samples(&probe));
+    for ((time_s, turned), (_, area)) in turned.iter().zip(area.iter()) {
+        println!("{time_s:.1} s: turned {turned:.2?}, area {area:.2?}");
+    }
+    Ok(())
+}
+
 fn how_many_dimensions() {
     let sum = Capacity { pairs: 2, items: 6, ..Capacity::default() };
     for reliability in [0.99, 0.9999] {
@@ -73,6 +107,7 @@ fn how_many_dimensions() {
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     what_was_said()?;
     read_a_command()?;
+    a_gesture()?;
     how_many_dimensions();
     Ok(())
 }

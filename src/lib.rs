@@ -139,6 +139,9 @@ pub mod spa;
 pub mod study;
 pub mod task;
 
+#[cfg(doctest)]
+mod mistakes;
+
 /// The README's Rust blocks, compiled and run as doctests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
@@ -146,7 +149,7 @@ mod readme {}
 
 /// Names that nearly every program needs: `use symbolt::prelude::*;`.
 pub mod prelude {
-    pub use crate::neurons::{LifSpec, Population, PopulationPlan, SelectRule};
+    pub use crate::neurons::{Ensemble, LifSpec, Population, PopulationPlan, SelectRule};
     pub use crate::sim::{
         Add, Constant, GraphBuilder, In, Module, Noise, Out, Pointer, ProbeSpec, RunConfig, Scalar,
         Scope, Seed, SimDuration, Simulator, Stimulus, StopReason, Synapse, Threads, Timebase,

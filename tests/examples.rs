@@ -14,6 +14,8 @@ mod hello_pointer;
 mod learn_recording;
 #[path = "../examples/noise_sweep.rs"]
 mod noise_sweep;
+#[path = "../examples/run_page.rs"]
+mod run_page;
 #[path = "../examples/same_plan_spiking.rs"]
 mod same_plan_spiking;
 #[path = "../examples/two_step_plan.rs"]
@@ -92,4 +94,14 @@ fn learn_recording_learns_the_assembly() {
     let states: Vec<Option<&str>> = seen.iter().map(|(_, state)| state.as_deref()).collect();
     let (nut, bolt) = (Some("NUT_AT_START"), Some("BOLT_AT_START"));
     assert_eq!(states, [nut, nut, nut, bolt, bolt, bolt, None, None]);
+}
+
+#[test]
+fn run_page_exports_what_was_recorded() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let spikes = run_page::run(folder.path()).expect("runs");
+    assert!(spikes > 1_000, "{spikes}");
+    let table = std::fs::read_to_string(folder.path().join("spikes.csv")).expect("written");
+    assert_eq!(table.lines().count(), 1 + spikes);
+    assert!(folder.path().join("run.html").exists() && folder.path().join("run.npz").exists());
 }

@@ -1,4 +1,4 @@
-//! The classical models of the guide to expressions are right in exact maths, in firing rates and in spikes.
+//! The models of the guide to expressions are right in exact maths, in firing rates and in spikes.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
@@ -6,12 +6,22 @@
 mod associative_memory;
 #[path = "../examples/cycle.rs"]
 mod cycle;
+#[path = "../examples/oscillator.rs"]
+mod oscillator;
 #[path = "../examples/parser.rs"]
 mod parser;
 #[path = "../examples/question_answering.rs"]
 mod question_answering;
 #[path = "../examples/question_memory.rs"]
 mod question_memory;
+#[path = "../examples/reaching.rs"]
+mod reaching;
+#[path = "../examples/same_or_different.rs"]
+mod same_or_different;
+#[path = "../examples/serial_recall.rs"]
+mod serial_recall;
+#[path = "../examples/two_languages.rs"]
+mod two_languages;
 
 use symbolt::neurons::{LifSpec, Population, PopulationPlan};
 use symbolt::sim::Seed;
@@ -91,12 +101,71 @@ fn executes(plan: &PopulationPlan, seed: Seed) -> Result<(), String> {
     Ok(())
 }
 
-/// How many seeds the quick tests and the long ones try.
+fn oscillates(plan: &PopulationPlan, seed: Seed) -> Result<(), String> {
+    let [first, second] = oscillator::run(plan, seed).map_err(|e| e.to_string())?;
+    // 1.3 and 3.2 turns.
+    let right = (1..=2).contains(&first) && (3..=4).contains(&second);
+    if right { Ok(()) } else { Err(format!("{first} and {second} turns")) }
+}
+
+fn reaches(plan: &PopulationPlan, seed: Seed) -> Result<(), String> {
+    for target in [[0.2, 0.7], [-0.4, 0.6]] {
+        let [x, y] = reaching::run(plan, seed, target).map_err(|e| e.to_string())?;
+        let off = (x - target[0]).hypot(y - target[1]);
+        if off > 0.2 {
+            return Err(format!("({x:.2}, {y:.2}) is {off:.2} m from {target:?}"));
+        }
+    }
+    Ok(())
+}
+
+fn compares(plan: &PopulationPlan, seed: Seed) -> Result<(), String> {
+    let found = same_or_different::run(plan, seed).map_err(|e| e.to_string())?;
+    answers(&found, &[(150, "SAME"), (200, "SAME"), (300, "DIFFERENT"), (400, "DIFFERENT")])
+}
+
+fn recalls_a_list(plan: &PopulationPlan, seed: Seed) -> Result<(), String> {
+    let found = serial_recall::run(plan, seed).map_err(|e| e.to_string())?;
+    answers(&found, &[(95, "GREEN"), (295, "RED"), (495, "BLUE")])
+}
+
+fn translates(plan: &PopulationPlan, seed: Seed) -> Result<(), String> {
+    let [agent, object] = two_languages::run(plan, seed).map_err(|e| e.to_string())?;
+    let right = agent.ends_with(" CAT") && object.ends_with(" MOUSE");
+    if right { Ok(()) } else { Err(format!("{agent}; {object}")) }
+}
+
+/// The lines of a model: those of its function `run`, and its vocabularies.
+#[test]
+fn models_are_as_short_as_the_guide_says() {
+    for (model, most) in [
+        ("associative_memory", 10),
+        ("question_answering", 14),
+        ("question_memory", 15),
+        ("cycle", 17),
+        ("parser", 25),
+        ("oscillator", 35),
+        ("reaching", 35),
+        ("same_or_different", 35),
+        ("serial_recall", 35),
+        ("two_languages", 35),
+    ] {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/examples");
+        let text = std::fs::read_to_string(format!("{folder}/{model}.rs")).unwrap();
+        let (head, rest) = text.split_once("pub fn run").unwrap();
+        let (body, _) = rest.split_once("\n}\n").unwrap();
+        let code = |line: &&str| !line.trim().is_empty() && !line.trim().starts_with("//");
+        let lines = body.lines().skip(1).filter(code).count();
+        let vocabularies = head.matches("symbolt::vocabulary!").count();
+        assert!(lines > 5 && lines + vocabularies <= most, "{model}: {}", lines + vocabularies);
+    }
+}
+
+/// How many seeds the quick tests try. The long ones have a number of their own.
 const QUICK: u64 = 2;
-const LONG: u64 = 20;
 
 macro_rules! models {
-    ($($check:ident: $quick:ident, $long:ident;)*) => {$(
+    ($($check:ident, $seeds:literal: $quick:ident, $long:ident;)*) => {$(
         #[test]
         fn $quick() {
             assert_eq!(faults(QUICK, $check), Vec::<String>::new());
@@ -105,15 +174,20 @@ macro_rules! models {
         #[test]
         #[ignore = "long statistics"]
         fn $long() {
-            assert_eq!(faults(LONG, $check), Vec::<String>::new());
+            assert_eq!(faults($seeds, $check), Vec::<String>::new());
         }
     )*};
 }
 
 models! {
-    recalls: an_associative_memory_recalls, an_associative_memory_recalls_with_every_seed;
-    answers_what_is_shown: questions_are_answered, questions_are_answered_with_every_seed;
-    answers_from_memory: statements_are_remembered, statements_are_remembered_with_every_seed;
-    cycles: five_states_follow_each_other, five_states_follow_each_other_with_every_seed;
-    executes: written_commands_are_executed, written_commands_are_executed_with_every_seed;
+    recalls, 20: an_associative_memory_recalls, an_associative_memory_recalls_with_every_seed;
+    answers_what_is_shown, 20: questions_are_answered, questions_are_answered_with_every_seed;
+    answers_from_memory, 20: statements_are_remembered, statements_are_remembered_with_every_seed;
+    cycles, 20: five_states_follow_each_other, five_states_follow_each_other_with_every_seed;
+    oscillates, 5: a_point_turns_as_fast_as_it_should, a_point_turns_with_every_seed;
+    reaches, 5: an_arm_reaches_its_target, an_arm_reaches_its_target_with_every_seed;
+    compares, 5: two_pictures_are_compared, two_pictures_are_compared_with_every_seed;
+    recalls_a_list, 5: a_list_is_recalled, a_list_is_recalled_with_every_seed;
+    translates, 5: a_sentence_is_translated, a_sentence_is_translated_with_every_seed;
+    executes, 20: written_commands_are_executed, written_commands_are_executed_with_every_seed;
 }

@@ -11,14 +11,14 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 mod bank;
 
 use bank::Bank;
-use symbolt::neurons::{LifSpec, Population, PopulationPlan, SelectRule};
+use symbolt::neurons::{Ensemble, LifSpec, Population, PopulationPlan, SelectRule};
 use symbolt::sim::{
     Constant, GraphBuilder, Noise, ProbeSpec, RunConfig, Scalar, Seed, SimDuration, Simulator,
     Synapse, Timebase, Vector, VocabTag,
 };
 use symbolt::spa::{
-    AssociativeMemory, Bind, CleanupMemory, Gate, GoalBuffer, Superpose, Unbind, UnbindFixed,
-    VocabularyBuilder,
+    AssociativeMemory, Bind, CleanupMemory, Compare, FlowExt, Gate, GoalBuffer, Routes, Rules,
+    Superpose, Unbind, UnbindFixed, VocabularyBuilder,
 };
 use symbolt::task::DomainBuilder;
 use symbolt::task::planner::{Planner, PlannerSpec, Unbinding};
@@ -157,6 +157,19 @@ fn graphs(plan: &PopulationPlan, counts: &mut Vec<(&'static str, usize)>) {
     graph.connect(&open, &gate.open, none);
     graph.connect(&gate.output, &buffer.input, none);
     graph.connect(&open, &buffer.open, none);
+    let ensemble = graph.add(
+        "ensemble",
+        Ensemble::new(2).decode("product", 1, |x, out| out[0] = x[0] * x[1]).identity("same"),
+    );
+    let compare = graph.add("compare", Compare::new(&vocabulary));
+    graph.route(noise.slice(0..2) >> &ensemble);
+    graph.route(&a >> &compare.a);
+    graph.route(&noise >> &compare.b);
+    let rules = Rules::new()
+        .rule("both", &compare * ensemble.output("product").component(0), [2.0 >> &buffer.open])
+        .otherwise("wait", 0.5, []);
+    graph.add("rules", rules);
+    graph.probe_spikes("ensemble/neurons");
     graph.probe(&buffer.output, ProbeSpec::default().filtered(Synapse::lowpass_ms(10)));
     graph.probe(&cleanup.items, ProbeSpec::every(SimDuration::from_millis(7)).last(5));
     let graph =

@@ -1,10 +1,11 @@
-//! The four layers that a module can request. A request does not say how the layer is computed.
+//! The layers that a module can request, except for [`Ensemble`]. A request does not say how the layer is computed.
 //!
 //! A layer computes at the end of a tick, from the inputs of this tick. Every connection from a layer has a synapse. A
 //! layer therefore costs one tick in every mode.
 
 use std::sync::Arc;
 
+use super::ensemble::{Ensemble, EnsemblePorts};
 use crate::sim::{
     AnyInput, AnyOutput, Fingerprint, In, InputSpec, Kind, LayerRequest, NodePorts, Out,
     OutputSpec, PortDecl, Real, Scalar, Scope, SimDuration, Vector,
@@ -46,7 +47,7 @@ impl Represent {
     }
 }
 
-fn check_radius(radius: Real, ports: &mut PortDecl) {
+pub(super) fn check_radius(radius: Real, ports: &mut PortDecl) {
     if !radius.is_finite() || radius <= 0.0 {
         ports.fault(format!("the radius is {radius}; expected a finite number above 0"));
     }
@@ -304,6 +305,8 @@ pub trait Layers {
     fn product(&mut self, name: &str, layer: Product) -> ProductPorts;
     /// Adds a choice among utilities.
     fn select(&mut self, name: &str, layer: Select) -> SelectPorts;
+    /// Adds an ensemble from which functions are decoded.
+    fn ensemble(&mut self, name: &str, layer: Ensemble) -> EnsemblePorts;
 }
 
 impl Layers for Scope<'_> {
@@ -337,6 +340,11 @@ impl Layers for Scope<'_> {
             inhibit: node.input("inhibit"),
             output: node.output("out"),
         }
+    }
+
+    #[track_caller]
+    fn ensemble(&mut self, name: &str, layer: Ensemble) -> EnsemblePorts {
+        EnsemblePorts::of(self.layer(name, layer))
     }
 }
 

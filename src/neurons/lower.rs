@@ -7,6 +7,7 @@ use crate::sim::{Graph, Lowering, LoweringFault, Node, PendingLayer, Timebase};
 
 use super::bank::Firing;
 use super::direct::{DirectMap, DirectProduct, DirectRepresent, DirectSelect};
+use super::ensemble::{DirectEnsemble, Ensemble, NeuralEnsemble};
 use super::layer::{Map, Product, Represent, Select};
 use super::plan::{Population, PopulationPlan};
 use super::population::{Maker, Neural, NeuralProduct, Refusal};
@@ -44,7 +45,7 @@ impl Lowering for PopulationPlan {
                 }
                 Err(Refused::Unknown) => (
                     "populations cannot compute this layer".into(),
-                    ["Represent", "Map", "Product", "Select"].map(String::from).into(),
+                    ["Represent", "Map", "Product", "Select", "Ensemble"].map(String::from).into(),
                 ),
                 Err(Refused::Population(Refusal::Tuning(error))) => (error.to_string(), Vec::new()),
                 Err(Refused::Population(Refusal::Unfit(Unfit::Missing))) => {
@@ -109,6 +110,11 @@ fn lower_one(
             None => Box::new(DirectSelect(layer.clone())),
             Some(maker) => Box::new(maker.select(layer)?),
         })
+    } else if let Some(layer) = request.downcast_ref::<Ensemble>() {
+        Ok(match maker {
+            None => Box::new(DirectEnsemble(layer.clone())),
+            Some(maker) => Box::new(maker.ensemble(layer)?),
+        })
     } else {
         Err(Refused::Unknown)
     }
@@ -126,6 +132,8 @@ impl SolvedModel {
             } else if let Some(node) = part.downcast_ref::<NeuralProduct>() {
                 node.kept()
             } else if let Some(node) = part.downcast_ref::<NeuralSelect>() {
+                node.kept()
+            } else if let Some(node) = part.downcast_ref::<NeuralEnsemble>() {
                 node.kept()
             } else {
                 continue;

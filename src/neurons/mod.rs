@@ -1,7 +1,7 @@
 //! Neural layers, and the plan that decides how each of them is computed.
 //!
 //! This module implements the Neural Engineering Framework (Eliasmith and Anderson, "Neural Engineering", 2003) as
-//! four layers. A module requests a layer without saying how to compute it. When the graph is built, a plan assigns
+//! five layers. A module requests a layer without saying how to compute it. When the graph is built, a plan assigns
 //! neurons or exact arithmetic to each layer. The connections, delays and seeds of the graph are the same in all
 //! modes.
 //!
@@ -14,6 +14,7 @@
 //! | [`represent`](Layers::represent) | its input, limited to a radius; optionally behind a gate | [`Represent`] |
 //! | [`map`](Layers::map) | a function of each component | [`Map`] |
 //! | [`product`](Layers::product) | products of pairs of numbers | [`Product`] |
+//! | [`ensemble`](Layers::ensemble) | functions of several components | [`Ensemble`] |
 //! | [`select`](Layers::select) | a choice among utilities | [`Select`], [`SelectRule`] |
 //!
 //! # Modes
@@ -76,6 +77,7 @@ mod conformance;
 mod decode;
 mod dense;
 mod direct;
+mod ensemble;
 mod layer;
 mod lower;
 mod model;
@@ -87,6 +89,7 @@ mod solved;
 mod theory;
 mod tuning;
 
+pub use ensemble::{Ensemble, EnsemblePorts};
 pub use layer::{
     GatedPorts, LayerPorts, Layers, Map, Product, ProductPorts, Represent, ScalarFunction, Select,
     SelectPorts, SelectRule,

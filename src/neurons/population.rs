@@ -152,7 +152,7 @@ impl Node for NeuralProduct {
 /// Greatest number of neurons in one ensemble. The decoder solve for more would need gigabytes of memory.
 const MAX_NEURONS: f64 = 10_000.0;
 
-fn count(of: f64, scale: f64) -> Result<usize, TuningError> {
+pub(super) fn count(of: f64, scale: f64) -> Result<usize, TuningError> {
     let count = (of * scale).round();
     if (1.0..=MAX_NEURONS).contains(&count) {
         Ok(count as usize)
@@ -164,7 +164,7 @@ fn count(of: f64, scale: f64) -> Result<usize, TuningError> {
 impl Maker<'_> {
     /// Solves for a bank, or takes it from the solved model. `marks` are the numbers that distinguish this bank from
     /// other banks of the same role. They enter its fingerprint.
-    fn bank(
+    pub(super) fn bank(
         &self,
         shape: Shape,
         role: &str,
@@ -216,7 +216,7 @@ impl Maker<'_> {
         sizes.iter().fold(hash, |hash, size| fnv1a(hash, &(*size as u64).to_le_bytes()))
     }
 
-    fn max_rates(&self) -> std::ops::RangeInclusive<f64> {
+    pub(super) fn max_rates(&self) -> std::ops::RangeInclusive<f64> {
         self.spec.max_rates[0]..=self.spec.max_rates[1]
     }
 
@@ -224,7 +224,7 @@ impl Maker<'_> {
     ///
     /// The range of intercepts is cut into as many equal parts as there are pairs of neurons; each pair draws its
     /// intercepts from one part. This leaves less distortion than independent draws.
-    fn scalar(&self, count: usize, seed: Seed) -> Result<Neurons, TuningError> {
+    pub(super) fn scalar(&self, count: usize, seed: Seed) -> Result<Neurons, TuningError> {
         let [low, high] = self.spec.intercepts;
         let (mut signs, mut parts) = (0..count, 0..count);
         let half = count.div_ceil(2) as f64;

@@ -14,10 +14,11 @@ use super::kind::{Kind, Pointer, Space, VocabTag};
 use super::lowering::{LayerRequest, Lowering};
 use super::node::Node;
 use super::port::PortDecl;
-use super::probe::{ProbeId, ProbeSpec};
+use super::probe::{self, ProbeId, ProbeSpec};
 use super::run::RunConfig;
 use super::seed::Seed;
 use super::simulator::Simulator;
+use super::spikes::{self, SpikeProbe};
 use super::synapse::Synapse;
 use super::time::{SimDuration, Timebase};
 use super::world::WorldLink;
@@ -171,6 +172,46 @@ impl GraphBuilder {
         ProbeId { index, builder: self.draft.builder, kind: PhantomData }
     }
 
+    /// Records the output called `name` during every run, as [`probe`](Self::probe) does. The name is node path and port
+    /// (`bind/back.out`), the name that a module gives to the output (`bind.output`), or a module alone, whose output is
+    /// called `output` (`bind`). The output must have been added before.
+    ///
+    /// A name or kind that there is not is a fault when the graph is built. Costs O(nodes).
+    ///
+    /// ```
+    /// use symbolt::prelude::*;
+    ///
+    /// let mut graph = GraphBuilder::new();
+    /// let one = graph.add("one", Constant::scalar(1.0));
+    /// let sum = graph.add("sum", Add::scalar());
+    /// graph.route(&one >> &sum);
+    /// let probe = graph.probe_at::<Scalar>("sum", ProbeSpec::default());
+    /// let sim = graph.run(&PopulationPlan::direct(), Seed::new(1), SimDuration::from_millis(3))?;
+    /// assert_eq!(sim.samples(&probe).len(), 3);
+    /// # Ok::<(), symbolt::sim::SimError>(())
+    /// ```
+    pub fn probe_at<K: Kind>(&mut self, name: &str, spec: ProbeSpec) -> ProbeId<K> {
+        let index = self.draft.probes.len();
+        match probe::find::<K>(&self.draft.nodes, name) {
+            Ok(of) => self.draft.probes.push(ProbeDraft { of, spec }),
+            Err(fault) => self.draft.faults.push(fault),
+        }
+        ProbeId { index, builder: self.draft.builder, kind: PhantomData }
+    }
+
+    /// Records the spikes of the layer at `path` (such as `memory/population`) during every run. A layer without spiking
+    /// neurons records nothing. A path at which there is no layer is a fault when the graph is built.
+    ///
+    /// A tick stores one bit per neuron.
+    pub fn probe_spikes(&mut self, path: &str) -> SpikeProbe {
+        let index = self.draft.spike_probes.len();
+        match spikes::find(&self.draft.nodes, path) {
+            Ok(node) => self.draft.spike_probes.push(node),
+            Err(fault) => self.draft.faults.push(fault),
+        }
+        SpikeProbe { index, builder: self.draft.builder }
+    }
+
     /// Checks the description, turns each requested layer into a node as `plan` says, and returns the
     /// immutable graph.
     ///
@@ -214,6 +255,11 @@ impl GraphBuilder {
         let mut sim = self.start(plan, seed)?;
         sim.run_for(duration)?;
         Ok(sim)
+    }
+
+    /// Returns the first fault so far.
+    pub(crate) fn first_fault(&self) -> Option<&BuildError> {
+        self.draft.faults.first()
     }
 
     pub(crate) fn root(&mut self) -> Scope<'_> {
@@ -354,6 +400,26 @@ impl Scope<'_> {
         let (node, port) = self.known(&input.port)?;
         let declared = self.builder.draft.nodes[node].ports.inputs.get(port)?;
         declared.spec.shape.space.clone().map(Space::of)
+    }
+
+    /// Returns the width that the port of an output was declared with; `None` for a faulty or foreign handle.
+    pub(crate) fn width_of<K: Kind>(&self, output: &Out<K>) -> Option<usize> {
+        let (node, port) = self.known(&output.port)?;
+        Some(self.builder.draft.nodes[node].ports.outputs.get(port)?.spec.width())
+    }
+
+    /// Returns the width that the port of an input was declared with; `None` for a faulty or foreign handle.
+    pub(crate) fn width_of_input<K: Kind>(&self, input: &In<K>) -> Option<usize> {
+        let (node, port) = self.known(&input.port)?;
+        Some(self.builder.draft.nodes[node].ports.inputs.get(port)?.spec.width())
+    }
+
+    /// Returns whether every connection from an output needs a synapse.
+    pub(crate) fn needs_synapse(&self, output: &PortRef) -> bool {
+        let declared = self
+            .known(output)
+            .and_then(|(node, port)| self.builder.draft.nodes[node].ports.outputs.get(port));
+        declared.is_some_and(|declared| declared.spec.filtered_only)
     }
 
     /// Returns whether an input adds any number of connections.

@@ -70,6 +70,7 @@ pub(crate) fn freeze(
         nodes,
         edges: draft.edges,
         probes: draft.probes,
+        spike_probes: draft.spike_probes,
         order,
         time,
         seed,
@@ -107,6 +108,9 @@ fn sort_by_path(draft: &mut Draft) -> Vec<usize> {
     }
     for probe in &mut draft.probes {
         probe.of.0 = place[probe.of.0];
+    }
+    for node in &mut draft.spike_probes {
+        *node = place[*node];
     }
     draft.edges.sort_by_key(|e| (e.to, e.from, synapse_key(e.via)));
     place

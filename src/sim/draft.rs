@@ -26,6 +26,8 @@ pub(crate) struct Draft {
     /// unconnected.
     pub excused: Vec<(usize, usize)>,
     pub probes: Vec<ProbeDraft>,
+    /// Layers whose spikes are recorded, by node index.
+    pub spike_probes: Vec<usize>,
     pub faults: Vec<BuildError>,
 }
 

@@ -77,6 +77,24 @@ pub enum BuildError {
         /// The node's ports in that direction, as `name: kind`.
         choices: Vec<String>,
     },
+    /// A probe on an output that the description does not have, or has with another kind.
+    #[error("there is no output `{asked}` of kind {kind}; the outputs are: {}", list(choices))]
+    UnknownOutput {
+        /// The name asked for.
+        asked: String,
+        /// The kind asked for.
+        kind: String,
+        /// Outputs as `name: kind`, those of the same module or node first.
+        choices: Vec<String>,
+    },
+    /// A probe of spikes on something that is not a layer.
+    #[error("there is no layer `{asked}`; the layers are: {}", list(choices))]
+    UnknownLayer {
+        /// The path asked for.
+        asked: String,
+        /// Paths of all layers, those that begin in the same way first.
+        choices: Vec<String>,
+    },
     /// A handle that another builder returned.
     #[error(
         "the {direction} `{port}` belongs to another `GraphBuilder`; use a handle that this builder returned"

@@ -128,6 +128,8 @@ pub struct Graph {
     pub(crate) gather_sources: Vec<Slot>,
     pub(crate) filters: Vec<FilterPlan>,
     pub(crate) probes: Vec<ProbePlan>,
+    /// Nodes whose spikes are recorded.
+    pub(crate) spike_probes: Vec<usize>,
     pub(crate) world: Option<WorldPlan>,
     pub(crate) edges: Vec<EdgeInfo>,
     pub(crate) sizes: Sizes,

@@ -32,6 +32,7 @@ pub(crate) struct Checked {
     /// Sorted by target, then by source.
     pub edges: Vec<EdgeDraft>,
     pub probes: Vec<ProbeDraft>,
+    pub spike_probes: Vec<usize>,
     pub order: Vec<usize>,
     pub time: Timebase,
     pub seed: Seed,
@@ -68,7 +69,7 @@ pub(crate) fn lay_out(checked: Checked) -> Result<Graph, BuildError> {
     let parallel = checked.nodes.iter().any(|node| node.ports.parallel);
     let places = Places::of(&checked);
     let wires = Wires::of(&checked, &places);
-    let Checked { builder, nodes, edges, probes, order, time, seed, moved } = checked;
+    let Checked { builder, nodes, edges, probes, spike_probes, order, time, seed, moved } = checked;
     let mut rank = vec![0; nodes.len()];
     for (at, node) in order.iter().enumerate() {
         rank[*node] = at;
@@ -113,6 +114,7 @@ pub(crate) fn lay_out(checked: Checked) -> Result<Graph, BuildError> {
         gather_sources: plans.gather_sources,
         filters: wires.filters,
         probes,
+        spike_probes: spike_probes.iter().map(|node| rank[*node]).collect(),
         world: plans.world,
         edges: edges.iter().map(edge).collect(),
         sizes,
@@ -396,6 +398,9 @@ fn fingerprint(checked: &Checked) -> u64 {
     for probe in &checked.probes {
         hash.number(probe.of.0 as u64).number(probe.of.1 as u64);
         synapse(&mut hash, probe.spec.filter);
+    }
+    for node in &checked.spike_probes {
+        hash.number(*node as u64);
     }
     hash.value()
 }

@@ -20,6 +20,13 @@ pub struct Constant<K: Kind> {
     values: Vec<Real>,
 }
 
+impl<K: Kind> Constant<K> {
+    /// Creates a constant of any kind.
+    pub(crate) fn of(spec: OutputSpec<K>, values: &[Real]) -> Self {
+        Self { spec, values: values.to_vec() }
+    }
+}
+
 impl Constant<Scalar> {
     /// Creates a constant number.
     pub fn scalar(value: Real) -> Self {
@@ -306,19 +313,34 @@ pub struct Noise<K: Kind> {
     input: InputSpec<K>,
     output: OutputSpec<K>,
     sd: Real,
+    white: bool,
+}
+
+impl<K: Kind> Noise<K> {
+    /// Scales the standard deviation with the tick, as white noise needs: the given one holds for ticks of 1 ms, and is
+    /// multiplied by `sqrt(1 ms / tick)`. The noise behind a synapse is then about the same for every tick.
+    pub fn white(mut self) -> Self {
+        self.white = true;
+        self
+    }
 }
 
 impl Noise<Scalar> {
     /// Creates noise with standard deviation `sd` for a number.
     pub fn scalar(sd: Real) -> Self {
-        Self { input: InputSpec::scalar(), output: OutputSpec::scalar(), sd }
+        Self { input: InputSpec::scalar(), output: OutputSpec::scalar(), sd, white: false }
     }
 }
 
 impl Noise<Vector> {
     /// Creates noise with standard deviation `sd` for each of the `width` components of a vector.
     pub fn vector(width: usize, sd: Real) -> Self {
-        Self { input: InputSpec::vector(width), output: OutputSpec::vector(width), sd }
+        Self {
+            input: InputSpec::vector(width),
+            output: OutputSpec::vector(width),
+            sd,
+            white: false,
+        }
     }
 }
 
@@ -327,7 +349,12 @@ impl<V: VocabTag> Noise<Pointer<V>> {
     /// component is `sigma / sqrt(D)`.
     pub fn pointer(space: &Space<V>, sigma: Real) -> Self {
         let sd = sigma / (space.width() as Real).sqrt();
-        Self { input: InputSpec::pointer(space), output: OutputSpec::pointer(space), sd }
+        Self {
+            input: InputSpec::pointer(space),
+            output: OutputSpec::pointer(space),
+            sd,
+            white: false,
+        }
     }
 }
 
@@ -344,13 +371,17 @@ impl<K: Kind> Node for Noise<K> {
 
     fn fingerprint(&self, hash: &mut Fingerprint) {
         hash.reals(&[self.sd]);
+        if self.white {
+            hash.text("white");
+        }
     }
 
     fn emit(&self, cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
         let input = io.inputs.get(0);
         let output = io.outputs.get_mut(0);
         output.copy_from_slice(input);
-        let sd = self.sd * cx.noise_scale();
+        let per_tick = if self.white { (1e-3 / cx.dt_s()).sqrt() as Real } else { 1.0 };
+        let sd = self.sd * per_tick * cx.noise_scale();
         if sd > 0.0 {
             let mut rng = cx.rng();
             for value in output {

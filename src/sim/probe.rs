@@ -2,6 +2,10 @@
 
 use std::marker::PhantomData;
 
+use std::any::TypeId;
+
+use super::draft::NodeDraft;
+use super::error::BuildError;
 use super::kind::Kind;
 use super::node::Real;
 use super::synapse::Synapse;
@@ -45,6 +49,31 @@ impl ProbeSpec {
         self.capacity = Capacity::Last(samples);
         self
     }
+}
+
+/// Finds the output of kind `K` with a name that [`probe_at`](super::GraphBuilder::probe_at) accepts: indices of node and
+/// port.
+pub(crate) fn find<K: Kind>(nodes: &[NodeDraft], name: &str) -> Result<(usize, usize), BuildError> {
+    let of_module = format!("{name}.output");
+    let (path, port) = name.rsplit_once('.').unwrap_or((name, "out"));
+    let mut all = Vec::new();
+    for (index, node) in nodes.iter().enumerate() {
+        for (output, declared) in node.ports.outputs.iter().enumerate() {
+            let exposed = declared.exposed.as_deref();
+            let called = node.path == path && declared.name == port
+                || exposed.is_some_and(|exposed| exposed == name || exposed == of_module);
+            if called && declared.spec.kind == TypeId::of::<K>() {
+                return Ok((index, output));
+            }
+            let full = format!("{}.{}", node.path, declared.name);
+            let near = called || node.path.starts_with(path);
+            let label = &declared.spec.kind_label;
+            all.push((!near, format!("{}: {label}", exposed.unwrap_or(&full))));
+        }
+    }
+    all.sort();
+    let choices = all.into_iter().map(|(_, choice)| choice).collect();
+    Err(BuildError::UnknownOutput { asked: name.into(), kind: K::label(), choices })
 }
 
 /// A handle to a probe on an output of kind `K`.

@@ -15,6 +15,7 @@ use super::node::{Outputs, Real, StateMut, StateRef};
 use super::probe::{Capacity, ProbeId, Recording, Samples};
 use super::run::{RunConfig, RunReport, Stop, StopReason};
 use super::seed::Seed;
+use super::spikes::{SpikeProbe, SpikeRecording, Spikes};
 use super::threads::Threads;
 use super::time::SimDuration;
 use super::world::World;
@@ -64,6 +65,7 @@ pub struct Simulator {
     pub(super) world_ticks: u64,
     pub(super) node_seeds: Vec<Seed>,
     pub(super) recordings: Vec<Recording>,
+    pub(super) spikes: Vec<SpikeRecording>,
     pub(super) command: Vec<Real>,
 }
 
@@ -95,6 +97,11 @@ impl Simulator {
         };
         let command = vec![0.0; graph.world.as_ref().map_or(0, |w| w.command_width)];
         let recordings = graph.probes.iter().map(|_| Recording::default()).collect();
+        let spikes = graph
+            .spike_probes
+            .iter()
+            .map(|node| SpikeRecording { units: graph.bodies[*node].units(), ..Default::default() })
+            .collect();
         let mut sim = Self {
             arenas: Arenas::new(&graph.sizes),
             graph,
@@ -106,6 +113,7 @@ impl Simulator {
             world_ticks,
             node_seeds: Vec::new(),
             recordings,
+            spikes,
             command,
         };
         sim.reseed(run.seed);
@@ -270,9 +278,20 @@ impl Simulator {
         Samples { recording, width, dt_s: self.graph.time.dt_s(), kind: PhantomData }
     }
 
+    /// Returns the spikes of a layer that [`probe_spikes`](super::GraphBuilder::probe_spikes) records. Empty for a handle
+    /// of another graph.
+    pub fn spikes(&self, probe: &SpikeProbe) -> Spikes<'_> {
+        static NONE: SpikeRecording =
+            SpikeRecording { units: 0, ticks: Vec::new(), bits: Vec::new() };
+        let own = probe.builder == self.graph.builder;
+        let recording = self.spikes.get(probe.index).filter(|_| own).unwrap_or(&NONE);
+        Spikes { recording, dt_s: self.graph.time.dt_s() }
+    }
+
     /// Deletes the samples of all probes.
     pub fn clear_recordings(&mut self) {
         self.recordings.iter_mut().for_each(Recording::clear);
+        self.spikes.iter_mut().for_each(SpikeRecording::clear);
     }
 
     /// Reserves memory for the samples of `ticks` more ticks.
@@ -292,6 +311,17 @@ impl Simulator {
                 let node = &self.graph.nodes[plan.node];
                 let port = format!("{}.{}", node.path, node.ports.outputs[plan.output].name);
                 return Err(SimError::ProbeStorage { port, samples: more });
+            }
+        }
+        for (node, recording) in self.graph.spike_probes.iter().zip(&mut self.spikes) {
+            let (ticks, words) = (ticks as usize, recording.words());
+            let room = recording
+                .ticks
+                .try_reserve(ticks)
+                .and_then(|()| recording.bits.try_reserve(ticks.saturating_mul(words)));
+            if room.is_err() {
+                let port = format!("the spikes of {}", self.graph.nodes[*node].path);
+                return Err(SimError::ProbeStorage { port, samples: ticks });
             }
         }
         Ok(())

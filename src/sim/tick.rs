@@ -149,6 +149,17 @@ impl Simulator {
 
     fn sample_probes(&mut self) {
         let end = self.tick + 1;
+        for (node, recording) in self.graph.spike_probes.iter().zip(&mut self.spikes) {
+            if recording.units > 0 {
+                let (info, body) = (&self.graph.nodes[*node], &*self.graph.bodies[*node]);
+                let state = StateRef {
+                    reals: &self.arenas.reals[info.reals.of()],
+                    words: &self.arenas.words[info.words.of()],
+                    longs: &self.arenas.longs[info.longs.of()],
+                };
+                recording.push(end, body, &state);
+            }
+        }
         for (plan, recording) in self.graph.probes.iter().zip(&mut self.recordings) {
             let raw = match plan.source {
                 Source::Signal(span) => &self.arenas.signals[span.of()],

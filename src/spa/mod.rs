@@ -12,6 +12,7 @@
 //! - [`cosine`]: the similarity of two pointers.
 //! - [`ItemMemory`]: finds the stored vector most similar to a query, exactly and fast.
 //! - [`PairDecoder`]: decodes all fillers of a sum of role-filler pairs.
+//! - [`Resonator`]: finds the factors of a bound pointer.
 //! - [`Capacity`] and [`Vocabulary::reliability`]: predict how reliably pointers are decoded.
 //!
 //! # Modules of a graph
@@ -21,6 +22,8 @@
 //! | [`State`] | represents a pointer; with a recurrent synapse, remembers it | `State` |
 //! | [`Bind`], [`Unbind`] | binds or unbinds two changing pointers | `Bind` |
 //! | [`UnbindFixed`] | unbinds a fixed role | `~` and `*` with a symbol |
+//! | [`Compare`] | the scalar product of two changing pointers | `Compare`, `dot` |
+//! | [`Multiply`], [`Weigh`] | multiplies two numbers, or a number and a pointer or vector | `Product` |
 //! | [`Superpose`] | adds pointers with weights | `Superposition`, `+` |
 //! | [`CleanupMemory`], [`AssociativeMemory`] | chooses stored pointers by similarity | `ThresholdingAssocMem`, `WTAAssocMem`, `IAAssocMem` |
 //! | [`DecodePairs`] | decodes all fillers of a sum of role-filler pairs at once | |
@@ -28,6 +31,8 @@
 //! | [`BasalGanglia`] | chooses the action of greatest utility | `BasalGanglia` with `Thalamus` |
 //! | [`Gate`] | lets a pointer pass or silences it | gated routes of `ActionSelection` |
 //! | [`GoalBuffer`] | stores its input while its gate is open, then holds it | |
+//! | [`ResonatorNetwork`] | finds the factors of a bound pointer | |
+//! | [`Sequence`] | steps through named pointers | |
 //! | [`Linear`] | applies a fixed linear map | transforms |
 //! | [`Reinterpret`] | passes a pointer on as one of another vocabulary | `reinterpret` |
 //!
@@ -85,8 +90,10 @@ mod expr;
 pub mod flow;
 mod item_memory;
 mod modules;
+mod page;
 mod pairs;
 mod pointer;
+mod resonator;
 mod similarities;
 mod vocabulary;
 
@@ -98,17 +105,21 @@ pub use algebra::{
 pub use capacity::Capacity;
 pub use error::VocabError;
 pub(crate) use error::nearest_name;
-pub use flow::{Flow, FlowExt, IntoFlow, Route, Routes, Rules, RulesPorts};
+pub use flow::{Flow, FlowExt, IntoFlow, Route, Routes, Rule, Rules, RulesPorts};
 pub(crate) use item_memory::dots;
 pub use item_memory::{ItemMemory, Match};
 pub use modules::{
-    AssociativeMemory, BasalGanglia, BasalGangliaPorts, Bind, BindPorts, CleanupMemory,
-    DecodePairs, DecodePairsPorts, FEED_FORWARD, Gate, GatePorts, GoalBuffer, GoalBufferPorts, Linear, LinearPorts, MemoryPorts,
-    RECURRENT, Reinterpret, ReinterpretPorts, Selection, SelectionPorts, State, StatePorts,
-    Superpose, SuperposePorts, Unbind, UnbindFixed, UnbindFixedPorts, UnbindPorts,
+    AssociativeMemory, BasalGanglia, BasalGangliaPorts, Bind, BindPorts, CleanupMemory, Compare,
+    ComparePorts, DecodePairs, DecodePairsPorts, FEED_FORWARD, Gate, GatePorts, GoalBuffer,
+    GoalBufferPorts, Linear, LinearPorts, MemoryPorts, Multiply, MultiplyPorts, RECURRENT,
+    Reinterpret, ReinterpretPorts, ResonatorNetwork, ResonatorNetworkPorts, Selection,
+    SelectionPorts, Sequence, SequencePorts, State, StatePorts, Superpose, SuperposePorts, Unbind,
+    UnbindFixed, UnbindFixedPorts, UnbindPorts, Weigh, WeighPorts,
 };
+pub use page::RunPage;
 pub use pairs::{Filler, PairDecoder};
 pub use pointer::PointerValue;
+pub use resonator::{Factors, Resonator};
 pub(crate) use similarities::COLOURS;
 pub use similarities::Similarities;
 pub(crate) use vocabulary::draw_pointer;

@@ -94,6 +94,25 @@ pub struct PairDecoder {
     work: Workspace,
 }
 
+/// Checks that `rows` are one or more vectors of `dim` finite numbers.
+pub(super) fn check_rows(name: &str, rows: &[Real], dim: usize) -> Result<(), VocabError> {
+    let bad = |reason| Err(VocabError::BadVector { name: name.into(), reason });
+    if rows.is_empty() || !rows.len().is_multiple_of(dim) {
+        let numbers = rows.len();
+        return bad(format!(
+            "{numbers} numbers are not whole vectors of {dim}; expected a multiple of {dim} above 0"
+        ));
+    }
+    if let Some(at) = rows.iter().position(|v| !v.is_finite()) {
+        let (component, row) = (at % dim, at / dim);
+        return bad(format!(
+            "component {component} of vector {row} is {}; expected a finite number",
+            rows[at]
+        ));
+    }
+    Ok(())
+}
+
 impl PairDecoder {
     /// Greatest number of rounds; one round visits every role once.
     pub const ROUNDS: usize = 24;
@@ -110,20 +129,7 @@ impl PairDecoder {
     pub fn new(dim: usize, roles: &[Real], items: &[Real]) -> Result<Self, VocabError> {
         Hrr.check_dim(dim)?;
         for (name, rows) in [("roles", roles), ("items", items)] {
-            let bad = |reason| Err(VocabError::BadVector { name: name.into(), reason });
-            if rows.is_empty() || !rows.len().is_multiple_of(dim) {
-                let numbers = rows.len();
-                return bad(format!(
-                    "{numbers} numbers are not whole vectors of {dim}; expected a multiple of {dim} above 0"
-                ));
-            }
-            if let Some(at) = rows.iter().position(|v| !v.is_finite()) {
-                let (component, row) = (at % dim, at / dim);
-                return bad(format!(
-                    "component {component} of vector {row} is {}; expected a finite number",
-                    rows[at]
-                ));
-            }
+            check_rows(name, rows, dim)?;
         }
         let mut work = Hrr.scratch(dim);
         let mut inverses = vec![0.0; roles.len()];

@@ -1,6 +1,7 @@
 //! The similarities of a recorded output with the names of a vocabulary, as a table, CSV or a chart.
 
 use std::fmt;
+use std::ops::Range;
 
 use plotters::prelude::*;
 
@@ -155,8 +156,18 @@ impl Similarities {
     /// Returns a chart of the similarities over simulated time as SVG: one curve for each expression, of at most 2,000
     /// points. Empty if it cannot be drawn.
     pub fn to_svg(&self, title: &str) -> String {
+        self.chart(title, "similarity", -0.2..1.05)
+    }
+
+    /// Makes curves of other numbers, row-major, for a [chart](Self::chart).
+    pub(super) fn of_values(columns: Vec<String>, times_s: Vec<f64>, values: Vec<Real>) -> Self {
+        Self { columns, times_s, values }
+    }
+
+    /// Returns a chart as SVG with a vertical axis called `axis`, which covers at least `range`.
+    pub(super) fn chart(&self, title: &str, axis: &str, range: Range<Real>) -> String {
         let mut svg = String::new();
-        match self.draw(title, &mut svg) {
+        match self.draw(title, (axis, range), &mut svg) {
             Ok(()) => svg,
             Err(_) => String::new(),
         }
@@ -169,13 +180,15 @@ impl Similarities {
     fn draw(
         &self,
         title: &str,
+        (axis, range): (&str, Range<Real>),
         svg: &mut String,
     ) -> Result<(), DrawingAreaErrorKind<<SVGBackend<'_> as DrawingBackend>::ErrorType>> {
         let area = SVGBackend::with_string(svg, (720, 400)).into_drawing_area();
         area.fill(&WHITE)?;
         let end = self.times_s.last().map_or(1.0, |end| end.max(1e-3));
         let finite = || self.values.iter().copied().filter(|value| value.is_finite());
-        let (least, most) = (finite().fold(-0.2, Real::min), finite().fold(1.05, Real::max));
+        let (least, most) =
+            (finite().fold(range.start, Real::min), finite().fold(range.end, Real::max));
         let mut chart = ChartBuilder::on(&area)
             .caption(title, ("sans-serif", 17))
             .margin(14)
@@ -183,10 +196,7 @@ impl Similarities {
             .y_label_area_size(56)
             .build_cartesian_2d(0.0..end, f64::from(least)..f64::from(most))?;
         let mesh = &mut chart.configure_mesh();
-        mesh.x_desc("simulated time (s)")
-            .y_desc("similarity")
-            .light_line_style(TRANSPARENT)
-            .draw()?;
+        mesh.x_desc("simulated time (s)").y_desc(axis).light_line_style(TRANSPARENT).draw()?;
         let step = self.times_s.len().div_ceil(POINTS).max(1);
         for (index, name) in self.columns.iter().enumerate() {
             let colour = COLOURS[index % COLOURS.len()];

@@ -1,123 +1,149 @@
-//! Lowers expressions to modules, layers, linear nodes and connections.
+//! Lowers expressions to modules, linear nodes and connections.
 
 use std::sync::Arc;
 
-use super::nodes::{Spread, WeightedSum};
-use super::{Destination, Flow, FlowKind};
-use crate::neurons::{Layers, Product};
+use super::kinds::{FlowKind, Gating};
+use super::nodes::WeightedSum;
+use super::{Destination, Flow, Source};
 use crate::sim::{
-    Constant, In, InputSpec, Kind, Out, OutputSpec, Pointer, Real, Scalar, Scope, Space, Synapse,
-    Vector, VocabTag,
+    Constant, In, InputSpec, Kind, Module, Out, OutputSpec, Pointer, PortRef, Real, Scalar, Scope,
+    Space, Synapse, Vector, VocabTag,
 };
 use crate::spa::algebra::{Algebra, LinearMap};
 use crate::spa::modules::{
-    Bind, FEED_FORWARD, Gate, Inverse, Linear, LinearPorts, Reinterpret, Rows, WeightedRows,
+    Bind, Compare, FEED_FORWARD, Inverse, Linear, LinearPorts, Multiply, Rows, Weigh, WeighPorts,
+    WeightedRows,
 };
 use crate::spa::vocabulary::Content;
 
-/// A weighted sum of pointers plus a constant.
+/// A weighted sum of outputs plus a constant.
 #[doc(hidden)]
-pub struct PointerSum<V: VocabTag> {
-    pub(super) constant: Option<Vec<Real>>,
-    pub(super) parts: Vec<(Out<Pointer<V>>, Real)>,
+pub struct Sum<K: Kind> {
+    constant: Option<Vec<Real>>,
+    parts: Vec<(Out<K>, Real)>,
 }
 
-/// A weighted sum of numbers plus a constant.
-#[doc(hidden)]
-pub struct ScalarSum {
-    pub(super) constant: Real,
-    pub(super) parts: Vec<(Out<Scalar>, Real)>,
-}
+impl<K: Kind> Sum<K> {
+    pub(super) fn zero() -> Self {
+        Self { constant: None, parts: Vec::new() }
+    }
 
-/// Components of a random unit pointer lie within this many standard deviations. Factors of products are scaled so
-/// that this range fills the range of the neurons.
-const WITHIN: Real = 3.5;
+    pub(super) fn constant(values: Vec<Real>) -> Self {
+        Self { constant: Some(values), parts: Vec::new() }
+    }
+
+    pub(super) fn output(out: &Out<K>) -> Self {
+        Self { constant: None, parts: vec![(out.clone(), 1.0)] }
+    }
+
+    pub(super) fn scaled(mut self, factor: Real) -> Self {
+        self.constant.iter_mut().flatten().for_each(|value| *value *= factor);
+        self.parts.iter_mut().for_each(|(_, weight)| *weight *= factor);
+        self
+    }
+
+    /// Returns the values of a constant; `None` if the sum changes.
+    pub(super) fn fixed(&self, width: usize) -> Option<Vec<Real>> {
+        let zeros = || vec![0.0; width];
+        self.parts.is_empty().then(|| self.constant.clone().unwrap_or_else(zeros))
+    }
+
+    fn is_zero(&self) -> bool {
+        self.parts.is_empty() && self.constant.iter().flatten().all(|value| *value == 0.0)
+    }
+}
 
 /// The scope into which one route is lowered.
 #[doc(hidden)]
 pub struct Lowerer<'s, 'b> {
     pub(super) scope: &'s mut Scope<'b>,
     text: String,
+    /// Synapse on the outputs of bare layers.
+    bare: Synapse,
 }
 
 impl<'s, 'b> Lowerer<'s, 'b> {
     pub(super) fn new(scope: &'s mut Scope<'b>, text: &str) -> Self {
-        Self { scope, text: text.into() }
+        Self { scope, text: text.into(), bare: FEED_FORWARD }
     }
 
-    fn refuse(&mut self, reason: &str) {
+    pub(super) fn refuse(&mut self, reason: &str) {
         let reason = format!("`{}`: {reason}", self.text);
         self.scope.refuse(reason);
     }
 
+    /// Connects an output inside an expression. Bare layers need a synapse.
+    pub(super) fn connect<K: Kind>(&mut self, from: &Out<K>, to: &In<K>) {
+        let via = if self.scope.needs_synapse(&from.port) { self.bare } else { Synapse::None };
+        self.scope.connect(from, to, via);
+    }
+
     /// Adds a linear node called `name`.
-    fn linear<A: Kind, B: Kind>(
+    pub(super) fn linear<A: Kind, B: Kind>(
         &mut self,
         name: &str,
         from: &Out<A>,
         (input, output): (InputSpec<A>, OutputSpec<B>),
         map: Box<dyn LinearMap>,
     ) -> Out<B> {
-        let name = self.scope.free_name(name);
-        let node: LinearPorts<A, B> = self.scope.add(&name, Linear::new(input, output, map));
-        self.scope.connect(from, &node.input, Synapse::None);
+        let node: LinearPorts<A, B> = self.add(name, Linear::new(input, output, map));
+        self.connect(from, &node.input);
         node.output
     }
 
-    fn weighted<K: Kind>(
-        &mut self,
-        parts: &[(Out<K>, Real)],
-        constant: Vec<Real>,
-        (input, output): (InputSpec<K>, OutputSpec<K>),
-    ) -> Out<K> {
-        let weights = parts.iter().map(|(_, weight)| *weight).collect();
+    /// Adds a module called `name`, or `name-2` and so on.
+    fn add<M: Module>(&mut self, name: &str, module: M) -> M::Ports {
+        let name = self.scope.free_name(name);
+        self.scope.add(&name, module)
+    }
+
+    /// Returns the shape of an expression; `None` if only its target determines it.
+    pub(super) fn shape<K: FlowKind>(&self, flow: &Flow<K>) -> Option<K::Shape> {
+        flow.sources.iter().find_map(|source| match source {
+            Source::Output(out) => K::shape_of(self.scope, out),
+            Source::Shape(shape) => Some(shape.clone()),
+        })
+    }
+
+    /// Returns one output that carries the sum.
+    pub(super) fn one<K: FlowKind>(&mut self, shape: &K::Shape, sum: Sum<K>) -> Out<K> {
+        let width = K::width(shape);
+        if let Some(values) = sum.fixed(width) {
+            return self.add("constant", Constant::of(K::specs(shape).1, &values));
+        }
+        let constant = sum.constant.filter(|values| values.iter().any(|value| *value != 0.0));
+        if let ([(out, 1.0)], None) = (&*sum.parts, &constant) {
+            return out.clone();
+        }
+        let (input, output) = K::specs(shape);
+        let weights = sum.parts.iter().map(|(_, weight)| *weight).collect();
+        let constant = constant.unwrap_or_else(|| vec![0.0; width]);
         let name = self.scope.free_name("sum");
         let node = self.scope.node(&name, WeightedSum { input, output, weights, constant });
-        for (index, (from, _)) in parts.iter().enumerate() {
-            self.scope.connect(from, &node.input(&format!("in{index}")), Synapse::None);
+        for (index, (from, _)) in sum.parts.iter().enumerate() {
+            self.connect(from, &node.input(&format!("in{index}")));
         }
         node.output("out")
     }
 
-    fn constant<V: VocabTag>(&mut self, space: &Space<V>, values: &[Real]) -> Out<Pointer<V>> {
-        let value = crate::sim::PointerRef::from_raw(values);
-        let name = self.scope.free_name("constant");
-        self.scope.add(&name, Constant::pointer(space, &value))
-    }
-
-    /// Returns one output that carries the sum.
-    pub(super) fn pointer<V: VocabTag>(
+    /// Adds two sums of one shape.
+    pub(super) fn add_sums<K: FlowKind>(
         &mut self,
-        space: &Space<V>,
-        sum: PointerSum<V>,
-    ) -> Out<Pointer<V>> {
-        match (&*sum.parts, sum.constant) {
-            ([(out, 1.0)], None) => out.clone(),
-            ([], constant) => {
-                let values = constant.unwrap_or_else(|| vec![0.0; space.width()]);
-                self.constant(space, &values)
+        shape: &K::Shape,
+        a: Sum<K>,
+        b: Sum<K>,
+    ) -> Sum<K> {
+        let constant = match (a.constant, b.constant) {
+            (Some(mut a), Some(b)) => {
+                if !self.fits::<K>(shape, &a) || !self.fits::<K>(shape, &b) {
+                    return Sum::zero();
+                }
+                a.iter_mut().zip(&b).for_each(|(a, b)| *a += b);
+                Some(a)
             }
-            (parts, constant) => {
-                let constant = constant.unwrap_or_else(|| vec![0.0; space.width()]);
-                let specs = (InputSpec::pointer(space), OutputSpec::pointer(space));
-                self.weighted(parts, constant, specs)
-            }
-        }
-    }
-
-    /// Returns one output that carries the sum.
-    pub(super) fn scalar(&mut self, sum: ScalarSum) -> Out<Scalar> {
-        match (&*sum.parts, sum.constant) {
-            ([(out, 1.0)], 0.0) => out.clone(),
-            ([], constant) => {
-                let name = self.scope.free_name("constant");
-                self.scope.add(&name, Constant::scalar(constant))
-            }
-            (parts, constant) => {
-                let specs = (InputSpec::scalar(), OutputSpec::scalar());
-                self.weighted(parts, vec![constant], specs)
-            }
-        }
+            (a, b) => a.or(b),
+        };
+        Sum { constant, parts: [a.parts, b.parts].concat() }
     }
 
     fn algebra<V: VocabTag>(&mut self, space: &Space<V>) -> Option<Arc<dyn Algebra>> {
@@ -129,347 +155,228 @@ impl<'s, 'b> Lowerer<'s, 'b> {
     }
 
     /// Returns the pointer called `name` in the vocabulary of the space.
-    pub(super) fn named<V: VocabTag>(&mut self, space: &Space<V>, name: &str) -> PointerSum<V> {
+    pub(super) fn named<V: VocabTag>(&mut self, space: &Space<V>, name: &str) -> Sum<Pointer<V>> {
         let content = space.attached::<Arc<Content>>();
-        let constant = content.and_then(|content| content.find(name)).map(<[Real]>::to_vec);
-        if constant.is_none() {
-            let names = content.map_or_else(String::new, |content| content.names().join(", "));
-            self.refuse(&format!("{space} has no `{name}`; it has: {names}"));
+        if let Some(values) = content.and_then(|content| content.find(name)) {
+            return Sum::constant(values.to_vec());
         }
-        PointerSum { constant, parts: Vec::new() }
+        let names = content.map_or_else(String::new, |content| content.names().join(", "));
+        self.refuse(&format!("{space} has no `{name}`; it has: {names}"));
+        Sum::zero()
     }
 
-    /// Checks that a constant has the dimensions of the space.
-    fn fits<V: VocabTag>(&mut self, space: &Space<V>, constant: &[Real]) -> bool {
-        let fits = constant.len() == space.width();
+    /// Checks that a constant has the width of the shape.
+    fn fits<K: FlowKind>(&mut self, shape: &K::Shape, constant: &[Real]) -> bool {
+        let fits = constant.len() == K::width(shape);
         if !fits {
-            let (found, expected) = (constant.len(), space.width());
+            let (found, expected) = (constant.len(), K::width(shape));
             self.refuse(&format!(
-                "a constant has {found} dimensions; expected {expected}, those of {space}"
+                "a constant has {found} dimensions; expected {expected}, those of {}",
+                K::describe(shape)
             ));
         }
         fits
     }
 
+    /// Returns the values of a constant sum that fit the shape: `Err` if they do not fit, `Ok(None)` if the sum changes.
+    fn fixed<K: FlowKind>(
+        &mut self,
+        shape: &K::Shape,
+        sum: &Sum<K>,
+    ) -> Result<Option<Vec<Real>>, Misfit> {
+        match sum.fixed(K::width(shape)) {
+            Some(values) if !self.fits::<K>(shape, &values) => Err(Misfit),
+            values => Ok(values),
+        }
+    }
+
     pub(super) fn bind<V: VocabTag>(
         &mut self,
         space: &Space<V>,
-        a: PointerSum<V>,
-        b: PointerSum<V>,
-    ) -> PointerSum<V> {
-        let zero = PointerSum { constant: None, parts: Vec::new() };
-        let Some(algebra) = self.algebra(space) else { return zero };
-        if !a.parts.is_empty() && !b.parts.is_empty() {
-            let (a, b) = (self.pointer(space, a), self.pointer(space, b));
-            let name = self.scope.free_name("bind");
-            let bind = self.scope.add(&name, Bind::in_space(space, &algebra));
-            self.scope.connect(&a, &bind.a, Synapse::None);
-            self.scope.connect(&b, &bind.b, Synapse::None);
-            return FlowKind::source(&bind.output);
-        }
-        let fixed_left = a.parts.is_empty();
-        let (fixed, changing) = if fixed_left { (a, b) } else { (b, a) };
-        let Some(fixed) = fixed.constant.filter(|values| self.fits(space, values)) else {
-            return zero;
-        };
-        if changing.parts.is_empty() {
-            let Some(right) = changing.constant.filter(|values| self.fits(space, values)) else {
-                return zero;
-            };
-            let mut bound = vec![0.0; space.width()];
-            let mut work = algebra.scratch(space.width());
-            algebra.bind_into(&fixed, &right, &mut bound, &mut work);
-            return PointerSum { constant: Some(bound), parts: Vec::new() };
-        }
-        let from = self.pointer(space, changing);
+        a: Sum<Pointer<V>>,
+        b: Sum<Pointer<V>>,
+    ) -> Sum<Pointer<V>> {
+        let Some(algebra) = self.algebra(space) else { return Sum::zero() };
         let specs = (InputSpec::pointer(space), OutputSpec::pointer(space));
-        let map = match fixed_left {
-            true => algebra.bind_onto(&fixed),
-            false => algebra.bind_with(&fixed),
+        let (left, right) = match (self.fixed(space, &a), self.fixed(space, &b)) {
+            (Ok(left), Ok(right)) => (left, right),
+            _ => return Sum::zero(),
         };
-        FlowKind::source(&self.linear("bind", &from, specs, map))
+        let (map, changing) = match (left, right) {
+            (Some(left), Some(right)) => {
+                let mut bound = vec![0.0; space.width()];
+                algebra.bind_into(&left, &right, &mut bound, &mut algebra.scratch(space.width()));
+                return Sum::constant(bound);
+            }
+            (Some(left), None) => (algebra.bind_onto(&left), b),
+            (None, Some(right)) => (algebra.bind_with(&right), a),
+            (None, None) => {
+                let (a, b) = (self.one(space, a), self.one(space, b));
+                let bind = self.add("bind", Bind::in_space(space, &algebra));
+                self.connect(&a, &bind.a);
+                self.connect(&b, &bind.b);
+                return Sum::output(&bind.output);
+            }
+        };
+        let from = self.one(space, changing);
+        Sum::output(&self.linear("bind", &from, specs, map))
     }
 
     pub(super) fn inverse<V: VocabTag>(
         &mut self,
         space: &Space<V>,
-        sum: PointerSum<V>,
-    ) -> PointerSum<V> {
-        let zero = PointerSum { constant: None, parts: Vec::new() };
-        let Some(algebra) = self.algebra(space) else { return zero };
-        if sum.parts.is_empty() {
-            let Some(values) = sum.constant else { return zero };
-            if !self.fits(space, &values) {
-                return zero;
+        sum: Sum<Pointer<V>>,
+    ) -> Sum<Pointer<V>> {
+        let Some(algebra) = self.algebra(space) else { return Sum::zero() };
+        let dim = space.width();
+        match self.fixed(space, &sum) {
+            Err(Misfit) => Sum::zero(),
+            Ok(Some(values)) => {
+                let mut inverse = vec![0.0; dim];
+                algebra.inverse_into(&values, &mut inverse);
+                Sum::constant(inverse)
             }
-            let mut inverse = vec![0.0; space.width()];
-            algebra.inverse_into(&values, &mut inverse);
-            return PointerSum { constant: Some(inverse), parts: Vec::new() };
+            Ok(None) => {
+                let from = self.one(space, sum);
+                let specs = (InputSpec::pointer(space), OutputSpec::pointer(space));
+                let map = Box::new(Inverse { algebra, dim });
+                Sum::output(&self.linear("inverse", &from, specs, map))
+            }
         }
-        let from = self.pointer(space, sum);
-        let specs = (InputSpec::pointer(space), OutputSpec::pointer(space));
-        let map = Inverse { algebra, dim: space.width() };
-        FlowKind::source(&self.linear("inverse", &from, specs, Box::new(map)))
     }
 
     pub(super) fn dot<V: VocabTag>(
         &mut self,
         a: &Flow<Pointer<V>>,
         b: &Flow<Pointer<V>>,
-    ) -> ScalarSum {
-        let zero = ScalarSum { constant: 0.0, parts: Vec::new() };
-        let Some(space) = self.space(a).or_else(|| self.space(b)) else {
+    ) -> Sum<Scalar> {
+        let Some(space) = self.shape(a).or_else(|| self.shape(b)) else {
             self.refuse("the scalar product of two constants; expected an output on one side");
-            return zero;
+            return Sum::zero();
         };
         let (a, b) = ((a.lower)(self, &space), (b.lower)(self, &space));
-        let (fixed, changing) = match (a.parts.is_empty(), b.parts.is_empty()) {
-            (false, false) => return self.dot_of_two(&space, a, b),
-            (true, _) => (a, b),
-            (_, true) => (b, a),
+        let (fixed, changing) = match (self.fixed(&space, &a), self.fixed(&space, &b)) {
+            (Ok(Some(fixed)), Ok(_)) => (fixed, b),
+            (Ok(None), Ok(Some(fixed))) => (fixed, a),
+            (Ok(None), Ok(None)) => {
+                let (a, b) = (self.one(&space, a), self.one(&space, b));
+                let dot = self.add("dot", Compare::in_space(&space));
+                self.connect(&a, &dot.a);
+                self.connect(&b, &dot.b);
+                return Sum::output(&dot.output);
+            }
+            _ => return Sum::zero(),
         };
-        let Some(fixed) = fixed.constant.filter(|fixed| self.fits(&space, fixed)) else {
-            return zero;
-        };
-        let from = self.pointer(&space, changing);
+        let from = self.one(&space, changing);
         let specs = (InputSpec::pointer(&space), OutputSpec::scalar());
-        FlowKind::source(&self.linear("dot", &from, specs, Box::new(Rows::one(fixed))))
+        Sum::output(&self.linear("dot", &from, specs, Box::new(Rows::one(fixed))))
     }
 
-    fn dot_of_two<V: VocabTag>(
+    /// Multiplies a value by a changing number, or by a constant.
+    pub(super) fn weigh<K: Weighable>(
         &mut self,
-        space: &Space<V>,
-        a: PointerSum<V>,
-        b: PointerSum<V>,
-    ) -> ScalarSum {
-        let (a, b) = (self.pointer(space, a), self.pointer(space, b));
-        let factor = (space.width() as Real).sqrt() / WITHIN;
-        let (a, b) = (self.spread(space, &a, factor), self.spread(space, &b, factor));
-        let products = self.products("dot", space.width(), &a, &b);
-        let row = Rows::one(vec![factor.powi(-2); space.width()]);
-        let specs = (InputSpec::vector(space.width()), OutputSpec::scalar());
-        FlowKind::source(&self.linear("dot-sum", &products, specs, Box::new(row)))
-    }
-
-    fn spread<V: VocabTag>(
-        &mut self,
-        space: &Space<V>,
-        from: &Out<Pointer<V>>,
-        factor: Real,
-    ) -> Out<Vector> {
-        let dim = space.width();
-        let specs = (InputSpec::pointer(space), OutputSpec::vector(dim));
-        self.linear("factors", from, specs, Box::new(Spread { from: dim, to: dim, factor }))
-    }
-
-    /// Adds a layer of products, and its synapse.
-    fn products(
-        &mut self,
-        name: &str,
-        pairs: usize,
-        a: &Out<Vector>,
-        b: &Out<Vector>,
-    ) -> Out<Vector> {
-        let name = self.scope.free_name(name);
-        let layer = self.scope.product(&name, Product::new(pairs));
-        self.scope.connect(a, &layer.a, Synapse::None);
-        self.scope.connect(b, &layer.b, Synapse::None);
-        let name = self.scope.free_name("products");
-        let sum = self.scope.add(&name, crate::sim::Add::vector(pairs));
-        self.scope.connect(&layer.output, &sum.input, FEED_FORWARD);
-        sum.output
-    }
-
-    /// Multiplies a pointer by a changing number, or by a constant.
-    pub(super) fn weigh<V: VocabTag>(
-        &mut self,
-        space: &Space<V>,
-        number: ScalarSum,
-        pointer: PointerSum<V>,
-    ) -> PointerSum<V> {
-        if number.parts.is_empty() {
-            return <Pointer<V> as FlowKind>::scale(pointer, number.constant);
+        shape: &K::Shape,
+        number: Sum<Scalar>,
+        value: Sum<K>,
+    ) -> Sum<K> {
+        if let Some(factor) = number.fixed(1) {
+            return value.scaled(factor.iter().sum());
         }
-        let dim = space.width();
-        let number = self.scalar(number);
-        if pointer.parts.is_empty() {
-            let Some(values) = pointer.constant.filter(|values| self.fits(space, values)) else {
-                return PointerSum { constant: None, parts: Vec::new() };
-            };
-            let specs = (InputSpec::scalar(), OutputSpec::pointer(space));
-            return FlowKind::source(&self.linear(
-                "weigh",
-                &number,
-                specs,
-                Box::new(WeightedRows::one(values)),
-            ));
+        let number = self.one(&(), number);
+        match self.fixed(shape, &value) {
+            Err(Misfit) => Sum::zero(),
+            Ok(Some(values)) => {
+                let specs = (InputSpec::scalar(), K::specs(shape).1);
+                let map = Box::new(WeightedRows::one(values));
+                Sum::output(&self.linear("weigh", &number, specs, map))
+            }
+            Ok(None) => {
+                let value = self.one(shape, value);
+                let weigh = K::weigh(shape);
+                let weigh: WeighPorts<K> = self.add("weigh", weigh);
+                self.connect(&number, &weigh.weight);
+                self.connect(&value, &weigh.value);
+                Sum::output(&weigh.output)
+            }
         }
-        let factor = (dim as Real).sqrt() / WITHIN;
-        let pointer = self.pointer(space, pointer);
-        let pointer = self.spread(space, &pointer, factor);
-        let specs = (InputSpec::scalar(), OutputSpec::vector(dim));
-        let number = self.linear(
-            "factors",
-            &number,
-            specs,
-            Box::new(Spread { from: 1, to: dim, factor: 1.0 }),
-        );
-        let products = self.products("weigh", dim, &number, &pointer);
-        let specs = (InputSpec::vector(dim), OutputSpec::pointer(space));
-        let back = Spread { from: dim, to: dim, factor: factor.recip() };
-        FlowKind::source(&self.linear("weighed", &products, specs, Box::new(back)))
     }
 
-    pub(super) fn multiply(&mut self, a: ScalarSum, b: ScalarSum) -> ScalarSum {
-        match (a.parts.is_empty(), b.parts.is_empty()) {
-            (true, _) => return <Scalar as FlowKind>::scale(b, a.constant),
-            (_, true) => return <Scalar as FlowKind>::scale(a, b.constant),
+    pub(super) fn multiply(&mut self, a: Sum<Scalar>, b: Sum<Scalar>) -> Sum<Scalar> {
+        match (a.fixed(1), b.fixed(1)) {
+            (Some(factor), _) => return b.scaled(factor.iter().sum()),
+            (_, Some(factor)) => return a.scaled(factor.iter().sum()),
             _ => {}
         }
-        let one = |cx: &mut Self, sum| {
-            let from = cx.scalar(sum);
-            let name = cx.scope.free_name("factors");
-            let kinds = Reinterpret::new(InputSpec::scalar(), OutputSpec::vector(1));
-            let node = cx.scope.add(&name, kinds);
-            cx.scope.connect(&from, &node.input, Synapse::None);
-            node.output
-        };
-        let (a, b) = (one(self, a), one(self, b));
-        let product = self.products("multiply", 1, &a, &b);
-        let specs = (InputSpec::vector(1), OutputSpec::scalar());
-        FlowKind::source(&self.linear(
-            "multiplied",
-            &product,
-            specs,
-            Box::new(Rows::one(vec![1.0])),
-        ))
+        let (a, b) = (self.one(&(), a), self.one(&(), b));
+        let product = self.add("multiply", Multiply::new());
+        self.connect(&a, &product.a);
+        self.connect(&b, &product.b);
+        Sum::output(&product.output)
     }
 
-    /// Returns the space of an expression's outputs; `None` if it has only constants.
-    fn space<V: VocabTag>(&self, flow: &Flow<Pointer<V>>) -> Option<Space<V>> {
-        flow.sources.iter().find_map(|out| self.scope.space_of(out))
-    }
-
-    /// Connects outputs to an input that adds its connections.
-    fn connect_each<K: Kind>(&mut self, parts: &mut Vec<(Out<K>, Real)>, to: &Destination<'_, K>) {
-        parts.retain(|(out, weight)| {
-            let plain = *weight == 1.0;
-            if plain {
+    /// Lowers an expression, and connects it to its destination.
+    pub(super) fn finish<K: FlowKind>(&mut self, flow: &Flow<K>, to: &Destination<'_, K>) {
+        let shape = self.shape(flow).or_else(|| K::shape_of_input(self.scope, to.input));
+        // A faulty handle is reported when it is connected.
+        let Some(shape) = shape else {
+            if let Some(Source::Output(out)) = flow.sources.first() {
                 self.scope.connect(out, to.input, to.via);
             }
-            !plain
-        });
-    }
-}
-
-impl<V: VocabTag> FlowKind for Pointer<V> {
-    type Sum = PointerSum<V>;
-    type Context = Space<V>;
-
-    fn source(out: &Out<Self>) -> PointerSum<V> {
-        PointerSum { constant: None, parts: vec![(out.clone(), 1.0)] }
-    }
-
-    fn add(a: PointerSum<V>, b: PointerSum<V>) -> PointerSum<V> {
-        let constant = match (a.constant, b.constant) {
-            (Some(mut a), Some(b)) => {
-                a.iter_mut().zip(&b).for_each(|(a, b)| *a += b);
-                Some(a)
-            }
-            (a, b) => a.or(b),
-        };
-        PointerSum { constant, parts: [a.parts, b.parts].concat() }
-    }
-
-    fn scale(mut a: PointerSum<V>, factor: Real) -> PointerSum<V> {
-        a.constant.iter_mut().flatten().for_each(|value| *value *= factor);
-        a.parts.iter_mut().for_each(|(_, weight)| *weight *= factor);
-        a
-    }
-
-    fn finish(cx: &mut Lowerer<'_, '_>, flow: &Flow<Self>, to: &Destination<'_, Self>) {
-        let space = cx.space(flow).or_else(|| cx.scope.space_of_input(to.input));
-        // A faulty handle is reported when it is connected.
-        let Some(space) = space else {
-            if let [out, ..] = &*flow.sources {
-                cx.scope.connect(out, to.input, to.via);
-            }
             return;
         };
-        let mut sum = (flow.lower)(cx, &space);
-        if sum.constant.as_ref().is_some_and(|values| !cx.fits(&space, values)) {
+        let bare = |port: &PortRef| self.scope.needs_synapse(port);
+        let (mut via, all_bare) = (to.via, !flow.leaves.is_empty() && flow.leaves.iter().all(bare));
+        if all_bare && to.open.is_none() {
+            self.bare = if via == Synapse::None { FEED_FORWARD } else { via };
+            via = Synapse::None;
+        }
+        let mut sum = (flow.lower)(self, &shape);
+        if sum.constant.as_ref().is_some_and(|values| !self.fits::<K>(&shape, values)) {
             return;
         }
-        let Some(open) = to.open else {
-            if cx.scope.adds(to.input) {
-                cx.connect_each(&mut sum.parts, to);
-                if sum.parts.is_empty() && sum.constant.is_none() {
-                    return;
-                }
-            }
-            let out = cx.pointer(&space, sum);
-            cx.scope.connect(&out, to.input, to.via);
-            return;
-        };
-        let passed = match (sum.parts.is_empty(), sum.constant.take()) {
-            (true, Some(values)) => {
-                let specs = (InputSpec::scalar(), OutputSpec::pointer(&space));
-                let out = cx.linear("constant", open, specs, Box::new(WeightedRows::one(values)));
-                cx.scope.connect(&out, to.input, to.after_gate());
-                return;
-            }
-            (_, constant) => {
-                let out = cx.pointer(&space, PointerSum { constant, ..sum });
-                let name = cx.scope.free_name("gate");
-                let gate = cx.scope.add(&name, Gate::in_space(&space));
-                cx.scope.connect(&out, &gate.input, Synapse::None);
-                // In neurons a chosen rule may have an activity of 0.9, which leaves a gate half closed.
-                let open = ScalarSum { constant: 0.0, parts: vec![(open.clone(), 2.0)] };
-                let open = cx.scalar(open);
-                cx.scope.connect(&open, &gate.open, Synapse::None);
-                gate.output
-            }
-        };
-        cx.scope.connect(&passed, to.input, to.via);
-    }
-}
-
-impl FlowKind for Scalar {
-    type Sum = ScalarSum;
-    type Context = ();
-
-    fn source(out: &Out<Self>) -> ScalarSum {
-        ScalarSum { constant: 0.0, parts: vec![(out.clone(), 1.0)] }
-    }
-
-    fn add(a: ScalarSum, b: ScalarSum) -> ScalarSum {
-        ScalarSum { constant: a.constant + b.constant, parts: [a.parts, b.parts].concat() }
-    }
-
-    fn scale(mut a: ScalarSum, factor: Real) -> ScalarSum {
-        a.constant *= factor;
-        a.parts.iter_mut().for_each(|(_, weight)| *weight *= factor);
-        a
-    }
-
-    fn finish(cx: &mut Lowerer<'_, '_>, flow: &Flow<Self>, to: &Destination<'_, Self>) {
-        let mut sum = (flow.lower)(cx, &());
-        let mut via = to.via;
         if let Some(open) = to.open {
             if sum.parts.is_empty() {
                 via = to.after_gate();
             }
-            sum = cx.multiply(FlowKind::source(open), sum);
+            sum = K::gated(&mut Gating { cx: self, open }, &shape, sum);
         }
-        let to = &Destination { via, ..*to };
-        if cx.scope.adds(to.input) {
-            cx.connect_each(&mut sum.parts, to);
-            if sum.parts.is_empty() && sum.constant == 0.0 {
+        if self.scope.adds(to.input) {
+            let before = sum.parts.len();
+            sum.parts.retain(|(out, weight)| {
+                let plain = *weight == 1.0;
+                if plain {
+                    let bare = self.scope.needs_synapse(&out.port) && via == Synapse::None;
+                    self.scope.connect(out, to.input, if bare { self.bare } else { via });
+                }
+                !plain
+            });
+            if sum.parts.len() < before && sum.is_zero() {
                 return;
             }
         }
-        let out = cx.scalar(sum);
-        cx.scope.connect(&out, to.input, to.via);
+        let out = self.one(&shape, sum);
+        let bare = self.scope.needs_synapse(&out.port) && via == Synapse::None;
+        self.scope.connect(&out, to.input, if bare { self.bare } else { via });
+    }
+}
+
+/// A constant that does not fit its space. The fault is already reported.
+struct Misfit;
+
+/// Kinds of values that a changing number can weigh in one layer of products.
+pub(super) trait Weighable: FlowKind {
+    fn weigh(shape: &Self::Shape) -> Weigh<Self>;
+}
+
+impl<V: VocabTag> Weighable for Pointer<V> {
+    fn weigh(space: &Space<V>) -> Weigh<Self> {
+        Weigh::in_space(space)
+    }
+}
+
+impl Weighable for Vector {
+    fn weigh(width: &usize) -> Weigh<Self> {
+        Weigh::vector(*width)
     }
 }
 
@@ -493,13 +400,13 @@ pub(super) fn pick(
 /// Adds a number to one component of a vector.
 pub(super) fn place(
     cx: &mut Lowerer<'_, '_>,
-    sum: ScalarSum,
+    sum: Sum<Scalar>,
     index: usize,
     to: (&In<Vector>, usize),
 ) {
     let mut column = vec![0.0; to.1];
     column[index] = 1.0;
-    let from = cx.scalar(sum);
+    let from = cx.one(&(), sum);
     let specs = (InputSpec::scalar(), OutputSpec::vector(to.1));
     let out = cx.linear("utility", &from, specs, Box::new(WeightedRows::one(column)));
     cx.scope.connect(&out, to.0, Synapse::None);

@@ -1,7 +1,7 @@
 //! Expressions over modules: `vision * !role >> state` instead of modules and connections.
 //!
-//! Every module with one pointer or scalar output is an operand, and so are [outputs](Out), pointers of a vocabulary
-//! and numbers. The operators build a [`Flow`]; `>>` routes it into an input, and [`Routes::route`] adds it to a graph.
+//! Every module with one output is an operand, and so are [outputs](Out) of every kind, pointers of a vocabulary and
+//! numbers. The operators build a [`Flow`]; `>>` routes it into an input, and [`Routes::route`] adds it to a graph.
 //!
 //! | expression | meaning | becomes |
 //! |---|---|---|
@@ -9,13 +9,20 @@
 //! | `&a + &b`, `&a - &b`, `-&a` | superposition | connections, or one linear node |
 //! | `0.5 * &a` | scaling | a weight |
 //! | `!&a` | approximate inverse, to unbind | a linear node |
-//! | `a.dot(&b)` | scalar product | a layer of products; with a constant, a linear node |
-//! | `&s * &a` with a scalar `s` | weighting | a layer of products |
+//! | `a.dot(&b)` | scalar product | [`Compare`](super::Compare); with a constant, a linear node |
+//! | `&s * &a` with a scalar `s` | weighting | [`Weigh`](super::Weigh) or [`Multiply`](super::Multiply) |
+//! | `a.transform(matrix)` | a matrix times a vector or pointer | a linear node |
+//! | `a.slice(0..2)`, `a.component(1)` | parts of a vector or pointer | a linear node |
+//! | `a.reinterpret(&vocabulary)` | the same numbers as a pointer | a linear node |
+//! | `a.translate(&vocabulary)` | the pointer of the same name in another vocabulary | a linear node |
 //! | `flow >> &c` | routing into the input of `c` | a connection |
 //!
 //! `>>` binds more loosely than `+` and `*`, so expressions need no parentheses in front of it. Clippy's style lint
-//! `precedence` asks for them all the same; `#![allow(clippy::precedence)]` silences it. Constant parts are computed when the graph is described. Linear nodes cost no tick; each layer costs one synapse of 5 ms, as in the
-//! modules.
+//! `precedence` asks for them all the same; `#![allow(clippy::precedence)]` silences it. Constant parts are computed when
+//! the graph is described. Linear nodes cost no tick; each layer costs one synapse of 5 ms, as in the modules.
+//!
+//! The output of a bare [layer](crate::neurons::Layers) needs a synapse. If an expression has no other outputs, that of
+//! the route ([`Route::via`]) is applied to them, 5 ms by default; otherwise they get 5 ms in any case.
 //!
 //! Pointers of two vocabularies have different types, so an expression that mixes them does not compile:
 //!
@@ -56,50 +63,34 @@
 //! the second route into the same input. [`Route::named`] gives another name. In the scope, nodes are called after
 //! their operator: `bind`, `inverse`, `dot`, `weigh`, `sum`, `constant`; the second of a kind is `bind-2`, and so on.
 
+mod kinds;
 mod lower;
 mod nodes;
 mod operators;
 mod rules;
+mod transforms;
 
 use std::sync::Arc;
 
-pub use operators::{FlowExt, IntoFlow, Sink, Times};
-pub use rules::{Rules, RulesPorts};
+pub use kinds::FlowKind;
+pub use operators::{IntoFlow, Sink, Times};
+pub use rules::{Rule, Rules, RulesPorts};
+pub use transforms::FlowExt;
 
+use super::error::VocabError;
+use super::pointer::PointerValue;
+use super::vocabulary::Vocabulary;
 use crate::sim::{
-    AsPointer, GraphBuilder, In, Kind, Module, Out, Pointer, Real, Scalar, Scope, Synapse, VocabTag,
+    AsPointer, GraphBuilder, In, Kind, Module, Out, Pointer, PortRef, Real, Scalar, Scope, Synapse,
+    Vector, VocabTag,
 };
-pub(crate) use lower::Lowerer;
-use lower::{PointerSum, ScalarSum};
-
-/// A kind of value that expressions compute with: [`Scalar`] and [`Pointer`].
-pub trait FlowKind: Kind + Sized {
-    /// A sum of weighted outputs and a constant.
-    #[doc(hidden)]
-    type Sum;
-    /// What an expression needs to know to be lowered.
-    #[doc(hidden)]
-    type Context;
-
-    #[doc(hidden)]
-    fn source(out: &Out<Self>) -> Self::Sum;
-
-    #[doc(hidden)]
-    fn add(a: Self::Sum, b: Self::Sum) -> Self::Sum;
-
-    #[doc(hidden)]
-    fn scale(a: Self::Sum, factor: Real) -> Self::Sum;
-
-    #[doc(hidden)]
-    fn finish(cx: &mut Lowerer<'_, '_>, flow: &Flow<Self>, to: &Destination<'_, Self>);
-}
+use lower::{Lowerer, Sum};
 
 /// Where a flow goes: an input, by way of a synapse, and the scalar that opens the way, if there is one.
-#[doc(hidden)]
-pub struct Destination<'d, K: Kind> {
-    pub(crate) input: &'d In<K>,
-    pub(crate) via: Synapse,
-    pub(crate) open: Option<&'d Out<Scalar>>,
+struct Destination<'d, K: Kind> {
+    input: &'d In<K>,
+    via: Synapse,
+    open: Option<&'d Out<Scalar>>,
 }
 
 impl<K: Kind> Destination<'_, K> {
@@ -109,7 +100,7 @@ impl<K: Kind> Destination<'_, K> {
     }
 }
 
-type Lower<K> = dyn Fn(&mut Lowerer<'_, '_>, &<K as FlowKind>::Context) -> <K as FlowKind>::Sum;
+type Lower<K> = dyn Fn(&mut Lowerer<'_, '_>, &<K as FlowKind>::Shape) -> Sum<K>;
 
 /// An expression of kind `K` over the outputs of modules and constants.
 ///
@@ -119,9 +110,28 @@ type Lower<K> = dyn Fn(&mut Lowerer<'_, '_>, &<K as FlowKind>::Context) -> <K as
 pub struct Flow<K: FlowKind> {
     text: Arc<str>,
     level: Level,
-    /// Outputs of kind `K` in the expression. They determine its space.
-    sources: Vec<Out<K>>,
+    /// What determines the width and the space of the expression.
+    sources: Vec<Source<K>>,
+    /// All outputs in the expression, of every kind.
+    leaves: Vec<PortRef>,
     lower: Arc<Lower<K>>,
+}
+
+/// What determines the width and the space of an expression.
+enum Source<K: FlowKind> {
+    /// An output of the same kind.
+    Output(Out<K>),
+    /// A linear map of something else.
+    Shape(K::Shape),
+}
+
+impl<K: FlowKind> Clone for Source<K> {
+    fn clone(&self) -> Self {
+        match self {
+            Self::Output(out) => Self::Output(out.clone()),
+            Self::Shape(shape) => Self::Shape(shape.clone()),
+        }
+    }
 }
 
 /// How tightly the outermost operator of an expression binds.
@@ -134,8 +144,9 @@ enum Level {
 
 impl<K: FlowKind> Clone for Flow<K> {
     fn clone(&self) -> Self {
-        let Self { text, level, sources, lower } = self;
-        Self { text: text.clone(), level: *level, sources: sources.clone(), lower: lower.clone() }
+        let Self { text, level, sources, leaves, lower } = self;
+        let (sources, leaves) = (sources.clone(), leaves.clone());
+        Self { text: text.clone(), level: *level, sources, leaves, lower: lower.clone() }
     }
 }
 
@@ -155,10 +166,10 @@ impl<K: FlowKind> Flow<K> {
     fn new(
         text: impl Into<Arc<str>>,
         level: Level,
-        sources: Vec<Out<K>>,
-        lower: impl Fn(&mut Lowerer<'_, '_>, &K::Context) -> K::Sum + 'static,
+        (sources, leaves): (Vec<Source<K>>, Vec<PortRef>),
+        lower: impl Fn(&mut Lowerer<'_, '_>, &K::Shape) -> Sum<K> + 'static,
     ) -> Self {
-        Self { text: text.into(), level, sources, lower: Arc::new(lower) }
+        Self { text: text.into(), level, sources, leaves, lower: Arc::new(lower) }
     }
 
     /// Makes an expression of an output alone.
@@ -166,7 +177,14 @@ impl<K: FlowKind> Flow<K> {
         let name = out.port.name();
         let own = out.clone();
         let text = name.strip_suffix(".output").unwrap_or(&name).to_owned();
-        Self::new(text, Level::Atom, vec![out.clone()], move |_, _| K::source(&own))
+        let from = (vec![Source::Output(out.clone())], vec![out.port.clone()]);
+        Self::new(text, Level::Atom, from, move |_, _| Sum::output(&own))
+    }
+
+    /// Makes an expression of constant numbers. `text` names it in messages.
+    fn fixed(values: Vec<Real>, text: impl Into<Arc<str>>) -> Self {
+        let lower = move |_: &mut Lowerer<'_, '_>, _: &K::Shape| Sum::constant(values.clone());
+        Self::new(text, Level::Atom, (Vec::new(), Vec::new()), lower)
     }
 
     /// Returns the text of the expression where its context binds at least as tightly as `level`.
@@ -179,11 +197,13 @@ impl<K: FlowKind> Flow<K> {
             true => format!("{} - {}", self.text, other.within(Level::Product)),
             false => format!("{} + {}", self.text, other.text),
         };
-        let sources = [&*self.sources, &*other.sources].concat();
+        let sources = [self.sources, other.sources].concat();
+        let leaves = [self.leaves, other.leaves].concat();
         let (a, b) = (self.lower, other.lower);
-        Self::new(text, Level::Sum, sources, move |cx, with| {
+        Self::new(text, Level::Sum, (sources, leaves), move |cx, with| {
             let sign = if minus { -1.0 } else { 1.0 };
-            K::add(a(cx, with), K::scale(b(cx, with), sign))
+            let (a, b) = (a(cx, with), b(cx, with));
+            cx.add_sums(with, a, b.scaled(sign))
         })
     }
 
@@ -193,8 +213,8 @@ impl<K: FlowKind> Flow<K> {
             false => format!("{factor} * {}", self.within(Level::Product)),
         };
         let lower = self.lower;
-        Self::new(text, Level::Product, self.sources, move |cx, with| {
-            K::scale(lower(cx, with), factor)
+        Self::new(text, Level::Product, (self.sources, self.leaves), move |cx, with| {
+            lower(cx, with).scaled(factor)
         })
     }
 
@@ -205,7 +225,7 @@ impl<K: FlowKind> Flow<K> {
             name: format!("to.{}", target.replace('/', ".")),
             via: Synapse::None,
             lower: Box::new(move |cx, via, open| {
-                K::finish(cx, &self, &Destination { input: &input, via, open });
+                cx.finish(&self, &Destination { input: &input, via, open });
             }),
         }
     }
@@ -214,21 +234,61 @@ impl<K: FlowKind> Flow<K> {
 impl<V: VocabTag> Flow<Pointer<V>> {
     /// Makes an expression of a constant pointer. `text` names it in messages.
     pub fn constant(value: &impl AsPointer<V>, text: &str) -> Self {
-        let values = value.as_pointer().to_vec();
-        Self::new(text, Level::Atom, Vec::new(), move |_, _| PointerSum {
-            constant: Some(values.clone()),
-            parts: Vec::new(),
-        })
+        Self::fixed(value.as_pointer().to_vec(), text)
+    }
+}
+
+impl<V: VocabTag> Vocabulary<V> {
+    /// Computes an expression of constants, with the operators of graphs.
+    ///
+    /// ```
+    /// use symbolt::prelude::*;
+    /// symbolt::vocabulary!(Parts = "parts": NUT, BOLT, ROLE);
+    /// let parts = Parts::vocabulary(256, Seed::new(1))?;
+    /// let bound = parts.value(Parts::NUT * Parts::ROLE + 0.5 * Parts::BOLT)?;
+    /// let filler = parts.value(&bound * !Parts::ROLE)?;
+    /// assert!(cosine(&filler, &parts.get("NUT")?) > 0.5);
+    /// # Ok::<(), symbolt::spa::VocabError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`VocabError::BadVector`] if the expression contains an output of a graph, a name that the vocabulary does not
+    /// have, or a pointer of other dimensions.
+    pub fn value(
+        &self,
+        expression: impl IntoFlow<Kind = Pointer<V>>,
+    ) -> Result<PointerValue<V>, VocabError> {
+        let flow = expression.into_flow();
+        let bad = |reason| VocabError::BadVector { name: flow.text.to_string(), reason };
+        if !flow.leaves.is_empty() {
+            return Err(bad("it has an output of a graph; expected constants".into()));
+        }
+        let mut graph = GraphBuilder::new();
+        let mut root = graph.root();
+        let sum = (flow.lower)(&mut Lowerer::new(&mut root, &flow.text), self.space());
+        if let Some(fault) = graph.first_fault() {
+            return Err(bad(fault.to_string()));
+        }
+        match sum.fixed(self.dim()) {
+            Some(values) if values.len() == self.dim() => {
+                Ok(PointerValue::new(values, flow.text.to_string()))
+            }
+            _ => Err(bad(format!("its constants do not have {} dimensions", self.dim()))),
+        }
     }
 }
 
 impl Flow<Scalar> {
     /// Makes an expression of a constant number.
     pub fn number(value: Real) -> Self {
-        Self::new(value.to_string(), Level::Atom, Vec::new(), move |_, _| ScalarSum {
-            constant: value,
-            parts: Vec::new(),
-        })
+        Self::fixed(vec![value], value.to_string())
+    }
+}
+
+impl Flow<Vector> {
+    /// Makes an expression of a constant vector.
+    pub fn vector(values: &[Real]) -> Self {
+        Self::fixed(values.to_vec(), format!("{values:?}"))
     }
 }
 
@@ -251,7 +311,7 @@ impl Route {
     }
 
     /// Puts a synapse on the connection into the input. The default is none, because modules filter their outputs.
-    /// For a constant that a [rule](Rules) lets pass, none stands for 5 ms.
+    /// It replaces the 5 ms of bare layers, if the expression has no other outputs. For a constant that a [rule](Rules) lets pass, none stands for 5 ms.
     pub fn via(mut self, synapse: Synapse) -> Self {
         self.via = synapse;
         self

@@ -1,10 +1,6 @@
-//! Linear nodes that only expressions need.
+//! The sum of an expression: a weighted sum of outputs plus a constant.
 
-use crate::sim::{
-    EmitIo, Fingerprint, InputSpec, Kind, Node, OutputSpec, PortDecl, Real, Scratch, ScratchSpec,
-    StepCx,
-};
-use crate::spa::algebra::LinearMap;
+use crate::sim::{EmitIo, Fingerprint, InputSpec, Kind, Node, OutputSpec, PortDecl, Real, StepCx};
 
 /// A weighted sum of inputs plus a constant. Costs no tick.
 pub(super) struct WeightedSum<K: Kind> {
@@ -37,38 +33,6 @@ impl<K: Kind> Node for WeightedSum<K> {
             for (sum, value) in output.iter_mut().zip(io.inputs.get(index)) {
                 *sum += weight * value;
             }
-        }
-    }
-}
-
-/// Scales a vector, or spreads one number over a vector.
-pub(super) struct Spread {
-    pub from: usize,
-    pub to: usize,
-    pub factor: Real,
-}
-
-impl LinearMap for Spread {
-    fn input_width(&self) -> usize {
-        self.from
-    }
-
-    fn output_width(&self) -> usize {
-        self.to
-    }
-
-    fn scratch(&self) -> ScratchSpec {
-        ScratchSpec::default()
-    }
-
-    fn fingerprint(&self, hash: &mut Fingerprint) {
-        hash.text("spread").number(self.from as u64).number(self.to as u64).reals(&[self.factor]);
-    }
-
-    fn apply_into(&self, input: &[Real], out: &mut [Real], _scratch: &mut Scratch<'_>) {
-        match input {
-            [one] => out.fill(self.factor * one),
-            _ => out.iter_mut().zip(input).for_each(|(to, from)| *to = self.factor * from),
         }
     }
 }

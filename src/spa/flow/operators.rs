@@ -2,13 +2,15 @@
 
 use std::ops::{Add, Mul, Neg, Not, Shr, Sub};
 
-use super::{Flow, FlowKind, Level, Route};
+use super::lower::{Lowerer, Sum};
+use super::{Flow, FlowKind, Level, Lower, Route, Source};
+use crate::neurons::EnsemblePorts;
 use crate::sim::{
-    AddPorts, ApplyPorts, In, NoisePorts, Out, Pointer, PointerRef, Real, Scalar, VocabTag,
+    AddPorts, ApplyPorts, In, NoisePorts, Out, Pointer, PointerRef, Real, Scalar, Vector, VocabTag,
 };
 use crate::spa::modules::{
-    BindPorts, GatePorts, GoalBufferPorts, LinearPorts, MemoryPorts, StatePorts, SuperposePorts,
-    UnbindPorts,
+    BindPorts, ComparePorts, GatePorts, GoalBufferPorts, LinearPorts, MemoryPorts, MultiplyPorts,
+    StatePorts, SuperposePorts, UnbindPorts, WeighPorts,
 };
 use crate::spa::pointer::PointerValue;
 use crate::spa::vocabulary::Name;
@@ -48,14 +50,25 @@ pub trait Times<R: FlowKind>: FlowKind {
     fn times(left: Flow<Self>, right: Flow<R>) -> Flow<Self::Product>;
 }
 
+/// Makes the product of two expressions. `sources` are those of the expressions that have the product's kind.
+fn product<A: FlowKind, B: FlowKind, C: FlowKind>(
+    left: Flow<A>,
+    right: Flow<B>,
+    sources: Vec<Source<C>>,
+    lower: impl Fn(&mut Lowerer<'_, '_>, &C::Shape, &Lower<A>, &Lower<B>) -> Sum<C> + 'static,
+) -> Flow<C> {
+    let text = format!("{} * {}", left.within(Level::Product), right.within(Level::Product));
+    let leaves = [left.leaves, right.leaves].concat();
+    let (a, b) = (left.lower, right.lower);
+    Flow::new(text, Level::Product, (sources, leaves), move |cx, shape| lower(cx, shape, &*a, &*b))
+}
+
 impl<V: VocabTag> Times<Pointer<V>> for Pointer<V> {
     type Product = Self;
 
     fn times(left: Flow<Self>, right: Flow<Self>) -> Flow<Self> {
-        let text = format!("{} * {}", left.within(Level::Product), right.within(Level::Product));
         let sources = [&*left.sources, &*right.sources].concat();
-        let (a, b) = (left.lower, right.lower);
-        Flow::new(text, Level::Product, sources, move |cx, space| {
+        product(left, right, sources, |cx, space, a, b| {
             let (a, b) = (a(cx, space), b(cx, space));
             cx.bind(space, a, b)
         })
@@ -66,9 +79,8 @@ impl<V: VocabTag> Times<Pointer<V>> for Scalar {
     type Product = Pointer<V>;
 
     fn times(left: Flow<Scalar>, right: Flow<Pointer<V>>) -> Flow<Pointer<V>> {
-        let text = format!("{} * {}", left.within(Level::Product), right.within(Level::Product));
-        let (number, pointer) = (left.lower, right.lower);
-        Flow::new(text, Level::Product, right.sources, move |cx, space| {
+        let sources = right.sources.clone();
+        product(left, right, sources, |cx, space, number, pointer| {
             let (number, pointer) = (number(cx, &()), pointer(cx, space));
             cx.weigh(space, number, pointer)
         })
@@ -83,34 +95,37 @@ impl<V: VocabTag> Times<Scalar> for Pointer<V> {
     }
 }
 
+impl Times<Vector> for Scalar {
+    type Product = Vector;
+
+    fn times(left: Flow<Scalar>, right: Flow<Vector>) -> Flow<Vector> {
+        let sources = right.sources.clone();
+        product(left, right, sources, |cx, width, number, vector| {
+            let (number, vector) = (number(cx, &()), vector(cx, width));
+            cx.weigh(width, number, vector)
+        })
+    }
+}
+
+impl Times<Scalar> for Vector {
+    type Product = Self;
+
+    fn times(left: Flow<Self>, right: Flow<Scalar>) -> Flow<Self> {
+        Scalar::times(right, left)
+    }
+}
+
 impl Times<Scalar> for Scalar {
     type Product = Self;
 
     fn times(left: Flow<Self>, right: Flow<Self>) -> Flow<Self> {
-        let text = format!("{} * {}", left.within(Level::Product), right.within(Level::Product));
         let sources = [&*left.sources, &*right.sources].concat();
-        let (a, b) = (left.lower, right.lower);
-        Flow::new(text, Level::Product, sources, move |cx, with| {
+        product(left, right, sources, |cx, with, a, b| {
             let (a, b) = (a(cx, with), b(cx, with));
             cx.multiply(a, b)
         })
     }
 }
-
-/// What operands can do besides the operators.
-pub trait FlowExt: IntoFlow + Sized {
-    /// Returns the scalar product with another pointer of the same vocabulary.
-    fn dot<V: VocabTag>(self, other: impl IntoFlow<Kind = Pointer<V>>) -> Flow<Scalar>
-    where
-        Self: IntoFlow<Kind = Pointer<V>>,
-    {
-        let (a, b) = (self.into_flow(), other.into_flow());
-        let text = format!("dot({}, {})", a.text, b.text);
-        Flow::new(text, Level::Atom, Vec::new(), move |cx, _| cx.dot(&a, &b))
-    }
-}
-
-impl<T: IntoFlow> FlowExt for T {}
 
 impl<K: FlowKind> IntoFlow for Flow<K> {
     type Kind = K;
@@ -193,8 +208,8 @@ macro_rules! inverses {
             fn not(self) -> Self::Output {
                 let inner = self.into_flow();
                 let text = format!("!{}", inner.within(Level::Atom));
-                let lower = inner.lower;
-                Flow::new(text, Level::Atom, inner.sources, move |cx, space| {
+                let (lower, from) = (inner.lower, (inner.sources, inner.leaves));
+                Flow::new(text, Level::Atom, from, move |cx, space| {
                     let sum = lower(cx, space);
                     cx.inverse(space, sum)
                 })
@@ -216,6 +231,9 @@ operators! {
     ['o, V: VocabTag,] &'o GoalBufferPorts<V> => Pointer<V>;
     ['o, V: VocabTag,] &'o SuperposePorts<V> => Pointer<V>;
     ['o, A: VocabTag, V: VocabTag,] &'o MemoryPorts<A, V> => Pointer<V>;
+    ['o, V: VocabTag,] &'o ComparePorts<V> => Scalar;
+    ['o,] &'o MultiplyPorts => Scalar;
+    ['o, K: FlowKind,] &'o WeighPorts<K> => K;
     ['o, A: FlowKind, K: FlowKind,] &'o LinearPorts<A, K> => K;
     ['o, A: FlowKind, K: FlowKind,] &'o ApplyPorts<A, K> => K;
     ['o, K: FlowKind,] &'o AddPorts<K> => K;
@@ -235,6 +253,7 @@ inverses! {
     ['o,] &'o GoalBufferPorts<V>;
     ['o,] &'o SuperposePorts<V>;
     ['o, A: VocabTag,] &'o MemoryPorts<A, V>;
+    ['o,] &'o WeighPorts<Pointer<V>>;
     ['o, A: FlowKind,] &'o LinearPorts<A, Pointer<V>>;
     ['o, A: FlowKind,] &'o ApplyPorts<A, Pointer<V>>;
     ['o,] &'o AddPorts<Pointer<V>>;
@@ -246,6 +265,14 @@ impl<K: FlowKind> IntoFlow for &Out<K> {
 
     fn into_flow(self) -> Flow<K> {
         Flow::output(self)
+    }
+}
+
+impl<const N: usize> IntoFlow for [Real; N] {
+    type Kind = Vector;
+
+    fn into_flow(self) -> Flow<Vector> {
+        Flow::vector(&self)
     }
 }
 
@@ -270,7 +297,8 @@ impl<V: VocabTag> IntoFlow for Name<V> {
 
     fn into_flow(self) -> Flow<Pointer<V>> {
         let name = self.as_str();
-        Flow::new(name, Level::Atom, Vec::new(), move |cx, space| cx.named(space, name))
+        let none = (Vec::new(), Vec::new());
+        Flow::new(name, Level::Atom, none, move |cx, space| cx.named(space, name))
     }
 }
 
@@ -298,6 +326,8 @@ macro_rules! number_sums {
 number_sums! {
     [] Flow<Scalar>;
     ['o] &'o Out<Scalar>;
+    ['o, V: VocabTag] &'o ComparePorts<V>;
+    ['o] &'o MultiplyPorts;
     ['o, A: FlowKind] &'o LinearPorts<A, Scalar>;
     ['o, A: FlowKind] &'o ApplyPorts<A, Scalar>;
     ['o] &'o AddPorts<Scalar>;
@@ -333,6 +363,9 @@ sources! {
     [V: VocabTag] GoalBufferPorts<V> => Pointer<V>;
     [V: VocabTag] SuperposePorts<V> => Pointer<V>;
     [A: VocabTag, V: VocabTag] MemoryPorts<A, V> => Pointer<V>;
+    [V: VocabTag] ComparePorts<V> => Scalar;
+    [] MultiplyPorts => Scalar;
+    [K: FlowKind] WeighPorts<K> => K;
     [A: FlowKind, K: FlowKind] LinearPorts<A, K> => K;
     [A: FlowKind, K: FlowKind] ApplyPorts<A, K> => K;
     [K: FlowKind] AddPorts<K> => K;
@@ -361,6 +394,14 @@ sinks! {
     [A: FlowKind, K: FlowKind] ApplyPorts<A, K> => A;
     [K: FlowKind] AddPorts<K> => K;
     [K: FlowKind] NoisePorts<K> => K;
+}
+
+impl Sink for &EnsemblePorts {
+    type Kind = Vector;
+
+    fn sink(&self) -> In<Vector> {
+        self.input.clone()
+    }
 }
 
 /// Makes a port struct of your own an operand and a target of [expressions](crate::spa::flow).

@@ -46,10 +46,52 @@ pub struct Rules {
     rules: Vec<Rule>,
 }
 
-struct Rule {
+/// One action rule, for a set that is [collected](Iterator::collect) from data.
+///
+/// ```
+/// use symbolt::prelude::*;
+/// use symbolt::spa::Rule;
+///
+/// symbolt::vocabulary!(States = "states": A, B, C);
+///
+/// let table = [("first", "A", "B"), ("second", "B", "C"), ("third", "C", "A")];
+/// let states = States::vocabulary(64, Seed::new(1))?;
+/// let mut graph = GraphBuilder::new();
+/// let state = graph.add("state", State::new(&states));
+/// let rules: Rules = table
+///     .iter()
+///     .map(|(name, from, to)| {
+///         let (from, to) = (states.parse(from)?, states.parse(to)?);
+///         Ok(Rule::new(*name, state.dot(&from), [&to >> &state]))
+///     })
+///     .collect::<Result<_, symbolt::spa::VocabError>>()?;
+/// let rules = graph.add("rules", rules);
+/// assert_eq!(rules.names(), ["first", "second", "third"]);
+/// # Ok::<(), symbolt::spa::VocabError>(())
+/// ```
+#[must_use = "a rule does nothing until it is part of a set"]
+pub struct Rule {
     name: String,
     utility: Flow<Scalar>,
     routes: Vec<Route>,
+}
+
+impl Rule {
+    /// Makes a rule, as [`Rules::rule`] does.
+    pub fn new(
+        name: impl Into<String>,
+        utility: impl IntoFlow<Kind = Scalar>,
+        routes: impl IntoIterator<Item = Route>,
+    ) -> Self {
+        let (name, routes) = (name.into(), routes.into_iter().collect());
+        Self { name, utility: utility.into_flow(), routes }
+    }
+}
+
+impl FromIterator<Rule> for Rules {
+    fn from_iter<I: IntoIterator<Item = Rule>>(rules: I) -> Self {
+        Self { rules: rules.into_iter().collect() }
+    }
 }
 
 /// Ports of [`Rules`].
@@ -87,8 +129,7 @@ impl Rules {
         utility: impl IntoFlow<Kind = Scalar>,
         routes: impl IntoIterator<Item = Route>,
     ) -> Self {
-        let (name, routes) = (name.into(), routes.into_iter().collect());
-        self.rules.push(Rule { name, utility: utility.into_flow(), routes });
+        self.rules.push(Rule::new(name, utility, routes));
         self
     }
 

@@ -7,11 +7,11 @@
 use std::sync::Arc;
 
 use super::FEED_FORWARD;
+use super::bilinear::Bilinear;
 use super::linear::{Linear, LinearPorts};
-use crate::neurons::{Layers, Product};
 use crate::sim::{
     Fingerprint, In, InputSpec, Module, Out, OutputSpec, Pointer, Real, Scope, Scratch,
-    ScratchSpec, Space, Synapse, Vector, VocabTag,
+    ScratchSpec, Space, Synapse, VocabTag,
 };
 use crate::spa::algebra::{Algebra, LinearMap};
 use crate::spa::error::VocabError;
@@ -58,26 +58,11 @@ impl<V: VocabTag> Module for Bind<V> {
     type Ports = BindPorts<V>;
 
     fn expand(self, scope: &mut Scope<'_>) -> BindPorts<V> {
+        let (a, b) = (InputSpec::pointer(&self.space), InputSpec::pointer(&self.space));
+        let output = OutputSpec::pointer(&self.space);
         let form = self.algebra.product_form(self.space.width());
-        let pairs = form.pairs;
-        let factors = |map: Box<dyn LinearMap>| -> Linear<Pointer<V>, Vector> {
-            Linear::new(InputSpec::pointer(&self.space), OutputSpec::vector(pairs), map)
-        };
-        let left = scope.add("left", factors(form.left));
-        let right = scope.add("right", factors(form.right));
-        let products = scope.product("products", Product::new(pairs).radius(form.magnitude));
-        let back: LinearPorts<Vector, Pointer<V>> = scope.add(
-            "back",
-            Linear::new(InputSpec::vector(pairs), OutputSpec::pointer(&self.space), form.back),
-        );
-        scope.connect(&left.output, &products.a, Synapse::None);
-        scope.connect(&right.output, &products.b, Synapse::None);
-        scope.connect(&products.output, &back.input, self.synapse);
-        BindPorts {
-            a: scope.input("a", left.input),
-            b: scope.input("b", right.input),
-            output: scope.output("output", back.output),
-        }
+        let ports = Bilinear { a, b, output, form, synapse: self.synapse }.expand(scope);
+        BindPorts { a: ports.a, b: ports.b, output: ports.output }
     }
 }
 

@@ -1,5 +1,7 @@
 //! Linear nodes: fixed maps, matrices, weighted sums and changes of vocabulary. They cost no tick.
 
+use std::ops::Range;
+
 use crate::sim::{
     AnyInput, AnyOutput, EmitIo, Fingerprint, In, InputSpec, Kind, Module, Node, Out, OutputSpec,
     Pointer, PointerRef, PortDecl, Real, Scalar, Scope, Scratch, ScratchSpec, Space, StepCx,
@@ -214,8 +216,8 @@ impl<A: Kind, B: Kind> Module for Linear<A, B> {
 
 /// The dot products of a vector with the rows of a matrix.
 pub(crate) struct Rows {
-    matrix: Vec<Real>,
-    dim: usize,
+    pub matrix: Vec<Real>,
+    pub dim: usize,
 }
 
 impl Rows {
@@ -286,6 +288,67 @@ impl LinearMap for WeightedRows {
                 }
             }
         }
+    }
+}
+
+/// Scales a vector, or spreads one number over a vector.
+pub(crate) struct Spread {
+    pub from: usize,
+    pub to: usize,
+    pub factor: Real,
+}
+
+impl LinearMap for Spread {
+    fn input_width(&self) -> usize {
+        self.from
+    }
+
+    fn output_width(&self) -> usize {
+        self.to
+    }
+
+    fn scratch(&self) -> ScratchSpec {
+        ScratchSpec::default()
+    }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.text("spread").number(self.from as u64).number(self.to as u64).reals(&[self.factor]);
+    }
+
+    fn apply_into(&self, input: &[Real], out: &mut [Real], _scratch: &mut Scratch<'_>) {
+        match input {
+            [one] => out.fill(self.factor * one),
+            _ => out.iter_mut().zip(input).for_each(|(to, from)| *to = self.factor * from),
+        }
+    }
+}
+
+/// Takes consecutive components of a vector.
+pub(crate) struct Slice {
+    pub from: usize,
+    pub range: Range<usize>,
+}
+
+impl LinearMap for Slice {
+    fn input_width(&self) -> usize {
+        self.from
+    }
+
+    fn output_width(&self) -> usize {
+        self.range.len()
+    }
+
+    fn scratch(&self) -> ScratchSpec {
+        ScratchSpec::default()
+    }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        let Range { start, end } = self.range;
+        hash.text("slice").number(self.from as u64).number(start as u64).number(end as u64);
+    }
+
+    fn apply_into(&self, input: &[Real], out: &mut [Real], _scratch: &mut Scratch<'_>) {
+        out.copy_from_slice(&input[self.range.clone()]);
     }
 }
 

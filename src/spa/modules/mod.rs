@@ -5,25 +5,31 @@
 //! every mode.
 
 mod basal_ganglia;
+mod bilinear;
 mod bind;
 mod gate;
 mod goal_buffer;
 mod linear;
 mod memory;
 mod pair_decoder;
+mod resonator;
 mod select;
+mod sequence;
 mod state;
 
 pub use basal_ganglia::{BasalGanglia, BasalGangliaPorts};
+pub use bilinear::{Compare, ComparePorts, Multiply, MultiplyPorts, Weigh, WeighPorts};
 pub(crate) use bind::Inverse;
 pub use bind::{Bind, BindPorts, Unbind, UnbindFixed, UnbindFixedPorts, UnbindPorts};
 pub use gate::{Gate, GatePorts};
 pub use goal_buffer::{GoalBuffer, GoalBufferPorts};
 pub use linear::{Linear, LinearPorts, Reinterpret, ReinterpretPorts, Superpose, SuperposePorts};
-pub(crate) use linear::{Rows, WeightedRows};
+pub(crate) use linear::{Rows, Slice, Spread, WeightedRows};
 pub use memory::{AssociativeMemory, CleanupMemory, MemoryPorts};
 pub use pair_decoder::{DecodePairs, DecodePairsPorts};
+pub use resonator::{ResonatorNetwork, ResonatorNetworkPorts};
 pub use select::{Selection, SelectionPorts};
+pub use sequence::{Sequence, SequencePorts};
 pub use state::{State, StatePorts};
 
 use crate::neurons::Represent;

@@ -1,8 +1,11 @@
 //! Vocabularies made from others: grown, smaller, united, translated; and pointers in words.
 
+use std::sync::Arc;
+
 use super::{Content, Vocabulary, VocabularyBuilder};
 use crate::sim::{
-    AsPointer, Fingerprint, InputSpec, OutputSpec, Pointer, Real, Scratch, ScratchSpec, VocabTag,
+    AsPointer, Fingerprint, InputSpec, OutputSpec, Pointer, Real, Scratch, ScratchSpec, Space,
+    VocabTag,
 };
 use crate::spa::algebra::{LinearMap, dot, norm};
 use crate::spa::error::VocabError;
@@ -137,28 +140,51 @@ impl<V: VocabTag> Vocabulary<V> {
         &self,
         to: &Vocabulary<W>,
     ) -> Result<Linear<Pointer<V>, Pointer<W>>, VocabError> {
-        let pairs =
-            self.names().iter().enumerate().filter_map(|(index, name)| {
-                Some((self.content.row(index), to.content.find(name)?))
-            });
-        let (keys, values): (Vec<&[Real]>, Vec<&[Real]>) = pairs.unzip();
-        if keys.is_empty() {
-            let reason = format!("it has no name in common with {}", to.space);
-            return Err(VocabError::BadVector { name: self.space.to_string(), reason });
-        }
-        let map = Translation {
-            values: fitted(&keys, &values, to.dim()),
-            keys: keys.concat(),
-            names: values.len(),
-            from: self.dim(),
-            to: to.dim(),
-        };
+        let map = self.content.translation(&self.space, to)?;
         let specs = (InputSpec::pointer(&self.space), OutputSpec::pointer(&to.space));
-        Ok(Linear::new(specs.0, specs.1, Box::new(map)))
+        Ok(Linear::new(specs.0, specs.1, map))
+    }
+
+    /// Returns the map of [`translation`](Self::translation) from the vocabulary of `space` to this one.
+    pub(in crate::spa) fn translation_from<W: VocabTag>(
+        &self,
+        space: &Space<W>,
+    ) -> Result<Box<dyn LinearMap>, VocabError> {
+        match space.attached::<Arc<Content>>() {
+            Some(content) => content.translation(space, self),
+            None => Err(nothing_in_common(space, self)),
+        }
     }
 }
 
+fn nothing_in_common<V: VocabTag, W: VocabTag>(from: &Space<V>, to: &Vocabulary<W>) -> VocabError {
+    let reason = format!("it has no name in common with {}", to.space);
+    VocabError::BadVector { name: from.to_string(), reason }
+}
+
 impl Content {
+    /// Returns the map that translates from this vocabulary, of `space`, to another one.
+    fn translation<V: VocabTag, W: VocabTag>(
+        &self,
+        space: &Space<V>,
+        to: &Vocabulary<W>,
+    ) -> Result<Box<dyn LinearMap>, VocabError> {
+        let names = self.names().iter().enumerate();
+        let pairs =
+            names.filter_map(|(index, name)| Some((self.row(index), to.content.find(name)?)));
+        let (keys, values): (Vec<&[Real]>, Vec<&[Real]>) = pairs.unzip();
+        if keys.is_empty() {
+            return Err(nothing_in_common(space, to));
+        }
+        Ok(Box::new(Translation {
+            values: fitted(&keys, &values, to.dim()),
+            keys: keys.concat(),
+            names: values.len(),
+            from: self.dim,
+            to: to.dim(),
+        }))
+    }
+
     fn without_names(&self) -> Self {
         let algebra = self.algebra.clone();
         let Self { dim, seed, ceiling, .. } = *self;

@@ -6,6 +6,7 @@
 mod builder;
 mod change;
 mod evaluate;
+mod lists;
 mod name;
 mod stimulus;
 

@@ -27,10 +27,9 @@
 use std::sync::Arc;
 
 use super::encode::{ActionSpace, Encoded, StateSpace};
-use super::graph::RECOGNISED;
-use crate::neurons::SelectRule;
-use crate::sim::{AsPointer, Constant, In, Module, Out, Pointer, Real, Scope, Synapse, Vector};
-use crate::spa::{CleanupMemory, Linear, PointerValue, Selection, VocabError};
+use super::graph::WINNER;
+use crate::sim::{AsPointer, Constant, In, Module, Out, Pointer, Real, Scope, Vector};
+use crate::spa::{CleanupMemory, Linear, PointerValue, Routes, Selection, VocabError};
 use crate::task::domain::{ActionId, Domain, StateId};
 
 /// Utility of the least preferred cause with the most unmet preconditions.
@@ -106,9 +105,8 @@ impl CauseContest {
         }
         let named = domain.operators().iter().map(|o| encoded.actions.parse(&o.name));
         let pointers = named.collect::<Result<_, _>>()?;
-        let winner = SelectRule::WinnerTakeAll { level: RECOGNISED };
         Ok(Some(Self {
-            which: CleanupMemory::new(&encoded.states, domain.names(&several), winner)?,
+            which: CleanupMemory::new(&encoded.states, domain.names(&several), WINNER)?,
             actions,
             utilities,
             support,
@@ -122,21 +120,17 @@ impl Module for CauseContest {
     type Ports = CauseContestPorts;
 
     fn expand(self, scope: &mut Scope<'_>) -> CauseContestPorts {
-        let none = Synapse::None;
-        let winner = SelectRule::WinnerTakeAll { level: RECOGNISED };
         let which = scope.add("which", self.which);
         let causes = scope.add("causes", Linear::weighted_rows(self.actions, self.utilities));
         let support = scope.add("support", Linear::weighted_rows(self.actions, self.support));
-        let contest = scope.add("contest", Selection::new(self.actions, winner));
+        let contest = scope.add("contest", Selection::new(self.actions, WINNER));
         let space = self.encoded.actions.space();
         let actions = self.pointers.iter().map(PointerValue::as_pointer);
         let pointer = scope.add("pointer", Linear::combination(space, actions));
-        scope.connect(&which.items, &causes.input, none);
         let rest = scope.add("rest", Constant::vector(&vec![-REST; self.actions]));
-        scope.connect(&rest, &contest.utilities, none);
-        scope.connect(&causes.output, &contest.utilities, none);
-        scope.connect(&support.output, &contest.utilities, none);
-        scope.connect(&contest.items, &pointer.input, none);
+        scope.route(&which.items >> &causes);
+        scope.route(&rest + &causes + &support >> &contest.utilities);
+        scope.route(&contest.items >> &pointer);
         CauseContestPorts {
             state: which.input,
             present: support.input,

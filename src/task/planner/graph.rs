@@ -23,7 +23,6 @@
 use std::sync::Arc;
 
 use super::executive::{Executive, Timing};
-use super::parts::{Required, Violated, states_required, unbind_by_products};
 use super::recall::{Circumstances, Recall};
 use crate::neurons::SelectRule;
 use crate::sim::{
@@ -31,13 +30,14 @@ use crate::sim::{
     Vector,
 };
 use crate::spa::{
-    AssociativeMemory, CleanupMemory, Gate, GoalBuffer, Linear, PointerValue, Selection,
-    UnbindFixed, dot,
+    AssociativeMemory, CleanupMemory, FlowExt, Gate, GoalBuffer, Linear, PointerValue, Routes,
+    Selection, VocabError, dot,
 };
 use crate::task::domain::{Commitment, Domain, Operator, Rules, StateId};
 use crate::task::error::TaskError;
 use crate::task::planner::encode::{
-    ABSENT, ActionSpace, Encoded, NOTHING, PRECONDITION, StateSpace, deep_preconditions,
+    ABSENT, ActionSpace, Encoded, NOTHING, PRECONDITION, StateSpace, deep_absent,
+    deep_preconditions,
 };
 
 /// How the preconditions are unbound from a deep pointer.
@@ -109,6 +109,10 @@ impl PlannerSpec {
 
 /// Least similarity at which an item of a memory counts as active.
 pub(super) const RECOGNISED: Real = 0.5;
+/// Chooses the most similar item, if it is recognised.
+pub(super) const WINNER: SelectRule = SelectRule::WinnerTakeAll { level: RECOGNISED };
+/// Chooses every recognised item.
+const EVERY: SelectRule = SelectRule::Threshold { level: RECOGNISED };
 /// The reason for refusing a domain without actions.
 pub(super) const NO_ACTION: &str = "it has no action; planning needs at least one";
 /// Least difference between [`RECOGNISED`] and the similarity of every state after unbinding.
@@ -116,22 +120,43 @@ const MARGIN: Real = 0.05;
 
 /// The planner graph as a module.
 pub struct PlanningGraph {
-    states: usize,
     executive: Executive,
-    state_pointers: Vec<PointerValue<StateSpace>>,
-    /// Pointers of the role PRECONDITION and of NOTHING.
-    precondition: PointerValue<StateSpace>,
-    nothing: PointerValue<StateSpace>,
     spec: PlannerSpec,
     encoded: Arc<Encoded>,
+    state_pointers: Vec<PointerValue<StateSpace>>,
+    nothing: PointerValue<StateSpace>,
     goal: CleanupMemory<StateSpace>,
     focus: CleanupMemory<StateSpace>,
     recall: Recall,
-    deep: AssociativeMemory<ActionSpace, StateSpace>,
-    required: CleanupMemory<StateSpace>,
+    required: Bound,
+    /// The states that must be absent; `None` if no action names one.
+    forbidden: Option<Bound>,
     motor: CleanupMemory<ActionSpace>,
-    violated: Option<Violated>,
-    unbind: UnbindFixed<StateSpace>,
+}
+
+/// States that the deep pointers of actions bind to a role: recalled, unbound and cleaned up.
+struct Bound {
+    deep: AssociativeMemory<ActionSpace, StateSpace>,
+    role: PointerValue<StateSpace>,
+    cleanup: CleanupMemory<StateSpace>,
+}
+
+impl Bound {
+    /// Builds the memories. `deep` has the name and the deep pointer of each action; `names` are the states to find.
+    fn new<'n>(
+        encoded: &Encoded,
+        role: &str,
+        deep: &[(&str, String)],
+        names: impl IntoIterator<Item = &'n str>,
+    ) -> Result<Self, VocabError> {
+        let Encoded { states, actions, .. } = encoded;
+        let deep = deep.iter().map(|(name, deep)| (*name, deep.as_str()));
+        Ok(Self {
+            deep: AssociativeMemory::new(actions, states, deep, WINNER)?,
+            role: states.parse(role)?,
+            cleanup: CleanupMemory::new(states, names, EVERY)?,
+        })
+    }
 }
 
 /// The ports of a [`PlanningGraph`].
@@ -188,41 +213,30 @@ impl PlanningGraph {
             let (value, expected) = (spec.retention.to_string(), "0 to 1");
             return Err(TaskError::Setting { name: "retention", value, expected });
         }
-        let (states, actions) = (&encoded.states, &encoded.actions);
-        let names: Vec<&str> = domain.states().iter().map(|s| s.name.as_str()).collect();
-        let action_names: Vec<&str> = domain.operators().iter().map(|o| o.name.as_str()).collect();
-        let winner = SelectRule::WinnerTakeAll { level: RECOGNISED };
-        let every = SelectRule::Threshold { level: RECOGNISED };
-        let deep: Vec<(&str, String)> = domain
-            .operators()
-            .iter()
-            .map(|o| (&o.name[..], deep_preconditions(domain.names(&o.preconditions))))
-            .collect();
         Self::check_unbinding(domain, &encoded, spec.absent)?;
-        let violated =
-            if spec.absent { Violated::of(domain, &encoded, winner, every)? } else { None };
-        let state_pointers =
-            names.iter().map(|name| states.parse(name)).collect::<Result<_, _>>()?;
+        let Encoded { states, actions, .. } = &*encoded;
+        let names = || domain.states().iter().map(|s| s.name.as_str());
+        let operators = || domain.operators().iter();
+        let needs = |o: &Operator| deep_preconditions(domain.names(&o.preconditions));
+        let needs: Vec<_> = operators().map(|o| (&o.name[..], needs(o))).collect();
+        let absent: Vec<_> = operators()
+            .filter(|_| spec.absent)
+            .filter_map(|o| Some((&o.name[..], deep_absent(domain, o)?)))
+            .collect();
+        let forbidden = (!absent.is_empty())
+            .then(|| Bound::new(&encoded, ABSENT, &absent, names()))
+            .transpose()?;
         Ok(Self {
-            states: names.len(),
-            state_pointers,
-            precondition: states.parse(PRECONDITION)?,
-            nothing: states.parse(NOTHING)?,
-            spec,
-            goal: CleanupMemory::new(states, names.iter().copied(), winner)?,
-            focus: CleanupMemory::new(states, names.iter().copied(), winner)?,
-            recall: Recall::of(domain, &encoded)?,
             executive: Executive::new(domain, &spec),
-            deep: AssociativeMemory::new(
-                actions,
-                states,
-                deep.iter().map(|(name, deep)| (*name, deep.as_str())),
-                winner,
-            )?,
-            required: CleanupMemory::new(states, names.iter().copied().chain([NOTHING]), every)?,
-            motor: CleanupMemory::new(actions, action_names.iter().copied(), winner)?,
-            violated,
-            unbind: UnbindFixed::new(states, PRECONDITION)?,
+            state_pointers: names().map(|name| states.parse(name)).collect::<Result<_, _>>()?,
+            nothing: states.parse(NOTHING)?,
+            goal: CleanupMemory::new(states, names(), WINNER)?,
+            focus: CleanupMemory::new(states, names(), WINNER)?,
+            recall: Recall::of(domain, &encoded)?,
+            required: Bound::new(&encoded, PRECONDITION, &needs, names().chain([NOTHING]))?,
+            forbidden,
+            motor: CleanupMemory::new(actions, operators().map(|o| &o.name[..]), WINNER)?,
+            spec,
             encoded,
         })
     }
@@ -266,82 +280,91 @@ impl Module for PlanningGraph {
     type Ports = PlanningPorts;
 
     fn expand(self, scope: &mut Scope<'_>) -> PlanningPorts {
-        let none = Synapse::None;
-        let m = self.states;
-        let executive = scope.add("executive", self.executive);
-        let state_space = self.encoded.states.space().clone();
-        let goal = scope.add("goal", self.goal);
+        let Encoded { states, actions, .. } = &*self.encoded;
+        let count = self.state_pointers.len();
         let pointers = || self.state_pointers.iter().map(PointerValue::as_pointer);
-        let next = scope.add("next", Linear::combination(&state_space, pointers()));
         let synapse = Synapse::lowpass(self.spec.synapse);
         let without = |part| self.spec.without == Some(part);
-        let buffer =
-            GoalBuffer::new(&self.encoded.states).synapse(synapse).retention(self.spec.retention);
+        let executive = scope.add("executive", self.executive);
+        let goal = scope.add("goal", self.goal);
+        let next = scope.add("next", Linear::combination(states.space(), pointers()));
+        let buffer = GoalBuffer::new(states).synapse(synapse).retention(self.spec.retention);
         let buffer = scope.add("goal_buffer", buffer);
         let focus = scope.add("focus", self.focus);
-        let deep = scope.add("deep", self.deep);
-        let required = if without(Part::Cleanup) {
-            let keys = pointers().chain([self.nothing.as_pointer()]);
-            Required::as_they_are(scope, &state_space, keys)
-        } else {
-            let required = scope.add("required", self.required);
-            Required { input: vec![required.input], items: required.items, output: required.output }
-        };
-        let head = states_required(scope, m);
-        let unmet =
-            scope.add("open", Selection::new(m, SelectRule::Threshold { level: RECOGNISED }));
-        let chosen =
-            scope.add("chosen", Selection::new(m, SelectRule::WinnerTakeAll { level: RECOGNISED }));
-        let present = scope.add("present", Add::vector(m));
-        let gate = scope.add("motor_gate", Gate::new(&self.encoded.actions).synapse(synapse));
+        let deep = scope.add("deep", self.required.deep);
+        let unbound = scope.add("unbound", Add::pointer(states.space()));
+        let open = scope.add("open", Selection::new(count, EVERY));
+        let chosen = scope.add("chosen", Selection::new(count, WINNER));
+        let present = scope.add("present", Add::vector(count));
+        let gate = scope.add("motor_gate", Gate::new(actions).synapse(synapse));
         let motor = scope.add("motor", self.motor);
 
-        scope.connect(&goal.items, &executive.goal, none);
-        scope.connect(&executive.next, &next.input, none);
-        scope.connect(&next.output, &buffer.input, none);
-        scope.connect(&executive.load, &buffer.open, none);
-        scope.connect(&buffer.output, &focus.input, none);
-        scope.connect(&focus.items, &executive.focus, none);
+        // From the goal to the action that causes it.
+        scope.route(&goal.items >> &executive.goal);
+        scope.route(&executive.next >> &next);
+        scope.route(&next >> &buffer);
+        scope.route(&executive.load >> &buffer.open);
+        scope.route(&buffer >> &focus);
+        scope.route(&focus.items >> &executive.focus);
         let told = Circumstances {
             state: &buffer.output,
             present: &present.output,
             ruled_out: executive.ruled_out.as_ref(),
         };
         let recalled = self.recall.expand(scope, &told, &self.encoded);
-        scope.connect(&recalled.actions, &executive.action, none);
-        scope.connect(&recalled.pointer, &deep.input, none);
-        let unbound = match self.spec.unbinding {
-            Unbinding::Fixed => {
-                let unbind = scope.add("unbind", self.unbind);
-                scope.connect(&deep.output, &unbind.input, none);
-                unbind.output
-            }
+        scope.route(&recalled.actions >> &executive.action);
+
+        // From the action to its preconditions, and to one that does not hold.
+        scope.route(&recalled.pointer >> &deep);
+        let role = &self.required.role;
+        let unbind = match self.spec.unbinding {
+            Unbinding::Fixed => &deep * !role,
             Unbinding::Products => {
-                unbind_by_products(scope, &self.encoded, &self.precondition, &deep.output)
+                let role = scope.add("precondition", Constant::pointer(states.space(), role));
+                &deep * !&role
             }
         };
-        required.connect(scope, &unbound);
-        scope.connect(&required.items, &executive.required, none);
-        scope.connect(&required.items, &head.input, none);
-        scope.connect(&head.output, &unmet.utilities, none);
-        scope.connect(&present.output, &unmet.inhibit, none);
-        scope.connect(&executive.reachable, &unmet.inhibit, none);
-        scope.connect(&present.output, &executive.present, none);
-        scope.connect(&unmet.items, &executive.unmet, none);
-        scope.connect(&unmet.items, &chosen.utilities, none);
-        scope.connect(&chosen.items, &executive.chosen, none);
-        if let Some(violated) = self.violated {
-            let items = violated.expand(scope, &recalled.pointer, &present.output, m);
-            scope.connect(&items, &executive.violated, none);
-        }
-        scope.connect(&recalled.pointer, &gate.input, none);
-        if without(Part::Gate) {
-            let open = scope.add("open_gate", Constant::scalar(1.0));
-            scope.connect(&open, &gate.open, none);
+        scope.route((unbind >> &unbound).named("unbind"));
+        let (required, preconditions) = if without(Part::Cleanup) {
+            let keys = pointers().chain([self.nothing.as_pointer()]);
+            let similarities = Linear::similarities(states.space(), keys);
+            let required = scope.add("required", similarities);
+            scope.route(&unbound >> &required);
+            (required.output, unbound.output.clone())
         } else {
-            scope.connect(&executive.act, &gate.open, none);
+            let required = scope.add("required", self.required.cleanup);
+            scope.route(&unbound >> &required);
+            (required.items, required.output)
+        };
+        scope.route(&required >> &executive.required);
+        // The last item stands for "no precondition".
+        scope.route(required.slice(0..count) >> &open.utilities);
+        scope.route(&present >> &open.inhibit);
+        scope.route(&executive.reachable >> &open.inhibit);
+        scope.route(&present >> &executive.present);
+        scope.route(&open.items >> &executive.unmet);
+        scope.route(&open.items >> &chosen.utilities);
+        scope.route(&chosen.items >> &executive.chosen);
+
+        // The states that hold but must be absent: both forbidden and present.
+        if let Some(Bound { deep, role, cleanup }) = self.forbidden {
+            let deep = scope.add("deep_absent", deep);
+            let forbidden = scope.add("forbidden", cleanup);
+            let both = SelectRule::Threshold { level: 1.0 + RECOGNISED };
+            let barred = scope.add("barred", Selection::new(count, both));
+            scope.route(&recalled.pointer >> &deep);
+            scope.route(&deep * !&role >> &forbidden);
+            scope.route(&forbidden.items >> &barred.utilities);
+            scope.route(&present >> &barred.utilities);
+            scope.route(&barred.items >> &executive.violated);
         }
-        scope.connect(&gate.output, &motor.input, none);
+
+        scope.route(&recalled.pointer >> &gate);
+        scope.route(&gate >> &motor);
+        match without(Part::Gate) {
+            true => scope.route(1.0 >> &gate.open),
+            false => scope.route(&executive.act >> &gate.open),
+        }
         PlanningPorts {
             ready: scope.input("ready", executive.ready),
             present: scope.input("present", present.input),
@@ -351,12 +374,12 @@ impl Module for PlanningGraph {
             trace: executive.trace,
             goal_buffer: buffer.output,
             cause: recalled.pointer,
-            unbound,
+            unbound: unbound.output,
             gated: gate.output,
             ruled_out: executive.ruled_out,
             recalled: recalled.actions,
-            preconditions: required.output,
-            watched: [focus.items, recalled.watched, required.items, unmet.items, chosen.items],
+            preconditions,
+            watched: [focus.items, recalled.watched, required, open.items, chosen.items],
         }
     }
 }

@@ -58,7 +58,6 @@ mod ask;
 pub(crate) mod encode;
 mod executive;
 mod graph;
-mod parts;
 mod recall;
 mod rollout;
 mod views;

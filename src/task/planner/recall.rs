@@ -4,10 +4,9 @@ use std::sync::Arc;
 
 use super::alternatives::CauseContest;
 use super::encode::{ActionSpace, Encoded, StateSpace};
-use super::graph::{NO_ACTION, RECOGNISED};
-use crate::neurons::SelectRule;
-use crate::sim::{Add, Out, Pointer, Real, Scope, Synapse, Vector};
-use crate::spa::{AssociativeMemory, Linear, VocabError};
+use super::graph::{NO_ACTION, WINNER};
+use crate::sim::{Add, Out, Pointer, Real, Scope, Vector};
+use crate::spa::{AssociativeMemory, Linear, Routes, VocabError};
 use crate::task::domain::Domain;
 use crate::task::error::TaskError;
 
@@ -57,16 +56,15 @@ impl CauseMemory {
             rows[item * actions + action.index()] = 1.0;
         }
         let names = pairs.iter().map(|(s, a)| (&*domain[*s].name, &*domain[*a].name));
-        let winner = SelectRule::WinnerTakeAll { level: RECOGNISED };
-        let memory = AssociativeMemory::new(&encoded.states, &encoded.actions, names, winner)?;
+        let memory = AssociativeMemory::new(&encoded.states, &encoded.actions, names, WINNER)?;
         Ok(Some(Self { memory, rows, actions }))
     }
 
     fn expand(self, scope: &mut Scope<'_>, state: &Out<Pointer<StateSpace>>) -> Recalled {
         let cause = scope.add("cause", self.memory);
         let caused = scope.add("caused", Linear::weighted_rows(self.actions, self.rows));
-        scope.connect(state, &cause.input, Synapse::None);
-        scope.connect(&cause.items, &caused.input, Synapse::None);
+        scope.route(state >> &cause);
+        scope.route(&cause.items >> &caused);
         Recalled { pointer: cause.output, actions: caused.output, watched: cause.items }
     }
 }
@@ -105,12 +103,11 @@ impl Recall {
             Self::Both(memory, contest) => (Some(memory), contest),
             Self::Contest(contest) => (None, contest),
         };
-        let none = Synapse::None;
         let contest = scope.add("alternatives", contest);
-        scope.connect(told.state, &contest.state, none);
-        scope.connect(told.present, &contest.present, none);
+        scope.route(told.state >> &contest.state);
+        scope.route(told.present >> &contest.present);
         if let Some(ruled_out) = told.ruled_out {
-            scope.connect(ruled_out, &contest.ruled_out, none);
+            scope.route(ruled_out >> &contest.ruled_out);
         }
         let Some(memory) = memory else {
             let (pointer, actions) = (contest.action, contest.items.clone());
@@ -119,10 +116,8 @@ impl Recall {
         let known = memory.expand(scope, told.state);
         let pointer = scope.add("recalled", Add::pointer(all.actions.space()));
         let actions = scope.add("recalled_items", Add::vector(all.actions.len()));
-        scope.connect(&known.pointer, &pointer.input, none);
-        scope.connect(&contest.action, &pointer.input, none);
-        scope.connect(&known.actions, &actions.input, none);
-        scope.connect(&contest.items, &actions.input, none);
+        scope.route(&known.pointer + &contest.action >> &pointer);
+        scope.route(&known.actions + &contest.items >> &actions);
         let (pointer, actions) = (pointer.output, actions.output);
         Recalled { pointer, watched: actions.clone(), actions }
     }

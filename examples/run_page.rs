@@ -1,0 +1,40 @@
+//! Exports a run: a page with charts and a spike raster, all samples for numpy, and the spikes as CSV.
+//!
+//! `cargo run --example run_page -- FOLDER`
+
+use std::error::Error;
+use std::path::{Path, PathBuf};
+
+use symbolt::files::Overwrite;
+use symbolt::prelude::*;
+use symbolt::spa::RunPage;
+
+symbolt::vocabulary!(Words = "words": ONE, TWO);
+
+/// Writes `run.html`, `run.npz` and `spikes.csv` into a folder. Returns the number of spikes.
+pub fn run(folder: &Path) -> Result<usize, Box<dyn Error>> {
+    let words = Words::vocabulary(64, Seed::new(1))?;
+    let mut graph = GraphBuilder::new();
+    let shown = graph.add("shown", words.stimulus([(0, "ONE"), (100, "TWO"), (200, "0")])?);
+    let memory = graph.add("memory", State::new(&words).recurrent(Synapse::lowpass_ms(100)));
+    graph.route(&shown >> &memory);
+    let value = graph.probe(&memory.output, ProbeSpec::default());
+    let spikes = graph.probe_spikes("memory/population");
+    let spiking = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    let sim = graph.run(&spiking, Seed::new(1), SimDuration::from_millis(300))?;
+
+    let similarities = words.similarities(sim.samples(&value), Words::NAMES)?;
+    let page = RunPage::new("A memory", &sim).similarities("memory", &similarities).html();
+    std::fs::write(folder.join("run.html"), page)?;
+    sim.recordings().write_npz(&folder.join("run.npz"), Overwrite::Allowed)?;
+    std::fs::write(folder.join("spikes.csv"), sim.recordings().spikes_csv())?;
+    Ok(sim.spikes(&spikes).count())
+}
+
+#[allow(dead_code)] // The tests call `run`.
+fn main() -> Result<(), Box<dyn Error>> {
+    let folder = std::env::args_os().nth(1).map_or_else(|| PathBuf::from("."), PathBuf::from);
+    let spikes = run(&folder)?;
+    println!("{spikes} spikes are in {}.", folder.display());
+    Ok(())
+}

@@ -1,0 +1,211 @@
+//! Everything that a run recorded, for files: numpy archives and CSV.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use ndarray::{ArrayView1, ArrayView2};
+
+use super::node::Real;
+use super::probe::Recording;
+use super::simulator::Simulator;
+use super::spikes::Spikes;
+use crate::files::npz::{NpzError, NpzWriter};
+use crate::files::{FileError, Overwrite, write_atomic};
+
+/// The error of writing recordings to a file.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RecordingsError {
+    /// The archive cannot be made.
+    #[error(transparent)]
+    Archive(#[from] NpzError),
+    /// The file cannot be written.
+    #[error(transparent)]
+    File(#[from] FileError),
+}
+
+/// Everything that the probes of a run have recorded, by the names of the outputs and layers.
+///
+/// ```
+/// use symbolt::prelude::*;
+///
+/// symbolt::vocabulary!(Parts = "parts": NUT);
+/// let parts = Parts::vocabulary(32, Seed::new(1))?;
+/// let mut graph = GraphBuilder::new();
+/// let seen = graph.add("seen", parts.stimulus([(0, "NUT")])?);
+/// let state = graph.add("state", State::new(&parts));
+/// graph.route(&seen >> &state);
+/// graph.probe_at::<Pointer<Parts>>("state", ProbeSpec::every(SimDuration::from_millis(10)));
+/// graph.probe_spikes("state/population");
+/// let spiking = PopulationPlan::all(Population::Lif(LifSpec::default()));
+/// let sim = graph.run(&spiking, Seed::new(1), SimDuration::from_millis(100))?;
+/// let recordings = sim.recordings();
+/// assert!(recordings.values_csv().starts_with("time_s,state.output[0],state.output[1]"));
+/// assert!(recordings.spikes_csv().lines().count() > 100);
+/// # let folder = tempfile::tempdir()?;
+/// # let path = folder.path().join("run.npz");
+/// recordings.write_npz(&path, symbolt::files::Overwrite::Never)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Recordings<'a> {
+    values: Vec<(String, &'a Recording, usize)>,
+    spikes: Vec<(String, Spikes<'a>)>,
+    dt_s: f64,
+}
+
+/// The samples of one output.
+pub(crate) struct OutputValues<'a> {
+    pub name: &'a str,
+    pub width: usize,
+    pub times_s: Vec<f64>,
+    /// Row-major, one row per sample.
+    pub values: Vec<Real>,
+}
+
+/// Returns `name`, or `name-2` and so on if it is taken.
+fn unique<'t>(name: String, taken: impl Iterator<Item = &'t String> + Clone) -> String {
+    let free = |name: &String| !taken.clone().any(|other| other == name);
+    if free(&name) {
+        return name;
+    }
+    (2..).map(|n| format!("{name}-{n}")).find(free).unwrap_or(name)
+}
+
+impl Simulator {
+    /// Returns everything that the probes have recorded.
+    pub fn recordings(&self) -> Recordings<'_> {
+        let dt_s = self.graph.time.dt_s();
+        let mut values: Vec<(String, &Recording, usize)> = Vec::new();
+        for (plan, recording) in self.graph.probes.iter().zip(&self.recordings) {
+            let node = &self.graph.nodes[plan.node];
+            let output = &node.ports.outputs[plan.output];
+            let full = || format!("{}.{}", node.path, output.name);
+            let name = output.exposed.as_deref().map_or_else(full, str::to_owned);
+            let name = unique(name, values.iter().map(|(name, ..)| name));
+            values.push((name, recording, plan.source.span().len()));
+        }
+        let mut spikes: Vec<(String, Spikes<'_>)> = Vec::new();
+        for (node, recording) in self.graph.spike_probes.iter().zip(&self.spikes) {
+            let name = self.graph.nodes[*node].path.clone();
+            let name = unique(name, spikes.iter().map(|(name, _)| name));
+            spikes.push((name, Spikes { recording, dt_s }));
+        }
+        Recordings { values, spikes, dt_s }
+    }
+}
+
+impl Recordings<'_> {
+    /// Returns the names of the recorded outputs, in the order of their probes. The second probe of an output has `-2`
+    /// behind its name, and so on.
+    pub fn outputs(&self) -> impl Iterator<Item = &str> {
+        self.values.iter().map(|(name, ..)| name.as_str())
+    }
+
+    /// Returns the samples of all recorded outputs, oldest first.
+    pub(crate) fn values(&self) -> impl Iterator<Item = OutputValues<'_>> {
+        self.values.iter().map(|(name, recording, width)| {
+            let order = recording.order();
+            let time = |index: &usize| recording.ticks[*index] as f64 * self.dt_s;
+            let row = |index: &usize| &recording.values[index * width..(index + 1) * width];
+            OutputValues {
+                name,
+                width: *width,
+                times_s: order.iter().map(time).collect(),
+                values: order.iter().flat_map(row).copied().collect(),
+            }
+        })
+    }
+
+    /// Returns the paths of the layers whose spikes were recorded, with their spikes.
+    pub fn spikes(&self) -> impl Iterator<Item = (&str, Spikes<'_>)> {
+        self.spikes.iter().map(|(name, spikes)| (name.as_str(), *spikes))
+    }
+
+    /// Returns all values as a table in CSV: one row per time at which anything was sampled, one column per component.
+    /// A column is empty at times at which its output was not sampled.
+    pub fn values_csv(&self) -> String {
+        let mut table = String::from("time_s");
+        for (name, _, width) in &self.values {
+            match width {
+                1 => table += &format!(",{name}"),
+                _ => (0..*width).for_each(|i| table += &format!(",{name}[{i}]")),
+            }
+        }
+        table.push('\n');
+        let mut ticks: Vec<u64> =
+            self.values.iter().flat_map(|(_, recording, _)| &recording.ticks).copied().collect();
+        ticks.sort_unstable();
+        ticks.dedup();
+        let ordered: Vec<(Vec<usize>, &Recording, usize)> = self
+            .values
+            .iter()
+            .map(|(_, recording, width)| (recording.order(), *recording, *width))
+            .collect();
+        let mut at = vec![0; ordered.len()];
+        for tick in ticks {
+            let _ = write!(table, "{}", tick as f64 * self.dt_s);
+            for ((order, recording, width), at) in ordered.iter().zip(&mut at) {
+                let index = order.get(*at).filter(|index| recording.ticks[**index] == tick);
+                *at += usize::from(index.is_some());
+                for component in 0..*width {
+                    table.push(',');
+                    if let Some(index) = index {
+                        let value = recording.values[index * width + component];
+                        let _ = write!(table, "{value}");
+                    }
+                }
+            }
+            table.push('\n');
+        }
+        table
+    }
+
+    /// Returns all spikes as a table in CSV, layer by layer: time in seconds, path of the layer, index of the neuron.
+    pub fn spikes_csv(&self) -> String {
+        let mut table = String::from("time_s,layer,neuron\n");
+        for (name, spikes) in &self.spikes {
+            for (time, neuron) in spikes.iter() {
+                let _ = writeln!(table, "{time},{name},{neuron}");
+            }
+        }
+        table
+    }
+
+    /// Returns a numpy archive. An output called `x` has the arrays `x.time_s` (samples) and `x.values` (samples x
+    /// components); a layer called `y` has `y.spike_time_s` and `y.spike_neuron`, one number per spike.
+    ///
+    /// # Errors
+    /// [`NpzError`] if the archive is too large for its format.
+    pub fn to_npz(&self) -> Result<Vec<u8>, NpzError> {
+        let mut archive = NpzWriter::new();
+        for OutputValues { name, width, times_s, values } in self.values() {
+            archive.add(&format!("{name}.time_s"), &ArrayView1::from(&times_s))?;
+            if let Ok(values) = ArrayView2::from_shape((times_s.len(), width), &values) {
+                archive.add(&format!("{name}.values"), &values)?;
+            }
+        }
+        for (name, spikes) in &self.spikes {
+            let (times, neurons): (Vec<f64>, Vec<u32>) =
+                spikes.iter().map(|(time, neuron)| (time, neuron as u32)).unzip();
+            archive.add(&format!("{name}.spike_time_s"), &ArrayView1::from(&times))?;
+            archive.add(&format!("{name}.spike_neuron"), &ArrayView1::from(&neurons))?;
+        }
+        archive.finish()
+    }
+
+    /// Writes the archive of [`to_npz`](Self::to_npz) to a file.
+    ///
+    /// # Errors
+    /// [`RecordingsError`] if the archive cannot be made or written. A half-written file is never left behind.
+    pub fn write_npz(&self, path: &Path, overwrite: Overwrite) -> Result<(), RecordingsError> {
+        Ok(write_atomic(path, self.to_npz()?, overwrite)?)
+    }
+}
+
+impl Recording {
+    /// Returns the indices of the samples, oldest first.
+    fn order(&self) -> Vec<usize> {
+        let len = self.ticks.len();
+        (0..len).map(|index| (self.head + index) % len).collect()
+    }
+}

@@ -1,0 +1,170 @@
+//! What operands can do besides the operators: scalar products, and fixed linear maps between kinds.
+
+use std::ops::Range;
+
+use ndarray::Array2;
+
+use super::lower::{Lowerer, Sum};
+use super::{Flow, FlowKind, IntoFlow, Level, Source};
+use crate::sim::{Pointer, Real, Scalar, Space, Vector, VocabTag};
+use crate::spa::algebra::LinearMap;
+use crate::spa::modules::{Rows, Slice, Spread};
+use crate::spa::vocabulary::Vocabulary;
+
+/// What operands can do besides the operators.
+pub trait FlowExt: IntoFlow + Sized {
+    /// Returns the scalar product with another pointer of the same vocabulary.
+    fn dot<V: VocabTag>(self, other: impl IntoFlow<Kind = Pointer<V>>) -> Flow<Scalar>
+    where
+        Self: IntoFlow<Kind = Pointer<V>>,
+    {
+        let (a, b) = (self.into_flow(), other.into_flow());
+        let text = format!("dot({}, {})", a.text, b.text);
+        let leaves = [&*a.leaves, &*b.leaves].concat();
+        Flow::new(text, Level::Atom, (Vec::new(), leaves), move |cx, _| cx.dot(&a, &b))
+    }
+
+    /// Returns the product of a matrix with the value: one component per row. The matrix has one column per component
+    /// of the value; anything else is a fault when the graph is built.
+    ///
+    /// ```
+    /// use ndarray::array;
+    /// use symbolt::prelude::*;
+    ///
+    /// let mut graph = GraphBuilder::new();
+    /// let position = graph.add("position", Constant::vector(&[1.0, 2.0]));
+    /// let turned = graph.add("turned", Add::vector(2));
+    /// graph.route(position.transform(array![[0.0, -1.0], [1.0, 0.0]]) >> &turned);
+    /// let height = graph.add("height", Add::scalar());
+    /// graph.route(0.5 * position.component(1) >> &height);
+    /// let sim = graph.run(&PopulationPlan::direct(), Seed::new(1), SimDuration::from_millis(1))?;
+    /// assert_eq!(*sim.value(&turned.output), [-2.0, 1.0]);
+    /// assert_eq!(*sim.value(&height.output), [1.0]);
+    /// # Ok::<(), symbolt::sim::SimError>(())
+    /// ```
+    fn transform(self, matrix: Array2<Real>) -> Flow<Vector> {
+        by_matrix(self.into_flow(), matrix)
+    }
+
+    /// Returns the components in `range`. A range beyond the value, or an empty one, is a fault when the graph is built.
+    fn slice(self, range: Range<usize>) -> Flow<Vector> {
+        part(self.into_flow(), range)
+    }
+
+    /// Returns component number `index`, counted from 0. A component that the value does not have is a fault when the
+    /// graph is built.
+    fn component(self, index: usize) -> Flow<Scalar> {
+        one_of(self.into_flow(), index)
+    }
+
+    /// Returns the same numbers as a pointer of `vocabulary`. Another number of dimensions is a fault when the graph is
+    /// built.
+    fn reinterpret<V: VocabTag>(self, vocabulary: &Vocabulary<V>) -> Flow<Pointer<V>> {
+        as_pointer(self.into_flow(), vocabulary.space())
+    }
+
+    /// Returns the pointer translated into another vocabulary: the map of [`Vocabulary::translation`], fitted to the
+    /// names that both have. If there are none, this is a fault when the graph is built.
+    fn translate<V: VocabTag, W: VocabTag>(self, to: &Vocabulary<W>) -> Flow<Pointer<W>>
+    where
+        Self: IntoFlow<Kind = Pointer<V>>,
+    {
+        translated(self.into_flow(), to)
+    }
+}
+
+impl<T: IntoFlow> FlowExt for T {}
+
+/// Makes the expression of a linear map of another expression. `map` gets the width of its input, and refuses a wrong
+/// one with a reason.
+fn mapped<A: FlowKind, B: FlowKind>(
+    inner: Flow<A>,
+    (text, name): (String, &'static str),
+    shape: Option<B::Shape>,
+    map: impl Fn(&A::Shape, &B::Shape) -> Result<Box<dyn LinearMap>, String> + 'static,
+) -> Flow<B> {
+    let sources = shape.into_iter().map(Source::Shape).collect();
+    let leaves = inner.leaves.clone();
+    Flow::new(text, Level::Atom, (sources, leaves), move |cx: &mut Lowerer<'_, '_>, to| {
+        let Some(from) = cx.shape(&inner) else {
+            cx.refuse("the map of a constant; expected an output");
+            return Sum::zero();
+        };
+        let map = match map(&from, to) {
+            Ok(map) => map,
+            Err(reason) => {
+                cx.refuse(&reason);
+                return Sum::zero();
+            }
+        };
+        let sum = (inner.lower)(cx, &from);
+        let specs = (A::specs(&from).0, B::specs(to).1);
+        let value = cx.one(&from, sum);
+        Sum::output(&cx.linear(name, &value, specs, map))
+    })
+}
+
+fn by_matrix<A: FlowKind>(inner: Flow<A>, matrix: Array2<Real>) -> Flow<Vector> {
+    let text = format!("transform({})", inner.text);
+    let (rows, columns) = matrix.dim();
+    mapped(inner, (text, "transform"), Some(rows), move |from, _| {
+        let width = A::width(from);
+        if columns != width || rows == 0 {
+            return Err(format!(
+                "the matrix has {rows} rows and {columns} columns; expected at least one row, and {width} columns, as many as the value has components"
+            ));
+        }
+        if let Some(wrong) = matrix.iter().find(|value| !value.is_finite()) {
+            return Err(format!("the matrix has the number {wrong}; expected finite numbers"));
+        }
+        Ok(Box::new(Rows { matrix: matrix.iter().copied().collect(), dim: width }))
+    })
+}
+
+fn part<A: FlowKind>(inner: Flow<A>, range: Range<usize>) -> Flow<Vector> {
+    let Range { start, end } = range;
+    let text = format!("{}[{start}..{end}]", inner.within(Level::Atom));
+    mapped(inner, (text, "slice"), Some(range.len()), move |from, _| {
+        let width = A::width(from);
+        if range.is_empty() || range.end > width {
+            return Err(format!(
+                "there are no components {start}..{end}; expected a range that is not empty, within 0..{width}"
+            ));
+        }
+        Ok(Box::new(Slice { from: width, range: range.clone() }))
+    })
+}
+
+fn one_of<A: FlowKind>(inner: Flow<A>, index: usize) -> Flow<Scalar> {
+    let text = format!("{}[{index}]", inner.within(Level::Atom));
+    mapped(inner, (text, "component"), None, move |from, ()| {
+        let width = A::width(from);
+        if index >= width {
+            let last = width.saturating_sub(1);
+            return Err(format!("there is no component {index}; expected 0 to {last}"));
+        }
+        Ok(Box::new(Slice { from: width, range: index..index + 1 }))
+    })
+}
+
+fn as_pointer<A: FlowKind, V: VocabTag>(inner: Flow<A>, space: &Space<V>) -> Flow<Pointer<V>> {
+    let text = format!("reinterpret({})", inner.text);
+    mapped(inner, (text, "reinterpret"), Some(space.clone()), |from, to: &Space<V>| {
+        let (has, wants) = (A::width(from), to.width());
+        if has != wants {
+            return Err(format!("a value of {has} components; expected {wants}, those of {to}"));
+        }
+        Ok(Box::new(Spread { from: has, to: wants, factor: 1.0 }))
+    })
+}
+
+fn translated<V: VocabTag, W: VocabTag>(
+    inner: Flow<Pointer<V>>,
+    to: &Vocabulary<W>,
+) -> Flow<Pointer<W>> {
+    let text = format!("translate({})", inner.text);
+    let own = to.clone();
+    mapped(inner, (text, "translate"), Some(to.space().clone()), move |from, _| {
+        own.translation_from(from).map_err(|error| error.to_string())
+    })
+}

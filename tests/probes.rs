@@ -1,0 +1,173 @@
+//! Probes by path, recorded spikes, and their export.
+
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use std::ops::ControlFlow;
+
+use symbolt::files::Overwrite;
+use symbolt::files::npz::NpzReader;
+use symbolt::prelude::*;
+
+symbolt::vocabulary!(Things = "things": RED, BLUE);
+
+fn lif() -> PopulationPlan {
+    PopulationPlan::all(Population::Lif(LifSpec::default()))
+}
+
+fn ms(ms: u64) -> SimDuration {
+    SimDuration::from_millis(ms)
+}
+
+/// A state that sees RED.
+fn describe() -> GraphBuilder {
+    let things = Things::vocabulary(32, Seed::new(1)).unwrap();
+    let mut graph = GraphBuilder::new();
+    let seen = graph.add("seen", things.stimulus([(0, "RED")]).unwrap());
+    let state = graph.add("state", State::new(&things));
+    graph.route(&seen >> &state);
+    graph
+}
+
+#[test]
+fn a_probe_by_path_has_the_samples_of_a_probe_by_handle() {
+    let things = Things::vocabulary(32, Seed::new(1)).unwrap();
+    let mut graph = GraphBuilder::new();
+    let seen = graph.add("seen", things.stimulus([(0, "RED")]).unwrap());
+    let state = graph.add("state", State::new(&things));
+    graph.route(&seen >> &state);
+    let probes = [
+        graph.probe(&state.output, ProbeSpec::default()),
+        graph.probe_at::<Pointer<Things>>("state.output", ProbeSpec::default()),
+        graph.probe_at("state", ProbeSpec::default()),
+        graph.probe_at("state/output.out", ProbeSpec::default()),
+        graph.probe_at("seen", ProbeSpec::default()),
+    ];
+    let sim = graph.run(&lif(), Seed::new(1), ms(30)).unwrap();
+    let all = probes.map(|probe| {
+        sim.samples(&probe).iter().map(|(_, value)| value.to_vec()).collect::<Vec<_>>()
+    });
+    assert_eq!(all[0].len(), 30);
+    assert!(all[1..4].iter().all(|other| *other == all[0]));
+    assert!(all[4] != all[0]);
+    let names: Vec<String> = sim.recordings().outputs().map(str::to_owned).collect();
+    assert_eq!(names[..2], ["state.output", "state.output-2"]);
+    assert_eq!(names[4], "seen.out");
+}
+
+#[test]
+fn faults_of_probes_list_what_there_is() {
+    let mut graph = describe();
+    graph.probe_at::<Pointer<Things>>("stat", ProbeSpec::default());
+    graph.probe_at::<Scalar>("state", ProbeSpec::default());
+    graph.probe_spikes("state/populatoin");
+    graph.probe_spikes("seen");
+    let error = graph.build(Timebase::default(), &lif(), Seed::new(1)).err().unwrap();
+    let text = error.to_string();
+    for expected in [
+        "there is no output `stat` of kind pointer of things; the outputs are: `state.output: pointer of things`",
+        "there is no output `state` of kind scalar; the outputs are: `state.output: pointer of things`",
+        "there is no layer `state/populatoin`; the layers are: `state/population`",
+        "there is no layer `seen`; the layers are: `state/population`",
+    ] {
+        assert!(text.contains(expected), "{expected}\nis not in\n{text}");
+    }
+}
+
+#[test]
+fn recorded_spikes_are_those_of_the_neurons() {
+    let mut graph = describe();
+    let probe = graph.probe_spikes("state/population");
+    let mut sim = graph.start(&lif(), Seed::new(1)).unwrap();
+    let (path, source) = {
+        let (path, source) = sim.graph().event_sources().next().unwrap();
+        (path.to_owned(), source)
+    };
+    assert_eq!(path, "state/population");
+    let mut expected = Vec::new();
+    sim.run_until(ms(100), |view| {
+        for unit in (0..source.units).filter(|unit| view.event(source, *unit)) {
+            expected.push((view.tick() as f64 * 1e-3, unit));
+        }
+        ControlFlow::Continue(())
+    })
+    .unwrap();
+    let spikes = sim.spikes(&probe);
+    assert_eq!(spikes.neurons(), 1_600);
+    assert!(expected.len() > 1_000, "{}", expected.len());
+    assert_eq!(spikes.iter().collect::<Vec<_>>(), expected);
+    assert_eq!(spikes.count(), expected.len());
+    let rate = expected.len() as f64 / 0.1 / 1_600.0;
+    assert!((spikes.mean_rate_hz() - rate).abs() < 1e-9);
+    sim.reset().unwrap();
+    assert_eq!(sim.spikes(&probe).count(), 0);
+    // Without spiking neurons there is nothing to record.
+    let mut graph = describe();
+    let other = graph.probe_spikes("state/population");
+    let direct = graph.run(&PopulationPlan::direct(), Seed::new(1), ms(20)).unwrap();
+    assert_eq!((direct.spikes(&other).neurons(), direct.spikes(&other).count()), (0, 0));
+    assert_eq!(direct.spikes(&probe).count(), 0, "a handle of another graph");
+}
+
+#[test]
+fn recordings_are_written_for_numpy_and_as_tables() {
+    let mut graph = describe();
+    let state = graph.probe_at::<Pointer<Things>>("state", ProbeSpec::every(ms(2)));
+    let seen = ProbeSpec::every(ms(5)).last(3);
+    graph.probe_at::<Pointer<Things>>("seen", seen);
+    let spikes = graph.probe_spikes("state/population");
+    let sim = graph.run(&lif(), Seed::new(1), ms(30)).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.npz");
+    sim.recordings().write_npz(&path, Overwrite::Never).unwrap();
+    assert!(sim.recordings().write_npz(&path, Overwrite::Never).is_err(), "it exists");
+    let bytes = std::fs::read(&path).unwrap();
+    let mut archive = NpzReader::new(&bytes).unwrap();
+    assert_eq!(archive.names().len(), 6);
+    let times: ndarray::Array1<f64> = archive.read("state.output.time_s").unwrap();
+    let values: ndarray::Array2<f32> = archive.read("state.output.values").unwrap();
+    assert_eq!((times.len(), values.dim()), (15, (15, 32)));
+    let (time, last) = sim.samples(&state).last().unwrap();
+    assert_eq!(times[14], time);
+    assert_eq!(values.row(14).to_vec(), last.to_vec());
+    let late: ndarray::Array1<f64> = archive.read("seen.out.time_s").unwrap();
+    assert_eq!(late.to_vec(), [0.02, 0.025, 0.03]);
+    let neurons: ndarray::Array1<u32> = archive.read("state/population.spike_neuron").unwrap();
+    assert_eq!(neurons.len(), sim.spikes(&spikes).count());
+    assert!(neurons.len() > 100);
+
+    let recordings = sim.recordings();
+    let table = recordings.values_csv();
+    let rows: Vec<Vec<&str>> = table.lines().map(|line| line.split(',').collect()).collect();
+    // Every even millisecond, and 25 ms; 20 and 30 ms are in both.
+    assert_eq!((rows.len(), rows[0].len()), (1 + 15 + 1, 1 + 32 + 32));
+    assert!(rows.iter().all(|row| row.len() == 65));
+    let at = |time: &str| rows.iter().find(|row| row[0] == time).unwrap();
+    assert!(at("0.02")[1..].iter().all(|cell| !cell.is_empty()));
+    assert!(at("0.025")[1..33].iter().all(|cell| cell.is_empty()));
+    assert!(at("0.025")[33..].iter().all(|cell| !cell.is_empty()));
+    assert!(at("0.002")[33..].iter().all(|cell| cell.is_empty()));
+    assert_eq!(recordings.spikes_csv().lines().count(), 1 + neurons.len());
+    let nothing = describe().run(&lif(), Seed::new(1), ms(2)).unwrap();
+    assert_eq!(nothing.recordings().values_csv(), "time_s\n");
+}
+
+#[test]
+fn a_page_shows_any_graph() {
+    use symbolt::spa::RunPage;
+    let things = Things::vocabulary(32, Seed::new(1)).unwrap();
+    let mut graph = describe();
+    let similarity = graph.add("similarity", Add::scalar());
+    graph.probe_spikes("state/population");
+    let state = graph.probe_at::<Pointer<Things>>("state", ProbeSpec::default());
+    graph.probe(&similarity.output, ProbeSpec::default());
+    let one = graph.add("one", Constant::scalar(0.5));
+    graph.route(&one >> &similarity);
+    let sim = graph.run(&lif(), Seed::new(1), ms(60)).unwrap();
+    let seen = things.similarities(sim.samples(&state), Things::NAMES).unwrap();
+    let page = RunPage::new("<RED>", &sim).similarities("what is seen", &seen).html();
+    assert!(page.contains("<h1>&lt;RED&gt;</h1>") && !page.contains("<RED>"));
+    assert_eq!(page.matches("<svg").count(), 3, "similarities, one output, one raster");
+    assert!(page.contains("<td>state</td><td class=\"n\">2</td><td class=\"n\">1600</td>"));
+    assert!(page.contains("60 simulated ms") && page.contains("digraph symbolt"));
+    assert!(page.matches('M').count() > 50, "spikes");
+}
