@@ -5,7 +5,7 @@
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
-use symbolt::files::Overwrite;
+use symbolt::files::{Overwrite, write_atomic};
 use symbolt::prelude::*;
 use symbolt::spa::RunPage;
 
@@ -25,9 +25,10 @@ pub fn run(folder: &Path) -> Result<usize, Box<dyn Error>> {
 
     let similarities = words.similarities(sim.samples(&value), Words::NAMES)?;
     let page = RunPage::new("A memory", &sim).similarities("memory", &similarities).html();
-    std::fs::write(folder.join("run.html"), page)?;
+    write_atomic(&folder.join("run.html"), page, Overwrite::Allowed)?;
     sim.recordings().write_npz(&folder.join("run.npz"), Overwrite::Allowed)?;
-    std::fs::write(folder.join("spikes.csv"), sim.recordings().spikes_csv())?;
+    let table = sim.recordings().spikes_csv();
+    write_atomic(&folder.join("spikes.csv"), table, Overwrite::Allowed)?;
     Ok(sim.spikes(&spikes).count())
 }
 

@@ -156,10 +156,14 @@ fn raster(spikes: Spikes<'_>, end_s: f64) -> String {
     let (width, row) = RASTER;
     let step = spikes.neurons().div_ceil(NEURONS).max(1);
     let height = row * spikes.neurons().div_ceil(step);
-    let mut path = String::new();
+    let (mut path, mut drawn) = (String::new(), vec![false; width * NEURONS]);
     for (time, neuron) in spikes.iter().filter(|(_, neuron)| neuron.is_multiple_of(step)) {
-        let x = time / end_s.max(1e-9) * width as f64;
-        let _ = write!(path, "M{x:.1} {}v{row}", neuron / step * row);
+        let x = ((time / end_s.max(1e-9) * width as f64) as usize).min(width - 1);
+        // One mark per pixel, so that long runs do not make long pages.
+        let mark = &mut drawn[neuron / step * width + x];
+        if !std::mem::replace(mark, true) {
+            let _ = write!(path, "M{x}.5 {}v{row}", neuron / step * row);
+        }
     }
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\">\
