@@ -171,3 +171,30 @@ fn a_page_shows_any_graph() {
     assert!(page.contains("60 simulated ms") && page.contains("digraph symbolt"));
     assert!(page.matches('M').count() > 50, "spikes");
 }
+
+#[test]
+fn an_output_that_two_modules_expose_is_found_by_both_names() {
+    let things = Things::vocabulary(32, Seed::new(1)).unwrap();
+    let mut graph = GraphBuilder::new();
+    let seen = graph.add("seen", things.stimulus([(0, "RED")]).unwrap());
+    let rules = Rules::new().rule("red", seen.dot(Things::RED), []).otherwise("wait", 0.5, []);
+    graph.add("rules", rules);
+    let probes = ["rules.chosen", "rules/choice.chosen"]
+        .map(|name| graph.probe_at::<Vector>(name, ProbeSpec::default()));
+    let sim = graph.run(&PopulationPlan::direct(), Seed::new(1), ms(50)).unwrap();
+    let [outer, inner] = probes.map(|probe| sim.samples(&probe).last().unwrap().1.to_vec());
+    assert!(outer[0] > 0.9, "{outer:?}");
+    assert_eq!(outer, inner);
+    assert!(sim.graph().output("rules/choice.chosen").is_ok());
+}
+
+#[test]
+fn the_name_that_was_meant_is_the_first_choice() {
+    let mut graph = describe();
+    for index in 0..20 {
+        graph.add(&format!("a{index}"), Constant::scalar(0.0));
+    }
+    graph.probe_at::<Pointer<Things>>("satte.output", ProbeSpec::default());
+    let error = graph.build(Timebase::default(), &lif(), Seed::new(1)).err().unwrap().to_string();
+    assert!(error.contains("the outputs are: `state.output: pointer of things`"), "{error}");
+}

@@ -190,7 +190,7 @@ fn every_module_names_its_inputs_as_in_its_port_struct() {
 }
 
 #[test]
-fn the_name_of_the_outermost_module_counts_and_finds_the_output_too() {
+fn the_name_of_the_outermost_module_counts_and_every_modules_name_finds_the_output() {
     struct Outer(Vocabulary<Parts>);
     impl Module for Outer {
         type Ports = In<Pointer<Parts>>;
@@ -221,10 +221,12 @@ fn the_name_of_the_outermost_module_counts_and_finds_the_output_too() {
     let given = graph.add("outer", Outer(own));
     graph.connect(&nut, &given, Synapse::None);
     let graph = build(graph).expect("sound");
-    for name in ["outer.bound", "outer/bind/back.out", "nut.out"] {
+    for name in ["outer.bound", "outer/bind.output", "outer/bind/back.out", "nut.out"] {
         assert!(graph.output(name).is_ok(), "{name}");
     }
-    assert!(graph.output("outer/bind.output").is_err());
+    for name in ["outer/bind.bound", "outer.output", "bind.output"] {
+        assert!(graph.output(name).is_err(), "{name}");
+    }
 }
 
 #[test]

@@ -374,7 +374,7 @@ impl Scope<'_> {
     pub fn output<K: Kind>(&mut self, name: &str, port: Out<K>) -> Out<K> {
         let exposed = self.expose(name, port.port, |ports, index, name| {
             if let Some(port) = ports.outputs.get_mut(index) {
-                port.exposed = Some(name);
+                port.inner.extend(port.exposed.replace(name));
             }
         });
         Out::new(exposed)

@@ -175,6 +175,7 @@ fn lower(
         for (now, asked) in ports.outputs.iter_mut().zip(&asked.outputs) {
             now.spec.filtered_only = asked.spec.filtered_only;
             now.exposed = asked.exposed.clone();
+            now.inner = asked.inner.clone();
         }
         out.push((body, ports));
     }

@@ -84,7 +84,7 @@ pub enum BuildError {
         asked: String,
         /// The kind asked for.
         kind: String,
-        /// Outputs as `name: kind`, those of the same module or node first.
+        /// Outputs as `name: kind`, the most similar names first.
         choices: Vec<String>,
     },
     /// A probe of spikes on something that is not a layer.
@@ -92,7 +92,7 @@ pub enum BuildError {
     UnknownLayer {
         /// The path asked for.
         asked: String,
-        /// Paths of all layers, those that begin in the same way first.
+        /// Paths of all layers, the most similar ones first.
         choices: Vec<String>,
     },
     /// A handle that another builder returned.

@@ -208,8 +208,8 @@ impl Graph {
             .flat_map(|n| n.ports.outputs.iter().map(move |o| format!("{}.{}", n.path, o.name)))
     }
 
-    /// Finds an output by name. The name is either node path and port name (`bind/back.out`), or the name that a
-    /// module gives to the output (`bind.output`). Costs O(nodes).
+    /// Finds an output by name. The name is either node path and port name (`bind/back.out`), or a name that a
+    /// module around it gives to the output (`bind.output`). Costs O(nodes).
     ///
     /// # Errors
     /// [`SimError::UnknownOutput`], with a list of all outputs, if there is no such output.
@@ -221,7 +221,7 @@ impl Graph {
             return Ok(OutputRef { source: Source::of(node.outs[index]) });
         }
         for node in &self.nodes {
-            let named = |o: &OutputDecl| o.exposed.as_deref() == Some(name);
+            let named = |o: &OutputDecl| o.is_exposed_as(name);
             if let Some(index) = node.ports.outputs.iter().position(named) {
                 return Ok(OutputRef { source: Source::of(node.outs[index]) });
             }

@@ -201,6 +201,8 @@ pub(crate) struct OutputDecl {
     pub name: String,
     /// The full name given by the outermost module that exposes the port.
     pub exposed: Option<Arc<str>>,
+    /// The full names given by the modules inside that one.
+    pub inner: Vec<Arc<str>>,
     pub spec: AnyOutput,
 }
 
@@ -208,6 +210,13 @@ impl std::ops::Deref for InputDecl {
     type Target = AnyInput;
     fn deref(&self) -> &AnyInput {
         &self.spec
+    }
+}
+
+impl OutputDecl {
+    /// Returns whether a module around the port calls it `name`.
+    pub fn is_exposed_as(&self, name: &str) -> bool {
+        self.exposed.iter().chain(&self.inner).any(|own| **own == *name)
     }
 }
 
@@ -270,7 +279,7 @@ impl PortDecl {
     pub fn output(&mut self, name: &str, spec: impl Into<AnyOutput>) -> &mut Self {
         let spec = spec.into();
         self.check(name, spec.shape.width, self.outputs.iter().any(|p| p.name == name));
-        self.outputs.push(OutputDecl { name: name.into(), exposed: None, spec });
+        self.outputs.push(OutputDecl { name: name.into(), exposed: None, inner: Vec::new(), spec });
         self
     }
 

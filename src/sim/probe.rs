@@ -3,6 +3,7 @@
 use std::marker::PhantomData;
 
 use std::any::TypeId;
+use std::cmp::Reverse;
 
 use super::draft::NodeDraft;
 use super::error::BuildError;
@@ -51,6 +52,14 @@ impl ProbeSpec {
     }
 }
 
+/// Returns how many characters two names have in common at their beginnings and ends, to put likely choices first.
+pub(crate) fn in_common(a: &str, b: &str) -> usize {
+    let same = |(a, b): &(u8, u8)| a == b;
+    let start = a.bytes().zip(b.bytes()).take_while(same).count();
+    let end = a.bytes().rev().zip(b.bytes().rev()).take_while(same).count();
+    (start + end).min(a.len()).min(b.len())
+}
+
 /// Finds the output of kind `K` with a name that [`probe_at`](super::GraphBuilder::probe_at) accepts: indices of node and
 /// port.
 pub(crate) fn find<K: Kind>(nodes: &[NodeDraft], name: &str) -> Result<(usize, usize), BuildError> {
@@ -61,14 +70,15 @@ pub(crate) fn find<K: Kind>(nodes: &[NodeDraft], name: &str) -> Result<(usize, u
         for (output, declared) in node.ports.outputs.iter().enumerate() {
             let exposed = declared.exposed.as_deref();
             let called = node.path == path && declared.name == port
-                || exposed.is_some_and(|exposed| exposed == name || exposed == of_module);
+                || declared.is_exposed_as(name)
+                || declared.is_exposed_as(&of_module);
             if called && declared.spec.kind == TypeId::of::<K>() {
                 return Ok((index, output));
             }
             let full = format!("{}.{}", node.path, declared.name);
-            let near = called || node.path.starts_with(path);
             let label = &declared.spec.kind_label;
-            all.push((!near, format!("{}: {label}", exposed.unwrap_or(&full))));
+            let shown = exposed.unwrap_or(&full);
+            all.push((Reverse((called, in_common(shown, name))), format!("{shown}: {label}")));
         }
     }
     all.sort();

@@ -1,8 +1,11 @@
 //! Recordings of spikes: one bit per neuron and tick.
 
+use std::cmp::Reverse;
+
 use super::draft::{Body, NodeDraft};
 use super::error::BuildError;
 use super::node::{Node, StateRef};
+use super::probe::in_common;
 
 /// A handle to a recording of the spikes of one layer.
 #[derive(Debug, Clone, Copy)]
@@ -17,11 +20,10 @@ pub(crate) fn find(nodes: &[NodeDraft], path: &str) -> Result<usize, BuildError>
     if let Some(index) = nodes.iter().position(|node| node.path == path && layer(node)) {
         return Ok(index);
     }
-    let first = path.split('/').next().unwrap_or_default();
-    let mut all: Vec<(bool, String)> = nodes
+    let mut all: Vec<(Reverse<usize>, String)> = nodes
         .iter()
         .filter(|node| layer(node))
-        .map(|node| (node.path.split('/').next() != Some(first), node.path.clone()))
+        .map(|node| (Reverse(in_common(&node.path, path)), node.path.clone()))
         .collect();
     all.sort();
     let choices = all.into_iter().map(|(_, path)| path).collect();
