@@ -5,12 +5,11 @@
 use std::error::Error;
 
 use symbolt::prelude::*;
-use symbolt::spa::Similarities;
 
 symbolt::vocabulary!(States = "states": A, B, C, D, E);
 
 /// Returns the similarities of the state with all names over 500 ms.
-pub fn run(plan: &PopulationPlan, seed: Seed) -> Result<Similarities, Box<dyn Error>> {
+pub fn run(plan: &PopulationPlan, seed: Seed) -> Result<TimeSeries, Box<dyn Error>> {
     let states = States::vocabulary(128, seed)?;
     let mut graph = GraphBuilder::new();
     let state = graph.add("state", State::new(&states));

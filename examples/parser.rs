@@ -5,7 +5,6 @@
 use std::error::Error;
 
 use symbolt::prelude::*;
-use symbolt::spa::Similarities;
 
 symbolt::vocabulary!(Words = "words": WRITE, SAY, ONE, TWO, THREE, STOP, VERB, NOUN);
 
@@ -14,7 +13,7 @@ symbolt::vocabulary!(Words = "words": WRITE, SAY, ONE, TWO, THREE, STOP, VERB, N
 ///
 /// The memories store what was seen about 40 ms ago, because the gates close some time after the next word has
 /// appeared. They are open from 1 on; in neurons a chosen rule may have an activity of only 0.9.
-pub fn run(plan: &PopulationPlan, seed: Seed) -> Result<Similarities, Box<dyn Error>> {
+pub fn run(plan: &PopulationPlan, seed: Seed) -> Result<TimeSeries, Box<dyn Error>> {
     let words = Words::vocabulary(256, seed)?;
     let mut graph = GraphBuilder::new();
     let text = ["WRITE", "ONE", "STOP", "THREE", "WRITE", "STOP", "SAY", "TWO", "STOP"];

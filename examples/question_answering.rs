@@ -5,12 +5,11 @@
 use std::error::Error;
 
 use symbolt::prelude::*;
-use symbolt::spa::Similarities;
 
 symbolt::vocabulary!(Things = "things": RED, BLUE, CIRCLE, SQUARE);
 
 /// Returns the similarities of the answer with all names over 500 ms. The questions change every 125 ms.
-pub fn run(plan: &PopulationPlan, seed: Seed) -> Result<Similarities, Box<dyn Error>> {
+pub fn run(plan: &PopulationPlan, seed: Seed) -> Result<TimeSeries, Box<dyn Error>> {
     let things = Things::vocabulary(128, seed)?;
     let mut graph = GraphBuilder::new();
     let colour = graph.add("colour", things.stimulus([(0, "RED"), (250, "BLUE")])?);

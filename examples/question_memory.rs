@@ -5,13 +5,12 @@
 use std::error::Error;
 
 use symbolt::prelude::*;
-use symbolt::spa::Similarities;
 
 symbolt::vocabulary!(Things = "things": RED, BLUE, CIRCLE, SQUARE);
 
 /// Returns the similarities of the answer with all names over 900 ms: two statements of 250 ms each, then four questions
 /// of 100 ms each.
-pub fn run(plan: &PopulationPlan, seed: Seed) -> Result<Similarities, Box<dyn Error>> {
+pub fn run(plan: &PopulationPlan, seed: Seed) -> Result<TimeSeries, Box<dyn Error>> {
     let things = Things::vocabulary(256, seed)?;
     let mut graph = GraphBuilder::new();
     let statements = [(0, "RED * CIRCLE"), (250, "BLUE * SQUARE"), (500, "0")];

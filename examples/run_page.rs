@@ -24,11 +24,10 @@ pub fn run(folder: &Path) -> Result<usize, Box<dyn Error>> {
     let sim = graph.run(&spiking, Seed::new(1), SimDuration::from_millis(300))?;
 
     let similarities = words.similarities(sim.samples(&value), Words::NAMES)?;
-    let page = RunPage::new("A memory", &sim).similarities("memory", &similarities).html();
+    let page = RunPage::new("A memory", &sim).chart("memory", &similarities).html();
     write_atomic(&folder.join("run.html"), page, Overwrite::Allowed)?;
     sim.recordings().write_npz(&folder.join("run.npz"), Overwrite::Allowed)?;
-    let table = sim.recordings().spikes_csv();
-    write_atomic(&folder.join("spikes.csv"), table, Overwrite::Allowed)?;
+    sim.recordings().write_spikes_csv(&folder.join("spikes.csv"), Overwrite::Allowed)?;
     Ok(sim.spikes(&spikes).count())
 }
 

@@ -5,12 +5,12 @@
 use std::error::Error;
 
 use symbolt::prelude::*;
-use symbolt::spa::{Compare, Similarities};
+use symbolt::spa::Compare;
 
 symbolt::vocabulary!(Things = "things": RED, BLUE, SAME, DIFFERENT);
 
 /// Returns the similarities of the answer with SAME and DIFFERENT. The right picture changes after 200 ms.
-pub fn run(plan: &PopulationPlan, seed: Seed) -> Result<Similarities, Box<dyn Error>> {
+pub fn run(plan: &PopulationPlan, seed: Seed) -> Result<TimeSeries, Box<dyn Error>> {
     let things = Things::vocabulary(128, seed)?;
     let mut graph = GraphBuilder::new();
     let left = graph.add("left", things.stimulus([(0, "RED")])?);

@@ -6,12 +6,12 @@ use std::error::Error;
 
 use symbolt::prelude::*;
 use symbolt::sim::Signal;
-use symbolt::spa::{Sequence, Similarities};
+use symbolt::spa::Sequence;
 
 symbolt::vocabulary!(Words = "words": RED, GREEN, BLUE, FIRST, SECOND, THIRD);
 
 /// Returns the similarities of what is recalled with the colours. Each position lasts 200 ms.
-pub fn run(plan: &PopulationPlan, seed: Seed) -> Result<Similarities, Box<dyn Error>> {
+pub fn run(plan: &PopulationPlan, seed: Seed) -> Result<TimeSeries, Box<dyn Error>> {
     let words = Words::vocabulary(256, seed)?;
     let mut graph = GraphBuilder::new();
     let list = graph.add("list", State::new(&words));

@@ -152,7 +152,7 @@ pub mod prelude {
     pub use crate::neurons::{Ensemble, LifSpec, Population, PopulationPlan, SelectRule};
     pub use crate::sim::{
         Add, Constant, GraphBuilder, In, Module, Noise, Out, Pointer, ProbeSpec, RunConfig, Scalar,
-        Scope, Seed, SimDuration, Simulator, Stimulus, StopReason, Synapse, Threads, Timebase,
+        Scope, Seed, SimDuration, Simulator, Stimulus, StopReason, Synapse, Threads, TimeSeries, Timebase,
         Vector, VocabTag,
     };
     pub use crate::spa::{

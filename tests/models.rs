@@ -24,8 +24,8 @@ mod serial_recall;
 mod two_languages;
 
 use symbolt::neurons::{LifSpec, Population, PopulationPlan};
-use symbolt::sim::Seed;
-use symbolt::spa::Similarities;
+use symbolt::sim::{Seed, TimeSeries};
+
 
 /// Runs a check in every mode with each seed, and returns the faults.
 fn faults(seeds: u64, check: impl Fn(&PopulationPlan, Seed) -> Result<(), String>) -> Vec<String> {
@@ -47,7 +47,7 @@ fn faults(seeds: u64, check: impl Fn(&PopulationPlan, Seed) -> Result<(), String
 }
 
 /// Checks which expression is the most similar at each time (in ms).
-fn answers(found: &Similarities, expected: &[(u64, &str)]) -> Result<(), String> {
+fn answers(found: &TimeSeries, expected: &[(u64, &str)]) -> Result<(), String> {
     for (ms, name) in expected {
         let best = found.best(*ms as f64 / 1e3).ok_or("no sample")?;
         if best.0 != *name || best.1 < 0.15 {

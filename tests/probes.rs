@@ -49,7 +49,7 @@ fn a_probe_by_path_has_the_samples_of_a_probe_by_handle() {
     assert_eq!(all[0].len(), 30);
     assert!(all[1..4].iter().all(|other| *other == all[0]));
     assert!(all[4] != all[0]);
-    let names: Vec<String> = sim.recordings().outputs().map(str::to_owned).collect();
+    let names: Vec<String> = sim.recordings().values().map(|(name, _)| name.to_owned()).collect();
     assert_eq!(names[..2], ["state.output", "state.output-2"]);
     assert_eq!(names[4], "seen.out");
 }
@@ -164,12 +164,63 @@ fn a_page_shows_any_graph() {
     graph.route(&one >> &similarity);
     let sim = graph.run(&lif(), Seed::new(1), ms(60)).unwrap();
     let seen = things.similarities(sim.samples(&state), Things::NAMES).unwrap();
-    let page = RunPage::new("<RED>", &sim).similarities("what is seen", &seen).html();
+    let page = RunPage::new("<RED>", &sim).chart("what is seen", &seen).html();
     assert!(page.contains("<h1>&lt;RED&gt;</h1>") && !page.contains("<RED>"));
-    assert_eq!(page.matches("<svg").count(), 3, "similarities, one output, one raster");
+    assert_eq!(page.matches("<svg").count(), 5, "modules, similarities, two outputs, one raster");
+    assert_eq!(page.matches("</svg>").count(), 5);
+    assert!(page.contains("state.output, norm of 32 components"));
     assert!(page.contains("<td>state</td><td class=\"n\">2</td><td class=\"n\">1600</td>"));
     assert!(page.contains("60 simulated ms") && page.contains("digraph symbolt"));
-    assert!(page.matches('M').count() > 50, "spikes");
+    let raster = sim.recordings().spikes().map(|(_, spikes)| spikes.to_svg("S")).next().unwrap();
+    let marks = raster.rsplit("<path").next().unwrap().matches('M').count();
+    assert!((50..5_000).contains(&marks), "{marks} marks of some 100 neurons");
+    let silent = graph_without_spikes();
+    assert!(silent.starts_with("<svg") && silent.contains("d=\"\""));
+}
+
+/// The raster of a layer in direct mode, which has no neurons.
+fn graph_without_spikes() -> String {
+    let mut graph = describe();
+    let spikes = graph.probe_spikes("state/population");
+    let sim = graph.run(&PopulationPlan::direct(), Seed::new(1), ms(5)).unwrap();
+    sim.spikes(&spikes).to_svg("none")
+}
+
+#[test]
+fn the_modules_are_drawn_up_to_a_limit() {
+    let graph_of = |modules: usize| {
+        let mut graph = GraphBuilder::new();
+        for index in 0..modules {
+            graph.add(&format!("m{index}"), Constant::scalar(0.0));
+        }
+        graph.start(&PopulationPlan::direct(), Seed::new(1)).unwrap().graph().to_svg()
+    };
+    assert_eq!(graph_of(41), None);
+    let drawing = graph_of(40).unwrap();
+    assert!((0..40).all(|index| drawing.contains(&format!(">m{index}<"))));
+    let mut graph = describe();
+    graph.add("other", Constant::scalar(0.0));
+    let drawing = graph.start(&lif(), Seed::new(1)).unwrap().graph().to_svg().unwrap();
+    assert_eq!(drawing.matches("<rect").count(), 3, "one box for each module");
+    assert_eq!(drawing.matches("marker-end").count(), 1, "one arrow for two connections");
+}
+
+#[test]
+fn names_in_tables_are_quoted_where_they_need_it() {
+    let mut graph = GraphBuilder::new();
+    let input = graph.add("input", Constant::vector(&[0.5, 1.0]));
+    let probe = graph.probe(&input, ProbeSpec::default());
+    let sim = graph.run(&PopulationPlan::direct(), Seed::new(1), ms(1)).unwrap();
+    let table = sim.recordings().values_csv();
+    assert_eq!(table, "time_s,input.out[0],input.out[1]\n0.001,0.5,1\n");
+    let series = sim.samples(&probe).series(["x, \"y\""]);
+    assert_eq!(series.to_csv(), "time_s,\"x, \"\"y\"\"\",1\n0.001,0.5,1\n");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("values.csv");
+    sim.recordings().write_values_csv(&path, Overwrite::Never).unwrap();
+    assert_eq!(std::fs::read_to_string(path).unwrap(), table);
+    let nowhere = folder.path().join("no/such/folder/spikes.csv");
+    assert!(sim.recordings().write_spikes_csv(&nowhere, Overwrite::Never).is_err());
 }
 
 #[test]

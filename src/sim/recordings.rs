@@ -1,12 +1,14 @@
 //! Everything that a run recorded, for files: numpy archives and CSV.
 
 use std::fmt::Write as _;
+use std::marker::PhantomData;
 use std::path::Path;
 
 use ndarray::{ArrayView1, ArrayView2};
 
+use super::kind::Vector;
 use super::node::Real;
-use super::probe::Recording;
+use super::probe::{Recording, Samples};
 use super::simulator::Simulator;
 use super::spikes::Spikes;
 use crate::files::npz::{NpzError, NpzWriter};
@@ -48,18 +50,8 @@ pub enum RecordingsError {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Recordings<'a> {
-    values: Vec<(String, &'a Recording, usize)>,
+    values: Vec<(String, Samples<'a, Vector>)>,
     spikes: Vec<(String, Spikes<'a>)>,
-    dt_s: f64,
-}
-
-/// The samples of one output.
-pub(crate) struct OutputValues<'a> {
-    pub name: &'a str,
-    pub width: usize,
-    pub times_s: Vec<f64>,
-    /// Row-major, one row per sample.
-    pub values: Vec<Real>,
 }
 
 /// Returns `name`, or `name-2` and so on if it is taken.
@@ -75,14 +67,15 @@ impl Simulator {
     /// Returns everything that the probes have recorded.
     pub fn recordings(&self) -> Recordings<'_> {
         let dt_s = self.graph.time.dt_s();
-        let mut values: Vec<(String, &Recording, usize)> = Vec::new();
+        let mut values: Vec<(String, Samples<'_, Vector>)> = Vec::new();
         for (plan, recording) in self.graph.probes.iter().zip(&self.recordings) {
             let node = &self.graph.nodes[plan.node];
             let output = &node.ports.outputs[plan.output];
             let full = || format!("{}.{}", node.path, output.name);
             let name = output.exposed.as_deref().map_or_else(full, str::to_owned);
             let name = unique(name, values.iter().map(|(name, ..)| name));
-            values.push((name, recording, plan.source.span().len()));
+            let width = plan.source.span().len();
+            values.push((name, Samples { recording, width, dt_s, kind: PhantomData }));
         }
         let mut spikes: Vec<(String, Spikes<'_>)> = Vec::new();
         for (node, recording) in self.graph.spike_probes.iter().zip(&self.spikes) {
@@ -90,30 +83,15 @@ impl Simulator {
             let name = unique(name, spikes.iter().map(|(name, _)| name));
             spikes.push((name, Spikes { recording, dt_s }));
         }
-        Recordings { values, spikes, dt_s }
+        Recordings { values, spikes }
     }
 }
 
-impl Recordings<'_> {
-    /// Returns the names of the recorded outputs, in the order of their probes. The second probe of an output has `-2`
-    /// behind its name, and so on.
-    pub fn outputs(&self) -> impl Iterator<Item = &str> {
-        self.values.iter().map(|(name, ..)| name.as_str())
-    }
-
-    /// Returns the samples of all recorded outputs, oldest first.
-    pub(crate) fn values(&self) -> impl Iterator<Item = OutputValues<'_>> {
-        self.values.iter().map(|(name, recording, width)| {
-            let order = recording.order();
-            let time = |index: &usize| recording.ticks[*index] as f64 * self.dt_s;
-            let row = |index: &usize| &recording.values[index * width..(index + 1) * width];
-            OutputValues {
-                name,
-                width: *width,
-                times_s: order.iter().map(time).collect(),
-                values: order.iter().flat_map(row).copied().collect(),
-            }
-        })
+impl<'a> Recordings<'a> {
+    /// Returns the names of the recorded outputs with their samples, in the order of their probes. The samples of any
+    /// kind of output are vectors here. The second probe of an output has `-2` behind its name, and so on.
+    pub fn values(&self) -> impl Iterator<Item = (&str, Samples<'a, Vector>)> {
+        self.values.iter().map(|(name, samples)| (name.as_str(), *samples))
     }
 
     /// Returns the paths of the layers whose spikes were recorded, with their spikes.
@@ -125,33 +103,27 @@ impl Recordings<'_> {
     /// A column is empty at times at which its output was not sampled.
     pub fn values_csv(&self) -> String {
         let mut table = String::from("time_s");
-        for (name, _, width) in &self.values {
-            match width {
-                1 => table += &format!(",{name}"),
-                _ => (0..*width).for_each(|i| table += &format!(",{name}[{i}]")),
+        for (name, samples) in self.values() {
+            for i in 0..samples.width() {
+                let column = if samples.width() == 1 { name.into() } else { format!("{name}[{i}]") };
+                table += &format!(",{column}");
             }
         }
         table.push('\n');
-        let mut ticks: Vec<u64> =
-            self.values.iter().flat_map(|(_, recording, _)| &recording.ticks).copied().collect();
-        ticks.sort_unstable();
-        ticks.dedup();
-        let ordered: Vec<(Vec<usize>, &Recording, usize)> = self
-            .values
-            .iter()
-            .map(|(_, recording, width)| (recording.order(), *recording, *width))
-            .collect();
-        let mut at = vec![0; ordered.len()];
-        for tick in ticks {
-            let _ = write!(table, "{}", tick as f64 * self.dt_s);
-            for ((order, recording, width), at) in ordered.iter().zip(&mut at) {
-                let index = order.get(*at).filter(|index| recording.ticks[**index] == tick);
-                *at += usize::from(index.is_some());
-                for component in 0..*width {
+        let times = |samples: Samples<'a, Vector>| samples.iter().map(|(time, _)| time);
+        let mut all: Vec<f64> = self.values().flat_map(|(_, samples)| times(samples)).collect();
+        all.sort_unstable_by(f64::total_cmp);
+        all.dedup();
+        let mut at = vec![0; self.values.len()];
+        for time in all {
+            let _ = write!(table, "{time}");
+            for ((_, samples), at) in self.values().zip(&mut at) {
+                let row = samples.get(*at).filter(|sample| sample.0 == time).map(|(_, row)| row);
+                *at += usize::from(row.is_some());
+                for i in 0..samples.width() {
                     table.push(',');
-                    if let Some(index) = index {
-                        let value = recording.values[index * width + component];
-                        let _ = write!(table, "{value}");
+                    if let Some(row) = row {
+                        let _ = write!(table, "{}", row[i]);
                     }
                 }
             }
@@ -178,9 +150,11 @@ impl Recordings<'_> {
     /// [`NpzError`] if the archive is too large for its format.
     pub fn to_npz(&self) -> Result<Vec<u8>, NpzError> {
         let mut archive = NpzWriter::new();
-        for OutputValues { name, width, times_s, values } in self.values() {
+        for (name, samples) in self.values() {
+            let times_s: Vec<f64> = samples.iter().map(|(time, _)| time).collect();
+            let values: Vec<Real> = samples.iter().flat_map(|(_, row)| row).copied().collect();
             archive.add(&format!("{name}.time_s"), &ArrayView1::from(&times_s))?;
-            if let Ok(values) = ArrayView2::from_shape((times_s.len(), width), &values) {
+            if let Ok(values) = ArrayView2::from_shape((times_s.len(), samples.width()), &values) {
                 archive.add(&format!("{name}.values"), &values)?;
             }
         }
@@ -200,11 +174,35 @@ impl Recordings<'_> {
     pub fn write_npz(&self, path: &Path, overwrite: Overwrite) -> Result<(), RecordingsError> {
         Ok(write_atomic(path, self.to_npz()?, overwrite)?)
     }
+
+    /// Writes the table of [`values_csv`](Self::values_csv) to a file.
+    ///
+    /// # Errors
+    /// [`RecordingsError::File`] if it cannot be written. A half-written file is never left behind.
+    pub fn write_values_csv(
+        &self,
+        path: &Path,
+        overwrite: Overwrite,
+    ) -> Result<(), RecordingsError> {
+        Ok(write_atomic(path, self.values_csv(), overwrite)?)
+    }
+
+    /// Writes the table of [`spikes_csv`](Self::spikes_csv) to a file.
+    ///
+    /// # Errors
+    /// As for [`write_values_csv`](Self::write_values_csv).
+    pub fn write_spikes_csv(
+        &self,
+        path: &Path,
+        overwrite: Overwrite,
+    ) -> Result<(), RecordingsError> {
+        Ok(write_atomic(path, self.spikes_csv(), overwrite)?)
+    }
 }
 
 impl Recording {
     /// Returns the indices of the samples, oldest first.
-    fn order(&self) -> Vec<usize> {
+    pub fn order(&self) -> Vec<usize> {
         let len = self.ticks.len();
         (0..len).map(|index| (self.head + index) % len).collect()
     }

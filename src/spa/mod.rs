@@ -94,7 +94,6 @@ mod page;
 mod pairs;
 mod pointer;
 mod resonator;
-mod similarities;
 mod vocabulary;
 
 pub use crate::sim::PointerRef;
@@ -120,7 +119,5 @@ pub use page::RunPage;
 pub use pairs::{Filler, PairDecoder};
 pub use pointer::PointerValue;
 pub use resonator::{Factors, Resonator};
-pub(crate) use similarities::COLOURS;
-pub use similarities::Similarities;
 pub(crate) use vocabulary::draw_pointer;
 pub use vocabulary::{Name, Vocabulary, VocabularyBuilder, random_pointer};

@@ -3,16 +3,11 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use super::similarities::Similarities;
-use crate::sim::{Simulator, Spikes};
+use super::algebra::norm;
+use crate::sim::{Samples, Simulator, TimeSeries, Vector};
 
-/// Greatest number of components of an output that get a chart. Wider ones, such as pointers, are left to
-/// [`RunPage::similarities`].
+/// Greatest number of components of an output that get a curve each.
 const CURVES: usize = 12;
-/// Greatest number of neurons of a raster; of larger layers it shows evenly spaced ones.
-const NEURONS: usize = 100;
-/// Width of a raster and height of one of its rows, in pixels.
-const RASTER: (usize, usize) = (720, 3);
 
 const STYLE: &str = "body{font:15px/1.5 system-ui,sans-serif;max-width:62rem;margin:2rem auto;padding:0 1rem;color:#222}\
 h1{font-size:1.5rem}h2{font-size:1.1rem;margin-top:2rem}table{border-collapse:collapse}\
@@ -21,8 +16,9 @@ td.n,th.n{text-align:right}pre{overflow:auto;background:#f6f6f6;padding:.7rem}sv
 
 /// A page in HTML that shows a run of any graph and opens offline.
 ///
-/// It has the modules with their neurons, a chart for each [`Similarities`] that you add and for each recorded output of
-/// at most 12 components, a raster of each layer whose spikes were recorded, and the graph in the DOT language.
+/// It shows the modules with their connections and neurons, the charts that you add, a chart of each recorded output,
+/// and a raster of each layer whose spikes were recorded. An output of more than 12 components is shown as its norm; add
+/// a chart of its similarities to see more.
 ///
 /// ```
 /// use symbolt::prelude::*;
@@ -39,7 +35,7 @@ td.n,th.n{text-align:right}pre{overflow:auto;background:#f6f6f6;padding:.7rem}sv
 /// let spiking = PopulationPlan::all(Population::Lif(LifSpec::default()));
 /// let sim = graph.run(&spiking, Seed::new(1), SimDuration::from_millis(100))?;
 /// let seen = parts.similarities(sim.samples(&probe), Parts::NAMES)?;
-/// let page = RunPage::new("What is seen", &sim).similarities("state", &seen).html();
+/// let page = RunPage::new("What is seen", &sim).chart("state", &seen).html();
 /// assert!(page.starts_with("<!DOCTYPE html>"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -61,9 +57,9 @@ impl<'s> RunPage<'s> {
         Self { title: title.into(), sim, charts: Vec::new() }
     }
 
-    /// Adds a chart of similarities under a title.
-    pub fn similarities(mut self, title: &str, similarities: &Similarities) -> Self {
-        self.charts.push(similarities.to_svg(title));
+    /// Adds a chart under a title.
+    pub fn chart(mut self, title: &str, series: &TimeSeries) -> Self {
+        self.charts.push(series.to_svg(title));
         self
     }
 
@@ -83,27 +79,32 @@ impl<'s> RunPage<'s> {
             graph.edge_count(),
             graph.seed().value()
         );
+        page += "<h2>Modules</h2>\n";
+        if let Some(drawing) = graph.to_svg() {
+            let _ = writeln!(page, "<p>{drawing}</p>");
+        }
         self.write_modules(&mut page);
-        let outputs = self.outputs();
+        let recordings = self.sim.recordings();
+        let outputs: Vec<String> = recordings.values().map(|(name, s)| of_output(name, s)).collect();
         if !self.charts.is_empty() || !outputs.is_empty() {
             page += "<h2>Over time</h2>\n";
         }
         for chart in self.charts.iter().chain(&outputs) {
             let _ = writeln!(page, "<p>{chart}</p>");
         }
-        for (path, spikes) in self.sim.recordings().spikes() {
-            let (path, rate) = (escaped(path), spikes.mean_rate_hz());
+        for (path, spikes) in recordings.spikes() {
             let _ = writeln!(
                 page,
-                "<h2>Spikes of {path}</h2>\n<p>{} neurons, {} spikes, {rate:.0} Hz on average.</p>\n<p>{}</p>",
+                "<p>{}</p>\n<p>{} neurons, {} spikes, {:.0} Hz on average.</p>",
+                spikes.to_svg(&format!("Spikes of {path}")),
                 spikes.neurons(),
                 spikes.count(),
-                raster(spikes, self.sim.time_s())
+                spikes.mean_rate_hz(),
             );
         }
         let _ = writeln!(
             page,
-            "<h2>Graph</h2>\n<details><summary>In the DOT language of Graphviz</summary><pre>{}</pre></details>\n</body></html>",
+            "<details><summary>All nodes, in the DOT language of Graphviz</summary><pre>{}</pre></details>\n</body></html>",
             escaped(&graph.to_dot())
         );
         page
@@ -120,7 +121,7 @@ impl<'s> RunPage<'s> {
         for (path, source) in graph.event_sources() {
             modules.entry(module(path)).or_default()[1] += source.units;
         }
-        *page += "<h2>Modules</h2>\n<table><tr><th>name</th><th class=\"n\">nodes</th><th class=\"n\">spiking neurons</th></tr>\n";
+        *page += "<table><tr><th>name</th><th class=\"n\">nodes</th><th class=\"n\">spiking neurons</th></tr>\n";
         for (name, [nodes, neurons]) in modules {
             let name = escaped(&name);
             let _ = writeln!(
@@ -130,43 +131,16 @@ impl<'s> RunPage<'s> {
         }
         *page += "</table>\n";
     }
-
-    /// Returns charts of the recorded outputs that have few components.
-    fn outputs(&self) -> Vec<String> {
-        let recordings = self.sim.recordings();
-        let narrow = recordings.values().filter(|output| (1..=CURVES).contains(&output.width));
-        narrow
-            .map(|output| {
-                let columns = match output.width {
-                    1 => vec![output.name.to_owned()],
-                    width => (0..width).map(|i| format!("{}[{i}]", output.name)).collect(),
-                };
-                Similarities::of_values(columns, output.times_s, output.values).chart(
-                    output.name,
-                    "value",
-                    0.0..1e-3,
-                )
-            })
-            .collect()
-    }
 }
 
-/// Draws spikes as SVG: time to the right, one row per neuron.
-fn raster(spikes: Spikes<'_>, end_s: f64) -> String {
-    let (width, row) = RASTER;
-    let step = spikes.neurons().div_ceil(NEURONS).max(1);
-    let height = row * spikes.neurons().div_ceil(step);
-    let (mut path, mut drawn) = (String::new(), vec![false; width * NEURONS]);
-    for (time, neuron) in spikes.iter().filter(|(_, neuron)| neuron.is_multiple_of(step)) {
-        let x = ((time / end_s.max(1e-9) * width as f64) as usize).min(width - 1);
-        // One mark per pixel, so that long runs do not make long pages.
-        let mark = &mut drawn[neuron / step * width + x];
-        if !std::mem::replace(mark, true) {
-            let _ = write!(path, "M{x}.5 {}v{row}", neuron / step * row);
-        }
+/// Draws a recorded output: its components, or its norm if there are many.
+fn of_output(name: &str, samples: Samples<'_, Vector>) -> String {
+    if samples.width() <= CURVES {
+        return samples.series([""; 0]).to_svg(name);
     }
-    format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\">\
-         <rect width=\"{width}\" height=\"{height}\" fill=\"#fafafa\"/><path d=\"{path}\" stroke=\"#0072b2\"/></svg>"
-    )
+    let mut series = TimeSeries::new(vec!["norm".into()], ("norm", [0.0, 1.0]));
+    for (time, value) in samples.iter() {
+        series.push(time, [norm(value)].into_iter());
+    }
+    series.to_svg(&format!("{name}, norm of {} components", samples.width()))
 }

@@ -8,6 +8,7 @@ mod change;
 mod evaluate;
 mod lists;
 mod name;
+mod similarities;
 mod stimulus;
 
 use std::collections::HashMap;
