@@ -152,8 +152,8 @@ pub mod prelude {
     pub use crate::neurons::{Ensemble, LifSpec, Population, PopulationPlan, SelectRule};
     pub use crate::sim::{
         Add, Constant, GraphBuilder, In, Module, Noise, Out, Pointer, ProbeSpec, RunConfig, Scalar,
-        Scope, Seed, SimDuration, Simulator, Stimulus, StopReason, Synapse, Threads, TimeSeries, Timebase,
-        Vector, VocabTag,
+        Scope, Seed, SimDuration, Simulator, Stimulus, StopReason, Synapse, Threads, TimeSeries,
+        Timebase, Vector, VocabTag,
     };
     pub use crate::spa::{
         AssociativeMemory, BasalGanglia, Bind, CleanupMemory, FlowExt, Gate, GoalBuffer, Routes,

@@ -26,7 +26,6 @@ mod two_languages;
 use symbolt::neurons::{LifSpec, Population, PopulationPlan};
 use symbolt::sim::{Seed, TimeSeries};
 
-
 /// Runs a check in every mode with each seed, and returns the faults.
 fn faults(seeds: u64, check: impl Fn(&PopulationPlan, Seed) -> Result<(), String>) -> Vec<String> {
     let lif = LifSpec::default();

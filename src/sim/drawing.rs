@@ -21,7 +21,7 @@ const HEIGHT: f64 = 34.0;
 
 impl Graph {
     /// Draws the modules and their connections as SVG: one box for each first part of a path, one arrow for all
-    /// connections from one module to another. `None` for a graph of no module, more than 40 modules or more than 120
+    /// connections from one module to another; those inside a module are not shown. `None` for a graph of no module, more than 40 modules or more than 120
     /// arrows; [`to_dot`](Self::to_dot) has no such limit and shows all nodes.
     ///
     /// ```
@@ -50,6 +50,7 @@ impl Graph {
             .edges
             .iter()
             .filter_map(|edge| Some((index(edge.from.0)?, index(edge.to.0)?)))
+            .filter(|(from, to)| from != to)
             .collect();
         if modules.is_empty() || modules.len() > MODULES || arrows.len() > CONNECTIONS {
             return None;

@@ -105,7 +105,8 @@ impl<'a> Recordings<'a> {
         let mut table = String::from("time_s");
         for (name, samples) in self.values() {
             for i in 0..samples.width() {
-                let column = if samples.width() == 1 { name.into() } else { format!("{name}[{i}]") };
+                let column =
+                    if samples.width() == 1 { name.into() } else { format!("{name}[{i}]") };
                 table += &format!(",{column}");
             }
         }

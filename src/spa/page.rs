@@ -85,7 +85,8 @@ impl<'s> RunPage<'s> {
         }
         self.write_modules(&mut page);
         let recordings = self.sim.recordings();
-        let outputs: Vec<String> = recordings.values().map(|(name, s)| of_output(name, s)).collect();
+        let outputs: Vec<String> =
+            recordings.values().map(|(name, s)| of_output(name, s)).collect();
         if !self.charts.is_empty() || !outputs.is_empty() {
             page += "<h2>Over time</h2>\n";
         }
