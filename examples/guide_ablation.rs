@@ -86,9 +86,9 @@ impl Experiment for GateAblation {
         ]
     }
 
-    fn trial(&self, cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
+    fn trial(&self, cell: &Cell, seed: Seed) -> Result<TrialOutcome, TaskError> {
         let domain = DomainBuilder::of_the_paper().build()?;
-        let without = [None, Some(Part::Gate)][cell];
+        let without = cell.choice("gate", &[("in", None), ("out", Some(Part::Gate))])?;
         let spec = PlannerSpec { without, ..PlannerSpec::default() };
         let planner = Planner::new(&domain, spec, seed)?;
         // A random world: each state holds with probability one half.

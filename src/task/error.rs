@@ -171,6 +171,16 @@ pub enum TaskError {
         /// The names of all experiments.
         choices: Vec<String>,
     },
+    /// A cell of an experiment lacks a setting that its trial reads.
+    #[error("`{setting}` is not a setting of the cell `{cell}` that is {expected}")]
+    CellSetting {
+        /// The cell, by its settings.
+        cell: String,
+        /// The setting that was read.
+        setting: String,
+        /// The valid values.
+        expected: String,
+    },
     /// There is no task with this name.
     #[error("there is no task `{name}`; the tasks are: {}", described(.choices))]
     UnknownTask {

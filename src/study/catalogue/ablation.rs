@@ -156,8 +156,10 @@ impl Experiment for Ablation {
         self.variants.iter().map(cell).collect()
     }
 
-    fn trial(&self, cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
-        let variant = &self.variants[cell];
+    fn trial(&self, cell: &Cell, seed: Seed) -> Result<TrialOutcome, TaskError> {
+        let of_change = self.variants.iter().filter(|v| cell.is("change", v.name));
+        let choices: Vec<_> = of_change.map(|v| (v.value.as_str(), v)).collect();
+        let variant = cell.choice("to", &choices)?;
         let domain = DomainBuilder::of_the_paper().build()?;
         let mut rng = seed.derive("", "worlds").rng();
         let states = domain.states().len();
@@ -201,7 +203,8 @@ mod tests {
     /// Returns the rate of accepted decisions of a variant.
     fn accepted(change: &str, to: &str) -> f64 {
         let experiment = Ablation::new(&Options::default());
-        let cell = experiment.variants.iter().position(|v| v.name == change && v.value == to);
+        let cells = experiment.cells();
+        let cell = cells.iter().find(|cell| cell.is("change", change) && cell.is("to", to));
         let cell = cell.expect("a variant");
         let (mut right, mut of) = (0.0, 0.0);
         for trial in 0..6 {

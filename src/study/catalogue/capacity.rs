@@ -169,8 +169,16 @@ impl Experiment for Capacity {
         self.sizes.iter().map(cell).collect()
     }
 
-    fn trial(&self, cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
-        self.sizes[cell].trial(seed)
+    fn trial(&self, cell: &Cell, seed: Seed) -> Result<TrialOutcome, TaskError> {
+        let whole = |setting| Ok::<_, TaskError>(cell.number(setting)? as usize);
+        let size = Size {
+            dimensions: whole("dimensions")?,
+            bound: whole("bound")?,
+            items: whole("items")?,
+            sigma: cell.number("sigma")?,
+            unitary: cell.is("roles", "unitary"),
+        };
+        size.trial(seed)
     }
 
     fn figure(&self, results: &Results) -> Option<Figure> {

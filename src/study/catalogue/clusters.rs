@@ -133,7 +133,7 @@ impl Experiment for Clusters {
         vec![Cell::new(json!({}), self.trials, readings.into())]
     }
 
-    fn trial(&self, _cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
+    fn trial(&self, _cell: &Cell, seed: Seed) -> Result<TrialOutcome, TaskError> {
         let (recording, domain) = Self::domain(seed)?;
         let spec = scene(1);
         let of = |kind: &str| domain.states().iter().filter(|s| s.kind == kind).count();
@@ -187,6 +187,11 @@ pub(super) struct Classification {
 }
 
 const RULES: [&str; 2] = ["paper", "ours"];
+
+/// Returns each name with its index.
+fn numbered<const N: usize>(names: [&str; N]) -> [(&str, usize); N] {
+    std::array::from_fn(|index| (names[index], index))
+}
 
 impl Classification {
     pub fn new(options: &Options) -> Self {
@@ -247,9 +252,10 @@ impl Experiment for Classification {
         cells
     }
 
-    fn trial(&self, cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
+    fn trial(&self, cell: &Cell, seed: Seed) -> Result<TrialOutcome, TaskError> {
         let made = self.made.get(seed.value(), || Self::confusion(seed))?;
-        let row = made[cell / TRUTHS.len()][cell % TRUTHS.len()];
+        let (rule, truth) = (numbered(RULES), numbered(TRUTHS));
+        let row = made[cell.choice("rule", &rule)?][cell.choice("truth", &truth)?];
         let mut out = [f64::NAN; MAX_READINGS];
         out[..row.len()].copy_from_slice(&row);
         out[row.len()] = row.iter().sum();

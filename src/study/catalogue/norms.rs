@@ -56,10 +56,11 @@ impl Experiment for Distances {
         (0..=DIMENSIONS).map(|k| Cell::new(json!({"tight": k}), self.trials, readings())).collect()
     }
 
-    fn trial(&self, cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
+    fn trial(&self, cell: &Cell, seed: Seed) -> Result<TrialOutcome, TaskError> {
+        let tight = cell.number("tight")? as usize;
         let mut rng = seed.rng();
         let mut state = || -> [f64; DIMENSIONS] {
-            std::array::from_fn(|i| gauss(&mut rng, if i < cell { TIGHT } else { BROAD }))
+            std::array::from_fn(|i| gauss(&mut rng, if i < tight { TIGHT } else { BROAD }))
         };
         let (a, b) = (state(), state());
         let [euclidean, negative] = EXPONENTS.map(|p| p_distance(&a, &b, p));
@@ -241,8 +242,8 @@ impl Experiment for TableSetting {
             .into()
     }
 
-    fn trial(&self, cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
-        let p = EXPONENTS[cell];
+    fn trial(&self, cell: &Cell, seed: Seed) -> Result<TrialOutcome, TaskError> {
+        let p = cell.number("p")?;
         let groups = example(&mut seed.rng());
         let within = |group: &[[f64; 8]]| -> Vec<f64> {
             (0..group.len())

@@ -188,23 +188,24 @@ impl Experiment for Thresholds {
         cells
     }
 
-    fn trial(&self, cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
+    fn trial(&self, cell: &Cell, seed: Seed) -> Result<TrialOutcome, TaskError> {
         let mut rng = seed.rng();
         let made;
         // Batches from the same pool are correlated. There is only one recording, so its batches count as independent.
         let mut set = seed.value() as f64;
-        let (kinds, kind) = match cell / BATCHES.len() {
-            kind @ (0 | 1) => {
+        let kinds = match cell.is("source", "scene") {
+            true => {
                 let pool = rng.random_range(0..POOLS);
                 set = pool as f64;
                 let seed = self.seed.derive_index("pool", pool);
                 made = self.made.get(pool, || Self::own(seed))?;
-                (&*made, kind)
+                &*made
             }
-            recorded => (&self.recorded, recorded - 2),
+            false => &self.recorded,
         };
+        let kind = kinds.iter().find(|kind| cell.is("kind", &kind.name));
         // A batch has at least one pose of each state of its kind.
-        let Some(kind) = kinds.get(kind) else { return Ok(outcome([])) };
+        let Some(kind) = kind else { return Ok(outcome([])) };
         let mut points = kind.points.clone();
         points.shuffle(&mut rng);
         let mut states: Vec<usize> = points.iter().map(|p| p.1).collect();
@@ -215,7 +216,7 @@ impl Experiment for Thresholds {
                 points.swap(at, found.max(at));
             }
         }
-        points.truncate(BATCHES[cell % BATCHES.len()]);
+        points.truncate(cell.number("batch")? as usize);
         let [low, high] = range(&points)?;
         let perfect = |threshold: f64| if low < threshold && threshold <= high { 1.0 } else { 0.0 };
         let (automatic, there) = (kind.automatic, low < high);

@@ -53,9 +53,10 @@ impl Experiment for Timing {
         MODES.map(|mode| Cell::new(json!({"mode": mode}), self.trials, readings())).into()
     }
 
-    fn trial(&self, cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
+    fn trial(&self, cell: &Cell, seed: Seed) -> Result<TrialOutcome, TaskError> {
         let domain = DomainBuilder::of_the_paper().build()?;
-        let plan = PopulationPlan::all(if cell == 0 { Population::Direct } else { lif() });
+        let plan =
+            PopulationPlan::all(if cell.is("mode", "lif") { lif() } else { Population::Direct });
         let planner = Planner::with_plan(&domain, PlannerSpec::default(), &plan, seed)?;
         let rolled = planner.plan(&domain.counts(TABLE)?, domain.state(GOAL)?)?;
         let [first, second, third] = std::array::from_fn(|step| {

@@ -6,6 +6,7 @@
 //! damage.
 
 use std::collections::BTreeSet;
+use std::fmt;
 use std::fs::{File, OpenOptions};
 use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -13,7 +14,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
-use super::{MAX_READINGS, TrialOutcome};
+use super::{MAX_READINGS, TrialOutcome, write_settings};
 use crate::files::{FileError, Limit, Overwrite, read_regular_file, write_atomic};
 use crate::task::{InputFault, TaskError};
 
@@ -59,6 +60,12 @@ pub(super) struct CellSettings {
     pub trials: u64,
 }
 
+impl fmt::Display for CellSettings {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write_settings(&self.cell, f)
+    }
+}
+
 impl Settings {
     /// Returns the greatest number of trials of any cell.
     pub fn max_trials(&self) -> u64 {
@@ -90,7 +97,7 @@ impl Settings {
         let differing = cells.find_map(|(index, (a, b))| match a.cell == b.cell {
             false => Some((format!("cell {index}"), json!(a.cell), json!(b.cell))),
             true if trials[0] == trials[1] && a.trials != b.trials => Some((
-                format!("number of trials of cell {index}"),
+                format!("number of trials of the cell `{a}`"),
                 json!(a.trials),
                 json!(b.trials),
             )),

@@ -72,9 +72,11 @@ impl Run<'_> {
         records.sort_by_key(|record| (record.cell, record.trial));
         let refused = |reason| TaskError::Merge { folder: whole.folder.path().into(), reason };
         if let Some(record) = contradiction(&records) {
-            let Record { cell, trial, .. } = record;
+            let trial = record.trial;
+            let cell = whole.cells.get(record.cell as usize).map(ToString::to_string);
+            let cell = cell.unwrap_or_default();
             let reason = format!(
-                "trial {trial} of cell {cell} has different outcomes in two of the folders"
+                "trial {trial} of the cell `{cell}` has different outcomes in two of the folders"
             );
             return Err(refused(reason));
         }

@@ -16,6 +16,8 @@ mod merge;
 mod results;
 mod run;
 
+use std::fmt;
+
 use serde_json::{Map, Value};
 
 use crate::sim::Seed;
@@ -99,6 +101,62 @@ impl Cell {
         };
         Self { settings, trials, readings }
     }
+
+    /// Returns whether a setting has this value.
+    pub fn is(&self, setting: &str, value: &str) -> bool {
+        self.settings.get(setting).is_some_and(|own| own == value)
+    }
+
+    /// Returns a setting that is a number.
+    ///
+    /// # Errors
+    /// [`TaskError::CellSetting`] if the cell has no such setting.
+    pub fn number(&self, setting: &str) -> Result<f64, TaskError> {
+        let number = self.settings.get(setting).and_then(Value::as_f64);
+        number.ok_or_else(|| self.fault(setting, "a number".into()))
+    }
+
+    /// Returns the choice that a setting names: the value beside its name.
+    ///
+    /// # Errors
+    /// [`TaskError::CellSetting`] if the cell has no such setting, or if it is none of the names.
+    pub fn choice<T: Clone>(&self, setting: &str, choices: &[(&str, T)]) -> Result<T, TaskError> {
+        let chosen = choices.iter().find(|(name, _)| self.is(setting, name));
+        chosen.map(|(_, choice)| choice.clone()).ok_or_else(|| {
+            let names: Vec<String> = choices.iter().map(|(name, _)| format!("`{name}`")).collect();
+            self.fault(setting, format!("one of {}", names.join(", ")))
+        })
+    }
+
+    fn fault(&self, setting: &str, expected: String) -> TaskError {
+        let (cell, setting) = (self.to_string(), setting.to_owned());
+        TaskError::CellSetting { cell, setting, expected }
+    }
+}
+
+/// Writes the settings: `gate = in, noise = 0.5`.
+pub(super) fn write_settings(
+    settings: &Map<String, Value>,
+    f: &mut fmt::Formatter<'_>,
+) -> fmt::Result {
+    if settings.is_empty() {
+        return f.write_str("without settings");
+    }
+    for (at, (name, value)) in settings.iter().enumerate() {
+        let separator = if at == 0 { "" } else { ", " };
+        match value {
+            Value::String(text) => write!(f, "{separator}{name} = {text}")?,
+            value => write!(f, "{separator}{name} = {value}")?,
+        }
+    }
+    Ok(())
+}
+
+/// Writes the cell's name, which is made of its settings: `gate = in, noise = 0.5`.
+impl fmt::Display for Cell {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write_settings(&self.settings, f)
+    }
 }
 
 /// A question that many trials answer.
@@ -116,11 +174,12 @@ pub trait Experiment: Send + Sync {
     }
     /// Returns the cells.
     fn cells(&self) -> Vec<Cell>;
-    /// Runs a trial of a cell. `seed` depends on the trial's number and is the same in every cell.
+    /// Runs a trial of a cell, one of [`cells`](Self::cells), which says by its settings what to do
+    /// ([`Cell::choice`], [`Cell::number`]). `seed` depends on the trial's number and is the same in every cell.
     ///
     /// # Errors
     /// Any [`TaskError`]; it ends the run.
-    fn trial(&self, cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError>;
+    fn trial(&self, cell: &Cell, seed: Seed) -> Result<TrialOutcome, TaskError>;
     /// Draws the results; `None` for an experiment without a figure.
     fn figure(&self, results: &Results) -> Option<Figure> {
         let _ = results;
@@ -130,3 +189,36 @@ pub trait Experiment: Send + Sync {
 
 /// Maximum number of trials of a cell. Trials are held in memory, 72 bytes each.
 pub const MAX_TRIALS: u64 = 100_000;
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn a_cell_is_named_by_its_settings_and_says_which_one_it_lacks() {
+        let cell = Cell::new(json!({"gate": "out", "noise": 0.5}), 1, vec![]);
+        assert_eq!(cell.to_string(), "gate = out, noise = 0.5");
+        assert_eq!(Cell::new(json!({}), 1, vec![]).to_string(), "without settings");
+        assert_eq!(cell.choice("gate", &[("in", 1), ("out", 2)]).ok(), Some(2));
+        assert_eq!(cell.number("noise").ok(), Some(0.5));
+        let faults = [
+            cell.choice("gate", &[("in", 1), ("shut", 2)]).err(),
+            cell.choice("noise", &[("in", 1)]).err(),
+            cell.number("gate").err(),
+            cell.number("sigma").err(),
+        ];
+        let faults = faults.map(|fault| fault.map(|error| error.to_string()).unwrap_or_default());
+        let of_cell = "of the cell `gate = out, noise = 0.5` that is";
+        assert_eq!(
+            faults,
+            [
+                format!("`gate` is not a setting {of_cell} one of `in`, `shut`"),
+                format!("`noise` is not a setting {of_cell} one of `in`"),
+                format!("`gate` is not a setting {of_cell} a number"),
+                format!("`sigma` is not a setting {of_cell} a number"),
+            ]
+        );
+    }
+}

@@ -188,7 +188,8 @@ impl<'a> Run<'a> {
         };
         let tried = missing.par_iter().try_for_each(|(cell, trial)| {
             let seed = self.seed.derive_index("trial", *trial);
-            let outcome = self.experiment.trial(*cell as usize, seed).map_err(failed)?;
+            let outcome =
+                self.experiment.trial(&self.cells[*cell as usize], seed).map_err(failed)?;
             let record = Record { cell: *cell, trial: *trial, outcome };
             {
                 // A panic in another trial poisons the mutex but leaves the journal sound.
@@ -338,7 +339,7 @@ mod tests {
             vec![Cell::new(json!({}), 50, vec![Reading::new(Measure::Rate, json!({}))])]
         }
 
-        fn trial(&self, _cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
+        fn trial(&self, _cell: &Cell, seed: Seed) -> Result<TrialOutcome, TaskError> {
             Ok(outcome([f64::from(u8::from(seed.value().is_multiple_of(2)))]))
         }
     }

@@ -63,10 +63,6 @@ impl Structures {
             trials: options.trials.unwrap_or(2_000),
         }
     }
-
-    fn cell(&self, cell: usize) -> (Structure, f64) {
-        (STRUCTURES[cell / self.sigmas.len()], self.sigmas[cell % self.sigmas.len()])
-    }
 }
 
 const DECODERS: [&str; 2] = ["paper", "best"];
@@ -94,9 +90,10 @@ impl Experiment for Structures {
     }
 
     fn cells(&self) -> Vec<Cell> {
-        (0..STRUCTURES.len() * self.sigmas.len())
-            .map(|cell| {
-                let (structure, sigma) = self.cell(cell);
+        STRUCTURES
+            .into_iter()
+            .flat_map(|structure| self.sigmas.iter().map(move |sigma| (structure, *sigma)))
+            .map(|(structure, sigma)| {
                 let readings = (0..2)
                     .filter(|d| self.decoders[*d])
                     .map(|d| Reading::new(Measure::Rate, json!({"decoder": DECODERS[d]})))
@@ -107,14 +104,16 @@ impl Experiment for Structures {
             .collect()
     }
 
-    fn trial(&self, cell: usize, seed: Seed) -> Result<TrialOutcome, TaskError> {
-        let (structure, sigma) = self.cell(cell);
-        let mut outcome = [f64::NAN; MAX_READINGS];
+    fn trial(&self, cell: &Cell, seed: Seed) -> Result<TrialOutcome, TaskError> {
+        let (number, sigma) = (cell.number("structure")?, cell.number("sigma")?);
+        let own = STRUCTURES.into_iter().find(|structure| f64::from(*structure as u8) == number);
+        let Some(structure) = own else { return Ok([f64::NAN; MAX_READINGS]) };
+        let mut numbers = [f64::NAN; MAX_READINGS];
         let results = episodes(structure, sigma, seed, self.decoders);
-        for (out, result) in outcome.iter_mut().zip(results.into_iter().flatten()) {
+        for (out, result) in numbers.iter_mut().zip(results.into_iter().flatten()) {
             *out = if result { 1.0 } else { 0.0 };
         }
-        Ok(outcome)
+        Ok(numbers)
     }
 
     fn figure(&self, results: &Results) -> Option<Figure> {
