@@ -8,18 +8,26 @@ mod ablate_cleanup;
 mod action_rules;
 #[path = "../examples/custom_node.rs"]
 mod custom_node;
+#[path = "../examples/factors.rs"]
+mod factors;
 #[path = "../examples/hello_pointer.rs"]
 mod hello_pointer;
 #[path = "../examples/learn_recording.rs"]
 mod learn_recording;
+#[path = "../examples/living_vocabularies.rs"]
+mod living_vocabularies;
 #[path = "../examples/noise_sweep.rs"]
 mod noise_sweep;
+#[path = "../examples/pairs_of_a_sum.rs"]
+mod pairs_of_a_sum;
 #[path = "../examples/run_page.rs"]
 mod run_page;
 #[path = "../examples/same_plan_spiking.rs"]
 mod same_plan_spiking;
 #[path = "../examples/two_step_plan.rs"]
 mod two_step_plan;
+#[path = "../examples/wired_by_hand.rs"]
+mod wired_by_hand;
 
 #[test]
 fn action_rules_read_write_as_verb_and_one_as_noun() {
@@ -104,4 +112,60 @@ fn run_page_exports_what_was_recorded() {
     let table = std::fs::read_to_string(folder.path().join("spikes.csv")).expect("written");
     assert_eq!(table.lines().count(), 1 + spikes);
     assert!(folder.path().join("run.html").exists() && folder.path().join("run.npz").exists());
+}
+
+#[test]
+fn factors_are_found_outside_a_graph_and_in_one() {
+    for seed in 1..=3 {
+        let found = factors::run(symbolt::sim::Seed::new(seed)).expect("runs");
+        assert!(found.iter().all(|names| names == &["COLOUR7", "SHAPE3", "PLACE16"]), "{found:?}");
+    }
+}
+
+#[test]
+fn pairs_of_a_sum_are_read_together_and_predicted_alone() {
+    use symbolt::prelude::*;
+    let direct = PopulationPlan::direct();
+    let (mut alone, mut together, mut in_graph) = (0, 0, 0);
+    for seed in 1..=10 {
+        let right = pairs_of_a_sum::run(&direct, Seed::new(seed)).expect("runs");
+        (alone, together, in_graph) = (alone + right[0], together + right[1], in_graph + right[2]);
+    }
+    assert!(together >= 118 && in_graph >= 118, "of 120: {together} and {in_graph}");
+    // 90 of 120 are expected with a deviation of 5 (7 if the rows of a sum agree): four deviations are 1 in 10,000.
+    let predicted = 120.0 * pairs_of_a_sum::predicted().reliability();
+    assert!((alone as f64 - predicted).abs() < 28.0, "{alone} of 120, predicted {predicted}");
+    let lif = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    let [_, _, spiking] = pairs_of_a_sum::run(&lif, Seed::new(1)).expect("runs");
+    assert!(spiking >= 11, "{spiking} of 12");
+}
+
+#[test]
+fn living_vocabularies_say_what_they_can_do() {
+    let lines = living_vocabularies::run().expect("runs");
+    let expected = [
+        "5 names, 2 of them, 4 of both",
+        "0.82 NUT - 0.53 WASHER",
+        "0",
+        "half bound to half: 1.00",
+        "second of the list: NUT",
+        "similarity of orthonormal names: 0.00",
+        "VTB: exchanged factors differ: true",
+        "translated: 1.00",
+        "not translated: 0.01",
+    ];
+    assert_eq!(lines, expected);
+}
+
+#[test]
+fn what_is_wired_by_hand_equals_the_expression_in_every_mode() {
+    use symbolt::prelude::*;
+    let of = PopulationPlan::all;
+    let (rate, lif) = (Population::Rate(LifSpec::default()), Population::Lif(LifSpec::default()));
+    for (plan, most) in [(PopulationPlan::direct(), 1e-4), (of(rate), 0.1), (of(lif), 0.1)] {
+        let pairs = wired_by_hand::run(&plan, Seed::new(1)).expect("runs");
+        assert!(pairs.len() == 5 && pairs[0][0] > 0.2 && pairs[1][0] < -0.3, "{pairs:?}");
+        assert!(pairs[2][0] > 0.8, "the first rule is chosen: {pairs:?}");
+        assert!(pairs.iter().all(|[a, b]| (a - b).abs() <= most), "{pairs:?}");
+    }
 }

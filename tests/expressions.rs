@@ -379,3 +379,24 @@ fn a_sequence_steps_through_its_names_in_every_mode() {
     assert!(reason(&[]).contains("no names"));
     assert!(reason(&["A", "E"]).contains("A, B, C, D"));
 }
+
+#[test]
+fn a_scalar_product_with_a_constant_has_a_linear_map() {
+    let things = Things::vocabulary(64, Seed::new(2)).unwrap();
+    let mut graph = GraphBuilder::new();
+    let a = graph.add("a", things.stimulus([(0, "RED")]).unwrap());
+    let out = graph.add("out", Add::vector(2));
+    let red = things.get("RED").unwrap();
+    graph.route(a.dot(red).transform(array![[1.0], [-2.0]]) >> &out);
+    // Numbers have a map, too.
+    let number = graph.add("number", Add::vector(2));
+    graph.route(0.5.transform(array![[1.0], [3.0]]) >> &number);
+    // Owned pointers are operands like borrowed ones.
+    let state = graph.add("state", State::new(&things));
+    graph.route(things.parse("RED * BLUE").unwrap() * !things.parse("BLUE").unwrap() >> &state);
+    let sim = graph.run(&PopulationPlan::direct(), Seed::new(1), ms(50)).unwrap();
+    let values = sim.value(&out.output);
+    assert!((values[0] - 1.0).abs() < 1e-3 && (values[1] + 2.0).abs() < 1e-3, "{values:?}");
+    assert_eq!(*sim.value(&number.output), [0.5, 1.5]);
+    assert!(dot(&sim.value(&state.output), &red) > 0.5);
+}

@@ -22,6 +22,12 @@ pub trait FlowKind: Kind + Sized {
     #[doc(hidden)]
     fn describe(shape: &Self::Shape) -> String;
 
+    /// The shape if all values of this kind have the same.
+    #[doc(hidden)]
+    fn only_shape() -> Option<Self::Shape> {
+        None
+    }
+
     #[doc(hidden)]
     fn shape_of(scope: &Scope<'_>, output: &Out<Self>) -> Option<Self::Shape>;
 
@@ -63,6 +69,10 @@ impl FlowKind for Scalar {
 
     fn describe((): &()) -> String {
         "a number".into()
+    }
+
+    fn only_shape() -> Option<()> {
+        Some(())
     }
 
     fn shape_of(_: &Scope<'_>, _: &Out<Self>) -> Option<()> {

@@ -99,10 +99,11 @@ impl<'s, 'b> Lowerer<'s, 'b> {
 
     /// Returns the shape of an expression; `None` if only its target determines it.
     pub(super) fn shape<K: FlowKind>(&self, flow: &Flow<K>) -> Option<K::Shape> {
-        flow.sources.iter().find_map(|source| match source {
+        let known = flow.sources.iter().find_map(|source| match source {
             Source::Output(out) => K::shape_of(self.scope, out),
             Source::Shape(shape) => Some(shape.clone()),
-        })
+        });
+        known.or_else(K::only_shape)
     }
 
     /// Returns one output that carries the sum.

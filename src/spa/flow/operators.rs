@@ -223,6 +223,7 @@ operators! {
     ['o, K: FlowKind,] &'o Out<K> => K;
     ['o, V: VocabTag,] PointerRef<'o, V> => Pointer<V>;
     ['o, V: VocabTag,] &'o PointerValue<V> => Pointer<V>;
+    [V: VocabTag,] PointerValue<V> => Pointer<V>;
     [V: VocabTag,] Name<V> => Pointer<V>;
     ['o, V: VocabTag,] &'o StatePorts<V> => Pointer<V>;
     ['o, V: VocabTag,] &'o BindPorts<V> => Pointer<V>;
@@ -245,6 +246,7 @@ inverses! {
     ['o,] &'o Out<Pointer<V>>;
     ['o,] PointerRef<'o, V>;
     ['o,] &'o PointerValue<V>;
+    [] PointerValue<V>;
     [] Name<V>;
     ['o,] &'o StatePorts<V>;
     ['o,] &'o BindPorts<V>;
@@ -289,6 +291,22 @@ impl<V: VocabTag> IntoFlow for &PointerValue<V> {
 
     fn into_flow(self) -> Flow<Pointer<V>> {
         Flow::constant(self, &format!("({})", self.expression()))
+    }
+}
+
+impl<V: VocabTag> IntoFlow for PointerValue<V> {
+    type Kind = Pointer<V>;
+
+    fn into_flow(self) -> Flow<Pointer<V>> {
+        (&self).into_flow()
+    }
+}
+
+impl<V: VocabTag> IntoFlow for &PointerRef<'_, V> {
+    type Kind = Pointer<V>;
+
+    fn into_flow(self) -> Flow<Pointer<V>> {
+        (*self).into_flow()
     }
 }
 

@@ -1,11 +1,9 @@
-use std::sync::Arc;
-
 use super::{FlowExt, Routes, Rules};
 use crate::neurons::{LifSpec, Population, PopulationPlan};
 use crate::sim::{
     Constant, GraphBuilder, RunConfig, Seed, SimDuration, Simulator, Timebase, VocabTag,
 };
-use crate::spa::{Algebra, Hrr, State, Vocabulary, VocabularyBuilder, Vtb, cosine, dot};
+use crate::spa::{Hrr, State, Vocabulary, VocabularyBuilder, Vtb, cosine, dot};
 
 struct Things;
 impl VocabTag for Things {
@@ -26,14 +24,10 @@ fn run(graph: GraphBuilder, plan: &PopulationPlan, ms: u64) -> Simulator {
 
 #[test]
 fn an_expression_has_the_value_that_the_algebra_computes() {
-    let algebras: [(Arc<dyn Algebra>, usize); 2] = [(Arc::new(Hrr), 128), (Arc::new(Vtb), 121)];
-    for (algebra, dim) in algebras {
-        let things: Vocabulary<Things> = VocabularyBuilder::new(dim, Seed::new(3))
-            .algebra(algebra)
-            .max_similarity(0.3)
-            .pointers(["A", "B", "C", "ROLE"])
-            .build()
-            .unwrap();
+    let of = |dim| VocabularyBuilder::new(dim, Seed::new(3));
+    for builder in [of(128).algebra(Hrr), of(121).algebra(Vtb)] {
+        let things: Vocabulary<Things> =
+            builder.max_similarity(0.3).pointers(["A", "B", "C", "ROLE"]).build().unwrap();
         let product = dot(&things.get("A").unwrap(), &things.get("B").unwrap());
         let cases = [
             "A * B + 0.5 * (C * ~ROLE)".to_owned(),
@@ -63,7 +57,7 @@ fn an_expression_has_the_value_that_the_algebra_computes() {
             let expected = things.parse(text).unwrap();
             let found = sim.value(&out.output);
             let off = found.iter().zip(&*expected).map(|(f, e)| (f - e).abs()).fold(0.0, f32::max);
-            assert!(off < 1e-3, "{text} at D = {dim}: {off}");
+            assert!(off < 1e-3, "{text} at D = {}: {off}", things.dim());
         }
     }
 }
@@ -71,7 +65,7 @@ fn an_expression_has_the_value_that_the_algebra_computes() {
 #[test]
 fn neurons_bind_by_vector_derived_transformations() {
     let things: Vocabulary<Things> = VocabularyBuilder::new(64, Seed::new(3))
-        .algebra(Arc::new(Vtb))
+        .algebra(Vtb)
         .any_similarity()
         .pointers(["A", "B"])
         .build()

@@ -76,8 +76,8 @@ impl<V: VocabTag> VocabularyBuilder<V> {
     }
 
     /// Sets the algebra. The default is [`Hrr`].
-    pub fn algebra(mut self, algebra: Arc<dyn Algebra>) -> Self {
-        self.algebra = algebra;
+    pub fn algebra(mut self, algebra: impl Algebra + 'static) -> Self {
+        self.algebra = Arc::new(algebra);
         self
     }
 
