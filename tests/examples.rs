@@ -18,6 +18,8 @@ mod learn_recording;
 mod living_vocabularies;
 #[path = "../examples/noise_sweep.rs"]
 mod noise_sweep;
+#[path = "../examples/own_algebra.rs"]
+mod own_algebra;
 #[path = "../examples/pairs_of_a_sum.rs"]
 mod pairs_of_a_sum;
 #[path = "../examples/run_page.rs"]
@@ -167,5 +169,18 @@ fn what_is_wired_by_hand_equals_the_expression_in_every_mode() {
         assert!(pairs.len() == 5 && pairs[0][0] > 0.2 && pairs[1][0] < -0.3, "{pairs:?}");
         assert!(pairs[2][0] > 0.8, "the first rule is chosen: {pairs:?}");
         assert!(pairs.iter().all(|[a, b]| (a - b).abs() <= most), "{pairs:?}");
+    }
+}
+
+#[test]
+fn an_algebra_of_ones_own_binds_in_every_mode() {
+    use symbolt::prelude::*;
+    let of = PopulationPlan::all;
+    let (rate, lif) = (Population::Rate(LifSpec::default()), Population::Lif(LifSpec::default()));
+    for plan in [PopulationPlan::direct(), of(rate), of(lif)] {
+        for seed in 1..=3 {
+            let [red, square] = own_algebra::run(&plan, Seed::new(seed)).expect("runs");
+            assert!(red > 0.55 && square.abs() < 0.25, "RED {red}, SQUARE {square}");
+        }
     }
 }

@@ -17,7 +17,19 @@ use crate::sim::{AsPointer, Real, VocabTag};
 /// The working memory of an algebra for one number of dimensions: transform plans and buffers.
 ///
 /// Make it once with [`Algebra::scratch`] and reuse it, so that no operation allocates.
-pub struct Workspace(pub(crate) Box<dyn Any + Send + Sync>);
+pub struct Workspace(Box<dyn Any + Send + Sync>);
+
+impl Workspace {
+    /// Wraps the working memory of an algebra. Allocates.
+    pub fn new(memory: impl Any + Send + Sync) -> Self {
+        Self(Box::new(memory))
+    }
+
+    /// Returns the working memory; `None` if it is of another type, that is, of another algebra.
+    pub fn get_mut<T: Any>(&mut self) -> Option<&mut T> {
+        self.0.downcast_mut()
+    }
+}
 
 impl fmt::Debug for Workspace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -90,11 +90,14 @@ impl Algebra for Vtb {
     }
 
     fn scratch(&self, _dim: usize) -> Workspace {
-        Workspace(Box::new(VtbWork))
+        Workspace::new(VtbWork)
     }
 
     fn bind_into(&self, a: &[Real], b: &[Real], out: &mut [Real], scratch: &mut Workspace) {
-        assert!(scratch.0.is::<VtbWork>(), "another algebra made the workspace; expected `Vtb`");
+        assert!(
+            scratch.get_mut::<VtbWork>().is_some(),
+            "another algebra made the workspace; expected `Vtb`"
+        );
         assert!(a.len() == out.len() && b.len() == out.len(), "slices differ in length");
         multiply(a, b, out);
     }
