@@ -19,7 +19,7 @@ pub fn run(folder: &Path) -> Result<usize, Box<dyn Error>> {
     let memory = graph.add("memory", State::new(&words).recurrent(Synapse::lowpass_ms(100)));
     graph.route(&shown >> &memory);
     let value = graph.probe(&memory.output, ProbeSpec::default());
-    let spikes = graph.probe_spikes("memory/population");
+    let spikes = graph.probe_spikes("memory");
     let spiking = PopulationPlan::all(Population::Lif(LifSpec::default()));
     let sim = graph.run(&spiking, Seed::new(1), SimDuration::from_millis(300))?;
 

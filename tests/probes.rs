@@ -73,6 +73,42 @@ fn faults_of_probes_list_what_there_is() {
     }
 }
 
+/// A node with three units, of which one has an event in each tick.
+struct Clock;
+
+impl symbolt::sim::Node for Clock {
+    fn declare(&self, ports: &mut symbolt::sim::PortDecl) {
+        ports.output("out", symbolt::sim::OutputSpec::scalar());
+    }
+
+    fn fingerprint(&self, _hash: &mut symbolt::sim::Fingerprint) {}
+
+    fn emit(&self, cx: &symbolt::sim::StepCx<'_>, io: &mut symbolt::sim::EmitIo<'_>) {
+        io.outputs.set(0, cx.tick() as f32);
+    }
+
+    fn units(&self) -> usize {
+        3
+    }
+
+    fn event(&self, _state: &symbolt::sim::StateRef<'_>, unit: usize) -> bool {
+        unit == 1
+    }
+}
+
+#[test]
+fn spikes_are_found_by_module_and_events_of_own_nodes_are_recorded() {
+    let mut graph = describe();
+    graph.node("clock", Clock);
+    let [whole, module] = ["state/population", "state"].map(|path| graph.probe_spikes(path));
+    let clock = graph.probe_spikes("clock");
+    let sim = graph.run(&lif(), Seed::new(1), ms(20)).unwrap();
+    let [whole, module] =
+        [whole, module].map(|probe| sim.spikes(&probe).iter().collect::<Vec<_>>());
+    assert!(whole.len() > 100 && whole == module);
+    assert_eq!(sim.spikes(&clock).iter().map(|(_, unit)| unit).collect::<Vec<_>>(), [1; 20]);
+}
+
 #[test]
 fn recorded_spikes_are_those_of_the_neurons() {
     let mut graph = describe();

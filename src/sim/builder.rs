@@ -199,8 +199,10 @@ impl GraphBuilder {
         ProbeId { index, builder: self.draft.builder, kind: PhantomData }
     }
 
-    /// Records the spikes of the layer at `path` (such as `memory/population`) during every run. A layer without spiking
-    /// neurons records nothing. A path at which there is no layer is a fault when the graph is built.
+    /// Records the spikes of the layer at `path` (such as `memory/population`) during every run, or of the only layer
+    /// of the module at `path`. A layer without spiking neurons records nothing. A node of your own is recorded if it
+    /// has units with events ([`Node::units`](super::Node::units)). A path without a layer, or a module with several, is
+    /// a fault when the graph is built.
     ///
     /// A tick stores one bit per neuron.
     pub fn probe_spikes(&mut self, path: &str) -> SpikeProbe {

@@ -14,10 +14,21 @@ pub struct SpikeProbe {
     pub(crate) builder: u64,
 }
 
-/// Finds the layer at `path`.
+/// Finds the layer or node with events at `path`, or the only one inside the module at `path`.
 pub(crate) fn find(nodes: &[NodeDraft], path: &str) -> Result<usize, BuildError> {
-    let layer = |node: &NodeDraft| matches!(node.body, Body::Layer(_));
+    let layer = |node: &NodeDraft| match &node.body {
+        Body::Layer(_) => true,
+        Body::Node(node) => node.units() > 0,
+        Body::World(_) => false,
+    };
     if let Some(index) = nodes.iter().position(|node| node.path == path && layer(node)) {
+        return Ok(index);
+    }
+    let within = |node: &NodeDraft| {
+        node.path.strip_prefix(path).is_some_and(|rest| rest.starts_with('/')) && layer(node)
+    };
+    let mut inside = (0..nodes.len()).filter(|index| within(&nodes[*index]));
+    if let (Some(index), None) = (inside.next(), inside.next()) {
         return Ok(index);
     }
     let mut all: Vec<(Reverse<usize>, String)> = nodes
