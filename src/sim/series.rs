@@ -218,7 +218,9 @@ fn chart(
             .x_label_area_size(44)
             .y_label_area_size(56)
             .build_cartesian_2d(0.0..until_s.max(1e-3), range)?;
+        let number = |value: &f64| ((1e6 * value).round() / 1e6).to_string();
         let mesh = &mut chart.configure_mesh();
+        mesh.x_label_formatter(&number).y_label_formatter(&number);
         mesh.x_desc("simulated time (s)").y_desc(label).light_line_style(TRANSPARENT).draw()?;
         draw(&mut chart)?;
         area.present()
