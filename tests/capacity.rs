@@ -276,3 +276,15 @@ fn a_sum_that_neurons_hold_is_decoded_as_predicted_in_ten_configurations() {
     let off = all.iter().filter(|off| off.abs() > 0.02).count();
     assert_eq!(off, 0, "{all:?}");
 }
+
+#[test]
+fn without_neurons_nothing_is_decoded() {
+    for spec in [
+        LifSpec { per_dimension: 0, ..LifSpec::default() },
+        LifSpec { scale: f64::NAN, ..LifSpec::default() },
+    ] {
+        let capacity = Capacity { neurons: Some(spec), ..Capacity::default() };
+        assert_eq!(capacity.reliability(), 0.0);
+        assert_eq!(capacity.dimensions_for(0.5), None);
+    }
+}

@@ -400,3 +400,31 @@ fn a_scalar_product_with_a_constant_has_a_linear_map() {
     assert_eq!(*sim.value(&number.output), [0.5, 1.5]);
     assert!(dot(&sim.value(&state.output), &red) > 0.5);
 }
+
+#[test]
+fn rules_with_one_name_and_the_names_of_their_parts_are_refused_once() {
+    let things = Things::vocabulary(64, Seed::new(2)).unwrap();
+    let mut graph = GraphBuilder::new();
+    let rule = |name| symbolt::spa::Rule::new(name, 0.5, []);
+    let twice: Rules = ["red", "red", "choice", "blue"].map(rule).into_iter().collect();
+    graph.add("rules", twice);
+    graph.add("none", Rules::new());
+    graph.add("ensemble", Ensemble::new(1).radius(-1.0).identity("out"));
+    let one = graph.add("one", things.stimulus([(0, "RED")]).unwrap());
+    let state = graph.add("state", State::new(&things));
+    graph.route(&one >> &state);
+    let built = graph.start(&lif(), Seed::new(1));
+    let text = built.err().map(|error| error.to_string()).unwrap_or_default();
+    let faults: Vec<&str> = text.lines().skip(1).map(str::trim).collect();
+    let expected = [
+        "- `ensemble/neurons`: the radius is -1; expected a finite number above 0",
+        "- `none`: there are no rules; expected at least one",
+        "- `rules`: the rule `choice`: a part of every set of rules has this name; choose another name",
+        "- `rules`: the rule `red`: another rule has this name; choose another name",
+    ];
+    for fault in expected {
+        assert_eq!(faults.iter().filter(|own| **own == fault).count(), 1, "{fault}\nin\n{text}");
+    }
+    // Besides, the input of the ensemble is not connected.
+    assert_eq!(faults.len(), expected.len() + 1, "{text}");
+}

@@ -181,3 +181,10 @@ fn adding_a_name_changes_no_other_when_nothing_collides() {
     let (few, many) = (names(&[]), names(&["C", "D"]));
     assert_eq!(few.matrix(), &many.matrix()[..few.matrix().len()]);
 }
+
+#[test]
+fn a_power_that_is_not_finite_is_refused() {
+    let things = VocabularyBuilder::<Things>::new(64, Seed::new(1)).pointer("NUT").build().unwrap();
+    let error = things.power(&things.get("NUT").unwrap(), 1e9).err().unwrap().to_string();
+    assert!(error.contains("not finite; use a smaller exponent"), "{error}");
+}

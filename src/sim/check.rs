@@ -63,7 +63,14 @@ pub(crate) fn freeze(
     }
     let order = emit_order(&nodes, &draft.edges, &mut faults);
     if !faults.is_empty() {
-        return Err(BuildErrors(faults));
+        // A layer states some of its faults twice: as a node, and when it is lowered.
+        let mut once: Vec<BuildError> = Vec::new();
+        for fault in faults {
+            if !once.contains(&fault) {
+                once.push(fault);
+            }
+        }
+        return Err(BuildErrors(once));
     }
     let checked = Checked {
         builder: draft.builder,

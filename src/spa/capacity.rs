@@ -104,6 +104,9 @@ fn population_noise(neurons: &LifSpec, dimensions: usize) -> f64 {
     let most = neurons.sub_dimensions.clamp(1, dimensions.max(1));
     let of_one = (1..=most).rev().find(|d| dimensions.is_multiple_of(*d)).unwrap_or(1) as f64;
     let per = neurons.per_dimension as f64 * neurons.scale;
+    if per.is_nan() || per <= 0.0 {
+        return f64::INFINITY;
+    }
     let noise = |[_, a, b, c]: [f64; 4]| a / per + b / (per * per) + c;
     // Between two measured sizes, and beyond the last, on a line over the logarithm of the size.
     let above = POPULATION_NOISE.iter().position(|row| row[0] >= of_one).unwrap_or(4).max(1);
@@ -176,8 +179,8 @@ impl Moments {
 }
 
 impl Capacity {
-    /// Returns the probability that the right filler is decoded, 0 to 1. NaN noise gives 0. Costs a few
-    /// milliseconds.
+    /// Returns the probability that the right filler is decoded, 0 to 1: 0 if the noise is not finite or there are no
+    /// neurons. Costs a few milliseconds.
     pub fn reliability(&self) -> f64 {
         let Self { dimensions, pairs, items, noise, unitary_roles, neurons } = *self;
         if items < 2 || pairs == 0 {
@@ -189,6 +192,9 @@ impl Capacity {
         let (dim, others) = (dimensions as f64, (pairs - 1) as f64);
         let sum = 1.0 + others + noise * noise;
         let held = neurons.map_or(0.0, |neurons| sum * population_noise(&neurons, dimensions));
+        if !held.is_finite() {
+            return 0.0;
+        }
         let other = sum - 1.0 + held;
         let Moments { power, var_x, cov, var_y } = Moments::of(dim, other, unitary_roles);
         // How often an item is the filler of another pair: never with this probability, and else so often.

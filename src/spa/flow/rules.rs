@@ -154,11 +154,22 @@ impl Module for Rules {
         scope.connect(&sum.output, &choice.utilities, crate::sim::Synapse::None);
         if count == 0 {
             scope.refuse("there are no rules; expected at least one");
+            let zero = scope.add("nothing", crate::sim::Constant::vector(&[0.0]));
+            scope.connect(&zero, &sum.input, crate::sim::Synapse::None);
         }
-        let mut names = Vec::new();
+        let mut names: Vec<String> = Vec::new();
         for (index, rule) in self.rules.into_iter().enumerate() {
-            names.push(rule.name.clone());
             let name = rule.name.clone();
+            let taken = match name.as_str() {
+                "choice" | "utilities" => "a part of every set of rules has this name",
+                _ if names.contains(&name) => "another rule has this name",
+                _ => "",
+            };
+            names.push(name.clone());
+            if !taken.is_empty() {
+                scope.refuse(&format!("the rule `{name}`: {taken}; choose another name"));
+                continue;
+            }
             let part = RulePart {
                 rule,
                 index,

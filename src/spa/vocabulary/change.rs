@@ -55,7 +55,7 @@ impl<V: VocabTag> Vocabulary<V> {
                 "its space is not that of {}; vocabularies of one space come from `grow` and `subset`",
                 self.space
             );
-            return Err(VocabError::BadVector { name: other.space.to_string(), reason });
+            return Err(VocabError::BadVector { name: V::NAME.into(), reason });
         }
         let mut content = (*self.content).clone();
         for (index, name) in other.names().iter().enumerate() {
@@ -77,7 +77,7 @@ impl<V: VocabTag> Vocabulary<V> {
     /// Returns the power of a pointer under binding, as [`Algebra::power_into`](crate::spa::Algebra::power_into) says.
     ///
     /// # Errors
-    /// [`VocabError::Exponent`] if the algebra has no such power; [`VocabError::BadVector`] if the pointer has another
+    /// [`VocabError::Exponent`] if the algebra has no such power or it is not finite; [`VocabError::BadVector`] if the pointer has another
     /// number of dimensions.
     pub fn power(
         &self,
@@ -90,6 +90,11 @@ impl<V: VocabTag> Vocabulary<V> {
         let mut out = vec![0.0; self.dim()];
         let mut work = self.algebra().scratch(self.dim());
         self.algebra().power_into(&base, exponent, &mut out, &mut work)?;
+        if out.iter().any(|value| !value.is_finite()) {
+            let reason =
+                "the power has a component that is not finite; use a smaller exponent".into();
+            return Err(VocabError::Exponent { exponent, reason });
+        }
         Ok(PointerValue::new(out, text))
     }
 
@@ -152,14 +157,14 @@ impl<V: VocabTag> Vocabulary<V> {
     ) -> Result<Box<dyn LinearMap>, VocabError> {
         match space.attached::<Arc<Content>>() {
             Some(content) => content.translation(space, self),
-            None => Err(nothing_in_common(space, self)),
+            None => Err(nothing_in_common::<W>(self)),
         }
     }
 }
 
-fn nothing_in_common<V: VocabTag, W: VocabTag>(from: &Space<V>, to: &Vocabulary<W>) -> VocabError {
+fn nothing_in_common<V: VocabTag>(to: &Vocabulary<impl VocabTag>) -> VocabError {
     let reason = format!("it has no name in common with {}", to.space);
-    VocabError::BadVector { name: from.to_string(), reason }
+    VocabError::BadVector { name: V::NAME.into(), reason }
 }
 
 impl Content {
@@ -174,7 +179,7 @@ impl Content {
             names.filter_map(|(index, name)| Some((self.row(index), to.content.find(name)?)));
         let (keys, values): (Vec<&[Real]>, Vec<&[Real]>) = pairs.unzip();
         if keys.is_empty() {
-            return Err(nothing_in_common(space, to));
+            return Err(nothing_in_common::<V>(to));
         }
         Ok(Box::new(Translation {
             values: fitted(&keys, &values, to.dim()),
