@@ -145,7 +145,7 @@ impl<V: VocabTag> Vocabulary<V> {
         &self,
         to: &Vocabulary<W>,
     ) -> Result<Linear<Pointer<V>, Pointer<W>>, VocabError> {
-        let map = self.content.translation(&self.space, to)?;
+        let map = self.content.translation::<V, W>(to)?;
         let specs = (InputSpec::pointer(&self.space), OutputSpec::pointer(&to.space));
         Ok(Linear::new(specs.0, specs.1, map))
     }
@@ -156,7 +156,7 @@ impl<V: VocabTag> Vocabulary<V> {
         space: &Space<W>,
     ) -> Result<Box<dyn LinearMap>, VocabError> {
         match space.attached::<Arc<Content>>() {
-            Some(content) => content.translation(space, self),
+            Some(content) => content.translation::<W, V>(self),
             None => Err(nothing_in_common::<W>(self)),
         }
     }
@@ -168,10 +168,9 @@ fn nothing_in_common<V: VocabTag>(to: &Vocabulary<impl VocabTag>) -> VocabError 
 }
 
 impl Content {
-    /// Returns the map that translates from this vocabulary, of `space`, to another one.
+    /// Returns the map that translates from this vocabulary, of the tag `V`, to another one.
     fn translation<V: VocabTag, W: VocabTag>(
         &self,
-        space: &Space<V>,
         to: &Vocabulary<W>,
     ) -> Result<Box<dyn LinearMap>, VocabError> {
         let names = self.names().iter().enumerate();

@@ -5,6 +5,8 @@
 //! | `pddl` | [`Domain`], [`Problem`] and the literals of actions |
 //! | `read`, `problem` | the readers of domains and problems |
 //! | `write` | the printer |
+//! | `ground` | [`Grounded`]: the fluents and operators that a problem can reach |
+//! | `validate` | [`validate`](validate()): carries out a plan and says where it fails |
 //! | `trace` | [`Trajectory`]: states and actions of one run |
 //! | [`learn`] | action models from trajectories |
 //!
@@ -22,18 +24,22 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod ground;
 pub mod learn;
 mod pddl;
 mod problem;
 mod read;
 mod sexpr;
 mod trace;
+mod validate;
 mod write;
 
+pub use ground::{Fluent, GroundFault, GroundOperator, Grounded, MAX_GROUND};
 pub use pddl::{
     Action, Atom, Domain, EQUAL, Fact, Literal, OBJECT, Predicate, Problem, Term, Typed, Types,
 };
 pub use read::{Bodies, MAX_NAMES, REQUIREMENTS};
 pub use sexpr::{MAX_BYTES, MAX_DEPTH, MAX_NODES, PddlFault};
 pub use trace::{GroundAtom, Step, TraceObject, Trajectory};
+pub use validate::{PlanFault, validate};
 pub use write::Shown;
