@@ -288,3 +288,19 @@ fn without_neurons_nothing_is_decoded() {
         assert_eq!(capacity.dimensions_for(0.5), None);
     }
 }
+
+#[test]
+fn absurd_settings_have_a_reliability_between_0_and_1() {
+    let of = Capacity::default();
+    let most = usize::MAX;
+    for capacity in [
+        Capacity { noise: 1e200, ..of },
+        Capacity { noise: f64::NAN, items: 0, ..of },
+        Capacity { dimensions: most, pairs: most, items: most, ..of },
+        Capacity { neurons: Some(LifSpec { scale: -1.0, ..LifSpec::default() }), ..of },
+    ] {
+        assert_eq!(capacity.reliability(), 0.0, "{capacity:?}");
+        assert_eq!((capacity.dimensions_for(1.0), capacity.neurons_for(1.0)), (None, None));
+    }
+    assert_eq!(Capacity { items: 0, ..of }.dimensions_for(0.99), Some(2));
+}

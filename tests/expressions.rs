@@ -428,3 +428,114 @@ fn rules_with_one_name_and_the_names_of_their_parts_are_refused_once() {
     // Besides, the input of the ensemble is not connected.
     assert_eq!(faults.len(), expected.len() + 1, "{text}");
 }
+
+#[test]
+fn what_a_function_does_not_write_is_zero_in_every_mode() {
+    use symbolt::sim::Apply;
+    let rate = PopulationPlan::all(Population::Rate(LifSpec::default()));
+    for plan in [PopulationPlan::direct(), rate, lif()] {
+        let mut graph = GraphBuilder::new();
+        let input = graph.add("input", Signal::scalar(|t| if t < 0.1 { 0.8 } else { -0.8 }));
+        let positive = |x: &[f32], out: &mut [f32]| {
+            if x[0] > 0.0 {
+                out[0] += x[0];
+            }
+        };
+        let ensemble = graph.add("ensemble", Ensemble::new(1).size(4.0).decode("f", 1, positive));
+        let vector = graph.add("vector", Signal::vector(1, |_, out: &mut [f32]| out[0] += 1.0));
+        let apply = Apply::new(
+            symbolt::sim::InputSpec::scalar(),
+            symbolt::sim::OutputSpec::scalar(),
+            |_, out: &mut [f32]| out[0] += 1.0,
+        );
+        let apply = graph.add("apply", apply);
+        graph.route(&input >> &apply);
+        graph.route(input.transform(array![[1.0]]) >> &ensemble);
+        let smooth = ProbeSpec::default().filtered(Synapse::lowpass_ms(10));
+        let decoded = graph.probe(&ensemble.output("f"), smooth);
+        let sim = graph.run(&plan, Seed::new(1), ms(200)).unwrap();
+        let at = |ms: usize| sim.samples(&decoded).get(ms - 1).unwrap().1[0];
+        assert!((at(100) - 0.8).abs() < 0.1 && at(200).abs() < 0.1, "{} {}", at(100), at(200));
+        assert_eq!((sim.value(&vector)[0], sim.value(&apply.output)[0]), (1.0, 1.0));
+    }
+}
+
+#[test]
+fn one_of_several_inputs_is_a_target_and_huge_inputs_keep_their_direction() {
+    let things = Things::vocabulary(64, Seed::new(2)).unwrap();
+    let mut graph = GraphBuilder::new();
+    let a = graph.add("a", things.stimulus([(0, "RED")]).unwrap());
+    let sum = graph.add("sum", symbolt::spa::Superpose::new(&things, &[1.0, 0.5]));
+    graph.route(&a >> &sum.inputs[0]);
+    graph.route(Things::BLUE >> &sum.inputs[1]);
+    let state = graph.add("state", State::new(&things));
+    graph.route(1e30 * &a >> &state);
+    let sim = graph.run(&PopulationPlan::direct(), Seed::new(1), ms(50)).unwrap();
+    let red = things.get("RED").unwrap();
+    assert!(dot(&sim.value(&sum.output), &red) > 0.9);
+    assert!((dot(&sim.value(&state.output), &red) - 1.0).abs() < 1e-3);
+}
+
+#[test]
+fn numbers_that_are_not_finite_and_parts_that_are_too_large_are_refused_with_the_expression() {
+    let things = Things::vocabulary(64, Seed::new(2)).unwrap();
+    let mut graph = GraphBuilder::new();
+    let a = graph.add("a", things.stimulus([(0, "RED")]).unwrap());
+    let [state, other] = ["state", "other"].map(|name| graph.add(name, State::new(&things)));
+    let [number, vector] = ["number", "vector"].map(|name| graph.add(name, Add::scalar()));
+    graph.route(&a * (f32::NAN * Things::BLUE) >> &state);
+    graph.route(&a >> &other);
+    graph.route(a.dot(f32::INFINITY * Things::BLUE) >> &number);
+    graph.route(a.slice(1..usize::MAX).component(0) >> &vector);
+    for (name, ensemble) in [
+        ("copies", Ensemble::new(1).identity("x").copies(usize::MAX)),
+        ("dims", Ensemble::new(usize::MAX).identity("x")),
+        ("width", Ensemble::new(1).decode("x", usize::MAX, |_, _| {})),
+        ("name", Ensemble::new(1).identity("a,b")),
+    ] {
+        graph.add(name, ensemble);
+    }
+    let built = graph.start(&lif(), Seed::new(1));
+    let text = built.err().map(|error| error.to_string()).unwrap_or_default();
+    for fault in [
+        "`a.out * (NaN * BLUE) >> state`: a constant has the number NaN; expected finite numbers",
+        "`dot(a.out, inf * BLUE) >> number`: a constant has the number",
+        "there are no components 1..18446744073709551615; expected a range that is not empty, within 0..64",
+        "18446744073709551615 copies of 1 dimensions with 1 decoded components are too large",
+        "1 copies of 18446744073709551615 dimensions",
+        "1 copies of 1 dimensions with 18446744073709551615 decoded components are too large",
+        "`a,b` is not a valid name of a function",
+    ] {
+        assert!(text.contains(fault), "{fault}\nis not in\n{text}");
+    }
+}
+
+#[test]
+fn values_are_refused_or_read_back_from_their_text() {
+    let things = Things::vocabulary(64, Seed::new(2)).unwrap();
+    let refused = |flow: Flow<Pointer<Things>>| things.value(flow).err().unwrap().to_string();
+    for flow in [f32::NAN * Things::RED, 1e30 * (1e30 * Things::RED)] {
+        let text = refused(flow);
+        assert!(text.contains("finite") && text.matches("RED").count() <= 1, "{text}");
+    }
+    assert!(things.list("3 * RED", vec!["BLUE"; 200]).is_err());
+    // What `value` and `describe` write, `parse` reads.
+    let value = things.value(Things::RED * !(Things::BLUE - 0.5 * Things::CIRCLE)).unwrap();
+    let again = things.parse(value.expression()).unwrap();
+    assert!(cosine(&value, &again) > 0.9999, "{}", value.expression());
+    let sum = things.parse("0.8 RED - 0.3 * BLUE").unwrap();
+    let again = things.parse(&things.describe(&sum, 0.2)).unwrap();
+    assert!(cosine(&sum, &again) > 0.98);
+    let vtb = VocabularyBuilder::<Things>::new(64, Seed::new(1))
+        .algebra(symbolt::spa::Vtb)
+        .any_similarity()
+        .pointers(["RED", "BLUE", "CIRCLE"])
+        .build()
+        .unwrap();
+    let nested = vtb.value(Things::RED * (Things::BLUE * Things::CIRCLE)).unwrap();
+    assert_eq!(nested.expression(), "RED * (BLUE * CIRCLE)");
+    assert!(cosine(&nested, &vtb.parse(nested.expression()).unwrap()) > 0.9999);
+    let books = [["RED", "BLUE"], ["CIRCLE", "BLUE"]];
+    let network = symbolt::spa::ResonatorNetwork::new(&vtb, books).err().unwrap().to_string();
+    assert!(network.contains("the binding of VTB does not commute"), "{network}");
+}

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use proptest::prelude::*;
+use symbolt::prelude::{GraphBuilder, PopulationPlan, ProbeSpec, SimDuration};
 use symbolt::sim::{PointerRef, Seed, VocabTag};
 use symbolt::spa::{Algebra, Hrr, VocabError, VocabularyBuilder, cosine_of_slices, dot, norm};
 
@@ -187,4 +188,50 @@ fn a_power_that_is_not_finite_is_refused() {
     let things = VocabularyBuilder::<Things>::new(64, Seed::new(1)).pointer("NUT").build().unwrap();
     let error = things.power(&things.get("NUT").unwrap(), 1e9).err().unwrap().to_string();
     assert!(error.contains("not finite; use a smaller exponent"), "{error}");
+}
+
+#[test]
+fn vocabularies_of_the_same_names_with_other_vectors_are_foreign() {
+    let of = || VocabularyBuilder::<Things>::new(64, Seed::new(1)).any_similarity();
+    let first = of().pointers(["A", "B"]).build().unwrap();
+    let again = of().pointers(["A", "B"]).build().unwrap();
+    assert!(first.space().same_as(again.space()));
+    let unitary = of().unitary("A").unitary("B").build().unwrap();
+    let given = of().vector("A", &first.get("B").unwrap()).pointer("B").build().unwrap();
+    assert!(!first.space().same_as(unitary.space()) && !first.space().same_as(given.space()));
+    let error = first.grow().algebra(symbolt::spa::Vtb).build().err().unwrap().to_string();
+    assert!(
+        error.contains("a grown vocabulary keeps its algebra HRR; it cannot have VTB"),
+        "{error}"
+    );
+}
+
+#[test]
+fn similarities_with_samples_of_another_size_are_refused() {
+    let [narrow, wide] = [32, 64].map(|dim| {
+        VocabularyBuilder::<Things>::new(dim, Seed::new(1))
+            .any_similarity()
+            .pointer("A")
+            .build()
+            .unwrap()
+    });
+    let mut graph = GraphBuilder::new();
+    let a = graph.add("a", wide.stimulus([(0, "A")]).unwrap());
+    let probe = graph.probe(&a, ProbeSpec::default());
+    let sim =
+        graph.run(&PopulationPlan::direct(), Seed::new(1), SimDuration::from_millis(5)).unwrap();
+    let error = narrow.similarities(sim.samples(&probe), ["A"]).err().unwrap().to_string();
+    assert!(error.contains("the samples have 64 components; expected 32"), "{error}");
+}
+
+#[test]
+fn a_long_sum_is_refused_before_it_exhausts_the_stack() {
+    let things = VocabularyBuilder::<Things>::new(64, Seed::new(1)).pointer("A").build().unwrap();
+    let sum = |terms: usize| vec!["A"; terms].join(" + ");
+    assert!(things.parse(&sum(1_000)).is_ok());
+    for long in [sum(20_000), vec!["A"; 20_000].join("*")] {
+        let error = things.parse(&long).err().unwrap().to_string();
+        assert!(error.contains("at most 1000 operators") && error.len() < 500, "{error}");
+    }
+    assert!(things.parse("~!A").is_ok());
 }

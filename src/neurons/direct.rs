@@ -25,7 +25,15 @@ impl Node for DirectRepresent {
         let square: Real = input.iter().map(|v| v * v).sum();
         let limit = self.0.radius;
         let open = if self.0.gated { io.inputs.scalar(1).clamp(0.0, 1.0) } else { 1.0 };
-        let clamp = if square > limit * limit { limit / square.sqrt() } else { 1.0 };
+        let clamp = match square > limit * limit {
+            true if square.is_finite() => limit / square.sqrt(),
+            // The square exceeds single precision.
+            true => {
+                let square: f64 = input.iter().map(|v| f64::from(*v).powi(2)).sum();
+                (f64::from(limit) / square.sqrt()) as Real
+            }
+            false => 1.0,
+        };
         let scale = open * clamp;
         if scale != 1.0 {
             for (out, value) in output.iter_mut().zip(input) {

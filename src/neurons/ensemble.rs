@@ -17,6 +17,9 @@ use crate::sim::{
     StepCx, Vector,
 };
 
+/// Greatest number of components of the input and of all outputs.
+const MOST_COMPONENTS: usize = 1 << 20;
+
 type Function = Arc<dyn Fn(&[Real], &mut [Real]) + Send + Sync>;
 
 /// A function that is decoded from an ensemble.
@@ -134,7 +137,19 @@ impl Ensemble {
 
     /// Number of components that are decoded from one copy.
     fn outputs(&self) -> usize {
-        self.functions.iter().map(|decoded| decoded.width).sum()
+        self.functions.iter().fold(0, |sum, decoded| sum.saturating_add(decoded.width))
+    }
+
+    /// Returns a fault if the input or the outputs of all copies have too many components.
+    fn too_wide(&self) -> Option<String> {
+        let (dims, copies) = (self.dims, self.copies);
+        let most = dims.max(self.outputs()).saturating_mul(copies);
+        (most > MOST_COMPONENTS).then(|| {
+            format!(
+                "{copies} copies of {dims} dimensions with {} decoded components are too large; expected at most {MOST_COMPONENTS} in all copies",
+                self.outputs()
+            )
+        })
     }
 
     /// Writes all functions of one vector, one after another.
@@ -142,6 +157,8 @@ impl Ensemble {
         let mut rest = out;
         for Decoded { width, function, .. } in &self.functions {
             let (own, after) = rest.split_at_mut(*width);
+            // A function may write some components only.
+            own.fill(0.0);
             function(value, own);
             rest = after;
         }
@@ -166,10 +183,19 @@ impl LayerRequest for Ensemble {
         if self.functions.is_empty() {
             ports.fault("nothing is decoded; expected at least one function");
         }
-        ports.input("in", InputSpec::vector(self.dims * self.copies).sum().at_advance());
+        if let Some(reason) = self.too_wide() {
+            ports.fault(reason);
+        }
+        let wide = |width: usize| width.saturating_mul(self.copies).min(MOST_COMPONENTS);
+        ports.input("in", InputSpec::vector(wide(self.dims)).sum().at_advance());
         for Decoded { name, width, .. } in &self.functions {
-            let spec = OutputSpec::vector(width * self.copies);
-            ports.output(name, spec.registered().filtered_only());
+            let good = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
+            if name.is_empty() || !name.chars().all(good) {
+                ports.fault(format!(
+                    "`{name}` is not a valid name of a function; use one or more of the characters a-z, A-Z, 0-9, `_`, `-` and `.`"
+                ));
+            }
+            ports.output(name, OutputSpec::vector(wide(*width)).registered().filtered_only());
         }
     }
 }
@@ -195,7 +221,7 @@ pub(super) struct DirectEnsemble(pub Ensemble);
 impl Node for DirectEnsemble {
     fn declare(&self, ports: &mut PortDecl) {
         self.0.declare(ports);
-        let reals = self.0.outputs() * self.0.copies;
+        let reals = self.0.outputs().saturating_mul(self.0.copies).min(MOST_COMPONENTS);
         ports.scratch(ScratchSpec { reals, ..ScratchSpec::default() });
     }
 
@@ -277,6 +303,9 @@ impl Node for NeuralEnsemble {
 
 impl Maker<'_> {
     pub(super) fn ensemble(&self, layer: &Ensemble) -> Result<NeuralEnsemble, Refusal> {
+        if let Some(reason) = layer.too_wide() {
+            return Err(refuse("copies", reason, "a smaller ensemble").into());
+        }
         let (dims, outputs) = (layer.dims, layer.outputs());
         let per = self.spec.per_function as f64 * dims as f64 * f64::from(layer.size);
         let neurons = count(per, self.spec.scale)?;

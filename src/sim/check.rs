@@ -157,7 +157,15 @@ fn lower(
     let bodies = match plan.lower(&layers, time) {
         Ok(bodies) => bodies,
         Err(wrong) => {
-            faults.extend(wrong.into_iter().map(|f| BuildError::Lowering {
+            // A layer with a fault of its own is not lowered well either, which needs no second message.
+            let sound = |path: &str| {
+                !layers
+                    .iter()
+                    .zip(&asked)
+                    .any(|(l, ports)| l.path == path && !ports.faults.is_empty())
+            };
+            let wrong = wrong.into_iter().filter(|f| sound(&f.path));
+            faults.extend(wrong.map(|f| BuildError::Lowering {
                 path: f.path,
                 reason: f.reason,
                 choices: f.choices,

@@ -82,7 +82,10 @@ impl<K: Kind> Node for Signal<K> {
     }
 
     fn emit(&self, cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
-        (self.function)(cx.time().as_millis_f64() / 1e3, io.outputs.get_mut(0));
+        let out = io.outputs.get_mut(0);
+        // The function may write some components only.
+        out.fill(0.0);
+        (self.function)(cx.time().as_millis_f64() / 1e3, out);
     }
 }
 
@@ -157,7 +160,9 @@ impl<A: Kind, B: Kind> Node for Apply<A, B> {
     }
 
     fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
-        (self.function)(io.inputs.get(0), io.outputs.get_mut(0));
+        let out = io.outputs.get_mut(0);
+        out.fill(0.0);
+        (self.function)(io.inputs.get(0), out);
     }
 }
 

@@ -183,11 +183,13 @@ impl Capacity {
     /// neurons. Costs a few milliseconds.
     pub fn reliability(&self) -> f64 {
         let Self { dimensions, pairs, items, noise, unitary_roles, neurons } = *self;
+        // Beyond this the formulas leave the range of numbers, and nothing is decoded long before.
+        let within = noise.abs() < 1e9 && pairs < 1 << 40 && items < 1 << 60;
+        if dimensions < 2 || !within {
+            return 0.0;
+        }
         if items < 2 || pairs == 0 {
             return 1.0;
-        }
-        if dimensions < 2 || !noise.is_finite() {
-            return 0.0;
         }
         let (dim, others) = (dimensions as f64, (pairs - 1) as f64);
         let sum = 1.0 + others + noise * noise;
@@ -226,7 +228,7 @@ impl Capacity {
     /// Costs some 0.1 s.
     pub fn dimensions_for(&self, reliability: f64) -> Option<usize> {
         least(MOST_DIMENSIONS, |dimensions| {
-            Self { dimensions, ..*self }.reliability() >= reliability
+            reliability < 1.0 && Self { dimensions, ..*self }.reliability() >= reliability
         })
     }
 
@@ -240,7 +242,7 @@ impl Capacity {
         let neurons = self.neurons.unwrap_or_default();
         let enough = |per_dimension| {
             let neurons = Some(LifSpec { per_dimension, ..neurons });
-            Self { neurons, ..*self }.reliability() >= reliability
+            reliability < 1.0 && Self { neurons, ..*self }.reliability() >= reliability
         };
         least(MOST_NEURONS, enough)
     }

@@ -89,7 +89,7 @@ pub enum VocabError {
         choices: Vec<String>,
     },
     /// An expression that cannot be parsed.
-    #[error("cannot read the expression at character {at}: found {problem}, expected {expected}\n  {text}\n  {:>width$}", "^", width = at + 1)]
+    #[error("cannot read the expression at character {at}: found {problem}, expected {expected}\n{}", around(.text, *.at))]
     Syntax {
         /// Text of the expression.
         text: String,
@@ -108,6 +108,16 @@ pub enum VocabError {
         /// Description of the error.
         reason: String,
     },
+}
+
+/// Returns the text around a position, with a mark below it.
+fn around(text: &str, at: usize) -> String {
+    let first = at.saturating_sub(60);
+    let shown: String = text.chars().skip(first).take(100).collect();
+    let (before, after) = (first > 0, text.chars().nth(first + 100).is_some());
+    let [left, right] = [before, after].map(|cut| if cut { "..." } else { "" });
+    let mark = at - first + left.len();
+    format!("  {left}{shown}{right}\n  {:>width$}", "^", width = mark + 1)
 }
 
 fn near(nearest: &Option<String>) -> String {

@@ -1,7 +1,7 @@
 //! Expressions over the names of a vocabulary, such as `PRECONDITION * (NUT_IN_JIG + BOLT_IN_JIG)`.
 //!
-//! `+` and `-` add and subtract. `*` binds two pointers, or scales a pointer by a number. `~` inverts and a leading `-`
-//! negates. `*` binds more tightly than `+` and `-`. An unknown name is an error; expressions never create names.
+//! `+` and `-` add and subtract. `*` binds two pointers, or scales a pointer by a number; directly between a number and a
+//! name it may be left out, as in `0.8 NUT`. `~` or `!` inverts and a leading `-` negates. `*` binds more tightly than `+` and `-`. An unknown name is an error; expressions never create names.
 
 use super::error::VocabError;
 
@@ -23,10 +23,12 @@ pub(crate) enum Expr {
 
 /// Greatest depth of nested parentheses and prefix operators.
 const MAX_DEPTH: usize = 64;
+/// Greatest number of operators between operands.
+const MAX_OPERATORS: usize = 1_000;
 
 /// Parses `text`. Costs O(length).
 pub(crate) fn parse(text: &str) -> Result<Expr, VocabError> {
-    let mut parser = Parser { text, chars: text.chars().collect(), at: 0, depth: 0 };
+    let mut parser = Parser { text, chars: text.chars().collect(), at: 0, depth: 0, operators: 0 };
     let expr = parser.sum()?;
     parser.space();
     if parser.at < parser.chars.len() {
@@ -47,6 +49,7 @@ struct Parser<'a> {
     chars: Vec<char>,
     at: usize,
     depth: usize,
+    operators: usize,
 }
 
 impl Parser<'_> {
@@ -72,6 +75,7 @@ impl Parser<'_> {
         let mut left = self.product()?;
         while let Some(sign @ ('+' | '-')) = self.peek() {
             let at = self.at;
+            self.operator()?;
             self.at += 1;
             let right = Box::new(self.product()?);
             left = match sign {
@@ -84,18 +88,35 @@ impl Parser<'_> {
 
     fn product(&mut self) -> Result<Expr, VocabError> {
         let mut left = self.factor()?;
-        while self.peek() == Some('*') {
-            self.at += 1;
+        loop {
+            match self.peek() {
+                Some('*') => {
+                    self.operator()?;
+                    self.at += 1;
+                }
+                Some(next) if next.is_ascii_uppercase() && matches!(left, Expr::Number(_)) => {}
+                _ => return Ok(left),
+            }
             left = Expr::Times(Box::new(left), Box::new(self.factor()?));
         }
-        Ok(left)
+    }
+
+    /// Counts an operator. Long chains would exhaust the stack when they are evaluated.
+    fn operator(&mut self) -> Result<(), VocabError> {
+        self.operators += 1;
+        if self.operators <= MAX_OPERATORS {
+            return Ok(());
+        }
+        let problem = format!("operator number {}", self.operators);
+        let expected = "an expression of at most 1000 operators";
+        Err(VocabError::Syntax { text: self.text.into(), at: self.at, problem, expected })
     }
 
     fn factor(&mut self) -> Result<Expr, VocabError> {
         const EXPECTED: &str = "a name, a number, `~`, `-` or `(`";
         let Some(next) = self.peek() else { return Err(self.wrong(EXPECTED)) };
         let at = self.at;
-        if matches!(next, '~' | '-' | '(') {
+        if matches!(next, '~' | '!' | '-' | '(') {
             if self.depth == MAX_DEPTH {
                 return Err(VocabError::Syntax {
                     text: self.text.into(),
@@ -107,7 +128,7 @@ impl Parser<'_> {
             self.depth += 1;
             self.at += 1;
             let inner = match next {
-                '~' => Expr::Invert(Box::new(self.factor()?), at),
+                '~' | '!' => Expr::Invert(Box::new(self.factor()?), at),
                 '-' => Expr::Negate(Box::new(self.factor()?)),
                 _ => {
                     let inner = self.sum()?;

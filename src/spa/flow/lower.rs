@@ -166,8 +166,12 @@ impl<'s, 'b> Lowerer<'s, 'b> {
         Sum::zero()
     }
 
-    /// Checks that a constant has the width of the shape.
+    /// Checks that a constant has the width of the shape and is finite.
     fn fits<K: FlowKind>(&mut self, shape: &K::Shape, constant: &[Real]) -> bool {
+        if let Some(wrong) = constant.iter().find(|value| !value.is_finite()) {
+            self.refuse(&format!("a constant has the number {wrong}; expected finite numbers"));
+            return false;
+        }
         let fits = constant.len() == K::width(shape);
         if !fits {
             let (found, expected) = (constant.len(), K::width(shape));

@@ -81,8 +81,8 @@ use super::error::VocabError;
 use super::pointer::PointerValue;
 use super::vocabulary::Vocabulary;
 use crate::sim::{
-    AsPointer, GraphBuilder, In, Kind, Module, Out, Pointer, PortRef, Real, Scalar, Scope, Synapse,
-    Vector, VocabTag,
+    AsPointer, BuildError, GraphBuilder, In, Kind, Module, Out, Pointer, PortRef, Real, Scalar,
+    Scope, Synapse, Vector, VocabTag,
 };
 use lower::{Lowerer, Sum};
 
@@ -222,7 +222,8 @@ impl<K: FlowKind> Flow<K> {
         let target = input.port.name();
         Route {
             text: format!("{} >> {}", self.text, target.strip_suffix(".input").unwrap_or(&target)),
-            name: format!("to.{}", target.replace('/', ".")),
+            // The name of one of several inputs, such as `inputs[0]`, has characters that a path has not.
+            name: format!("to.{}", target.replace('/', ".").replace('[', "-").replace(']', "")),
             via: Synapse::None,
             lower: Box::new(move |cx, via, open| {
                 cx.finish(&self, &Destination { input: &input, via, open });
@@ -253,7 +254,7 @@ impl<V: VocabTag> Vocabulary<V> {
     ///
     /// # Errors
     /// [`VocabError::BadVector`] if the expression contains an output of a graph, a name that the vocabulary does not
-    /// have, or a pointer of other dimensions.
+    /// have, or a pointer of other dimensions, or if its value is not finite.
     pub fn value(
         &self,
         expression: impl IntoFlow<Kind = Pointer<V>>,
@@ -266,10 +267,18 @@ impl<V: VocabTag> Vocabulary<V> {
         let mut graph = GraphBuilder::new();
         let mut root = graph.root();
         let sum = (flow.lower)(&mut Lowerer::new(&mut root, &flow.text), self.space());
-        if let Some(fault) = graph.first_fault() {
-            return Err(bad(fault.to_string()));
+        match graph.first_fault() {
+            Some(BuildError::Refused { reason, .. }) => {
+                let quoted = format!("`{}`: ", flow.text);
+                return Err(bad(reason.strip_prefix(&quoted).unwrap_or(reason).into()));
+            }
+            Some(fault) => return Err(bad(fault.to_string())),
+            None => {}
         }
         match sum.fixed(self.dim()) {
+            Some(values) if values.iter().any(|value| !value.is_finite()) => {
+                Err(bad("its value is not finite; use smaller factors".into()))
+            }
             Some(values) if values.len() == self.dim() => {
                 Ok(PointerValue::new(values, flow.text.to_string()))
             }

@@ -11,6 +11,9 @@ use crate::spa::algebra::LinearMap;
 use crate::spa::modules::{Rows, Slice, Spread};
 use crate::spa::vocabulary::Vocabulary;
 
+/// Greatest number of components that a slice can reach.
+const MOST_COMPONENTS: usize = 1 << 24;
+
 /// What operands can do besides the operators.
 pub trait FlowExt: IntoFlow + Sized {
     /// Returns the scalar product with another pointer of the same vocabulary.
@@ -124,7 +127,9 @@ fn by_matrix<A: FlowKind>(inner: Flow<A>, matrix: Array2<Real>) -> Flow<Vector> 
 fn part<A: FlowKind>(inner: Flow<A>, range: Range<usize>) -> Flow<Vector> {
     let Range { start, end } = range;
     let text = format!("{}[{start}..{end}]", inner.within(Level::Atom));
-    mapped(inner, (text, "slice"), Some(range.len()), move |from, _| {
+    // The width of a range that will be refused must not matter.
+    let shape = if range.end <= MOST_COMPONENTS { range.len().max(1) } else { 1 };
+    mapped(inner, (text, "slice"), Some(shape), move |from, _| {
         let width = A::width(from);
         if range.is_empty() || range.end > width {
             return Err(format!(

@@ -5,7 +5,7 @@ use crate::neurons::{Layers, Map};
 use crate::sim::{
     AsPointer, Constant, In, Module, Noise, Out, Pointer, Real, Scope, Synapse, Vector, VocabTag,
 };
-use crate::spa::algebra::normalize;
+use crate::spa::algebra::{cosine, normalize};
 use crate::spa::error::VocabError;
 use crate::spa::flow::{Flow, IntoFlow, Routes};
 use crate::spa::pointer::PointerValue;
@@ -88,6 +88,14 @@ impl<V: VocabTag> ResonatorNetwork<V> {
         }
         if let Some(empty) = books.iter().position(Vec::is_empty) {
             return Err(refused(format!("codebook {empty} has no names; expected at least one")));
+        }
+        let (a, b) = (&books[0][0], &books[1][0]);
+        let exchanged = [vocabulary.value(a * b)?, vocabulary.value(b * a)?];
+        if cosine(&exchanged[0], &exchanged[1]) < 0.999 {
+            let algebra = vocabulary.algebra().name();
+            return Err(refused(format!(
+                "the binding of {algebra} does not commute; use a vocabulary of an algebra whose binding does, such as HRR"
+            )));
         }
         Ok(Self { vocabulary: vocabulary.clone(), books })
     }

@@ -5,7 +5,7 @@ use std::marker::PhantomData;
 use std::sync::Arc;
 
 use super::{Content, Vocabulary, check_vector, random_pointer};
-use crate::sim::{AsPointer, Real, Seed, VocabTag};
+use crate::sim::{AsPointer, Fingerprint, Real, Seed, VocabTag};
 use crate::spa::algebra::{Algebra, Hrr, Workspace, dot, normalize};
 use crate::spa::error::VocabError;
 use crate::spa::expr;
@@ -193,22 +193,32 @@ impl<V: VocabTag> VocabularyBuilder<V> {
         {
             return Err(VocabError::Ceiling { ceiling });
         }
+        if let Some((_, base)) = &self.base
+            && base.algebra.name() != self.algebra.name()
+        {
+            let (keeps, other) = (base.algebra.name(), self.algebra.name());
+            let reason =
+                format!("a grown vocabulary keeps its algebra {keeps}; it cannot have {other}");
+            return Err(VocabError::BadVector { name: V::NAME.into(), reason });
+        }
         let names: Vec<&str> = self.entries.iter().map(|(n, _)| n.as_str()).collect();
         let identity =
             format!("{}\0{}\0{}\0{}", V::NAME, self.dim, self.algebra.name(), names.join("\0"));
-        let own = self.seed.derive(&identity, "space").value();
-        let (id, mut content) = self.base.unwrap_or_else(|| {
-            let content = Content {
-                algebra: self.algebra,
-                dim: self.dim,
-                seed: self.seed,
-                ceiling: self.ceiling,
-                names: Vec::new(),
-                index: HashMap::new(),
-                vectors: Vec::new(),
-            };
-            (own, content)
-        });
+        let (id, mut content) = self.base.map_or_else(
+            || {
+                let content = Content {
+                    algebra: self.algebra,
+                    dim: self.dim,
+                    seed: self.seed,
+                    ceiling: self.ceiling,
+                    names: Vec::new(),
+                    index: HashMap::new(),
+                    vectors: Vec::new(),
+                };
+                (None, content)
+            },
+            |(id, content)| (Some(id), content),
+        );
         content.ceiling = self.ceiling;
         let mut work = content.algebra.scratch(self.dim);
         for (name, entry) in self.entries {
@@ -227,6 +237,12 @@ impl<V: VocabTag> VocabularyBuilder<V> {
             };
             content.push(name, &vector);
         }
+        // Vocabularies of the same names and seed may have other vectors: given, unitary, or drawn under another ceiling.
+        let id = id.unwrap_or_else(|| {
+            let mut hash = Fingerprint::default();
+            hash.text(&identity).reals(&content.vectors);
+            self.seed.derive_index("space", hash.value()).value()
+        });
         Ok(Vocabulary::of(id, content))
     }
 }

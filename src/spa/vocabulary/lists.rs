@@ -49,6 +49,7 @@ impl<V: VocabTag> Vocabulary<V> {
             let reason = "the list has no items; expected at least one".into();
             return Err(VocabError::BadVector { name: "list".into(), reason });
         }
+        let sum = super::check_vector("list", sum, self.dim())?;
         Ok(PointerValue::new(sum, format!("list of {} by {position}", texts.join(", "))))
     }
 }

@@ -29,7 +29,7 @@ impl<V: VocabTag> Vocabulary<V> {
     /// ```
     ///
     /// # Errors
-    /// As for [`Vocabulary::parse`].
+    /// As for [`Vocabulary::parse`]; [`VocabError::BadVector`] if the samples have another number of dimensions.
     pub fn similarities<'e>(
         &self,
         samples: Samples<'_, Pointer<V>>,
@@ -38,6 +38,11 @@ impl<V: VocabTag> Vocabulary<V> {
         let columns: Vec<String> = expressions.into_iter().map(String::from).collect();
         let pointers = columns.iter().map(|text| self.parse(text));
         let pointers = pointers.collect::<Result<Vec<_>, _>>()?;
+        if samples.width() != self.dim() && !samples.is_empty() {
+            let (found, dim) = (samples.width(), self.dim());
+            let reason = format!("the samples have {found} components; expected {dim}");
+            return Err(VocabError::BadVector { name: V::NAME.into(), reason });
+        }
         let mut series = TimeSeries::new(columns, ("similarity", [-0.2, 1.05]));
         for (time, sample) in samples.iter() {
             series.push(time, pointers.iter().map(|pointer| dot(&sample, pointer)));
