@@ -98,7 +98,7 @@ impl FromIterator<Rule> for Rules {
 pub struct RulesPorts {
     /// Utilities in the order of the rules.
     pub utilities: Out<Vector>,
-    /// Activity of each rule: about 1 if chosen, else 0.
+    /// Activity of each rule: about 1 if it is chosen with a clear lead, less with a small one ([`Rules::rule`]), else 0.
     pub chosen: Out<Vector>,
     names: Vec<String>,
 }
@@ -122,7 +122,12 @@ impl Rules {
     }
 
     /// Adds a rule. Its utility, between 0.3 and 1 if the rule should be chosen, is an expression or a number. The name
-    /// becomes a part of the paths of its nodes; two rules with one name are a fault when the graph is built.
+    /// becomes a part of the paths of its nodes. A name that another rule has, `choice` and `utilities` are faults when the
+    /// graph is built.
+    ///
+    /// How active the winner is depends on its lead: 0.9 or more with a lead of 0.3, about 0.76 with a utility of 0.8
+    /// against 0.7, and 0.74 in exact maths with 0.4 against nothing. With utilities 0.01 apart nothing is chosen.
+    /// Utilities above 1 exceed the range of the neurons: at 5 the winner's activity is 0.3 there, but 1 in exact maths.
     pub fn rule(
         mut self,
         name: impl Into<String>,
