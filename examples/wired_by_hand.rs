@@ -40,14 +40,14 @@ pub fn run(plan: &PopulationPlan, seed: Seed) -> Result<Vec<[f32; 2]>, Box<dyn E
 
     // A choice: rules collected from a table, and basal ganglia with utilities that are led there one by one.
     let table = [("like_nut", "NUT"), ("like_bolt", "BOLT"), ("like_jig", "JIG")];
-    let rule = |(name, part): (&str, &str)| Ok(Rule::new(name, b.dot(&parts.get(part)?), []));
+    let rule = |(name, part): (&str, &str)| Ok(Rule::new(name, b.dot(parts.get(part)?), []));
     let rules: Result<Rules, symbolt::spa::VocabError> = table.into_iter().map(rule).collect();
     let rules = graph.add("rules", rules?);
     let choice = graph.add("choice", BasalGanglia::new(table.len()));
     for (index, (_, part)) in table.into_iter().enumerate() {
         let mut row = ndarray::Array2::zeros((table.len(), 1));
         row[(index, 0)] = 1.0;
-        graph.route(b.dot(&parts.get(part)?).transform(row) >> &choice.utilities);
+        graph.route(b.dot(parts.get(part)?).transform(row) >> &choice.utilities);
     }
 
     let sim = graph.run(plan, seed, SimDuration::from_millis(200))?;

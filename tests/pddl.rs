@@ -88,17 +88,16 @@ fn ground_operators_are_the_allowed_calls_in_every_state_of_fifteen_domains() {
             validate(&domain, &whole, plan.iter().map(String::as_str)).expect("a valid plan");
             let start: BTreeSet<usize> = grounded.start.iter().copied().collect();
             assert_eq!(start, fluents(&grounded, &whole.init), "{}", case.name);
-            for step in 0..last {
+            for (step, call) in plan.iter().enumerate() {
                 let before = fluents(&grounded, &facts(&domain, trajectory, step));
                 let after = fluents(&grounded, &facts(&domain, trajectory, step + 1));
-                let operator = grounded.operators.iter().find(|o| o.name == plan[step]);
-                let operator =
-                    operator.unwrap_or_else(|| panic!("{} in {}", plan[step], case.name));
+                let operator = grounded.operators.iter().find(|o| o.name == *call);
+                let operator = operator.unwrap_or_else(|| panic!("{call} in {}", case.name));
                 assert!(Grounded::all_hold(&before, &operator.preconditions));
                 let mut state = before.clone();
                 state.retain(|fluent| !operator.deletes.contains(fluent));
                 state.extend(&operator.adds);
-                assert_eq!(state, after, "{} in {}", plan[step], case.name);
+                assert_eq!(state, after, "{call} in {}", case.name);
                 steps += 1;
                 if step % 6 == 0 {
                     let applicable: BTreeSet<String> = grounded

@@ -49,8 +49,10 @@ impl<K: Kind> Samples<'_, K> {
     ///
     /// ```
     /// # use symbolt::prelude::*;
+    /// # use symbolt::sim::Signal;
     /// let mut graph = GraphBuilder::new();
-    /// let input = graph.add("input", Signal::new(|t: f64| [t as f32, 1.0 - t as f32]));
+    /// let lines = |t: f64, out: &mut [f32]| out.copy_from_slice(&[t as f32, 1.0 - t as f32]);
+    /// let input = graph.add("input", Signal::vector(2, lines));
     /// let probe = graph.probe(&input, ProbeSpec::default());
     /// let sim = graph.run(&PopulationPlan::direct(), Seed::new(1), SimDuration::from_millis(1000))?;
     /// let series = sim.samples(&probe).series(["rising", "falling"]);

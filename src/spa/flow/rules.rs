@@ -172,7 +172,7 @@ impl Module for Rules {
             };
             names.push(name.clone());
             if !taken.is_empty() {
-                scope.refuse(&format!("the rule `{name}`: {taken}; choose another name"));
+                scope.refuse(format!("the rule `{name}`: {taken}; choose another name"));
                 continue;
             }
             let part = RulePart {
