@@ -193,7 +193,7 @@ const ASSERTED: &[(&str, &str, &str, &str)] = &[
         "experiments.rs",
         "(off.len(), gain.len()), (68, 68)",
     ),
-    ("verification", "4,500 and 1,000 trials a cell", "experiments.rs", "\"--trials\", \"1000\""),
+    ("verification", "10,000 and 1,000 trials a cell", "experiments.rs", "\"--trials\", \"1000\""),
     ("verification", "signal 9 at 50 random moments", "experiments.rs", "killed(50)"),
     (
         "experiments",

@@ -171,7 +171,7 @@ macro_rules! models {
         }
 
         #[test]
-        #[ignore = "long statistics"]
+        #[ignore = "five minutes: all seeds"]
         fn $long() {
             assert_eq!(faults($seeds, $check), Vec::<String>::new());
         }
