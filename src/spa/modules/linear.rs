@@ -35,7 +35,7 @@ impl<A: Kind, B: Kind> Linear<A, B> {
         Self { input, output, map, fault: None }
     }
 
-    fn with_fault(mut self, fault: Option<String>) -> Self {
+    pub(super) fn with_fault(mut self, fault: Option<String>) -> Self {
         self.fault = fault;
         self
     }

@@ -15,6 +15,7 @@ mod pair_decoder;
 mod resonator;
 mod select;
 mod sequence;
+mod sparse;
 mod state;
 
 pub use basal_ganglia::{BasalGanglia, BasalGangliaPorts};
