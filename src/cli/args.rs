@@ -339,11 +339,21 @@ pub(crate) struct ClassifyArgs {
 #[derive(Debug, Clone, Args)]
 #[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct PlanArgs {
-    /// Learned domain; - for standard input
+    /// Learned domain, or a domain in PDDL; - for standard input
     pub domain: PathBuf,
+    /// Problem in PDDL: the planner of goal sets plans and acts until the
+    /// goal holds
+    #[arg(verbatim_doc_comment, required_unless_present = "scene")]
+    pub problem: Option<PathBuf>,
     /// Scene, a file with one JSON object; - for standard input
-    #[arg(long, value_name = "FILE")]
-    pub scene: PathBuf,
+    #[arg(long, value_name = "FILE", conflicts_with = "problem")]
+    pub scene: Option<PathBuf>,
+    /// Goal sets that are remembered; a plan has fewer actions [default: 48]
+    #[arg(long, value_name = "N", value_parser = whole::<usize>, conflicts_with = "scene")]
+    pub slots: Option<usize>,
+    /// Simulated time for planning and acting [default: 10]
+    #[arg(long, value_name = "SECONDS", value_parser = number::<f64>, conflicts_with = "scene")]
+    pub time: Option<f64>,
     /// State to reach [default: the goal of the demonstrations]
     #[arg(long, value_name = "STATE")]
     pub goal: Option<String>,

@@ -1,6 +1,7 @@
 //! A scene as a relational domain sees it: `symbolt actions`, and the plans of `symbolt plan`.
 
 use std::fmt::Write as _;
+use std::path::Path;
 
 use anyhow::Error;
 use serde_json::{Map, Value, json};
@@ -172,11 +173,12 @@ impl Plan {
 pub(crate) fn plan(
     args: &PlanArgs,
     domain: &RelationalDomain,
+    scene: &Path,
     out: &Place,
 ) -> Result<Outcome, Error> {
     args.planner.check_relational("use a domain of `symbolt learn --method paper`")?;
     let progress = Progress::new(&args.common);
-    let scene = Snapshot::read(&args.scene)?;
+    let scene = Snapshot::read(scene)?;
     let grounder = args.grounding.grounder(domain)?;
     let goals = match &args.goal {
         Some(goal) => {

@@ -10,6 +10,7 @@ mod experiment;
 mod figures;
 mod folder;
 mod framed;
+mod goal_sets;
 mod learn;
 mod learn_model;
 mod options;
@@ -37,8 +38,9 @@ use symbolt::neurons::{SolvedFileError, UnknownMode};
 use symbolt::spa::VocabError;
 use symbolt::study::standard::UnknownModel;
 use symbolt::task::TaskError;
-use symbolt::task::strips::PddlFault;
+use symbolt::task::regression::GoalSetError;
 use symbolt::task::strips::learn::LearnError;
+use symbolt::task::strips::{GroundFault, PddlFault};
 
 use args::{BadArgument, Cli, Command};
 
@@ -150,8 +152,15 @@ fn code(error: &Error) -> u8 {
     if error.is::<UnknownMode>() || error.is::<UnknownModel>() || error.is::<BadArgument>() {
         return 2;
     }
-    if error.is::<SolvedFileError>() || error.is::<PddlFault>() || error.is::<LearnError>() {
+    if error.is::<SolvedFileError>()
+        || error.is::<PddlFault>()
+        || error.is::<GroundFault>()
+        || error.is::<LearnError>()
+    {
         return 2;
+    }
+    if let Some(fault) = error.downcast_ref::<GoalSetError>() {
+        return if matches!(fault, GoalSetError::Sim(_)) { 1 } else { 2 };
     }
     if let Some(file) = error.downcast_ref::<FileError>() {
         return file_code(file);

@@ -13,22 +13,26 @@ use super::Outcome;
 use super::args::{BadArgument, PlanArgs, PlannerArgs};
 use super::domain::AnyDomain;
 use super::framed;
+use super::goal_sets;
 use super::output::{Grid, Progress, counted, unbroken, use_threads, wrapped};
 
 pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
     let out = args.out.place()?;
     args.planner.check()?;
     use_threads(&args.common)?;
-    if args.domain.as_os_str() == "-" && args.scene.as_os_str() == "-" {
+    let Some(scene) = &args.scene else {
+        return goal_sets::plan(args, &out);
+    };
+    if args.domain.as_os_str() == "-" && scene.as_os_str() == "-" {
         let problem = "the domain and the scene cannot both come from standard input (-)";
         return Err(BadArgument(problem.into()).into());
     }
     let domain = match AnyDomain::read(&args.domain)? {
-        AnyDomain::Relational(domain) => return framed::plan(args, &domain, &out),
+        AnyDomain::Relational(domain) => return framed::plan(args, &domain, scene, &out),
         AnyDomain::Plain(domain) => domain,
     };
     let progress = Progress::new(&args.common);
-    let scene = Snapshot::read(&args.scene)?;
+    let scene = Snapshot::read(scene)?;
     let classifier = Classifier::new(&domain, args.grounding.rule())?;
     let goal = match (&args.goal, domain.goal()) {
         (Some(goal), _) => domain.state(goal)?,

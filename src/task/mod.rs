@@ -45,6 +45,7 @@ pub mod event;
 pub mod execute;
 pub mod learn;
 pub mod planner;
+pub mod regression;
 pub mod relational;
 #[cfg(feature = "physics")]
 pub mod robot;

@@ -1,0 +1,133 @@
+//! `symbolt plan DOMAIN PROBLEM`: a problem in PDDL, planned and acted on by the planner of goal sets.
+
+use std::fmt::Write as _;
+
+use anyhow::Error;
+use serde_json::{Value, json};
+use symbolt::files::{Limit, read_file};
+use symbolt::neurons::Population;
+use symbolt::sim::{Seed, SimDuration};
+use symbolt::task::regression::{Course, GoalSetSpec, StripsWorld, pursue};
+use symbolt::task::strips::{Bodies, Domain, GroundFault, Grounded, PlanFault, Problem, validate};
+
+use super::Outcome;
+use super::args::{BadArgument, PlanArgs};
+use super::output::{Place, Progress, counted};
+
+/// Time for which the motor is locked after an action has begun, in milliseconds.
+const LOCK_MS: u64 = 100;
+/// Greatest simulated time in seconds.
+const LONGEST_S: f64 = 3600.0;
+
+pub(crate) fn plan(args: &PlanArgs, out: &Place) -> Result<Outcome, Error> {
+    let Some(file) = &args.problem else {
+        return Err(
+            BadArgument("name a problem in PDDL, or a scene with --scene FILE".into()).into()
+        );
+    };
+    if args.domain.as_os_str() == "-" && file.as_os_str() == "-" {
+        let problem = "the domain and the problem cannot both come from standard input (-)";
+        return Err(BadArgument(problem.into()).into());
+    }
+    if args.goal.is_some() {
+        let problem = "--goal is for a scene; a problem in PDDL has its own goal";
+        return Err(BadArgument(problem.into()).into());
+    }
+    let limit = args.time.unwrap_or(10.0);
+    if !(limit > 0.0 && limit <= LONGEST_S) {
+        let problem = format!("--time must be above 0 and at most {LONGEST_S} s; got {limit}");
+        return Err(BadArgument(problem).into());
+    }
+    let population: Population = args.planner.mode.parse()?;
+    let progress = Progress::new(&args.common);
+    let domain = read_file(&args.domain, Limit::PDDL)?;
+    let domain = Domain::parse(&domain, &args.domain.display().to_string(), Bodies::Read)?;
+    let problem = read_file(file, Limit::PDDL)?;
+    let problem = Problem::parse(&problem, &file.display().to_string(), &domain)?;
+    progress.say("grounding the problem");
+    let grounded = match Grounded::new(&domain, &problem) {
+        Err(fault @ GroundFault::Unreachable { .. }) => {
+            return Ok(Outcome::Failed(fault.to_string()));
+        }
+        grounded => grounded?,
+    };
+    let size = format!(
+        "{}, {}",
+        counted(grounded.fluents.len(), "fluent"),
+        counted(grounded.operators.len(), "operator")
+    );
+    progress.say(format!("planning with {size}"));
+    let default = GoalSetSpec::default();
+    let spec = GoalSetSpec {
+        slots: args.slots.unwrap_or(default.slots),
+        limit: SimDuration::from_secs_f64(limit)?,
+        population,
+        ..default
+    };
+    let world = StripsWorld::new(&grounded, SimDuration::from_millis(LOCK_MS));
+    let course = pursue(&grounded, world, &spec, Seed::new(args.common.seed))?;
+    drop(progress);
+    let steps: Vec<&str> = course.plan().map(|a| grounded.operators[a].name.as_str()).collect();
+    let checked = validate(&domain, &problem, steps.iter().copied()).map(|_| ());
+    let text = if args.common.json {
+        summary(&grounded, &course, &checked, &args.planner.mode).to_string()
+    } else {
+        table(&grounded, &course, &size)
+    };
+    out.write(&text)?;
+    Ok(match checked {
+        Ok(()) => Outcome::Done,
+        Err(fault) => Outcome::Failed(format!("no plan within {limit} s: {fault}")),
+    })
+}
+
+/// Returns the time at which an action begins first.
+fn planned(course: &Course) -> Option<u64> {
+    course.begun.first().map(|begun| begun.ms)
+}
+
+fn summary(
+    problem: &Grounded,
+    course: &Course,
+    checked: &Result<(), PlanFault>,
+    mode: &str,
+) -> Value {
+    let step = |a: usize| problem.operators[a].name.as_str();
+    let actions = course
+        .begun
+        .iter()
+        .map(|b| json!({ "action": step(b.operator), "time_ms": b.ms, "ready": b.met }));
+    json!({
+        "planner": "goal-sets",
+        "mode": mode,
+        "fluents": problem.fluents.len(),
+        "operators": problem.operators.len(),
+        "units": course.units,
+        "plan": course.plan().map(step).collect::<Vec<_>>(),
+        "valid": checked.is_ok(),
+        "fault": checked.as_ref().err().map(ToString::to_string),
+        "actions": actions.collect::<Vec<_>>(),
+        "planned_ms": planned(course),
+        "time_ms": course.ms,
+        "goal_sets": course.steps,
+        "dead_ends": course.backs,
+        "starts": course.starts,
+    })
+}
+
+fn table(problem: &Grounded, course: &Course, size: &str) -> String {
+    let mut text = format!("Problem: {size}\n");
+    if let Some(ms) = planned(course) {
+        let steps = counted(course.steps, "goal set");
+        let _ = writeln!(text, "Planned: {ms} ms, {steps}, {}", counted(course.backs, "dead end"));
+    }
+    if course.begun.is_empty() && course.reached {
+        text.push_str("The goal holds already.\n");
+    }
+    for begun in &course.begun {
+        let name = &problem.operators[begun.operator].name;
+        let note = if begun.met { "" } else { "  (a precondition did not hold)" };
+        let _ = writeln!(text, "{:>7} ms  {name}{note}", begun.ms);
+    }
+    text
+}

@@ -1,0 +1,168 @@
+//! The choice of an operator: which ones achieve a goal, what they are worth, and the race among them.
+
+use super::control::{Phase, Signal};
+use super::costs::LEVELS;
+use super::rules::{Regressed, Regression};
+use super::wiring::{AND, Group, Weight, Wiring, each, gather, spread};
+use crate::neurons::Map;
+use crate::sim::{Real, SimDuration};
+
+/// Weight of one level of cost in a utility.
+const LEVEL: Real = 0.25;
+/// Weight of an operator that achieves an unmet goal, or a goal that stands in the way of one.
+const HELPS: Real = 1.2 * LEVEL;
+/// Weight of a new goal.
+const FRESH: Real = -0.3 * LEVEL;
+/// Weight with which winners inhibit each other. Two equal ones stay, and the first is taken.
+const RIVALRY: Real = 0.5;
+/// Time constant with which the race becomes easier to win, in milliseconds.
+const URGENCY_MS: u64 = 60;
+
+/// The groups of the choice.
+pub(super) struct Choice {
+    /// Operators that may be chosen.
+    pub eligible: Group,
+    /// What each operator is worth.
+    pub utilities: Group,
+    /// The chosen operator.
+    pub winner: Group,
+}
+
+impl Regression {
+    /// Returns links from fluents to operators.
+    pub(super) fn links(&self, part: fn(&Regressed) -> &Vec<usize>, weight: Real) -> Vec<Weight> {
+        let rows = self.operators.iter().enumerate();
+        rows.flat_map(|(a, o)| part(o).iter().map(move |f| (*f, a, weight))).collect()
+    }
+}
+
+impl Choice {
+    /// Adds the choice. `open` are the goals that do not hold.
+    pub fn new(
+        w: &mut Wiring<'_, '_>,
+        rules: &Regression,
+        (phases, signals): (&Group, &Group),
+        (goals, open): (&Group, &Group),
+        costs: &Group,
+    ) -> Self {
+        let (fluents, operators) = (rules.fluents, rules.operators.len());
+        let adds = |weight| rules.links(|o| &o.adds, weight);
+        let needs = |weight| rules.links(|o| &o.preconditions, weight);
+
+        let irrelevant = w.units("irrelevant", operators);
+        w.bias_all(&irrelevant, 1.0);
+        w.link(goals, &irrelevant, adds(-1.3));
+        let veto = w.units("veto", operators);
+        w.link(goals, &veto, rules.links(|o| &o.threatens, 1.0));
+        let eligible = w.units("eligible", operators);
+        w.bias_all(&eligible, 1.0);
+        w.link(&eligible, signals, gather(operators, Signal::Eligible as usize, 1.0));
+        let helps = helps(w, rules, goals, open);
+
+        // A utility is the cost of the goals that are achieved, less the cost of those that are new.
+        let levels = fluents * LEVELS;
+        let rows = || (0..fluents).flat_map(|f| (0..LEVELS).map(move |l| (f, f * LEVELS + l)));
+        let gains = w.units("gains", levels);
+        w.link(costs, &gains, each(levels, 1.0));
+        w.link(goals, &gains, rows().map(|(f, level)| (f, level, 1.0)));
+        w.bias_all(&gains, AND);
+        let utility = Map::each(operators, |x| x.max(0.0)).radius(2.5).above(0.0);
+        let utilities = w.analog("utilities", operators, utility);
+        let by_level = |weights: Vec<Weight>| {
+            let rows = weights
+                .into_iter()
+                .flat_map(|(f, a, weight)| (0..LEVELS).map(move |l| (f * LEVELS + l, a, weight)));
+            rows.collect::<Vec<_>>()
+        };
+        let both = adds(LEVEL).into_iter().chain(needs(LEVEL)).collect();
+        w.link(&gains, &utilities, by_level(both));
+        w.link(costs, &utilities, by_level(needs(-LEVEL)));
+        let absent = w.units("not_goals", fluents);
+        w.bias_all(&absent, 1.0);
+        w.link(goals, &absent, each(fluents, -1.3));
+        w.link(&absent, &utilities, needs(FRESH));
+        w.link(&helps, &utilities, each(operators, HELPS));
+        for bar in [&irrelevant, &veto] {
+            w.link(bar, &eligible, each(operators, -1.3));
+            w.link(bar, &utilities, each(operators, -6.0));
+        }
+        let urgency = w.slow("urgency", phases, URGENCY_MS);
+        w.link(&urgency, &utilities, spread(Phase::Race as usize, operators, 3.5));
+        w.bias_all(&utilities, -1.1);
+
+        let winner = race(w, operators, (phases, signals), &utilities);
+        Self { eligible, utilities, winner }
+    }
+}
+
+/// Adds the operators that achieve an unmet goal, or a goal that stands in the way of an operator for an unmet one.
+fn helps(w: &mut Wiring<'_, '_>, rules: &Regression, goals: &Group, open: &Group) -> Group {
+    let (fluents, operators) = (rules.fluents, rules.operators.len());
+    let mut hinders = vec![false; fluents * fluents];
+    for operator in &rules.operators {
+        for wanted in &operator.adds {
+            operator.threatens.iter().for_each(|f| hinders[wanted * fluents + f] = true);
+        }
+    }
+    let hindrance = w.units("hindrance", fluents);
+    let pairs = (0..fluents * fluents).filter(|pair| hinders[*pair]);
+    w.link(open, &hindrance, pairs.map(|pair| (pair / fluents, pair % fluents, 1.0)));
+    let blamed = w.units("blamed", fluents);
+    w.link(&hindrance, &blamed, each(fluents, 1.0));
+    w.link(goals, &blamed, each(fluents, 1.0));
+    w.bias_all(&blamed, AND);
+    let helps = w.units("helps", operators);
+    for wanted in [open, &blamed] {
+        w.link(wanted, &helps, rules.links(|o| &o.adds, 1.0));
+    }
+    helps
+}
+
+/// Adds the race of accumulators, and latches that hold the winner. The latches inhibit each other.
+fn race(
+    w: &mut Wiring<'_, '_>,
+    operators: usize,
+    (phases, signals): (&Group, &Group),
+    utilities: &Group,
+) -> Group {
+    let race = w.race("race", operators, SimDuration::from_millis(5));
+    w.link(utilities, &race, each(operators, 1.0));
+    let rest = w.units("rest", 1);
+    w.bias_all(&rest, 1.0);
+    w.link(phases, &rest, [(Phase::Race as usize, 0, -1.3)]);
+    w.link(&rest, &race, spread(0, operators, -8.0));
+    let winner = w.latches("winner", operators);
+    w.link(&race, &winner, each(operators, 1.0));
+    let rivals = w.sum("rivals", 1);
+    w.link(&winner, &rivals, gather(operators, 0, 1.0));
+    w.link(&rivals, &winner, spread(0, operators, -RIVALRY));
+    let own = w.sum("own", operators);
+    w.link(&winner, &own, each(operators, 1.0));
+    w.link(&own, &winner, each(operators, RIVALRY));
+    let clearing = [Phase::Settle, Phase::Start, Phase::Back];
+    let cleared = clearing.iter().flat_map(|p| spread(*p as usize, operators, -4.0));
+    w.link(phases, &winner, cleared);
+    break_ties(w, phases, &winner);
+    let told = [Signal::Won, Signal::Double].map(|signal| (0, signal as usize, 1.0));
+    w.link(&rivals, signals, told);
+    winner
+}
+
+/// Lets every winner give way to those before it, in the phase that breaks ties.
+///
+/// Winners are summed in rows, so that the weights are as many as operators times the root of their number.
+fn break_ties(w: &mut Wiring<'_, '_>, phases: &Group, winner: &Group) {
+    const BEFORE: Real = 1.3;
+    let operators = winner.count;
+    let side = operators.isqrt().max(1);
+    let rows = w.sum("winner_rows", operators.div_ceil(side));
+    w.link(winner, &rows, (0..operators).map(|a| (a, a / side, 1.0)));
+    let later = w.units("give_way", operators);
+    let before = (0..operators).flat_map(|a| (0..a / side).map(move |row| (row, a, BEFORE)));
+    w.link(&rows, &later, before);
+    let beside = (0..operators).flat_map(|a| (a - a % side..a).map(move |b| (b, a, BEFORE)));
+    w.link(winner, &later, beside);
+    w.link(phases, &later, spread(Phase::Break as usize, operators, 1.0));
+    w.bias_all(&later, AND);
+    w.link(&later, winner, each(operators, -4.0));
+}

@@ -1,0 +1,228 @@
+//! Plans and acts in simulated time: the planner graph in a world that follows the rules of the problem.
+
+use std::any::Any;
+use std::sync::Arc;
+
+use thiserror::Error;
+
+use super::control::Phase;
+use super::graph::GoalSetGraph;
+use super::memory::Layout;
+use super::rules::Regression;
+use super::world::{Begun, StripsWorld};
+use crate::neurons::{LifSpec, PatternError, Population, PopulationPlan};
+use crate::sim::{
+    Constant, GraphBuilder, InputSpec, OutputSpec, ProbeId, ProbeSpec, RunConfig, Seed,
+    SimDuration, SimError, Simulator, Synapse, Timebase, Vector, WorldLink,
+};
+use crate::task::strips::Grounded;
+
+/// Greatest number of units of a planner graph. In spiking mode each unit is twenty neurons.
+pub const MAX_UNITS: usize = 400_000;
+
+/// Settings of a planner over goal sets.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GoalSetSpec {
+    /// Goal sets that are remembered. A plan has fewer actions; a search that fills the slots starts again.
+    pub slots: usize,
+    /// Simulated time after which the run ends.
+    pub limit: SimDuration,
+    /// Neurons, or the functions that they compute.
+    pub population: Population,
+    /// Groups of the planner whose links to others are cut, such as `veto`.
+    pub ablated: Vec<String>,
+}
+
+impl Default for GoalSetSpec {
+    fn default() -> Self {
+        Self {
+            slots: 48,
+            limit: SimDuration::from_millis(10_000),
+            population: Population::Direct,
+            ablated: Vec::new(),
+        }
+    }
+}
+
+/// Why a planner cannot run.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum GoalSetError {
+    /// The problem needs too many units.
+    #[error(
+        "the planner for {fluents} fluents and {operators} operators would have {units} units, more than {MAX_UNITS}; use a smaller problem or fewer slots than {slots}"
+    )]
+    TooLarge {
+        /// Number of fluents of the problem.
+        fluents: usize,
+        /// Number of its operators.
+        operators: usize,
+        /// Slots that were asked for.
+        slots: usize,
+        /// Number of units.
+        units: usize,
+    },
+    /// There are fewer than two slots.
+    #[error(
+        "a planner needs at least 2 slots, one for the goal and one for each action; got {slots}"
+    )]
+    Slots {
+        /// Slots that were asked for.
+        slots: usize,
+    },
+    /// A pattern of layers is wrong.
+    #[error(transparent)]
+    Pattern(#[from] PatternError),
+    /// A group to be ablated does not exist, or the world failed.
+    #[error(transparent)]
+    Sim(#[from] SimError),
+}
+
+/// What a planner did.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Course {
+    /// Whether the goal holds at the end.
+    pub reached: bool,
+    /// The actions that were begun.
+    pub begun: Vec<Begun>,
+    /// Simulated time of the run in milliseconds. The run ends once the goal holds.
+    pub ms: u64,
+    /// Goal sets that were reached, dead ends, and times that planning began.
+    pub steps: usize,
+    /// Dead ends from which the planner went back.
+    pub backs: usize,
+    /// Times that it began to plan: 1, and one for each surprise or search that filled the slots.
+    pub starts: usize,
+    /// Units of the planner.
+    pub units: usize,
+}
+
+impl Course {
+    /// Returns the operators whose preconditions held, in order.
+    pub fn plan(&self) -> impl Iterator<Item = usize> {
+        self.begun.iter().filter(|b| b.done).map(|b| b.operator)
+    }
+}
+
+/// Returns the populations with which the planner is measured: units of twenty neurons, and more for sums and the race.
+///
+/// A unit of [`LifSpec::default`] is too noisy: its decoders are less regularised and it fires less.
+///
+/// # Errors
+/// None for the groups of [`GoalSetGraph`]; the type is that of all patterns.
+pub fn populations(population: &Population) -> Result<PopulationPlan, PatternError> {
+    let of = |spec: LifSpec| match population {
+        Population::Direct => Population::Direct,
+        Population::Rate(_) => Population::Rate(spec),
+        Population::Lif(_) => Population::Lif(spec),
+    };
+    let (Population::Rate(spec) | Population::Lif(spec)) = population else {
+        return Ok(PopulationPlan::direct());
+    };
+    let unit = LifSpec { per_item: 20, regularisation: 1.0, max_rates: [300.0, 450.0], ..*spec };
+    let race = LifSpec { per_item: 100, ..*spec };
+    let plan = PopulationPlan::all(of(unit)).with("**/analog".parse()?, of(*spec));
+    Ok(plan.with("**/race".parse()?, of(race)))
+}
+
+/// Plans and acts until the goal holds or the time is over.
+///
+/// Costs O(units) per simulated millisecond in spiking mode. One seed gives the same bits.
+///
+/// # Errors
+/// [`GoalSetError`] if the problem is too large, or if a group to be ablated does not exist.
+pub fn pursue(
+    problem: &Grounded,
+    world: StripsWorld,
+    spec: &GoalSetSpec,
+    seed: Seed,
+) -> Result<Course, GoalSetError> {
+    let (fluents, operators) = (problem.fluents.len(), problem.operators.len());
+    if spec.slots < 2 {
+        return Err(GoalSetError::Slots { slots: spec.slots });
+    }
+    let units = Layout::units(fluents, operators, spec.slots);
+    if units > MAX_UNITS {
+        return Err(GoalSetError::TooLarge { fluents, operators, slots: spec.slots, units });
+    }
+    if problem.operators.is_empty() {
+        // Nothing can be done, so the goal holds: a goal that no operator achieves is refused when the problem is grounded.
+        let reached = world.reached();
+        return Ok(Course {
+            reached,
+            begun: Vec::new(),
+            ms: 0,
+            steps: 0,
+            backs: 0,
+            starts: 0,
+            units,
+        });
+    }
+    let rules = Arc::new(Regression::new(problem));
+    let mut graph = GraphBuilder::new();
+    let planner = GoalSetGraph::new(rules, spec.slots);
+    let planner = spec.ablated.iter().fold(planner, |planner, group| planner.ablate(group));
+    let planner = graph.add("planner", planner);
+    let link = WorldLink::new()
+        .sense("holds", OutputSpec::vector(fluents))
+        .command("actions", InputSpec::vector(operators));
+    let node = graph.world("world", link);
+    let ready = graph.add("ready", Constant::vector(&[1.0]));
+    let mut wanted = vec![0.0; fluents];
+    problem.goal.iter().for_each(|f| wanted[*f] = 1.0);
+    let goal = graph.add("goal", Constant::vector(&wanted));
+    graph.connect(&ready, &planner.ready, Synapse::None);
+    graph.connect(&goal, &planner.goal, Synapse::None);
+    graph.connect(&node.output::<Vector>("holds"), &planner.holds, Synapse::None);
+    graph.connect(&planner.actions, &node.input::<Vector>("actions"), Synapse::None);
+    let phases = graph.probe(&planner.phases, ProbeSpec::default());
+    for name in &spec.ablated {
+        // A name that is no group is a fault of the graph.
+        graph.probe_at::<Vector>(&format!("planner/{name}/output"), ProbeSpec::default());
+    }
+    let plan = populations(&spec.population)?;
+    let graph = graph.build(Timebase::default(), &plan, seed).map_err(SimError::from)?;
+    let config = RunConfig::seeded(seed).in_world(world);
+    let mut sim = Simulator::new(graph.into(), config)?;
+    let period = SimDuration::from_millis(10);
+    let mut ms = 0;
+    while ms < spec.limit.as_micros() / 1000 && !inside(&sim).is_some_and(StripsWorld::reached) {
+        sim.run_for(period)?;
+        ms += 10;
+    }
+    let [steps, backs, starts] = entered(&sim, &phases);
+    let world = inside(&sim);
+    Ok(Course {
+        reached: world.is_some_and(StripsWorld::reached),
+        begun: world.map(|w| w.begun().to_vec()).unwrap_or_default(),
+        ms,
+        steps,
+        backs,
+        starts,
+        units,
+    })
+}
+
+/// Returns the world of a simulator.
+fn inside(sim: &Simulator) -> Option<&StripsWorld> {
+    let world: &dyn Any = sim.world()?;
+    world.downcast_ref()
+}
+
+/// Returns how often goal sets were written, dead ends were left, and planning began.
+fn entered(sim: &Simulator, phases: &ProbeId<Vector>) -> [usize; 3] {
+    let counted = [Phase::Write, Phase::Back, Phase::Start];
+    let mut counts = [0; 3];
+    let mut before = None;
+    for (_, row) in sim.samples(phases).iter() {
+        let mut active = (0..row.len()).filter(|i| row[*i] > 0.5);
+        // While one phase follows another, both are active for a moment.
+        let (Some(now), None) = (active.next(), active.next()) else { continue };
+        if before != Some(now) {
+            let place = counted.iter().position(|phase| *phase as usize == now);
+            place.into_iter().for_each(|i| counts[i] += 1);
+            before = Some(now);
+        }
+    }
+    counts
+}

@@ -1,0 +1,153 @@
+//! The planner's rules without neurons: regression of goal sets, one step at a time.
+//!
+//! The graph is measured beside this search. Both remember all goal sets and take the best operator; only the search knows
+//! utilities exactly.
+
+use std::collections::BTreeSet;
+
+use rand::Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::rules::Regression;
+
+/// Settings of a search.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SearchSpec {
+    /// Standard deviation of the noise on each utility, in levels of cost.
+    pub noise: f64,
+    /// Goal sets that are remembered. A search that fills them starts again.
+    pub slots: usize,
+    /// Number of times that the search starts.
+    pub tries: usize,
+    /// Bonus of an operator that achieves an unmet goal, or a goal that stands in the way of one, in levels.
+    pub helps: f64,
+    /// Loss for each new goal, in levels.
+    pub fresh: f64,
+}
+
+impl Default for SearchSpec {
+    fn default() -> Self {
+        Self { noise: 0.1, slots: 48, tries: 10, helps: 1.2, fresh: 0.3 }
+    }
+}
+
+/// What a search found.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Found {
+    /// Operators in the order in which they are carried out.
+    pub plan: Vec<usize>,
+    /// Goal sets that were reached, over all tries.
+    pub steps: usize,
+    /// Dead ends.
+    pub backs: usize,
+}
+
+/// Returns the level of each fluent: the number of parallel steps after which it is first reached.
+///
+/// Costs O(levels x operators). A fluent that cannot be reached has an infinite level.
+pub fn levels(rules: &Regression, state: &BTreeSet<usize>) -> Vec<f64> {
+    let mut costs = vec![f64::INFINITY; rules.fluents];
+    state.iter().for_each(|f| costs[*f] = 0.0);
+    loop {
+        let old = costs.clone();
+        for operator in &rules.operators {
+            let most = operator.preconditions.iter().map(|p| old[*p]).fold(0.0, f64::max);
+            for add in &operator.adds {
+                costs[*add] = costs[*add].min(1.0 + most);
+            }
+        }
+        if costs == old {
+            return costs;
+        }
+    }
+}
+
+/// Searches a plan from a state to a goal.
+///
+/// Costs O(steps x (operators + slots) x fluents).
+pub fn search(
+    rules: &Regression,
+    start: &BTreeSet<usize>,
+    goal: &BTreeSet<usize>,
+    spec: &SearchSpec,
+    rng: &mut impl Rng,
+) -> Option<Found> {
+    let levels = levels(rules, start);
+    let (mut steps, mut backs) = (0, 0);
+    for _ in 0..spec.tries {
+        let mut slots = vec![(goal.clone(), 0, 0)];
+        let mut slot = 0;
+        loop {
+            let goals = &slots[slot].0;
+            if goals.is_subset(start) {
+                let mut plan = Vec::new();
+                while slot > 0 {
+                    let (_, operator, parent) = slots[slot];
+                    plan.push(operator);
+                    slot = parent;
+                }
+                return Some(Found { plan, steps, backs });
+            }
+            let best = best(rules, start, &levels, &slots, slot, spec, rng);
+            match best {
+                Some((operator, child)) if slots.len() < spec.slots => {
+                    steps += 1;
+                    slots.push((child, operator, slot));
+                    slot = slots.len() - 1;
+                }
+                None if slot > 0 => {
+                    backs += 1;
+                    slot = slots[slot].2;
+                }
+                _ => break,
+            }
+        }
+    }
+    None
+}
+
+/// Returns the best operator for the goal set of a slot, and the goal set before it.
+fn best(
+    rules: &Regression,
+    start: &BTreeSet<usize>,
+    levels: &[f64],
+    slots: &[(BTreeSet<usize>, usize, usize)],
+    slot: usize,
+    spec: &SearchSpec,
+    rng: &mut impl Rng,
+) -> Option<(usize, BTreeSet<usize>)> {
+    let goals = &slots[slot].0;
+    let open = |f: &usize| goals.contains(f) && !start.contains(f);
+    let wanted = rules.operators.iter().filter(|o| o.adds.iter().any(open));
+    let blamed: BTreeSet<usize> =
+        wanted.flat_map(|o| &o.threatens).filter(|f| goals.contains(f)).copied().collect();
+    let mut best: Option<(f64, usize, BTreeSet<usize>)> = None;
+    for (a, operator) in rules.operators.iter().enumerate() {
+        let in_goals = |f: &&usize| goals.contains(f);
+        if !operator.adds.iter().any(|f| goals.contains(f))
+            || operator.threatens.iter().any(|f| goals.contains(f))
+            || operator.preconditions.iter().any(|p| levels[*p].is_infinite())
+        {
+            continue;
+        }
+        let child: BTreeSet<usize> = goals
+            .iter()
+            .filter(|f| !operator.adds.contains(f))
+            .chain(&operator.preconditions)
+            .copied()
+            .collect();
+        if slots.iter().any(|(old, ..)| old.is_subset(&child)) {
+            continue;
+        }
+        let gain: f64 = operator.adds.iter().filter(in_goals).map(|f| levels[*f]).sum();
+        let new: Vec<_> = operator.preconditions.iter().filter(|f| !goals.contains(f)).collect();
+        let loss: f64 = new.iter().map(|f| levels[**f] + spec.fresh).sum();
+        let helps = operator.adds.iter().any(|f| open(f) || blamed.contains(f));
+        let noise: f64 = StandardNormal.sample(rng);
+        let utility = gain - loss + if helps { spec.helps } else { 0.0 } + noise * spec.noise;
+        if best.as_ref().is_none_or(|(u, ..)| utility > *u) {
+            best = Some((utility, a, child));
+        }
+    }
+    best.map(|(_, operator, child)| (operator, child))
+}

@@ -1,0 +1,170 @@
+//! Groups of logical units, and the weighted links between them.
+
+use crate::neurons::{Layers, Map, Select, SelectRule};
+use crate::sim::{Add, Constant, In, Module, Out, Real, Scope, SimDuration, Synapse, Vector};
+use crate::spa::Linear;
+
+/// Input at which a logical unit begins to respond. Its response is half of the full one about 0.15 above.
+const LEVEL: Real = 0.35;
+/// Bias of a unit that responds to two inputs together. An active input is 1 to 1.4.
+pub(super) const AND: Real = -1.15;
+/// Synapse of the outputs of units.
+pub(super) const FAST: Synapse = Synapse::lowpass_ms(4);
+
+/// A weight from one item of a group to one item of another.
+pub(super) type Weight = (usize, usize, Real);
+
+/// Items side by side with one activity each.
+pub(super) struct Group {
+    name: String,
+    pub count: usize,
+    input: In<Vector>,
+    pub out: Out<Vector>,
+}
+
+/// The population of a group.
+struct Population {
+    count: usize,
+    map: Option<Map>,
+    rule: SelectRule,
+    synapse: Synapse,
+}
+
+struct PopulationPorts {
+    input: In<Vector>,
+    output: Out<Vector>,
+}
+
+impl Module for Population {
+    type Ports = PopulationPorts;
+
+    fn expand(self, scope: &mut Scope<'_>) -> PopulationPorts {
+        let (input, neurons) = match self.map {
+            Some(map) => {
+                let layer = scope.map("analog", map);
+                (layer.input, layer.output)
+            }
+            None => {
+                let name = match self.rule {
+                    SelectRule::Threshold { .. } => "logic",
+                    _ => "race",
+                };
+                let layer = scope.select(name, Select::new(self.count, self.rule));
+                (layer.input, layer.output)
+            }
+        };
+        let output = scope.add("output", Add::vector(self.count));
+        scope.connect(&neurons, &output.input, self.synapse);
+        PopulationPorts {
+            input: scope.input("input", input),
+            output: scope.output("output", output.output),
+        }
+    }
+}
+
+/// Adds groups and links to a scope.
+pub(super) struct Wiring<'a, 's> {
+    pub scope: &'a mut Scope<'s>,
+    /// Groups without links to others.
+    pub cut: &'a [String],
+}
+
+impl Wiring<'_, '_> {
+    fn group(&mut self, name: &str, population: Population) -> Group {
+        let count = population.count;
+        let PopulationPorts { input, output } = self.scope.add(name, population);
+        Group { name: name.into(), count, input, out: output }
+    }
+
+    /// Adds logical units: 1 while the sum of the inputs exceeds about a half.
+    pub fn units(&mut self, name: &str, count: usize) -> Group {
+        let rule = SelectRule::Threshold { level: LEVEL };
+        self.group(name, Population { count, map: None, rule, synapse: FAST })
+    }
+
+    /// Adds units that stay active after their input has gone, until they are inhibited.
+    pub fn latches(&mut self, name: &str, count: usize) -> Group {
+        let group = self.units(name, count);
+        self.link(&group, &group, each(count, 1.0));
+        group
+    }
+
+    /// Adds a race of accumulators: the first item whose summed input reaches a bound is active.
+    pub fn race(&mut self, name: &str, count: usize, tau: SimDuration) -> Group {
+        let rule = SelectRule::IndependentAccumulators { level: 0.0, tau };
+        self.group(name, Population { count, map: None, rule, synapse: FAST })
+    }
+
+    /// Adds analog units.
+    pub fn analog(&mut self, name: &str, count: usize, map: Map) -> Group {
+        let rule = SelectRule::Threshold { level: LEVEL };
+        self.group(name, Population { count, map: Some(map), rule, synapse: FAST })
+    }
+
+    /// Adds a plain sum, for inputs from outside and for slow copies.
+    pub fn sum(&mut self, name: &str, count: usize) -> Group {
+        let node = self.scope.add(name, Add::vector(count));
+        Group { name: name.into(), count, input: node.input, out: node.output }
+    }
+
+    /// Adds a copy of a group through a slow synapse.
+    pub fn slow(&mut self, name: &str, from: &Group, tau_ms: u64) -> Group {
+        let copy = self.sum(name, from.count);
+        self.scope.connect(&from.out, &copy.input, Synapse::lowpass_ms(tau_ms));
+        copy
+    }
+
+    /// Links two groups. There is at most one link from one group to another.
+    pub fn link(&mut self, from: &Group, to: &Group, weights: impl IntoIterator<Item = Weight>) {
+        self.link_by(from, to, weights, Synapse::None);
+    }
+
+    /// Links two groups through a synapse.
+    pub fn link_by(
+        &mut self,
+        from: &Group,
+        to: &Group,
+        weights: impl IntoIterator<Item = Weight>,
+        synapse: Synapse,
+    ) {
+        if self.cut.contains(&from.name) {
+            return;
+        }
+        let name = format!("{}_to_{}", from.name, to.name);
+        let link = self.scope.add(&name, Linear::sparse(from.count, to.count, weights));
+        self.scope.connect(&from.out, &link.input, Synapse::None);
+        self.scope.connect(&link.output, &to.input, synapse);
+    }
+
+    /// Adds a constant to the input of each item.
+    pub fn bias(&mut self, to: &Group, values: &[Real]) {
+        let name = format!("bias_of_{}", to.name);
+        let constant = self.scope.add(&name, Constant::vector(values));
+        self.scope.connect(&constant, &to.input, Synapse::None);
+    }
+
+    /// Adds the same constant to the input of all items.
+    pub fn bias_all(&mut self, to: &Group, value: Real) {
+        self.bias(to, &vec![value; to.count]);
+    }
+
+    /// Returns the input of a group.
+    pub fn input_of(group: &Group) -> In<Vector> {
+        group.input.clone()
+    }
+}
+
+/// Weights from each item to the item of the same number.
+pub(super) fn each(count: usize, weight: Real) -> impl Iterator<Item = Weight> {
+    (0..count).map(move |i| (i, i, weight))
+}
+
+/// Weights from one item to all items of a group.
+pub(super) fn spread(from: usize, count: usize, weight: Real) -> impl Iterator<Item = Weight> {
+    (0..count).map(move |i| (from, i, weight))
+}
+
+/// Weights from all items of a group to one item.
+pub(super) fn gather(count: usize, to: usize, weight: Real) -> impl Iterator<Item = Weight> {
+    (0..count).map(move |i| (i, to, weight))
+}
