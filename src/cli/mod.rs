@@ -160,7 +160,8 @@ fn code(error: &Error) -> u8 {
         return 2;
     }
     if let Some(fault) = error.downcast_ref::<GoalSetError>() {
-        return if matches!(fault, GoalSetError::Sim(_)) { 1 } else { 2 };
+        let late = matches!(fault, GoalSetError::Sim(_) | GoalSetError::Unreachable { .. });
+        return if late { 1 } else { 2 };
     }
     if let Some(file) = error.downcast_ref::<FileError>() {
         return file_code(file);

@@ -44,9 +44,9 @@ pub struct GoalSetPorts {
 }
 
 impl GoalSetGraph {
-    /// Makes a planner that remembers up to `slots` goal sets.
+    /// Makes a planner that remembers up to `slots` goal sets, at least two: one for the goal, one for each action.
     pub fn new(rules: Arc<Regression>, slots: usize) -> Self {
-        Self { rules, slots, ablated: Vec::new() }
+        Self { rules, slots: slots.max(2), ablated: Vec::new() }
     }
 
     /// Cuts the links from a group to the others, such as from `veto`. The name of another group has no effect.
@@ -78,7 +78,7 @@ impl Module for GoalSetGraph {
 
         let costs = costs(w, &rules, control, &holds, &goals);
         let choice = Choice::new(w, &rules, control, (&goals, &open), &costs);
-        let layout = Layout::new(&rules, slots);
+        let layout = Layout::new(fluents, rules.operators.len(), slots);
         let memory = Memory::new(w, &layout, &rules, control, &goals, &choice);
         for (name, source, when) in [
             ("begin", &goal, &[Phase::Start][..]),

@@ -20,28 +20,19 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    pub fn new(rules: &Regression, slots: usize) -> Self {
+    pub fn new(fluents: usize, operators: usize, slots: usize) -> Self {
         let side = |count: usize| (count as f64).sqrt().ceil() as usize;
-        let operators = rules.operators.len();
-        Self {
-            fluents: rules.fluents,
-            operators,
-            slots,
-            operator_side: side(operators),
-            slot_side: side(slots),
-        }
+        Self { fluents, operators, slots, operator_side: side(operators), slot_side: side(slots) }
     }
 
-    /// Returns about how many units a planner has, without building it.
-    pub fn units(fluents: usize, operators: usize, slots: usize) -> usize {
-        let side = |count: usize| (count as f64).sqrt().ceil() as usize;
-        let columns = fluents + 1 + 2 * (side(operators) + side(slots));
-        let row = columns.saturating_mul(3).saturating_add(fluents).saturating_add(operators);
-        let rules =
-            fluents.saturating_mul(3 * LEVELS + 16).saturating_add(operators.saturating_mul(12));
+    /// Returns about how many units the planner has.
+    pub fn units(&self) -> usize {
+        let row = self.columns().saturating_mul(3).saturating_add(self.fluents + self.operators);
+        let rules = self.fluents.saturating_mul(3 * LEVELS + 16);
         // Pairs of fluents are kept as a table while the planner is built.
-        let table = fluents.saturating_mul(fluents) / 256;
-        slots.saturating_mul(row).saturating_add(rules).saturating_add(table)
+        let table = self.fluents.saturating_mul(self.fluents) / 256;
+        let fixed = rules.saturating_add(self.operators.saturating_mul(12)).saturating_add(table);
+        self.slots.saturating_mul(row).saturating_add(fixed)
     }
 
     fn mark(&self) -> usize {

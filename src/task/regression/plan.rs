@@ -70,6 +70,14 @@ pub enum GoalSetError {
         /// Slots that were asked for.
         slots: usize,
     },
+    /// Two parts of the goal never hold together.
+    #[error("the goal cannot be reached: {first} and {second} never hold together")]
+    Unreachable {
+        /// A part of the goal.
+        first: String,
+        /// Another one, or the same.
+        second: String,
+    },
     /// A pattern of layers is wrong.
     #[error(transparent)]
     Pattern(#[from] PatternError),
@@ -87,7 +95,7 @@ pub struct Course {
     pub begun: Vec<Begun>,
     /// Simulated time of the run in milliseconds. The run ends once the goal holds.
     pub ms: u64,
-    /// Goal sets that were reached, dead ends, and times that planning began.
+    /// Goal sets that were written, without the goal itself.
     pub steps: usize,
     /// Dead ends from which the planner went back.
     pub backs: usize,
@@ -98,7 +106,7 @@ pub struct Course {
 }
 
 impl Course {
-    /// Returns the operators whose preconditions held, in order.
+    /// Returns the operators that had their effects, in order.
     pub fn plan(&self) -> impl Iterator<Item = usize> {
         self.begun.iter().filter(|b| b.done).map(|b| b.operator)
     }
@@ -130,7 +138,8 @@ pub fn populations(population: &Population) -> Result<PopulationPlan, PatternErr
 /// Costs O(units) per simulated millisecond in spiking mode. One seed gives the same bits.
 ///
 /// # Errors
-/// [`GoalSetError`] if the problem is too large, or if a group to be ablated does not exist.
+/// [`GoalSetError`] if the problem is too large, if parts of the goal exclude each other, or if a group to be ablated does
+/// not exist.
 pub fn pursue(
     problem: &Grounded,
     world: StripsWorld,
@@ -141,7 +150,7 @@ pub fn pursue(
     if spec.slots < 2 {
         return Err(GoalSetError::Slots { slots: spec.slots });
     }
-    let units = Layout::units(fluents, operators, spec.slots);
+    let units = Layout::new(fluents, operators, spec.slots).units();
     if units > MAX_UNITS {
         return Err(GoalSetError::TooLarge { fluents, operators, slots: spec.slots, units });
     }
@@ -158,7 +167,13 @@ pub fn pursue(
             units,
         });
     }
-    let rules = Arc::new(Regression::new(problem));
+    let rules = Regression::new(problem);
+    let mut pairs = problem.goal.iter().flat_map(|a| problem.goal.iter().map(move |b| (*a, *b)));
+    if let Some((a, b)) = pairs.find(|(a, b)| rules.mutexes.excludes(*a, *b)) {
+        let [first, second] = [a, b].map(|f| problem.fluents[f].to_string());
+        return Err(GoalSetError::Unreachable { first, second });
+    }
+    let rules = Arc::new(rules);
     let mut graph = GraphBuilder::new();
     let planner = GoalSetGraph::new(rules, spec.slots);
     let planner = spec.ablated.iter().fold(planner, |planner, group| planner.ablate(group));
@@ -184,11 +199,11 @@ pub fn pursue(
     let graph = graph.build(Timebase::default(), &plan, seed).map_err(SimError::from)?;
     let config = RunConfig::seeded(seed).in_world(world);
     let mut sim = Simulator::new(graph.into(), config)?;
-    let period = SimDuration::from_millis(10);
-    let mut ms = 0;
-    while ms < spec.limit.as_micros() / 1000 && !inside(&sim).is_some_and(StripsWorld::reached) {
-        sim.run_for(period)?;
-        ms += 10;
+    let (mut ms, limit) = (0, spec.limit.as_micros() / 1000);
+    while ms < limit && !inside(&sim).is_some_and(StripsWorld::reached) {
+        let step = (limit - ms).min(10);
+        sim.run_for(SimDuration::from_millis(step))?;
+        ms += step;
     }
     let [steps, backs, starts] = entered(&sim, &phases);
     let world = inside(&sim);

@@ -9,7 +9,7 @@ const LEVEL: Real = 0.35;
 /// Bias of a unit that responds to two inputs together. An active input is 1 to 1.4.
 pub(super) const AND: Real = -1.15;
 /// Synapse of the outputs of units.
-pub(super) const FAST: Synapse = Synapse::lowpass_ms(4);
+const FAST: Synapse = Synapse::lowpass_ms(4);
 
 /// A weight from one item of a group to one item of another.
 pub(super) type Weight = (usize, usize, Real);
@@ -22,12 +22,20 @@ pub(super) struct Group {
     pub out: Out<Vector>,
 }
 
-/// The population of a group.
+/// What the neurons of a group compute.
+enum Units {
+    /// Whether the input exceeds a level.
+    Logic,
+    /// Which input wins a race.
+    Race(SimDuration),
+    /// A function of the input.
+    Analog(Map),
+}
+
+/// The neurons of a group.
 struct Population {
     count: usize,
-    map: Option<Map>,
-    rule: SelectRule,
-    synapse: Synapse,
+    units: Units,
 }
 
 struct PopulationPorts {
@@ -39,22 +47,22 @@ impl Module for Population {
     type Ports = PopulationPorts;
 
     fn expand(self, scope: &mut Scope<'_>) -> PopulationPorts {
-        let (input, neurons) = match self.map {
-            Some(map) => {
-                let layer = scope.map("analog", map);
-                (layer.input, layer.output)
+        let mut select = |name, rule| {
+            let layer = scope.select(name, Select::new(self.count, rule));
+            (layer.input, layer.output)
+        };
+        let (input, neurons) = match self.units {
+            Units::Logic => select("logic", SelectRule::Threshold { level: LEVEL }),
+            Units::Race(tau) => {
+                select("race", SelectRule::IndependentAccumulators { level: 0.0, tau })
             }
-            None => {
-                let name = match self.rule {
-                    SelectRule::Threshold { .. } => "logic",
-                    _ => "race",
-                };
-                let layer = scope.select(name, Select::new(self.count, self.rule));
+            Units::Analog(map) => {
+                let layer = scope.map("analog", map);
                 (layer.input, layer.output)
             }
         };
         let output = scope.add("output", Add::vector(self.count));
-        scope.connect(&neurons, &output.input, self.synapse);
+        scope.connect(&neurons, &output.input, FAST);
         PopulationPorts {
             input: scope.input("input", input),
             output: scope.output("output", output.output),
@@ -70,16 +78,14 @@ pub(super) struct Wiring<'a, 's> {
 }
 
 impl Wiring<'_, '_> {
-    fn group(&mut self, name: &str, population: Population) -> Group {
-        let count = population.count;
-        let PopulationPorts { input, output } = self.scope.add(name, population);
+    fn group(&mut self, name: &str, count: usize, units: Units) -> Group {
+        let PopulationPorts { input, output } = self.scope.add(name, Population { count, units });
         Group { name: name.into(), count, input, out: output }
     }
 
     /// Adds logical units: 1 while the sum of the inputs exceeds about a half.
     pub fn units(&mut self, name: &str, count: usize) -> Group {
-        let rule = SelectRule::Threshold { level: LEVEL };
-        self.group(name, Population { count, map: None, rule, synapse: FAST })
+        self.group(name, count, Units::Logic)
     }
 
     /// Adds units that stay active after their input has gone, until they are inhibited.
@@ -91,14 +97,12 @@ impl Wiring<'_, '_> {
 
     /// Adds a race of accumulators: the first item whose summed input reaches a bound is active.
     pub fn race(&mut self, name: &str, count: usize, tau: SimDuration) -> Group {
-        let rule = SelectRule::IndependentAccumulators { level: 0.0, tau };
-        self.group(name, Population { count, map: None, rule, synapse: FAST })
+        self.group(name, count, Units::Race(tau))
     }
 
     /// Adds analog units.
     pub fn analog(&mut self, name: &str, count: usize, map: Map) -> Group {
-        let rule = SelectRule::Threshold { level: LEVEL };
-        self.group(name, Population { count, map: Some(map), rule, synapse: FAST })
+        self.group(name, count, Units::Analog(map))
     }
 
     /// Adds a plain sum, for inputs from outside and for slow copies.

@@ -91,7 +91,7 @@ impl StripsWorld {
         }
     }
 
-    /// Lets each action fail with a probability: it begins and has no effect.
+    /// Lets each action fail with a probability from 0 to 1: it begins and has no effect.
     #[must_use]
     pub fn failures(mut self, probability: f64) -> Self {
         self.failures = probability;
