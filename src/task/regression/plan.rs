@@ -20,6 +20,9 @@ use crate::task::strips::Grounded;
 /// Greatest number of units of a planner graph. In spiking mode each unit is twenty neurons.
 pub const MAX_UNITS: usize = 400_000;
 
+/// Simulated time between two looks at the world, in milliseconds. A tick takes one.
+const PERIOD_MS: u64 = 10;
+
 /// Settings of a planner over goal sets.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GoalSetSpec {
@@ -190,7 +193,7 @@ pub fn pursue(
     graph.connect(&goal, &planner.goal, Synapse::None);
     graph.connect(&node.output::<Vector>("holds"), &planner.holds, Synapse::None);
     graph.connect(&planner.actions, &node.input::<Vector>("actions"), Synapse::None);
-    let phases = graph.probe(&planner.phases, ProbeSpec::default());
+    let phases = graph.probe(&planner.phases, ProbeSpec::default().last(PERIOD_MS as usize));
     for name in &spec.ablated {
         // A name that is no group is a fault of the graph.
         graph.probe_at::<Vector>(&format!("planner/{name}/output"), ProbeSpec::default());
@@ -199,13 +202,15 @@ pub fn pursue(
     let graph = graph.build(Timebase::default(), &plan, seed).map_err(SimError::from)?;
     let config = RunConfig::seeded(seed).in_world(world);
     let mut sim = Simulator::new(graph.into(), config)?;
+    let mut tally = Tally::default();
     let (mut ms, limit) = (0, spec.limit.as_micros() / 1000);
     while ms < limit && !inside(&sim).is_some_and(StripsWorld::reached) {
-        let step = (limit - ms).min(10);
+        let step = (limit - ms).min(PERIOD_MS);
         sim.run_for(SimDuration::from_millis(step))?;
         ms += step;
+        tally.add(&sim, &phases, step as usize);
     }
-    let [steps, backs, starts] = entered(&sim, &phases);
+    let [steps, backs, starts] = tally.counts;
     let world = inside(&sim);
     Ok(Course {
         reached: world.is_some_and(StripsWorld::reached),
@@ -224,20 +229,28 @@ fn inside(sim: &Simulator) -> Option<&StripsWorld> {
     world.downcast_ref()
 }
 
-/// Returns how often goal sets were written, dead ends were left, and planning began.
-fn entered(sim: &Simulator, phases: &ProbeId<Vector>) -> [usize; 3] {
-    let counted = [Phase::Write, Phase::Back, Phase::Start];
-    let mut counts = [0; 3];
-    let mut before = None;
-    for (_, row) in sim.samples(phases).iter() {
-        let mut active = (0..row.len()).filter(|i| row[*i] > 0.5);
-        // While one phase follows another, both are active for a moment.
-        let (Some(now), None) = (active.next(), active.next()) else { continue };
-        if before != Some(now) {
-            let place = counted.iter().position(|phase| *phase as usize == now);
-            place.into_iter().for_each(|i| counts[i] += 1);
-            before = Some(now);
+/// How often goal sets were written, dead ends were left, and planning began.
+#[derive(Default)]
+struct Tally {
+    counts: [usize; 3],
+    /// The last phase that was active alone.
+    before: Option<usize>,
+}
+
+impl Tally {
+    /// Counts the phases that began in the last `ticks` samples.
+    fn add(&mut self, sim: &Simulator, phases: &ProbeId<Vector>, ticks: usize) {
+        let counted = [Phase::Write, Phase::Back, Phase::Start];
+        let samples = sim.samples(phases);
+        for (_, row) in samples.iter().skip(samples.len().saturating_sub(ticks)) {
+            let mut active = (0..row.len()).filter(|i| row[*i] > 0.5);
+            // While one phase follows another, both are active for a moment.
+            let (Some(now), None) = (active.next(), active.next()) else { continue };
+            if self.before != Some(now) {
+                let place = counted.iter().position(|phase| *phase as usize == now);
+                place.into_iter().for_each(|i| self.counts[i] += 1);
+                self.before = Some(now);
+            }
         }
     }
-    counts
 }
