@@ -7,10 +7,11 @@ use std::sync::Arc;
 use anyhow::Error;
 use clap::{Args, ValueEnum};
 use symbolt::files::{Limit, read_file};
-use symbolt::neurons::Population;
+use symbolt::neurons::{Population, PopulationPlan};
 use symbolt::sim::{Real, Seed, VocabTag};
 use symbolt::spa::VocabularyBuilder;
-use symbolt::task::planner::{PlannerSpec, Unbinding};
+use symbolt::task::planner::{PlannerKind, PlannerSpec, Unbinding};
+use symbolt::task::regression::populations;
 use symbolt::task::relational::{Grounder, RelationalDomain};
 use symbolt::task::tasks::file::DataTask;
 use symbolt::task::tasks::nuts_and_bolts::{NutsAndBolts, Order, SyntheticDemonstrations};
@@ -50,6 +51,9 @@ pub(crate) struct OutFile {
 /// Options of the planner graph.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct PlannerArgs {
+    /// Planner: chain (one state at a time) or goal-sets (neurons alone)
+    #[arg(long, value_name = "NAME", default_value = "chain", value_parser = kind)]
+    pub planner: PlannerKind,
     /// Mode of the layers: direct, rate or lif (spiking)
     #[arg(long, default_value = "direct")]
     pub mode: String,
@@ -75,6 +79,14 @@ pub(crate) struct PlannerArgs {
     pub products: bool,
 }
 
+fn kind(name: &str) -> Result<PlannerKind, String> {
+    let found = PlannerKind::ALL.into_iter().find(|kind| kind.name() == name);
+    found.ok_or_else(|| {
+        let names = PlannerKind::ALL.map(PlannerKind::name).join(" or ");
+        format!("there is no planner of this name; expected {names}")
+    })
+}
+
 /// The vocabulary that checks the options of pointers.
 struct Checked;
 
@@ -92,6 +104,15 @@ impl PlannerArgs {
         let vocabulary = VocabularyBuilder::<Checked>::new(self.dimensions, Seed::new(0));
         vocabulary.max_similarity(self.max_similarity()).build().map_err(TaskError::from)?;
         Ok(())
+    }
+
+    /// Returns the populations of the planner's graph.
+    pub fn populations(&self) -> Result<PopulationPlan, Error> {
+        let mode: Population = self.mode.parse()?;
+        Ok(match self.planner {
+            PlannerKind::Chain => PopulationPlan::all(mode),
+            PlannerKind::GoalSets => populations(&mode)?,
+        })
     }
 
     /// Refuses the options that only the planner of the method `paper` has. `instead` says what to do instead.

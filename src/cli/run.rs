@@ -20,7 +20,7 @@ use symbolt::task::execute::{
     episode_observed,
 };
 use symbolt::task::learn::Settings;
-use symbolt::task::planner::Planner;
+use symbolt::task::planner::{Decider, GoalSetPlanner, Planner, PlannerKind, PlannerSpec};
 use symbolt::task::relational::RelationalDomain;
 use symbolt::task::scene::Scene;
 use symbolt::task::tasks::Task;
@@ -196,7 +196,7 @@ struct Ran {
 
 /// What runs the episodes: a planner graph for all of them, or a domain over which each episode builds its own.
 enum Runner<'l> {
-    Plain { planner: Arc<Planner>, goal: StateId },
+    Plain { planner: Arc<dyn Decider>, goal: StateId },
     Relational { domain: &'l RelationalDomain, build: Box<PlannerBuild>, least: usize },
 }
 
@@ -208,13 +208,23 @@ impl<'l> Runner<'l> {
                 let Some(goal) = domain.goal() else {
                     return Err(BadArgument("the domain has no goal".into()).into());
                 };
-                let planner = plan::build(domain, &args.planner, args.common.seed)?;
-                Self::Plain { planner: Arc::new(planner), goal }
+                let (rules, seed) = (args.planner.spec().rules(), Seed::new(args.common.seed));
+                let planner: Arc<dyn Decider> = match args.planner.planner {
+                    PlannerKind::Chain => {
+                        Arc::new(plan::build(domain, &args.planner, args.common.seed)?)
+                    }
+                    PlannerKind::GoalSets => {
+                        let plan = args.planner.populations()?;
+                        Arc::new(GoalSetPlanner::new(domain, rules, &plan, seed)?)
+                    }
+                };
+                Self::Plain { planner, goal }
             }
             AnyLearned::Relational(learned) => {
                 let build = PlannerBuild {
+                    kind: args.planner.planner,
                     spec: args.planner.spec(),
-                    plan: PopulationPlan::all(args.planner.mode.parse::<Population>()?),
+                    plan: args.planner.populations()?,
                     seed: Seed::new(args.common.seed),
                 };
                 let build = Box::new(build);
@@ -258,7 +268,7 @@ impl<'l> Runner<'l> {
             }
             (Self::Plain { planner, goal }, None) => {
                 let grounding = Grounding::default();
-                let over = episode_observed(planner, grounding, *goal, spec, seed, &mut observers)?;
+                let over = episode_observed(planner.clone(), grounding, *goal, spec, seed, &mut observers)?;
                 let reason = ended_text(&over.report.ended, Some(planner.domain()));
                 (over, reason)
             }
@@ -281,6 +291,8 @@ impl<'l> Runner<'l> {
             Self::Plain { planner, goal } => {
                 let classifier = Classifier::new(planner.domain(), Grounding::default())?;
                 let (counts, _) = plan::count(&classifier, planner.domain(), scene);
+                // The count is the same in every mode and for every planner.
+                let planner = Planner::new(planner.domain(), PlannerSpec::default(), Seed::new(1))?;
                 Ok(planner.plan(&counts, *goal)?.steps.len())
             }
         }

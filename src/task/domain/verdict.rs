@@ -47,7 +47,7 @@ pub enum Obstacle {
 }
 
 /// A planner's answer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Verdict {
     /// Do this action next.
     Act(ActionId),

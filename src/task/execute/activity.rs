@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use crate::sim::{EventSource, Real, SimView};
 use crate::task::event::{Doing, Event, Observer};
-use crate::task::planner::{Planner, Shows};
+use crate::task::planner::{Decider, Shows};
 
 /// Ticks between two samples: while the graph decides, and while the robot moves.
 const PERIODS: [u64; 2] = [2, 40];
@@ -40,7 +40,7 @@ struct RasterRows {
 
 /// Records the activity of a planner graph over one episode.
 pub struct ActivityRecorder {
-    planner: Arc<Planner>,
+    planner: Arc<dyn Decider>,
     times_s: Vec<f64>,
     modules: Vec<ModuleSamples>,
     raster: Vec<RasterRows>,
@@ -50,7 +50,7 @@ pub struct ActivityRecorder {
 
 impl ActivityRecorder {
     /// Creates an empty record for a planner's modules and its spiking populations, if it has any.
-    pub fn new(planner: Arc<Planner>) -> Self {
+    pub fn new(planner: Arc<dyn Decider>) -> Self {
         let modules = planner.modules().iter().map(|module| ModuleSamples {
             name: module.name.into(),
             names: module.names.clone(),

@@ -11,6 +11,7 @@ use super::{EpisodeSpec, senses};
 use crate::sim::{Real, Seed};
 use crate::task::domain::{ActionId, Pose, StateId, Verdict, WorldState};
 use crate::task::event::{Decided, Ended, InNoState, Touched};
+use crate::task::planner::{Request, Told};
 use crate::task::scene::{BodyId, Scene};
 use crate::task::skill::Robot;
 use crate::task::tasks::Perturbation;
@@ -20,6 +21,8 @@ use crate::task::tasks::Perturbation;
 pub(super) enum Phase {
     /// The graph forgets its last answer; then the executor looks.
     Rest { left: u32 },
+    /// The graph recognises another goal; then the executor looks.
+    Recognise { left: u32 },
     /// The graph is deciding.
     Ask { since_step: u64 },
     /// The robot is carrying out a skill.
@@ -44,6 +47,8 @@ pub(super) struct Live {
     pub present: WorldState,
     /// The goal that the graph is asked for.
     pub goal: StateId,
+    /// The verdict that the graph shows, and for how many steps.
+    pub shown: Option<(Verdict, u64)>,
     pub memory: Memory,
     /// For each part, whether it was in no state at the last look.
     pub in_no_state: Vec<bool>,
@@ -81,6 +86,7 @@ impl Live {
             phase: Phase::Rest { left: REST },
             present: empty,
             goal,
+            shown: None,
             memory: Memory::new(),
             in_no_state: vec![false; parts],
             off: Vec::new(),
@@ -106,8 +112,9 @@ impl Live {
     pub fn step(&mut self, tools: &Tools<'_>, command: &[Real]) {
         self.perturb(tools.spec);
         match self.phase.clone() {
-            Phase::Rest { left: 0 } => self.look(tools),
+            Phase::Rest { left: 0 } | Phase::Recognise { left: 0 } => self.look(tools),
             Phase::Rest { left } => self.phase = Phase::Rest { left: left - 1 },
+            Phase::Recognise { left } => self.phase = Phase::Recognise { left: left - 1 },
             Phase::Ask { since_step } => self.listen(tools, command, since_step),
             Phase::Act | Phase::Over(_) | Phase::Relent => {}
         }
@@ -190,19 +197,21 @@ impl Live {
         self.log.unexplained += newly.count();
         self.log.in_no_state = in_no_state.iter().filter(|s| **s).count();
         self.in_no_state = in_no_state;
+        self.shown = None;
         self.phase = match (belief.outgrown, another) {
             (true, _) => Phase::Relent,
-            (false, true) => Phase::Rest { left: RECOGNISE },
+            (false, true) => Phase::Recognise { left: RECOGNISE },
             (false, false) => Phase::Ask { since_step: self.scene.steps() },
         };
     }
 
     fn listen(&mut self, tools: &Tools<'_>, command: &[Real], since_step: u64) {
-        let domain = tools.mind.planner().domain();
-        let (actions, trace) = command.split_at(domain.operators().len());
-        let action = actions.iter().position(|a| *a > 0.5).map(ActionId::new);
-        let Some(verdict) = tools.mind.planner().read(trace, action) else { return };
-        let step_ms = self.scene.spec().step_ms;
+        let planner = tools.mind.planner();
+        let (domain, step_ms) = (planner.domain(), self.scene.spec().step_ms);
+        let verdict = planner.verdict(command, &self.told());
+        let steps = self.shown.filter(|(shown, _)| Some(*shown) == verdict).map_or(1, |(_, n)| n + 1);
+        self.shown = verdict.map(|verdict| (verdict, steps));
+        let Some(verdict) = verdict.filter(|_| steps * step_ms >= planner.steady_ms()) else { return };
         let name = |action: ActionId| domain[action].name.clone();
         self.log.decisions.push(Decided {
             asked_s: (since_step * step_ms) as f64 / 1e3,
@@ -235,8 +244,14 @@ impl Live {
         }
     }
 
-    /// Returns whether the graph is told that a state holds.
-    pub fn told(&self, state: StateId) -> bool {
-        self.present.holds(state) || self.pretended.contains(&state)
+    /// Returns what the graph is told.
+    pub fn told(&self) -> Told<'_> {
+        let request = match self.phase {
+            Phase::Ask { .. } => Request::Decide,
+            Phase::Recognise { .. } => Request::Forget,
+            Phase::Rest { .. } | Phase::Act | Phase::Over(_) | Phase::Relent => Request::Wait,
+        };
+        let Self { present, pretended, goal, .. } = self;
+        Told { request, present, pretended, goal: *goal }
     }
 }

@@ -13,7 +13,7 @@ use super::choose;
 use crate::task::domain::{ActionId, Classifier, Grounding, Pose, Snapshot, StateId, WorldState};
 use crate::task::error::TaskError;
 use crate::task::event::{Chosen, InNoState};
-use crate::task::planner::Planner;
+use crate::task::planner::Decider;
 use crate::task::scene::Scene;
 use crate::task::skill::Target;
 
@@ -72,7 +72,7 @@ pub(super) struct Choices {
 }
 
 pub(super) trait Mind: Send + Sync {
-    fn planner(&self) -> &Planner;
+    fn planner(&self) -> &dyn Decider;
 
     /// Returns every goal that the mind may ask for.
     fn goals(&self) -> Vec<StateId>;
@@ -109,27 +109,27 @@ pub(super) trait Mind: Send + Sync {
 
 /// The mind for a domain without objects: the states are those of the classifier, and the goal is always the same.
 pub(super) struct Propositional {
-    planner: Arc<Planner>,
+    planner: Arc<dyn Decider>,
     classifier: Classifier,
     goal: StateId,
 }
 
 impl Propositional {
     pub fn new(
-        planner: Arc<Planner>,
+        planner: Arc<dyn Decider>,
         grounding: Grounding,
         goal: StateId,
     ) -> Result<Self, TaskError> {
         // Refuses a goal of another domain.
-        planner.goal_pointer(goal)?;
+        planner.check_goal(goal)?;
         let classifier = Classifier::new(planner.domain(), grounding)?;
         Ok(Self { planner, classifier, goal })
     }
 }
 
 impl Mind for Propositional {
-    fn planner(&self) -> &Planner {
-        &self.planner
+    fn planner(&self) -> &dyn Decider {
+        &*self.planner
     }
 
     fn goals(&self) -> Vec<StateId> {

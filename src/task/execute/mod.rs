@@ -96,7 +96,7 @@ use crate::sim::{
 use crate::task::domain::{Grounding, Sensing, StateId};
 use crate::task::error::TaskError;
 use crate::task::event::{Ended, EpisodeReport, Event, Ignore, Observer, SceneFrame};
-use crate::task::planner::Planner;
+use crate::task::planner::Decider;
 pub use crate::task::tasks::Perturbation;
 use crate::task::tasks::{self, Task};
 pub use activity::{ActivityRecorder, ModuleSamples};
@@ -217,7 +217,7 @@ pub struct Episode {
 /// As [`EpisodeSpec::check`]; [`TaskError::Setting`] for a goal that is not a state of the planner's domain;
 /// [`TaskError::Sim`] if the graph does not fit the world or the simulation fails.
 pub fn episode(
-    planner: &Arc<Planner>,
+    planner: Arc<dyn Decider>,
     grounding: Grounding,
     goal: StateId,
     spec: &EpisodeSpec,
@@ -234,7 +234,7 @@ pub fn episode(
 /// # Errors
 /// As [`episode`].
 pub fn episode_observed(
-    planner: &Arc<Planner>,
+    planner: Arc<dyn Decider>,
     grounding: Grounding,
     goal: StateId,
     spec: &EpisodeSpec,

@@ -17,7 +17,7 @@ use crate::sim::{RunConfig, Seed, SimError, Simulator, StopReason, WorldError};
 use crate::task::domain::{ActionId, ObjectPose, Pose, Snapshot, StateId};
 use crate::task::error::TaskError;
 use crate::task::event::{Chosen, Ended, Event, InNoState, Observer};
-use crate::task::planner::{Planner, PlannerSpec};
+use crate::task::planner::{Decider, GoalSetPlanner, Planner, PlannerKind, PlannerSpec};
 use crate::task::relational::{
     Fact, GroundProblem, Grounder, LaidOut, Layout, Located, Move, Problem, RelationalDomain,
     Situation, TargetPose, Turn,
@@ -28,7 +28,9 @@ use crate::task::skill::{Facing, Target};
 /// How planner graphs over relational domains are built: once for each scene, because a scene determines the objects.
 #[derive(Debug, Clone)]
 pub struct PlannerBuild {
-    /// Settings. The number of dimensions is the least number; a scene with many objects takes more.
+    /// Which planner.
+    pub kind: PlannerKind,
+    /// Settings of [`PlannerKind::Chain`]; the other planner takes its [`rules`](PlannerSpec::rules). The number of dimensions is the least number; a scene with many objects takes more.
     pub spec: PlannerSpec,
     /// Populations.
     pub plan: PopulationPlan,
@@ -38,7 +40,8 @@ pub struct PlannerBuild {
 
 impl Default for PlannerBuild {
     fn default() -> Self {
-        Self { spec: PlannerSpec::default(), plan: PopulationPlan::direct(), seed: Seed::new(1) }
+        let (kind, spec) = (PlannerKind::default(), PlannerSpec::default());
+        Self { kind, spec, plan: PopulationPlan::direct(), seed: Seed::new(1) }
     }
 }
 
@@ -101,7 +104,7 @@ impl<'d> PreparedEpisode<'d> {
     }
 
     /// Returns the planner graph over the first scene, for recording its activity.
-    pub fn planner(&self) -> &Arc<Planner> {
+    pub fn planner(&self) -> &Arc<dyn Decider> {
         &self.mind.planner
     }
 
@@ -202,7 +205,7 @@ fn follow(
 pub(super) struct Relational {
     domain: RelationalDomain,
     grounder: Grounder,
-    planner: Arc<Planner>,
+    planner: Arc<dyn Decider>,
     pub ground: Arc<GroundProblem>,
     /// The objects, with their part in the scene; `None` for landmarks.
     objects: Vec<(LaidOut, Option<usize>)>,
@@ -254,14 +257,16 @@ impl Relational {
             ground = problem.ground(&assumed(&problem, &layout, assume))?;
         }
         let ground = Arc::new(ground);
-        let planner = Planner::composed(
-            ground.domain(),
-            ground.composition(),
-            build.spec,
-            &build.plan,
-            build.seed,
-        )?;
-        let planner = Arc::new(planner);
+        let PlannerBuild { kind, spec, plan, seed } = build;
+        let own = ground.domain();
+        let planner: Arc<dyn Decider> = match kind {
+            PlannerKind::Chain => {
+                Arc::new(Planner::composed(own, ground.composition(), *spec, plan, *seed)?)
+            }
+            PlannerKind::GoalSets => {
+                Arc::new(GoalSetPlanner::new(own, spec.rules(), plan, *seed)?)
+            }
+        };
         Ok(Self { grounder, planner, ground, objects, domain, assume })
     }
 
@@ -383,8 +388,8 @@ fn laid_out(
 }
 
 impl Mind for Relational {
-    fn planner(&self) -> &Planner {
-        &self.planner
+    fn planner(&self) -> &dyn Decider {
+        &*self.planner
     }
 
     fn goals(&self) -> Vec<StateId> {

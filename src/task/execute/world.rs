@@ -14,7 +14,7 @@ use crate::task::domain::{Grounding, StateId};
 use crate::task::error::TaskError;
 use crate::task::event::{Doing, Ended};
 use crate::task::execute::recorder::Recorder;
-use crate::task::planner::Planner;
+use crate::task::planner::{Decider, Told};
 use crate::task::scene::Scene;
 use crate::task::tasks::Judgement;
 
@@ -22,8 +22,8 @@ use crate::task::tasks::Judgement;
 pub struct EpisodeWorld {
     mind: Arc<dyn Mind>,
     recorder: Recorder,
-    /// Pointers of the goals that the mind may ask for.
-    goals: Vec<(StateId, Vec<Real>)>,
+    /// The goals that the mind may ask for.
+    goals: Vec<StateId>,
     spec: EpisodeSpec,
     step_ms: u64,
     /// The state at the start; `None` to draw a scene.
@@ -38,7 +38,7 @@ impl EpisodeWorld {
     /// As [`EpisodeSpec::check`]; [`TaskError::Setting`] for a goal that is not a state of the planner's
     /// domain.
     pub fn new(
-        planner: Arc<Planner>,
+        planner: Arc<dyn Decider>,
         grounding: Grounding,
         goal: StateId,
         spec: &EpisodeSpec,
@@ -65,8 +65,8 @@ impl EpisodeWorld {
         start: Option<WorldSave>,
     ) -> Result<Self, TaskError> {
         spec.check()?;
-        let pointer = |goal: StateId| Ok((goal, mind.planner().goal_pointer(goal)?));
-        let goals = mind.goals().into_iter().map(pointer).collect::<Result<Vec<_>, TaskError>>()?;
+        let goals = mind.goals();
+        goals.iter().try_for_each(|goal| mind.planner().check_goal(*goal))?;
         // The step is the same for every seed.
         let step_ms = spec.task.scene(Seed::new(0))?.step_ms;
         let recorder = Recorder::default();
@@ -108,8 +108,12 @@ impl EpisodeWorld {
         self.live.as_ref().is_some_and(|live| live.phase == Phase::Relent)
     }
 
+    fn first_goal(&self) -> StateId {
+        self.goals.first().copied().unwrap_or(StateId::new(0))
+    }
+
     fn fresh(&self, scene: Scene, seed: Seed) -> Live {
-        let goal = self.goals.first().map_or(StateId::new(0), |(goal, _)| *goal);
+        let goal = self.first_goal();
         Live::new(scene, seed, self.mind.planner().domain().empty_world(), goal)
     }
 
@@ -136,7 +140,7 @@ impl EpisodeWorld {
     pub fn doing(&self) -> Doing<'_> {
         let Some(live) = &self.live else { return Doing::Looking };
         match live.phase {
-            Phase::Rest { .. } | Phase::Relent => Doing::Looking,
+            Phase::Rest { .. } | Phase::Recognise { .. } | Phase::Relent => Doing::Looking,
             Phase::Ask { .. } => Doing::Deciding,
             Phase::Act => {
                 let decided = live.log.decisions.last();
@@ -196,25 +200,21 @@ impl World for EpisodeWorld {
     }
 
     fn sense_width(&self) -> usize {
-        1 + self.mind.planner().domain().states().len() + self.mind.planner().spec().dimensions
+        self.mind.planner().sense_width()
     }
 
     fn command_width(&self) -> usize {
-        self.mind.planner().domain().operators().len() + crate::task::planner::TRACE
+        self.mind.planner().command_width()
     }
 
     fn sense(&self, out: &mut [Real]) {
-        let states = self.mind.planner().domain().states().len();
-        out.fill(0.0);
-        let goal = self.live.as_ref().map(|live| live.goal);
-        let asked = self.goals.iter().find(|(own, _)| Some(*own) == goal).or(self.goals.first());
-        if let Some((_, pointer)) = asked {
-            out[1 + states..].copy_from_slice(pointer);
-        }
-        let Some(live) = &self.live else { return };
-        out[0] = if matches!(live.phase, Phase::Ask { .. }) { 1.0 } else { 0.0 };
-        for (state, value) in out[1..=states].iter_mut().enumerate() {
-            *value = if live.told(StateId::new(state)) { 1.0 } else { 0.0 };
+        match &self.live {
+            Some(live) => {
+                let asked = self.goals.contains(&live.goal);
+                let goal = if asked { live.goal } else { self.first_goal() };
+                self.mind.planner().sense(&Told { goal, ..live.told() }, out);
+            }
+            None => out.fill(0.0),
         }
     }
 
@@ -231,7 +231,7 @@ impl World for EpisodeWorld {
             self.restore(&start)?;
             // The states of another mind have other numbers.
             let empty = self.mind.planner().domain().empty_world();
-            let goal = self.goals.first().map_or(StateId::new(0), |(goal, _)| *goal);
+            let goal = self.first_goal();
             if let Some(live) = &mut self.live {
                 (live.present, live.goal) = (empty, goal);
             }

@@ -4,6 +4,7 @@ use std::fmt;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
+use super::decider::{Decider, Request, Told};
 use super::executive::{Phase, TRACE};
 use super::graph::{PlannerSpec, PlanningGraph, PlanningPorts};
 use super::views::{ModuleView, views};
@@ -110,7 +111,6 @@ pub struct Planner {
     threads: Threads,
 }
 
-const OWN_GOAL: &str = "a state of the planner's own domain";
 const OWN_WORLD: &str = "a world state of the planner's own domain";
 
 impl Planner {
@@ -256,23 +256,6 @@ impl Planner {
         &self.spec
     }
 
-    /// Returns the pointer of a goal.
-    ///
-    /// # Errors
-    /// [`TaskError::Setting`] for a goal of another domain.
-    pub(crate) fn goal_pointer(&self, goal: StateId) -> Result<Vec<Real>, TaskError> {
-        let states = self.domain.states();
-        let Some(state) = states.get(goal.index()) else {
-            let value = format!(
-                "state number {} (from 0) of a domain with {} states",
-                goal.index(),
-                states.len()
-            );
-            return Err(TaskError::Setting { name: "goal", value, expected: OWN_GOAL });
-        };
-        Ok(self.encoded.states.get(&state.name)?.to_vec())
-    }
-
     /// Returns a simulator that asks for `goal` in `world` from its first tick.
     ///
     /// # Errors
@@ -283,14 +266,12 @@ impl Planner {
             let value = format!("over {} states, but the domain has {states}", world.states());
             return Err(TaskError::Setting { name: "world", value, expected: OWN_WORLD });
         }
-        let mut senses = vec![1.0];
-        senses.extend(world.flags().iter().map(|holds| Real::from(*holds)));
-        senses.extend(self.goal_pointer(goal)?);
-        let board = Board {
-            period: self.graph.timebase().tick(),
-            senses,
-            commands: self.domain.operators().len() + TRACE,
-        };
+        self.check_goal(goal)?;
+        let mut senses = vec![0.0; self.sense_width()];
+        let told = Told { request: Request::Decide, present: world, pretended: &[], goal };
+        self.sense(&told, &mut senses);
+        let commands = self.command_width();
+        let board = Board { period: self.graph.timebase().tick(), senses, commands };
         Ok(Simulator::new(
             self.graph.clone(),
             RunConfig::default().in_world(board).with_threads(self.threads),
@@ -390,7 +371,7 @@ impl Planner {
     }
 
     /// Returns the verdict that the graph's trace shows, if there is one yet. `action` is the active action.
-    pub(crate) fn read(&self, trace: &[Real], action: Option<ActionId>) -> Option<Verdict> {
+    fn read(&self, trace: &[Real], action: Option<ActionId>) -> Option<Verdict> {
         let [state, second] = [trace[2], trace[3]].map(|v| StateId::new(v as usize));
         Some(match Phase::from_trace(trace[0]) {
             Phase::Met => Verdict::Met,
@@ -416,6 +397,49 @@ impl Planner {
             _ => format!("examining the preconditions of {subject}"),
         };
         TaskError::Undecided { limit_ms, doing }
+    }
+}
+
+impl Decider for Planner {
+    fn domain(&self) -> &Domain {
+        &self.domain
+    }
+
+    fn graph(&self) -> &Arc<Graph> {
+        &self.graph
+    }
+
+    fn modules(&self) -> &[ModuleView] {
+        &self.modules
+    }
+
+    fn sense_width(&self) -> usize {
+        1 + self.domain.states().len() + self.spec.dimensions
+    }
+
+    fn command_width(&self) -> usize {
+        self.domain.operators().len() + TRACE
+    }
+
+    /// Writes whether to decide, the states that hold, and the goal's pointer.
+    fn sense(&self, told: &Told<'_>, out: &mut [Real]) {
+        let states = self.domain.states();
+        let (flags, pointer) = out.split_at_mut(1 + states.len());
+        flags[0] = Real::from(u8::from(told.request == Request::Decide));
+        for (state, flag) in flags[1..].iter_mut().enumerate() {
+            *flag = Real::from(u8::from(told.holds(StateId::new(state))));
+        }
+        // The vocabulary has a pointer for every state.
+        let name = states.get(told.goal.index()).map_or("", |state| &state.name);
+        match self.encoded.states.get(name) {
+            Ok(goal) => pointer.copy_from_slice(&goal),
+            Err(_) => pointer.fill(0.0),
+        }
+    }
+
+    fn verdict(&self, command: &[Real], _told: &Told<'_>) -> Option<Verdict> {
+        let (actions, trace) = command.split_at(self.domain.operators().len());
+        self.read(trace, actions.iter().position(|a| *a > 0.5).map(ActionId::new))
     }
 }
 

@@ -55,8 +55,10 @@
 
 mod alternatives;
 mod ask;
+mod decider;
 pub(crate) mod encode;
 mod executive;
+mod goal_sets;
 mod graph;
 mod recall;
 mod rollout;
@@ -65,12 +67,12 @@ mod walk;
 mod watch;
 
 pub use ask::{Decision, Milestone, Planner, Stage};
+pub use decider::{Decider, Request, Told};
 pub use encode::{
     ABSENT, ActionSpace, Encoded, NOTHING, PRECONDITION, StateSpace, deep_preconditions,
 };
-#[cfg(feature = "physics")]
-pub(crate) use executive::TRACE;
 pub use executive::Timing;
+pub use goal_sets::{GoalSetPlanner, PlannerKind};
 pub use graph::{Part, PlannerSpec, PlanningGraph, PlanningPorts, Unbinding};
 pub use rollout::{PlanEnd, PlannedStep, RolledOut};
 pub use views::{ModuleView, Shows};

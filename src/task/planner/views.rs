@@ -62,10 +62,25 @@ impl ModuleView {
         Ok(Self { name, names, shows, reads: Box::new(reads) })
     }
 
-    fn items(name: &'static str, of: &Out<Vector>, names: &[String]) -> Self {
+    pub(super) fn items(name: &'static str, of: &Out<Vector>, names: &[String]) -> Self {
         let of = of.clone();
         let reads = move |view: &SimView<'_>, out: &mut [Real]| {
             out.copy_from_slice(&view.value(&of)[..out.len()]);
+        };
+        Self { name, names: names.to_vec(), shows: Shows::Activities, reads: Box::new(reads) }
+    }
+}
+
+impl ModuleView {
+    /// A view of rows of items: for each name, the mean activity of its row.
+    pub(super) fn rows(name: &'static str, of: &Out<Vector>, names: &[String]) -> Self {
+        let of = of.clone();
+        let reads = move |view: &SimView<'_>, out: &mut [Real]| {
+            let values = view.value(&of);
+            let width = (values.len() / out.len().max(1)).max(1);
+            for (mean, row) in out.iter_mut().zip(values.chunks(width)) {
+                *mean = row.iter().sum::<Real>() / width as Real;
+            }
         };
         Self { name, names: names.to_vec(), shows: Shows::Activities, reads: Box::new(reads) }
     }

@@ -1,6 +1,6 @@
 //! The order of a plan's phases: units that hold the present phase, and the conditions on which the next one begins.
 
-use super::wiring::{AND, Group, Weight, Wiring, each};
+use super::wiring::{AND, Group, Weight, Wiring, each, spread};
 use crate::sim::Real;
 
 /// A phase. Exactly one is active while the planner works.
@@ -34,15 +34,20 @@ pub(super) enum Phase {
     Next,
     /// The goal holds.
     Done,
+    /// Some goal cannot be reached, even if nothing were ever deleted.
+    Stuck,
 }
 
 use Phase::{
-    Back, Break, Check, Done, Fetch, Next, Race, Read, Settle, Show, Start, Step, Wave, Write,
+    Back, Break, Check, Done, Fetch, Next, Race, Read, Settle, Show, Start, Step, Stuck, Wave,
+    Write,
 };
 
 impl Phase {
-    pub const ALL: [Self; 14] =
-        [Start, Wave, Write, Settle, Race, Check, Break, Back, Read, Step, Fetch, Show, Next, Done];
+    pub const ALL: [Self; 15] = [
+        Start, Wave, Write, Settle, Race, Check, Break, Back, Read, Step, Fetch, Show, Next, Done,
+        Stuck,
+    ];
 
     /// Returns the time from its beginning until [`From::After`] holds, in milliseconds.
     fn millis(self) -> f64 {
@@ -53,7 +58,7 @@ impl Phase {
             Start => 18.0,
             Write | Wave => 20.0,
             Read | Fetch => 26.0,
-            Race | Show | Done => 60.0,
+            Race | Show | Done | Stuck => 60.0,
         }
     }
 }
@@ -122,6 +127,8 @@ const TRANSITIONS: &[Transition] = &[
     (When::Nothing, Start, &[Idle], &[], &[]),
     (When::After(Start), Wave, &[], &[], &[]),
     (When::After(Wave), Race, &[], &[Reached], &[]),
+    (When::Long(Wave), Stuck, &[Unreached], &[], &[]),
+    (When::After(Stuck), Start, &[], &[], &[Unreached]),
     (When::After(Write), Settle, &[], &[], &[]),
     (When::After(Settle), Race, &[], &[], &[]),
     (When::In(Race), Check, &[Won], &[], &[]),
@@ -169,8 +176,8 @@ fn gain(millis: f64, tau_ms: u64) -> Real {
 }
 
 impl Control {
-    /// Adds the phases and their transitions. `ready` has one item.
-    pub fn new(wiring: &mut Wiring<'_, '_>, ready: &Group) -> Self {
+    /// Adds the phases and their transitions. `ready` and `busy` have one item each.
+    pub fn new(wiring: &mut Wiring<'_, '_>, ready: &Group, busy: &Group) -> Self {
         let (count, moves) = (Phase::ALL.len(), TRANSITIONS.len());
         let phases = wiring.latches("phases", count);
         let signals = wiring.units("signals", Signal::ALL.len());
@@ -182,7 +189,11 @@ impl Control {
         wiring.link(&recent, &elapsed, gains.collect::<Vec<_>>());
         wiring.link(&phases, &elapsed, each(count, 1.0));
         wiring.bias_all(&elapsed, -1.0);
-        let slow = wiring.slow("slow", &phases, SLOW_MS);
+        // A phase that waits for the motor does not grow long.
+        let lasts = wiring.units("lasts", count);
+        wiring.link(&phases, &lasts, each(count, 1.0));
+        wiring.link(busy, &lasts, spread(0, count, -1.3));
+        let slow = wiring.slow("slow", &lasts, SLOW_MS);
         let long = wiring.units("long", count);
         wiring.link(&slow, &long, each(count, LONG));
 
@@ -229,7 +240,11 @@ impl Control {
         }
         wiring.link(&enter, &phases, weights);
 
-        // No phase is active, and a plan is requested.
+        // Without a request, no phase is active.
+        let unasked = wiring.units("unasked", 1);
+        wiring.bias_all(&unasked, 1.0);
+        wiring.link(ready, &unasked, [(0, 0, -1.3)]);
+        wiring.link(&unasked, &phases, spread(0, count, -4.0));
         let idle = Idle as usize;
         wiring.link(ready, &signals, [(0, idle, 1.0)]);
         let mut told: Vec<Weight> = (0..count).map(|p| (p, idle, -1.3)).collect();

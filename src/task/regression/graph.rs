@@ -19,8 +19,10 @@ pub struct GoalSetGraph {
 
 /// Ports of a [`GoalSetGraph`].
 pub struct GoalSetPorts {
-    /// 1 while the goal is to be reached. One number.
+    /// 1 while the goal is to be reached; 0 forgets it. One number.
     pub ready: In<Vector>,
+    /// 1 while the shown action is carried out, however long it takes. One number.
+    pub busy: In<Vector>,
     /// One number for each fluent: 1 if it holds.
     pub holds: In<Vector>,
     /// One number for each fluent: 1 if it is a goal.
@@ -41,6 +43,11 @@ pub struct GoalSetPorts {
     pub slot: Out<Vector>,
     /// One number for each signal of the control.
     pub signals: Out<Vector>,
+}
+
+/// Returns the names of the phases, in the order of [`GoalSetPorts::phases`].
+pub fn phase_names() -> Vec<String> {
+    Phase::ALL.iter().map(|phase| format!("{phase:?}")).collect()
 }
 
 impl GoalSetGraph {
@@ -65,9 +72,10 @@ impl Module for GoalSetGraph {
         let fluents = rules.fluents;
         let w = &mut Wiring { scope, cut: &ablated };
         let ready = w.sum("ready", 1);
+        let busy = w.sum("busy", 1);
         let holds = w.sum("holds", fluents);
         let goal = w.sum("goal", fluents);
-        let Control { phases, signals } = Control::new(w, &ready);
+        let Control { phases, signals } = Control::new(w, &ready, &busy);
         let control = (&phases, &signals);
 
         let goals = w.latches("goals", fluents);
@@ -94,6 +102,7 @@ impl Module for GoalSetGraph {
         };
         GoalSetPorts {
             ready: input(w.scope, "ready", &ready),
+            busy: input(w.scope, "busy", &busy),
             holds: input(w.scope, "holds", &holds),
             goal: input(w.scope, "goal", &goal),
             actions: w.scope.output("actions", actions.out),

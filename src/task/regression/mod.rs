@@ -59,7 +59,7 @@ mod search;
 mod wiring;
 mod world;
 
-pub use graph::{GoalSetGraph, GoalSetPorts};
+pub use graph::{GoalSetGraph, GoalSetPorts, phase_names};
 pub use mutex::Mutexes;
 pub use plan::{Course, GoalSetError, GoalSetSpec, MAX_UNITS, populations, pursue};
 pub use rules::{Regressed, Regression};

@@ -189,7 +189,9 @@ pub fn pursue(
     let mut wanted = vec![0.0; fluents];
     problem.goal.iter().for_each(|f| wanted[*f] = 1.0);
     let goal = graph.add("goal", Constant::vector(&wanted));
+    let idle = graph.add("idle", Constant::vector(&[0.0]));
     graph.connect(&ready, &planner.ready, Synapse::None);
+    graph.connect(&idle, &planner.busy, Synapse::None);
     graph.connect(&goal, &planner.goal, Synapse::None);
     graph.connect(&node.output::<Vector>("holds"), &planner.holds, Synapse::None);
     graph.connect(&planner.actions, &node.input::<Vector>("actions"), Synapse::None);

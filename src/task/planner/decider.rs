@@ -1,0 +1,86 @@
+//! What the executor needs of a planner graph, whichever planner it is.
+
+use std::sync::Arc;
+
+use super::views::ModuleView;
+use crate::sim::{Graph, Real};
+use crate::task::domain::{Domain, StateId, Verdict, WorldState};
+use crate::task::error::TaskError;
+
+/// What the executor wants of a planner graph at the moment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Request {
+    /// Forget the last goal.
+    Forget,
+    /// Wait: the robot moves, or the executor has not looked again.
+    Wait,
+    /// Decide.
+    Decide,
+}
+
+/// What the executor tells a planner graph.
+#[derive(Debug, Clone, Copy)]
+pub struct Told<'w> {
+    /// What is wanted.
+    pub request: Request,
+    /// The states that hold, as the executor knows them.
+    pub present: &'w WorldState,
+    /// States that the planner is to take as holding although they do not.
+    pub pretended: &'w [StateId],
+    /// The goal.
+    pub goal: StateId,
+}
+
+impl Told<'_> {
+    /// Returns whether the planner is told that a state holds.
+    pub fn holds(&self, state: StateId) -> bool {
+        self.present.holds(state) || self.pretended.contains(&state)
+    }
+}
+
+/// A planner graph over a domain that decides in a world: it senses what holds and what is wanted, and commands actions.
+///
+/// The graph has one node `world`. [`Planner`](super::Planner) and [`GoalSetPlanner`](super::GoalSetPlanner) are the two
+/// planners; [`EpisodeWorld`](crate::task::execute::EpisodeWorld) connects either to a scene.
+pub trait Decider: Send + Sync {
+    /// Returns the domain.
+    fn domain(&self) -> &Domain;
+
+    /// Returns the built graph.
+    fn graph(&self) -> &Arc<Graph>;
+
+    /// Returns views of the graph's modules, for reading them while the graph runs.
+    fn modules(&self) -> &[ModuleView];
+
+    /// Returns how many numbers the graph senses.
+    fn sense_width(&self) -> usize;
+
+    /// Returns how many numbers the graph commands.
+    fn command_width(&self) -> usize;
+
+    /// Writes what the graph senses, [`sense_width`](Self::sense_width) numbers.
+    fn sense(&self, told: &Told<'_>, out: &mut [Real]);
+
+    /// Returns the verdict that commands show, if there is one yet.
+    fn verdict(&self, command: &[Real], told: &Told<'_>) -> Option<Verdict>;
+
+    /// Returns for how many milliseconds a verdict must stay the same before it counts.
+    fn steady_ms(&self) -> u64 {
+        0
+    }
+
+    /// Refuses a state of another domain.
+    ///
+    /// # Errors
+    /// [`TaskError::Setting`] with the number of the state.
+    fn check_goal(&self, goal: StateId) -> Result<(), TaskError> {
+        let states = self.domain().states().len();
+        if goal.index() < states {
+            return Ok(());
+        }
+        let value =
+            format!("state number {} (from 0) of a domain with {states} states", goal.index());
+        let expected = "a state of the planner's own domain";
+        Err(TaskError::Setting { name: "goal", value, expected })
+    }
+}

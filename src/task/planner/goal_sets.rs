@@ -1,0 +1,239 @@
+//! The planner of goal sets over a domain, in place of the chain of questions.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use super::decider::{Decider, Request, Told};
+use super::views::ModuleView;
+use crate::neurons::PopulationPlan;
+use crate::sim::{
+    Graph, GraphBuilder, InputSpec, OutputSpec, Real, Seed, Synapse, Timebase, Vector, WorldLink,
+};
+use crate::task::domain::{
+    ActionId, Commitment, Domain, Obstacle, Rules, StateId, Verdict, WorldState, acceptable_answers,
+};
+use crate::task::error::TaskError;
+use crate::task::regression::{GoalSetGraph, Regression, phase_names};
+use crate::task::strips::{Fact, Fluent, GroundOperator, Grounded};
+
+/// Fewest and most goal sets that the planner remembers.
+const SLOTS: [usize; 2] = [6, 48];
+/// Time for which an action must be shown before it counts. A goal that holds since the last look hides its action sooner.
+const STEADY_MS: u64 = 20;
+
+/// A planner of goal sets ([`GoalSetGraph`]) over a domain, with every decision made by neurons.
+///
+/// It plans once and keeps the plan while the robot acts. Each further action takes about 60 simulated ms; a surprise
+/// begins a new plan. States that a learned operator removes are its deletes.
+///
+/// ```
+/// use symbolt::neurons::PopulationPlan;
+/// use symbolt::sim::Seed;
+/// use symbolt::task::planner::{Decider, GoalSetPlanner};
+/// use symbolt::task::{DomainBuilder, domain::Rules};
+///
+/// let domain = DomainBuilder::of_the_paper().build()?;
+/// let planner = GoalSetPlanner::new(&domain, Rules::default(), &PopulationPlan::direct(), Seed::new(1))?;
+/// assert_eq!(planner.command_width(), domain.operators().len() + 15);
+/// # Ok::<(), symbolt::task::TaskError>(())
+/// ```
+pub struct GoalSetPlanner {
+    domain: Domain,
+    rules: Rules,
+    /// State of each fluent, and whether the fluent holds when the state does.
+    fluents: Vec<(StateId, bool)>,
+    graph: Arc<Graph>,
+    modules: Vec<ModuleView>,
+    phases: usize,
+    met: usize,
+    stuck: usize,
+}
+
+impl GoalSetPlanner {
+    /// Builds the graph, with a tick of 1 ms. Only [`Rules::absent`] has an effect.
+    /// [`populations`](crate::task::regression::populations) returns the plan that suits its units.
+    ///
+    /// # Errors
+    /// [`TaskError::BadDomain`] if the domain has no action; [`TaskError::Build`] if the plan names layers that the graph
+    /// does not have.
+    pub fn new(
+        domain: &Domain,
+        rules: Rules,
+        plan: &PopulationPlan,
+        seed: Seed,
+    ) -> Result<Self, TaskError> {
+        if domain.operators().is_empty() {
+            return Err(TaskError::BadDomain { reason: "the domain has no action".into() });
+        }
+        let (problem, sensed) = grounded(domain, rules);
+        let (fluents, operators) = (problem.fluents.len(), problem.operators.len());
+        let mut builder = GraphBuilder::new();
+        let phases = phase_names();
+        let link = WorldLink::new()
+            .sense("ready", OutputSpec::vector(1))
+            .sense("busy", OutputSpec::vector(1))
+            .sense("holds", OutputSpec::vector(fluents))
+            .sense("goal", OutputSpec::vector(fluents))
+            .command("actions", InputSpec::vector(operators))
+            .command("phases", InputSpec::vector(phases.len()));
+        let world = builder.world("world", link);
+        // What holds after an action nobody can foresee, so no pair of fluents is taken to exclude each other.
+        let [least, most] = SLOTS;
+        let slots = (operators + 2).clamp(least, most);
+        let ports = builder.add("planner", GoalSetGraph::new(Regression::new(&problem).into(), slots));
+        for (sense, input) in [
+            ("ready", &ports.ready),
+            ("busy", &ports.busy),
+            ("holds", &ports.holds),
+            ("goal", &ports.goal),
+        ] {
+            builder.connect(&world.output::<Vector>(sense), input, Synapse::None);
+        }
+        for (output, command) in [(&ports.actions, "actions"), (&ports.phases, "phases")] {
+            builder.connect(output, &world.input::<Vector>(command), Synapse::None);
+        }
+        let graph = Arc::new(builder.build(Timebase::default(), plan, seed)?);
+        let states: Vec<String> = problem.fluents.iter().map(ToString::to_string).collect();
+        let actions: Vec<String> = domain.operators().iter().map(|o| o.name.clone()).collect();
+        let numbers: Vec<String> = (1..=slots).map(|slot| slot.to_string()).collect();
+        let modules = vec![
+            ModuleView::items("phase", &ports.phases, &phases),
+            ModuleView::items("goal_set", &ports.goals, &states),
+            ModuleView::rows("cost", &ports.costs, &states),
+            ModuleView::items("utility", &ports.utilities, &actions),
+            ModuleView::items("winner", &ports.winner, &actions),
+            ModuleView::items("slot", &ports.slot, &numbers),
+            ModuleView::items("motor", &ports.actions, &actions),
+        ];
+        let place = |name: &str| phases.iter().position(|p| p == name).unwrap_or(usize::MAX);
+        let (met, stuck) = (place("Done"), place("Stuck"));
+        let (domain, phases) = (domain.clone(), phases.len());
+        Ok(Self { domain, rules, fluents: sensed, graph, modules, phases, met, stuck })
+    }
+
+    /// Returns the reason why the goal cannot be reached, as the symbolic planner finds it.
+    fn obstacle(&self, told: &Told<'_>) -> Obstacle {
+        let states = 0..self.domain.states().len();
+        let world: WorldState = states.map(|s| told.holds(StateId::new(s))).collect();
+        let rules = Rules { commitment: Commitment::Proven, ..self.rules };
+        let answers = acceptable_answers(&self.domain, &world, told.goal, rules);
+        let first = answers.obstacles.first().copied();
+        first.unwrap_or(Obstacle::NothingCauses { state: told.goal })
+    }
+}
+
+/// Returns the problem of a domain, and what its fluents mean: there is one for each state and, under [`Rules::absent`],
+/// one for each state that must be absent. Everything may hold at first, so no pair of fluents is taken to exclude each
+/// other, whatever the robot meets.
+fn grounded(domain: &Domain, rules: Rules) -> (Grounded, Vec<(StateId, bool)>) {
+    let states = domain.states();
+    let needed = domain.operators().iter().flat_map(|o| o.absent.iter().copied());
+    let negated: BTreeSet<StateId> = needed.filter(|_| rules.absent).collect();
+    let meant = domain.state_ids().map(|state| (state, true));
+    let meant: Vec<_> = meant.chain(negated.iter().map(|state| (*state, false))).collect();
+    let fluents = meant.iter().map(|(state, holds)| {
+        let predicate = domain[*state].name.clone();
+        Fluent { fact: Fact { predicate, arguments: Vec::new() }, holds: *holds }
+    });
+    let fluents: Vec<Fluent> = fluents.collect();
+    let complement =
+        |state: &StateId| negated.iter().position(|n| n == state).map(|at| states.len() + at);
+    let sorted = |mut positions: Vec<usize>| {
+        positions.sort_unstable();
+        positions.dedup();
+        positions
+    };
+    let operators = domain.operators().iter().enumerate().map(|(action, o)| {
+        let own = |list: &[StateId]| list.iter().map(|s| s.index()).collect::<Vec<_>>();
+        let not = |list: &[StateId]| list.iter().filter_map(complement).collect::<Vec<_>>();
+        let mut preconditions = own(&o.preconditions);
+        if rules.absent {
+            preconditions.extend(not(&o.absent));
+        }
+        let gone: Vec<StateId> =
+            o.removes.iter().filter(|s| !o.effects.contains(s)).copied().collect();
+        let preconditions = sorted(preconditions);
+        let mut adds = sorted([own(&o.effects), not(&gone)].concat());
+        adds.retain(|f| !preconditions.contains(f));
+        let deletes = sorted([own(&gone), not(&o.effects)].concat());
+        GroundOperator { action, name: o.name.clone(), preconditions, adds, deletes }
+    });
+    let operators = operators.collect();
+    let start = (0..fluents.len()).collect();
+    (Grounded { fluents, operators, start, goal: Vec::new() }, meant)
+}
+
+impl Decider for GoalSetPlanner {
+    fn domain(&self) -> &Domain {
+        &self.domain
+    }
+
+    fn graph(&self) -> &Arc<Graph> {
+        &self.graph
+    }
+
+    fn modules(&self) -> &[ModuleView] {
+        &self.modules
+    }
+
+    fn sense_width(&self) -> usize {
+        2 + 2 * self.fluents.len()
+    }
+
+    fn command_width(&self) -> usize {
+        self.domain.operators().len() + self.phases
+    }
+
+    /// Writes whether a goal is wanted, whether the motor is busy, what holds, and the goal.
+    fn sense(&self, told: &Told<'_>, out: &mut [Real]) {
+        let (requests, rest) = out.split_at_mut(2);
+        requests[0] = Real::from(u8::from(told.request != Request::Forget));
+        requests[1] = Real::from(u8::from(told.request == Request::Wait));
+        let (holds, goal) = rest.split_at_mut(self.fluents.len());
+        for ((state, positive), value) in self.fluents.iter().zip(holds) {
+            *value = Real::from(u8::from(told.holds(*state) == *positive));
+        }
+        goal.fill(0.0);
+        if let Some(goal) = goal.get_mut(told.goal.index()) {
+            *goal = 1.0;
+        }
+    }
+
+    fn verdict(&self, command: &[Real], told: &Told<'_>) -> Option<Verdict> {
+        let (actions, phases) = command.split_at(self.domain.operators().len());
+        let active = |place: usize| phases.get(place).is_some_and(|p| *p > 0.5);
+        let action = || actions.iter().position(|a| *a > 0.5).map(ActionId::new);
+        match (active(self.met), active(self.stuck)) {
+            (true, false) => Some(Verdict::Met),
+            (false, true) => Some(Verdict::Stuck(self.obstacle(told))),
+            _ => action().map(Verdict::Act),
+        }
+    }
+
+    fn steady_ms(&self) -> u64 {
+        STEADY_MS
+    }
+}
+
+/// A planner graph, by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum PlannerKind {
+    /// One state at a time, as in the paper ([`Planner`](super::Planner)).
+    #[default]
+    Chain,
+    /// Whole goal sets ([`GoalSetPlanner`]).
+    GoalSets,
+}
+
+impl PlannerKind {
+    /// All planners.
+    pub const ALL: [Self; 2] = [Self::Chain, Self::GoalSets];
+
+    /// Returns the name: `chain` or `goal-sets`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Chain => "chain",
+            Self::GoalSets => "goal-sets",
+        }
+    }
+}
