@@ -73,7 +73,7 @@ fn world(c: &mut Criterion) {
     group.bench_function("episode", |b| {
         b.iter(|| {
             let spec = EpisodeSpec::default();
-            episode(&planner, Grounding::default(), goal, &spec, Seed::new(5)).expect("runs")
+            episode(planner.clone(), Grounding::default(), goal, &spec, Seed::new(5)).expect("runs")
         });
     });
     group.finish();

@@ -23,7 +23,7 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let planner = Arc::new(Planner::new(&domain, PlannerSpec::default(), Seed::new(1))?);
 
     let spec = EpisodeSpec::of(task);
-    let report = episode(&planner, Grounding::default(), goal, &spec, Seed::new(2))?.report;
+    let report = episode(planner.clone(), Grounding::default(), goal, &spec, Seed::new(2))?.report;
     for (action, outcome) in report.attempts() {
         println!("{action}: {outcome}");
     }

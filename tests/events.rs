@@ -95,9 +95,9 @@ fn demonstrations_learning_and_an_episode_are_told_in_order_and_come_out_as_if_n
         }
     };
     let seed = Seed::new(4);
-    let over = episode_observed(&planner, Grounding::default(), goal, &spec, seed, listen);
+    let over = episode_observed(planner.clone(), Grounding::default(), goal, &spec, seed, listen);
     let over = over.expect("it runs");
-    let alone = episode(&planner, Grounding::default(), goal, &spec, seed).expect("it runs");
+    let alone = episode(planner.clone(), Grounding::default(), goal, &spec, seed).expect("it runs");
     assert_eq!(over.report, alone.report);
     assert!(over.report.drops() > 0, "{:?}", over.report);
     assert_eq!((owned, frames), (over.report.skills().count(), over.frames.len()));

@@ -211,7 +211,7 @@ fn a_hand_that_moves_the_jig_during_an_episode_takes_along_what_lies_in_it() {
     let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1)).expect("it builds");
     let perturbation = task.perturbation(Seed::new(1));
     let spec = EpisodeSpec { perturbation, ..EpisodeSpec::of(task) };
-    let over = episode(&Arc::new(planner), Grounding::default(), goal, &spec, Seed::new(5));
+    let over = episode(Arc::new(planner), Grounding::default(), goal, &spec, Seed::new(5));
     let report = over.expect("it runs").report;
     assert!(report.perturbed && report.solved && !report.false_goal(), "{report:?}");
     // A body that does not move is refused.

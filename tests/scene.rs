@@ -137,7 +137,7 @@ fn the_robot_does_what_it_was_shown_and_the_same_seed_gives_the_same_bits() {
     let goal = domain.goal().expect("the demonstrations had a purpose");
     let run = || {
         let spec = EpisodeSpec { frame_ms: Some(200), ..EpisodeSpec::default() };
-        episode(planner, Grounding::default(), goal, &spec, Seed::new(5)).expect("runs")
+        episode(planner.clone(), Grounding::default(), goal, &spec, Seed::new(5)).expect("runs")
     };
     let (first, second) = (run(), run());
     assert_eq!(first.report.ended, Ended::GoalMet);
@@ -210,7 +210,8 @@ fn a_bolt_that_another_hand_puts_into_the_jig_is_used() {
     let pose = Pose::at([x, y, scene.jig.hole_top_m + 1e-3]);
     let perturbation = Some(Perturbation { at_s: 1.0, body: BodyId::Part(2), pose });
     let spec = EpisodeSpec { perturbation, ..EpisodeSpec::of(scene) };
-    let over = episode(planner, Grounding::default(), goal, &spec, Seed::new(2)).expect("runs");
+    let over =
+        episode(planner.clone(), Grounding::default(), goal, &spec, Seed::new(2)).expect("runs");
     assert!(over.report.perturbed && over.report.solved, "{:?}", over.report);
 }
 
@@ -266,7 +267,8 @@ fn another_hand_waits_while_there_is_no_room() {
     let perturbation =
         Some(Perturbation { at_s: 0.0, body: BodyId::Part(1), pose: Pose::at([0.45, 0.1, -0.01]) });
     let spec = EpisodeSpec { perturbation, ..EpisodeSpec::default() };
-    let over = episode(planner, Grounding::default(), goal, &spec, Seed::new(2)).expect("runs");
+    let over =
+        episode(planner.clone(), Grounding::default(), goal, &spec, Seed::new(2)).expect("runs");
     assert!(!over.report.perturbed && over.report.solved, "{:?}", over.report);
 }
 
@@ -278,7 +280,8 @@ fn after_a_bolt_has_been_put_there_is_a_way_to_the_next_part() {
     let goal = domain.goal().expect("there");
     for index in [5, 128] {
         let seed = Seed::new(101).derive_index("episode", index);
-        let over = episode(planner, Grounding::default(), goal, &EpisodeSpec::default(), seed);
+        let over =
+            episode(planner.clone(), Grounding::default(), goal, &EpisodeSpec::default(), seed);
         let report = over.expect("runs").report;
         assert_eq!((report.solved, report.replans()), (true, 0), "{index}: {report:?}");
     }
@@ -290,7 +293,8 @@ fn drops_are_followed_by_new_decisions() {
     let goal = domain.goal().expect("there");
     let scene = NutsAndBolts { nuts: 2, bolts: 2, ..NutsAndBolts::default() };
     let spec = EpisodeSpec { drop_rate: 0.5, ..EpisodeSpec::of(scene) };
-    let over = episode(planner, Grounding::default(), goal, &spec, Seed::new(4)).expect("runs");
+    let over =
+        episode(planner.clone(), Grounding::default(), goal, &spec, Seed::new(4)).expect("runs");
     let report = over.report;
     assert!(report.drops() > 0, "at this rate one of the first grasps slips: {report:?}");
     assert!(report.replans() >= report.drops());
@@ -301,7 +305,8 @@ fn drops_are_followed_by_new_decisions() {
     let told = |report: &EpisodeReport| kinds.map(|kind| count(report, kind));
     assert!(told(&report).iter().sum::<usize>() >= report.drops(), "{report:?}");
     let alone = EpisodeSpec { drop_rate: 0.5, ..EpisodeSpec::of(NutsAndBolts::default()) };
-    let over = episode(planner, Grounding::default(), goal, &alone, Seed::new(4)).expect("runs");
+    let over =
+        episode(planner.clone(), Grounding::default(), goal, &alone, Seed::new(4)).expect("runs");
     assert!(over.report.drops() > 0 && told(&over.report)[0] > 0, "{:?}", over.report);
 }
 
@@ -321,7 +326,8 @@ fn other_names_another_jig_and_a_mirror_change_nothing() {
     assert!(domain.states().iter().all(|s| s.kind == "washer" || s.kind == "peg"));
     let goal = domain.goal().expect("there");
     let spec = EpisodeSpec::of(spec);
-    let over = episode(&planner, Grounding::default(), goal, &spec, Seed::new(7)).expect("runs");
+    let over =
+        episode(planner.clone(), Grounding::default(), goal, &spec, Seed::new(7)).expect("runs");
     assert!(over.report.solved, "{:?}", over.report);
 }
 
@@ -483,7 +489,9 @@ fn impossible_episodes_are_refused() {
     let goal = domain.goal().expect("there");
     let mut spec = EpisodeSpec { drop_rate: 1.5, ..EpisodeSpec::default() };
     let refused = |spec: &EpisodeSpec, goal: StateId| {
-        episode(planner, Grounding::default(), goal, spec, Seed::new(1)).unwrap_err().to_string()
+        episode(planner.clone(), Grounding::default(), goal, spec, Seed::new(1))
+            .unwrap_err()
+            .to_string()
     };
     assert!(refused(&spec, goal).contains("drop_rate"));
     spec.drop_rate = 0.0;
@@ -573,7 +581,8 @@ fn in_the_air(grasp: &Grasp) -> Grasp {
 fn recovered(spec: &EpisodeSpec, seed: u64) -> EpisodeReport {
     let (domain, planner) = taught();
     let goal = domain.goal().expect("there");
-    let over = episode(planner, Grounding::default(), goal, spec, Seed::new(seed)).expect("runs");
+    let over =
+        episode(planner.clone(), Grounding::default(), goal, spec, Seed::new(seed)).expect("runs");
     assert!(!over.report.false_goal(), "{:?}", over.report);
     over.report
 }
@@ -772,8 +781,8 @@ fn forty_episodes_are_assembled() {
     let (mut assembled, mut slip_m) = (0, 0.0f64);
     for seed in 0..40 {
         let spec = EpisodeSpec::default();
-        let over =
-            episode(planner, Grounding::default(), goal, &spec, Seed::new(seed)).expect("runs");
+        let over = episode(planner.clone(), Grounding::default(), goal, &spec, Seed::new(seed))
+            .expect("runs");
         assert!(!over.report.false_goal(), "seed {seed}: {:?}", over.report);
         assembled += u32::from(over.report.solved);
         slip_m = over.report.skills().map(|s| s.slip_m).fold(slip_m, f64::max);

@@ -208,7 +208,7 @@ fn a_second_task_is_demonstrated_learned_and_done_through_the_trait_alone() {
     let planner = Arc::new(planner);
     for seed in 0..3 {
         let spec = EpisodeSpec::of(task.clone());
-        let over = episode(&planner, Grounding::default(), goal, &spec, Seed::new(seed));
+        let over = episode(planner.clone(), Grounding::default(), goal, &spec, Seed::new(seed));
         let report = over.expect("it runs").report;
         assert_eq!(report.ended, Ended::GoalMet, "seed {seed}: {report:?}");
         assert!(report.solved && !report.false_goal(), "seed {seed}: {report:?}");
@@ -235,7 +235,8 @@ fn a_second_task_is_demonstrated_learned_and_done_through_the_trait_alone() {
         assert_eq!(again.expect("it runs").episode.report, *report);
     }
     // A block that a person takes away is put back.
-    let over = episode(&planner, Grounding::default(), goal, &spec, Seed::new(5)).expect("runs");
+    let over =
+        episode(planner.clone(), Grounding::default(), goal, &spec, Seed::new(5)).expect("runs");
     assert!(over.report.perturbed && over.report.solved, "{:?}", over.report);
     assert_eq!(over.report.skills().count(), 3, "the base twice: {:?}", over.report);
 }

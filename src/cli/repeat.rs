@@ -1,5 +1,7 @@
 //! The command line that repeats a run.
 
+use symbolt::task::planner::PlannerKind;
+
 use super::args::{Method, RunArgs};
 
 /// Quotes a word for a shell, if it needs quotes.
@@ -42,6 +44,8 @@ impl RunArgs {
         option("nuts", count(self.nuts));
         option("bolts", count(self.bolts));
         option("drop-rate", rate(self.drop_rate));
+        let kind = planner.planner;
+        option("planner", (kind != PlannerKind::default()).then(|| kind.name().to_owned()));
         option("mode", (planner.mode != "direct").then(|| quoted(&planner.mode)));
         option("dimensions", (planner.dimensions != 256).then(|| planner.dimensions.to_string()));
         let similarity = planner.max_similarity();

@@ -8,7 +8,6 @@ use anyhow::Error;
 use rayon::prelude::*;
 use serde_json::json;
 use symbolt::files::{Overwrite, write_atomic};
-use symbolt::neurons::{Population, PopulationPlan};
 use symbolt::report::Arrays;
 use symbolt::report::trace::Tracer;
 use symbolt::sim::Seed;
@@ -268,7 +267,14 @@ impl<'l> Runner<'l> {
             }
             (Self::Plain { planner, goal }, None) => {
                 let grounding = Grounding::default();
-                let over = episode_observed(planner.clone(), grounding, *goal, spec, seed, &mut observers)?;
+                let over = episode_observed(
+                    planner.clone(),
+                    grounding,
+                    *goal,
+                    spec,
+                    seed,
+                    &mut observers,
+                )?;
                 let reason = ended_text(&over.report.ended, Some(planner.domain()));
                 (over, reason)
             }

@@ -72,6 +72,7 @@ pub(super) struct Live {
 /// The parts of the world that the executor only reads.
 pub(super) struct Tools<'w> {
     pub mind: &'w dyn Mind,
+    pub goals: &'w [StateId],
     pub recorder: &'w Recorder,
     pub spec: &'w EpisodeSpec,
 }
@@ -180,7 +181,7 @@ impl Live {
             goal = tools.mind.goals().into_iter().find(open).unwrap_or(goal);
         }
         // The graph needs time to recognise another goal before it is asked.
-        let another = self.goal != goal;
+        let another = self.goal != goal && !tools.mind.planner().plans_for_all_goals();
         (self.present, self.goal) = (belief.present, goal);
         self.off = belief.in_no_state;
         let mut in_no_state = vec![true; self.scene.part_count()];
@@ -208,10 +209,13 @@ impl Live {
     fn listen(&mut self, tools: &Tools<'_>, command: &[Real], since_step: u64) {
         let planner = tools.mind.planner();
         let (domain, step_ms) = (planner.domain(), self.scene.spec().step_ms);
-        let verdict = planner.verdict(command, &self.told());
-        let steps = self.shown.filter(|(shown, _)| Some(*shown) == verdict).map_or(1, |(_, n)| n + 1);
+        let verdict = planner.verdict(command, &self.told(tools.goals));
+        let steps =
+            self.shown.filter(|(shown, _)| Some(*shown) == verdict).map_or(1, |(_, n)| n + 1);
         self.shown = verdict.map(|verdict| (verdict, steps));
-        let Some(verdict) = verdict.filter(|_| steps * step_ms >= planner.steady_ms()) else { return };
+        let Some(verdict) = verdict.filter(|_| steps * step_ms >= planner.steady_ms()) else {
+            return;
+        };
         let name = |action: ActionId| domain[action].name.clone();
         self.log.decisions.push(Decided {
             asked_s: (since_step * step_ms) as f64 / 1e3,
@@ -244,14 +248,14 @@ impl Live {
         }
     }
 
-    /// Returns what the graph is told.
-    pub fn told(&self) -> Told<'_> {
+    /// Returns what the graph is told. `goals` are those of the mind.
+    pub fn told<'l>(&'l self, goals: &'l [StateId]) -> Told<'l> {
         let request = match self.phase {
             Phase::Ask { .. } => Request::Decide,
             Phase::Recognise { .. } => Request::Forget,
             Phase::Rest { .. } | Phase::Act | Phase::Over(_) | Phase::Relent => Request::Wait,
         };
         let Self { present, pretended, goal, .. } = self;
-        Told { request, present, pretended, goal: *goal }
+        Told { request, present, pretended, goal: *goal, goals }
     }
 }

@@ -263,9 +263,7 @@ impl Relational {
             PlannerKind::Chain => {
                 Arc::new(Planner::composed(own, ground.composition(), *spec, plan, *seed)?)
             }
-            PlannerKind::GoalSets => {
-                Arc::new(GoalSetPlanner::new(own, spec.rules(), plan, *seed)?)
-            }
+            PlannerKind::GoalSets => Arc::new(GoalSetPlanner::new(own, spec.rules(), plan, *seed)?),
         };
         Ok(Self { grounder, planner, ground, objects, domain, assume })
     }

@@ -212,14 +212,19 @@ impl World for EpisodeWorld {
             Some(live) => {
                 let asked = self.goals.contains(&live.goal);
                 let goal = if asked { live.goal } else { self.first_goal() };
-                self.mind.planner().sense(&Told { goal, ..live.told() }, out);
+                self.mind.planner().sense(&Told { goal, ..live.told(&self.goals) }, out);
             }
             None => out.fill(0.0),
         }
     }
 
     fn advance(&mut self, command: &[Real]) -> Result<(), WorldError> {
-        let tools = Tools { mind: &*self.mind, recorder: &self.recorder, spec: &self.spec };
+        let tools = Tools {
+            mind: &*self.mind,
+            goals: &self.goals,
+            recorder: &self.recorder,
+            spec: &self.spec,
+        };
         if let Some(live) = &mut self.live {
             live.step(&tools, command);
         }

@@ -268,7 +268,8 @@ impl Planner {
         }
         self.check_goal(goal)?;
         let mut senses = vec![0.0; self.sense_width()];
-        let told = Told { request: Request::Decide, present: world, pretended: &[], goal };
+        let told =
+            Told { request: Request::Decide, present: world, pretended: &[], goal, goals: &[goal] };
         self.sense(&told, &mut senses);
         let commands = self.command_width();
         let board = Board { period: self.graph.timebase().tick(), senses, commands };

@@ -27,8 +27,10 @@ pub struct Told<'w> {
     pub present: &'w WorldState,
     /// States that the planner is to take as holding although they do not.
     pub pretended: &'w [StateId],
-    /// The goal.
+    /// The first goal that does not hold.
     pub goal: StateId,
+    /// All goals, in the order in which they were completed when they were learned.
+    pub goals: &'w [StateId],
 }
 
 impl Told<'_> {
@@ -63,6 +65,12 @@ pub trait Decider: Send + Sync {
 
     /// Returns the verdict that commands show, if there is one yet.
     fn verdict(&self, command: &[Real], told: &Told<'_>) -> Option<Verdict>;
+
+    /// Returns whether the planner plans for all goals together. Otherwise it is asked for one after the other, and forgets
+    /// each before the next.
+    fn plans_for_all_goals(&self) -> bool {
+        false
+    }
 
     /// Returns for how many milliseconds a verdict must stay the same before it counts.
     fn steady_ms(&self) -> u64 {

@@ -80,7 +80,8 @@ impl GoalSetPlanner {
         // What holds after an action nobody can foresee, so no pair of fluents is taken to exclude each other.
         let [least, most] = SLOTS;
         let slots = (operators + 2).clamp(least, most);
-        let ports = builder.add("planner", GoalSetGraph::new(Regression::new(&problem).into(), slots));
+        let ports =
+            builder.add("planner", GoalSetGraph::new(Regression::new(&problem).into(), slots));
         for (sense, input) in [
             ("ready", &ports.ready),
             ("busy", &ports.busy),
@@ -184,7 +185,7 @@ impl Decider for GoalSetPlanner {
         self.domain.operators().len() + self.phases
     }
 
-    /// Writes whether a goal is wanted, whether the motor is busy, what holds, and the goal.
+    /// Writes whether a goal is wanted, whether the motor is busy, what holds, and the goals.
     fn sense(&self, told: &Told<'_>, out: &mut [Real]) {
         let (requests, rest) = out.split_at_mut(2);
         requests[0] = Real::from(u8::from(told.request != Request::Forget));
@@ -194,8 +195,10 @@ impl Decider for GoalSetPlanner {
             *value = Real::from(u8::from(told.holds(*state) == *positive));
         }
         goal.fill(0.0);
-        if let Some(goal) = goal.get_mut(told.goal.index()) {
-            *goal = 1.0;
+        for wanted in told.goals {
+            if let Some(goal) = goal.get_mut(wanted.index()) {
+                *goal = 1.0;
+            }
         }
     }
 
@@ -208,6 +211,10 @@ impl Decider for GoalSetPlanner {
             (false, true) => Some(Verdict::Stuck(self.obstacle(told))),
             _ => action().map(Verdict::Act),
         }
+    }
+
+    fn plans_for_all_goals(&self) -> bool {
+        true
     }
 
     fn steady_ms(&self) -> u64 {

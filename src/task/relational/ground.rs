@@ -16,6 +16,8 @@ pub(super) struct Compiled {
     pub needs: Vec<Vec<usize>>,
     /// Effects of each action. The first is the one for which the action was found.
     pub effects: Vec<Vec<usize>>,
+    /// Facts that each action ends for certain.
+    pub removes: Vec<Vec<usize>>,
 }
 
 pub(super) struct Compiler<'p> {
@@ -89,13 +91,17 @@ impl<'p> Compiler<'p> {
         ordered.sort_by(|a, b| {
             a.0.cmp(&b.0).then(instances(&b.1).cmp(&instances(&a.1))).then(a.1.cmp(&b.1))
         });
+        let tests = &self.tests;
         let mut compiled = Compiled {
-            tests: self.tests,
+            tests: tests.clone(),
             actions: Vec::new(),
             needs: Vec::new(),
             effects: Vec::new(),
+            removes: Vec::new(),
         };
         for (_, action, needs, effects) in ordered {
+            let ends = |f: &usize| self.ends(&action, &tests[*f]) && !effects.contains(f);
+            compiled.removes.push((0..tests.len()).filter(ends).collect());
             compiled.actions.push(action);
             compiled.needs.push(needs);
             compiled.effects.push(effects);
@@ -325,6 +331,19 @@ impl<'p> Compiler<'p> {
                 (None, None) => true,
             };
         (removes || aside()) && !self.enters(action, test)
+    }
+
+    /// Returns whether an action ends a fact wherever it is done: it puts an object where none may be, or moves the one
+    /// object that the fact is about. How many others of its kind are there, it does not know.
+    fn ends(&self, action: &GroundAction, test: &Test) -> bool {
+        if test.forbids() {
+            return test.most == Some(0) && self.enters(action, test);
+        }
+        let one = test.object.is_some() && test.object == action.object;
+        let left =
+            action.source.of.iter().all(|s| test.of.contains(s) || test.of.contains(&(s.0, None)));
+        let there = test.reference.is_none() || test.reference == action.source.reference;
+        one && left && there && !action.source.of.is_empty() && !self.enters(action, test)
     }
 
     /// Returns whether a side effect of an action can concern the objects of a test.

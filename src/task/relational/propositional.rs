@@ -224,7 +224,7 @@ impl Problem<'_> {
                 preconditions: compiled.needs[a].iter().map(|f| StateId::new(*f)).collect(),
                 effects,
                 absent: Vec::new(),
-                removes: Vec::new(),
+                removes: compiled.removes[a].iter().map(|f| StateId::new(*f)).collect(),
                 evidence: None,
             }
         });
