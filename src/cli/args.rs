@@ -349,10 +349,10 @@ pub(crate) struct PlanArgs {
     #[arg(long, value_name = "FILE", conflicts_with = "problem")]
     pub scene: Option<PathBuf>,
     /// Goal sets that are remembered; a plan has fewer actions [default: 48]
-    #[arg(long, value_name = "N", value_parser = whole::<usize>, conflicts_with = "scene")]
+    #[arg(long, value_name = "N", value_parser = whole::<usize>)]
     pub slots: Option<usize>,
     /// Simulated time for planning and acting [default: 10]
-    #[arg(long, value_name = "SECONDS", value_parser = number::<f64>, conflicts_with = "scene")]
+    #[arg(long, value_name = "SECONDS", value_parser = number::<f64>)]
     pub time: Option<f64>,
     /// State to reach [default: the goal of the demonstrations]
     #[arg(long, value_name = "STATE")]

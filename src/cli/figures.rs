@@ -60,7 +60,7 @@ impl Figures<'_> {
             goal: self.learned.goal().unwrap_or_default(),
             mode: args.planner.mode.clone(),
             planner: json!({
-                "name": args.planner.planner.name(),
+                "name": args.planner.kind().name(),
                 "dimensions": spec.dimensions,
                 "max_similarity": spec.max_similarity,
                 "absent": args.planner.absent,
@@ -129,7 +129,7 @@ impl Figures<'_> {
             ),
             ("slip_mm", json!(1e3 * tally.slip_m)),
             ("physics_steps", json!(tally.steps)),
-            ("planner", json!(args.planner.planner.name())),
+            ("planner", json!(args.planner.kind().name())),
             ("mode", json!(args.planner.mode)),
             ("method", json!(args.method.name())),
             ("failures", json!(failures)),

@@ -7,7 +7,7 @@ use anyhow::Error;
 use serde_json::{Map, Value, json};
 use symbolt::neurons::{Population, PopulationPlan};
 use symbolt::sim::Seed;
-use symbolt::task::planner::{Decision, Planner};
+use symbolt::task::planner::{Decision, Planner, PlannerKind};
 use symbolt::task::relational::{
     Fact, GoalTerm, Grounder, Layout, Move, Problem, ProblemError, Quantity, RelationalDomain,
     Situation, TargetPose,
@@ -16,6 +16,7 @@ use symbolt::task::{Snapshot, TaskError, Verdict};
 
 use super::Outcome;
 use super::args::{ActionsArgs, BadArgument, PlanArgs, PlannerArgs};
+use super::goal_sets;
 use super::output::{Grid, Place, Progress, counted, unbroken, use_threads, warn, wrapped};
 use super::plan::{
     choices_json, choices_table, listed, milestones_json, milestones_table, obstacle_text,
@@ -196,6 +197,13 @@ pub(crate) fn plan(
     let words: Vec<String> = goals.iter().map(|goal| domain.goal_in_words(goal)).collect();
     let layout = look(&grounder, domain, &scene);
     progress.say(format!("planning towards {}", words.join(", ")));
+    if args.planner.kind() == PlannerKind::GoalSets {
+        drop(progress);
+        let problem = Problem::with_goals(domain, &layout, goals).map_err(TaskError::from)?;
+        let ground = problem.ground(&layout.situation()).map_err(TaskError::from)?;
+        let present = ground.present(&layout.situation());
+        return goal_sets::plan_in(args, ground.domain(), &present, ground.goals(), out);
+    }
     let (problem, plan) = match Problem::with_goals(domain, &layout, goals.clone()) {
         Ok(problem) => {
             let plan = roll_out(&problem, &layout, &args.planner, args.common.seed)?;

@@ -1,18 +1,21 @@
-//! `symbolt plan DOMAIN PROBLEM`: a problem in PDDL, planned and acted on by the planner of goal sets.
+//! `symbolt plan` with the planner of goal sets: a problem in PDDL, or a scene of a learned domain, planned and acted on.
 
 use std::fmt::Write as _;
 
 use anyhow::Error;
 use serde_json::{Value, json};
 use symbolt::files::{Limit, read_file};
-use symbolt::neurons::Population;
 use symbolt::sim::{Seed, SimDuration};
+use symbolt::task::domain::acceptable_answers;
+use symbolt::task::planner::{PlannerKind, strips_problem};
 use symbolt::task::regression::{Course, GoalSetSpec, StripsWorld, pursue};
-use symbolt::task::strips::{Bodies, Domain, GroundFault, Grounded, PlanFault, Problem, validate};
+use symbolt::task::strips::{self, Bodies, GroundFault, Grounded, Problem, validate};
+use symbolt::task::{Domain, StateId, WorldState};
 
 use super::Outcome;
 use super::args::{BadArgument, PlanArgs};
 use super::output::{Place, Progress, counted};
+use super::plan::obstacle_text;
 
 /// Time for which the motor is locked after an action has begun, in milliseconds.
 const LOCK_MS: u64 = 100;
@@ -33,15 +36,16 @@ pub(crate) fn plan(args: &PlanArgs, out: &Place) -> Result<Outcome, Error> {
         let problem = "--goal is for a scene; a problem in PDDL has its own goal";
         return Err(BadArgument(problem.into()).into());
     }
-    let limit = args.time.unwrap_or(10.0);
-    if !(limit > 0.0 && limit <= LONGEST_S) {
-        let problem = format!("--time must be above 0 and at most {LONGEST_S} s; got {limit}");
-        return Err(BadArgument(problem).into());
+    if args.planner.kind == Some(PlannerKind::Chain) {
+        let problem =
+            "--planner chain plans in a scene of a learned domain, not in PDDL; leave it out";
+        return Err(BadArgument(problem.into()).into());
     }
-    let population: Population = args.planner.mode.parse()?;
+    args.planner.check_goal_sets()?;
+    let spec = spec(args)?;
     let progress = Progress::new(&args.common);
     let domain = read_file(&args.domain, Limit::PDDL)?;
-    let domain = Domain::parse(&domain, &args.domain.display().to_string(), Bodies::Read)?;
+    let domain = strips::Domain::parse(&domain, &args.domain.display().to_string(), Bodies::Read)?;
     let problem = read_file(file, Limit::PDDL)?;
     let problem = Problem::parse(&problem, &file.display().to_string(), &domain)?;
     progress.say("grounding the problem");
@@ -57,27 +61,85 @@ pub(crate) fn plan(args: &PlanArgs, out: &Place) -> Result<Outcome, Error> {
         counted(grounded.operators.len(), "operator")
     );
     progress.say(format!("planning with {size}"));
-    let default = GoalSetSpec::default();
-    let spec = GoalSetSpec {
-        slots: args.slots.unwrap_or(default.slots),
-        limit: SimDuration::from_secs_f64(limit)?,
-        population,
-        ..default
-    };
     let world = StripsWorld::new(&grounded, SimDuration::from_millis(LOCK_MS));
     let course = pursue(&grounded, world, &spec, Seed::new(args.common.seed))?;
     drop(progress);
     let steps: Vec<&str> = course.plan().map(|a| grounded.operators[a].name.as_str()).collect();
     let checked = validate(&domain, &problem, steps.iter().copied()).map(|_| ());
     let text = if args.common.json {
-        summary(&grounded, &course, &checked, &args.planner.mode).to_string()
+        summary(
+            &grounded,
+            &course,
+            checked.as_ref().err().map(ToString::to_string).as_deref(),
+            &args.planner.mode,
+        )
+        .to_string()
     } else {
         table(&grounded, &course, &size)
     };
     out.write(&text)?;
     Ok(match checked {
         Ok(()) => Outcome::Done,
-        Err(fault) => Outcome::Failed(format!("no plan within {limit} s: {fault}")),
+        Err(fault) => Outcome::Failed(late(&spec, &fault.to_string())),
+    })
+}
+
+fn late(spec: &GoalSetSpec, fault: &str) -> String {
+    format!("no plan within {} s: {fault}", spec.limit.as_micros() as f64 / 1e6)
+}
+
+/// Checks and returns the settings.
+fn spec(args: &PlanArgs) -> Result<GoalSetSpec, Error> {
+    let limit = args.time.unwrap_or(10.0);
+    if !(limit > 0.0 && limit <= LONGEST_S) {
+        let problem = format!("--time must be above 0 and at most {LONGEST_S} s; got {limit}");
+        return Err(BadArgument(problem).into());
+    }
+    let default = GoalSetSpec::default();
+    Ok(GoalSetSpec {
+        slots: args.slots.unwrap_or(default.slots),
+        limit: SimDuration::from_secs_f64(limit)?,
+        population: args.planner.mode.parse()?,
+        ..default
+    })
+}
+
+/// Plans in a situation of a learned domain. Actions have the effects that the domain says.
+pub(crate) fn plan_in(
+    args: &PlanArgs,
+    domain: &Domain,
+    present: &WorldState,
+    goals: &[StateId],
+    out: &Place,
+) -> Result<Outcome, Error> {
+    let (spec, rules) = (spec(args)?, args.planner.spec().rules());
+    for goal in goals {
+        let answers = acceptable_answers(domain, present, *goal, rules);
+        if let Some(obstacle) = answers.obstacles.first() {
+            return Ok(Outcome::Failed(format!("stuck: {}", obstacle_text(domain, *obstacle))));
+        }
+    }
+    let problem = strips_problem(domain, rules, present, goals);
+    let world = StripsWorld::new(&problem, SimDuration::from_millis(LOCK_MS));
+    let course = pursue(&problem, world, &spec, Seed::new(args.common.seed))?;
+    let checked = match course.reached {
+        true => Ok(()),
+        false => Err("the goal does not hold at the end"),
+    };
+    let size = format!(
+        "{}, {}",
+        counted(problem.fluents.len(), "fluent"),
+        counted(problem.operators.len(), "operator")
+    );
+    let text = if args.common.json {
+        summary(&problem, &course, checked.err(), &args.planner.mode).to_string()
+    } else {
+        table(&problem, &course, &size)
+    };
+    out.write(&text)?;
+    Ok(match checked {
+        Ok(()) => Outcome::Done,
+        Err(fault) => Outcome::Failed(late(&spec, fault)),
     })
 }
 
@@ -86,12 +148,7 @@ fn planned(course: &Course) -> Option<u64> {
     course.begun.first().map(|begun| begun.ms)
 }
 
-fn summary(
-    problem: &Grounded,
-    course: &Course,
-    checked: &Result<(), PlanFault>,
-    mode: &str,
-) -> Value {
+fn summary(problem: &Grounded, course: &Course, fault: Option<&str>, mode: &str) -> Value {
     let step = |a: usize| problem.operators[a].name.as_str();
     let actions = course
         .begun
@@ -104,8 +161,8 @@ fn summary(
         "operators": problem.operators.len(),
         "units": course.units,
         "plan": course.plan().map(step).collect::<Vec<_>>(),
-        "valid": checked.is_ok(),
-        "fault": checked.as_ref().err().map(ToString::to_string),
+        "valid": fault.is_none(),
+        "fault": fault,
         "actions": actions.collect::<Vec<_>>(),
         "planned_ms": planned(course),
         "time_ms": course.ms,

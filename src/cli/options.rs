@@ -52,8 +52,9 @@ pub(crate) struct OutFile {
 #[derive(Debug, Clone, Args)]
 pub(crate) struct PlannerArgs {
     /// Planner: chain (one state at a time) or goal-sets (neurons alone)
-    #[arg(long, value_name = "NAME", default_value = "chain", value_parser = kind)]
-    pub planner: PlannerKind,
+    /// [default: chain; goal-sets for a problem in PDDL]
+    #[arg(verbatim_doc_comment, long = "planner", value_name = "NAME", value_parser = kind)]
+    pub kind: Option<PlannerKind>,
     /// Mode of the layers: direct, rate or lif (spiking)
     #[arg(long, default_value = "direct")]
     pub mode: String,
@@ -101,18 +102,41 @@ impl PlannerArgs {
     /// If the mode, the dimensions or the maximum similarity cannot be used.
     pub fn check(&self) -> Result<(), Error> {
         self.mode.parse::<Population>()?;
+        if self.kind() == PlannerKind::GoalSets {
+            self.check_goal_sets()?;
+        }
         let vocabulary = VocabularyBuilder::<Checked>::new(self.dimensions, Seed::new(0));
         vocabulary.max_similarity(self.max_similarity()).build().map_err(TaskError::from)?;
         Ok(())
     }
 
+    /// Returns which planner is wanted for a learned domain.
+    pub fn kind(&self) -> PlannerKind {
+        self.kind.unwrap_or_default()
+    }
+
     /// Returns the populations of the planner's graph.
     pub fn populations(&self) -> Result<PopulationPlan, Error> {
         let mode: Population = self.mode.parse()?;
-        Ok(match self.planner {
+        Ok(match self.kind() {
             PlannerKind::Chain => PopulationPlan::all(mode),
             PlannerKind::GoalSets => populations(&mode)?,
         })
+    }
+
+    /// Refuses the options that the planner of goal sets does not have.
+    pub fn check_goal_sets(&self) -> Result<(), BadArgument> {
+        let given = [
+            ("--max-similarity", self.max_similarity.is_some()),
+            ("--first", self.first),
+            ("--products", self.products),
+        ];
+        match given.iter().find(|(_, given)| *given) {
+            None => Ok(()),
+            Some((option, _)) => Err(BadArgument(format!(
+                "{option} has no effect on the planner goal-sets; leave it out"
+            ))),
+        }
     }
 
     /// Refuses the options that only the planner of the method `paper` has. `instead` says what to do instead.

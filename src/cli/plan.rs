@@ -6,8 +6,10 @@ use anyhow::Error;
 use serde_json::{Map, Value, json};
 use symbolt::neurons::{Population, PopulationPlan};
 use symbolt::sim::Seed;
-use symbolt::task::planner::{Choice, Decision, PlanEnd, Planner, RolledOut, Why};
-use symbolt::task::{ActionId, Classifier, Domain, Obstacle, Snapshot, StateId, Verdict};
+use symbolt::task::planner::{Choice, Decision, PlanEnd, Planner, PlannerKind, RolledOut, Why};
+use symbolt::task::{
+    ActionId, Classifier, Domain, Obstacle, Snapshot, StateId, Verdict, WorldState,
+};
 
 use super::Outcome;
 use super::args::{BadArgument, PlanArgs, PlannerArgs};
@@ -23,6 +25,13 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
     let Some(scene) = &args.scene else {
         return goal_sets::plan(args, &out);
     };
+    let given = [("--slots", args.slots.is_some()), ("--time", args.time.is_some())];
+    if let (PlannerKind::Chain, Some((option, _))) =
+        (args.planner.kind(), given.iter().find(|(_, given)| *given))
+    {
+        let problem = format!("{option} is for the planner goal-sets; add --planner goal-sets");
+        return Err(BadArgument(problem).into());
+    }
     if args.domain.as_os_str() == "-" && scene.as_os_str() == "-" {
         let problem = "the domain and the scene cannot both come from standard input (-)";
         return Err(BadArgument(problem.into()).into());
@@ -42,10 +51,15 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
             return Err(BadArgument(problem.into()).into());
         }
     };
+    let (counts, loose) = count(&classifier, &domain, &scene);
+    if args.planner.kind() == PlannerKind::GoalSets {
+        drop(progress);
+        let present: WorldState = counts.iter().map(|count| *count > 0).collect();
+        return goal_sets::plan_in(args, &domain, &present, &[goal], &out);
+    }
     progress.say("building the planner graph");
     let planner = build(&domain, &args.planner, args.common.seed)?;
     progress.say(format!("planning towards {}", domain[goal].name));
-    let (counts, loose) = count(&classifier, &domain, &scene);
     let plan = planner.plan(&counts, goal)?;
     drop(progress);
     let text = if args.common.json {

@@ -44,7 +44,7 @@ impl RunArgs {
         option("nuts", count(self.nuts));
         option("bolts", count(self.bolts));
         option("drop-rate", rate(self.drop_rate));
-        let kind = planner.planner;
+        let kind = planner.kind();
         option("planner", (kind != PlannerKind::default()).then(|| kind.name().to_owned()));
         option("mode", (planner.mode != "direct").then(|| quoted(&planner.mode)));
         option("dimensions", (planner.dimensions != 256).then(|| planner.dimensions.to_string()));

@@ -208,7 +208,7 @@ impl<'l> Runner<'l> {
                     return Err(BadArgument("the domain has no goal".into()).into());
                 };
                 let (rules, seed) = (args.planner.spec().rules(), Seed::new(args.common.seed));
-                let planner: Arc<dyn Decider> = match args.planner.planner {
+                let planner: Arc<dyn Decider> = match args.planner.kind() {
                     PlannerKind::Chain => {
                         Arc::new(plan::build(domain, &args.planner, args.common.seed)?)
                     }
@@ -221,7 +221,7 @@ impl<'l> Runner<'l> {
             }
             AnyLearned::Relational(learned) => {
                 let build = PlannerBuild {
-                    kind: args.planner.planner,
+                    kind: args.planner.kind(),
                     spec: args.planner.spec(),
                     plan: args.planner.populations()?,
                     seed: Seed::new(args.common.seed),

@@ -123,6 +123,28 @@ impl GoalSetPlanner {
     }
 }
 
+/// Returns the problem of reaching goals from a situation in a domain, for [`pursue`](crate::task::regression::pursue).
+///
+/// There is one fluent for each state of the domain, in its order, and behind them one for each state that must be absent
+/// under [`Rules::absent`].
+///
+/// # Panics
+/// If `world` does not have as many states as `domain`.
+pub fn strips_problem(
+    domain: &Domain,
+    rules: Rules,
+    world: &WorldState,
+    goals: &[StateId],
+) -> Grounded {
+    let (mut problem, meant) = grounded(domain, rules);
+    let holds = |at: &usize| world.holds(meant[*at].0) == meant[*at].1;
+    problem.start = (0..meant.len()).filter(holds).collect();
+    problem.goal = goals.iter().map(|goal| goal.index()).collect();
+    problem.goal.sort_unstable();
+    problem.goal.dedup();
+    problem
+}
+
 /// Returns the problem of a domain, and what its fluents mean: there is one for each state and, under [`Rules::absent`],
 /// one for each state that must be absent. Everything may hold at first, so no pair of fluents is taken to exclude each
 /// other, whatever the robot meets.

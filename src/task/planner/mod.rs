@@ -72,7 +72,7 @@ pub use encode::{
     ABSENT, ActionSpace, Encoded, NOTHING, PRECONDITION, StateSpace, deep_preconditions,
 };
 pub use executive::Timing;
-pub use goal_sets::{GoalSetPlanner, PlannerKind};
+pub use goal_sets::{GoalSetPlanner, PlannerKind, strips_problem};
 pub use graph::{Part, PlannerSpec, PlanningGraph, PlanningPorts, Unbinding};
 pub use rollout::{PlanEnd, PlannedStep, RolledOut};
 pub use views::{ModuleView, Shows};
