@@ -33,7 +33,8 @@ const STEADY_MS: u64 = 20;
 /// use symbolt::task::{DomainBuilder, domain::Rules};
 ///
 /// let domain = DomainBuilder::of_the_paper().build()?;
-/// let planner = GoalSetPlanner::new(&domain, Rules::default(), &PopulationPlan::direct(), Seed::new(1))?;
+/// let direct = PopulationPlan::direct();
+/// let planner = GoalSetPlanner::new(&domain, Rules::default(), None, &direct, Seed::new(1))?;
 /// assert_eq!(planner.command_width(), domain.operators().len() + 15);
 /// # Ok::<(), symbolt::task::TaskError>(())
 /// ```
@@ -50,7 +51,10 @@ pub struct GoalSetPlanner {
 }
 
 impl GoalSetPlanner {
-    /// Builds the graph, with a tick of 1 ms. Only [`Rules::absent`] has an effect.
+    /// Builds the graph, with a tick of 1 ms. Only [`Rules::absent`] has an effect. States that never hold together after
+    /// `start` are taken to exclude each other; without a start, none are. A surprise may lead to situations that
+    /// cannot be reached from the start; an exclusion that is wrong then costs plans, and never leads to a wrong one.
+    ///
     /// [`populations`](crate::task::regression::populations) returns the plan that suits its units.
     ///
     /// # Errors
@@ -59,13 +63,17 @@ impl GoalSetPlanner {
     pub fn new(
         domain: &Domain,
         rules: Rules,
+        start: Option<&WorldState>,
         plan: &PopulationPlan,
         seed: Seed,
     ) -> Result<Self, TaskError> {
         if domain.operators().is_empty() {
             return Err(TaskError::BadDomain { reason: "the domain has no action".into() });
         }
-        let (problem, sensed) = grounded(domain, rules);
+        let (mut problem, sensed) = grounded(domain, rules);
+        if let Some(world) = start {
+            problem.start = holding(&sensed, world);
+        }
         let (fluents, operators) = (problem.fluents.len(), problem.operators.len());
         let mut builder = GraphBuilder::new();
         let phases = phase_names();
@@ -77,7 +85,6 @@ impl GoalSetPlanner {
             .command("actions", InputSpec::vector(operators))
             .command("phases", InputSpec::vector(phases.len()));
         let world = builder.world("world", link);
-        // What holds after an action nobody can foresee, so no pair of fluents is taken to exclude each other.
         let [least, most] = SLOTS;
         let slots = (operators + 2).clamp(least, most);
         let ports =
@@ -137,17 +144,21 @@ pub fn strips_problem(
     goals: &[StateId],
 ) -> Grounded {
     let (mut problem, meant) = grounded(domain, rules);
-    let holds = |at: &usize| world.holds(meant[*at].0) == meant[*at].1;
-    problem.start = (0..meant.len()).filter(holds).collect();
+    problem.start = holding(&meant, world);
     problem.goal = goals.iter().map(|goal| goal.index()).collect();
     problem.goal.sort_unstable();
     problem.goal.dedup();
     problem
 }
 
+/// Returns the positions of the fluents that hold.
+fn holding(meant: &[(StateId, bool)], world: &WorldState) -> Vec<usize> {
+    let holds = |at: &usize| world.holds(meant[*at].0) == meant[*at].1;
+    (0..meant.len()).filter(holds).collect()
+}
+
 /// Returns the problem of a domain, and what its fluents mean: there is one for each state and, under [`Rules::absent`],
-/// one for each state that must be absent. Everything may hold at first, so no pair of fluents is taken to exclude each
-/// other, whatever the robot meets.
+/// one for each state that must be absent. Everything may hold at first, so no pair of fluents excludes each other.
 fn grounded(domain: &Domain, rules: Rules) -> (Grounded, Vec<(StateId, bool)>) {
     let states = domain.states();
     let needed = domain.operators().iter().flat_map(|o| o.absent.iter().copied());
