@@ -237,9 +237,9 @@ fn only_senses_and_goals_come_from_outside_neurons() {
     graph.add("planner", GoalSetGraph::new(Regression::new(&case.grounded).into(), 8));
     let plan = populations(&Population::Lif(LifSpec::default())).expect("patterns");
     let graph = graph.build(Timebase::default(), &plan, Seed::new(1));
-    let graph = graph.expect_err("three inputs are not connected");
+    let graph = graph.expect_err("four inputs are not connected");
     let missing = graph.to_string();
-    for input in ["ready", "holds", "goal"] {
+    for input in ["ready", "busy", "holds", "goal"] {
         assert!(missing.contains(input), "{missing}");
     }
 }
@@ -250,9 +250,12 @@ fn all_nodes_are_neurons_weights_or_sums() {
     let mut graph = GraphBuilder::new();
     let planner =
         graph.add("planner", GoalSetGraph::new(Regression::new(&case.grounded).into(), 8));
-    for (name, port, size) in
-        [("ready", &planner.ready, 1), ("holds", &planner.holds, 6), ("goal", &planner.goal, 6)]
-    {
+    for (name, port, size) in [
+        ("ready", &planner.ready, 1),
+        ("busy", &planner.busy, 1),
+        ("holds", &planner.holds, 6),
+        ("goal", &planner.goal, 6),
+    ] {
         let source = graph.add(name, Constant::vector(&vec![1.0; size]));
         graph.connect(&source, port, Synapse::None);
     }
@@ -275,6 +278,7 @@ fn all_nodes_are_neurons_weights_or_sums() {
     // What is left are plain sums: of outputs, or of outputs through a slower synapse.
     let expected = [
         "before",
+        "busy",
         "goal",
         "holds",
         "own",

@@ -1,0 +1,174 @@
+//! The planner of goal sets over learned domains: in all situations of small domains, and with the robot in a scene.
+
+#![allow(clippy::expect_used)]
+
+use symbolt::neurons::{LifSpec, Population, PopulationPlan};
+use symbolt::prelude::*;
+use symbolt::sim::{Real, World, WorldError, WorldSave};
+use symbolt::task::domain::{Rules, acceptable_answers};
+use symbolt::task::event::{Ended, Ignore};
+use symbolt::task::execute::{EpisodeSpec, PlannerBuild, demonstrate, relational_episode};
+use symbolt::task::learn::{Settings, learn_relational};
+use symbolt::task::planner::{Decider, GoalSetPlanner, PlannerKind, Request, Told, strips_problem};
+use symbolt::task::regression::{GoalSetSpec, StripsWorld, populations, pursue};
+use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
+use symbolt::task::{Domain, DomainBuilder, Obstacle, StateId, Verdict, WorldState};
+
+/// A world that tells a planner one thing after another and keeps its commands.
+struct Teller {
+    senses: Vec<Real>,
+    commands: Vec<Real>,
+}
+
+impl World for Teller {
+    fn period(&self) -> SimDuration {
+        SimDuration::from_millis(1)
+    }
+    fn sense_width(&self) -> usize {
+        self.senses.len()
+    }
+    fn command_width(&self) -> usize {
+        self.commands.len()
+    }
+    fn sense(&self, out: &mut [Real]) {
+        out.copy_from_slice(&self.senses);
+    }
+    fn advance(&mut self, command: &[Real]) -> Result<(), WorldError> {
+        self.commands.copy_from_slice(command);
+        Ok(())
+    }
+    fn reset(&mut self, _seed: Seed) -> Result<(), WorldError> {
+        Ok(())
+    }
+    fn save(&self) -> Result<WorldSave, WorldError> {
+        Ok(WorldSave(Vec::new()))
+    }
+    fn restore(&mut self, _saved: &WorldSave) -> Result<(), WorldError> {
+        Ok(())
+    }
+}
+
+/// Returns the first verdict that lasts, and when.
+fn decide(planner: &dyn Decider, told: &Told<'_>) -> Option<(Verdict, u64)> {
+    let mut senses = vec![0.0; planner.sense_width()];
+    planner.sense(told, &mut senses);
+    let world = Teller { senses, commands: vec![0.0; planner.command_width()] };
+    let config = RunConfig::default().in_world(world);
+    let mut sim = Simulator::new(planner.graph().clone(), config).expect("starts");
+    let (mut last, mut since) = (None, 0);
+    for ms in 1..2_000 {
+        sim.run_for(SimDuration::from_millis(1)).expect("runs");
+        let world: &dyn std::any::Any = sim.world().expect("a world");
+        let world = world.downcast_ref::<Teller>().expect("its own world");
+        let verdict = planner.verdict(&world.commands, told);
+        since = if verdict.is_some() && verdict == last { since + 1 } else { 1 };
+        last = verdict;
+        if let Some(verdict) = verdict.filter(|_| since >= planner.steady_ms()) {
+            return Some((verdict, ms));
+        }
+    }
+    None
+}
+
+fn check_all_situations(domain: &Domain, plan: &PopulationPlan) {
+    let planner = GoalSetPlanner::new(domain, Rules::default(), None, plan, Seed::new(3));
+    let planner = planner.expect("a planner");
+    let states = domain.states().len();
+    let mut counts = [0; 3];
+    for bits in 0..1_usize << states {
+        let present: WorldState = (0..states).map(|s| bits >> s & 1 == 1).collect();
+        for goal in domain.state_ids() {
+            let request = Request::Decide;
+            let told = Told { request, present: &present, pretended: &[], goal, goals: &[goal] };
+            let (verdict, ms) = decide(&planner, &told).expect("an answer");
+            let right = acceptable_answers(domain, &present, goal, Rules::default());
+            assert!(right.accepts(verdict), "{bits:b} {goal:?}: {verdict:?} after {ms} ms");
+            counts[match verdict {
+                Verdict::Act(_) => 0,
+                Verdict::Met => 1,
+                Verdict::Stuck(_) => 2,
+            }] += 1;
+        }
+    }
+    assert!(counts.iter().all(|count| *count > 0), "{counts:?}");
+}
+
+#[test]
+fn every_answer_in_every_situation_is_one_that_the_symbolic_planner_accepts() {
+    let domain = DomainBuilder::of_the_paper().build().expect("the paper's domain");
+    check_all_situations(&domain, &PopulationPlan::direct());
+    let domain = DomainBuilder::new()
+        .action("FETCH", ["AT_HOME"], ["AT_SHOP"])
+        .action("BUY", ["AT_SHOP", "MONEY"], ["BREAD"])
+        .build()
+        .expect("a domain");
+    let lif = populations(&Population::Lif(LifSpec::default())).expect("patterns");
+    check_all_situations(&domain, &lif);
+}
+
+#[test]
+fn a_planner_that_is_told_to_forget_forgets_and_one_that_waits_keeps_its_plan() {
+    let domain = DomainBuilder::of_the_paper().build().expect("the paper's domain");
+    let plan = PopulationPlan::direct();
+    let planner = GoalSetPlanner::new(&domain, Rules::default(), None, &plan, Seed::new(3));
+    let planner = planner.expect("a planner");
+    let goal = domain.state("BOLT_ASSEMBLED").expect("the goal");
+    let present = domain.world(["NUT_ON_TABLE", "BOLT_ON_TABLE"]).expect("states");
+    let goals = [goal];
+    let told = |request| Told { request, present: &present, pretended: &[], goal, goals: &goals };
+    assert_eq!(decide(&planner, &told(Request::Forget)), None);
+    let (verdict, ms) = decide(&planner, &told(Request::Decide)).expect("an action");
+    // While it waits, its clocks stand still, and everything else goes on.
+    assert_eq!(decide(&planner, &told(Request::Wait)).map(|(v, _)| v), Some(verdict));
+    assert!((200..800).contains(&ms), "{ms}");
+}
+
+#[test]
+fn a_situation_of_a_learned_domain_is_a_strips_problem() {
+    let domain = DomainBuilder::of_the_paper().build().expect("the paper's domain");
+    let present = domain.world(["NUT_ON_TABLE", "BOLT_ON_TABLE"]).expect("states");
+    let goal = domain.state("BOLT_ASSEMBLED").expect("the goal");
+    let problem = strips_problem(&domain, Rules::default(), &present, &[goal]);
+    let world = StripsWorld::new(&problem, SimDuration::from_millis(100));
+    let population = Population::Lif(LifSpec::default());
+    let spec = GoalSetSpec { population, ..GoalSetSpec::default() };
+    let course = pursue(&problem, world, &spec, Seed::new(4)).expect("it runs");
+    assert!(course.reached && course.begun.iter().all(|begun| begun.met));
+    assert_eq!(course.plan().count(), 3);
+}
+
+#[test]
+fn a_domain_without_actions_is_refused_and_a_goal_of_another_domain_too() {
+    let domain = DomainBuilder::of_the_paper().build().expect("the paper's domain");
+    let plan = PopulationPlan::direct();
+    let planner = GoalSetPlanner::new(&domain, Rules::default(), None, &plan, Seed::new(3));
+    let planner = planner.expect("a planner");
+    let error = planner.check_goal(StateId::new(99)).expect_err("no such state").to_string();
+    assert!(error.contains("99") && error.contains("5 states"), "{error}");
+    let present = domain.empty_world();
+    let goal = domain.state("BOLT_ASSEMBLED").expect("the goal");
+    let request = Request::Decide;
+    let told = Told { request, present: &present, pretended: &[], goal, goals: &[goal] };
+    let verdict = decide(&planner, &told).map(|(verdict, _)| verdict);
+    assert!(matches!(verdict, Some(Verdict::Stuck(Obstacle::NothingCauses { .. }))));
+}
+
+#[test]
+fn in_spikes_it_assembles_a_nut_and_a_bolt_and_keeps_its_plan_while_the_robot_moves() {
+    let task = NutsAndBolts::default();
+    let shown = demonstrate(&task, 5, Seed::new(1)).expect("a valid scene");
+    let learned = learn_relational(&shown.recording, &Settings::default()).expect("it teaches");
+    let plan = populations(&Population::Lif(LifSpec::default())).expect("patterns");
+    let build = PlannerBuild { kind: PlannerKind::GoalSets, plan, ..PlannerBuild::default() };
+    let spec = EpisodeSpec { drop_rate: 0.1, ..EpisodeSpec::of(task) };
+    let mut times = Vec::new();
+    for seed in [60, 61] {
+        let over = relational_episode(&learned.domain, &build, &spec, Seed::new(seed), &mut Ignore);
+        let report = over.expect("runs").episode.report;
+        assert!(report.solved && report.ended == Ended::GoalMet, "{seed}: {:?}", report.ended);
+        times.extend(report.decisions.iter().map(|decision| decision.took_ms));
+    }
+    times.sort_by(f64::total_cmp);
+    // A planner that plans anew for every action takes 250 ms and more.
+    assert!(times.len() >= 8 && times[times.len() / 2] <= 200.0, "{times:?}");
+}
