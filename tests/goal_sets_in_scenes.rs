@@ -1,6 +1,7 @@
 //! The planner of goal sets over learned domains: in all situations of small domains, and with the robot in a scene.
 
 #![allow(clippy::expect_used)]
+#![cfg(feature = "physics")]
 
 use symbolt::neurons::{LifSpec, Population, PopulationPlan};
 use symbolt::prelude::*;
