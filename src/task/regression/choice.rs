@@ -17,6 +17,9 @@ const FRESH: Real = -0.3 * LEVEL;
 const RIVALRY: Real = 0.5;
 /// Time constant with which the race becomes easier to win, in milliseconds.
 const URGENCY_MS: u64 = 60;
+/// Phases in which the race becomes easier to win, and the weight of each. It begins before the race does: while goals and
+/// costs settle. Greater weights save a few milliseconds a step and lose long plans.
+const URGES: [(Phase, Real); 3] = [(Phase::Wave, 1.0), (Phase::Settle, 1.2), (Phase::Race, 3.5)];
 
 /// The groups of the choice.
 pub(super) struct Choice {
@@ -87,7 +90,11 @@ impl Choice {
             w.link(bar, &utilities, each(operators, -6.0));
         }
         let urgency = w.slow("urgency", phases, URGENCY_MS);
-        w.link(&urgency, &utilities, spread(Phase::Race as usize, operators, 3.5));
+        w.link(
+            &urgency,
+            &utilities,
+            URGES.iter().flat_map(|(p, u)| spread(*p as usize, operators, *u)),
+        );
         w.bias_all(&utilities, -1.1);
 
         let winner = race(w, operators, (phases, signals), &utilities);

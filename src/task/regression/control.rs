@@ -24,6 +24,8 @@ pub(super) enum Phase {
     Back,
     /// Loads the goal set of that slot.
     Read,
+    /// Shows the action of the present slot, whose goal set holds, and finds the slot before.
+    Begin,
     /// Finds the slot before the present one, to act.
     Step,
     /// Loads the goal set of that slot.
@@ -39,23 +41,24 @@ pub(super) enum Phase {
 }
 
 use Phase::{
-    Back, Break, Check, Done, Fetch, Next, Race, Read, Settle, Show, Start, Step, Stuck, Wave,
-    Write,
+    Back, Begin, Break, Check, Done, Fetch, Next, Race, Read, Settle, Show, Start, Step, Stuck,
+    Wave, Write,
 };
 
 impl Phase {
-    pub const ALL: [Self; 15] = [
-        Start, Wave, Write, Settle, Race, Check, Break, Back, Read, Step, Fetch, Show, Next, Done,
-        Stuck,
+    pub const ALL: [Self; 16] = [
+        Start, Wave, Write, Settle, Race, Check, Break, Back, Read, Begin, Step, Fetch, Show, Next,
+        Done, Stuck,
     ];
 
     /// Returns the time from its beginning until [`From::After`] holds, in milliseconds.
     fn millis(self) -> f64 {
         match self {
-            Check | Next | Step => 10.0,
-            Break | Back => 12.0,
+            Next | Step => 8.0,
+            Check => 10.0,
+            Start | Break | Back => 12.0,
+            Begin => 15.0,
             Settle => 17.0,
-            Start => 18.0,
             Write | Wave => 20.0,
             Read | Fetch => 26.0,
             Race | Show | Done | Stuck => 60.0,
@@ -132,18 +135,23 @@ const TRANSITIONS: &[Transition] = &[
     (When::After(Write), Settle, &[], &[], &[]),
     (When::After(Settle), Race, &[], &[], &[]),
     (When::In(Race), Check, &[Won], &[], &[]),
-    (When::In(Race), Step, &[], &[Closed], &[Won]),
+    (When::In(Race), Begin, &[], &[Closed], &[Won]),
     (When::In(Race), Back, &[Open], &[Nobody], &[Won]),
     (When::Long(Race), Back, &[Open], &[], &[Won]),
     (When::After(Check), Break, &[Double], &[], &[]),
     (When::After(Check), Race, &[], &[], &[Won]),
     (When::After(Check), Start, &[Won, Last], &[], &[Double]),
     (When::After(Check), Write, &[Won], &[], &[Double, Last]),
-    (When::After(Break), Check, &[], &[], &[]),
+    (When::After(Break), Check, &[Double], &[], &[]),
+    (When::After(Break), Check, &[Last], &[], &[]),
+    (When::After(Break), Race, &[], &[], &[Won]),
+    (When::After(Break), Write, &[Won], &[], &[Double, Last]),
     (When::After(Back), Start, &[First], &[], &[]),
     (When::After(Back), Start, &[Last], &[], &[]),
     (When::After(Back), Read, &[], &[], &[First, Last]),
     (When::After(Read), Settle, &[], &[], &[]),
+    (When::After(Begin), Done, &[First], &[], &[]),
+    (When::After(Begin), Fetch, &[], &[], &[First]),
     (When::After(Step), Done, &[First], &[], &[]),
     (When::After(Step), Fetch, &[], &[], &[First]),
     (When::After(Fetch), Show, &[], &[], &[]),
@@ -253,7 +261,7 @@ impl Control {
                 .map(|(p, s)| (place(p), s as usize, 1.0)),
         );
         // Goals hold only once they are loaded.
-        told.extend([Fetch, Read, Settle, Start].map(|p| (place(p), Closed as usize, -1.3)));
+        told.extend([Fetch, Read, Start].map(|p| (place(p), Closed as usize, -1.3)));
         wiring.link(&phases, &signals, told);
         wiring.link(
             &signals,

@@ -153,7 +153,15 @@ fn act(
     w.bias(&lacking, &counts.collect::<Vec<_>>());
     let acting = w.units("acting", 1);
     w.link(signals, &acting, [(Signal::Open as usize, 0, 1.0)]);
-    w.link(phases, &acting, [(Phase::Show as usize, 0, 1.0)]);
+    w.link(
+        phases,
+        &acting,
+        [
+            (Phase::Show as usize, 0, 1.0),
+            (Phase::Fetch as usize, 0, 1.0),
+            (Phase::Begin as usize, 0, 2.0),
+        ],
+    );
     w.bias_all(&acting, AND);
     let motor = w.units("motor", operators);
     w.link(shown, &motor, each(operators, 1.0));

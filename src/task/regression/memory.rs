@@ -177,7 +177,7 @@ impl Memory {
         w.bias_all(&shown, AND);
         let before = w.units("slot_before", slots);
         w.link(&recalled, &before, (0..slots).flat_map(|k| layout.pointer(k).map(|c| (c, k, 1.0))));
-        w.link(phases, &before, when(&[Phase::Back, Phase::Step]));
+        w.link(phases, &before, when(&[Phase::Back, Phase::Begin, Phase::Step]));
         w.bias_all(&before, 2.0 * AND);
         w.link(&before, &next, replace(slots));
 
