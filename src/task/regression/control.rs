@@ -138,7 +138,7 @@ const TRANSITIONS: &[Transition] = &[
     (When::In(Race), Begin, &[], &[Closed], &[Won]),
     (When::In(Race), Back, &[Open], &[Nobody], &[Won]),
     (When::Long(Race), Back, &[Open], &[], &[Won]),
-    (When::After(Check), Break, &[Double], &[], &[]),
+    (When::In(Check), Break, &[Double], &[], &[]),
     (When::After(Check), Race, &[], &[], &[Won]),
     (When::After(Check), Start, &[Won, Last], &[], &[Double]),
     (When::After(Check), Write, &[Won], &[], &[Double, Last]),

@@ -121,7 +121,7 @@ impl Memory {
         w.link(phases, &count, when(&[Phase::Wave, Phase::Write]));
         let take = w.units("take_slot", slots);
         w.link(&free, &take, each(slots, 1.0));
-        w.link(phases, &take, when(&[Phase::Check]));
+        w.link(phases, &take, when(&[Phase::Check, Phase::Break]));
         let shift = w.units("shift_slot", slots);
         w.link(&next, &shift, each(slots, 1.0));
         w.link(phases, &shift, when(&[Phase::Wave, Phase::Settle, Phase::Next]));
