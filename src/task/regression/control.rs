@@ -55,8 +55,8 @@ impl Phase {
     fn millis(self) -> f64 {
         match self {
             Next | Step => 8.0,
-            Check => 10.0,
-            Start | Break | Back => 12.0,
+            Check | Start => 10.0,
+            Break | Back => 12.0,
             Begin => 15.0,
             Settle => 17.0,
             Write | Wave => 20.0,
@@ -120,7 +120,7 @@ enum When {
 
 /// Signals that must have lasted.
 const LASTING: [(Signal, f64); 4] =
-    [(Closed, 10.0), (Nobody, 25.0), (Reached, 10.0), (Unready, 40.0)];
+    [(Closed, 7.0), (Nobody, 25.0), (Reached, 6.0), (Unready, 40.0)];
 
 /// A transition: when, to which phase, signals that must be active, those that must have lasted, those that must not
 /// be active.
