@@ -55,6 +55,8 @@ pub(crate) enum Command {
     Plan(PlanArgs),
     /// Print every action that is possible in a scene
     Actions(ActionsArgs),
+    /// Write a learned domain and a scene as PDDL
+    Pddl(PddlArgs),
     /// Learn an action model in PDDL from state-action trajectories
     LearnModel(LearnModelArgs),
     /// Rename states and actions in place, or to a new file with --out
@@ -381,6 +383,29 @@ pub(crate) struct ActionsArgs {
     pub grounding: GroundingArgs,
     #[command(flatten)]
     pub out: OutFile,
+}
+
+#[derive(Debug, Clone, Args)]
+#[command(next_line_help = true, allow_negative_numbers = true)]
+pub(crate) struct PddlArgs {
+    /// Learned domain; - for standard input
+    pub domain: PathBuf,
+    /// Scene, a file with one JSON object; - for standard input
+    #[arg(long, value_name = "FILE")]
+    pub scene: PathBuf,
+    /// State to reach [default: the goal of the demonstrations]
+    #[arg(long, value_name = "STATE")]
+    pub goal: Option<String>,
+    /// Folder for domain.pddl and problem.pddl
+    #[arg(long, value_name = "FOLDER")]
+    pub out: PathBuf,
+    /// Replace the files if they exist
+    #[arg(long)]
+    pub force: bool,
+    #[command(flatten)]
+    pub common: Common,
+    #[command(flatten)]
+    pub grounding: GroundingArgs,
 }
 
 #[derive(Debug, Clone, Args)]

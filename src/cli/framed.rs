@@ -19,7 +19,7 @@ use super::args::{ActionsArgs, BadArgument, PlanArgs, PlannerArgs};
 use super::goal_sets;
 use super::output::{Grid, Place, Progress, counted, unbroken, use_threads, warn, wrapped};
 use super::plan::{
-    choices_json, choices_table, listed, milestones_json, milestones_table, obstacle_text,
+    choices_json, choices_table, listed, milestones_json, milestones_table, no_goal, obstacle_text,
 };
 use super::relational::metres;
 
@@ -170,6 +170,23 @@ impl Plan {
     }
 }
 
+/// Returns the goal with a name, or the goal of the demonstrations.
+pub(crate) fn wanted(
+    domain: &RelationalDomain,
+    name: Option<&str>,
+) -> Result<Vec<GoalTerm>, Error> {
+    match name {
+        Some(goal) => {
+            let (state, quantity) = (domain.state(goal)?, Quantity::AtLeast(1));
+            let own = domain.goals.iter().find(|goal| goal.state == state);
+            let reference = own.and_then(|goal| goal.reference);
+            Ok(vec![GoalTerm { state, quantity, reference, held: 0, of: 0 }])
+        }
+        None if domain.goals.is_empty() => Err(no_goal()),
+        None => Ok(domain.goals.clone()),
+    }
+}
+
 /// Plans with a relational domain.
 pub(crate) fn plan(
     args: &PlanArgs,
@@ -181,19 +198,7 @@ pub(crate) fn plan(
     let progress = Progress::new(&args.common);
     let scene = Snapshot::read(scene)?;
     let grounder = args.grounding.grounder(domain)?;
-    let goals = match &args.goal {
-        Some(goal) => {
-            let (state, quantity) = (domain.state(goal)?, Quantity::AtLeast(1));
-            let own = domain.goals.iter().find(|goal| goal.state == state);
-            let reference = own.and_then(|goal| goal.reference);
-            vec![GoalTerm { state, quantity, reference, held: 0, of: 0 }]
-        }
-        None if domain.goals.is_empty() => {
-            let problem = "the domain has no goal; name one with --goal STATE";
-            return Err(BadArgument(problem.into()).into());
-        }
-        None => domain.goals.clone(),
-    };
+    let goals = wanted(domain, args.goal.as_deref())?;
     let words: Vec<String> = goals.iter().map(|goal| domain.goal_in_words(goal)).collect();
     let layout = look(&grounder, domain, &scene);
     progress.say(format!("planning towards {}", words.join(", ")));

@@ -15,6 +15,7 @@ mod learn;
 mod learn_model;
 mod options;
 mod output;
+mod pddl;
 mod plan;
 mod record;
 mod relational;
@@ -190,6 +191,7 @@ fn dispatch(cli: Cli) -> Result<Outcome, Error> {
         Command::Classify(args) => classify::classify(&args),
         Command::Plan(args) => plan::plan(&args),
         Command::Actions(args) => framed::actions(&args),
+        Command::Pddl(args) => pddl::pddl(&args),
         Command::LearnModel(args) => learn_model::learn_model(&args),
         Command::Rename(args) => rename::rename(&args),
         Command::Check(args) => check::check(&args),

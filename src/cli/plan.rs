@@ -43,14 +43,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
     let progress = Progress::new(&args.common);
     let scene = Snapshot::read(scene)?;
     let classifier = Classifier::new(&domain, args.grounding.rule())?;
-    let goal = match (&args.goal, domain.goal()) {
-        (Some(goal), _) => domain.state(goal)?,
-        (None, Some(goal)) => goal,
-        (None, None) => {
-            let problem = "the domain has no goal; name one with --goal STATE";
-            return Err(BadArgument(problem.into()).into());
-        }
-    };
+    let goal = wanted_state(&domain, args.goal.as_deref())?;
     let (counts, loose) = count(&classifier, &domain, &scene);
     if args.planner.kind() == PlannerKind::GoalSets {
         drop(progress);
@@ -73,6 +66,20 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
     };
     out.write(&text)?;
     Ok(outcome(&planner, &plan))
+}
+
+/// Returns the state with a name, or the goal of the domain.
+pub(crate) fn wanted_state(domain: &Domain, name: Option<&str>) -> Result<StateId, Error> {
+    match (name, domain.goal()) {
+        (Some(goal), _) => Ok(domain.state(goal)?),
+        (None, Some(goal)) => Ok(goal),
+        (None, None) => Err(no_goal()),
+    }
+}
+
+/// Returns the error for a domain without a goal.
+pub(crate) fn no_goal() -> Error {
+    BadArgument("the domain has no goal; name one with --goal STATE".into()).into()
 }
 
 /// Builds the planner graph with the given options.

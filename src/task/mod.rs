@@ -44,6 +44,7 @@ pub mod event;
 #[cfg(feature = "physics")]
 pub mod execute;
 pub mod learn;
+pub mod pddl;
 pub mod planner;
 pub mod regression;
 pub mod relational;

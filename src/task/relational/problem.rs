@@ -348,6 +348,18 @@ impl<'d> Problem<'d> {
         pairs.map(|(_, other)| *other).collect()
     }
 
+    /// Returns the pairs of state and place where no other object may be, with the same reference, before one is put at a
+    /// place of a state. Empty if the place has room for several.
+    ///
+    /// # Panics
+    /// If the state or the place does not exist.
+    pub fn excluded_by(&self, state: usize, place: usize) -> Vec<(usize, usize)> {
+        match roomy(&self.domain.states[state].places[place]) {
+            true => Vec::new(),
+            false => self.conflicting(state, place),
+        }
+    }
+
     /// Returns whether no other object is at a place that the move needs.
     pub(super) fn place_is_free(&self, m: &Move, situation: &Situation) -> bool {
         let to = self.domain.operators[m.operator].to;

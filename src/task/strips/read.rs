@@ -14,6 +14,9 @@ pub const REQUIREMENTS: [&str; 4] = [":strips", ":typing", ":negative-preconditi
 /// Greatest number of types, of constants, of predicates, of actions, and of parameters of each.
 pub const MAX_NAMES: usize = 1_024;
 
+/// Greatest number of actions of a domain.
+pub const MAX_ACTIONS: usize = 4_096;
+
 /// Greatest number of parameters of all predicates and actions.
 const MAX_PARAMETERS: usize = 20_000;
 
@@ -266,8 +269,8 @@ impl DomainReader<'_> {
         let Some(name) = tail(section).first().and_then(Node::word) else {
             return Err(self.source.unexpected(section, "action", expected));
         };
-        if self.domain.actions.len() == MAX_NAMES {
-            let expected = format!("at most {MAX_NAMES}");
+        if self.domain.actions.len() == MAX_ACTIONS {
+            let expected = format!("at most {MAX_ACTIONS}");
             return Err(self.source.fault(section.place, "there are too many actions", expected));
         }
         if self.domain.action(name).is_some() {

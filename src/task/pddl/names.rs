@@ -1,0 +1,69 @@
+//! Names for PDDL: legal, and different where the originals are.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Words that mean something in PDDL.
+const TAKEN: [&str; 7] = ["object", "and", "not", "or", "either", "exists", "forall"];
+
+/// Gives each original name one name in PDDL.
+pub(super) struct Names {
+    used: BTreeSet<String>,
+    given: BTreeMap<String, String>,
+}
+
+impl Names {
+    pub fn new() -> Self {
+        Self { used: TAKEN.map(str::to_owned).into(), given: BTreeMap::new() }
+    }
+
+    /// Returns the name of an original: in lower case, with `-` in place of what is not allowed, and with a number if
+    /// another original has the name already.
+    pub fn of(&mut self, original: &str) -> String {
+        if let Some(name) = self.given.get(original) {
+            return name.clone();
+        }
+        let name = self.fresh(original);
+        self.given.insert(original.to_owned(), name.clone());
+        name
+    }
+
+    /// Returns a name that is not used yet, made from a proposal.
+    pub fn fresh(&mut self, proposal: &str) -> String {
+        let legal = |c: char| if c.is_ascii_alphanumeric() || c == '_' { c } else { '-' };
+        let mut name: String = proposal.chars().map(|c| legal(c.to_ascii_lowercase())).collect();
+        if !name.starts_with(|c: char| c.is_ascii_lowercase()) {
+            name.insert_str(0, "n-");
+        }
+        let mut unique = name.clone();
+        let mut number = 1;
+        while !self.used.insert(unique.clone()) {
+            number += 1;
+            unique = format!("{name}-{number}");
+        }
+        unique
+    }
+
+    /// Returns the originals whose names in PDDL differ by more than the case of letters.
+    pub fn renamed(self) -> Vec<(String, String)> {
+        self.given.into_iter().filter(|(o, name)| o.to_ascii_lowercase() != *name).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_that_differ_in_case_or_blanks_alone_stay_different() {
+        let mut names = Names::new();
+        let given = ["Nut 1", "nut-1", "NUT-1", "1st", "", "and", "Müller", "Nut 1"];
+        let given = given.map(|name| names.of(name));
+        assert_eq!(
+            given,
+            ["nut-1", "nut-1-2", "nut-1-3", "n-1st", "n-", "and-2", "m-ller", "nut-1"]
+        );
+        let renamed = names.renamed();
+        assert_eq!(renamed.len(), 7);
+        assert!(renamed.contains(&("Nut 1".into(), "nut-1".into())));
+    }
+}

@@ -1,0 +1,363 @@
+//! Relational problems as PDDL.
+
+use std::collections::BTreeSet;
+
+use super::conditions::{At, Possible, Way};
+use super::{Names, WriteFault, Written};
+use crate::task::relational::{Fact, Frame, Move, Problem, Quantity, Situation};
+use crate::task::strips::{
+    self, Action, Atom, Domain, Literal, MAX_ACTIONS, OBJECT, Predicate, Term, Typed, Types,
+};
+
+/// Writes a relational problem with a situation and the problem's goal.
+///
+/// The objects of the scene are constants of the domain. Needs in `dropped`, pairs of operator and need, do not count; take
+/// [`Problem::dropped`] or that of the ground problem. Goals that count objects are met by further actions: `finish` ends
+/// the moves, and then one action counts each object.
+///
+/// Costs O(moves x states to leave x ways to meet the conditions).
+///
+/// # Errors
+/// [`WriteFault`] if there are more than [`MAX_ACTIONS`] actions, or if it is not certain what an action changes.
+///
+/// # Panics
+/// If `now` does not have one entry for each object of the problem.
+pub fn of_relational(
+    problem: &Problem<'_>,
+    dropped: &[(usize, usize)],
+    now: &Situation,
+    name: &str,
+) -> Result<Written, WriteFault> {
+    let possible = Possible::new(problem, dropped.iter().copied().collect());
+    let mut text = Text::new(problem);
+    let terms = terms(&possible);
+    let counted = terms.iter().any(|term| !term.each_certain());
+    let (mut actions, mut moves) = (Vec::new(), Vec::new());
+    for m in all_moves(&possible) {
+        for from in &possible.facts[m.object] {
+            let operator = &problem.domain().operators[m.operator];
+            let same = from.state == operator.to && from.reference == m.reference;
+            if same || !operator.from.contains(&from.state) {
+                continue;
+            }
+            for way in possible.ways(&m, from, MAX_ACTIONS)? {
+                if actions.len() >= MAX_ACTIONS {
+                    return Err(WriteFault::TooLarge);
+                }
+                actions.push(text.action(&m, &way, counted));
+                moves.push(Some(m));
+            }
+        }
+    }
+    let mut goal = Vec::new();
+    if counted {
+        actions.push(text.finish());
+    }
+    for (t, term) in terms.iter().enumerate() {
+        if term.each_certain() {
+            goal.extend(term.candidates.iter().flatten().map(|at| (true, text.fact(at))));
+        } else {
+            actions.extend(text.count(t, term));
+            goal.push((
+                true,
+                strips::Fact { predicate: text.counter(t, term.least), arguments: Vec::new() },
+            ));
+        }
+    }
+    moves.resize(actions.len(), None);
+    let mut init: Vec<strips::Fact> = Vec::new();
+    for (i, fact) in now.iter().enumerate() {
+        init.extend(fact.map(|fact| text.fact(&(i, fact))));
+    }
+    if counted {
+        init.push(strips::Fact { predicate: text.moving.clone(), arguments: Vec::new() });
+        let counted = terms.iter().enumerate().filter(|(_, term)| !term.each_certain());
+        let zeros = counted.map(|(t, _)| text.counter(t, 0)).collect::<Vec<_>>();
+        init.extend(
+            zeros.into_iter().map(|predicate| strips::Fact { predicate, arguments: Vec::new() }),
+        );
+    }
+    Ok(text.finished(name, actions, moves, (init, goal)))
+}
+
+/// Returns all moves of a problem, whatever the situation.
+fn all_moves(possible: &Possible<'_>) -> Vec<Move> {
+    let problem = possible.problem;
+    let mut moves = Vec::new();
+    for (operator, described) in problem.domain().operators.iter().enumerate() {
+        for (object, facts) in possible.facts.iter().enumerate() {
+            let to = facts.iter().filter(|fact| fact.state == described.to);
+            moves.extend(to.map(|fact| Move {
+                operator,
+                object,
+                reference: fact.reference,
+                place: fact.place,
+            }));
+        }
+    }
+    moves
+}
+
+/// A part of the goal: at least so many objects each have one of the facts in their row.
+struct Counted {
+    least: usize,
+    /// Number of objects that can count.
+    rows: usize,
+    /// Sets of facts with which an object counts; the first is about the object.
+    candidates: Vec<Vec<At>>,
+}
+
+impl Counted {
+    fn new(least: usize, candidates: Vec<Vec<At>>) -> Self {
+        let objects: BTreeSet<usize> = candidates.iter().map(|c| c[0].0).collect();
+        Self { least, rows: objects.len(), candidates }
+    }
+
+    /// Returns whether there is one way alone to fulfil the part: every object has one set of facts.
+    fn each_certain(&self) -> bool {
+        self.rows == self.least && self.candidates.len() == self.least
+    }
+}
+
+/// Returns the parts of the goal.
+fn terms(possible: &Possible<'_>) -> Vec<Counted> {
+    let problem = possible.problem;
+    let mut terms = Vec::new();
+    for goal in problem.goals() {
+        let state = &problem.domain().states[goal.state];
+        let all: Vec<At> = (possible.facts.iter().enumerate())
+            .flat_map(|(i, facts)| facts.iter().map(move |fact| (i, *fact)))
+            .filter(|(_, fact)| fact.state == goal.state)
+            .collect();
+        let plain = |list: Vec<At>| list.into_iter().map(|at| vec![at]).collect::<Vec<_>>();
+        match goal.quantity {
+            Quantity::AtLeast(0) | Quantity::EachReference(0) => {}
+            Quantity::AtLeast(least) => terms.push(Counted::new(
+                least,
+                match goal.reference {
+                    None => plain(all),
+                    Some(within) => all
+                        .into_iter()
+                        .flat_map(|at| {
+                            let of = at.1.reference.map_or(&[][..], |r| &possible.facts[r]);
+                            let of = of.iter().filter(|fact| fact.state == within);
+                            of.filter_map(move |fact| Some(vec![at, (at.1.reference?, *fact)]))
+                        })
+                        .collect(),
+                },
+            )),
+            Quantity::EachReference(least) => {
+                let kind = state.frame.kind().unwrap_or_default();
+                let objects = problem.objects().iter().enumerate();
+                for (r, _) in objects.filter(|(_, o)| *o.kind == *kind) {
+                    let here = all.iter().filter(|(_, fact)| fact.reference == Some(r)).copied();
+                    terms.push(Counted::new(least, plain(here.collect())));
+                }
+            }
+            Quantity::EachObject => {
+                let least = problem.objects().iter().filter(|o| *o.kind == *state.kind).count();
+                if least > 0 {
+                    terms.push(Counted::new(least, plain(all)));
+                }
+            }
+        }
+    }
+    terms
+}
+
+/// The names of a problem, and what is written with them.
+struct Text<'p> {
+    problem: &'p Problem<'p>,
+    names: Names,
+    calls: Names,
+    kinds: Vec<String>,
+    objects: Vec<String>,
+    /// Name of the predicate of each place of each state.
+    places: Vec<Vec<String>>,
+    moving: String,
+    extra: Vec<Predicate>,
+}
+
+fn call(predicate: &str, arguments: &[&String], positive: bool) -> Literal {
+    let arguments = arguments.iter().map(|name| Term::Constant((*name).clone())).collect();
+    Literal { positive, atom: Atom { predicate: predicate.to_owned(), arguments } }
+}
+
+impl<'p> Text<'p> {
+    fn new(problem: &'p Problem<'p>) -> Self {
+        let mut names = Names::new();
+        let domain = problem.domain();
+        let states = domain.states.iter().map(|state| {
+            let first = names.of(&state.name);
+            let further = (1..state.places.len())
+                .map(|place| names.fresh(&format!("{}-place-{}", state.name, place + 1)))
+                .collect::<Vec<_>>();
+            [vec![first], further].concat()
+        });
+        let places = states.collect();
+        let objects: Vec<String> = problem.objects().iter().map(|o| names.of(&o.id)).collect();
+        // A kind may have the name of an object.
+        let mut of_kinds = std::collections::BTreeMap::new();
+        for object in problem.objects() {
+            let kind = &*object.kind;
+            of_kinds.entry(kind).or_insert_with(|| names.fresh(kind));
+        }
+        let described = domain.states.iter().map(|state| state.kind.as_str());
+        for kind in described.chain(domain.states.iter().filter_map(|s| s.frame.kind())) {
+            of_kinds.entry(kind).or_insert_with(|| names.fresh(kind));
+        }
+        let kinds = problem.objects().iter().map(|o| of_kinds[&*o.kind].clone()).collect();
+        let moving = names.fresh("moving");
+        let mut text = Self {
+            problem,
+            names,
+            calls: Names::new(),
+            kinds,
+            objects,
+            places,
+            moving,
+            extra: Vec::new(),
+        };
+        for (s, state) in domain.states.iter().enumerate() {
+            let typed = |name: &str, kind: &str| Typed {
+                name: name.to_owned(),
+                types: vec![of_kinds[kind].clone()],
+            };
+            let mut parameters = vec![typed("?object", &state.kind)];
+            if let Frame::Kind(kind) = &state.frame {
+                parameters.push(typed("?reference", kind));
+            }
+            for name in &text.places[s] {
+                text.extra.push(Predicate { name: name.clone(), parameters: parameters.clone() });
+            }
+        }
+        text
+    }
+
+    fn arguments(&self, (object, fact): &At) -> Vec<&String> {
+        [Some(*object), fact.reference].into_iter().flatten().map(|i| &self.objects[i]).collect()
+    }
+
+    fn predicate(&self, fact: &Fact) -> &str {
+        &self.places[fact.state][fact.place]
+    }
+
+    fn fact(&self, at: &At) -> strips::Fact {
+        let arguments = self.arguments(at).into_iter().cloned().collect();
+        strips::Fact { predicate: self.predicate(&at.1).to_owned(), arguments }
+    }
+
+    fn literal(&self, at: &At, positive: bool) -> Literal {
+        call(self.predicate(&at.1), &self.arguments(at), positive)
+    }
+
+    fn action(&mut self, m: &Move, way: &Way, counted: bool) -> Action {
+        let mut name = self.problem.domain().operators[m.operator].name.clone();
+        for i in [Some(m.object), m.reference].into_iter().flatten() {
+            name = format!("{name}_{}", self.objects[i]);
+        }
+        let literals = |list: &BTreeSet<At>, positive: bool| {
+            list.iter().map(|at| self.literal(at, positive)).collect::<Vec<_>>()
+        };
+        let mut preconditions = literals(&way.holds, true);
+        if counted {
+            preconditions.push(call(&self.moving, &[], true));
+        }
+        preconditions.extend(literals(&way.lacks, false));
+        let ends = way.ends.difference(&way.begins).copied().collect();
+        let effects = [literals(&ends, false), literals(&way.begins, true)].concat();
+        Action { name: self.calls.fresh(&name), parameters: Vec::new(), preconditions, effects }
+    }
+
+    /// Returns the action that ends the moves.
+    fn finish(&mut self) -> Action {
+        let moving = self.moving.clone();
+        self.extra.push(Predicate { name: moving.clone(), parameters: Vec::new() });
+        Action {
+            name: self.calls.fresh("finish"),
+            parameters: Vec::new(),
+            preconditions: vec![call(&moving, &[], true)],
+            effects: vec![call(&moving, &[], false)],
+        }
+    }
+
+    /// Returns the name of the predicate that says that at least so many objects were counted for a part of the goal.
+    fn counter(&mut self, term: usize, count: usize) -> String {
+        self.names.of(&format!("goal-{}-counted-{count}", term + 1))
+    }
+
+    /// Returns the actions that count objects for a part of the goal.
+    fn count(&mut self, t: usize, term: &Counted) -> Vec<Action> {
+        let counters: Vec<String> = (0..=term.least).map(|k| self.counter(t, k)).collect();
+        let done = self.names.fresh(&format!("goal-{}-has", t + 1));
+        let plain = |name: &String| Predicate { name: name.clone(), parameters: Vec::new() };
+        self.extra.extend(counters.iter().map(plain));
+        let any = Typed { name: "?object".into(), types: vec![OBJECT.into()] };
+        self.extra.push(Predicate { name: done.clone(), parameters: vec![any] });
+        let mut actions = Vec::new();
+        for pair in counters.windows(2) {
+            for facts in &term.candidates {
+                let object = self.objects[facts[0].0].clone();
+                let name = self.calls.fresh(&format!("count_{object}"));
+                let mut preconditions: Vec<Literal> =
+                    facts.iter().map(|at| self.literal(at, true)).collect();
+                preconditions.extend([
+                    call(&pair[0], &[], true),
+                    call(&self.moving, &[], false),
+                    call(&done, &[&object], false),
+                ]);
+                let effects = vec![
+                    call(&pair[0], &[], false),
+                    call(&pair[1], &[], true),
+                    call(&done, &[&object], true),
+                ];
+                actions.push(Action { name, parameters: Vec::new(), preconditions, effects });
+            }
+        }
+        actions
+    }
+
+    fn finished(
+        mut self,
+        name: &str,
+        actions: Vec<Action>,
+        moves: Vec<Option<Move>>,
+        (init, goal): (Vec<strips::Fact>, Vec<(bool, strips::Fact)>),
+    ) -> Written {
+        let name = self.names.fresh(name);
+        let mut types: Vec<String> =
+            self.extra.iter().flat_map(|p| &p.parameters).flat_map(|p| p.types.clone()).collect();
+        types.extend(self.kinds.iter().cloned());
+        types.sort_unstable();
+        types.dedup();
+        types.retain(|kind| kind != OBJECT);
+        let types = types.into_iter().map(|name| Typed { name, types: vec![OBJECT.into()] });
+        let constants = self.objects.iter().zip(&self.kinds);
+        let constants = constants
+            .map(|(name, kind)| Typed { name: name.clone(), types: vec![kind.clone()] })
+            .collect();
+        let domain = Domain {
+            name: name.clone(),
+            requirements: [":strips", ":typing", ":negative-preconditions"]
+                .map(str::to_owned)
+                .into(),
+            // Types without supertypes are in no circle.
+            types: Types::new(types.collect()).unwrap_or_default(),
+            constants,
+            predicates: self.extra,
+            actions,
+        };
+        let problem = strips::Problem {
+            name: format!("{name}-problem"),
+            domain: name,
+            objects: Vec::new(),
+            init,
+            goal,
+        };
+        let notes = vec![
+            "Facts say where an object is. An action has the name of its operator, the object that it moves and".into(),
+            "the object at which it puts it; a number tells apart what it needs. Actions that count check the goal.".into(),
+        ];
+        Written { domain, problem, moves, renamed: self.names.renamed(), notes }
+    }
+}
