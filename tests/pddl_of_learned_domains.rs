@@ -239,3 +239,38 @@ fn a_domain_of_the_papers_method_is_written_without_arguments() {
     validate(&read_back, &task, steps.iter().copied()).expect("a valid plan");
     assert!(validate(&read_back, &task, steps[1..].iter().copied()).is_err());
 }
+
+#[cfg(feature = "cli")]
+#[test]
+fn the_command_writes_both_files_or_none() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let world = worlds::named("nuts").expect("a world");
+    let domain = learned(&*world).expect("it teaches");
+    let run = world.begin(Seed::new(9), Stage::Test);
+    let scene = run.snapshot().to_json().expect("plain data");
+    let file = |name: &str| folder.path().join(name);
+    std::fs::write(file("domain.json"), domain.to_json().expect("plain data")).expect("writes");
+    std::fs::write(file("scene.json"), scene).expect("writes");
+    let call = |arguments: &[&str]| {
+        let mut command = assert_cmd::Command::cargo_bin("symbolt").expect("the program was built");
+        let common = ["pddl", "domain.json", "--scene", "scene.json", "--out", "made"];
+        let output = command.current_dir(folder.path()).args(common).args(arguments).output();
+        let output = output.expect("it starts");
+        let [out, err] =
+            [output.stdout, output.stderr].map(|b| String::from_utf8_lossy(&b).into_owned());
+        (output.status.code(), out, err)
+    };
+    let (code, _, err) = call(&["--goal", "NOWHERE"]);
+    assert!(code == Some(2) && err.contains("NOWHERE"), "{err}");
+    assert!(!file("made/domain.pddl").exists() && !file("made/problem.pddl").exists());
+    let (code, out, err) = call(&[]);
+    assert_eq!((code, out.lines().count()), (Some(0), 1), "{err}");
+    let first = std::fs::read(file("made/problem.pddl")).expect("it was written");
+    std::fs::remove_file(file("made/domain.pddl")).expect("it was written");
+    let (code, _, err) = call(&[]);
+    assert!(code == Some(2) && err.contains("problem.pddl"), "{err}");
+    assert!(!file("made/domain.pddl").exists(), "one file without the other");
+    let (code, out, _) = call(&["--force", "--json"]);
+    assert!(code == Some(0) && out.contains("\"actions\""), "{out}");
+    assert_eq!(std::fs::read(file("made/problem.pddl")).expect("it was written"), first);
+}
