@@ -274,3 +274,17 @@ fn the_command_writes_both_files_or_none() {
     assert!(code == Some(0) && out.contains("\"actions\""), "{out}");
     assert_eq!(std::fs::read(file("made/problem.pddl")).expect("it was written"), first);
 }
+
+#[test]
+fn a_fact_that_only_negative_conditions_name_changes_all_the_same() {
+    let domain = b"(define (domain door) (:predicates (locked) (open))
+        (:action unlock :parameters () :precondition () :effect (not (locked)))
+        (:action push :parameters () :precondition (not (locked)) :effect (open)))";
+    let problem = b"(define (problem leave) (:domain door) (:init (locked)) (:goal (open)))";
+    let domain = strips::Domain::parse(domain, "door.pddl", Bodies::Read).expect("a domain");
+    let problem = strips::Problem::parse(problem, "leave.pddl", &domain).expect("a problem");
+    let grounded = Grounded::new(&domain, &problem).expect("it is grounded");
+    let (again, task) = read(&of_grounded(&grounded, "door"));
+    validate(&again, &task, ["(unlock)", "(push)"]).expect("a valid plan");
+    assert!(validate(&again, &task, ["(push)"]).is_err());
+}

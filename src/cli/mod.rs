@@ -39,6 +39,7 @@ use symbolt::neurons::{SolvedFileError, UnknownMode};
 use symbolt::spa::VocabError;
 use symbolt::study::standard::UnknownModel;
 use symbolt::task::TaskError;
+use symbolt::task::pddl::WriteFault;
 use symbolt::task::regression::GoalSetError;
 use symbolt::task::strips::learn::LearnError;
 use symbolt::task::strips::{GroundFault, PddlFault};
@@ -156,6 +157,7 @@ fn code(error: &Error) -> u8 {
     if error.is::<SolvedFileError>()
         || error.is::<PddlFault>()
         || error.is::<GroundFault>()
+        || error.is::<WriteFault>()
         || error.is::<LearnError>()
     {
         return 2;

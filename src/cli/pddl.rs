@@ -14,7 +14,7 @@ use super::args::{BadArgument, PddlArgs};
 use super::domain::AnyDomain;
 use super::folder::not_standard_output;
 use super::framed::{look, wanted};
-use super::output::{Progress, counted, emit, emit_json, warn};
+use super::output::{Progress, counted, emit, emit_json, use_threads, warn};
 use super::plan::{count, wanted_state};
 
 /// The files that the command writes.
@@ -26,6 +26,7 @@ pub(crate) fn pddl(args: &PddlArgs) -> Result<Outcome, Error> {
         let problem = "the domain and the scene cannot both come from standard input (-)";
         return Err(BadArgument(problem.into()).into());
     }
+    use_threads(&args.common)?;
     let progress = Progress::new(&args.common);
     let domain = AnyDomain::read(&args.domain)?;
     let scene = Snapshot::read(&args.scene)?;
@@ -80,7 +81,7 @@ fn relational(
         let need = domain.need_in_words(operator, &operator.needs[*need]);
         warn(&format!("{} does without `{need}`, which is undecided", operator.name));
     }
-    of_relational(&problem, &dropped, &now, name).map_err(|e| BadArgument(e.to_string()).into())
+    of_relational(&problem, &dropped, &now, name).map_err(Error::from)
 }
 
 fn plain(args: &PddlArgs, domain: &Domain, scene: &Snapshot, name: &str) -> Result<Written, Error> {

@@ -21,8 +21,11 @@
 //!
 //! | submodule | contents |
 //! |---|---|
+//! | [`strips`] | PDDL, trajectories, and action models learned from them |
+//! | [`regression`] | the planner of goal sets, made of neurons alone, over grounded problems |
 //! | [`domain`] | states, operators, recordings, classification of objects, the reference planner |
 //! | [`relational`] | states in frames, operators with parameters, goals; grounding and planning with them |
+//! | [`pddl`] | writes learned domains, with a situation and a goal, as PDDL |
 //! | [`event`] | progress events and observers |
 //! | [`learn`] | learning a domain from a recording |
 //! | [`planner`] | the planner graph over a domain |
@@ -31,7 +34,6 @@
 //! | [`skill`] | pick and place: grasps, collision-free paths, the controller |
 //! | [`tasks`] | everything specific to one task: its parts, grasps, demonstrator and judge |
 //! | [`execute`] | recording demonstrations and running episodes |
-//! | [`strips`] | PDDL, trajectories, and action models learned from them; independent of the others |
 //!
 //! The `physics` feature enables `robot`, `scene`, `skill` and `execute`.
 //!

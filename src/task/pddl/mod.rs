@@ -9,6 +9,7 @@
 //! Both need `:strips`, `:typing` and `:negative-preconditions` alone.
 
 mod conditions;
+mod goals;
 mod names;
 mod plain;
 mod relational;

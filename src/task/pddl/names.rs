@@ -43,6 +43,11 @@ impl Names {
         unique
     }
 
+    /// Returns the names that were given to originals.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.given.values().map(String::as_str)
+    }
+
     /// Returns the originals whose names in PDDL differ by more than the case of letters.
     pub fn renamed(self) -> Vec<(String, String)> {
         self.given.into_iter().filter(|(o, name)| o.to_ascii_lowercase() != *name).collect()

@@ -1,10 +1,11 @@
 //! Relational problems as PDDL.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::conditions::{At, Possible, Way};
+use super::goals::{Counted, terms};
 use super::{Names, WriteFault, Written};
-use crate::task::relational::{Fact, Frame, Move, Problem, Quantity, Situation};
+use crate::task::relational::{Fact, Frame, Move, Problem, Situation};
 use crate::task::strips::{
     self, Action, Atom, Domain, Literal, MAX_ACTIONS, OBJECT, Predicate, Term, Typed, Types,
 };
@@ -98,84 +99,20 @@ fn all_moves(possible: &Possible<'_>) -> Vec<Move> {
     moves
 }
 
-/// A part of the goal: at least so many objects each have one of the facts in their row.
-struct Counted {
-    least: usize,
-    /// Number of objects that can count.
-    rows: usize,
-    /// Sets of facts with which an object counts; the first is about the object.
-    candidates: Vec<Vec<At>>,
-}
-
-impl Counted {
-    fn new(least: usize, candidates: Vec<Vec<At>>) -> Self {
-        let objects: BTreeSet<usize> = candidates.iter().map(|c| c[0].0).collect();
-        Self { least, rows: objects.len(), candidates }
-    }
-
-    /// Returns whether there is one way alone to fulfil the part: every object has one set of facts.
-    fn each_certain(&self) -> bool {
-        self.rows == self.least && self.candidates.len() == self.least
-    }
-}
-
-/// Returns the parts of the goal.
-fn terms(possible: &Possible<'_>) -> Vec<Counted> {
-    let problem = possible.problem;
-    let mut terms = Vec::new();
-    for goal in problem.goals() {
-        let state = &problem.domain().states[goal.state];
-        let all: Vec<At> = (possible.facts.iter().enumerate())
-            .flat_map(|(i, facts)| facts.iter().map(move |fact| (i, *fact)))
-            .filter(|(_, fact)| fact.state == goal.state)
-            .collect();
-        let plain = |list: Vec<At>| list.into_iter().map(|at| vec![at]).collect::<Vec<_>>();
-        match goal.quantity {
-            Quantity::AtLeast(0) | Quantity::EachReference(0) => {}
-            Quantity::AtLeast(least) => terms.push(Counted::new(
-                least,
-                match goal.reference {
-                    None => plain(all),
-                    Some(within) => all
-                        .into_iter()
-                        .flat_map(|at| {
-                            let of = at.1.reference.map_or(&[][..], |r| &possible.facts[r]);
-                            let of = of.iter().filter(|fact| fact.state == within);
-                            of.filter_map(move |fact| Some(vec![at, (at.1.reference?, *fact)]))
-                        })
-                        .collect(),
-                },
-            )),
-            Quantity::EachReference(least) => {
-                let kind = state.frame.kind().unwrap_or_default();
-                let objects = problem.objects().iter().enumerate();
-                for (r, _) in objects.filter(|(_, o)| *o.kind == *kind) {
-                    let here = all.iter().filter(|(_, fact)| fact.reference == Some(r)).copied();
-                    terms.push(Counted::new(least, plain(here.collect())));
-                }
-            }
-            Quantity::EachObject => {
-                let least = problem.objects().iter().filter(|o| *o.kind == *state.kind).count();
-                if least > 0 {
-                    terms.push(Counted::new(least, plain(all)));
-                }
-            }
-        }
-    }
-    terms
-}
-
 /// The names of a problem, and what is written with them.
 struct Text<'p> {
     problem: &'p Problem<'p>,
     names: Names,
     calls: Names,
+    types: Names,
+    /// Type of each object.
     kinds: Vec<String>,
     objects: Vec<String>,
     /// Name of the predicate of each place of each state.
     places: Vec<Vec<String>>,
     moving: String,
-    extra: Vec<Predicate>,
+    /// Predicates of the domain.
+    predicates: Vec<Predicate>,
 }
 
 fn call(predicate: &str, arguments: &[&String], positive: bool) -> Literal {
@@ -196,27 +133,23 @@ impl<'p> Text<'p> {
         });
         let places = states.collect();
         let objects: Vec<String> = problem.objects().iter().map(|o| names.of(&o.id)).collect();
-        // A kind may have the name of an object.
-        let mut of_kinds = std::collections::BTreeMap::new();
-        for object in problem.objects() {
-            let kind = &*object.kind;
-            of_kinds.entry(kind).or_insert_with(|| names.fresh(kind));
-        }
-        let described = domain.states.iter().map(|state| state.kind.as_str());
-        for kind in described.chain(domain.states.iter().filter_map(|s| s.frame.kind())) {
-            of_kinds.entry(kind).or_insert_with(|| names.fresh(kind));
-        }
+        let mut types = Names::new();
+        let own = problem.objects().iter().map(|o| &*o.kind);
+        let described = domain.states.iter().flat_map(|s| [Some(s.kind.as_str()), s.frame.kind()]);
+        let of_kinds: BTreeMap<&str, String> =
+            own.chain(described.flatten()).map(|kind| (kind, types.of(kind))).collect();
         let kinds = problem.objects().iter().map(|o| of_kinds[&*o.kind].clone()).collect();
         let moving = names.fresh("moving");
         let mut text = Self {
             problem,
             names,
             calls: Names::new(),
+            types,
             kinds,
             objects,
             places,
             moving,
-            extra: Vec::new(),
+            predicates: Vec::new(),
         };
         for (s, state) in domain.states.iter().enumerate() {
             let typed = |name: &str, kind: &str| Typed {
@@ -228,7 +161,8 @@ impl<'p> Text<'p> {
                 parameters.push(typed("?reference", kind));
             }
             for name in &text.places[s] {
-                text.extra.push(Predicate { name: name.clone(), parameters: parameters.clone() });
+                text.predicates
+                    .push(Predicate { name: name.clone(), parameters: parameters.clone() });
             }
         }
         text
@@ -272,7 +206,7 @@ impl<'p> Text<'p> {
     /// Returns the action that ends the moves.
     fn finish(&mut self) -> Action {
         let moving = self.moving.clone();
-        self.extra.push(Predicate { name: moving.clone(), parameters: Vec::new() });
+        self.predicates.push(Predicate { name: moving.clone(), parameters: Vec::new() });
         Action {
             name: self.calls.fresh("finish"),
             parameters: Vec::new(),
@@ -291,9 +225,9 @@ impl<'p> Text<'p> {
         let counters: Vec<String> = (0..=term.least).map(|k| self.counter(t, k)).collect();
         let done = self.names.fresh(&format!("goal-{}-has", t + 1));
         let plain = |name: &String| Predicate { name: name.clone(), parameters: Vec::new() };
-        self.extra.extend(counters.iter().map(plain));
+        self.predicates.extend(counters.iter().map(plain));
         let any = Typed { name: "?object".into(), types: vec![OBJECT.into()] };
-        self.extra.push(Predicate { name: done.clone(), parameters: vec![any] });
+        self.predicates.push(Predicate { name: done.clone(), parameters: vec![any] });
         let mut actions = Vec::new();
         for pair in counters.windows(2) {
             for facts in &term.candidates {
@@ -325,13 +259,8 @@ impl<'p> Text<'p> {
         (init, goal): (Vec<strips::Fact>, Vec<(bool, strips::Fact)>),
     ) -> Written {
         let name = self.names.fresh(name);
-        let mut types: Vec<String> =
-            self.extra.iter().flat_map(|p| &p.parameters).flat_map(|p| p.types.clone()).collect();
-        types.extend(self.kinds.iter().cloned());
-        types.sort_unstable();
-        types.dedup();
-        types.retain(|kind| kind != OBJECT);
-        let types = types.into_iter().map(|name| Typed { name, types: vec![OBJECT.into()] });
+        let types = self.types.names().map(str::to_owned);
+        let types = types.map(|name| Typed { name, types: vec![OBJECT.into()] });
         let constants = self.objects.iter().zip(&self.kinds);
         let constants = constants
             .map(|(name, kind)| Typed { name: name.clone(), types: vec![kind.clone()] })
@@ -344,7 +273,7 @@ impl<'p> Text<'p> {
             // Types without supertypes are in no circle.
             types: Types::new(types.collect()).unwrap_or_default(),
             constants,
-            predicates: self.extra,
+            predicates: self.predicates,
             actions,
         };
         let problem = strips::Problem {
@@ -354,10 +283,12 @@ impl<'p> Text<'p> {
             init,
             goal,
         };
+        let mut renamed = self.names.renamed();
+        renamed.extend(self.types.renamed());
         let notes = vec![
             "Facts say where an object is. An action has the name of its operator, the object that it moves and".into(),
             "the object at which it puts it; a number tells apart what it needs. Actions that count check the goal.".into(),
         ];
-        Written { domain, problem, moves, renamed: self.names.renamed(), notes }
+        Written { domain, problem, moves, renamed, notes }
     }
 }

@@ -28,7 +28,7 @@ pub(super) enum Phase {
     Begin,
     /// Finds the slot before the present one, to act.
     Step,
-    /// Loads the goal set of that slot.
+    /// Loads the goal set of that slot, and shows the action of the present one as soon as a goal is open.
     Fetch,
     /// Shows the action of the present slot until the goal set holds.
     Show,
@@ -51,7 +51,7 @@ impl Phase {
         Done, Stuck,
     ];
 
-    /// Returns the time from its beginning until [`From::After`] holds, in milliseconds.
+    /// Returns the time from its beginning until [`When::After`] holds, in milliseconds.
     fn millis(self) -> f64 {
         match self {
             Next | Step => 8.0,

@@ -138,7 +138,8 @@ fn load(
     w.link(&reset, goals, each(fluents, -2.5));
 }
 
-/// Adds the motor units: the shown action, while some goal is open and its preconditions hold.
+/// Adds the motor units: the shown action, while its preconditions hold and some goal is open. In [`Phase::Begin`] the
+/// present goal set holds, and the goals are those of the slot before.
 fn act(
     w: &mut Wiring<'_, '_>,
     rules: &Regression,
