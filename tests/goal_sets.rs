@@ -9,7 +9,7 @@ use symbolt::prelude::*;
 use symbolt::sim::World;
 use symbolt::task::regression::{
     Course, GoalSetError, GoalSetGraph, GoalSetSpec, Mutexes, Regression, SearchSpec, StripsWorld,
-    populations, pursue, search,
+    costs, populations, pursue, search,
 };
 use symbolt::task::strips::{Bodies, Domain, Fact, Grounded, Problem, validate};
 
@@ -313,6 +313,67 @@ fn excluded_pairs_never_hold_together() {
         // Pairs alone do not find everything, but most.
         assert!(excluded > 0 && excluded * 10 >= apart * 7, "{excluded} of {apart}");
     }
+}
+
+/// Counts the levels of each fluent's cost in the planner graph after `ms`.
+fn counted(case: &Case, population: &Population, ms: u64) -> Vec<f64> {
+    let rules = Regression::new(&case.grounded);
+    let fluents = rules.fluents;
+    let mut graph = GraphBuilder::new();
+    let planner = graph.add("planner", GoalSetGraph::new(rules.into(), 12));
+    let set = |members: &[usize]| {
+        let mut values = vec![0.0; fluents];
+        members.iter().for_each(|f| values[*f] = 1.0);
+        values
+    };
+    for (name, values, port) in [
+        ("ready", vec![1.0], &planner.ready),
+        ("busy", vec![0.0], &planner.busy),
+        ("holds", set(&case.grounded.start), &planner.holds),
+        ("goal", set(&case.grounded.goal), &planner.goal),
+    ] {
+        let constant = graph.add(name, Constant::vector(&values));
+        graph.connect(&constant, port, Synapse::None);
+    }
+    let probe = graph.probe(&planner.costs, ProbeSpec::default().last(1));
+    let plan = populations(population).expect("patterns");
+    let graph = graph.build(Timebase::default(), &plan, Seed::new(7)).expect("a graph");
+    let mut sim = Simulator::new(graph.into(), RunConfig::seeded(Seed::new(7))).expect("a run");
+    sim.run_for(SimDuration::from_millis(ms)).expect("a run");
+    let (_, row) = sim.samples(&probe).last().expect("a sample");
+    let levels = row.len() / fluents;
+    let active = |row: &[f32]| row.iter().filter(|x| **x > 0.5).count() as f64;
+    row.chunks(levels).map(active).collect()
+}
+
+/// Costs are sums over preconditions, not the greatest of them.
+#[test]
+fn costs_in_the_graph_are_additive() {
+    let levels = |rules: &Regression, start: &BTreeSet<usize>| {
+        let mut levels = vec![f64::INFINITY; rules.fluents];
+        start.iter().for_each(|f| levels[*f] = 0.0);
+        for _ in 0..rules.fluents {
+            for operator in &rules.operators {
+                let most = operator.preconditions.iter().map(|p| levels[*p]).fold(0.0, f64::max);
+                operator.adds.iter().for_each(|f| levels[*f] = levels[*f].min(1.0 + most));
+            }
+        }
+        levels
+    };
+    let (mut fluents, mut wrong, mut off) = (0, 0.0, 0.0);
+    for case in [Case::kitchen(5), Case::sussman(), Case::gripper(), Case::logistics()] {
+        let rules = Regression::new(&case.grounded);
+        let start = case.grounded.start.iter().copied().collect();
+        let exact = costs(&rules, &start);
+        assert_eq!(counted(&case, &Population::Direct, 230), exact);
+        let spiking = counted(&case, &Population::Lif(LifSpec::default()), 230);
+        let distance =
+            |other: &[f64]| -> f64 { exact.iter().zip(other).map(|(a, b)| (a - b).abs()).sum() };
+        (fluents, off) = (fluents + exact.len(), off + distance(&spiking));
+        wrong += distance(&levels(&rules, &start));
+    }
+    assert!(fluents >= 50 && wrong >= 10.0, "{fluents} fluents, levels differ by {wrong}");
+    assert!(off <= 0.1 * fluents as f64, "in spikes {off} levels in {fluents} fluents");
 }
 
 #[test]

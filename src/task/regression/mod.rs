@@ -63,5 +63,5 @@ pub use graph::{GoalSetGraph, GoalSetPorts, phase_names};
 pub use mutex::Mutexes;
 pub use plan::{Course, GoalSetError, GoalSetSpec, MAX_UNITS, populations, pursue};
 pub use rules::{Regressed, Regression};
-pub use search::{Found, SearchSpec, levels, search};
+pub use search::{Found, SearchSpec, costs, search};
 pub use world::{Begun, StripsWorld};

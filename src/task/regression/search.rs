@@ -8,6 +8,7 @@ use std::collections::BTreeSet;
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 
+use super::costs::LEVELS;
 use super::rules::Regression;
 
 /// Settings of a search.
@@ -42,18 +43,22 @@ pub struct Found {
     pub backs: usize,
 }
 
-/// Returns the level of each fluent: the number of parallel steps after which it is first reached.
+/// Returns the additive cost of each fluent: one more than the sum of the costs of what its cheapest operator needs (Bonet
+/// and Geffner, "Planning as heuristic search", 2001). Costs above 16 count as 16, as in the graph.
 ///
-/// Costs O(levels x operators). A fluent that cannot be reached has an infinite level.
-pub fn levels(rules: &Regression, state: &BTreeSet<usize>) -> Vec<f64> {
+/// Costs O(levels x operators). A fluent that cannot be reached has an infinite cost.
+pub fn costs(rules: &Regression, state: &BTreeSet<usize>) -> Vec<f64> {
     let mut costs = vec![f64::INFINITY; rules.fluents];
     state.iter().for_each(|f| costs[*f] = 0.0);
     loop {
         let old = costs.clone();
         for operator in &rules.operators {
-            let most = operator.preconditions.iter().map(|p| old[*p]).fold(0.0, f64::max);
+            let needed: f64 = operator.preconditions.iter().map(|p| old[*p]).sum();
+            if needed.is_infinite() {
+                continue;
+            }
             for add in &operator.adds {
-                costs[*add] = costs[*add].min(1.0 + most);
+                costs[*add] = costs[*add].min((1.0 + needed).min(LEVELS as f64));
             }
         }
         if costs == old {
@@ -72,7 +77,7 @@ pub fn search(
     spec: &SearchSpec,
     rng: &mut impl Rng,
 ) -> Option<Found> {
-    let levels = levels(rules, start);
+    let costs = costs(rules, start);
     let (mut steps, mut backs) = (0, 0);
     for _ in 0..spec.tries {
         let mut slots = vec![(goal.clone(), 0, 0)];
@@ -88,7 +93,7 @@ pub fn search(
                 }
                 return Some(Found { plan, steps, backs });
             }
-            let best = best(rules, start, &levels, &slots, slot, spec, rng);
+            let best = best(rules, start, &costs, &slots, slot, spec, rng);
             match best {
                 Some((operator, child)) if slots.len() < spec.slots => {
                     steps += 1;
@@ -110,7 +115,7 @@ pub fn search(
 fn best(
     rules: &Regression,
     start: &BTreeSet<usize>,
-    levels: &[f64],
+    costs: &[f64],
     slots: &[(BTreeSet<usize>, usize, usize)],
     slot: usize,
     spec: &SearchSpec,
@@ -126,7 +131,7 @@ fn best(
         let in_goals = |f: &&usize| goals.contains(f);
         if !operator.adds.iter().any(|f| goals.contains(f))
             || operator.threatens.iter().any(|f| goals.contains(f))
-            || operator.preconditions.iter().any(|p| levels[*p].is_infinite())
+            || operator.preconditions.iter().any(|p| costs[*p].is_infinite())
         {
             continue;
         }
@@ -139,9 +144,9 @@ fn best(
         if slots.iter().any(|(old, ..)| old.is_subset(&child)) {
             continue;
         }
-        let gain: f64 = operator.adds.iter().filter(in_goals).map(|f| levels[*f]).sum();
+        let gain: f64 = operator.adds.iter().filter(in_goals).map(|f| costs[*f]).sum();
         let new: Vec<_> = operator.preconditions.iter().filter(|f| !goals.contains(f)).collect();
-        let loss: f64 = new.iter().map(|f| levels[**f] + spec.fresh).sum();
+        let loss: f64 = new.iter().map(|f| costs[**f] + spec.fresh).sum();
         let helps = operator.adds.iter().any(|f| open(f) || blamed.contains(f));
         let noise: f64 = StandardNormal.sample(rng);
         let utility = gain - loss + if helps { spec.helps } else { 0.0 } + noise * spec.noise;
