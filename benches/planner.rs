@@ -4,8 +4,11 @@
 #![allow(missing_docs)]
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use symbolt::neurons::{LifSpec, Population};
 use symbolt::sim::{Seed, SimDuration};
+use symbolt::study::problems::{Breakfast, Kitchen, breakfast};
 use symbolt::task::planner::{Planner, PlannerSpec, Unbinding};
+use symbolt::task::regression::{GoalSetSpec, StripsWorld, pursue};
 use symbolt::task::{Commitment, DomainBuilder};
 
 fn planner(c: &mut Criterion) {
@@ -47,5 +50,32 @@ fn planner(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, planner);
+/// The planner of goal sets in spikes: a build and 300 simulated ms, in which it only plans.
+fn goal_sets(c: &mut Criterion) {
+    let mut group = c.benchmark_group("goal_sets");
+    let ms = 300;
+    group.throughput(Throughput::Elements(ms));
+    group.sample_size(10);
+    let kitchen = Kitchen::default().problem(5).expect("a problem").grounded;
+    let tea = breakfast(Breakfast::TeaAndToast).expect("a problem").grounded;
+    for (name, problem) in [("kitchen", kitchen), ("breakfast", tea)] {
+        for slots in [24, 48] {
+            let spec = GoalSetSpec {
+                slots,
+                limit: SimDuration::from_millis(ms),
+                population: Population::Lif(LifSpec::default()),
+                ..GoalSetSpec::default()
+            };
+            group.bench_function(BenchmarkId::new(name, slots), |b| {
+                b.iter(|| {
+                    let world = StripsWorld::new(&problem, SimDuration::from_millis(100));
+                    pursue(&problem, world, &spec, Seed::new(1)).expect("runs")
+                });
+            });
+        }
+    }
+    group.finish();
+}
+
+criterion_group!(benches, planner, goal_sets);
 criterion_main!(benches);

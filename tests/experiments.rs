@@ -509,3 +509,88 @@ fn two_runs_do_not_work_in_one_folder() {
     first.kill().expect("killed");
     first.wait().expect("gone");
 }
+
+const DOOR: &str = "(define (domain door) (:requirements :strips :negative-preconditions)
+    (:predicates (open) (locked))
+    (:action unlock :parameters () :precondition (locked) :effect (not (locked)))
+    (:action push :parameters () :precondition (not (locked)) :effect (open)))";
+
+#[test]
+fn problems_in_a_folder_are_cells_that_are_resumed_sharded_and_merged() {
+    let place = folder();
+    let problem = |init: &str| {
+        format!("(define (problem leave) (:domain door) (:init {init}) (:goal (open)))")
+    };
+    let write = |name: &str, text: &str| {
+        let path = place.path().join("problems/door").join(name);
+        std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+        std::fs::write(path, text).expect("written");
+    };
+    write("domain.pddl", DOOR);
+    write("task01.pddl", &problem("(locked)"));
+    write("task02.pddl", &problem(""));
+    let args = |out: &'static str| {
+        [
+            "experiment",
+            "ipc",
+            "--problems",
+            "problems",
+            "--trials",
+            "2",
+            "--quiet",
+            "--json",
+            "--out",
+            out,
+        ]
+    };
+    let expected = good(place.path(), &args("whole"));
+    let found: serde_json::Value = serde_json::from_str(&expected).expect("JSON");
+    let value = |problem: &str, what: &str| {
+        let cells = found["cells"].as_array().expect("cells");
+        let cell = cells.iter().find(|c| c["problem"] == problem && c["what"] == what);
+        let cell = cell.expect("a cell").clone();
+        cell.get("rate").or(cell.get("mean")).and_then(serde_json::Value::as_f64)
+    };
+    for (problem, actions) in [("task01", 2.0), ("task02", 1.0)] {
+        assert_eq!(value(problem, "valid in time"), Some(1.0));
+        assert_eq!(value(problem, "actions"), Some(actions));
+        assert_eq!(value(problem, "actions, rules without neurons"), Some(actions));
+    }
+    for part in ["1/2", "2/2"] {
+        let mut part_args: Vec<&str> = args(if part == "1/2" { "one" } else { "two" }).into();
+        part_args.extend(["--shard", part]);
+        good(place.path(), &part_args);
+    }
+    let merge = ["merge", "ipc", "--problems", "problems", "--quiet", "--json", "--out", "merged"];
+    let merge: Vec<&str> = merge.into_iter().chain(["one", "two"]).collect();
+    assert_eq!(good(place.path(), &merge), expected);
+    // A problem that has changed does not belong to the trials of the old one.
+    write("task02.pddl", &problem("(locked)"));
+    let output = symbolt(place.path(), &args("whole"));
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    write("task02.pddl", "(define (problem leave)");
+    let output = symbolt(place.path(), &args("other"));
+    assert_eq!(output.status.code(), Some(2));
+    assert!(said(&output).contains("task02.pddl"), "{}", said(&output));
+    let output = symbolt(place.path(), &["experiment", "ipc", "--out", "none"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(said(&output).contains("--problems"), "{}", said(&output));
+}
+
+#[test]
+fn the_kitchen_of_goal_sets_has_the_same_bits_again() {
+    let place = folder();
+    let run = |out: &'static str, threads: &'static str| {
+        let args = ["experiment", "kitchen", "--trials", "1", "--quiet", "--json"];
+        let more = ["--threads", threads, "--out", out];
+        good(place.path(), &[&args[..], &more[..]].concat())
+    };
+    let first = run("one", "1");
+    assert_eq!(run("two", "2"), first);
+    let found: serde_json::Value = serde_json::from_str(&first).expect("JSON");
+    let cells = found["cells"].as_array().expect("cells");
+    let reached = cells.iter().filter(|cell| cell["what"] == "goal reached");
+    assert_eq!(reached.map(|cell| cell["successes"].as_u64()).collect::<Vec<_>>(), [Some(1); 8]);
+    let svg = String::from_utf8(read(&place.path().join("one"), "figure.svg")).expect("text");
+    assert!(svg.starts_with("<svg"));
+}

@@ -191,6 +191,9 @@ pub(crate) struct TrialArgs {
     /// [default: nut_bolt_pybullet.jsonl in $SYMBOLT_RECORDINGS, if found]
     #[arg(verbatim_doc_comment, long, value_name = "FILE")]
     pub recording: Option<PathBuf>,
+    /// Folder of PDDL problems for the experiment `ipc`
+    #[arg(long, value_name = "FOLDER")]
+    pub problems: Option<PathBuf>,
 }
 
 impl TrialArgs {
@@ -200,7 +203,7 @@ impl TrialArgs {
             Some(folder.join("nut_bolt_pybullet.jsonl")).filter(|path| path.is_file())
         };
         let (seed, recording) = (Seed::new(common.seed), self.recording.clone().or_else(known));
-        Options { seed, trials: self.trials, recording }
+        Options { seed, trials: self.trials, recording, problems: self.problems.clone() }
     }
 }
 

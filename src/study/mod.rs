@@ -5,11 +5,13 @@
 //! | [`statistics`] | rates and means with their 95% intervals |
 //! | [`experiment`] | the framework: trials in a journal, tables, figures |
 //! | [`catalogue`] | the experiments by name |
+//! | [`problems`] | planning problems with known shortest plans |
 //! | [`standard`] | the networks on which speed is measured |
 //! | [`worlds`] | kinematic tasks with known truth, for scoring learners |
 
 pub mod catalogue;
 pub mod experiment;
+pub mod problems;
 pub mod standard;
 pub mod statistics;
 #[cfg(feature = "physics")]

@@ -5,6 +5,7 @@ mod ablation;
 mod capacity;
 #[cfg(feature = "physics")]
 mod clusters;
+mod goal_sets;
 mod norms;
 mod structures;
 #[cfg(feature = "physics")]
@@ -26,17 +27,19 @@ pub struct Options {
     pub trials: Option<u64>,
     /// Recording to use in addition to the simulated scene. Only `threshold` uses it.
     pub recording: Option<PathBuf>,
+    /// Folder of planning problems in PDDL. Only `ipc` uses it, and needs it.
+    pub problems: Option<PathBuf>,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { seed: Seed::new(1), trials: None, recording: None }
+        Self { seed: Seed::new(1), trials: None, recording: None, problems: None }
     }
 }
 
 /// Returns the name and the question of every experiment.
 pub fn all() -> Vec<(&'static str, &'static str)> {
-    // Only a recording can make an experiment fail, and the default options have none.
+    // Only a recording or a folder can make an experiment fail, and the default options have none.
     let made = makers().into_iter().filter_map(|make| make(&Options::default()).ok());
     made.map(|e| (e.name(), e.question())).collect()
 }
@@ -58,15 +61,22 @@ fn makers() -> Vec<Make> {
         |o| Ok(Box::new(capacity::Capacity::new(o))),
         |o| Ok(Box::new(ablation::Ablation::new(o))),
         |o| Ok(Box::new(timing::Timing::new(o))),
+        |o| Ok(Box::new(goal_sets::Kitchens::new(o))),
+        |o| Ok(Box::new(goal_sets::Threats::new(o))),
+        |o| Ok(Box::new(goal_sets::Surprises::new(o))),
+        |o| Ok(Box::new(goal_sets::LongPlans::new(o))),
+        |o| Ok(Box::new(goal_sets::Tangled::new(o))),
+        |o| Ok(Box::new(goal_sets::Ipc::new(o)?)),
     ]
 }
 
 /// Creates the experiment with this name. If `options` has a recording and the experiment uses it, this function reads
-/// the recording and learns from it.
+/// the recording and learns from it. Likewise for a folder of problems.
 ///
 /// # Errors
 /// [`TaskError::UnknownExperiment`], which lists the experiments; [`TaskError::Setting`] if the number of trials is not
-/// 1 to [`MAX_TRIALS`]; the error of reading the recording or learning from it.
+/// 1 to [`MAX_TRIALS`], or if the experiment needs a folder of problems and there is none; the error of reading the
+/// recording or the folder, or of learning from the recording.
 pub fn find(name: &str, options: &Options) -> Result<Box<dyn Experiment>, TaskError> {
     if let Some(trials) = options.trials.filter(|n| !(1..=MAX_TRIALS).contains(n)) {
         let value = trials.to_string();
@@ -76,7 +86,15 @@ pub fn find(name: &str, options: &Options) -> Result<Box<dyn Experiment>, TaskEr
     let plain = Options::default();
     let has_name = |make: &Make| make(&plain).is_ok_and(|made| made.name() == name);
     match makers().into_iter().find(has_name) {
-        Some(make) => make(options),
+        Some(make) => {
+            let made = make(options)?;
+            if made.cells().is_empty() {
+                let expected = "a folder of problems in PDDL";
+                let value = "not given".into();
+                return Err(TaskError::Setting { name: "problems", value, expected });
+            }
+            Ok(made)
+        }
         None => Err(TaskError::UnknownExperiment {
             name: name.into(),
             choices: all().into_iter().map(|(name, _)| name.to_owned()).collect(),

@@ -1,0 +1,203 @@
+//! Experiments with the planner of goal sets: kitchens, threats, surprises, long plans, tangled domains, and problems in PDDL.
+
+mod blind;
+mod ipc;
+mod kitchen;
+mod long;
+mod surprises;
+mod tangled;
+mod threats;
+
+use std::collections::BTreeSet;
+
+use rand::Rng;
+use serde_json::{Value, json};
+
+use super::Options;
+use crate::neurons::{LifSpec, Population};
+use crate::sim::{Seed, SimDuration};
+use crate::study::experiment::{
+    Axis, Figure, Mark, Measure, Reading, Results, Series, Style, TrialOutcome, outcome,
+};
+use crate::study::problems::PlanningProblem;
+use crate::study::statistics::Statistic;
+use crate::task::TaskError;
+use crate::task::regression::{
+    Course, GoalSetError, GoalSetSpec, Regression, SearchSpec, StripsWorld, pursue, search,
+};
+
+pub(super) use ipc::Ipc;
+pub(super) use kitchen::Kitchens;
+pub(super) use long::LongPlans;
+pub(super) use surprises::Surprises;
+pub(super) use tangled::Tangled;
+pub(super) use threats::Threats;
+
+/// Time for which the motor is locked after an action has begun, in milliseconds, as in the model of 2016.
+const LOCK_MS: u64 = 100;
+
+/// The planner of a trial.
+#[derive(Debug, Clone, PartialEq)]
+struct Setup {
+    population: Population,
+    slots: usize,
+    /// Greatest simulated time in milliseconds.
+    limit_ms: u64,
+}
+
+impl Setup {
+    /// A planner of spiking neurons.
+    fn spiking(slots: usize, limit_ms: u64) -> Self {
+        Self { population: Population::Lif(LifSpec::default()), slots, limit_ms }
+    }
+
+    /// Returns the settings that outcomes depend on.
+    fn settings(&self) -> Value {
+        let mode = match self.population {
+            Population::Direct => "direct",
+            Population::Rate(_) => "rate",
+            Population::Lif(_) => "lif",
+        };
+        json!({
+            "mode": mode, "slots": self.slots, "limit_ms": self.limit_ms, "motor_lock_ms": LOCK_MS,
+        })
+    }
+
+    /// Plans and acts in a world that follows the rules of the problem, without the ablated groups.
+    fn pursue(
+        &self,
+        problem: &PlanningProblem,
+        world: StripsWorld,
+        ablated: &[&str],
+        seed: Seed,
+    ) -> Result<Course, TaskError> {
+        let spec = GoalSetSpec {
+            slots: self.slots,
+            limit: SimDuration::from_millis(self.limit_ms),
+            population: self.population,
+            ablated: ablated.iter().map(|group| (*group).to_owned()).collect(),
+        };
+        pursue(&problem.grounded, world, &spec, seed).map_err(refused)
+    }
+}
+
+/// Returns the world of a problem.
+fn world(problem: &PlanningProblem) -> StripsWorld {
+    StripsWorld::new(&problem.grounded, SimDuration::from_millis(LOCK_MS))
+}
+
+fn refused(error: GoalSetError) -> TaskError {
+    match error {
+        GoalSetError::Sim(error) => TaskError::Sim(error),
+        other => TaskError::Problem { reason: other.to_string() },
+    }
+}
+
+/// 1 for true, 0 for false.
+fn number(holds: bool) -> f64 {
+    if holds { 1.0 } else { 0.0 }
+}
+
+/// Returns the time at which an action began, in milliseconds; NaN if there is none.
+fn begun_at(course: &Course, place: fn(&Course) -> Option<u64>) -> f64 {
+    place(course).map_or(f64::NAN, |ms| ms as f64)
+}
+
+fn first_action(course: &Course) -> Option<u64> {
+    course.begun.first().map(|begun| begun.ms)
+}
+
+fn last_action(course: &Course) -> Option<u64> {
+    course.begun.last().map(|begun| begun.ms)
+}
+
+/// Returns the number of actions that were begun with an unmet precondition, and of all that were begun.
+fn unmet(course: &Course) -> [f64; 2] {
+    let unmet = course.begun.iter().filter(|begun| !begun.met).count();
+    [unmet as f64, course.begun.len() as f64]
+}
+
+fn reading(measure: Measure, what: &str) -> Reading {
+    Reading::new(measure, json!({"what": what}))
+}
+
+const VALID: &str = "valid plans";
+const RULES_VALID: &str = "valid, rules without neurons";
+
+/// Readings of problems whose shortest plan is known.
+fn readings_of_length() -> Vec<Reading> {
+    vec![
+        reading(Measure::Rate, VALID),
+        reading(Measure::Mean, "length / shortest"),
+        reading(Measure::Mean, "planning (ms)"),
+        reading(Measure::Mean, "new starts"),
+        reading(Measure::Share(5), "begun with an unmet precondition"),
+        reading(Measure::Auxiliary, ""),
+        reading(Measure::Rate, RULES_VALID),
+        reading(Measure::Mean, "length / shortest, rules without neurons"),
+    ]
+}
+
+/// Plans and acts with neurons and by the rules without neurons. Returns the numbers of [`readings_of_length`].
+fn trial_of_length(
+    setup: &Setup,
+    problem: &PlanningProblem,
+    shortest: usize,
+    seed: Seed,
+) -> Result<TrialOutcome, TaskError> {
+    let course = setup.pursue(problem, world(problem), &[], seed)?;
+    let length = problem.valid_length(course.plan());
+    let rules = by_rules(problem, &mut seed.derive("", "rules").rng());
+    let ratio = |length: Option<usize>| length.map_or(f64::NAN, |n| n as f64 / shortest as f64);
+    let [unmet, begun] = unmet(&course);
+    Ok(outcome([
+        number(length.is_some()),
+        ratio(length),
+        begun_at(&course, first_action),
+        course.starts.saturating_sub(1) as f64,
+        unmet,
+        begun,
+        number(rules.is_some()),
+        ratio(rules),
+    ]))
+}
+
+/// Searches by the rules without neurons. Returns the length of the plan if one was found and is valid.
+fn by_rules(problem: &PlanningProblem, rng: &mut impl Rng) -> Option<usize> {
+    let rules = Regression::new(&problem.grounded);
+    let set = |fluents: &[usize]| -> BTreeSet<usize> { fluents.iter().copied().collect() };
+    let (start, goal) = (set(&problem.grounded.start), set(&problem.grounded.goal));
+    let found = search(&rules, &start, &goal, &SearchSpec::default(), rng)?;
+    problem.valid_length(found.plan)
+}
+
+/// Draws rates over a setting that is a number, one line for each series: its name and what its rows have.
+fn rates(
+    results: &Results,
+    title: &str,
+    axis: (&str, &str),
+    series: impl IntoIterator<Item = (String, Value)>,
+) -> Figure {
+    let (setting, label) = axis;
+    let marks = |wanted: &Value| {
+        let wanted = wanted.as_object();
+        let own = results
+            .rows
+            .iter()
+            .filter(|row| wanted.is_some_and(|w| w.iter().all(|(key, value)| row.is(key, value))));
+        let mark = |row: &crate::study::experiment::Row| {
+            let Statistic::Rate(rate) = row.statistic else { return None };
+            let bar = rate.interval95().map(|end| 100.0 * end);
+            Some(Mark { x: row.number(setting)?, y: 100.0 * rate.share(), bar: Some(bar) })
+        };
+        own.filter_map(mark).collect()
+    };
+    let series =
+        series.into_iter().map(|(name, wanted)| Series::new(name, marks(&wanted), Style::Line));
+    Figure {
+        title: title.into(),
+        x: Axis::new(label),
+        y: Axis::from_to("% of trials", 0.0, 100.0),
+        series: series.collect(),
+    }
+}

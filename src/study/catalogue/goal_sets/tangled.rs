@@ -1,0 +1,83 @@
+//! `tangled`: random domains by the length of the shortest plan.
+
+use serde_json::{Value, json};
+
+use super::kitchen::shuffled;
+use super::{Options, RULES_VALID, Setup, VALID, rates, readings_of_length, trial_of_length};
+use crate::sim::Seed;
+use crate::study::experiment::{Cell, Experiment, Figure, Results, TrialOutcome};
+use crate::study::problems::tangled;
+use crate::task::TaskError;
+
+const SLOTS: usize = 48;
+const LIMIT_MS: u64 = 10_000;
+/// Lengths of shortest plans.
+const LENGTHS: [usize; 7] = [5, 6, 7, 8, 10, 12, 15];
+
+/// The experiment: random domains.
+pub(crate) struct Tangled {
+    setup: Setup,
+    trials: u64,
+}
+
+impl Tangled {
+    pub fn new(options: &Options) -> Self {
+        Self { setup: Setup::spiking(SLOTS, LIMIT_MS), trials: options.trials.unwrap_or(50) }
+    }
+}
+
+impl Experiment for Tangled {
+    fn name(&self) -> &'static str {
+        "tangled"
+    }
+
+    fn question(&self) -> &'static str {
+        "How often does the planner of goal sets solve random domains, by the length of the shortest plan?"
+    }
+
+    fn settings(&self) -> Value {
+        self.setup.settings()
+    }
+
+    fn cells(&self) -> Vec<Cell> {
+        let cell = |shortest: usize| {
+            Cell::new(json!({"shortest": shortest}), self.trials, readings_of_length())
+        };
+        LENGTHS.map(cell).into()
+    }
+
+    fn trial(&self, cell: &Cell, seed: Seed) -> Result<TrialOutcome, TaskError> {
+        let shortest = cell.number("shortest")? as usize;
+        let problem = tangled(shortest, &mut seed.derive("", "domain").rng())?;
+        let problem = shuffled(&problem, seed)?;
+        trial_of_length(&self.setup, &problem, shortest, seed)
+    }
+
+    fn figure(&self, results: &Results) -> Option<Figure> {
+        let series = [("planner of goal sets", VALID), ("rules without neurons", RULES_VALID)];
+        let series = series.map(|(name, what)| (name.to_owned(), json!({"what": what})));
+        let axis = ("shortest", "actions of the shortest plan");
+        Some(rates(results, "Valid plans in random domains", axis, series))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::neurons::Population;
+
+    #[test]
+    fn rules_and_functions_solve_short_ones() {
+        let setup = Setup { population: Population::Direct, ..Setup::spiking(SLOTS, LIMIT_MS) };
+        let experiment = Tangled { setup, trials: 1 };
+        let cells = experiment.cells();
+        let (mut planner, mut rules) = (0.0, 0.0);
+        for seed in 0..6 {
+            let done = experiment.trial(&cells[0], Seed::new(seed)).expect("a trial");
+            assert!(done[1].is_nan() || done[1] >= 1.0, "{done:?}");
+            planner += done[0];
+            rules += done[6];
+        }
+        assert!(planner >= 4.0 && rules >= 4.0, "{planner} {rules} of 6");
+    }
+}

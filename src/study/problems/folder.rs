@@ -1,0 +1,221 @@
+//! Problems in a folder of PDDL files.
+
+use std::path::{Path, PathBuf};
+
+use super::PlanningProblem;
+use crate::files::{FileError, Limit, read_regular_file};
+use crate::sim::Seed;
+use crate::task::TaskError;
+use crate::task::strips::{Bodies, Domain, Problem};
+
+/// Greatest number of problems in a folder.
+pub const MAX_PROBLEMS: usize = 2_000;
+/// Folders within folders that are looked at.
+const DEPTH: usize = 3;
+/// Greatest number of entries of a folder.
+const MAX_ENTRIES: usize = 20_000;
+
+/// A problem in two files, as they were read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ProblemFiles {
+    /// Name of the folder, such as `blocks`; of the domain for files in the outermost folder.
+    pub group: String,
+    /// Name of the problem's file without its ending, such as `task01`.
+    pub name: String,
+    /// The domain.
+    pub domain: Domain,
+    /// The problem.
+    pub problem: Problem,
+    /// A number that changes with the text of the files.
+    pub fingerprint: u64,
+}
+
+impl ProblemFiles {
+    /// Grounds the problem.
+    ///
+    /// # Errors
+    /// As [`PlanningProblem::new`].
+    pub fn grounded(&self) -> Result<PlanningProblem, TaskError> {
+        PlanningProblem::new(self.domain.clone(), self.problem.clone())
+    }
+}
+
+/// Reads all problems in a folder and in the folders in it, sorted by folder and name.
+///
+/// A domain is a file whose name contains `domain` and ends in `.pddl`; every other such file is a problem. The domain of
+/// `task07.pddl` is the one beside it with the same number, such as `domain07.pddl` or `task07-domain.pddl`; otherwise it
+/// is `domain.pddl`, or the only domain there.
+///
+/// # Errors
+/// [`TaskError::File`] for a folder or file that cannot be read, or beyond [`MAX_PROBLEMS`]; [`TaskError::Problem`] for a
+/// problem without domain, a folder without problems, and PDDL that is no typed STRIPS.
+pub fn problems_in(folder: &Path) -> Result<Vec<ProblemFiles>, TaskError> {
+    let mut found = Vec::new();
+    search(folder, String::new(), DEPTH, &mut found)?;
+    if found.is_empty() {
+        let reason = format!(
+            "{} has no problems; expected domain.pddl and task01.pddl, or folders with such files",
+            folder.display()
+        );
+        return Err(TaskError::Problem { reason });
+    }
+    found.sort_by(|a, b| (&a.group, &a.name).cmp(&(&b.group, &b.name)));
+    Ok(found)
+}
+
+/// Returns the entries of a folder, sorted: the folders, and the files that end in `.pddl`.
+fn entries(folder: &Path) -> Result<(Vec<PathBuf>, Vec<PathBuf>), TaskError> {
+    let failed = |source| FileError::Io { what: "read", path: folder.into(), source };
+    let (mut folders, mut files) = (Vec::new(), Vec::new());
+    for entry in std::fs::read_dir(folder).map_err(failed)?.take(MAX_ENTRIES) {
+        let path = entry.map_err(failed)?.path();
+        if path.is_dir() {
+            folders.push(path);
+        } else if path.extension().is_some_and(|end| end.eq_ignore_ascii_case("pddl")) {
+            files.push(path);
+        }
+    }
+    folders.sort();
+    files.sort();
+    Ok((folders, files))
+}
+
+/// Returns the name of a file without its ending, in lower case.
+fn stem(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().to_lowercase()
+}
+
+/// Returns the digits in a name.
+fn number(name: &str) -> String {
+    name.chars().filter(char::is_ascii_digit).collect()
+}
+
+/// Returns the domain that belongs to a problem.
+fn domain_of<'a>(problem: &Path, domains: &'a [PathBuf]) -> Option<&'a PathBuf> {
+    let wanted = number(&stem(problem));
+    let same = |path: &&PathBuf| !wanted.is_empty() && number(&stem(path)) == wanted;
+    let plain = |path: &&PathBuf| stem(path) == "domain";
+    let only = || domains.first().filter(|_| domains.len() == 1);
+    domains.iter().find(same).or_else(|| domains.iter().find(plain)).or_else(only)
+}
+
+fn search(
+    folder: &Path,
+    group: String,
+    depth: usize,
+    found: &mut Vec<ProblemFiles>,
+) -> Result<(), TaskError> {
+    let (folders, files) = entries(folder)?;
+    let (domains, problems): (Vec<PathBuf>, Vec<PathBuf>) =
+        files.into_iter().partition(|path| stem(path).contains("domain"));
+    for problem in problems {
+        let Some(domain) = domain_of(&problem, &domains) else {
+            let number = number(&stem(&problem));
+            let reason = format!(
+                "{} has no domain; expected domain.pddl or domain{number}.pddl beside it",
+                problem.display()
+            );
+            return Err(TaskError::Problem { reason });
+        };
+        if found.len() >= MAX_PROBLEMS {
+            let reason =
+                format!("there are more than {MAX_PROBLEMS} problems; name a folder with fewer");
+            return Err(TaskError::Problem { reason });
+        }
+        found.push(read(domain, &problem, &group)?);
+    }
+    for inner in folders.iter().filter(|_| depth > 0) {
+        let name = inner.file_name().unwrap_or_default().to_string_lossy();
+        let gap = if group.is_empty() { "" } else { "/" };
+        search(inner, format!("{group}{gap}{name}"), depth - 1, found)?;
+    }
+    Ok(())
+}
+
+fn read(domain: &Path, problem: &Path, group: &str) -> Result<ProblemFiles, TaskError> {
+    let refused = |fault: &dyn std::fmt::Display| TaskError::Problem { reason: fault.to_string() };
+    let texts = [domain, problem].map(|path| read_regular_file(path, Limit::PDDL));
+    let [domain_text, problem_text] = texts;
+    let (domain_text, problem_text) = (domain_text?, problem_text?);
+    let hash = |seed: Seed, text: &[u8]| seed.derive(&String::from_utf8_lossy(text), "text");
+    let fingerprint = hash(hash(Seed::new(0), &domain_text), &problem_text).value();
+    let domain = Domain::parse(&domain_text, &domain.display().to_string(), Bodies::Read)
+        .map_err(|fault| refused(&fault))?;
+    let name = problem.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let problem = Problem::parse(&problem_text, &problem.display().to_string(), &domain)
+        .map_err(|fault| refused(&fault))?;
+    let group = if group.is_empty() { domain.name.clone() } else { group.to_owned() };
+    Ok(ProblemFiles { group, name, domain, problem, fingerprint })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DOMAIN: &str = "(define (domain door) (:predicates (open))
+        (:action push :parameters () :precondition (not (open)) :effect (open)))";
+    const PROBLEM: &str = "(define (problem leave) (:domain door) (:init) (:goal (open)))";
+
+    fn folder(files: &[(&str, &str)]) -> tempfile::TempDir {
+        let folder = tempfile::tempdir().expect("a folder");
+        for (name, text) in files {
+            let path = folder.path().join(name);
+            std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+            std::fs::write(path, text).expect("a file");
+        }
+        folder
+    }
+
+    #[test]
+    fn domains_are_found_beside_their_problems() {
+        let other = DOMAIN.replace("push", "pull");
+        let place = folder(&[
+            ("a/domain.pddl", DOMAIN),
+            ("a/task02.pddl", PROBLEM),
+            ("a/task01.pddl", PROBLEM),
+            ("b/domain01.pddl", DOMAIN),
+            ("b/domain02.pddl", &other),
+            ("b/problem01.pddl", PROBLEM),
+            ("b/problem02.pddl", PROBLEM),
+            ("b/c/p03-domain.pddl", DOMAIN),
+            ("b/c/p03.PDDL", PROBLEM),
+            ("door.pddl", PROBLEM),
+            ("the_domain.pddl", &other),
+            ("readme.txt", "no PDDL"),
+        ]);
+        let found = problems_in(place.path()).expect("problems");
+        let name =
+            |p: &ProblemFiles| format!("{} {} {}", p.group, p.name, p.domain.actions[0].name);
+        let names: Vec<String> = found.iter().map(name).collect();
+        assert_eq!(
+            names,
+            [
+                "a task01 push",
+                "a task02 push",
+                "b problem01 push",
+                "b problem02 pull",
+                "b/c p03 push",
+                "door door pull"
+            ]
+        );
+        assert_eq!(found[0].fingerprint, found[1].fingerprint);
+        assert_ne!(found[2].fingerprint, found[3].fingerprint);
+        assert_eq!(found[0].grounded().expect("a problem").grounded.operators.len(), 1);
+    }
+
+    #[test]
+    fn faults_name_the_file() {
+        for (files, named) in [
+            (vec![("task01.pddl", PROBLEM)], "task01.pddl has no domain; expected domain.pddl"),
+            (vec![("domain.pddl", DOMAIN)], "has no problems"),
+            (vec![("domain.pddl", "(define"), ("t.pddl", PROBLEM)], "domain.pddl"),
+            (vec![("domain.pddl", DOMAIN), ("t.pddl", "(define (problem")], "t.pddl"),
+        ] {
+            let place = folder(&files);
+            let fault = problems_in(place.path()).expect_err("a fault").to_string();
+            assert!(fault.contains(named), "{fault}");
+        }
+        let missing = problems_in(Path::new("/no/such/folder")).expect_err("a fault");
+        assert!(missing.to_string().contains("/no/such/folder"), "{missing}");
+    }
+}

@@ -1,0 +1,125 @@
+//! The kitchen of Blouw, Eliasmith and Tripp (2016), and kitchens with more threats.
+
+use super::PlanningProblem;
+use crate::task::TaskError;
+
+/// A kitchen with a kettle, a tap and a socket.
+///
+/// The goal is boiled water. The kettle is filled under the tap, where it must not be plugged in; it boils only while it is
+/// plugged in. In the model of 2016 the senses hold each action back until its turn; here they do not, so the planner has to
+/// find the order. Source: "A scaleable spiking neural model of action planning" (CogSci 2016).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Kitchen {
+    /// Whether the kettle can be plugged in only on the counter, so that it must be put back.
+    pub put_back: bool,
+    /// Whether the kettle can be plugged in only once, because that blows the fuse. Then a wrong order is fatal.
+    pub one_fuse: bool,
+}
+
+impl Kitchen {
+    /// Returns the greatest number of actions that this kitchen can need.
+    pub fn most_actions(self) -> usize {
+        5 + usize::from(self.put_back)
+    }
+
+    /// Returns the problem that needs this number of actions, the others being done already.
+    ///
+    /// # Errors
+    /// [`TaskError::Range`] if `actions` is not 2 to [`most_actions`](Self::most_actions).
+    pub fn problem(self, actions: usize) -> Result<PlanningProblem, TaskError> {
+        let most = self.most_actions();
+        if !(2..=most).contains(&actions) {
+            let (least, most) = (2.0, most as f64);
+            return Err(TaskError::Range { name: "actions", value: actions as f64, least, most });
+        }
+        // The first situations of both kitchens are the same, counted from the whole plan.
+        let begin = match most - actions {
+            0 => "(plugged) (on-counter)",
+            1 => "(on-counter)",
+            2 => "(under-tap)",
+            3 => "(under-tap) (full)",
+            _ => "(on-counter) (full)",
+        };
+        let fuse = if self.one_fuse { "(fuse)" } else { "" };
+        let init = format!("{begin} {fuse}");
+        PlanningProblem::parse(
+            &self.domain(),
+            &format!("(define (problem tea) (:domain kitchen) (:init {init}) (:goal (boiled)))"),
+        )
+    }
+
+    fn domain(self) -> String {
+        let (place, back) = match self.put_back {
+            true => (
+                "(on-counter)",
+                "(:action put-kettle-back :parameters () :precondition (under-tap)
+                    :effect (and (on-counter) (not (under-tap))))",
+            ),
+            false => ("", ""),
+        };
+        let (fuse, declared, blown) = match self.one_fuse {
+            true => ("(fuse)", "(fuse)", "(not (fuse))"),
+            false => ("", "", ""),
+        };
+        format!(
+            "(define (domain kitchen)
+                (:requirements :strips :negative-preconditions)
+                (:predicates (plugged) (on-counter) (under-tap) (full) (boiled) {declared})
+                (:action unplug-kettle :parameters () :precondition (plugged)
+                    :effect (not (plugged)))
+                (:action put-kettle-under-tap :parameters ()
+                    :precondition (and (not (plugged)) (on-counter))
+                    :effect (and (under-tap) (not (on-counter))))
+                (:action fill-kettle-from-tap :parameters () :precondition (under-tap)
+                    :effect (full))
+                {back}
+                (:action plug-in-kettle :parameters ()
+                    :precondition (and (not (plugged)) {place} {fuse})
+                    :effect (and (plugged) {blown}))
+                (:action boil-kettle :parameters () :precondition (and (plugged) (full))
+                    :effect (boiled)))"
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+    use crate::study::problems::{Distance, distance};
+
+    #[test]
+    fn kitchens_need_their_actions() {
+        let mut checked = 0;
+        for (put_back, one_fuse) in [(false, false), (false, true), (true, false), (true, true)] {
+            let kitchen = Kitchen { put_back, one_fuse };
+            for actions in 2..=kitchen.most_actions() {
+                let made = kitchen.problem(actions).expect("a problem");
+                let start: BTreeSet<usize> = made.grounded.start.iter().copied().collect();
+                let found = distance(&made.grounded, &start, 1000);
+                assert_eq!(found, Distance::Steps(actions), "{kitchen:?}");
+                checked += 1;
+            }
+            assert!(kitchen.problem(1).is_err());
+            assert!(kitchen.problem(kitchen.most_actions() + 1).is_err());
+        }
+        assert_eq!(checked, 4 + 4 + 5 + 5);
+    }
+
+    #[test]
+    fn with_one_fuse_a_kettle_that_was_plugged_in_too_early_never_boils() {
+        for (one_fuse, expected) in [(true, Distance::Never), (false, Distance::Steps(5))] {
+            let kitchen = Kitchen { put_back: false, one_fuse };
+            let made = kitchen.problem(4).expect("a problem").grounded;
+            let early = made.operators.iter().find(|o| o.name == "(plug-in-kettle)");
+            let early = early.expect("an operator");
+            let mut state: BTreeSet<usize> = made.start.iter().copied().collect();
+            early.deletes.iter().for_each(|f| {
+                state.remove(f);
+            });
+            state.extend(&early.adds);
+            assert_eq!(distance(&made, &state, 1000), expected);
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! Planning problems whose shortest plans are known, on which planners are measured.
+//!
+//! | file | contents |
+//! |---|---|
+//! | `kitchen` | the kitchen of 2016, and kitchens with more threats |
+//! | `breakfast` | tea, and toast on the same socket |
+//! | `packing` | one-way problems in which only one order of the actions succeeds |
+//! | `chores` | a generator of households with long plans |
+//! | `tangled` | a generator of random domains |
+//! | `shuffle` | the same problem with other names and orders |
+//! | `distance` | the length of the shortest plan, breadth first |
+//! | `folder` | problems in a folder of PDDL files |
+//!
+//! ```
+//! use symbolt::sim::Seed;
+//! use symbolt::study::problems::{Distance, distance, tangled};
+//!
+//! let problem = tangled(6, &mut Seed::new(1).rng())?;
+//! let start = problem.grounded.start.iter().copied().collect();
+//! assert_eq!(distance(&problem.grounded, &start, 10_000), Distance::Steps(6));
+//! # Ok::<(), symbolt::task::TaskError>(())
+//! ```
+
+mod breakfast;
+mod chores;
+mod distance;
+mod folder;
+mod kitchen;
+mod packing;
+mod shuffle;
+mod tangled;
+
+pub use breakfast::{Breakfast, breakfast};
+pub use chores::{CHORES, chores};
+pub use distance::{Distance, distance};
+pub use folder::{MAX_PROBLEMS, ProblemFiles, problems_in};
+pub use kitchen::Kitchen;
+pub use packing::packing;
+pub use tangled::{TANGLED, tangled};
+
+use crate::task::TaskError;
+use crate::task::strips::{Bodies, Domain, Grounded, Problem, validate};
+
+/// A problem with its domain, grounded.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PlanningProblem {
+    /// The domain.
+    pub domain: Domain,
+    /// The problem.
+    pub problem: Problem,
+    /// Its fluents and operators.
+    pub grounded: Grounded,
+}
+
+impl PlanningProblem {
+    /// Grounds a problem of its domain.
+    ///
+    /// # Errors
+    /// [`TaskError::Problem`] if the problem is too large, or if its goal cannot be reached even if nothing were made false.
+    pub fn new(domain: Domain, problem: Problem) -> Result<Self, TaskError> {
+        let grounded = Grounded::new(&domain, &problem)
+            .map_err(|fault| TaskError::Problem { reason: fault.to_string() })?;
+        Ok(Self { domain, problem, grounded })
+    }
+
+    /// Reads a domain and a problem from PDDL.
+    ///
+    /// # Errors
+    /// [`TaskError::Problem`] for text that is no typed STRIPS, and as [`new`](Self::new).
+    pub fn parse(domain: &str, problem: &str) -> Result<Self, TaskError> {
+        let domain = Domain::parse(domain.as_bytes(), "domain.pddl", Bodies::Read)
+            .map_err(|fault| TaskError::Problem { reason: fault.to_string() })?;
+        let problem = Problem::parse(problem.as_bytes(), "problem.pddl", &domain)
+            .map_err(|fault| TaskError::Problem { reason: fault.to_string() })?;
+        Self::new(domain, problem)
+    }
+
+    /// Returns the length of a plan if it is valid by the action schemas. The plan is a list of operators by position.
+    ///
+    /// # Panics
+    /// If an operator is outside the problem.
+    pub fn valid_length(&self, plan: impl IntoIterator<Item = usize>) -> Option<usize> {
+        let operators = &self.grounded.operators;
+        let plan: Vec<&str> = plan.into_iter().map(|a| operators[a].name.as_str()).collect();
+        validate(&self.domain, &self.problem, plan.iter().copied()).ok().map(|_| plan.len())
+    }
+}

@@ -1,0 +1,83 @@
+//! One-way problems in which only one order of the actions succeeds.
+
+use std::fmt::Write as _;
+
+use rand::Rng;
+use rand::seq::SliceRandom;
+
+use super::PlanningProblem;
+use crate::task::TaskError;
+
+/// Draws a problem of packing things into a box, each in its place. A thing blocks the way to all places deeper in the box,
+/// and nothing is taken out again, so of all orders only the one from the bottom succeeds. The names of the things do not
+/// tell their order.
+///
+/// A planner that does not notice threats packs in any order: it succeeds once in `things`! trials.
+///
+/// # Errors
+/// [`TaskError::Range`] if `things` is not 2 to 20.
+pub fn packing(things: usize, rng: &mut impl Rng) -> Result<PlanningProblem, TaskError> {
+    if !(2..=20).contains(&things) {
+        let value = things as f64;
+        return Err(TaskError::Range { name: "things", value, least: 2.0, most: 20.0 });
+    }
+    let mut order: Vec<usize> = (0..things).collect();
+    order.shuffle(rng);
+    let (mut predicates, mut actions) = (String::new(), String::new());
+    let (mut init, mut goal) = (String::new(), String::new());
+    for thing in 0..things {
+        let _ = write!(predicates, " (way-{thing}) (in-{thing})");
+        let _ = write!(init, " (way-{thing})");
+        let _ = write!(goal, " (in-{thing})");
+    }
+    for (depth, thing) in order.iter().enumerate() {
+        let mut blocked = String::new();
+        for deeper in &order[..depth] {
+            let _ = write!(blocked, " (not (way-{deeper}))");
+        }
+        let _ = write!(
+            actions,
+            "\n(:action pack-{thing} :parameters () :precondition (way-{thing})
+                :effect (and (in-{thing}){blocked}))"
+        );
+    }
+    PlanningProblem::parse(
+        &format!("(define (domain packing) (:predicates{predicates}){actions})"),
+        &format!("(define (problem box) (:domain packing) (:init{init}) (:goal (and{goal})))"),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sim::Seed;
+    use crate::study::problems::{Distance, distance};
+
+    /// Counts the orders of all actions that are valid plans.
+    fn valid_orders(made: &PlanningProblem, plan: &mut Vec<usize>) -> usize {
+        let all = made.grounded.operators.len();
+        if plan.len() == all {
+            return usize::from(made.valid_length(plan.iter().copied()).is_some());
+        }
+        let mut found = 0;
+        for operator in 0..all {
+            if !plan.contains(&operator) {
+                plan.push(operator);
+                found += valid_orders(made, plan);
+                plan.pop();
+            }
+        }
+        found
+    }
+
+    #[test]
+    fn one_order_of_all_succeeds() {
+        for things in 2..=5 {
+            let made = packing(things, &mut Seed::new(things as u64).rng()).expect("a problem");
+            assert_eq!(valid_orders(&made, &mut Vec::new()), 1, "{things}");
+            let start = made.grounded.start.iter().copied().collect();
+            assert_eq!(distance(&made.grounded, &start, 1000), Distance::Steps(things));
+        }
+        assert!(packing(1, &mut Seed::new(1).rng()).is_err());
+    }
+}

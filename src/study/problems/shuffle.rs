@@ -1,0 +1,121 @@
+//! The same problem with other names and orders.
+
+use std::collections::BTreeMap;
+
+use rand::Rng;
+use rand::seq::SliceRandom;
+
+use super::PlanningProblem;
+use crate::task::TaskError;
+use crate::task::strips::{Atom, EQUAL, Fact, Term};
+
+/// New names for old ones.
+struct Names(BTreeMap<String, String>);
+
+impl Names {
+    /// Draws names that begin with a letter. Their order in the alphabet is random.
+    fn draw(old: impl Iterator<Item = String>, letter: char, rng: &mut impl Rng) -> Self {
+        let old: Vec<String> = old.collect();
+        let mut numbers: Vec<usize> = (0..old.len()).collect();
+        numbers.shuffle(rng);
+        let width = old.len().to_string().len();
+        let new = numbers.into_iter().map(|n| format!("{letter}{n:0width$}"));
+        Self(old.into_iter().zip(new).collect())
+    }
+
+    fn change(&self, name: &mut String) {
+        if let Some(new) = self.0.get(name) {
+            name.clone_from(new);
+        }
+    }
+}
+
+impl PlanningProblem {
+    /// Returns the same problem with random names of predicates, actions and objects, and with predicates, actions,
+    /// preconditions, effects, objects, initial facts and goals in random order. The order of its fluents and operators, and
+    /// thus of all units of a planner, is random as well.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), which does not fail for a problem that was grounded already.
+    pub fn shuffled(&self, rng: &mut impl Rng) -> Result<Self, TaskError> {
+        let (mut domain, mut problem) = (self.domain.clone(), self.problem.clone());
+        let declared = domain.predicates.iter().map(|p| p.name.clone());
+        let predicates = Names::draw(declared.filter(|name| name != EQUAL), 'p', rng);
+        let actions = Names::draw(domain.actions.iter().map(|a| a.name.clone()), 'a', rng);
+        let objects = domain.constants.iter().chain(&problem.objects).map(|o| o.name.clone());
+        let objects = Names::draw(objects, 'o', rng);
+        let atom = |atom: &mut Atom| {
+            predicates.change(&mut atom.predicate);
+            for term in &mut atom.arguments {
+                if let Term::Constant(name) = term {
+                    objects.change(name);
+                }
+            }
+        };
+        let fact = |fact: &mut Fact| {
+            predicates.change(&mut fact.predicate);
+            fact.arguments.iter_mut().for_each(|name| objects.change(name));
+        };
+        domain.predicates.iter_mut().for_each(|p| predicates.change(&mut p.name));
+        domain.constants.iter_mut().for_each(|o| objects.change(&mut o.name));
+        for action in &mut domain.actions {
+            actions.change(&mut action.name);
+            action.preconditions.iter_mut().for_each(|literal| atom(&mut literal.atom));
+            action.effects.iter_mut().for_each(|literal| atom(&mut literal.atom));
+            action.preconditions.shuffle(rng);
+            action.effects.shuffle(rng);
+        }
+        domain.predicates.shuffle(rng);
+        domain.actions.shuffle(rng);
+        problem.objects.iter_mut().for_each(|o| objects.change(&mut o.name));
+        problem.init.iter_mut().for_each(fact);
+        problem.goal.iter_mut().for_each(|(_, goal)| fact(goal));
+        problem.objects.shuffle(rng);
+        problem.init.shuffle(rng);
+        problem.goal.shuffle(rng);
+        Self::new(domain, problem)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sim::Seed;
+    use crate::study::problems::{Distance, Kitchen, distance};
+
+    #[test]
+    fn a_shuffled_kitchen_is_the_same_kitchen() {
+        let plain = Kitchen::default().problem(5).expect("a problem");
+        let mut first = std::collections::BTreeSet::new();
+        for seed in 0..20 {
+            let other = plain.shuffled(&mut Seed::new(seed).rng()).expect("a problem");
+            let (made, kept) = (&other.grounded, &plain.grounded);
+            assert_eq!(made.fluents.len(), kept.fluents.len());
+            assert_eq!(made.operators.len(), kept.operators.len());
+            let start = made.start.iter().copied().collect();
+            assert_eq!(distance(made, &start, 1000), Distance::Steps(5));
+            // What is printed is read again as the same problem.
+            let (domain, problem) = (other.domain.to_string(), other.problem.to_string());
+            assert_eq!(PlanningProblem::parse(&domain, &problem).expect("PDDL"), other);
+            first.insert(made.operators.iter().map(|o| o.preconditions.len()).collect::<Vec<_>>());
+        }
+        assert!(first.len() > 8, "{} orders of the operators", first.len());
+    }
+
+    #[test]
+    fn objects_and_parameters_keep_their_places() {
+        let domain = "(define (domain d) (:requirements :strips :typing) (:types place)
+            (:constants home - place) (:predicates (at ?p - place) (road ?p ?q - place))
+            (:action go :parameters (?p ?q - place) :precondition (and (at ?p) (road ?p ?q))
+                :effect (and (not (at ?p)) (at ?q))))";
+        let problem = "(define (problem p) (:domain d) (:objects a b c - place)
+            (:init (at a) (road a b) (road b c) (road c home)) (:goal (at home)))";
+        let plain = PlanningProblem::parse(domain, problem).expect("a problem");
+        for seed in 0..5 {
+            let other = plain.shuffled(&mut Seed::new(seed).rng()).expect("a problem");
+            let start = other.grounded.start.iter().copied().collect();
+            assert_eq!(distance(&other.grounded, &start, 100), Distance::Steps(3));
+            assert_ne!(other.problem.init, plain.problem.init);
+        }
+    }
+}
