@@ -5,11 +5,13 @@
 //! | [`statistics`] | rates and means with their 95% intervals |
 //! | [`experiment`] | the framework: trials in a journal, tables, figures |
 //! | [`catalogue`] | the experiments by name |
+//! | [`retrieval`] | objects and actions by two conditions: worlds, exact methods, closed forms, networks |
 //! | [`standard`] | the networks on which speed is measured |
 //! | [`worlds`] | kinematic tasks with known truth, for scoring learners |
 
 pub mod catalogue;
 pub mod experiment;
+pub mod retrieval;
 pub mod standard;
 pub mod statistics;
 #[cfg(feature = "physics")]

@@ -7,6 +7,7 @@
 mod basal_ganglia;
 mod bilinear;
 mod bind;
+mod factored;
 mod gate;
 mod goal_buffer;
 mod linear;
@@ -22,6 +23,7 @@ pub use basal_ganglia::{BasalGanglia, BasalGangliaPorts};
 pub use bilinear::{Compare, ComparePorts, Multiply, MultiplyPorts, Weigh, WeighPorts};
 pub(crate) use bind::Inverse;
 pub use bind::{Bind, BindPorts, Unbind, UnbindFixed, UnbindFixedPorts, UnbindPorts};
+pub use factored::{FactoredSimilarity, FactoredSimilarityPorts, JointMemory, JointMemoryPorts};
 pub use gate::{Gate, GatePorts};
 pub use goal_buffer::{GoalBuffer, GoalBufferPorts};
 pub use linear::{Linear, LinearPorts, Reinterpret, ReinterpretPorts, Superpose, SuperposePorts};
