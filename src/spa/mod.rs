@@ -36,6 +36,7 @@
 //! | [`GoalBuffer`] | stores its input while its gate is open, then holds it | |
 //! | [`ResonatorNetwork`] | finds the factors of a bound pointer | |
 //! | [`Sequence`] | steps through named pointers | |
+//! | [`Tape`] | writes pointers at the positions of a moving index, and reads them | |
 //! | [`Linear`] | applies a fixed linear map | transforms |
 //! | [`Reinterpret`] | passes a pointer on as one of another vocabulary | `reinterpret` |
 //!
@@ -119,8 +120,8 @@ pub use modules::{
     FactoredSimilarityPorts, Gate, GatePorts, GoalBuffer, GoalBufferPorts, JointMemory,
     JointMemoryPorts, Linear, LinearPorts, MemoryPorts, Multiply, MultiplyPorts, RECURRENT,
     Reinterpret, ReinterpretPorts, ResonatorNetwork, ResonatorNetworkPorts, Selection,
-    SelectionPorts, Sequence, SequencePorts, State, StatePorts, Superpose, SuperposePorts, Unbind,
-    UnbindFixed, UnbindFixedPorts, UnbindPorts, Weigh, WeighPorts,
+    SelectionPorts, Sequence, SequencePorts, State, StatePorts, Superpose, SuperposePorts, Tape,
+    TapePorts, Unbind, UnbindFixed, UnbindFixedPorts, UnbindPorts, Weigh, WeighPorts,
 };
 pub use page::RunPage;
 pub use pairs::{Filler, PairDecoder};

@@ -7,6 +7,7 @@
 //! | [`catalogue`] | the experiments by name |
 //! | [`retrieval`] | objects and actions by two conditions: worlds, exact methods, closed forms, networks |
 //! | [`standard`] | the networks on which speed is measured |
+//! | [`tape`] | plans on a tape and on a shift stack |
 //! | [`worlds`] | kinematic tasks with known truth, for scoring learners |
 
 pub mod catalogue;
@@ -16,6 +17,7 @@ pub mod standard;
 pub mod statistics;
 #[cfg(feature = "physics")]
 mod tally;
+pub mod tape;
 pub mod worlds;
 
 #[cfg(feature = "physics")]

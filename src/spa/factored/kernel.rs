@@ -9,28 +9,31 @@ pub(super) const ATOMS: usize = 32;
 /// Number of items that are summed together.
 pub(super) const ITEMS: usize = 8;
 
-/// Writes the dot products of `K` queries with all atoms to `scores`, one row of `K` per atom.
+/// Returns the dot products of a query with the atoms of a block.
 ///
-/// `blocks` holds [`ATOMS`] atoms at a time, component by component. Every dot product is summed in the order of the
+/// A block holds [`ATOMS`] atoms, component by component. Every dot product is summed in the order of the
 /// components, so its bits do not depend on the width of the registers.
+#[inline(always)]
+fn block_of(block: &[[Real; ATOMS]], query: &[Real]) -> [Real; ATOMS] {
+    let mut sums = [0.0; ATOMS];
+    for (row, value) in block.iter().zip(query) {
+        for lane in 0..ATOMS {
+            sums[lane] += row[lane] * value;
+        }
+    }
+    sums
+}
+
+/// Writes the dot products of `K` queries with all atoms to `scores`, one row of `K` per atom.
 #[inline(always)]
 fn atoms_of<const K: usize>(blocks: &[Real], queries: [&[Real]; K], scores: &mut [[Real; K]]) {
     let dim = queries[0].len();
     for (block, scores) in blocks.chunks_exact(dim * ATOMS).zip(scores.chunks_exact_mut(ATOMS)) {
-        let (rows, _) = block.as_chunks::<ATOMS>();
-        let mut sums = [[0.0; ATOMS]; K];
-        for (at, row) in rows.iter().enumerate() {
-            for (sums, query) in sums.iter_mut().zip(&queries) {
-                let value = query[at];
-                for lane in 0..ATOMS {
-                    sums[lane] += row[lane] * value;
-                }
-            }
-        }
-        for (lane, score) in scores.iter_mut().enumerate() {
-            for (score, sums) in score.iter_mut().zip(&sums) {
-                *score = sums[lane];
-            }
+        let (block, _) = block.as_chunks::<ATOMS>();
+        // The block stays in the cache for the second query.
+        for (k, query) in queries.iter().enumerate() {
+            let sums = block_of(block, query);
+            scores.iter_mut().zip(sums).for_each(|(score, sum)| score[k] = sum);
         }
     }
 }
@@ -42,7 +45,7 @@ pub(super) struct Group {
     /// Positions of the items.
     pub items: Vec<u32>,
     /// Atoms, by block of items, then by term, then by item. Places without an item have atom 0.
-    pub atoms: Vec<u32>,
+    pub atoms: Vec<u16>,
     /// Weights in the order of the atoms; empty if all weights are 1.
     pub weights: Vec<Real>,
 }

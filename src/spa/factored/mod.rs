@@ -40,13 +40,16 @@ pub struct FactoredItems {
     groups: Vec<Group>,
 }
 
+/// Greatest number of atoms: their positions take two bytes in the loop over all terms.
+const MOST_ATOMS: usize = 1 << 16;
+
 impl FactoredItems {
     /// Stores atoms and items. `atoms` is row-major with `dim` numbers per atom. Each item is a list of terms: the
     /// number of an atom, counted from 0, and its weight. An atom may occur twice in an item, and an item may have no
-    /// terms.
+    /// terms. There are at most 65,536 atoms.
     ///
     /// # Errors
-    /// [`VocabError::BadVector`] if `atoms` is not a whole number of vectors of at least 1 dimension, if an item names
+    /// [`VocabError::BadVector`] if `atoms` is not a whole number of vectors of at least 1 dimension or too many, if an item names
     /// an atom that does not exist, or if a number is not finite.
     pub fn new(
         atoms: Vec<Real>,
@@ -67,6 +70,9 @@ impl FactoredItems {
             )));
         }
         let count = atoms.len() / dim;
+        if count > MOST_ATOMS {
+            return Err(bad(format!("{count} atoms; expected at most {MOST_ATOMS}")));
+        }
         let (mut starts, mut terms) = (vec![0], Vec::new());
         for (item, of_item) in items.into_iter().enumerate() {
             for (atom, weight) in of_item {
@@ -222,7 +228,7 @@ fn grouped(starts: &[usize], terms: &[(u32, Real)]) -> Vec<Group> {
             let own = &terms[starts[*item as usize]..][..count];
             for (at, (atom, weight)) in own.iter().enumerate() {
                 let place = index / ITEMS * wide + at * ITEMS + index % ITEMS;
-                atoms[place] = *atom;
+                atoms[place] = *atom as u16;
                 if let Some(slot) = weights.get_mut(place) {
                     *slot = *weight;
                 }

@@ -18,6 +18,7 @@ mod select;
 mod sequence;
 mod sparse;
 mod state;
+mod tape;
 
 pub use basal_ganglia::{BasalGanglia, BasalGangliaPorts};
 pub use bilinear::{Compare, ComparePorts, Multiply, MultiplyPorts, Weigh, WeighPorts};
@@ -34,6 +35,7 @@ pub use resonator::{ResonatorNetwork, ResonatorNetworkPorts};
 pub use select::{Selection, SelectionPorts};
 pub use sequence::{Sequence, SequencePorts};
 pub use state::{State, StatePorts};
+pub use tape::{Tape, TapePorts};
 
 use crate::neurons::Represent;
 use crate::sim::{InputSpec, OutputSpec, Pointer, Real, Space, Synapse, VocabTag};

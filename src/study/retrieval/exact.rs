@@ -115,7 +115,7 @@ fn by_sum(
             found.iter_mut().zip(object).for_each(|(sum, value)| *sum += value / length);
         }
         let mut sum = symbols.bound("THING", &found)?;
-        add(&mut sum, &symbols.effect(query)?);
+        add(&mut sum, &symbols.effect(query.effect)?);
         let values = similarities(&actions, &sum);
         of_matches.extend(world.actions_of(query).into_iter().map(|index| values[index]));
         asked.push(sum);
@@ -155,8 +155,7 @@ fn by_each(
     seed: Seed,
 ) -> Result<Score, VocabError> {
     let objects = symbols.objects(world)?;
-    let names = symbols.names(world, seed)?;
-    let actions = symbols.actions(world, &names)?;
+    let actions = symbols.actions(world, seed)?;
     let mut noise = Noise { sd: noise, rng: seed.derive("retrieval", "noise").rng() };
     let mut score = Score::default();
     let ask = |noise: &mut Noise<_>, query: &Query| {
@@ -170,10 +169,11 @@ fn by_each(
     for query in on_actions {
         let mut named = vec![0.0; symbols.vocabulary.dim()];
         for index in ask(&mut noise, query)? {
-            add(&mut named, &names.item(index));
+            add(&mut named, &actions.objects.item(index));
         }
-        let by_name = noise.similarities(&actions, &named);
-        let by_effect = noise.similarities(&actions, &symbols.effect(query)?);
+        let by_name = noise.similarities(&actions.items, &named);
+        let effect = actions.effects.item(query.effect);
+        let by_effect = noise.similarities(&actions.items, &effect);
         let found = both_above(&by_name, &by_effect, ACTION_LEVEL);
         score.actions.add(&found, &world.actions_of(query));
     }

@@ -15,7 +15,7 @@ mod world;
 pub use exact::{Method, exact};
 pub use network::{Network, NetworkSpec, Reach};
 pub use prediction::{Predicted, predicted};
-pub use symbols::{Roles, Symbols};
+pub use symbols::{Actions, Retrieved, Roles, Symbols};
 pub use world::{Query, World, WorldSpec};
 
 /// Items that were found, that should have been, and both.

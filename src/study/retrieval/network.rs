@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::symbols::{Retrieved, Roles, Symbols};
-use super::world::{Query, World};
 use super::Score;
+use super::symbols::{Actions, Retrieved, Roles, Symbols};
+use super::world::{Query, World};
 use crate::neurons::{LifSpec, PatternError, Population, PopulationPlan, SolvedModel};
 use crate::sim::{
     Graph, GraphBuilder, In, Out, Pointer, PointerRef, Real, RunConfig, Seed, SimDuration,
@@ -98,32 +98,31 @@ impl Network {
         let mut graph = GraphBuilder::new();
         let memory = JointMemory::new(vocabulary, Arc::new(symbols.objects(world)?), 2);
         let objects = graph.add("objects", memory.level(spec.level));
-        let mut shown = [Vec::new(), Vec::new(), Vec::new()];
+        let mut shown = [Vec::new(), Vec::new()];
         for query in queries {
             let [place, goal] = symbols.conditions(query)?;
-            let effect = symbols.effect(query)?;
-            shown.iter_mut().zip([place, goal, effect]).for_each(|(all, one)| all.push(one));
+            shown.iter_mut().zip([place, goal]).for_each(|(all, one)| all.push(one));
         }
-        let show =
-            |graph: &mut GraphBuilder, at: usize, name: &str, port: &In<Pointer<Retrieved>>| {
-                let given = stimulus(&symbols, &shown[at], spec.span);
-                let given = graph.add(&format!("{name}_given"), given);
-                let state = graph.add(name, State::new(vocabulary));
-                graph.connect(&given, &state.input, Synapse::None);
-                graph.connect(&state.output, port, Synapse::None);
-            };
-        show(&mut graph, 0, "place", &objects.conditions[0]);
-        show(&mut graph, 1, "goal", &objects.conditions[1]);
+        let show = |graph: &mut GraphBuilder, name: &str, all: &[Vec<Real>], port: &In<_>| {
+            let given = graph.add(&format!("{name}_given"), stimulus(&symbols, all, spec.span));
+            let state = graph.add(name, State::new(vocabulary));
+            graph.connect(&given, &state.input, Synapse::None);
+            graph.connect(&state.output, port, Synapse::None);
+        };
+        show(&mut graph, "place", &shown[0], &objects.conditions[0]);
+        show(&mut graph, "goal", &shown[1], &objects.conditions[1]);
         let mut found_actions = None;
         if spec.reach == Reach::Actions {
-            let names = symbols.names(world, seed)?;
-            let memory = JointMemory::new(vocabulary, Arc::new(symbols.actions(world, &names)?), 2);
-            let actions = graph.add("actions", memory.level(ACTION_LEVEL));
-            let named =
-                graph.add("named", Linear::factored_combination(vocabulary, Arc::new(names)));
+            let Actions { items, objects: names, effects } = symbols.actions(world, seed)?;
+            let memory = JointMemory::new(vocabulary, Arc::new(items), 2).level(ACTION_LEVEL);
+            let actions = graph.add("actions", memory);
+            // The objects that were found give the sum of their names.
+            let named = Linear::factored_combination(vocabulary, Arc::new(names));
+            let named = graph.add("named", named);
             graph.connect(&objects.items, &named.input, Synapse::None);
             graph.connect(&named.output, &actions.conditions[0], Synapse::None);
-            show(&mut graph, 2, "effect", &actions.conditions[1]);
+            let effects: Vec<_> = queries.iter().map(|query| effects.item(query.effect)).collect();
+            show(&mut graph, "effect", &effects, &actions.conditions[1]);
             found_actions = Some(actions.items);
         }
         let plan = spec.plan().map_err(|error| VocabError::BadVector {

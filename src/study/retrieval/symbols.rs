@@ -28,11 +28,22 @@ impl VocabTag for Retrieved {
 
 /// The pointers of a world.
 pub struct Symbols {
-    /// The roles LOCATION, GOAL, THING and EFFECT, and all fillers.
+    /// The roles LOCATION, GOAL, THING and EFFECT, and all fillers: places `P`, goals `G`, effects `E`, and atoms of
+    /// names `X`.
     pub vocabulary: Vocabulary<Retrieved>,
     places: usize,
     goals: usize,
     effects: usize,
+}
+
+/// The memory of the actions by names.
+pub struct Actions {
+    /// Actions, `THING * name + EFFECT * effect`.
+    pub items: FactoredItems,
+    /// Bound names of the objects, `THING * name`.
+    pub objects: FactoredItems,
+    /// Bound effects, `EFFECT * effect`.
+    pub effects: FactoredItems,
 }
 
 /// The roles, which come first in the vocabulary.
@@ -137,36 +148,38 @@ impl Symbols {
         FactoredItems::new(atoms, self.vocabulary.dim(), items)
     }
 
-    /// Returns a random name of norm 1 for each object, bound to THING. A name is a sum of 16 of D orthonormal atoms with
-    /// random signs: two names are as dissimilar as dense random pointers, but their memory is factored.
-    pub fn names(&self, world: &World, seed: Seed) -> Result<FactoredItems, VocabError> {
+    /// Returns random names of norm 1, bound to a role. A name is a sum of 16 of D orthonormal atoms with random signs: two
+    /// names are as dissimilar as dense random pointers, but their memory is factored.
+    fn names(&self, role: &str, count: usize, seed: Seed) -> Result<FactoredItems, VocabError> {
         let dim = self.vocabulary.dim();
-        let atoms = self.bound("THING", self.fillers('X', 0..dim))?;
-        let mut rng = seed.derive("retrieval", "names").rng();
-        let count = NAME_TERMS.min(dim);
-        let weight = (count as Real).sqrt().recip();
-        let items = (0..world.objects.len()).map(|_| {
-            let chosen = rand::seq::index::sample(&mut rng, dim, count);
+        let atoms = self.bound(role, self.fillers('X', 0..dim))?;
+        let mut rng = seed.derive("retrieval names", role).rng();
+        let terms = NAME_TERMS.min(dim);
+        let weight = (terms as Real).sqrt().recip();
+        let items = (0..count).map(|_| {
+            let chosen = rand::seq::index::sample(&mut rng, dim, terms);
             let sign = |at| (at, if rng.random() { weight } else { -weight });
             chosen.iter().map(sign).collect()
         });
         FactoredItems::new(atoms, dim, items.collect::<Vec<_>>())
     }
 
-    /// Returns the actions by the name of their object: `THING * name + EFFECT * effect`.
-    pub fn actions(
-        &self,
-        world: &World,
-        names: &FactoredItems,
-    ) -> Result<FactoredItems, VocabError> {
-        let dim = self.vocabulary.dim();
-        let mut atoms = self.bound("THING", self.fillers('X', 0..dim))?;
-        atoms.extend(self.bound("EFFECT", self.fillers('E', 0..self.effects))?);
+    /// Returns the memory of the actions by the names of their objects, `THING * name + EFFECT * effect`, and what is
+    /// needed to ask it. Effects are names, too.
+    pub fn actions(&self, world: &World, seed: Seed) -> Result<Actions, VocabError> {
+        let objects = self.names("THING", world.objects.len(), seed)?;
+        let effects = self.names("EFFECT", world.spec.effects, seed)?;
+        let first = objects.atoms();
+        let atoms =
+            |of: &FactoredItems| (0..first).filter_map(|i| of.atom(i)).flatten().copied().collect();
+        let atoms: [Vec<Real>; 2] = [atoms(&objects), atoms(&effects)];
         let items = world.actions.iter().map(|[object, effect]| {
-            let name = names.terms(*object).iter().map(|(atom, weight)| (*atom as usize, *weight));
-            name.chain([(dim + effect, 1.0)]).collect()
+            let own = objects.terms(*object).iter().map(|(atom, weight)| (*atom as usize, *weight));
+            let effect = effects.terms(*effect).iter();
+            own.chain(effect.map(|(atom, weight)| (first + *atom as usize, *weight))).collect()
         });
-        FactoredItems::new(atoms, dim, items)
+        let items = FactoredItems::new(atoms.concat(), self.vocabulary.dim(), items)?;
+        Ok(Actions { items, objects, effects })
     }
 
     /// Returns the two conditions of a query on objects: the bound place and the bound goal.
@@ -178,8 +191,8 @@ impl Symbols {
         ])
     }
 
-    /// Returns a query's bound effect.
-    pub(super) fn effect(&self, query: &Query) -> Result<Vec<Real>, VocabError> {
-        self.bound("EFFECT", self.fillers('E', query.effect..query.effect + 1))
+    /// Returns an effect as the actions of pointers have it, bound.
+    pub(super) fn effect(&self, effect: usize) -> Result<Vec<Real>, VocabError> {
+        self.bound("EFFECT", self.fillers('E', effect..effect + 1))
     }
 }
