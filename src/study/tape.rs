@@ -8,7 +8,7 @@
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::neurons::{PopulationPlan, SelectRule, SolvedModel};
+use crate::neurons::{LifSpec, PatternError, Population, PopulationPlan, SelectRule, SolvedModel};
 use crate::sim::{
     GraphBuilder, PointerRef, Real, Seed, Signal, SimDuration, Simulator, Stimulus, Synapse,
     Timebase, VocabTag,
@@ -156,6 +156,26 @@ pub fn exact_stack(spec: &TapeSpec, seed: Seed) -> Result<usize, VocabError> {
     Ok(plan.chosen.len())
 }
 
+/// Number of neurons per dimension of the population that holds the tape, for [`populations`].
+pub const HELD_PER_DIMENSION: usize = 200;
+/// Number of neurons per product, for [`populations`].
+pub const PER_PRODUCT: usize = 100;
+
+/// Returns spiking populations for [`run_tape`]: more neurons than usual hold the tape, fewer bind and unbind. With 512
+/// dimensions they are 447,600 neurons.
+///
+/// # Errors
+/// None that is known: the path in it is valid.
+pub fn populations() -> Result<PopulationPlan, TaskError> {
+    let lif = LifSpec { per_product: PER_PRODUCT, ..LifSpec::default() };
+    let held = LifSpec { per_dimension: HELD_PER_DIMENSION, ..lif };
+    let path = "tape/held".parse().map_err(|error: PatternError| VocabError::BadVector {
+        name: "tape".into(),
+        reason: error.to_string(),
+    })?;
+    Ok(PopulationPlan::all(Population::Lif(lif)).with(path, Population::Lif(held)))
+}
+
 /// What a network read back.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TapeRead {
@@ -182,7 +202,7 @@ const WRITING_FROM_S: f64 = 0.1;
 /// # Errors
 /// [`TaskError::Vocabulary`] or [`TaskError::Build`] if the number of dimensions or the plan of populations is invalid;
 /// [`TaskError::Sim`] if a value becomes infinite or NaN.
-pub fn network(
+pub fn run_tape(
     spec: &TapeSpec,
     populations: &PopulationPlan,
     seed: Seed,

@@ -139,6 +139,15 @@ impl FactoredItems {
         sum
     }
 
+    /// Returns a memory whose items are the atoms of this one.
+    pub(super) fn alone(&self) -> Self {
+        let starts: Vec<usize> = (0..=self.atoms()).collect();
+        let terms: Vec<(u32, Real)> = (0..self.atoms() as u32).map(|atom| (atom, 1.0)).collect();
+        let groups = grouped(&starts, &terms);
+        let (atoms, blocks) = (self.atoms.clone(), self.blocks.clone());
+        Self { dim: self.dim, atoms, blocks, starts, terms, groups }
+    }
+
     /// Returns the number of multiply-adds that the similarities of one query take, factored and with all items as
     /// dense vectors.
     pub fn multiply_adds(&self) -> [usize; 2] {

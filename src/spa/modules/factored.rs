@@ -191,6 +191,7 @@ impl LinearMap for Combination {
 /// ```
 pub struct JointMemory<V: VocabTag> {
     similarity: FactoredSimilarity<V>,
+    cleaned: Option<Real>,
     level: Real,
     joint: Real,
     synapse: Synapse,
@@ -214,13 +215,24 @@ impl<V: VocabTag> JointMemory<V> {
     pub fn new(vocabulary: &Vocabulary<V>, items: Arc<FactoredItems>, conditions: usize) -> Self {
         let similarity = FactoredSimilarity::new(vocabulary, items, conditions);
         let joint = conditions as Real - SLACK;
-        Self { similarity, level: LEVEL, joint, synapse: FEED_FORWARD }
+        Self { similarity, cleaned: None, level: LEVEL, joint, synapse: FEED_FORWARD }
     }
 
     /// Sets the similarity at which an item meets a condition (default 0.65). A level that is not finite is a fault
     /// when the graph is built.
     pub fn level(mut self, level: Real) -> Self {
         self.level = level;
+        self
+    }
+
+    /// Compares the conditions with the atoms, and the items with the atoms that reach `level` alone. Each condition then
+    /// has a threshold per atom, and answers take 6 ms longer.
+    ///
+    /// This is no longer the similarity of item and condition: atoms that resemble the condition by chance are left out,
+    /// so there is no crosstalk while each atom of a condition can be told from all others. Fewer items change at a time,
+    /// too, so it costs less. Conditions must be atoms or sums of a few atoms.
+    pub fn cleaned(mut self, level: Real) -> Self {
+        self.cleaned = Some(level);
         self
     }
 
@@ -248,29 +260,49 @@ impl<V: VocabTag> Module for JointMemory<V> {
     type Ports = JointMemoryPorts<V>;
 
     fn expand(self, scope: &mut Scope<'_>) -> JointMemoryPorts<V> {
-        let (count, conditions) = (self.similarity.items.len(), self.similarity.queries);
-        let similarity = scope.add("similarity", self.similarity);
-        let rule = |level| Select::new(count, SelectRule::Threshold { level });
-        let joint = scope.select("joint", rule(self.joint));
-        let items = scope.add("items", Add::vector(count));
-        scope.connect(&joint.output, &items.input, self.synapse);
+        let (items, conditions) = (self.similarity.items.clone(), self.similarity.queries);
+        let count = items.len();
+        let threshold = |count, level| Select::new(count, SelectRule::Threshold { level });
+        let similarity = match self.cleaned {
+            None => self.similarity,
+            Some(_) => FactoredSimilarity { items: Arc::new(items.alone()), ..self.similarity },
+        };
+        let similarity = scope.add("similarity", similarity);
+        let joint = scope.select("joint", threshold(count, self.joint));
+        let found = scope.add("items", Add::vector(count));
+        scope.connect(&joint.output, &found.input, self.synapse);
         let mut channels = Vec::with_capacity(conditions);
         for (index, similarities) in similarity.outputs.iter().enumerate() {
-            let condition = scope.select(&format!("condition{index}"), rule(self.level));
+            let condition =
+                scope.select(&format!("condition{index}"), threshold(count, self.level));
             let channel = scope.add(&format!("channel{index}"), Add::vector(count));
-            scope.connect(similarities, &condition.input, Synapse::None);
+            if let Some(level) = self.cleaned {
+                let atoms = scope.select(&format!("atoms{index}"), threshold(items.atoms(), level));
+                let weights = (0..count).flat_map(|item| {
+                    items
+                        .terms(item)
+                        .iter()
+                        .map(move |(atom, weight)| (*atom as usize, item, *weight))
+                });
+                let spread = Linear::sparse(items.atoms(), count, weights);
+                let spread = scope.add(&format!("spread{index}"), spread);
+                scope.connect(similarities, &atoms.input, Synapse::None);
+                scope.connect(&atoms.output, &spread.input, self.synapse);
+                scope.connect(&spread.output, &condition.input, Synapse::None);
+            } else {
+                scope.connect(similarities, &condition.input, Synapse::None);
+            }
             scope.connect(&condition.output, &channel.input, self.synapse);
             scope.connect(&channel.output, &joint.input, Synapse::None);
             channels.push(scope.output(&format!("channels[{index}]"), channel.output));
         }
-        let mut inputs = similarity.queries.into_iter().enumerate();
+        let inputs = similarity.queries.into_iter().enumerate();
         JointMemoryPorts {
             conditions: inputs
-                .by_ref()
                 .map(|(index, input)| scope.input(&format!("conditions[{index}]"), input))
                 .collect(),
             channels,
-            items: scope.output("items", items.output),
+            items: scope.output("items", found.output),
         }
     }
 }

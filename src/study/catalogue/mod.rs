@@ -6,7 +6,9 @@ mod capacity;
 #[cfg(feature = "physics")]
 mod clusters;
 mod norms;
+mod retrieval;
 mod structures;
+mod tape;
 #[cfg(feature = "physics")]
 mod thresholds;
 mod timing;
@@ -56,6 +58,8 @@ fn makers() -> Vec<Make> {
         |o| Ok(Box::new(structures::Structures::new(o))),
         |o| Ok(Box::new(structures::Structures::beyond(o))),
         |o| Ok(Box::new(capacity::Capacity::new(o))),
+        |o| Ok(Box::new(retrieval::Retrieval::new(o))),
+        |o| Ok(Box::new(tape::Depths::new(o))),
         |o| Ok(Box::new(ablation::Ablation::new(o))),
         |o| Ok(Box::new(timing::Timing::new(o))),
     ]

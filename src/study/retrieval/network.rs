@@ -33,6 +33,8 @@ pub struct NetworkSpec {
     pub reach: Reach,
     /// Similarity at which an object meets a condition.
     pub level: Real,
+    /// Whether objects are compared with cleaned conditions ([`JointMemory::cleaned`]).
+    pub cleaned: bool,
     /// Neurons of the populations that represent the conditions; `None` for exact maths in the whole network.
     pub conditions: Option<LifSpec>,
     /// Number of neurons per item and threshold.
@@ -48,6 +50,7 @@ impl Default for NetworkSpec {
             roles: Roles::Frame,
             reach: Reach::Objects,
             level: 0.65,
+            cleaned: false,
             conditions: Some(LifSpec::default()),
             per_item: 1,
             span: SimDuration::from_millis(40),
@@ -79,6 +82,8 @@ pub struct Network {
 
 /// Activity above which an item counts as found.
 const FOUND: Real = 0.5;
+/// Level of the similarity of a condition to an atom, where conditions are cleaned.
+const ATOM_LEVEL: Real = 0.5;
 /// Level of the similarity of an action to the names of the found objects, and to the effect.
 const ACTION_LEVEL: Real = 0.5;
 
@@ -97,7 +102,9 @@ impl Network {
         let vocabulary = &symbols.vocabulary;
         let mut graph = GraphBuilder::new();
         let memory = JointMemory::new(vocabulary, Arc::new(symbols.objects(world)?), 2);
-        let objects = graph.add("objects", memory.level(spec.level));
+        let memory = memory.level(spec.level);
+        let memory = if spec.cleaned { memory.cleaned(ATOM_LEVEL) } else { memory };
+        let objects = graph.add("objects", memory);
         let mut shown = [Vec::new(), Vec::new()];
         for query in queries {
             let [place, goal] = symbols.conditions(query)?;
