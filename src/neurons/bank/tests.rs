@@ -113,7 +113,7 @@ fn fired(bank: &Bank) -> (Vec<u32>, Vec<Real>) {
     let count = bank.shape.neurons * 21;
     let (mut state, mut out) = (vec![0.0; bank.state_len()], vec![0.0; 21]);
     let (mut spikes, mut means) = (vec![0u32; count], vec![0.0; 21]);
-    let values: Vec<Real> = (0..21).map(|i| 0.05 * i as Real).collect();
+    let values: Vec<Real> = (0..21).map(|i| 0.05 * i as Real + 0.02).collect();
     for _ in 0..2_000 {
         bank.step(Threads::Serial, (&values, 1.0), &mut state, &mut out);
         for (neuron, spikes) in spikes.iter_mut().enumerate() {
@@ -132,7 +132,7 @@ fn few_neurons_fire_at_the_rate_of_the_closed_form_and_are_decoded_as_one() {
         assert_eq!(bank.state_len(), 2 * 21 * neurons);
         let (spikes, means) = fired(&bank);
         for (neuron, spikes) in spikes.iter().enumerate() {
-            let value = 0.05 * (neuron / neurons) as Real;
+            let value = 0.05 * (neuron / neurons) as Real + 0.02;
             let current = bank.encoders[neuron] * value + bank.biases[neuron];
             let expected = 2.0 * lif.rate(f64::from(current));
             assert!((f64::from(*spikes) - expected).abs() <= 1.5, "{neuron}: {spikes} {expected}");
