@@ -73,12 +73,11 @@ impl LifSpec {
     /// Returns the default tuning with few neurons per item of a selection, such as 1 to 4: a single neuron is a
     /// threshold.
     ///
-    /// All neurons begin to fire at the level, and their maximum rates of 485 to 495 Hz are near the refractory limit:
+    /// All neurons begin to fire at the level, and their maximum rate of 480 Hz is near the refractory limit:
     /// soon above the level they have nearly the same rate. The output of an item then fluctuates little around 1 behind
     /// a synapse of 5 ms.
     pub fn few_per_item(per_item: usize) -> Self {
-        let r: f64 = std::env::var("RATE").map_or(480.0, |r| r.parse().unwrap());
-        Self { per_item, item_spread: 0.0, max_rates: [r, r], ..Self::default() }
+        Self { per_item, item_spread: 0.0, max_rates: [480.0, 480.0], ..Self::default() }
     }
 }
 

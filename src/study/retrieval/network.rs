@@ -177,9 +177,9 @@ impl Network {
             for (score, time) in scores.iter_mut().zip(at) {
                 sim.run_for(SimDuration::from_micros(micros(*time).saturating_sub(now)))?;
                 now = now.max(micros(*time));
-                score.objects.add(&found(&sim.value(&self.objects)), &objects);
+                score.objects.add(&found(sim.value(&self.objects)), &objects);
                 if let (Some(out), Some(actions)) = (&self.actions, &actions) {
-                    score.actions.add(&found(&sim.value(out)), actions);
+                    score.actions.add(&found(sim.value(out)), actions);
                 }
             }
             sim.run_for(SimDuration::from_micros(micros(self.span).saturating_sub(now)))?;
