@@ -37,8 +37,11 @@ pub struct LifSpec {
     pub per_function: usize,
     /// Number of neurons per product. Each of its two squares gets half of them. Default: 200.
     pub per_product: usize,
-    /// Number of neurons per item of a selection. Default: 50.
+    /// Number of neurons per item of a selection. Default: 50. [`few_per_item`](Self::few_per_item) tunes 1 to 4.
     pub per_item: usize,
+    /// Mean distance of the intercepts of a selection from its level, as a fraction of the range of utilities (at least
+    /// 0, finite). Default: 0.1. With 0 all neurons of an item begin to fire at the level, as few neurons must.
+    pub item_spread: f64,
     /// Regularisation of the decoder solve, as a fraction of the greatest rate (above 0, finite). Default: 0.1.
     ///
     /// Decoders are `(A^T A + m s^2 I)^-1 A^T F`. A holds the rates and F the target values at m evaluation points; s
@@ -59,9 +62,22 @@ impl Default for LifSpec {
             per_function: 100,
             per_product: 200,
             per_item: 50,
+            item_spread: 0.1,
             regularisation: 0.1,
             scale: 1.0,
         }
+    }
+}
+
+impl LifSpec {
+    /// Returns the default tuning with few neurons per item of a selection, such as 1 to 4: a single neuron is a
+    /// threshold.
+    ///
+    /// All neurons begin to fire at the level, and their maximum rate of 480 Hz is near the refractory limit:
+    /// soon above the level they have nearly the same rate. The output of an item then fluctuates little around 1 behind
+    /// a synapse of 5 ms.
+    pub fn few_per_item(per_item: usize) -> Self {
+        Self { per_item, item_spread: 0.0, max_rates: [480.0, 480.0], ..Self::default() }
     }
 }
 

@@ -195,6 +195,10 @@ impl Maker<'_> {
             return Err(refuse("max_rates", format!("{low} to {high}"), expected));
         }
         let [low, high] = intercepts;
+        let spread = self.spec.item_spread;
+        if !(spread.is_finite() && spread >= 0.0) {
+            return Err(refuse("item_spread", spread, "a finite number of at least 0"));
+        }
         if !(*low >= -1.0 && low <= high && *high < 1.0) {
             let expected = "two numbers in rising order, at least -1 and below 1";
             return Err(refuse("intercepts", format!("{low} to {high}"), expected));
@@ -345,15 +349,19 @@ impl Maker<'_> {
             .map(|i| low + (1.0 - low) * (i as f64 + 0.5) / SCALAR_POINTS as f64)
             .collect();
         let wanted: Vec<f64> = values.iter().map(|v| function(v * radius)).collect();
-        let even = if matches!(spread, Spread::Even) { 1.0 } else { 0.0 };
-        let marks: Vec<f64> = wanted.iter().copied().chain([low, radius, even]).collect();
+        let mark = match spread {
+            Spread::Even => 1.0,
+            // 0 by default, as before the mean could be chosen: stored populations keep their fingerprints.
+            Spread::Near(mean) => mean - LifSpec::default().item_spread,
+        };
+        let marks: Vec<f64> = wanted.iter().copied().chain([low, radius, mark]).collect();
         self.bank(shape, role, &marks, |_, seed| {
             let intercept = |rng: &mut ChaCha8Rng| {
                 let share: f64 = rng.random();
                 match spread {
                     Spread::Even => low + (0.95 - low) * share,
                     // Most neurons begin to fire just above the level.
-                    Spread::Near => (low - (1.0 - share).ln() * NEAR_LEVEL).min(0.95),
+                    Spread::Near(mean) => (low - (1.0 - share).ln() * mean).min(0.95),
                 }
             };
             let up = |_: &mut ChaCha8Rng, out: &mut [f64]| out.fill(1.0);
@@ -371,12 +379,10 @@ impl Maker<'_> {
 pub(super) enum Spread {
     /// Uniformly up to 0.95 of the radius.
     Even,
-    /// Exponentially, most of them just above the level.
-    Near,
+    /// Exponentially, most of them just above the level, with this mean distance in units of the radius.
+    Near(f64),
 }
 
-/// Mean distance of intercepts from the level for [`Spread::Near`], in units of the radius.
-const NEAR_LEVEL: f64 = 0.1;
 /// Number of evaluation points for functions of one number.
 const SCALAR_POINTS: usize = 300;
 /// Radius of a pointer's ensemble, in units of the usual norm of the part that it represents.

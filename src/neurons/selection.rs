@@ -168,7 +168,12 @@ impl Maker<'_> {
         let radius = level.max(0.0) + 0.7;
         let (items, per) = (layer.items, self.spec.per_item as f64);
         let chosen = |share: f64, level: f64, radius: f64| {
-            self.above((items, per * share), (level, radius, Spread::Near), &|_| 1.0, "chosen")
+            self.above(
+                (items, per * share),
+                (level, radius, Spread::Near(self.spec.item_spread)),
+                &|_| 1.0,
+                "chosen",
+            )
         };
         let decay = |tau_s: f64| (-self.dt_s / tau_s).exp() as Real;
         let (chosen, rivalry) = match layer.rule {

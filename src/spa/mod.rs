@@ -11,6 +11,7 @@
 //!   transformations. Both implement the trait [`Algebra`].
 //! - [`cosine`]: the similarity of two pointers.
 //! - [`ItemMemory`]: finds the stored vector most similar to a query, exactly and fast.
+//! - [`FactoredItems`]: a large item memory whose items are sparse sums of shared atoms.
 //! - [`PairDecoder`]: decodes all fillers of a sum of role-filler pairs.
 //! - [`Resonator`]: finds the factors of a bound pointer.
 //! - [`Capacity`] and [`Vocabulary::reliability`]: predict how reliably pointers are decoded.
@@ -27,12 +28,15 @@
 //! | [`Superpose`] | adds pointers with weights | `Superposition`, `+` |
 //! | [`CleanupMemory`], [`AssociativeMemory`] | chooses stored pointers by similarity | `ThresholdingAssocMem`, `WTAAssocMem`, `IAAssocMem` |
 //! | [`DecodePairs`] | decodes all fillers of a sum of role-filler pairs at once | |
+//! | [`JointMemory`] | finds the items that meet several conditions at once | |
+//! | [`FactoredSimilarity`] | compares pointers with items that share atoms | |
 //! | [`Selection`] | chooses among utilities by a rule | `Thresholding`, `WTA`, `IA` |
 //! | [`BasalGanglia`] | chooses the action of greatest utility | `BasalGanglia` with `Thalamus` |
 //! | [`Gate`] | lets a pointer pass or silences it | gated routes of `ActionSelection` |
 //! | [`GoalBuffer`] | stores its input while its gate is open, then holds it | |
 //! | [`ResonatorNetwork`] | finds the factors of a bound pointer | |
 //! | [`Sequence`] | steps through named pointers | |
+//! | [`Tape`] | writes pointers at the positions of a moving index, and reads them | |
 //! | [`Linear`] | applies a fixed linear map | transforms |
 //! | [`Reinterpret`] | passes a pointer on as one of another vocabulary | `reinterpret` |
 //!
@@ -87,7 +91,9 @@ mod algebra;
 mod capacity;
 mod error;
 mod expr;
+mod factored;
 pub mod flow;
+mod frame;
 mod item_memory;
 mod modules;
 mod page;
@@ -104,16 +110,18 @@ pub use algebra::{
 pub use capacity::Capacity;
 pub use error::VocabError;
 pub(crate) use error::nearest_name;
+pub use factored::FactoredItems;
 pub use flow::{Flow, FlowExt, IntoFlow, Route, Routes, Rule, Rules, RulesPorts};
 pub(crate) use item_memory::dots;
 pub use item_memory::{ItemMemory, Match};
 pub use modules::{
     AssociativeMemory, BasalGanglia, BasalGangliaPorts, Bind, BindPorts, CleanupMemory, Compare,
-    ComparePorts, DecodePairs, DecodePairsPorts, FEED_FORWARD, Gate, GatePorts, GoalBuffer,
-    GoalBufferPorts, Linear, LinearPorts, MemoryPorts, Multiply, MultiplyPorts, RECURRENT,
+    ComparePorts, DecodePairs, DecodePairsPorts, FEED_FORWARD, FactoredSimilarity,
+    FactoredSimilarityPorts, Gate, GatePorts, GoalBuffer, GoalBufferPorts, JointMemory,
+    JointMemoryPorts, Linear, LinearPorts, MemoryPorts, Multiply, MultiplyPorts, RECURRENT,
     Reinterpret, ReinterpretPorts, ResonatorNetwork, ResonatorNetworkPorts, Selection,
-    SelectionPorts, Sequence, SequencePorts, State, StatePorts, Superpose, SuperposePorts, Unbind,
-    UnbindFixed, UnbindFixedPorts, UnbindPorts, Weigh, WeighPorts,
+    SelectionPorts, Sequence, SequencePorts, State, StatePorts, Superpose, SuperposePorts, Tape,
+    TapePorts, Unbind, UnbindFixed, UnbindFixedPorts, UnbindPorts, Weigh, WeighPorts,
 };
 pub use page::RunPage;
 pub use pairs::{Filler, PairDecoder};

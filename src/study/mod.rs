@@ -6,16 +6,20 @@
 //! | [`experiment`] | the framework: trials in a journal, tables, figures |
 //! | [`catalogue`] | the experiments by name |
 //! | [`problems`] | planning problems with known shortest plans |
+//! | [`retrieval`] | objects and actions by two conditions: worlds, exact methods, closed forms, networks |
 //! | [`standard`] | the networks on which speed is measured |
+//! | [`tape`] | plans on a tape and on a shift stack |
 //! | [`worlds`] | kinematic tasks with known truth, for scoring learners |
 
 pub mod catalogue;
 pub mod experiment;
 pub mod problems;
+pub mod retrieval;
 pub mod standard;
 pub mod statistics;
 #[cfg(feature = "physics")]
 mod tally;
+pub mod tape;
 pub mod worlds;
 
 #[cfg(feature = "physics")]

@@ -27,7 +27,6 @@ pub(super) struct Work<'a> {
 /// outputs branches: it visits only the neurons that fired.
 #[multiversion(targets("x86_64+avx2", "x86_64+sse4.1"))]
 pub(super) fn spikes(work: &Work<'_>, v: &mut [Real], r: &mut [Real], out: &mut [Real]) {
-    let Consts { dt, per_tau, tau_rc, tau_ref } = work.consts;
     let Shape { dims, outputs, .. } = work.shape;
     let padded = work.shape.padded();
     let (mut currents, mut fired) = ([0.0; BLOCK], [0u32; BLOCK]);
@@ -54,29 +53,7 @@ pub(super) fn spikes(work: &Work<'_>, v: &mut [Real], r: &mut [Real], out: &mut 
             let len = v.len();
             let (currents, fired) = (&mut currents[..len], &mut fired[..len]);
             encode(encoders, biases, work.shift, value, currents);
-            for (((v, r), c), fired) in
-                v.iter_mut().zip(r.iter_mut()).zip(&*currents).zip(fired.iter_mut())
-            {
-                let left = *r - dt;
-                let free = dt - left;
-                let free = if free < dt { free } else { dt };
-                let z = if free > 0.0 { free } else { 0.0 } * per_tau;
-                // The series of 1 - exp(-z); z is at most MAX_TICK.
-                let decay = z
-                    * (1.0
-                        - z * 0.5 * (1.0 - z * (1.0 / 3.0) * (1.0 - z * 0.25 * (1.0 - z * 0.2))));
-                let next = *v + (c - *v) * decay;
-                // The time since the spike is -tau_rc ln(1 - (v - 1) / (J - 1)); `log` is the series without tau_rc.
-                let over = (next - 1.0) / (c - 1.0);
-                let tail = 1.0 / 4.0 + over * (1.0 / 5.0 + over * (1.0 / 6.0 + over * (1.0 / 7.0)));
-                let log = over * (1.0 + over * (1.0 / 2.0 + over * (1.0 / 3.0 + over * tail)));
-                let spike = next > 1.0;
-                let resting = if left > 0.0 { left } else { 0.0 };
-                *r = if spike { tau_ref + dt - tau_rc * log } else { resting };
-                let silent = if next > 0.0 { next } else { 0.0 };
-                *v = if spike { 0.0 } else { silent };
-                *fired = u32::from(spike).wrapping_neg();
-            }
+            update(work.consts, v, r, currents, fired);
             if outputs == 1 {
                 // A mask, because compilers turn a conditional sum into a conditional store.
                 let eights = fired.chunks_exact(NARROW).zip(decoders.chunks_exact(NARROW));
@@ -92,6 +69,38 @@ pub(super) fn spikes(work: &Work<'_>, v: &mut [Real], r: &mut [Real], out: &mut 
         if outputs == 1 {
             out[0] = lanes.iter().sum();
         }
+    }
+}
+
+/// Computes voltages, refractory times, and the mask of the neurons that fire.
+#[inline(always)]
+pub(super) fn update(
+    consts: Consts,
+    v: &mut [Real],
+    r: &mut [Real],
+    currents: &[Real],
+    fired: &mut [u32],
+) {
+    let Consts { dt, per_tau, tau_rc, tau_ref } = consts;
+    for (((v, r), c), fired) in v.iter_mut().zip(r.iter_mut()).zip(currents).zip(fired.iter_mut()) {
+        let left = *r - dt;
+        let free = dt - left;
+        let free = if free < dt { free } else { dt };
+        let z = if free > 0.0 { free } else { 0.0 } * per_tau;
+        // The series of 1 - exp(-z); z is at most MAX_TICK.
+        let decay =
+            z * (1.0 - z * 0.5 * (1.0 - z * (1.0 / 3.0) * (1.0 - z * 0.25 * (1.0 - z * 0.2))));
+        let next = *v + (c - *v) * decay;
+        // The time since the spike is -tau_rc ln(1 - (v - 1) / (J - 1)); `log` is the series without tau_rc.
+        let over = (next - 1.0) / (c - 1.0);
+        let tail = 1.0 / 4.0 + over * (1.0 / 5.0 + over * (1.0 / 6.0 + over * (1.0 / 7.0)));
+        let log = over * (1.0 + over * (1.0 / 2.0 + over * (1.0 / 3.0 + over * tail)));
+        let spike = next > 1.0;
+        let resting = if left > 0.0 { left } else { 0.0 };
+        *r = if spike { tau_ref + dt - tau_rc * log } else { resting };
+        let silent = if next > 0.0 { next } else { 0.0 };
+        *v = if spike { 0.0 } else { silent };
+        *fired = u32::from(spike).wrapping_neg();
     }
 }
 

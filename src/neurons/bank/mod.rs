@@ -5,7 +5,8 @@
 //! A bank is a structure of arrays. The array of encoders, each times gain / radius, is ordered by ensemble, then by
 //! group of 32 neurons (8 if the ensemble has one dimension), then by dimension. Encoding therefore reads memory from
 //! front to back. Biases, voltages and refractory times have one array each. Neurons that never fire pad every ensemble
-//! to whole groups.
+//! to whole groups. Ensembles of 1 to 4 neurons with one dimension and one output are not padded: they stand side by
+//! side, and a group holds the neurons of eight ensembles (`few.rs`).
 //!
 //! # Passes
 //!
@@ -36,6 +37,7 @@
 //! neurons that fired. A network of 341,450 neurons does not fit the caches: at the bandwidth of both cores, reading
 //! its 22 MB of encoders takes 0.8 ms per tick.
 
+mod few;
 mod loops;
 #[cfg(test)]
 mod tests;
@@ -43,6 +45,7 @@ mod tests;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use self::few::few;
 use self::loops::{Work, rates, spikes};
 use super::decode::{self, Points};
 use super::model::{Lif, TuningError, refuse};
@@ -122,7 +125,16 @@ pub(crate) struct Bank {
 impl Shape {
     /// Number of neurons in one group of encoders.
     fn lanes(&self) -> usize {
-        if self.dims == 1 { NARROW } else { WIDE }
+        match self.dims {
+            1 if self.is_few() => 1,
+            1 => NARROW,
+            _ => WIDE,
+        }
+    }
+
+    /// Returns whether several ensembles share a group.
+    fn is_few(&self) -> bool {
+        self.neurons <= FEW && self.dims == 1 && self.outputs == 1
     }
 
     /// Number of neurons in one ensemble, including those that pad its last group.
@@ -141,6 +153,8 @@ impl Shape {
 const NARROW: usize = 8;
 /// Neurons encoded together in ensembles of several dimensions.
 const WIDE: usize = 32;
+/// Greatest number of neurons in ensembles that share a group.
+const FEW: usize = 4;
 /// Neurons in one block: their currents stay in the first-level cache between passes.
 const BLOCK: usize = 128;
 
@@ -359,6 +373,9 @@ impl Slice<'_> {
         };
         match bank.firing {
             Firing::Rates => rates(&work, self.out),
+            Firing::Spikes if shape.is_few() => {
+                few(&work, self.voltages, self.refractory, self.out)
+            }
             Firing::Spikes => spikes(&work, self.voltages, self.refractory, self.out),
         }
     }

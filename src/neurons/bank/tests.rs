@@ -91,3 +91,61 @@ fn spikes_come_at_the_rate_of_the_closed_form() {
     }
     assert!(firing > 50, "{firing}");
 }
+
+/// Twenty-one ensembles of a few neurons that fire above 0.3: two whole groups and a part of one.
+fn few_per_ensemble(neurons: usize) -> Bank {
+    let lif = Lif::default();
+    let shape = Shape { ensembles: 21, neurons, dims: 1, outputs: 1 };
+    let draft = |_, seed: Seed| {
+        let mut rng = seed.rng();
+        let up = |_: &mut rand_chacha::ChaCha8Rng, out: &mut [f64]| out.fill(1.0);
+        let drawn = Neurons::draw(&lif, (neurons, 1), 200.0..=400.0, &mut rng, up, |_| 0.3)?;
+        let values: Vec<f64> = (0..100).map(|i| 0.3 + 0.007 * f64::from(i)).collect();
+        let points = Points { wanted: vec![1.0; 100], values, outputs: 1 };
+        Ok(Draft { neurons: drawn, radius: 1.0, points })
+    };
+    Bank::build(&lif, 0.001, shape, (Firing::Spikes, 0.1), Seed::new(1), draft)
+        .unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Returns how often each neuron of the bank fires in 2 s, and the mean output of each ensemble.
+fn fired(bank: &Bank) -> (Vec<u32>, Vec<Real>) {
+    let count = bank.shape.neurons * 21;
+    let (mut state, mut out) = (vec![0.0; bank.state_len()], vec![0.0; 21]);
+    let (mut spikes, mut means) = (vec![0u32; count], vec![0.0; 21]);
+    let values: Vec<Real> = (0..21).map(|i| 0.05 * i as Real + 0.02).collect();
+    for _ in 0..2_000 {
+        bank.step(Threads::Serial, (&values, 1.0), &mut state, &mut out);
+        for (neuron, spikes) in spikes.iter_mut().enumerate() {
+            *spikes += u32::from(bank.spiked(&state, neuron));
+        }
+        means.iter_mut().zip(&out).for_each(|(mean, out)| *mean += out / 2e3);
+    }
+    (spikes, means)
+}
+
+#[test]
+fn few_neurons_fire_at_the_rate_of_the_closed_form_and_are_decoded_as_one() {
+    let lif = Lif::default();
+    for neurons in [1, 2, 4] {
+        let bank = few_per_ensemble(neurons);
+        assert_eq!(bank.state_len(), 2 * 21 * neurons);
+        let (spikes, means) = fired(&bank);
+        for (neuron, spikes) in spikes.iter().enumerate() {
+            let value = 0.05 * (neuron / neurons) as Real + 0.02;
+            let current = bank.encoders[neuron] * value + bank.biases[neuron];
+            let expected = 2.0 * lif.rate(f64::from(current));
+            assert!((f64::from(*spikes) - expected).abs() <= 1.5, "{neuron}: {spikes} {expected}");
+        }
+        assert!(means[..6].iter().all(|mean| *mean == 0.0), "{means:?}");
+        assert!(means[12..].iter().all(|mean| (mean - 1.0).abs() < 0.45), "{means:?}");
+        // The wrong variant: neurons read the input of their neighbour.
+        let mut wrong = bank.clone();
+        wrong.encoders.rotate_left(1);
+        wrong.biases[0] = 1.1;
+        assert!(fired(&wrong).0 != spikes);
+        // What rests is passed over without a change of bits.
+        let slow = Bank { rests: vec![Real::NEG_INFINITY; 21], ..bank.clone() };
+        assert_eq!(fired(&slow), (spikes, means));
+    }
+}

@@ -7,6 +7,7 @@
 mod basal_ganglia;
 mod bilinear;
 mod bind;
+mod factored;
 mod gate;
 mod goal_buffer;
 mod linear;
@@ -17,11 +18,13 @@ mod select;
 mod sequence;
 mod sparse;
 mod state;
+mod tape;
 
 pub use basal_ganglia::{BasalGanglia, BasalGangliaPorts};
 pub use bilinear::{Compare, ComparePorts, Multiply, MultiplyPorts, Weigh, WeighPorts};
 pub(crate) use bind::Inverse;
 pub use bind::{Bind, BindPorts, Unbind, UnbindFixed, UnbindFixedPorts, UnbindPorts};
+pub use factored::{FactoredSimilarity, FactoredSimilarityPorts, JointMemory, JointMemoryPorts};
 pub use gate::{Gate, GatePorts};
 pub use goal_buffer::{GoalBuffer, GoalBufferPorts};
 pub use linear::{Linear, LinearPorts, Reinterpret, ReinterpretPorts, Superpose, SuperposePorts};
@@ -32,6 +35,7 @@ pub use resonator::{ResonatorNetwork, ResonatorNetworkPorts};
 pub use select::{Selection, SelectionPorts};
 pub use sequence::{Sequence, SequencePorts};
 pub use state::{State, StatePorts};
+pub use tape::{Tape, TapePorts};
 
 use crate::neurons::Represent;
 use crate::sim::{InputSpec, OutputSpec, Pointer, Real, Space, Synapse, VocabTag};

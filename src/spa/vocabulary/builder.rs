@@ -9,6 +9,7 @@ use crate::sim::{AsPointer, Fingerprint, Real, Seed, VocabTag};
 use crate::spa::algebra::{Algebra, Hrr, Workspace, dot, normalize};
 use crate::spa::error::VocabError;
 use crate::spa::expr;
+use crate::spa::frame::tight_frame;
 
 /// Greatest number of vectors drawn for one name. If none of them keeps the similarity ceiling, the ceiling counts as
 /// unreachable.
@@ -21,6 +22,16 @@ enum Entry {
     Defined(String),
     /// A random unit vector at right angles to the first so many pointers of the same call.
     Orthonormal(usize),
+    /// A row of a tight frame: the frame, and the row in it.
+    Framed(usize, usize),
+}
+
+/// A tight frame: for each row the name of the role that is unbound from it, if any.
+#[derive(Default)]
+struct Frame {
+    roles: Vec<Option<String>>,
+    /// Name of the first pointer, from which the seed is derived.
+    first: String,
 }
 
 /// Collects the names and settings of a [`Vocabulary`]; [`build`](VocabularyBuilder::build) then draws the pointers.
@@ -48,6 +59,7 @@ pub struct VocabularyBuilder<V: VocabTag> {
     algebra: Arc<dyn Algebra>,
     ceiling: Option<Real>,
     entries: Vec<(String, Entry)>,
+    frames: Vec<Frame>,
     /// Identity of the space and the pointers of the vocabulary that grows.
     base: Option<(u64, Content)>,
     tag: PhantomData<fn() -> V>,
@@ -63,6 +75,7 @@ impl<V: VocabTag> VocabularyBuilder<V> {
             algebra: Arc::new(Hrr),
             ceiling: Some(0.1),
             entries: Vec::new(),
+            frames: Vec::new(),
             base: None,
             tag: PhantomData,
         }
@@ -119,6 +132,42 @@ impl<V: VocabTag> VocabularyBuilder<V> {
     pub fn orthonormal<N: Into<String>>(mut self, names: impl IntoIterator<Item = N>) -> Self {
         let numbered = names.into_iter().enumerate();
         self.entries.extend(numbered.map(|(index, name)| (name.into(), Entry::Orthonormal(index))));
+        self
+    }
+
+    /// Adds a unit vector for each name, all of which form a tight frame: the mean square of their similarities is as
+    /// small as possible (Welch 1974), `(1 - D / N) / D` for N names instead of `1 / D`. Up to D names are at right angles to
+    /// each other. The similarity ceiling does not apply to them. [`build`](Self::build) takes two seconds for 1,250
+    /// names in 500 dimensions.
+    pub fn frame<N: Into<String>>(self, names: impl IntoIterator<Item = N>) -> Self {
+        self.framed(names.into_iter().map(|name| (name.into(), None)))
+    }
+
+    /// Adds a unit vector for each name, so that the names of all groups bound to the roles of their groups,
+    /// `NAME * ROLE`, form a tight frame as in [`frame`](Self::frame). The roles are unitary and added before;
+    /// [`build`](Self::build) checks it.
+    ///
+    /// A memory of objects with several properties compares bound pointers, so these should disturb each other little.
+    pub fn bound_frame<N: Into<String>>(
+        self,
+        groups: impl IntoIterator<Item = (impl Into<String>, impl IntoIterator<Item = N>)>,
+    ) -> Self {
+        let groups = groups.into_iter().map(|(role, names)| (role.into(), names));
+        self.framed(groups.flat_map(|(role, names)| {
+            names.into_iter().map(move |name| (name.into(), Some(role.clone())))
+        }))
+    }
+
+    fn framed(mut self, rows: impl Iterator<Item = (String, Option<String>)>) -> Self {
+        let (number, mut frame) = (self.frames.len(), Frame::default());
+        for (row, (name, role)) in rows.enumerate() {
+            if row == 0 {
+                frame.first.clone_from(&name);
+            }
+            self.entries.push((name, Entry::Framed(number, row)));
+            frame.roles.push(role);
+        }
+        self.frames.push(frame);
         self
     }
 
@@ -221,6 +270,8 @@ impl<V: VocabTag> VocabularyBuilder<V> {
         );
         content.ceiling = self.ceiling;
         let mut work = content.algebra.scratch(self.dim);
+        // Each frame is drawn as a whole with its first pointer.
+        let mut frames: Vec<Vec<Real>> = vec![Vec::new(); self.frames.len()];
         for (name, entry) in self.entries {
             if !expr::is_name(&name) {
                 return Err(VocabError::BadName { name });
@@ -232,6 +283,18 @@ impl<V: VocabTag> VocabularyBuilder<V> {
                 Entry::Random => content.draw::<V>(&name, false, &mut work)?,
                 Entry::Unitary => content.draw::<V>(&name, true, &mut work)?,
                 Entry::Orthonormal(before) => content.orthonormal::<V>(&name, before)?,
+                Entry::Framed(frame, row) => {
+                    let Frame { roles, first } = &self.frames[frame];
+                    if frames[frame].is_empty() {
+                        let own = self.seed.derive(V::NAME, first).derive_index("frame", 0);
+                        frames[frame] = tight_frame(roles.len(), self.dim, &mut own.rng());
+                    }
+                    let row_of = &frames[frame][row * self.dim..(row + 1) * self.dim];
+                    match &roles[row] {
+                        None => row_of.to_vec(),
+                        Some(role) => content.without_role::<V>(row_of, role, &mut work)?,
+                    }
+                }
                 Entry::Given(values) => check_vector(&name, values, self.dim)?,
                 Entry::Defined(text) => content.parse::<V>(&text)?.into_values(),
             };
@@ -290,6 +353,27 @@ impl Content {
             best,
             nearest: self.names.get(nearest).cloned().unwrap_or_default(),
         })
+    }
+
+    /// Returns the vector that is `bound` once it is bound to a unitary role.
+    fn without_role<V: VocabTag>(
+        &self,
+        bound: &[Real],
+        role: &str,
+        work: &mut Workspace,
+    ) -> Result<Vec<Real>, VocabError> {
+        let role_of = self.row(self.position::<V>(role)?);
+        let (mut inverse, mut vector, mut back) =
+            (vec![0.0; self.dim], vec![0.0; self.dim], vec![0.0; self.dim]);
+        self.algebra.inverse_into(role_of, &mut inverse);
+        self.algebra.bind_into(bound, &inverse, &mut vector, work);
+        self.algebra.bind_into(&vector, role_of, &mut back, work);
+        let off = back.iter().zip(bound).map(|(a, b)| (a - b).abs()).fold(0.0, Real::max);
+        if off > 1e-3 {
+            let reason = "it is the role of a frame; expected a unitary pointer".into();
+            return Err(VocabError::BadVector { name: role.into(), reason });
+        }
+        Ok(vector)
     }
 
     /// Draws a unit vector at right angles to the last `before` pointers.

@@ -7,7 +7,9 @@ mod capacity;
 mod clusters;
 mod goal_sets;
 mod norms;
+mod retrieval;
 mod structures;
+mod tape;
 #[cfg(feature = "physics")]
 mod thresholds;
 mod timing;
@@ -59,6 +61,8 @@ fn makers() -> Vec<Make> {
         |o| Ok(Box::new(structures::Structures::new(o))),
         |o| Ok(Box::new(structures::Structures::beyond(o))),
         |o| Ok(Box::new(capacity::Capacity::new(o))),
+        |o| Ok(Box::new(retrieval::Retrieval::new(o))),
+        |o| Ok(Box::new(tape::Depths::new(o))),
         |o| Ok(Box::new(ablation::Ablation::new(o))),
         |o| Ok(Box::new(timing::Timing::new(o))),
         |o| Ok(Box::new(goal_sets::Kitchens::new(o))),

@@ -1,0 +1,125 @@
+//! `tape`: plans of several depths, written to a tape or a shift stack and read back whole.
+
+use serde_json::{Value, json};
+
+use super::Options;
+use crate::sim::Seed;
+use crate::study::experiment::{
+    Axis, Cell, Experiment, Figure, Mark, Measure, Reading, Results, Row, Series, Style,
+    TrialOutcome, outcome,
+};
+use crate::study::tape::{
+    HELD_PER_DIMENSION, PER_PRODUCT, TapeSpec, exact_stack, exact_tape, populations, run_tape,
+};
+use crate::task::TaskError;
+
+/// The experiment.
+pub(super) struct Depths {
+    trials: u64,
+}
+
+impl Depths {
+    pub fn new(options: &Options) -> Self {
+        Self { trials: options.trials.unwrap_or(100) }
+    }
+}
+
+/// Where a plan is written.
+#[derive(Clone, Copy)]
+enum How {
+    Stack,
+    Tape,
+    Spikes,
+}
+
+const METHODS: [(&str, How); 3] =
+    [("shift stack", How::Stack), ("tape", How::Tape), ("tape in spikes", How::Spikes)];
+const DEPTHS: [usize; 5] = [5, 7, 10, 15, 20];
+/// Dimensions and actions.
+const SIZES: [(usize, usize); 2] = [(256, 20), (512, 200)];
+
+impl Experiment for Depths {
+    fn name(&self) -> &'static str {
+        "tape"
+    }
+
+    fn question(&self) -> &'static str {
+        "How often is a whole plan read back from a tape, and from a stack that shifts?"
+    }
+
+    fn settings(&self) -> Value {
+        json!({
+            "noise": TapeSpec::default().noise,
+            "neurons_per_dimension_of_the_tape": HELD_PER_DIMENSION,
+            "neurons_per_product": PER_PRODUCT,
+        })
+    }
+
+    fn cells(&self) -> Vec<Cell> {
+        let mut cells = Vec::new();
+        for (name, how) in METHODS {
+            for (dimensions, actions) in SIZES {
+                for depth in DEPTHS {
+                    // A network takes some 20 s for each plan.
+                    if matches!(how, How::Spikes) && (dimensions, depth) != (512, 15) {
+                        continue;
+                    }
+                    let settings = json!({
+                        "method": name, "dimensions": dimensions, "actions": actions, "depth": depth,
+                    });
+                    let readings = vec![
+                        Reading::new(Measure::Rate, json!({"what": "whole plans"})),
+                        Reading::new(Measure::Mean, json!({"what": "actions read right"})),
+                    ];
+                    cells.push(Cell::new(settings, self.trials, readings));
+                }
+            }
+        }
+        cells
+    }
+
+    fn trial(&self, cell: &Cell, seed: Seed) -> Result<TrialOutcome, TaskError> {
+        let whole = |setting| Ok::<_, TaskError>(cell.number(setting)? as usize);
+        let spec = TapeSpec {
+            dimensions: whole("dimensions")?,
+            actions: whole("actions")?,
+            depth: whole("depth")?,
+            ..TapeSpec::default()
+        };
+        let right = match cell.choice("method", &METHODS)? {
+            How::Stack => exact_stack(&spec, seed)?,
+            How::Tape => exact_tape(&spec, seed)?,
+            How::Spikes => run_tape(&spec, &populations()?, seed)?.right,
+        };
+        let all = if right == spec.depth { 1.0 } else { 0.0 };
+        Ok(outcome([all, right as f64]))
+    }
+
+    fn figure(&self, results: &Results) -> Option<Figure> {
+        let mut series = Vec::new();
+        for (colour, (dimensions, actions)) in SIZES.into_iter().enumerate() {
+            for ((name, _), style) in
+                METHODS.into_iter().zip([Style::Dashed, Style::Line, Style::Rings])
+            {
+                let of = |row: &&Row| {
+                    row.is("method", &json!(name))
+                        && row.is("dimensions", &json!(dimensions))
+                        && row.is("what", &json!("whole plans"))
+                };
+                let mark = |row: &Row| {
+                    let bar = Some(row.statistic.interval95().map(|v| 100.0 * v));
+                    Some(Mark { x: row.number("depth")?, y: 100.0 * row.statistic.value(), bar })
+                };
+                let marks: Vec<Mark> = results.rows.iter().filter(of).filter_map(mark).collect();
+                let name = format!("{name}, D = {dimensions}, {actions} actions");
+                series.push(Series { colour: Some(colour), ..Series::new(name, marks, style) });
+            }
+        }
+        Some(Figure {
+            title: "Plans that are read back whole".into(),
+            x: Axis::new("actions of the plan"),
+            y: Axis::from_to("whole plans (%)", 0.0, 102.0),
+            series,
+        })
+    }
+}
