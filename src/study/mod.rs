@@ -6,10 +6,12 @@
 //! | [`experiment`] | the framework: trials in a journal, tables, figures |
 //! | [`catalogue`] | the experiments by name |
 //! | [`standard`] | the networks on which speed is measured |
+//! | [`stack_planner`] | the spiking planner of 2016, rebuilt to be compared with |
 //! | [`worlds`] | kinematic tasks with known truth, for scoring learners |
 
 pub mod catalogue;
 pub mod experiment;
+pub mod stack_planner;
 pub mod standard;
 pub mod statistics;
 #[cfg(feature = "physics")]
