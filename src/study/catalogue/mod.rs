@@ -6,6 +6,7 @@ mod capacity;
 #[cfg(feature = "physics")]
 mod clusters;
 mod norms;
+mod stack_planner;
 mod structures;
 #[cfg(feature = "physics")]
 mod thresholds;
@@ -58,6 +59,7 @@ fn makers() -> Vec<Make> {
         |o| Ok(Box::new(capacity::Capacity::new(o))),
         |o| Ok(Box::new(ablation::Ablation::new(o))),
         |o| Ok(Box::new(timing::Timing::new(o))),
+        |o| Ok(Box::new(stack_planner::StackPlans::new(o))),
     ]
 }
 
