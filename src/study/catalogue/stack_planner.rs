@@ -57,7 +57,7 @@ impl Experiment for StackPlans {
             ]
         };
         let cells = KITCHENS.iter().flat_map(|(kitchen, _, actions)| {
-            actions.iter().map(|actions| json!({"kitchen": kitchen, "actions": actions}))
+            actions.iter().map(move |actions| json!({"kitchen": kitchen, "actions": actions}))
         });
         cells.map(|settings| Cell::new(settings, self.trials, readings())).collect()
     }
