@@ -24,6 +24,7 @@ pub struct Represent {
     pub(crate) output: AnyOutput,
     pub(crate) radius: Real,
     pub(crate) gated: bool,
+    pub(crate) inhibition: Real,
 }
 
 impl Represent {
@@ -36,6 +37,7 @@ impl Represent {
             output: output.registered().filtered_only().into(),
             radius,
             gated: false,
+            inhibition: 1.0,
         }
     }
 
@@ -43,6 +45,14 @@ impl Represent {
     /// counts as 0, and a value above 1 as 1.
     pub fn gated(mut self) -> Self {
         self.gated = true;
+        self
+    }
+
+    /// Sets the current that closes the gate, as a share (0 to 1) of the default, which silences every neuron for values
+    /// of up to the radius. With less, a value far beyond the radius leaks through the closed gate. Direct mode ignores
+    /// this: its gates close.
+    pub fn inhibition(mut self, share: Real) -> Self {
+        self.inhibition = share;
         self
     }
 }
@@ -56,6 +66,10 @@ pub(super) fn check_radius(radius: Real, ports: &mut PortDecl) {
 impl LayerRequest for Represent {
     fn declare(&self, ports: &mut PortDecl) {
         check_radius(self.radius, ports);
+        if !(0.0..=1.0).contains(&self.inhibition) {
+            let found = self.inhibition;
+            ports.fault(format!("the inhibition is {found}; expected a share from 0 to 1"));
+        }
         ports.input("in", self.input.clone()).output("out", self.output.clone());
         if self.gated {
             ports.input("open", InputSpec::scalar().sum().at_advance());

@@ -49,7 +49,8 @@ impl From<TuningError> for Refusal {
 pub(crate) struct Neural {
     ports: Box<dyn LayerRequest>,
     kept: Kept,
-    gated: bool,
+    /// Share of the silencing current that closes the gate; `None` without a gate.
+    gate: Option<Real>,
 }
 
 impl Neural {
@@ -68,7 +69,10 @@ impl Node for Neural {
     }
 
     fn fingerprint(&self, hash: &mut Fingerprint) {
-        hash.number(self.kept.fingerprint).number(u64::from(self.gated));
+        hash.number(self.kept.fingerprint).number(u64::from(self.gate.is_some()));
+        if let Some(weak) = self.gate.filter(|inhibition| *inhibition != 1.0) {
+            hash.reals(&[weak]);
+        }
     }
 
     fn init(&self, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
@@ -76,7 +80,11 @@ impl Node for Neural {
     }
 
     fn advance(&self, cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
-        let open = if self.gated { io.inputs.scalar(1) } else { 1.0 };
+        let open = match self.gate {
+            Some(1.0) => io.inputs.scalar(1),
+            Some(inhibition) => 1.0 - inhibition * (1.0 - io.inputs.scalar(1).clamp(0.0, 1.0)),
+            None => 1.0,
+        };
         self.kept.bank.step(
             cx.threads(),
             (io.inputs.get(0), open),
@@ -273,7 +281,8 @@ impl Maker<'_> {
         } else {
             self.components(width, radius, self.spec.per_function as f64, &|x| x)?
         };
-        Ok(Neural { ports: Box::new(layer.clone()), kept, gated: layer.gated })
+        let gate = layer.gated.then_some(layer.inhibition);
+        Ok(Neural { ports: Box::new(layer.clone()), kept, gate })
     }
 
     /// Makes the ensembles of a pointer.
@@ -324,7 +333,7 @@ impl Maker<'_> {
                 self.above((layer.width, per), reach, &exact, "above")?
             }
         };
-        Ok(Neural { ports: Box::new(layer.clone()), kept, gated: false })
+        Ok(Neural { ports: Box::new(layer.clone()), kept, gate: None })
     }
 
     pub fn product(&self, layer: &Product) -> Result<NeuralProduct, Refusal> {

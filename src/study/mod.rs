@@ -9,12 +9,14 @@
 //! | [`retrieval`] | objects and actions by two conditions: worlds, exact methods, closed forms, networks |
 //! | [`standard`] | the networks on which speed is measured |
 //! | [`tape`] | plans on a tape and on a shift stack |
+//! | [`stack_planner`] | the spiking planner of 2016, rebuilt to be compared with |
 //! | [`worlds`] | kinematic tasks with known truth, for scoring learners |
 
 pub mod catalogue;
 pub mod experiment;
 pub mod problems;
 pub mod retrieval;
+pub mod stack_planner;
 pub mod standard;
 pub mod statistics;
 #[cfg(feature = "physics")]

@@ -1,6 +1,7 @@
 //! The kinds of values that expressions compute with: scalars, vectors, and pointers of a vocabulary.
 
 use super::lower::{Lowerer, Sum};
+use super::{Gates, Opening};
 use crate::sim::{
     In, InputSpec, Kind, Out, OutputSpec, Pointer, Scalar, Scope, Space, Synapse, Vector, VocabTag,
 };
@@ -43,7 +44,7 @@ pub trait FlowKind: Kind + Sized {
 #[doc(hidden)]
 pub struct Gating<'g, 's, 'b> {
     pub(super) cx: &'g mut Lowerer<'s, 'b>,
-    pub(super) open: &'g Out<Scalar>,
+    pub(super) open: &'g Opening,
 }
 
 impl Gating<'_, '_, '_> {
@@ -52,7 +53,7 @@ impl Gating<'_, '_, '_> {
         let values = sum.fixed(K::width(shape))?;
         let specs = (InputSpec::scalar(), K::specs(shape).1);
         let map = Box::new(WeightedRows::one(values));
-        Some(Sum::output(&self.cx.linear("constant", self.open, specs, map)))
+        Some(Sum::output(&self.cx.linear("constant", &self.open.by, specs, map)))
     }
 }
 
@@ -84,7 +85,7 @@ impl FlowKind for Scalar {
     }
 
     fn gated(cx: &mut Gating<'_, '_, '_>, (): &(), sum: Sum<Self>) -> Sum<Self> {
-        cx.cx.multiply(Sum::output(cx.open), sum)
+        cx.cx.multiply(Sum::output(&cx.open.by), sum)
     }
 }
 
@@ -114,7 +115,7 @@ impl FlowKind for Vector {
     fn gated(cx: &mut Gating<'_, '_, '_>, width: &usize, sum: Sum<Self>) -> Sum<Self> {
         match cx.constant(width, &sum) {
             Some(constant) => constant,
-            None => cx.cx.weigh(width, Sum::output(cx.open), sum),
+            None => cx.cx.weigh(width, Sum::output(&cx.open.by), sum),
         }
     }
 }
@@ -149,10 +150,12 @@ impl<V: VocabTag> FlowKind for Pointer<V> {
         let Gating { cx, open } = cx;
         let out = cx.one(space, sum);
         let name = cx.scope.free_name("gate");
-        let gate = cx.scope.add(&name, Gate::in_space(space));
+        let Gates { radius, synapse, inhibition } = open.gates;
+        let gate = Gate::in_space(space).radius(radius).synapse(synapse).inhibition(inhibition);
+        let gate = cx.scope.add(&name, gate);
         cx.connect(&out, &gate.input);
         // In neurons a chosen rule may have an activity of 0.9, which leaves a gate half closed.
-        let open = cx.one(&(), Sum::output(open).scaled(2.0));
+        let open = cx.one(&(), Sum::output(&open.by).scaled(2.0));
         cx.scope.connect(&open, &gate.open, Synapse::None);
         Sum::output(&gate.output)
     }

@@ -341,7 +341,7 @@ impl<'s, 'b> Lowerer<'s, 'b> {
         }
         if let Some(open) = to.open {
             if sum.parts.is_empty() {
-                via = to.after_gate();
+                via = to.after_gate(open);
             }
             sum = K::gated(&mut Gating { cx: self, open }, &shape, sum);
         }

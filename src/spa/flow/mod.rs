@@ -86,17 +86,32 @@ use crate::sim::{
 };
 use lower::{Lowerer, Sum};
 
-/// Where a flow goes: an input, by way of a synapse, and the scalar that opens the way, if there is one.
+/// Where a flow goes: an input, by way of a synapse, and what opens the way, if it is not always open.
 struct Destination<'d, K: Kind> {
     input: &'d In<K>,
     via: Synapse,
-    open: Option<&'d Out<Scalar>>,
+    open: Option<&'d Opening>,
+}
+
+/// The scalar that opens a way, and the gates on it.
+#[derive(Clone)]
+struct Opening {
+    by: Out<Scalar>,
+    gates: Gates,
+}
+
+/// Settings of the gates of pointers.
+#[derive(Clone, Copy)]
+struct Gates {
+    radius: Real,
+    synapse: Synapse,
+    inhibition: Real,
 }
 
 impl<K: Kind> Destination<'_, K> {
     /// Returns the synapse of a constant that a rule lets pass: that of a gate, unless the route has its own.
-    fn after_gate(&self) -> Synapse {
-        if self.via == Synapse::None { super::modules::FEED_FORWARD } else { self.via }
+    fn after_gate(&self, open: &Opening) -> Synapse {
+        if self.via == Synapse::None { open.gates.synapse } else { self.via }
     }
 }
 
@@ -301,7 +316,7 @@ impl Flow<Vector> {
     }
 }
 
-type LowerRoute = dyn FnOnce(&mut Lowerer<'_, '_>, Synapse, Option<&Out<Scalar>>);
+type LowerRoute = dyn FnOnce(&mut Lowerer<'_, '_>, Synapse, Option<&Opening>);
 
 /// An expression with the input that it flows into.
 #[must_use = "a route does nothing until `route` or a rule adds it to a graph"]
@@ -331,8 +346,8 @@ impl Route {
         &self.text
     }
 
-    /// Adds the nodes to a scope. If there is a scalar `open`, the flow passes while it is 1.
-    fn lower(self, scope: &mut Scope<'_>, open: Option<&Out<Scalar>>) {
+    /// Adds the nodes to a scope. If there is an opening, the flow passes while its scalar is 1.
+    fn lower(self, scope: &mut Scope<'_>, open: Option<&Opening>) {
         let mut cx = Lowerer::new(scope, &self.text);
         (self.lower)(&mut cx, self.via, open);
     }

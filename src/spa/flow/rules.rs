@@ -9,9 +9,9 @@
 //! pointer; for a constant it takes the place of the 5 ms.
 
 use super::lower::{self, Lowerer};
-use super::{Flow, IntoFlow, Route};
-use crate::sim::{Module, Out, Scalar, Scope, Vector};
-use crate::spa::modules::BasalGanglia;
+use super::{Flow, Gates, IntoFlow, Opening, Route};
+use crate::sim::{Module, Out, Real, Scalar, Scope, Synapse, Vector};
+use crate::spa::modules::{BasalGanglia, FEED_FORWARD};
 
 /// A set of action rules.
 ///
@@ -41,9 +41,16 @@ use crate::spa::modules::BasalGanglia;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[must_use = "rules do nothing until they are added to a graph"]
-#[derive(Default)]
 pub struct Rules {
     rules: Vec<Rule>,
+    gates: Gates,
+}
+
+impl Default for Rules {
+    fn default() -> Self {
+        let gates = Gates { radius: 1.0, synapse: FEED_FORWARD, inhibition: 1.0 };
+        Self { rules: Vec::new(), gates }
+    }
 }
 
 /// One action rule, for a set that is [collected](Iterator::collect) from data.
@@ -90,7 +97,7 @@ impl Rule {
 
 impl FromIterator<Rule> for Rules {
     fn from_iter<I: IntoIterator<Item = Rule>>(rules: I) -> Self {
-        Self { rules: rules.into_iter().collect() }
+        Self { rules: rules.into_iter().collect(), ..Self::default() }
     }
 }
 
@@ -138,11 +145,33 @@ impl Rules {
         self
     }
 
+    /// Sets the radius of the gates: the greatest norm of a pointer that passes unchanged (default 1).
+    ///
+    /// Anything but a finite number above 0 is a fault when the graph is built.
+    pub fn radius(mut self, radius: Real) -> Self {
+        self.gates.radius = radius;
+        self
+    }
+
+    /// Replaces the synapse behind a gate, which constants and numbers have too (default 5 ms).
+    pub fn synapse(mut self, synapse: Synapse) -> Self {
+        self.gates.synapse = synapse;
+        self
+    }
+
+    /// Sets the current that closes the gates, as a share (0 to 1) of the default: see [`Gate::inhibition`].
+    ///
+    /// [`Gate::inhibition`]: crate::spa::Gate::inhibition
+    pub fn inhibition(mut self, share: Real) -> Self {
+        self.gates.inhibition = share;
+        self
+    }
+
     /// Adds the default: the rule that is chosen while no other utility exceeds `utility`.
     pub fn otherwise(
         self,
         name: impl Into<String>,
-        utility: crate::sim::Real,
+        utility: Real,
         routes: impl IntoIterator<Item = Route>,
     ) -> Self {
         self.rule(name, utility, routes)
@@ -156,11 +185,11 @@ impl Module for Rules {
         let count = self.rules.len();
         let choice = scope.add("choice", BasalGanglia::new(count.max(1)));
         let sum = scope.add("utilities", crate::sim::Add::vector(count.max(1)));
-        scope.connect(&sum.output, &choice.utilities, crate::sim::Synapse::None);
+        scope.connect(&sum.output, &choice.utilities, Synapse::None);
         if count == 0 {
             scope.refuse("there are no rules; expected at least one");
             let zero = scope.add("nothing", crate::sim::Constant::vector(&[0.0]));
-            scope.connect(&zero, &sum.input, crate::sim::Synapse::None);
+            scope.connect(&zero, &sum.input, Synapse::None);
         }
         let mut names: Vec<String> = Vec::new();
         for (index, rule) in self.rules.into_iter().enumerate() {
@@ -181,6 +210,7 @@ impl Module for Rules {
                 count,
                 utilities: sum.input.clone(),
                 chosen: choice.chosen.clone(),
+                gates: self.gates,
             };
             scope.add(&name, part);
         }
@@ -199,20 +229,22 @@ struct RulePart {
     count: usize,
     utilities: crate::sim::In<Vector>,
     chosen: Out<Vector>,
+    gates: Gates,
 }
 
 impl Module for RulePart {
     type Ports = ();
 
     fn expand(self, scope: &mut Scope<'_>) {
-        let Self { rule, index, count, utilities, chosen } = self;
+        let Self { rule, index, count, utilities, chosen, gates } = self;
         let mut cx = Lowerer::new(scope, &rule.utility.text);
         let utility = (rule.utility.lower)(&mut cx, &());
         lower::place(&mut cx, utility, index, (&utilities, count));
         if rule.routes.is_empty() {
             return;
         }
-        let open = lower::pick(&mut cx, &chosen, index, count);
+        let by = lower::pick(&mut cx, &chosen, index, count);
+        let open = Opening { by, gates };
         for route in rule.routes {
             let name = scope.free_name(&route.name);
             scope.add(&name, Gated { route, open: open.clone() });
@@ -223,7 +255,7 @@ impl Module for RulePart {
 /// A route that a rule opens.
 struct Gated {
     route: Route,
-    open: Out<Scalar>,
+    open: Opening,
 }
 
 impl Module for Gated {

@@ -50,6 +50,7 @@ pub struct Gate<V: VocabTag> {
     space: Space<V>,
     radius: Real,
     synapse: Synapse,
+    inhibition: Real,
 }
 
 /// Ports of a [`Gate`].
@@ -70,7 +71,7 @@ impl<V: VocabTag> Gate<V> {
     }
 
     pub(crate) fn in_space(space: &Space<V>) -> Self {
-        Self { space: space.clone(), radius: 1.0, synapse: FEED_FORWARD }
+        Self { space: space.clone(), radius: 1.0, synapse: FEED_FORWARD, inhibition: 1.0 }
     }
 
     /// Sets the radius: the greatest norm of a pointer that passes unchanged.
@@ -78,6 +79,14 @@ impl<V: VocabTag> Gate<V> {
     /// The default is 1. Anything but a finite number above 0 is a fault when the graph is built.
     pub fn radius(mut self, radius: Real) -> Self {
         self.radius = radius;
+        self
+    }
+
+    /// Sets the current that closes the gate, as a share (0 to 1) of the default, which silences every neuron for pointers
+    /// of up to the radius. With less, a pointer far beyond the radius leaks through the closed gate. Direct mode ignores
+    /// this: its gates close. A number outside the range is a fault when the graph is built.
+    pub fn inhibition(mut self, share: Real) -> Self {
+        self.inhibition = share;
         self
     }
 
@@ -92,7 +101,7 @@ impl<V: VocabTag> Module for Gate<V> {
     type Ports = GatePorts<V>;
 
     fn expand(self, scope: &mut Scope<'_>) -> GatePorts<V> {
-        let layer = population(&self.space, self.radius);
+        let layer = population(&self.space, self.radius).inhibition(self.inhibition);
         let gated: GatedPorts<Pointer<V>> = scope.represent_gated("population", layer);
         let output = scope.add("output", Add::pointer(&self.space));
         scope.connect(&gated.output, &output.input, self.synapse);

@@ -3,6 +3,7 @@
 use super::{FEED_FORWARD, population};
 use crate::neurons::{LayerPorts, Layers};
 use crate::sim::{Add, In, Module, Out, Pointer, Real, Scope, Space, Synapse, VocabTag};
+use crate::spa::modules::linear::Superpose;
 use crate::spa::vocabulary::Vocabulary;
 
 /// A population that represents one pointer, one synapse (5 ms) later.
@@ -13,6 +14,7 @@ pub struct State<V: VocabTag> {
     radius: Real,
     synapse: Synapse,
     recurrent: Option<Synapse>,
+    retention: Real,
 }
 
 /// Ports of a [`State`].
@@ -27,7 +29,7 @@ impl<V: VocabTag> State<V> {
     /// Makes a population for pointers of `vocabulary` with a norm of up to 1.
     pub fn new(vocabulary: &Vocabulary<V>) -> Self {
         let space = vocabulary.space().clone();
-        Self { space, radius: 1.0, synapse: FEED_FORWARD, recurrent: None }
+        Self { space, radius: 1.0, synapse: FEED_FORWARD, recurrent: None, retention: 1.0 }
     }
 
     /// Feeds the value back with weight 1 through `synapse`. The population then keeps the value when the input ends.
@@ -36,6 +38,32 @@ impl<V: VocabTag> State<V> {
     /// with its full norm.
     pub fn recurrent(mut self, synapse: Synapse) -> Self {
         self.recurrent = Some(synapse);
+        self
+    }
+
+    /// Replaces the weight of the recurrent connection (default 1). It has no effect without a
+    /// [`recurrent`](Self::recurrent) synapse.
+    ///
+    /// With a weight of `1 - s / tau`, where `s` is the time constant of the recurrent synapse, the value decays with the
+    /// time constant `tau`, and a constant input is amplified by `tau / s` until the population saturates. A weight that is
+    /// not finite is a fault when the graph is built.
+    ///
+    /// ```
+    /// use symbolt::prelude::*;
+    ///
+    /// symbolt::vocabulary!(Parts = "parts": NUT);
+    /// let parts = Parts::vocabulary(64, Seed::new(1))?;
+    /// let mut graph = GraphBuilder::new();
+    /// let leaky = State::new(&parts).recurrent(Synapse::lowpass_ms(10)).retention(0.8);
+    /// let leaky = graph.add("leaky", leaky);
+    /// graph.route(0.1 * Parts::NUT >> &leaky);
+    /// let sim = graph.run(&PopulationPlan::direct(), Seed::new(1), SimDuration::from_millis(500))?;
+    /// let amplified = dot(&sim.value(&leaky.output), &parts.get("NUT")?);
+    /// assert!((amplified - 0.5).abs() < 0.01);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn retention(mut self, weight: Real) -> Self {
+        self.retention = weight;
         self
     }
 
@@ -62,8 +90,17 @@ impl<V: VocabTag> Module for State<V> {
         let held: LayerPorts<Pointer<V>> = scope.represent("population", layer);
         let output = scope.add("output", Add::pointer(&self.space));
         scope.connect(&held.output, &output.input, self.synapse);
-        if let Some(recurrent) = self.recurrent {
-            scope.connect(&held.output, &held.input, recurrent);
+        match self.recurrent {
+            Some(recurrent) if self.retention == 1.0 => {
+                scope.connect(&held.output, &held.input, recurrent);
+            }
+            Some(recurrent) => {
+                let leak = Superpose::<V>::weights(&self.space, &[self.retention]);
+                let leak = scope.add("leak", leak);
+                scope.connect(&held.output, &leak.inputs[0], recurrent);
+                scope.connect(&leak.output, &held.input, Synapse::None);
+            }
+            None => {}
         }
         StatePorts {
             input: scope.input("input", held.input),

@@ -8,6 +8,7 @@ mod clusters;
 mod goal_sets;
 mod norms;
 mod retrieval;
+mod stack_planner;
 mod structures;
 mod tape;
 #[cfg(feature = "physics")]
@@ -71,6 +72,7 @@ fn makers() -> Vec<Make> {
         |o| Ok(Box::new(goal_sets::LongPlans::new(o))),
         |o| Ok(Box::new(goal_sets::Tangled::new(o))),
         |o| Ok(Box::new(goal_sets::Ipc::new(o)?)),
+        |o| Ok(Box::new(stack_planner::StackPlans::new(o))),
     ]
 }
 

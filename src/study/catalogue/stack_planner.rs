@@ -1,0 +1,75 @@
+//! `stack-planner`: the planner of 2016, rebuilt, in its kitchen and in longer chains of actions.
+
+use serde_json::{Value, json};
+
+use super::Options;
+use crate::neurons::{LifSpec, Population};
+use crate::sim::Seed;
+use crate::study::experiment::{Cell, Experiment, Measure, Reading, TrialOutcome, outcome};
+use crate::study::stack_planner::{Kitchen, StackPlanner, StackSpec};
+use crate::task::TaskError;
+
+/// Makes a kitchen with a number of actions.
+type Make = fn(usize) -> Result<Kitchen, TaskError>;
+
+/// The kitchens, with the numbers of actions that are tried.
+const KITCHENS: [(&str, Make, &[usize]); 2] =
+    [("kettle", Kitchen::kettle, &[2, 3, 4, 5]), ("chain", Kitchen::chain, &[2, 3, 4, 5, 6, 7, 8])];
+
+/// The experiment: success, time and straying of the rebuilt planner.
+pub(super) struct StackPlans {
+    trials: u64,
+    spec: StackSpec,
+}
+
+impl StackPlans {
+    pub fn new(options: &Options) -> Self {
+        let population = Population::Lif(LifSpec::default());
+        let spec = StackSpec { population, ..StackSpec::default() };
+        Self { trials: options.trials.unwrap_or(50), spec }
+    }
+}
+
+impl Experiment for StackPlans {
+    fn name(&self) -> &'static str {
+        "stack-planner"
+    }
+
+    fn question(&self) -> &'static str {
+        "How often and how fast does the rebuilt planner of 2016 reach its goal, and how long are the plans that it can hold?"
+    }
+
+    fn settings(&self) -> Value {
+        let limit_ms = self.spec.limit.as_micros() / 1000;
+        json!({"dimensions": self.spec.dimensions, "limit_ms": limit_ms})
+    }
+
+    fn cells(&self) -> Vec<Cell> {
+        let readings = || {
+            vec![
+                Reading::new(Measure::Rate, json!({"what": "goal reached"})),
+                Reading::new(Measure::Mean, json!({"what": "last action (ms), if reached"})),
+                Reading::new(
+                    Measure::Rate,
+                    json!({"what": "exactly the shortest plan, if reached"}),
+                ),
+                Reading::new(Measure::Mean, json!({"what": "episodes, if reached"})),
+            ]
+        };
+        let cells = KITCHENS.iter().flat_map(|(kitchen, _, actions)| {
+            actions.iter().map(move |actions| json!({"kitchen": kitchen, "actions": actions}))
+        });
+        cells.map(|settings| Cell::new(settings, self.trials, readings())).collect()
+    }
+
+    fn trial(&self, cell: &Cell, seed: Seed) -> Result<TrialOutcome, TaskError> {
+        let make = cell.choice("kitchen", &KITCHENS.map(|(name, make, _)| (name, make)))?;
+        let kitchen = make(cell.number("actions")? as usize)?;
+        let course = StackPlanner::new(&kitchen, &self.spec, seed)?.run()?;
+        let Some(last) = course.begun.last().filter(|_| course.reached) else {
+            return Ok(outcome([0.0]));
+        };
+        let exact = if course.begun.len() == kitchen.steps() { 1.0 } else { 0.0 };
+        Ok(outcome([1.0, last.ms as f64, exact, course.episodes as f64]))
+    }
+}

@@ -1,0 +1,78 @@
+//! The planner of 2016, rebuilt: its size, what is not made of neurons, a plan of two actions, and parts without which it fails.
+
+#![allow(clippy::expect_used)]
+
+use std::collections::BTreeSet;
+
+use symbolt::neurons::{LifSpec, Population};
+use symbolt::prelude::*;
+use symbolt::study::stack_planner::{Kitchen, Part, StackCourse, StackPlanner, StackSpec};
+
+fn built(kitchen: &Kitchen, spec: &StackSpec, seed: u64) -> StackPlanner {
+    StackPlanner::new(kitchen, spec, Seed::new(seed)).expect("a planner")
+}
+
+/// The original in spiking neurons.
+fn original() -> StackSpec {
+    let limit = SimDuration::from_millis(1_500);
+    StackSpec { limit, ..StackSpec::default() }
+}
+
+fn course(kitchen: &Kitchen, without: Option<Part>) -> StackCourse {
+    built(kitchen, &StackSpec { without, ..original() }, 1).run().expect("a run")
+}
+
+#[test]
+fn it_has_the_neurons_of_the_original_and_plans_two_actions() {
+    let kitchen = Kitchen::kettle(2).expect("two actions");
+    let planner = built(&kitchen, &original(), 1);
+    let published = 341_380.0;
+    let neurons = planner.neurons() as f64;
+    assert!((neurons - published).abs() < 0.01 * published, "{neurons}");
+
+    let course = planner.run().expect("a run");
+    assert!(course.reached, "{course:?}");
+    let done: Vec<&str> =
+        course.begun.iter().filter(|b| b.done).map(|b| kitchen.names()[b.operator]).collect();
+    assert_eq!(done.first(), Some(&"PLUG_IN_KETTLE"));
+    assert_eq!(done.last(), Some(&"BOIL_KETTLE"));
+    assert!(course.episodes >= 1);
+    // Planning two actions takes some rules, and the motor is locked for 100 ms.
+    assert!((300..1_500).contains(&course.ms), "{course:?}");
+
+    // Everything else in the graph is a layer of neurons or a weight between two of them.
+    let graph = planner.graph();
+    let spiking: BTreeSet<&str> = graph.event_sources().map(|(path, _)| path).collect();
+    let alone: BTreeSet<&str> =
+        graph.paths().filter(|path| !path.contains('/') && !spiking.contains(path)).collect();
+    assert_eq!(alone, BTreeSet::from(["begin", "goal", "here", "kitchen", "one"]));
+}
+
+#[test]
+fn without_its_sensor_it_acts_before_it_has_a_plan() {
+    let kitchen = Kitchen::kettle(2).expect("two actions");
+    let course = course(&kitchen, Some(Part::Sensor));
+    // The first action that is pushed is the last of the plan.
+    let first = course.begun.first().expect("an action");
+    assert_eq!((kitchen.names()[first.operator], first.met), ("BOIL_KETTLE", false));
+}
+
+#[test]
+fn one_graph_runs_in_every_mode() {
+    let kitchen = Kitchen::chain(2).expect("two actions");
+    let limit = SimDuration::from_millis(300);
+    let rate = Population::Rate(LifSpec { scale: 0.2, ..LifSpec::default() });
+    for population in [Population::Direct, rate] {
+        let spec = StackSpec { dimensions: 64, population, limit, ..StackSpec::default() };
+        let planner = built(&kitchen, &spec, 1);
+        assert_eq!(planner.run().expect("a run").ms, 300);
+    }
+}
+
+#[test]
+fn kitchens_have_a_least_and_a_greatest_number_of_actions() {
+    for refused in [Kitchen::kettle(1), Kitchen::kettle(6), Kitchen::chain(1), Kitchen::chain(13)] {
+        assert!(refused.is_err());
+    }
+    assert_eq!(Kitchen::chain(8).expect("eight actions").steps(), 8);
+}
