@@ -187,8 +187,12 @@ fn one_neuron_an_item_finds_objects_and_actions_in_spikes() {
     let (score, neurons) = answered(&NetworkSpec { conditions: None, ..spec }, 20, 4);
     assert_eq!(neurons, 0);
     assert!(score.objects.recall() > 0.9 && score.actions.recall() > 0.85, "{score:?}");
-    // The wrong variant: a level below the crosstalk finds much that does not match.
-    let (score, _) = answered(&NetworkSpec { conditions: None, level: 0.15, ..spec }, 20, 4);
+    // The wrong variant: without a frame, a level below the crosstalk finds much that does not match.
+    let (score, _) = answered(
+        &NetworkSpec { conditions: None, level: 0.1, roles: Roles::Unitary, ..spec },
+        20,
+        4,
+    );
     assert!(score.objects.precision() < 0.5, "{score:?}");
 }
 

@@ -60,6 +60,6 @@ fn fifteen_of_two_hundred_actions_are_read_back_in_spikes() {
             read.right == 15
         })
         .count();
-    // Measured 32 of 40 with other seeds. A share of 0.8 gives fewer than 25 of 40 for one list of seeds in 100.
+    // Measured 36 of 47 with other seeds. A share of 0.77 gives fewer than 25 of 40 for one list of seeds in 100.
     assert!(right >= 25, "{right} of 40");
 }

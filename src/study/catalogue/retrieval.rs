@@ -28,7 +28,7 @@ impl Retrieval {
 /// Number of queries of a trial in exact maths, and in spikes.
 const QUERIES: [usize; 2] = [500, 50];
 /// Dimensions, mean number of places and of goals of an object, and the similarity at which an object meets a condition.
-const SIZES: [(usize, f64, Real); 3] = [(500, 5.0, 0.65), (500, 10.0, 0.6), (256, 5.0, 0.63)];
+const SIZES: [(usize, f64, f64); 3] = [(500, 5.0, 0.65), (500, 10.0, 0.6), (256, 5.0, 0.63)];
 /// Standard deviation of the noise on each component of a condition.
 const NOISE: Real = 0.02;
 
@@ -115,7 +115,7 @@ impl Experiment for Retrieval {
                         "method": name, "dimensions": dimensions, "each": each, "level": level,
                     });
                     let world = WorldSpec { each, ..WorldSpec::default() };
-                    match how.method(level) {
+                    match how.method(level as Real) {
                         Some(method) => {
                             let closed = predicted(&world, dimensions, method);
                             let rounded = [closed.precision, closed.recall]
