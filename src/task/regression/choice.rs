@@ -7,8 +7,9 @@ use super::wiring::{AND, Group, Weight, Wiring, each, gather, spread};
 use crate::neurons::Map;
 use crate::sim::{Real, SimDuration};
 
-/// Weight of one level of cost in a utility.
-const LEVEL: Real = 0.25;
+/// Weight of one level of cost in a utility. With greater weights, utilities of several levels saturate; with smaller ones
+/// the race is slower and less exact.
+const LEVEL: Real = 0.4;
 /// Weight of an operator that achieves an unmet goal, or a goal that stands in the way of one.
 const HELPS: Real = 1.2 * LEVEL;
 /// Weight of a new goal.

@@ -57,9 +57,10 @@ impl Phase {
             Next | Step => 8.0,
             Check | Start => 10.0,
             Break | Back => 12.0,
+            Wave => 14.0,
             Begin => 15.0,
             Settle => 17.0,
-            Write | Wave => 20.0,
+            Write => 20.0,
             Read | Fetch => 26.0,
             Race | Show | Done | Stuck => 60.0,
         }
@@ -120,7 +121,7 @@ enum When {
 
 /// Signals that must have lasted.
 const LASTING: [(Signal, f64); 4] =
-    [(Closed, 7.0), (Nobody, 25.0), (Reached, 6.0), (Unready, 40.0)];
+    [(Closed, 7.0), (Nobody, 25.0), (Reached, 4.0), (Unready, 40.0)];
 
 /// A transition: when, to which phase, signals that must be active, those that must have lasted, those that must not
 /// be active.
