@@ -216,7 +216,7 @@ fn surprises_are_met_by_planning_anew() {
         let name = ["(unplug-kettle)", "(put-kettle-under-tap)"][seed as usize % 2];
         let world = StripsWorld::new(&case.grounded, SimDuration::from_millis(100))
             .failures(0.2)
-            .intrusion(1050, hand(name));
+            .intrusion(950, hand(name));
         let course = pursue(&case.grounded, world, &spiking(), Seed::new(seed)).expect("a run");
         reached += usize::from(course.reached);
         begun += course.begun.len();
