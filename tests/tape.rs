@@ -51,7 +51,7 @@ fn a_network_writes_and_reads_a_plan_in_every_mode() {
 }
 
 #[test]
-#[ignore = "long statistics"]
+#[ignore = "half an hour"]
 fn fifteen_of_two_hundred_actions_are_read_back_in_spikes() {
     let plan = populations().expect("sound");
     let right = (2_001..2_041)
