@@ -84,7 +84,7 @@ pub(super) enum Signal {
     First,
     /// The present slot is the last.
     Last,
-    /// No action is shown, or one of its preconditions does not hold.
+    /// No action is shown, or one of its preconditions does not hold, or all its effects do.
     Unready,
     /// All goals hold.
     Closed,

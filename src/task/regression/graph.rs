@@ -138,7 +138,7 @@ fn load(
     w.link(&reset, goals, each(fluents, -2.5));
 }
 
-/// Adds the motor units: the shown action, while its preconditions hold and some goal is open. In [`Phase::Begin`] the
+/// Adds the motor units: the shown action, while its preconditions hold, its effects do not, and some goal is open. In [`Phase::Begin`] the
 /// present goal set holds, and the goals are those of the slot before.
 fn act(
     w: &mut Wiring<'_, '_>,
@@ -152,6 +152,11 @@ fn act(
     w.link(holds, &lacking, rules.links(|o| &o.preconditions, -1.0));
     let counts = rules.operators.iter().map(|o| o.preconditions.len() as Real);
     w.bias(&lacking, &counts.collect::<Vec<_>>());
+    // All that the operator adds holds: it is not done again, even if another goal was lost meanwhile.
+    let done = w.units("done", operators);
+    w.link(holds, &done, rules.links(|o| &o.adds, 1.0));
+    let counts = rules.operators.iter().map(|o| 1.0 - o.adds.len() as Real);
+    w.bias(&done, &counts.collect::<Vec<_>>());
     let acting = w.units("acting", 1);
     w.link(signals, &acting, [(Signal::Open as usize, 0, 1.0)]);
     w.link(
@@ -167,6 +172,7 @@ fn act(
     let motor = w.units("motor", operators);
     w.link(shown, &motor, each(operators, 1.0));
     w.link(&lacking, &motor, each(operators, -1.5));
+    w.link(&done, &motor, each(operators, -1.5));
     w.link(&acting, &motor, spread(0, operators, 1.0));
     w.bias_all(&motor, AND);
     w.link(&motor, signals, gather(operators, Signal::Unready as usize, -1.3));
