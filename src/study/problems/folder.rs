@@ -47,8 +47,8 @@ impl ProblemFiles {
 /// is `domain.pddl`, or the only domain there.
 ///
 /// # Errors
-/// [`TaskError::File`] for a folder or file that cannot be read, or beyond [`MAX_PROBLEMS`]; [`TaskError::Problem`] for a
-/// problem without domain, a folder without problems, and PDDL that is no typed STRIPS.
+/// [`TaskError::File`] for a folder or file that cannot be read, or beyond [`MAX_PROBLEMS`]; [`TaskError::Problem`] for two
+/// problems of one name, a problem without domain, a folder without problems, and PDDL that is no typed STRIPS.
 pub fn problems_in(folder: &Path) -> Result<Vec<ProblemFiles>, TaskError> {
     let mut found = Vec::new();
     search(folder, String::new(), DEPTH, &mut found)?;
@@ -60,6 +60,19 @@ pub fn problems_in(folder: &Path) -> Result<Vec<ProblemFiles>, TaskError> {
         return Err(TaskError::Problem { reason });
     }
     found.sort_by(|a, b| (&a.group, &a.name).cmp(&(&b.group, &b.name)));
+    // Results are kept by these names, so two problems of one name would share one result.
+    if let Some([twice, ..]) = found
+        .windows(2)
+        .find(|pair| (&pair[0].group, &pair[0].name) == (&pair[1].group, &pair[1].name))
+    {
+        let reason = format!(
+            "{} has two problems `{}` in `{}`; expected one problem of each name in folders of different names",
+            folder.display(),
+            twice.name,
+            twice.group
+        );
+        return Err(TaskError::Problem { reason });
+    }
     Ok(found)
 }
 
@@ -164,6 +177,19 @@ mod tests {
             std::fs::write(path, text).expect("a file");
         }
         folder
+    }
+
+    /// Files of the outermost folder are in the group of their domain's name.
+    #[test]
+    fn two_problems_of_one_name_do_not_share_one_result() {
+        let place = folder(&[
+            ("domain.pddl", DOMAIN),
+            ("task01.pddl", PROBLEM),
+            ("door/domain.pddl", DOMAIN),
+            ("door/task01.pddl", PROBLEM),
+        ]);
+        let Err(fault) = problems_in(place.path()) else { panic!("one result for two problems") };
+        assert!(fault.to_string().contains("two problems `task01` in `door`"), "{fault}");
     }
 
     #[test]
