@@ -24,6 +24,8 @@ const URGES: [(Phase, Real); 3] = [(Phase::Wave, 1.0), (Phase::Settle, 1.6), (Ph
 
 /// The groups of the choice.
 pub(super) struct Choice {
+    /// Rows of costs of the present goals, as those of all fluents in the costs.
+    pub gains: Group,
     /// Operators that may be chosen.
     pub eligible: Group,
     /// What each operator is worth.
@@ -99,7 +101,7 @@ impl Choice {
         w.bias_all(&utilities, -1.1);
 
         let winner = race(w, operators, (phases, signals), &utilities);
-        Self { eligible, utilities, winner }
+        Self { gains, eligible, utilities, winner }
     }
 }
 

@@ -20,7 +20,7 @@ pub(super) enum Phase {
     Check,
     /// Leaves only the first of several winners.
     Break,
-    /// Finds the slot before the present one, after a dead end.
+    /// Finds the slot to go on with, after a dead end.
     Back,
     /// Loads the goal set of that slot.
     Read,
@@ -94,15 +94,19 @@ pub(super) enum Signal {
     Reached,
     /// The plan is requested, and no phase is active.
     Idle,
+    /// Some slot is taken and no dead end, apart from the present one.
+    Left,
 }
 
 use Signal::{
-    Closed, Double, Eligible, First, Idle, Last, Nobody, Open, Reached, Unreached, Unready, Won,
+    Closed, Double, Eligible, First, Idle, Last, Left, Nobody, Open, Reached, Unreached, Unready,
+    Won,
 };
 
 impl Signal {
-    pub const ALL: [Self; 12] = [
-        Open, Unreached, Eligible, Won, Double, First, Last, Unready, Closed, Nobody, Reached, Idle,
+    pub const ALL: [Self; 13] = [
+        Open, Unreached, Eligible, Won, Double, First, Last, Unready, Closed, Nobody, Reached,
+        Idle, Left,
     ];
 }
 
@@ -147,9 +151,9 @@ const TRANSITIONS: &[Transition] = &[
     (When::After(Break), Check, &[Last], &[], &[]),
     (When::After(Break), Race, &[], &[], &[Won]),
     (When::After(Break), Write, &[Won], &[], &[Double, Last]),
-    (When::After(Back), Start, &[First], &[], &[]),
+    (When::After(Back), Start, &[], &[], &[Left]),
     (When::After(Back), Start, &[Last], &[], &[]),
-    (When::After(Back), Read, &[], &[], &[First, Last]),
+    (When::After(Back), Read, &[Left], &[], &[Last]),
     (When::After(Read), Settle, &[], &[], &[]),
     (When::After(Begin), Done, &[First], &[], &[]),
     (When::After(Begin), Fetch, &[], &[], &[First]),

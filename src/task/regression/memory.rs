@@ -3,6 +3,7 @@
 use super::choice::Choice;
 use super::control::{Phase, Signal};
 use super::costs::LEVELS;
+use super::retreat::retreat;
 use super::rules::Regression;
 use super::wiring::{AND, Group, Weight, Wiring, each, spread};
 use crate::sim::Real;
@@ -32,7 +33,7 @@ impl Layout {
         // Pairs of fluents are kept as a table while the planner is built.
         let table = self.fluents.saturating_mul(self.fluents) / 256;
         let fixed = rules.saturating_add(self.operators.saturating_mul(14)).saturating_add(table);
-        self.slots.saturating_mul(row).saturating_add(fixed)
+        self.slots.saturating_mul(row.saturating_add(4 * LEVELS + 5)).saturating_add(fixed)
     }
 
     fn mark(&self) -> usize {
@@ -177,9 +178,15 @@ impl Memory {
         w.bias_all(&shown, AND);
         let before = w.units("slot_before", slots);
         w.link(&recalled, &before, (0..slots).flat_map(|k| layout.pointer(k).map(|c| (c, k, 1.0))));
-        w.link(phases, &before, when(&[Phase::Back, Phase::Begin, Phase::Step]));
+        w.link(phases, &before, when(&[Phase::Begin, Phase::Step]));
         w.bias_all(&before, 2.0 * AND);
         w.link(&before, &next, replace(slots));
+
+        let marks = w.sum("marks", slots);
+        let marked = layout.grid(fluents..fluents + 1);
+        w.link(&memory, &marks, marked.map(|(k, _, cell)| (cell, k, 1.0)));
+        let retreat = retreat(w, (phases, signals), &slot, &choice.gains, &marks);
+        w.link(&retreat, &next, replace(slots));
 
         visited(w, layout, rules, &memory, goals, choice);
         Self { slot, shown, recalled, child }

@@ -15,6 +15,7 @@
 //! | `costs` | the wave from what holds; how far each fluent is |
 //! | `choice` | relevance, veto, utilities, and the race |
 //! | `memory` | slots for goal sets; which operators lead to visited ones |
+//! | `retreat` | the slot to go on with after a dead end |
 //! | `graph` | all parts as one module |
 //! | `world`, `plan` | a world by the rules of the problem; planning and acting in it |
 //! | `search` | the same rules without neurons |
@@ -54,6 +55,7 @@ mod graph;
 mod memory;
 mod mutex;
 mod plan;
+mod retreat;
 mod rules;
 mod search;
 mod wiring;

@@ -82,6 +82,7 @@ pub fn search(
     for _ in 0..spec.tries {
         let mut slots = vec![(goal.clone(), 0, 0)];
         let mut slot = 0;
+        let mut dead = BTreeSet::new();
         loop {
             let goals = &slots[slot].0;
             if goals.is_subset(start) {
@@ -100,15 +101,31 @@ pub fn search(
                     slots.push((child, operator, slot));
                     slot = slots.len() - 1;
                 }
-                None if slot > 0 => {
+                None => {
                     backs += 1;
-                    slot = slots[slot].2;
+                    dead.insert(slot);
+                    match nearest(&costs, &slots, &dead) {
+                        Some(next) => slot = next,
+                        None => break,
+                    }
                 }
-                _ => break,
+                Some(_) => break,
             }
         }
     }
     None
+}
+
+/// Returns the slot to go on with after a dead end: of those that are not dead, the one whose costliest goal costs least,
+/// and of several the latest.
+fn nearest(
+    costs: &[f64],
+    slots: &[(BTreeSet<usize>, usize, usize)],
+    dead: &BTreeSet<usize>,
+) -> Option<usize> {
+    let height = |slot: usize| slots[slot].0.iter().map(|f| costs[*f]).fold(0.0, f64::max);
+    let left = (0..slots.len()).rev().filter(|slot| !dead.contains(slot));
+    left.min_by(|a, b| height(*a).total_cmp(&height(*b)))
 }
 
 /// Returns the best operator for the goal set of a slot, and the goal set before it.
