@@ -43,6 +43,14 @@ pub enum FileError {
         /// Maximum size, in bytes.
         max_bytes: u64,
     },
+    /// A folder has too many entries to look for files in it.
+    #[error("{} has more than {max_entries} entries; name a folder with fewer", folder.display())]
+    TooManyEntries {
+        /// Folder.
+        folder: PathBuf,
+        /// Greatest number of entries.
+        max_entries: usize,
+    },
     /// The output file already exists.
     #[error("{} exists already; choose another name, or allow overwriting", path.display())]
     Exists {

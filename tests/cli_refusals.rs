@@ -254,6 +254,13 @@ fn a_bad_option_of_any_command_is_refused_before_any_work() {
         ("experiment figure-4", "--force --salvage", "cannot be used with"),
         ("experiment threshold", "--recording missing.jsonl", "cannot read missing.jsonl"),
         ("experiment threshold", "--recording scene.json", "scene.json"),
+        (
+            "experiment kitchen",
+            "--problems folder",
+            "--problems folder: must be absent; only the experiment `ipc` takes a folder of problems",
+        ),
+        ("experiment ipc", "--problems -", "--problems -: must be a folder; for a folder of this"),
+        ("experiment ipc", "--problems missing", "cannot read missing"),
         ("merge figure-1a --out new", "", "no folder is given"),
         ("merge figure-1a folder --out new", "", "cannot read folder/trials.bin"),
         ("merge table-5 part --out new", "", "there is no experiment `table-5`"),
@@ -278,7 +285,7 @@ fn a_bad_option_of_any_command_is_refused_before_any_work() {
         ("bench bind", "--mode direct --save new", "direct mode has no neurons"),
         ("completions teapot", "", "invalid value 'teapot'"),
     ];
-    assert_eq!(cases.len(), 107);
+    assert_eq!(cases.len(), 110);
     for (command, options, part) in cases {
         let args: Vec<&str> = command.split(' ').chain(options.split_whitespace()).collect();
         refused(place.path(), &args, 2, part);

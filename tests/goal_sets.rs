@@ -8,8 +8,8 @@ use symbolt::neurons::{LifSpec, Population};
 use symbolt::prelude::*;
 use symbolt::sim::World;
 use symbolt::task::regression::{
-    Course, GoalSetError, GoalSetGraph, GoalSetSpec, Mutexes, Regression, SearchSpec, StripsWorld,
-    costs, populations, pursue, search,
+    Begun, Course, GoalSetError, GoalSetGraph, GoalSetSpec, Mutexes, Regression, SearchSpec,
+    StripsWorld, costs, populations, pursue, search,
 };
 use symbolt::task::strips::{Bodies, Domain, Fact, Grounded, Problem, validate};
 
@@ -228,6 +228,44 @@ fn surprises_are_met_by_planning_anew() {
     assert!(anew >= 1, "planned anew {anew} times");
     assert!(reached >= 7, "{reached} of 8");
     assert!(unmet * 50 <= begun, "{unmet} of {begun} begun with an unmet precondition");
+}
+
+/// The first plan is to fill the kettle and boil it, or the whole plan of the kitchen.
+#[test]
+fn a_hand_that_unplugs_while_the_kettle_is_filled_does_not_stop_the_planner() {
+    let short = Case::new(KITCHEN, "", "(plugged) (under-tap)", "(boiled)");
+    assert_eq!(short.shortest(), 2);
+    let (mut unplugged, mut shown) = (0, 0);
+    for (case, seeds) in [(short, 4), (Case::kitchen(5), 2)] {
+        let operators = &case.grounded.operators;
+        let place = |name: &str| operators.iter().position(|o| o.name == name).expect(name);
+        let [unplug, plug_in, fill] =
+            ["(unplug-kettle)", "(plug-in-kettle)", "(fill-kettle-from-tap)"].map(place);
+        for (spec, seed) in (0..seeds).map(|seed| (spiking(), seed)).chain([(direct(), 0)]) {
+            let alone = case.run(&spec, seed);
+            let begins = |a: usize| {
+                alone.begun.iter().find(|b| b.operator == a).expect("an action of the plan").ms
+            };
+            let filled = begins(fill);
+            // The action is shown for 5 ms before it begins; then the motor is locked for 100 ms.
+            for ms in [filled - 4, filled - 1, filled + 1, filled + 50, filled + 95] {
+                let world = StripsWorld::new(&case.grounded, SimDuration::from_millis(100))
+                    .intrusion(ms, unplug);
+                let course = pursue(&case.grounded, world, &spec, Seed::new(seed)).expect("a run");
+                let at = format!("{:?} seed {seed}, {ms} ms: {course:?}", spec.population);
+                assert!(course.reached, "{at}");
+                assert!(course.begun.len() <= 8, "{at}");
+                let mut plugged = alone.begun.iter().filter(|b| b.ms < ms && b.operator == plug_in);
+                if plugged.next().is_some() || case.shortest() == 2 {
+                    let again = |b: &Begun| b.ms >= ms && b.done && b.operator == plug_in;
+                    assert!(course.begun.iter().any(again), "{at}");
+                    unplugged += 1;
+                    shown += usize::from(ms < filled);
+                }
+            }
+        }
+    }
+    assert!(unplugged >= 25 && shown >= 10, "{unplugged} {shown}");
 }
 
 #[test]

@@ -197,13 +197,19 @@ pub(crate) struct TrialArgs {
 }
 
 impl TrialArgs {
-    pub fn options(&self, common: &Common) -> Options {
+    /// # Errors
+    /// For `--problems -`, since elsewhere `-` means standard input.
+    pub fn options(&self, common: &Common) -> Result<Options, BadArgument> {
+        if self.problems.as_deref().is_some_and(|folder| folder.as_os_str() == "-") {
+            let expected = "a folder; for a folder of this name write ./-";
+            return Err(BadArgument::range("--problems", "-", expected));
+        }
         let known = || {
             let folder = PathBuf::from(std::env::var_os("SYMBOLT_RECORDINGS")?);
             Some(folder.join("nut_bolt_pybullet.jsonl")).filter(|path| path.is_file())
         };
         let (seed, recording) = (Seed::new(common.seed), self.recording.clone().or_else(known));
-        Options { seed, trials: self.trials, recording, problems: self.problems.clone() }
+        Ok(Options { seed, trials: self.trials, recording, problems: self.problems.clone() })
     }
 }
 

@@ -28,7 +28,7 @@ pub(crate) fn experiment(args: &ExperimentArgs) -> Result<Outcome, Error> {
     use_threads(&args.common)?;
     let shard: Shard = args.shard.as_deref().map_or(Ok(Shard::default()), str::parse)?;
     // The name and the number of trials are checked first: with a recording, an experiment reads it and learns from it.
-    let options = args.trials.options(&args.common);
+    let options = args.trials.options(&args.common)?;
     find(name, &Options { recording: None, ..options.clone() })?;
     let folder = open(args, name, shard)?;
     let path = folder.path().display().to_string();
@@ -96,7 +96,7 @@ pub(crate) fn merged(args: &MergeArgs) -> Result<Outcome, Error> {
     }
     let mut trials = args.trials.clone();
     trials.trials = trials.trials.or(Some(origin.trials));
-    let mut options = trials.options(&common);
+    let mut options = trials.options(&common)?;
     if origin.settings.get("recording").is_none_or(serde_json::Value::is_null) {
         // The shards used no recording, so a recording that this machine has is not used either.
         options.recording = args.trials.recording.clone();

@@ -180,7 +180,8 @@ fn file_code(error: &FileError) -> u8 {
     match error {
         FileError::Io { what: "read", .. }
         | FileError::Exists { .. }
-        | FileError::TooLarge { .. } => 2,
+        | FileError::TooLarge { .. }
+        | FileError::TooManyEntries { .. } => 2,
         _ => 1,
     }
 }

@@ -30,7 +30,7 @@ pub struct Options {
     pub trials: Option<u64>,
     /// Recording to use in addition to the simulated scene. Only `threshold` uses it.
     pub recording: Option<PathBuf>,
-    /// Folder of planning problems in PDDL. Only `ipc` uses it, and needs it.
+    /// Folder of planning problems in PDDL. Only `ipc` takes it, and needs it.
     pub problems: Option<PathBuf>,
 }
 
@@ -46,6 +46,9 @@ pub fn all() -> Vec<(&'static str, &'static str)> {
     let made = makers().into_iter().filter_map(|make| make(&Options::default()).ok());
     made.map(|e| (e.name(), e.question())).collect()
 }
+
+/// The only experiment that takes [`Options::problems`].
+const TAKES_PROBLEMS: &str = "ipc";
 
 type Make = fn(&Options) -> Result<Box<dyn Experiment>, TaskError>;
 
@@ -81,8 +84,8 @@ fn makers() -> Vec<Make> {
 ///
 /// # Errors
 /// [`TaskError::UnknownExperiment`], which lists the experiments; [`TaskError::Setting`] if the number of trials is not
-/// 1 to [`MAX_TRIALS`], or if the experiment needs a folder of problems and there is none; the error of reading the
-/// recording or the folder, or of learning from the recording.
+/// 1 to [`MAX_TRIALS`], if the experiment needs a folder of problems and there is none, or if there is one and the
+/// experiment takes none; the error of reading the recording or the folder, or of learning from the recording.
 pub fn find(name: &str, options: &Options) -> Result<Box<dyn Experiment>, TaskError> {
     if let Some(trials) = options.trials.filter(|n| !(1..=MAX_TRIALS).contains(n)) {
         let value = trials.to_string();
@@ -93,6 +96,11 @@ pub fn find(name: &str, options: &Options) -> Result<Box<dyn Experiment>, TaskEr
     let has_name = |make: &Make| make(&plain).is_ok_and(|made| made.name() == name);
     match makers().into_iter().find(has_name) {
         Some(make) => {
+            if let Some(folder) = options.problems.as_deref().filter(|_| name != TAKES_PROBLEMS) {
+                let expected = "absent; only the experiment `ipc` takes a folder of problems";
+                let value = folder.display().to_string();
+                return Err(TaskError::Setting { name: "problems", value, expected });
+            }
             let made = make(options)?;
             if made.cells().is_empty() {
                 let expected = "a folder of problems in PDDL";

@@ -44,17 +44,20 @@ impl ProblemFiles {
 ///
 /// A domain is a file whose name contains `domain` and ends in `.pddl`; every other such file is a problem. The domain of
 /// `task07.pddl` is the one beside it with the same number, such as `domain07.pddl` or `task07-domain.pddl`; otherwise it
-/// is `domain.pddl`, or the only domain there.
+/// is `domain.pddl`, or the only domain there. `domain7.pddl` has the same number too; equal digits come first.
+///
+/// Links to files are read; links to folders are not followed.
 ///
 /// # Errors
-/// [`TaskError::File`] for a folder or file that cannot be read, or beyond [`MAX_PROBLEMS`]; [`TaskError::Problem`] for two
-/// problems of one name, a problem without domain, a folder without problems, and PDDL that is no typed STRIPS.
+/// [`TaskError::File`] for a folder or file that cannot be read, or for a folder of more than 20,000 entries;
+/// [`TaskError::Problem`] beyond [`MAX_PROBLEMS`], for two problems of one name, a problem without domain, a folder without
+/// problems, and PDDL that is no typed STRIPS.
 pub fn problems_in(folder: &Path) -> Result<Vec<ProblemFiles>, TaskError> {
     let mut found = Vec::new();
     search(folder, String::new(), DEPTH, &mut found)?;
     if found.is_empty() {
         let reason = format!(
-            "{} has no problems; expected domain.pddl and task01.pddl, or folders with such files",
+            "{} has no problems; expected domain.pddl and task01.pddl, or folders with such files (links to folders are not followed)",
             folder.display()
         );
         return Err(TaskError::Problem { reason });
@@ -76,15 +79,23 @@ pub fn problems_in(folder: &Path) -> Result<Vec<ProblemFiles>, TaskError> {
     Ok(found)
 }
 
-/// Returns the entries of a folder, sorted: the folders, and the files that end in `.pddl`.
+/// Returns the entries of a folder, sorted: the folders, and the files that end in `.pddl`. A link to a folder is neither,
+/// since it could lead back here.
 fn entries(folder: &Path) -> Result<(Vec<PathBuf>, Vec<PathBuf>), TaskError> {
-    let failed = |source| FileError::Io { what: "read", path: folder.into(), source };
+    let failed = FileError::io("read", folder);
     let (mut folders, mut files) = (Vec::new(), Vec::new());
-    for entry in std::fs::read_dir(folder).map_err(failed)?.take(MAX_ENTRIES) {
-        let path = entry.map_err(failed)?.path();
-        if path.is_dir() {
+    for (at, entry) in std::fs::read_dir(folder).map_err(&failed)?.enumerate() {
+        if at >= MAX_ENTRIES {
+            let folder = folder.into();
+            return Err(FileError::TooManyEntries { folder, max_entries: MAX_ENTRIES }.into());
+        }
+        let entry = entry.map_err(&failed)?;
+        let (path, kind) = (entry.path(), entry.file_type().map_err(&failed)?);
+        if kind.is_dir() {
             folders.push(path);
-        } else if path.extension().is_some_and(|end| end.eq_ignore_ascii_case("pddl")) {
+        } else if path.extension().is_some_and(|end| end.eq_ignore_ascii_case("pddl"))
+            && !(kind.is_symlink() && path.is_dir())
+        {
             files.push(path);
         }
     }
@@ -98,18 +109,26 @@ fn stem(path: &Path) -> String {
     path.file_stem().unwrap_or_default().to_string_lossy().to_lowercase()
 }
 
-/// Returns the digits in a name.
-fn number(name: &str) -> String {
-    name.chars().filter(char::is_ascii_digit).collect()
+/// Returns the numbers in the name of a file, as digits.
+fn numbers(path: &Path) -> Vec<String> {
+    let name = stem(path);
+    let parts = name.split(|c: char| !c.is_ascii_digit()).filter(|part| !part.is_empty());
+    parts.map(str::to_owned).collect()
 }
 
 /// Returns the domain that belongs to a problem.
 fn domain_of<'a>(problem: &Path, domains: &'a [PathBuf]) -> Option<&'a PathBuf> {
-    let wanted = number(&stem(problem));
-    let same = |path: &&PathBuf| !wanted.is_empty() && number(&stem(path)) == wanted;
+    let wanted = numbers(problem);
+    // Without zeros in front, digits are equal if their numbers are, however many there are.
+    let values = |digits: &[String]| -> Vec<String> {
+        digits.iter().map(|digits| digits.trim_start_matches('0').to_owned()).collect()
+    };
+    let same = |path: &&PathBuf| !wanted.is_empty() && numbers(path) == wanted;
+    let equal = |path: &&PathBuf| !wanted.is_empty() && values(&numbers(path)) == values(&wanted);
     let plain = |path: &&PathBuf| stem(path) == "domain";
     let only = || domains.first().filter(|_| domains.len() == 1);
-    domains.iter().find(same).or_else(|| domains.iter().find(plain)).or_else(only)
+    let numbered = domains.iter().find(same).or_else(|| domains.iter().find(equal));
+    numbered.or_else(|| domains.iter().find(plain)).or_else(only)
 }
 
 fn search(
@@ -123,7 +142,7 @@ fn search(
         files.into_iter().partition(|path| stem(path).contains("domain"));
     for problem in problems {
         let Some(domain) = domain_of(&problem, &domains) else {
-            let number = number(&stem(&problem));
+            let number = numbers(&problem).join("-");
             let reason = format!(
                 "{} has no domain; expected domain.pddl or domain{number}.pddl beside it",
                 problem.display()
@@ -227,6 +246,83 @@ mod tests {
         assert_eq!(found[0].fingerprint, found[1].fingerprint);
         assert_ne!(found[2].fingerprint, found[3].fingerprint);
         assert_eq!(found[0].grounded().expect("a problem").grounded.operators.len(), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_to_a_folder_does_not_add_its_problems_again() {
+        let files = [("domain.pddl", DOMAIN), ("task01.pddl", PROBLEM)];
+        let (place, elsewhere) = (folder(&files), folder(&files));
+        let link = |target: &Path, name: &str| {
+            std::os::unix::fs::symlink(target, place.path().join(name)).expect("a link");
+        };
+        link(place.path(), "loop");
+        link(elsewhere.path(), "elsewhere");
+        link(&elsewhere.path().join("task01.pddl"), "task02.pddl");
+        let found = problems_in(place.path()).expect("problems");
+        let names: Vec<_> = found.iter().map(|p| (p.group.as_str(), p.name.as_str())).collect();
+        assert_eq!(names, [("door", "task01"), ("door", "task02")]);
+        // The folder itself may be a link.
+        let found = problems_in(&place.path().join("elsewhere")).expect("problems");
+        assert_eq!(found.len(), 1);
+        std::fs::remove_file(place.path().join("task01.pddl")).expect("removed");
+        std::fs::remove_file(place.path().join("task02.pddl")).expect("removed");
+        let fault = problems_in(place.path()).expect_err("only links").to_string();
+        assert!(fault.contains("links to folders are not followed"), "{fault}");
+    }
+
+    #[test]
+    fn a_problem_is_not_lost_among_too_many_entries() {
+        let place = folder(&[("big/domain.pddl", DOMAIN), ("big/task01.pddl", PROBLEM)]);
+        let big = place.path().join("big");
+        for i in 0..MAX_ENTRIES - 2 {
+            std::fs::File::create(big.join(i.to_string())).expect("a file");
+        }
+        assert_eq!(problems_in(place.path()).expect("just as many as allowed").len(), 1);
+        std::fs::write(big.join("task02.pddl"), PROBLEM).expect("a file");
+        let fault = problems_in(place.path()).expect_err("one too many").to_string();
+        assert!(fault.contains("big has more than 20000 entries"), "{fault}");
+    }
+
+    #[test]
+    fn task01_belongs_to_domain1() {
+        let other = DOMAIN.replace("push", "pull");
+        let third = DOMAIN.replace("push", "lift");
+        let place = folder(&[
+            ("a/domain1.pddl", DOMAIN),
+            ("a/domain2.pddl", &other),
+            ("a/task01.pddl", PROBLEM),
+            ("a/task2.pddl", PROBLEM),
+            ("a/task002.pddl", PROBLEM),
+            // The same digits come first.
+            ("b/domain01.pddl", DOMAIN),
+            ("b/domain1.pddl", &other),
+            ("b/task01.pddl", PROBLEM),
+            ("b/task1.pddl", PROBLEM),
+            ("c/domain0.pddl", DOMAIN),
+            ("c/domain12.pddl", &other),
+            ("c/domain.pddl", &third),
+            ("c/leave.pddl", PROBLEM),
+            ("c/task00.pddl", PROBLEM),
+            ("c/task1-2.pddl", PROBLEM),
+        ]);
+        let found = problems_in(place.path()).expect("problems");
+        let name =
+            |p: &ProblemFiles| format!("{} {} {}", p.group, p.name, p.domain.actions[0].name);
+        let names: Vec<String> = found.iter().map(name).collect();
+        assert_eq!(
+            names,
+            [
+                "a task002 pull",
+                "a task01 push",
+                "a task2 pull",
+                "b task01 push",
+                "b task1 pull",
+                "c leave lift",
+                "c task00 push",
+                "c task1-2 lift"
+            ]
+        );
     }
 
     #[test]

@@ -12,8 +12,8 @@ use super::rules::Regression;
 use super::world::{Begun, StripsWorld};
 use crate::neurons::{LifSpec, PatternError, Population, PopulationPlan};
 use crate::sim::{
-    Constant, GraphBuilder, InputSpec, OutputSpec, ProbeId, ProbeSpec, RunConfig, Seed,
-    SimDuration, SimError, Simulator, Synapse, Timebase, Vector, WorldLink,
+    Constant, GraphBuilder, InputSpec, OutputSpec, ProbeSpec, Real, RunConfig, Seed, SimDuration,
+    SimError, Simulator, Synapse, Timebase, Vector, WorldLink,
 };
 use crate::task::strips::Grounded;
 
@@ -210,7 +210,9 @@ pub fn pursue(
         let step = (limit - ms).min(PERIOD_MS);
         sim.run_for(SimDuration::from_millis(step))?;
         ms += step;
-        tally.add(&sim, &phases, step as usize);
+        let samples = sim.samples(&phases);
+        let past = samples.len().saturating_sub(step as usize);
+        samples.iter().skip(past).for_each(|(_, row)| tally.add(row));
     }
     let [steps, backs, starts] = tally.counts;
     let world = inside(&sim);
@@ -231,28 +233,72 @@ fn inside(sim: &Simulator) -> Option<&StripsWorld> {
     world.downcast_ref()
 }
 
-/// How often goal sets were written, dead ends were left, and planning began.
+/// Phases that are counted: goal sets are written, dead ends are left, planning begins.
+const COUNTED: [Phase; 3] = [Phase::Write, Phase::Back, Phase::Start];
+/// Activity above which a phase is active, and below which it is over. Noise between the two counts for nothing.
+const ACTIVE: Real = 0.5;
+const OVER: Real = 0.3;
+
+/// How often each phase of [`COUNTED`] began.
+///
+/// While one phase follows another, both are active for a moment. So each is counted by itself.
 #[derive(Default)]
 struct Tally {
     counts: [usize; 3],
-    /// The last phase that was active alone.
-    before: Option<usize>,
+    active: [bool; 3],
 }
 
 impl Tally {
-    /// Counts the phases that began in the last `ticks` samples.
-    fn add(&mut self, sim: &Simulator, phases: &ProbeId<Vector>, ticks: usize) {
-        let counted = [Phase::Write, Phase::Back, Phase::Start];
-        let samples = sim.samples(phases);
-        for (_, row) in samples.iter().skip(samples.len().saturating_sub(ticks)) {
-            let mut active = (0..row.len()).filter(|i| row[*i] > 0.5);
-            // While one phase follows another, both are active for a moment.
-            let (Some(now), None) = (active.next(), active.next()) else { continue };
-            if self.before != Some(now) {
-                let place = counted.iter().position(|phase| *phase as usize == now);
-                place.into_iter().for_each(|i| self.counts[i] += 1);
-                self.before = Some(now);
+    /// Takes the activities of all phases at one time.
+    fn add(&mut self, row: &[Real]) {
+        for (i, phase) in COUNTED.into_iter().enumerate() {
+            let activity = row[phase as usize];
+            if self.active[i] {
+                self.active[i] = activity >= OVER;
+            } else if activity > ACTIVE {
+                self.active[i] = true;
+                self.counts[i] += 1;
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Counts what begins in rows that have these activities and zeros.
+    fn counted(rows: &[&[(Phase, Real)]]) -> [usize; 3] {
+        let mut tally = Tally::default();
+        for active in rows {
+            let mut row = [0.0; Phase::ALL.len()];
+            active.iter().for_each(|(phase, activity)| row[*phase as usize] = *activity);
+            tally.add(&row);
+        }
+        tally.counts
+    }
+
+    #[test]
+    fn a_start_that_is_never_active_alone_is_counted() {
+        use Phase::{Back, Check, Start, Wave, Write};
+        let rows: [&[(Phase, Real)]; 7] = [
+            &[(Start, 1.0)],
+            &[(Wave, 1.0)],
+            &[(Check, 1.0)],
+            &[(Check, 0.8), (Start, 0.7)],
+            &[(Start, 0.9), (Wave, 0.8)],
+            &[(Wave, 1.0)],
+            &[(Write, 0.9), (Back, 0.9)],
+        ];
+        assert_eq!(counted(&rows), [1, 1, 2]);
+    }
+
+    #[test]
+    fn a_phase_that_fluctuates_begins_once() {
+        let of = |activity| [(Phase::Start, activity)];
+        let rows = [0.0, 0.6, 0.45, 0.31, 0.55, 0.9, 0.51, 0.29, 0.4, 0.5, 0.51, 0.0].map(of);
+        let rows = rows.each_ref().map(<[_; 1]>::as_slice);
+        assert_eq!(counted(&rows), [0, 0, 2]);
+        assert_eq!(counted(&[]), [0; 3]);
     }
 }
