@@ -20,7 +20,7 @@ const RIVALRY: Real = 0.5;
 const URGENCY_MS: u64 = 60;
 /// Phases in which the race becomes easier to win, and the weight of each. It begins before the race does: while goals and
 /// costs settle. Greater weights save a few milliseconds a step and lose long plans.
-const URGES: [(Phase, Real); 3] = [(Phase::Wave, 1.0), (Phase::Settle, 1.6), (Phase::Race, 3.5)];
+const URGES: [(Phase, Real); 3] = [(Phase::Wave, 1.06), (Phase::Settle, 1.7), (Phase::Race, 3.7)];
 
 /// The groups of the choice.
 pub(super) struct Choice {

@@ -54,13 +54,12 @@ impl Phase {
     /// Returns the time from its beginning until [`When::After`] holds, in milliseconds.
     fn millis(self) -> f64 {
         match self {
-            Next | Step => 8.0,
-            Check | Start => 10.0,
-            Break | Back => 12.0,
-            Wave => 14.0,
-            Begin => 15.0,
-            Settle => 17.0,
-            Write => 20.0,
+            Next | Step => 7.0,
+            Check => 9.0,
+            Start => 10.0,
+            Break | Back | Wave => 12.0,
+            Begin | Settle => 15.0,
+            Write => 18.0,
             Read | Fetch => 26.0,
             Race | Show | Done | Stuck => 60.0,
         }

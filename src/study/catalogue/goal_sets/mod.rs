@@ -147,7 +147,7 @@ fn trial_of_length(
 ) -> Result<TrialOutcome, TaskError> {
     let course = setup.pursue(problem, world(problem), &[], seed)?;
     let length = problem.valid_length(course.plan());
-    let rules = by_rules(problem, &mut seed.derive("", "rules").rng());
+    let rules = by_rules(problem, setup.slots, &mut seed.derive("", "rules").rng());
     let ratio = |length: Option<usize>| length.map_or(f64::NAN, |n| n as f64 / shortest as f64);
     let [unmet, begun] = unmet(&course);
     Ok(outcome([
@@ -162,12 +162,12 @@ fn trial_of_length(
     ]))
 }
 
-/// Searches by the rules without neurons. Returns the length of the plan if one was found and is valid.
-fn by_rules(problem: &PlanningProblem, rng: &mut impl Rng) -> Option<usize> {
+/// Searches by the rules without neurons, with as many slots as the planner. Returns the length of the plan if one was found and is valid.
+fn by_rules(problem: &PlanningProblem, slots: usize, rng: &mut impl Rng) -> Option<usize> {
     let rules = Regression::new(&problem.grounded);
     let set = |fluents: &[usize]| -> BTreeSet<usize> { fluents.iter().copied().collect() };
     let (start, goal) = (set(&problem.grounded.start), set(&problem.grounded.goal));
-    let found = search(&rules, &start, &goal, &SearchSpec::default(), rng)?;
+    let found = search(&rules, &start, &goal, &SearchSpec { slots, ..SearchSpec::default() }, rng)?;
     problem.valid_length(found.plan)
 }
 

@@ -9,8 +9,8 @@ use crate::study::experiment::{Cell, Experiment, Figure, Results, TrialOutcome};
 use crate::study::problems::tangled;
 use crate::task::TaskError;
 
-const SLOTS: usize = 48;
-const LIMIT_MS: u64 = 10_000;
+const SLOTS: usize = 100;
+const LIMIT_MS: u64 = 20_000;
 /// Lengths of shortest plans.
 const LENGTHS: [usize; 7] = [5, 6, 7, 8, 10, 12, 15];
 
