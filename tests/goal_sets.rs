@@ -319,6 +319,7 @@ fn all_nodes_are_neurons_weights_or_sums() {
         "busy",
         "goal",
         "holds",
+        "marks",
         "own",
         "ready",
         "reasons",
