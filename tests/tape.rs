@@ -82,7 +82,7 @@ fn a_network_writes_and_reads_a_plan_in_every_mode() {
 }
 
 #[test]
-#[ignore = "half an hour"]
+#[ignore = "ten minutes"]
 fn fifteen_of_two_hundred_actions_are_read_back_in_spikes() {
     let plan = populations().expect("sound");
     let right = (2_001..2_041)
@@ -91,6 +91,6 @@ fn fifteen_of_two_hundred_actions_are_read_back_in_spikes() {
             read.right == 15
         })
         .count();
-    // Measured 36 of 47 with other seeds. A share of 0.77 gives fewer than 25 of 40 for one list of seeds in 100.
-    assert!(right >= 25, "{right} of 40");
+    // Measured 79 of 80 with other seeds. A share of 0.95 gives fewer than 34 of 40 for one list of seeds in 300.
+    assert!(right >= 34, "{right} of 40");
 }
