@@ -221,8 +221,8 @@ impl<V: VocabTag> Module for Tape<V> {
 
 /// Radius of the gate: bound pointers have lengths around 1.
 const GATED: Real = 1.3;
-/// Weight of an item, plus activity of its position, above which the item is read. Each is about 1 or 0, but the weight of an
-/// item that was written late falls to 0.65 in 4 s: with 1.5 it was lost.
+/// Weight of an item, plus activity of its position, above which the item is read. Each is about 1 or 0, but the weight of
+/// the last of 20 items fell to 0.65 in 4 s: with 1.5 it was lost.
 const READ_ABOVE: Real = 1.3;
 /// Greatest such sum that neurons represent.
 const READ_MOST: Real = 2.5;
