@@ -9,7 +9,8 @@ use crate::study::experiment::{
     TrialOutcome, outcome,
 };
 use crate::study::tape::{
-    HELD_PER_DIMENSION, PER_PRODUCT, TapeSpec, exact_stack, exact_tape, populations, run_tape,
+    HELD_PER_DIMENSION, PER_PRODUCT, TapeSpec, exact_stack, exact_tape, exact_together,
+    populations, run_tape,
 };
 use crate::task::TaskError;
 
@@ -29,11 +30,16 @@ impl Depths {
 enum How {
     Stack,
     Tape,
+    Together,
     Spikes,
 }
 
-const METHODS: [(&str, How); 3] =
-    [("shift stack", How::Stack), ("tape", How::Tape), ("tape in spikes", How::Spikes)];
+const METHODS: [(&str, How); 4] = [
+    ("shift stack", How::Stack),
+    ("tape", How::Tape),
+    ("tape, read together", How::Together),
+    ("tape in spikes, read together", How::Spikes),
+];
 const DEPTHS: [usize; 5] = [5, 7, 10, 15, 20];
 /// Dimensions and actions.
 const SIZES: [(usize, usize); 2] = [(256, 20), (512, 200)];
@@ -60,7 +66,7 @@ impl Experiment for Depths {
         for (name, how) in METHODS {
             for (dimensions, actions) in SIZES {
                 for depth in DEPTHS {
-                    // A network takes some 20 s for each plan.
+                    // A network takes some 10 s for each plan.
                     if matches!(how, How::Spikes) && (dimensions, depth) != (512, 15) {
                         continue;
                     }
@@ -89,6 +95,7 @@ impl Experiment for Depths {
         let right = match cell.choice("method", &METHODS)? {
             How::Stack => exact_stack(&spec, seed)?,
             How::Tape => exact_tape(&spec, seed)?,
+            How::Together => exact_together(&spec, seed)?,
             How::Spikes => run_tape(&spec, &populations()?, seed)?.right,
         };
         let all = if right == spec.depth { 1.0 } else { 0.0 };
@@ -99,7 +106,7 @@ impl Experiment for Depths {
         let mut series = Vec::new();
         for (colour, (dimensions, actions)) in SIZES.into_iter().enumerate() {
             for ((name, _), style) in
-                METHODS.into_iter().zip([Style::Dashed, Style::Line, Style::Rings])
+                METHODS.into_iter().zip([Style::Dashed, Style::Dotted, Style::Line, Style::Rings])
             {
                 let of = |row: &&Row| {
                     row.is("method", &json!(name))
