@@ -259,6 +259,11 @@ fn a_bad_option_of_any_command_is_refused_before_any_work() {
             "--problems folder",
             "--problems folder: must be absent; only the experiment `ipc` takes a folder of problems",
         ),
+        (
+            "experiment kitchen",
+            "--recording missing.jsonl",
+            "--recording missing.jsonl: must be absent; only the experiment `threshold` takes a recording",
+        ),
         ("experiment ipc", "--problems -", "--problems -: must be a folder; for a folder of this"),
         ("experiment ipc", "--problems missing", "cannot read missing"),
         ("merge figure-1a --out new", "", "no folder is given"),
@@ -285,7 +290,7 @@ fn a_bad_option_of_any_command_is_refused_before_any_work() {
         ("bench bind", "--mode direct --save new", "direct mode has no neurons"),
         ("completions teapot", "", "invalid value 'teapot'"),
     ];
-    assert_eq!(cases.len(), 110);
+    assert_eq!(cases.len(), 111);
     for (command, options, part) in cases {
         let args: Vec<&str> = command.split(' ').chain(options.split_whitespace()).collect();
         refused(place.path(), &args, 2, part);

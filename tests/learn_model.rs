@@ -234,7 +234,7 @@ fn faults_of_a_domain_name_line_column_and_what_was_expected() {
         fault.to_string()
     };
     assert!(Domain::parse(SMALL.as_bytes(), "d.pddl", Bodies::Read).is_ok());
-    let changed: [(&str, &str, &str); 16] = [
+    let changed: [(&str, &str, &str); 17] = [
         (
             ":equality",
             ":fluents",
@@ -289,6 +289,7 @@ fn faults_of_a_domain_name_line_column_and_what_was_expected() {
         ("(at ?x ?b) (not", "(= ?x ?b) (not", "`(= ...)` is no predicate"),
         ("(at ?x ?b) (not", "(when (free) (at ?x ?b)) (not", "`(when ...)` is no predicate"),
         (":effect", ":effects", "`:effects` is no part of an action; expected (:action NAME"),
+        (":effect", ":precondition", "has a second `:precondition`; expected each part once"),
         (
             "(:constants",
             "(:functions",
@@ -329,6 +330,18 @@ fn faults_of_problems_and_trajectories_name_the_place() {
         ),
         ("(define (problem p) (:goal (free) (free)))", "the goal is not a single condition"),
         ("(define (problem p) (:length 3))", "`(:length ...)` is no section of a problem"),
+        (
+            "(define (problem p) (:goal (and (free) (= (fuel) 3))))",
+            "column 40: `(= ...)` is no condition that can be met by actions; expected (PREDICATE",
+        ),
+        (
+            "(define (problem p) (:init (free)))",
+            "the problem `p` has no goal; expected one (:goal (and ...))",
+        ),
+        (
+            "(define (problem p) (:goal (free)) (:goal (free)))",
+            "column 36: the problem `p` has a second goal",
+        ),
     ];
     for (text, message) in problems {
         let fault = Problem::parse(text.as_bytes(), "p", &domain).expect_err(text).to_string();

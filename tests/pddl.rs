@@ -203,11 +203,11 @@ fn goals_that_no_plan_achieves_are_refused_with_the_reason() {
     );
     assert_eq!(
         refused("(has k)"),
-        "the goal (has k) of the problem `p` cannot be reached; no action changes `has` to that"
+        "the goal (has k) of the problem `p` cannot be reached; no action makes `has` true"
     );
     assert_eq!(
         refused("(not (fits k vault))"),
-        "the goal (not (fits k vault)) of the problem `p` cannot be reached; no action changes `fits` to that"
+        "the goal (not (fits k vault)) of the problem `p` cannot be reached; no action makes `fits` false"
     );
 }
 

@@ -37,6 +37,11 @@ fn it_has_the_neurons_of_the_original_and_plans_two_actions() {
     assert_eq!(done.first(), Some(&"PLUG_IN_KETTLE"));
     assert_eq!(done.last(), Some(&"BOIL_KETTLE"));
     assert!(course.episodes >= 1);
+    // The first plan counts up to the first action that is not next.
+    assert!(course.stacked <= 2 && course.first <= course.begun.len());
+    let in_order =
+        course.begun.iter().zip([3, 4]).take_while(|(b, next)| b.done && b.operator == *next);
+    assert!(course.first <= in_order.count(), "{course:?}");
     // Planning two actions takes some rules, and the motor is locked for 100 ms.
     assert!((300..1_500).contains(&course.ms), "{course:?}");
 
@@ -58,6 +63,23 @@ fn without_its_sensor_it_acts_before_it_has_a_plan() {
 }
 
 #[test]
+fn without_the_shift_its_stack_holds_no_order() {
+    let kitchen = Kitchen::kettle(2).expect("two actions");
+    let course = course(&kitchen, Some(Part::Index));
+    assert!(course.stacked < 2, "{course:?}");
+}
+
+#[test]
+fn in_direct_mode_no_push_leaks_and_it_begins_with_the_wrong_action() {
+    let kitchen = Kitchen::kettle(2).expect("two actions");
+    let spec = StackSpec { population: Population::Direct, ..original() };
+    let course = built(&kitchen, &spec, 1).run().expect("a run");
+    let first = course.begun.first().expect("an action");
+    assert_eq!(kitchen.names()[first.operator], "BOIL_KETTLE", "{course:?}");
+    assert_eq!((course.first, course.stacked), (0, 0), "{course:?}");
+}
+
+#[test]
 fn one_graph_runs_in_every_mode() {
     let kitchen = Kitchen::chain(2).expect("two actions");
     let limit = SimDuration::from_millis(300);
@@ -65,7 +87,9 @@ fn one_graph_runs_in_every_mode() {
     for population in [Population::Direct, rate] {
         let spec = StackSpec { dimensions: 64, population, limit, ..StackSpec::default() };
         let planner = built(&kitchen, &spec, 1);
-        assert_eq!(planner.run().expect("a run").ms, 300);
+        assert_eq!(planner.neurons() == 0, population == Population::Direct);
+        let course = planner.run().expect("a run");
+        assert_eq!((course.ms, course.reached), (300, false));
     }
 }
 

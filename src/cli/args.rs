@@ -211,6 +211,20 @@ impl TrialArgs {
         let (seed, recording) = (Seed::new(common.seed), self.recording.clone().or_else(known));
         Ok(Options { seed, trials: self.trials, recording, problems: self.problems.clone() })
     }
+
+    /// Refuses a recording that is named for an experiment that would not read it.
+    ///
+    /// # Errors
+    /// For `--recording` with any experiment but `threshold`.
+    pub fn recording_is_used(&self, experiment: &str) -> Result<(), BadArgument> {
+        match &self.recording {
+            Some(path) if experiment != "threshold" => {
+                let expected = "absent; only the experiment `threshold` takes a recording";
+                Err(BadArgument::range("--recording", path.display(), expected))
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 #[derive(Debug, Clone, Args)]

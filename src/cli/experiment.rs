@@ -30,6 +30,7 @@ pub(crate) fn experiment(args: &ExperimentArgs) -> Result<Outcome, Error> {
     // The name and the number of trials are checked first: with a recording, an experiment reads it and learns from it.
     let options = args.trials.options(&args.common)?;
     find(name, &Options { recording: None, ..options.clone() })?;
+    args.trials.recording_is_used(name)?;
     let folder = open(args, name, shard)?;
     let path = folder.path().display().to_string();
     let experiment = find(name, &options)?;
@@ -103,6 +104,7 @@ pub(crate) fn merged(args: &MergeArgs) -> Result<Outcome, Error> {
     }
     not_standard_output(&args.out)?;
     find(&args.name, &Options { recording: None, ..options.clone() })?;
+    args.trials.recording_is_used(&args.name)?;
     let folder = ResultFolder::open(&args.out)?;
     let experiment = find(&args.name, &options)?;
     let overwrite = if args.force { Overwrite::Allowed } else { Overwrite::Never };

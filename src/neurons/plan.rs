@@ -70,8 +70,9 @@ impl Default for LifSpec {
 }
 
 impl LifSpec {
-    /// Returns the default tuning with few neurons per item of a selection, such as 1 to 4: a single neuron is a
-    /// threshold.
+    /// Returns the default tuning with few neurons per item of a selection: a single neuron is a threshold. Meant for 1 to
+    /// 4, which are also stepped faster; 0 is a fault when the graph is built. The maximum rates hold for every layer
+    /// with this tuning, so a plan should give it to the selections of a memory alone, by their path.
     ///
     /// All neurons begin to fire at the level, and their maximum rate of 480 Hz is near the refractory limit:
     /// soon above the level they have nearly the same rate. The output of an item then fluctuates little around 1 behind

@@ -118,13 +118,13 @@ impl FactoredItems {
 
     /// Returns the vector of atom number `index`, counted from 0; `None` if there are fewer atoms.
     pub fn atom(&self, index: usize) -> Option<&[Real]> {
-        self.atoms.get(index * self.dim..(index + 1) * self.dim)
+        self.atoms.chunks_exact(self.dim).nth(index)
     }
 
     /// Returns the terms of item number `index`, counted from 0: the number of an atom and its weight. Empty if there
     /// are fewer items.
     pub fn terms(&self, index: usize) -> &[(u32, Real)] {
-        match self.starts.get(index..index + 2) {
+        match self.starts.windows(2).nth(index) {
             Some([from, to]) => &self.terms[*from..*to],
             _ => &[],
         }

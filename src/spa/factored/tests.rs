@@ -72,6 +72,19 @@ fn a_sum_of_items_is_the_sum_of_their_vectors() {
 }
 
 #[test]
+fn positions_outside_the_memory_give_nothing() {
+    let items = drawn(4, 3, true);
+    for outside in [500, usize::MAX] {
+        assert!(items.terms(outside).is_empty());
+        assert_eq!(items.item(outside), [0.0; 4]);
+    }
+    for outside in [3, usize::MAX] {
+        assert!(items.atom(outside).is_none());
+    }
+    assert!(items.atom(2).is_some() && items.terms(499).len() == 499 % 13);
+}
+
+#[test]
 fn broken_memories_are_refused_with_the_place() {
     let atoms = random_pointer(8, Seed::new(1));
     let refused = |atoms: Vec<Real>, dim, terms: Vec<(usize, Real)>| {

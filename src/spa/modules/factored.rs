@@ -160,7 +160,9 @@ impl LinearMap for Combination {
 /// | `items` | vector | 1 for each item that meets all conditions |
 ///
 /// # Delay
-/// A tick and a synapse of 5 ms for the conditions, and again for the items. In neurons an answer takes 15 to 25 ms.
+/// A tick and a synapse of 5 ms for the conditions, and again for the items. In neurons items near the level are slow to
+/// fire. With 25,000 objects in 500 dimensions, conditions in a population of their own and one neuron per item, two thirds
+/// of the matches are found after 18 ms, 93% after 24 ms, and all that are found at all after 32 ms (one run).
 ///
 /// # Cost
 /// [`LifSpec::per_item`](crate::neurons::LifSpec::per_item) neurons per item and threshold. With
@@ -226,7 +228,8 @@ impl<V: VocabTag> JointMemory<V> {
     }
 
     /// Compares the conditions with the atoms, and the items with the atoms that reach `level` alone. Each condition then
-    /// has a threshold per atom, and answers take 6 ms longer.
+    /// has a threshold per atom, so the first answers come 6 ms later. The last ones come sooner, because no item is near
+    /// the level: in the example above all are found after 24 ms.
     ///
     /// This is no longer the similarity of item and condition: atoms that resemble the condition by chance are left out,
     /// so there is no crosstalk while each atom of a condition can be told from all others. Fewer items change at a time,

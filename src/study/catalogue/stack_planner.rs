@@ -44,16 +44,21 @@ impl Experiment for StackPlans {
         json!({"dimensions": self.spec.dimensions, "limit_ms": limit_ms})
     }
 
+    fn revision(&self) -> u32 {
+        2
+    }
+
     fn cells(&self) -> Vec<Cell> {
         let readings = || {
+            let reading = |measure, what: &str| Reading::new(measure, json!({"what": what}));
             vec![
-                Reading::new(Measure::Rate, json!({"what": "goal reached"})),
-                Reading::new(Measure::Mean, json!({"what": "last action (ms), if reached"})),
-                Reading::new(
-                    Measure::Rate,
-                    json!({"what": "exactly the shortest plan, if reached"}),
-                ),
-                Reading::new(Measure::Mean, json!({"what": "episodes, if reached"})),
+                reading(Measure::Rate, "goal reached"),
+                reading(Measure::Rate, "whole plan on the stack when acting begins"),
+                reading(Measure::Mean, "its actions on the stack, from the top"),
+                reading(Measure::Mean, "its actions done before it acts on another plan"),
+                reading(Measure::Mean, "last action (ms), if reached"),
+                reading(Measure::Rate, "exactly the shortest plan, if reached"),
+                reading(Measure::Mean, "episodes, if reached"),
             ]
         };
         let cells = KITCHENS.iter().flat_map(|(kitchen, _, actions)| {
@@ -66,10 +71,13 @@ impl Experiment for StackPlans {
         let make = cell.choice("kitchen", &KITCHENS.map(|(name, make, _)| (name, make)))?;
         let kitchen = make(cell.number("actions")? as usize)?;
         let course = StackPlanner::new(&kitchen, &self.spec, seed)?.run()?;
+        let whole = if course.stacked == kitchen.steps() { 1.0 } else { 0.0 };
+        let plan = [whole, course.stacked as f64, course.first as f64];
         let Some(last) = course.begun.last().filter(|_| course.reached) else {
-            return Ok(outcome([0.0]));
+            return Ok(outcome([0.0, plan[0], plan[1], plan[2]]));
         };
         let exact = if course.begun.len() == kitchen.steps() { 1.0 } else { 0.0 };
-        Ok(outcome([1.0, last.ms as f64, exact, course.episodes as f64]))
+        let course = [last.ms as f64, exact, course.episodes as f64];
+        Ok(outcome([1.0, plan[0], plan[1], plan[2], course[0], course[1], course[2]]))
     }
 }

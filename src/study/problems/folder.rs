@@ -10,7 +10,7 @@ use crate::task::strips::{Bodies, Domain, Problem};
 
 /// Greatest number of problems in a folder.
 pub const MAX_PROBLEMS: usize = 2_000;
-/// Folders within folders that are looked at.
+/// Folders within folders that are looked at. Messages and documentation name it.
 const DEPTH: usize = 3;
 /// Greatest number of entries of a folder.
 const MAX_ENTRIES: usize = 20_000;
@@ -40,7 +40,7 @@ impl ProblemFiles {
     }
 }
 
-/// Reads all problems in a folder and in the folders in it, sorted by folder and name.
+/// Reads all problems in a folder and in the folders in it, up to three deep, sorted by folder and name.
 ///
 /// A domain is a file whose name contains `domain` and ends in `.pddl`; every other such file is a problem. The domain of
 /// `task07.pddl` is the one beside it with the same number, such as `domain07.pddl` or `task07-domain.pddl`; otherwise it
@@ -57,7 +57,7 @@ pub fn problems_in(folder: &Path) -> Result<Vec<ProblemFiles>, TaskError> {
     search(folder, String::new(), DEPTH, &mut found)?;
     if found.is_empty() {
         let reason = format!(
-            "{} has no problems; expected domain.pddl and task01.pddl, or folders with such files (links to folders are not followed)",
+            "{} has no problems; expected domain.pddl and task01.pddl, or folders with such files (at most {DEPTH} deep; links to folders are not followed)",
             folder.display()
         );
         return Err(TaskError::Problem { reason });
@@ -142,11 +142,12 @@ fn search(
         files.into_iter().partition(|path| stem(path).contains("domain"));
     for problem in problems {
         let Some(domain) = domain_of(&problem, &domains) else {
-            let number = numbers(&problem).join("-");
-            let reason = format!(
-                "{} has no domain; expected domain.pddl or domain{number}.pddl beside it",
-                problem.display()
-            );
+            let own = match numbers(&problem).join("-") {
+                number if number.is_empty() => number,
+                number => format!(" or domain{number}.pddl"),
+            };
+            let reason =
+                format!("{} has no domain; expected domain.pddl{own} beside it", problem.display());
             return Err(TaskError::Problem { reason });
         };
         if found.len() >= MAX_PROBLEMS {
@@ -328,8 +329,16 @@ mod tests {
     #[test]
     fn faults_name_the_file() {
         for (files, named) in [
-            (vec![("task01.pddl", PROBLEM)], "task01.pddl has no domain; expected domain.pddl"),
+            (
+                vec![("task01.pddl", PROBLEM)],
+                "task01.pddl has no domain; expected domain.pddl or domain01.pddl beside it",
+            ),
+            (vec![("t.pddl", PROBLEM)], "t.pddl has no domain; expected domain.pddl beside it"),
             (vec![("domain.pddl", DOMAIN)], "has no problems"),
+            (
+                vec![("a/b/c/d/domain.pddl", DOMAIN), ("a/b/c/d/t.pddl", PROBLEM)],
+                "has no problems; expected domain.pddl and task01.pddl, or folders with such files (at most 3 deep;",
+            ),
             (vec![("domain.pddl", "(define"), ("t.pddl", PROBLEM)], "domain.pddl"),
             (vec![("domain.pddl", DOMAIN), ("t.pddl", "(define (problem")], "t.pddl"),
         ] {

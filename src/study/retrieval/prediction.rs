@@ -53,13 +53,14 @@ pub fn predicted(spec: &WorldSpec, dimensions: usize, method: Method) -> Predict
         Method::Sum(_) => 0.0,
         Method::Joint { noise, .. } => f64::from(noise).powi(2),
     };
-    // The noise of a condition meets all atoms of an object.
-    let sd = |own: f64, count: f64| {
-        (frame * (own + further * count) / dim + noise * (count + own.min(2.0))).sqrt()
+    // The noise of a condition meets all atoms of an object: those that it shares with the query, and the further ones.
+    let sd = |(own, shared): (f64, f64), count: f64| {
+        (frame * (own + further * count) / dim + noise * (count + shared)).sqrt()
     };
-    let mean_of = |own: f64, excess: &dyn Fn(f64) -> f64| {
+    let mean_of = |own: (f64, f64), excess: &dyn Fn(f64) -> f64| {
         over_poisson(2.0 * each, |count| excess(sd(own, count)))
     };
+    let (half, whole) = ((half, 1.0), (whole, 2.0));
     let variance = sd(half, 2.0 * each).powi(2);
     match method {
         Method::Sum(_) => {
@@ -117,5 +118,16 @@ mod tests {
             assert!((of(dim, Roles::Unitary) - 21.0 / d).abs() < 1e-9);
             assert!((of(dim, Roles::Frame) - 21.0 / d * (1.0 - d / 1250.0)).abs() < 1e-9);
         }
+    }
+
+    #[test]
+    fn noise_meets_both_atoms_of_a_match() {
+        // Hardly any further atoms, and no crosstalk.
+        let spec = WorldSpec { each: 1e-9, ..WorldSpec::default() };
+        let method = Method::Joint { roles: Roles::Unitary, level: 0.5, noise: 0.25 };
+        let found = predicted(&spec, 1 << 40, method).recall;
+        let met = |atoms: f64| tail(-0.5 / (0.25 * atoms.sqrt())).powi(2);
+        assert!((found - met(2.0)).abs() < 1e-6, "{found}");
+        assert!((met(1.0) - met(2.0)).abs() > 0.1);
     }
 }

@@ -14,7 +14,8 @@ pub struct WorldSpec {
     pub goals: usize,
     /// Number of objects.
     pub objects: usize,
-    /// Mean number of places of an object, and of goals. Each object draws both from a Poisson distribution.
+    /// Mean number of places of an object, and of goals, above 0. Each object draws both from a Poisson distribution. A
+    /// number that is not positive and finite gives objects without places and goals.
     pub each: f64,
     /// Number of actions. Each has one object and one effect.
     pub actions: usize,

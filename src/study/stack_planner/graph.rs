@@ -251,17 +251,17 @@ fn rules(
         .otherwise("wait", 0.5, []))
 }
 
-/// Describes the planner of a kitchen. Returns the graph and the ports of the rules.
+/// Describes the planner of a kitchen. Returns the graph, the ports of the rules and the output of the stack.
 pub(super) fn describe(
     kitchen: &Kitchen,
     symbols: &Symbols,
     part: Option<Part>,
-) -> Result<(GraphBuilder, RulesPorts), VocabError> {
+) -> Result<(GraphBuilder, RulesPorts, Out<Pointer<Acts>>), VocabError> {
     let mut graph = GraphBuilder::new();
     let memories = Memories::new(&mut graph, symbols);
     let recall = recall(&mut graph, kitchen, symbols, &memories)?;
     surroundings(&mut graph, kitchen, symbols, &memories)?;
     let rules = rules(symbols, &memories, &recall, part)?;
     let rules = graph.add("rules", rules);
-    Ok((graph, rules))
+    Ok((graph, rules, memories.stack.output))
 }

@@ -1,8 +1,11 @@
 //! The vocabularies of the stack planner.
 
+use std::ops::Range;
+use std::sync::Arc;
+
 use super::kitchen::{Action, Kitchen, OTHER_GOAL, THINGS, Thing};
 use crate::sim::{Real, Seed, VocabTag};
-use crate::spa::{VocabError, Vocabulary, VocabularyBuilder, norm};
+use crate::spa::{Algebra, VocabError, Vocabulary, VocabularyBuilder, dot, norm};
 
 /// Tag of places, goals, things and effects.
 pub(super) struct Base;
@@ -84,9 +87,49 @@ impl Symbols {
         self.unit(&format!("OBJECT * {thing} + EFFECTS * {effect}"))
     }
 
+    /// Returns what exact maths needs to read the stack.
+    pub fn names_of_actions(&self, kitchen: &Kitchen) -> Result<Names, VocabError> {
+        let names = kitchen.names().into_iter().map(|name| Ok(self.acts.get(name)?.to_vec()));
+        let (dim, algebra) = (self.acts.dim(), self.acts.algebra().clone());
+        let mut higher = vec![0.0; dim];
+        algebra.inverse_into(&self.acts.get(INDEX)?, &mut higher);
+        Ok(Names { actions: names.collect::<Result<_, VocabError>>()?, higher, algebra })
+    }
+
     fn unit(&self, expression: &str) -> Result<String, VocabError> {
         let length = norm(&self.base.parse(expression)?);
         Ok(format!("{} * ({expression})", 1.0 / length))
+    }
+}
+
+/// Reads a stack in exact maths: no part of the planner, a measure of it.
+pub(super) struct Names {
+    actions: Vec<Vec<Real>>,
+    /// The inverse of [`INDEX`], which brings each action up by one.
+    higher: Vec<Real>,
+    algebra: Arc<dyn Algebra>,
+}
+
+impl Names {
+    /// Returns the positions of the actions of the shortest plan: the last `steps` of the kitchen.
+    pub fn shortest(&self, steps: usize) -> Range<usize> {
+        self.actions.len().saturating_sub(steps)..self.actions.len()
+    }
+
+    /// Returns how many actions from the top of a stack on are those of the shortest plan: at each depth the action whose
+    /// name is most similar counts.
+    pub fn in_order(&self, stack: &[Real], steps: usize) -> usize {
+        let (mut stack, mut next) = (stack.to_vec(), vec![0.0; stack.len()]);
+        let mut work = self.algebra.scratch(stack.len());
+        let is_there = |wanted: &usize| {
+            let similarity = |action: usize| dot(&self.actions[action], &stack);
+            let all = 0..self.actions.len();
+            let best = all.max_by(|a, b| similarity(*a).total_cmp(&similarity(*b)));
+            self.algebra.bind_into(&stack, &self.higher, &mut next, &mut work);
+            std::mem::swap(&mut stack, &mut next);
+            best == Some(*wanted)
+        };
+        self.shortest(steps).take_while(is_there).count()
     }
 }
 
@@ -99,4 +142,29 @@ const CEILING: Real = 0.1;
 fn drawn<V: VocabTag>(dimensions: usize, seed: Seed) -> VocabularyBuilder<V> {
     let vocabulary = VocabularyBuilder::new(dimensions, seed);
     if dimensions < 256 { vocabulary.any_similarity() } else { vocabulary.max_similarity(CEILING) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stack_is_read_from_its_top_up_to_the_first_action_that_is_not_next() {
+        let kitchen = Kitchen::kettle(4).expect("four actions");
+        let symbols = Symbols::new(&kitchen, 256, Seed::new(1)).expect("symbols");
+        let names = symbols.names_of_actions(&kitchen).expect("names");
+        let read = |stack: &str| {
+            let stack = symbols.acts.parse(stack).expect("a stack").to_vec();
+            names.in_order(&stack, 4)
+        };
+        let [put, fill, plug, boil] =
+            ["PUT_KETTLE_UNDER_TAP", "FILL_KETTLE_FROM_TAP", "PLUG_IN_KETTLE", "BOIL_KETTLE"];
+        let third = format!("{plug} * INDEX * INDEX");
+        let fourth = format!("{boil} * INDEX * INDEX * INDEX");
+        assert_eq!(read(&format!("{put} + {fill} * INDEX + {third} + {fourth}")), 4);
+        // A stack that lost an action, one in the wrong order, and one without its top.
+        assert_eq!(read(&format!("{put} + {fill} * INDEX + {fourth}")), 2);
+        assert_eq!(read(&format!("{put} + {plug} * INDEX + {fill} * INDEX * INDEX")), 1);
+        assert_eq!(read(&format!("{fill} * INDEX + {third} + {fourth}")), 0);
+    }
 }

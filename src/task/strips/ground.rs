@@ -531,7 +531,8 @@ impl<'a> Reach<'a> {
         let actions = self.domain.actions.iter().filter(achieves);
         let names: Vec<String> = actions.map(|action| format!("`{}`", action.name)).collect();
         let why = match names.is_empty() {
-            true => format!("no action changes `{}` to that", fact.predicate),
+            true if holds => format!("no action makes `{}` true", fact.predicate),
+            true => format!("no action makes `{}` false", fact.predicate),
             false => format!("the preconditions of {} cannot be met for it", names.join(" and ")),
         };
         let fluent = Fluent { fact: fact.clone(), holds }.to_string();

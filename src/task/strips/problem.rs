@@ -53,7 +53,12 @@ impl Problem {
                         return Err(source.fault(section.place, problem, "(:goal (and ...))"));
                     };
                     for node in conjuncts(node) {
-                        goal.extend(facts.literal(node)?);
+                        let Some(condition) = facts.literal(node)? else {
+                            let what = "condition that can be met by actions";
+                            let expected = "(PREDICATE OBJECT ...) or (not (PREDICATE OBJECT ...))";
+                            return Err(source.unexpected(node, what, expected));
+                        };
+                        goal.push(condition);
                     }
                 }
                 Some(":objects" | ":requirements" | ":metric") => {}
@@ -61,6 +66,19 @@ impl Problem {
                     let expected = ":domain, :objects, :requirements, :init, :goal or :metric";
                     return Err(source.unexpected(section, "section of a problem", expected));
                 }
+            }
+        }
+        let mut goals = sections.iter().filter(|section| section.head() == Some(":goal"));
+        match (goals.next(), goals.next()) {
+            (Some(_), None) => {}
+            (found, second) => {
+                let start = Place { line: 1, column: 1 };
+                let place = second.or(found).map_or(start, |section| section.place);
+                let problem = match second {
+                    Some(_) => format!("the problem `{}` has a second goal", problem.name),
+                    None => format!("the problem `{}` has no goal", problem.name),
+                };
+                return Err(source.fault(place, problem, "one (:goal (and ...))"));
             }
         }
         (problem.init, problem.goal) = (init, goal);

@@ -285,10 +285,15 @@ impl DomainReader<'_> {
         };
         let mut parts = tail(section)[1..].iter();
         let (mut before, mut after) = (None, None);
+        let mut keys = BTreeSet::new();
         while let Some(key) = parts.next() {
             let Some(value) = parts.next() else {
                 return Err(self.source.unexpected(key, "complete part of an action", expected));
             };
+            if !keys.insert(key.word()) {
+                let problem = format!("the action `{name}` has a second {}", key.shown());
+                return Err(self.source.fault(key.place, problem, "each part once"));
+            }
             match key.word() {
                 Some(":parameters") if value.list().is_some() => {
                     action.parameters = self.parameters(value.list().unwrap_or(&[]))?;

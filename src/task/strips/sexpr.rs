@@ -130,6 +130,8 @@ impl Source<'_> {
             let good = String::from_utf8_lossy(&bytes[..error.valid_up_to()]);
             self.fault(after(start, &good), "a byte is not part of a character", "UTF-8")
         })?;
+        // Some editors begin a text with a byte order mark.
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let mut open: Vec<(Place, Vec<Node>)> = Vec::new();
         let mut done = Vec::new();
         for (count, (place, word)) in (Words { rest: text, place: start }).enumerate() {
@@ -156,6 +158,11 @@ impl Source<'_> {
                         return Err(self.fault(place, "`)` closes no list", "`(` before it"));
                     }
                 },
+                // Names are printed, and a terminal obeys control characters.
+                word if word.contains(char::is_control) => {
+                    let problem = format!("the word {word:?} has a control character");
+                    return Err(self.fault(place, short(&problem), "letters, digits and signs"));
+                }
                 word => Node { place, content: Content::Word(word.to_ascii_lowercase()) },
             };
             match open.last_mut() {
@@ -227,7 +234,7 @@ mod tests {
 
     #[test]
     fn words_lists_and_comments_have_their_places() {
-        let nodes = read("(A ; not this (\n  (b?c)) d").expect("sound");
+        let nodes = read("\u{feff}(A ; not this (\n  (b?c)) d").expect("sound");
         assert_eq!(nodes.len(), 2);
         assert_eq!(nodes[0].head(), Some("a"));
         let inner = &nodes[0].list().expect("a list")[1];
@@ -241,6 +248,7 @@ mod tests {
         let deep = "(".repeat(MAX_DEPTH + 1);
         let cases = [
             ("(a", "x.pddl, line 1, column 1: this list is not closed; expected `)`"),
+            ("(a b\u{1b}[2J)", "x.pddl, line 1, column 4: the word \"b\\u{1b}[2J\" has a control"),
             ("(a)\n é )", "x.pddl, line 2, column 4: `)` closes no list"),
             (deep.as_str(), "x.pddl, line 1, column 65: lists are nested more than 64 deep"),
         ];
