@@ -42,6 +42,10 @@ pub(crate) fn described(status: &Status) -> String {
     }
     let mut grid = Grid::new(&["shard", "cell", ">missing", "trials, counted from 0"]);
     for shard in &status.shards {
+        if shard.done == 0 && shard.trials > 0 {
+            grid.row([name(shard.shard), "all".into(), shard.trials.to_string(), "all".into()]);
+            continue;
+        }
         for missing in &shard.missing {
             let cell = status.cells.get(missing.cell).map(ToString::to_string).unwrap_or_default();
             let count = missing.trials.len().to_string();
