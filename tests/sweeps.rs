@@ -136,9 +136,13 @@ fn three_of_eight_shards_are_killed_named_rerun_and_merged_to_the_same_bytes() {
             (id, task.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("it starts"))
         })
         .collect();
+    let args: Vec<&str> = ["table-4"].into_iter().chain(folders).collect();
     for (id, child) in children.iter_mut().filter(|(id, _)| killed.contains(id)) {
         kill_midway(child, &journal(*id));
     }
+    // The others are still writing, or have not begun.
+    let (code, table) = status(here, &args);
+    assert_eq!((code, &table["complete"]), (Some(1), &json!(false)));
     for (id, child) in children.iter_mut().filter(|(id, _)| !killed.contains(id)) {
         assert!(child.wait().expect("it ends").success(), "shard {id}");
     }
@@ -148,7 +152,7 @@ fn three_of_eight_shards_are_killed_named_rerun_and_merged_to_the_same_bytes() {
 
     let expected: Vec<(u64, BTreeSet<(u64, u64)>)> =
         killed.iter().map(|id| (*id, lacking(&journal(*id)))).collect();
-    let args: Vec<&str> = ["table-4"].into_iter().chain(folders.clone()).collect();
+    let args: Vec<&str> = ["table-4"].into_iter().chain(folders).collect();
     let (code, table) = status(here, &args);
     assert_eq!(
         (code, &table["complete"], &table["rerun"]),

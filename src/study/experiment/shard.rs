@@ -183,8 +183,8 @@ pub enum ShardError {
     },
     /// The indices of a Slurm array have gaps, or are listed in uneven distances.
     #[error(
-        "--shard auto: {count} tasks from {ARRAY_MIN} {min} to {ARRAY_MAX} {max} in steps of {step} leave gaps; expected \
-         an array such as 1-8; for some tasks of it give --shard auto/N with their numbers from 1 to N"
+        "--shard auto: {count} tasks from {ARRAY_MIN} {min} to {ARRAY_MAX} {max} in steps of {step} leave gaps; \
+         expected an array such as 1-8; for some tasks of it give --shard auto/N with their numbers from 1 to N"
     )]
     Gaps {
         /// The least index.
@@ -234,9 +234,9 @@ impl ShardChoice {
     /// Returns the shard, and the launcher that numbered it; `None` for a fixed shard. The process's own environment is
     /// not read: `variables` holds what the launcher set.
     ///
-    /// The innermost launcher counts. A HyperQueue worker and `mpirun` may run inside a Slurm job, whose variables their
-    /// processes inherit. With [`Auto`](Self::Auto) and a number, tasks of HyperQueue and of Slurm arrays are numbered
-    /// from 1 as shards are. So some tasks can be submitted again under their own numbers.
+    /// The innermost launcher counts. A HyperQueue worker and `mpirun` may run inside a Slurm job, and their processes
+    /// inherit its variables. With [`Auto`](Self::Auto) and a number, tasks of HyperQueue and of Slurm arrays are
+    /// numbered from 1 as shards are. So some tasks can be submitted again under their own numbers.
     ///
     /// # Errors
     /// [`ShardError`] if no launcher has set its variables, or if they do not name one of the shards.

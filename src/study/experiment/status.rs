@@ -73,6 +73,18 @@ pub struct ShardStatus {
     pub reason: Option<String>,
 }
 
+impl ShardStatus {
+    /// Returns whether a merge needs this shard to run once more: trials are missing, or its folder cannot be read.
+    pub fn must_run(&self) -> bool {
+        self.done < self.trials
+            || match self.state {
+                ShardState::Damaged | ShardState::Unreadable => true,
+                ShardState::Absent => self.folder.is_some(),
+                ShardState::Complete | ShardState::Unfinished => false,
+            }
+    }
+}
+
 /// The trials of a cell, over all shards.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CellStatus {
@@ -158,7 +170,8 @@ impl Status {
             let most = cells.iter().map(|cell| cell.trials).max().unwrap_or(0);
             if trials > MAX_TRIALS_READ as u64 || most > MAX_TRIALS {
                 let reason = format!(
-                    "it lists {trials} trials and {most} of one cell; expected at most {MAX_TRIALS_READ} and {MAX_TRIALS}"
+                    "it lists {trials} trials and {most} of one cell; expected at most {MAX_TRIALS_READ} and \
+                     {MAX_TRIALS}"
                 );
                 return Err(refused(folder, reason));
             }
@@ -199,25 +212,20 @@ impl Status {
 
     /// Returns whether the shards can be merged: no trial is missing and no journal is damaged or unreadable.
     pub fn is_complete(&self) -> bool {
-        self.done() == self.trials()
-            && !self.shards.iter().any(|shard| {
-                matches!(shard.state, ShardState::Damaged | ShardState::Unreadable)
-                    || shard.state == ShardState::Absent && shard.folder.is_some()
-            })
+        self.done() == self.trials() && !self.shards.iter().any(ShardStatus::must_run)
     }
 
     /// Returns the shards that have to run again, in order. `None` if the shards do not have a common number.
     pub fn rerun(&self) -> Option<Vec<Shard>> {
         let shards: Vec<Shard> = self.shards.iter().filter_map(|shard| shard.shard).collect();
         let of = shards.first()?.of;
-        let unfinished = self.shards.iter().filter(|shard| {
-            shard.done < shard.trials
-                || matches!(shard.state, ShardState::Damaged | ShardState::Unreadable)
-        });
-        shards
-            .iter()
-            .all(|shard| shard.of == of)
-            .then(|| unfinished.filter_map(|shard| shard.shard).collect())
+        if shards.iter().any(|shard| shard.of != of) {
+            return None;
+        }
+        let again = self.shards.iter().filter(|shard| shard.must_run());
+        let mut again: Vec<Shard> = again.filter_map(|shard| shard.shard).collect();
+        again.dedup();
+        Some(again)
     }
 
     /// Returns the status as a JSON object.
@@ -409,5 +417,8 @@ mod tests {
         // Only shards that have trials are listed.
         assert_eq!(all.len(), 2);
         assert!(all.iter().all(|shard| shard.missing.is_empty()));
+        // The folder that was given has to be there for a merge; the other shard's trials are done elsewhere.
+        let must: Vec<bool> = all.iter().map(ShardStatus::must_run).collect();
+        assert_eq!(must, [true, false]);
     }
 }
