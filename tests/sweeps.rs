@@ -152,7 +152,6 @@ fn three_of_eight_shards_are_killed_named_rerun_and_merged_to_the_same_bytes() {
 
     let expected: Vec<(u64, BTreeSet<(u64, u64)>)> =
         killed.iter().map(|id| (*id, lacking(&journal(*id)))).collect();
-    let args: Vec<&str> = ["table-4"].into_iter().chain(folders).collect();
     let (code, table) = status(here, &args);
     assert_eq!(
         (code, &table["complete"], &table["rerun"]),
