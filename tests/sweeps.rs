@@ -61,7 +61,7 @@ fn records(journal: &Path) -> (Value, BTreeSet<(u64, u64)>) {
     let end = bytes.iter().position(|b| *b == b'\n').expect("a first line");
     let header: Value = serde_json::from_slice(&bytes[..end]).expect("JSON");
     let length = 16 + 8 * header["width"].as_u64().expect("a width") as usize;
-    let number = |bytes: &[u8]| bytes.iter().rev().fold(0, |sum, b| sum << 8 | u64::from(*b));
+    let number = |bytes: &[u8]| bytes.iter().rev().fold(0, |sum, b| (sum << 8) | u64::from(*b));
     let records = bytes[end + 1..].chunks_exact(length);
     let done = records.map(|record| (number(&record[..4]), number(&record[4..12]))).collect();
     (header, done)
@@ -70,8 +70,7 @@ fn records(journal: &Path) -> (Value, BTreeSet<(u64, u64)>) {
 /// What a shard still lacks, computed from its journal: cell and trial.
 fn lacking(journal: &Path) -> BTreeSet<(u64, u64)> {
     let (header, done) = records(journal);
-    let shard =
-        ["0", "1"].map(|at| header["shard"][at.parse::<usize>().unwrap()].as_u64().unwrap());
+    let shard = [0, 1].map(|at: usize| header["shard"][at].as_u64().expect("a number"));
     let cells = header["settings"]["cells"].as_array().expect("cells");
     let all = cells.iter().zip(0..).flat_map(|(cell, index)| {
         let trials = cell["trials"].as_u64().expect("a number");
