@@ -246,8 +246,9 @@ pub(crate) struct ExperimentArgs {
     /// Keep the intact trials of a damaged journal and run the others again
     #[arg(long, conflicts_with = "force")]
     pub salvage: bool,
-    /// Run only one part of the trials, such as 2/4
-    #[arg(long, value_name = "I/N")]
+    /// Run only one part of the trials, such as 2/4; auto takes the part from
+    /// Slurm, Open MPI or HyperQueue, auto/8 takes its number in 8 parts
+    #[arg(verbatim_doc_comment, long, value_name = "I/N")]
     pub shard: Option<String>,
 }
 
@@ -263,11 +264,14 @@ pub(crate) struct MergeArgs {
     #[command(flatten)]
     pub trials: TrialArgs,
     /// Folder for the merged experiment
-    #[arg(long, value_name = "FOLDER")]
-    pub out: PathBuf,
+    #[arg(long, value_name = "FOLDER", required_unless_present = "status")]
+    pub out: Option<PathBuf>,
     /// Replace the trials in that folder
     #[arg(long)]
     pub force: bool,
+    /// Merge nothing; list the missing trials of each shard and cell
+    #[arg(long, conflicts_with_all = ["out", "force"])]
+    pub status: bool,
 }
 
 #[derive(Debug, Clone, Args)]

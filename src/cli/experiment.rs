@@ -1,5 +1,6 @@
 //! `symbolt experiment` and `symbolt merge`: run experiments and print their tables.
 
+use std::ffi::OsString;
 use std::io::{IsTerminal, Write};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -11,13 +12,14 @@ use indicatif::{ProgressBar, ProgressStyle};
 use symbolt::files::{FileError, Overwrite, ResultFolder};
 use symbolt::sim::Seed;
 use symbolt::study::catalogue::{Options, all, find};
-use symbolt::study::experiment::{Origin, Results, Row, Run, Shard};
+use symbolt::study::experiment::{Origin, Plan, Results, Row, Run, Shard, ShardChoice, Status};
 use symbolt::study::statistics::{FEW_TRIALS, Statistic};
 use symbolt::task::event::{Event, Observer};
 
 use super::Outcome;
 use super::args::{BadArgument, Cli, Common, ExperimentArgs, MergeArgs};
 use super::folder::not_standard_output;
+use super::missing::described;
 use super::output::{Grid, emit, emit_json, use_threads, wrapped};
 
 pub(crate) fn experiment(args: &ExperimentArgs) -> Result<Outcome, Error> {
@@ -26,7 +28,7 @@ pub(crate) fn experiment(args: &ExperimentArgs) -> Result<Outcome, Error> {
         return Ok(Outcome::Done);
     };
     use_threads(&args.common)?;
-    let shard: Shard = args.shard.as_deref().map_or(Ok(Shard::default()), str::parse)?;
+    let shard = chosen(args)?;
     // The name and the number of trials are checked first: with a recording, an experiment reads it and learns from it.
     let options = args.trials.options(&args.common)?;
     find(name, &Options { recording: None, ..options.clone() })?;
@@ -55,6 +57,22 @@ pub(crate) fn experiment(args: &ExperimentArgs) -> Result<Outcome, Error> {
         ))?,
     }
     Ok(Outcome::Done)
+}
+
+/// Returns the shard of the command line. One that the environment names is printed.
+fn chosen(args: &ExperimentArgs) -> Result<Shard, Error> {
+    let Some(text) = &args.shard else { return Ok(Shard::default()) };
+    let choice: ShardChoice = text.parse()?;
+    let lossy = |text: OsString| text.to_string_lossy().into_owned();
+    let variables = std::env::vars_os().map(|(name, value)| (lossy(name), lossy(value))).collect();
+    let (shard, launcher) = choice.resolve(&variables)?;
+    if let (Some(launcher), false) = (launcher, args.common.quiet) {
+        let name = launcher.variable();
+        let value = variables.get(name).map_or("", String::as_str);
+        // Nothing can be done if standard error is closed.
+        let _ = writeln!(std::io::stderr(), "shard {shard}, because {name} is {value}");
+    }
+    Ok(shard)
 }
 
 /// The folder of the experiments for which `--out` names no other.
@@ -89,6 +107,10 @@ pub(crate) fn merged(args: &MergeArgs) -> Result<Outcome, Error> {
         )
         .into());
     };
+    if args.status {
+        return status(args);
+    }
+    let out = args.out.as_deref().ok_or_else(|| BadArgument("--out: must be a folder".into()))?;
     let origin = Origin::read(first)?;
     // The settings of the journals are the defaults. An option on the command line must agree with them.
     let mut common = args.common.clone();
@@ -102,16 +124,50 @@ pub(crate) fn merged(args: &MergeArgs) -> Result<Outcome, Error> {
         // The shards used no recording, so a recording that this machine has is not used either.
         options.recording = args.trials.recording.clone();
     }
-    not_standard_output(&args.out)?;
+    not_standard_output(out)?;
     find(&args.name, &Options { recording: None, ..options.clone() })?;
     args.trials.recording_is_used(&args.name)?;
-    let folder = ResultFolder::open(&args.out)?;
+    let folder = ResultFolder::open(out)?;
     let experiment = find(&args.name, &options)?;
     let overwrite = if args.force { Overwrite::Allowed } else { Overwrite::Never };
     let run = Run::new(&*experiment, Seed::new(common.seed), Shard::default(), folder);
     let results = run.merge(&args.folders, overwrite, &mut Bar::new(&common, 0))?;
     show(&common, &results)?;
     Ok(Outcome::Done)
+}
+
+/// Lists the trials that a merge would miss. Fails if there are any.
+fn status(args: &MergeArgs) -> Result<Outcome, Error> {
+    let (name, common) = (&args.name, &args.common);
+    let options = args.trials.options(common)?;
+    let plan = || {
+        let cells = find(name, &options)?.cells();
+        Ok(Plan { seed: Seed::new(common.seed), cells })
+    };
+    let status = Status::read(name, &args.folders, plan)?;
+    let most = status.cells.iter().map(|cell| cell.trials).max().unwrap_or(0);
+    let agree = [
+        ("--seed", was_given("seed").then_some(common.seed), status.seed.value()),
+        ("--trials", args.trials.trials, most),
+    ];
+    for (option, given, held) in agree {
+        if let Some(given) = given.filter(|given| *given != held) {
+            let expected = format!("{held}, as in the folders, or left out");
+            return Err(BadArgument::range(option, given, &expected).into());
+        }
+    }
+    match common.json {
+        true => emit_json(&[status.to_json()])?,
+        false => emit(&described(&status))?,
+    }
+    let (done, all) = (status.done(), status.trials());
+    Ok(match status.is_complete() {
+        true => Outcome::Done,
+        false if done == all => {
+            Outcome::Failed("no trial is missing, but some folders cannot be merged".into())
+        }
+        false => Outcome::Failed(format!("{} of {all} trials are missing", all - done)),
+    })
 }
 
 /// Returns whether the command line of `symbolt merge` has this option.

@@ -13,6 +13,7 @@ mod framed;
 mod goal_sets;
 mod learn;
 mod learn_model;
+mod missing;
 mod options;
 mod output;
 mod pddl;
@@ -37,6 +38,7 @@ use clap::{CommandFactory, Parser};
 use symbolt::files::FileError;
 use symbolt::neurons::{SolvedFileError, UnknownMode};
 use symbolt::spa::VocabError;
+use symbolt::study::experiment::ShardError;
 use symbolt::study::standard::UnknownModel;
 use symbolt::task::TaskError;
 use symbolt::task::pddl::WriteFault;
@@ -159,6 +161,7 @@ fn code(error: &Error) -> u8 {
         || error.is::<GroundFault>()
         || error.is::<WriteFault>()
         || error.is::<LearnError>()
+        || error.is::<ShardError>()
     {
         return 2;
     }

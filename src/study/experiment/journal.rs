@@ -206,6 +206,8 @@ pub(super) struct Contents {
     pub damaged: usize,
     /// Length of the header and all complete records, in bytes.
     complete: u64,
+    /// Bytes of an incomplete record at the end.
+    pub torn: usize,
 }
 
 fn fault(path: &Path, problem: impl Into<String>, expected: impl Into<String>) -> TaskError {
@@ -239,11 +241,12 @@ pub(super) fn read(path: &Path, advice: &str) -> Result<Contents, TaskError> {
     let start = end + 1;
     let each = length(header.width);
     let chunks = bytes[start..].chunks_exact(each);
+    let torn = chunks.remainder().len();
     let count = chunks.len();
     let records: Vec<Record> = chunks.filter_map(Record::from_bytes).collect();
     let damaged = (count - records.len()) * each;
     let complete = (start + count * each) as u64;
-    Ok(Contents { header, records, damaged, complete })
+    Ok(Contents { header, records, damaged, complete, torn })
 }
 
 /// A journal that is open for further trials.

@@ -6,15 +6,16 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::journal::{self, Contents, Record};
-use super::run::{JOURNAL, Run, Shard};
-use super::{Results, TrialOutcome};
+use super::run::{JOURNAL, Run};
+use super::{Results, Shard, TrialOutcome};
 use crate::files::Overwrite;
 use crate::sim::Seed;
 use crate::task::TaskError;
 use crate::task::event::Observer;
 
 /// What to do with a shard whose journal is not a journal.
-const SHARD_ADVICE: &str = "rerun this shard with `symbolt experiment --shard I/N --force`";
+pub(super) const SHARD_ADVICE: &str =
+    "rerun this shard with `symbolt experiment --shard I/N --force`";
 /// What to do with a shard whose journal is damaged.
 const DAMAGE_ADVICE: &str =
     "rerun this shard with `symbolt experiment --shard I/N --salvage`, which keeps the intact ones";
@@ -133,7 +134,7 @@ impl Run<'_> {
 }
 
 /// Greatest number of trials in all shards, of 80 bytes each in memory.
-const MAX_TRIALS_READ: usize = 4_000_000;
+pub(super) const MAX_TRIALS_READ: usize = 4_000_000;
 
 /// Returns a sentence on the number of missing trials and their shards; `None` if no trial is missing.
 fn missing(

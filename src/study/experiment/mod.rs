@@ -15,6 +15,8 @@ mod journal;
 mod merge;
 mod results;
 mod run;
+mod shard;
+mod status;
 
 use std::fmt;
 
@@ -26,7 +28,9 @@ use crate::task::TaskError;
 pub use figure::{Axis, Figure, Mark, Series, Style};
 pub use merge::Origin;
 pub use results::{Results, Row};
-pub use run::{Run, Shard};
+pub use run::Run;
+pub use shard::{Launcher, Shard, ShardChoice, ShardError, Variables};
+pub use status::{CellStatus, Missing, Plan, ShardState, ShardStatus, Status};
 
 /// Maximum number of values that a trial can return.
 pub const MAX_READINGS: usize = 8;

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::str::FromStr;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -10,44 +9,12 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::journal::{CellSettings, Header, Journal, Record, Settings};
-use super::{Cell, Experiment, MAX_READINGS, Measure, Results, Row, TrialOutcome};
+use super::{Cell, Experiment, MAX_READINGS, Measure, Results, Row, Shard, TrialOutcome};
 use crate::files::{FileError, Overwrite, ResultFolder, write_atomic};
 use crate::sim::Seed;
 use crate::study::statistics::{Mean, Rate, Statistic};
 use crate::task::TaskError;
 use crate::task::event::{Event, Observer};
-
-/// A part of an experiment's trials: those whose number has the remainder `index` when divided by `of`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Shard {
-    /// Index of the part, counted from 0.
-    pub index: u64,
-    /// Number of parts.
-    pub of: u64,
-}
-
-impl Default for Shard {
-    fn default() -> Self {
-        Self { index: 0, of: 1 }
-    }
-}
-
-impl FromStr for Shard {
-    type Err = TaskError;
-
-    fn from_str(text: &str) -> Result<Self, TaskError> {
-        let parts =
-            text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
-        match parts {
-            Some((index, of)) if (1..=of).contains(&index) => Ok(Self { index: index - 1, of }),
-            _ => Err(TaskError::Setting {
-                name: "shard",
-                value: text.into(),
-                expected: "I/N with I from 1 to N, such as 2/4",
-            }),
-        }
-    }
-}
 
 /// An experiment and the folder for its trials and results.
 ///
