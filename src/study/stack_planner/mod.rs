@@ -8,7 +8,8 @@
 //!
 //! The stack is a sum of the names of actions, each bound to a power of a unitary pointer: a push shifts the whole stack
 //! by one power. Memories amplify what they are given until they saturate, so each push scales the stack back, and an
-//! action loses a factor of about the square root of 2 with every push. The stack is therefore not longer than about five.
+//! action loses a factor of about the square root of 2 with every push. Longer plans come about by planning again: measured, a
+//! stack in spikes rarely holds more than three actions.
 //!
 //! Every rule is chosen by basal ganglia and thalamus. Not made of neurons are the [kitchen](Kitchen) with its motor and
 //! sensor, and constant inputs. The 2016 model checks preconditions in the sensor: a table made by hand says what must hold
