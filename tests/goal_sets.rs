@@ -7,6 +7,7 @@ use std::collections::{BTreeSet, VecDeque};
 use symbolt::neurons::{LifSpec, Population};
 use symbolt::prelude::*;
 use symbolt::sim::World;
+use symbolt::study::problems::tangled;
 use symbolt::task::regression::{
     Begun, Course, GoalSetError, GoalSetGraph, GoalSetSpec, Mutexes, Regression, SearchSpec,
     StripsWorld, costs, populations, pursue, search,
@@ -542,5 +543,26 @@ fn the_command_plans_and_acts_on_pddl() {
         let (code, _, errors) = command(&args);
         assert_eq!(code, Some(2), "{args:?} {errors}");
         assert!(errors.contains(wanted), "{args:?} {errors}");
+    }
+}
+
+#[test]
+fn dead_ends_are_left_and_without_the_retreat_they_are_not() {
+    let dead_ends = |seed: u64, ablated: &[&str]| {
+        let problem = tangled(5, &mut Seed::new(seed).rng()).expect("a domain").grounded;
+        let ablated = ablated.iter().map(|name| (*name).to_owned()).collect();
+        let limit = SimDuration::from_millis(6_000);
+        let spec = GoalSetSpec { slots: 40, limit, ablated, ..GoalSetSpec::default() };
+        let world = StripsWorld::new(&problem, SimDuration::from_millis(60));
+        let course = pursue(&problem, world, &spec, Seed::new(seed)).expect("runs");
+        (course.reached, course.backs)
+    };
+    // Domains with dead ends on the way.
+    for seed in [3, 11, 24] {
+        let (reached, backs) = dead_ends(seed, &[]);
+        assert!(reached && backs >= 1, "{seed}: {reached} {backs}");
+        // The wrong variant: nothing says where to go on.
+        let (reached, backs) = dead_ends(seed, &["retreat"]);
+        assert!(!reached && backs >= 1, "{seed}: {reached} {backs}");
     }
 }

@@ -173,3 +173,21 @@ fn best(
     }
     best.map(|(_, operator, child)| (operator, child))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_dead_end_is_left_for_the_latest_of_the_lowest() {
+        let costs = [0.0, 1.0, 2.0, 5.0];
+        // The greatest costs are 5, 2, 2 and 2.
+        let sets: [&[usize]; 4] = [&[0, 3], &[0, 1, 2], &[2], &[1, 2]];
+        let slots = sets.map(|set| (set.iter().copied().collect(), 0, 0));
+        let dead = |slots: &[usize]| slots.iter().copied().collect();
+        assert_eq!(nearest(&costs, &slots, &dead(&[])), Some(3));
+        assert_eq!(nearest(&costs, &slots, &dead(&[3])), Some(2));
+        assert_eq!(nearest(&costs, &slots, &dead(&[1, 2, 3])), Some(0));
+        assert_eq!(nearest(&costs, &slots, &dead(&[0, 1, 2, 3])), None);
+    }
+}
