@@ -115,10 +115,7 @@ mod tests {
             let early = made.operators.iter().find(|o| o.name == "(plug-in-kettle)");
             let early = early.expect("an operator");
             let mut state: BTreeSet<usize> = made.start.iter().copied().collect();
-            early.deletes.iter().for_each(|f| {
-                state.remove(f);
-            });
-            state.extend(&early.adds);
+            early.apply(&mut state);
             assert_eq!(distance(&made, &state, 1000), expected);
         }
     }

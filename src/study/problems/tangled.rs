@@ -155,10 +155,7 @@ mod tests {
             || depth > 0
                 && problem.operators.iter().any(|operator| {
                     let mut next = state.clone();
-                    operator.deletes.iter().for_each(|f| {
-                        next.remove(f);
-                    });
-                    next.extend(&operator.adds);
+                    operator.apply(&mut next);
                     Grounded::all_hold(state, &operator.preconditions)
                         && next != *state
                         && reaches(problem, &next, depth - 1)

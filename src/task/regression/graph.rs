@@ -138,8 +138,8 @@ fn load(
     w.link(&reset, goals, each(fluents, -2.5));
 }
 
-/// Adds the motor units: the shown action, while its preconditions hold, its effects do not, and some goal is open. In [`Phase::Begin`] the
-/// present goal set holds, and the goals are those of the slot before.
+/// Adds the motor units: the shown action, while its preconditions hold, its effects do not, and some goal is open. In
+/// [`Phase::Begin`] the present goal set holds, and the goals are those of the slot before.
 fn act(
     w: &mut Wiring<'_, '_>,
     rules: &Regression,

@@ -126,10 +126,7 @@ impl StripsWorld {
         let operator = &self.operators[operator];
         let met = Grounded::all_hold(&self.state, &operator.preconditions);
         if met && works {
-            operator.deletes.iter().for_each(|f| {
-                self.state.remove(f);
-            });
-            self.state.extend(&operator.adds);
+            operator.apply(&mut self.state);
         }
         met
     }

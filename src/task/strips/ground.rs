@@ -79,6 +79,16 @@ pub struct GroundOperator {
     pub deletes: Vec<usize>,
 }
 
+impl GroundOperator {
+    /// Carries the operator out in a state, a set of positions of fluents. Whether its preconditions hold is not looked at.
+    pub fn apply(&self, state: &mut BTreeSet<usize>) {
+        for fluent in &self.deletes {
+            state.remove(fluent);
+        }
+        state.extend(&self.adds);
+    }
+}
+
 /// A grounded problem.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Grounded {

@@ -7,13 +7,15 @@ use rand::seq::IndexedRandom;
 use serde_json::{Value, json};
 
 use super::kitchen::{REACHED, SLOTS};
-use super::{Options, Setup, begun_at, last_action, number, rates, reading, unmet, world};
+use super::{
+    Options, REVISION, Setup, begun_at, last_action, number, rates, reading, unmet, world,
+};
 use crate::sim::Seed;
 use crate::study::experiment::{Cell, Experiment, Figure, Measure, Results, TrialOutcome, outcome};
 use crate::study::problems::{Distance, Kitchen, PlanningProblem, distance};
 use crate::task::TaskError;
 use crate::task::regression::Course;
-use crate::task::strips::{GroundOperator, Grounded};
+use crate::task::strips::Grounded;
 
 /// Probability that an action begins and has no effect.
 const FAILURES: f64 = 0.2;
@@ -37,18 +39,11 @@ impl Surprises {
     }
 }
 
-fn apply(operator: &GroundOperator, state: &mut BTreeSet<usize>) {
-    operator.deletes.iter().for_each(|f| {
-        state.remove(f);
-    });
-    state.extend(&operator.adds);
-}
-
 /// Returns what holds at a time of a course in milliseconds, before an action of that millisecond.
 fn state_at(problem: &Grounded, course: &Course, ms: u64) -> BTreeSet<usize> {
     let mut state: BTreeSet<usize> = problem.start.iter().copied().collect();
     let done = course.begun.iter().filter(|begun| begun.done && begun.ms < ms);
-    done.for_each(|begun| apply(&problem.operators[begun.operator], &mut state));
+    done.for_each(|begun| problem.operators[begun.operator].apply(&mut state));
     state
 }
 
@@ -58,7 +53,7 @@ fn hands(problem: &Grounded, state: &BTreeSet<usize>) -> Vec<usize> {
     let fits = |a: &usize| {
         let operator = &problem.operators[*a];
         let mut after = state.clone();
-        apply(operator, &mut after);
+        operator.apply(&mut after);
         let reach = distance(problem, &after, STATES);
         Grounded::all_hold(state, &operator.preconditions)
             && after != *state
@@ -93,6 +88,10 @@ impl Experiment for Surprises {
         let mut settings = self.setup.settings();
         settings["failures"] = json!(FAILURES);
         settings
+    }
+
+    fn revision(&self) -> u32 {
+        REVISION
     }
 
     fn cells(&self) -> Vec<Cell> {
