@@ -12,6 +12,7 @@
 
 mod figure;
 mod journal;
+mod launcher;
 mod merge;
 mod results;
 mod run;
@@ -26,10 +27,11 @@ use crate::sim::Seed;
 use crate::task::TaskError;
 
 pub use figure::{Axis, Figure, Mark, Series, Style};
+pub use launcher::{Launcher, ShardChoice, ShardError, Variables};
 pub use merge::Origin;
 pub use results::{Results, Row};
 pub use run::Run;
-pub use shard::{Launcher, Shard, ShardChoice, ShardError, Variables};
+pub use shard::Shard;
 pub use status::{CellStatus, Missing, Plan, ShardState, ShardStatus, Status};
 
 /// Maximum number of values that a trial can return.
