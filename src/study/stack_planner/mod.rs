@@ -121,7 +121,7 @@ impl StackPlanner {
     pub fn new(kitchen: &Kitchen, spec: &StackSpec, seed: Seed) -> Result<Self, TaskError> {
         let symbols = Symbols::new(kitchen, spec.dimensions, seed)?;
         let (mut graph, rules, stack) = graph::describe(kitchen, &symbols, spec.without)?;
-        let world = StackWorld::new(kitchen, &symbols, spec.without != Some(Part::Sensor))?;
+        let world = StackWorld::new(kitchen, &symbols, spec.without)?;
         let recent = ProbeSpec::default().last(PERIOD_MS as usize);
         let chosen = graph.probe(&rules.chosen, recent);
         let stack = graph.probe(&stack, recent);

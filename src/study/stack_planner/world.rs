@@ -1,5 +1,6 @@
 //! The kitchen as a world: the motor, the sensor and what holds.
 
+use super::Part;
 use super::kitchen::Kitchen;
 use super::symbols::Symbols;
 use crate::sim::{Real, Seed, SimDuration, World, WorldError, WorldSave};
@@ -36,8 +37,8 @@ pub(super) struct StackWorld {
     /// Pointers of all other names, which the motor cannot do.
     others: Vec<Vec<Real>>,
     goal: Vec<Real>,
-    /// Whether the sensor looks at what holds.
-    gated: bool,
+    /// Part that is left out.
+    without: Option<Part>,
     time: u64,
     /// Time at which the sensor last found an action ready.
     found: Option<u64>,
@@ -46,8 +47,12 @@ pub(super) struct StackWorld {
 }
 
 impl StackWorld {
-    /// Makes the world of a kitchen. Without the gate the sensor calls every action ready that it recognises.
-    pub fn new(kitchen: &Kitchen, symbols: &Symbols, gated: bool) -> Result<Self, VocabError> {
+    /// Makes the world of a kitchen. Without [`Part::Sensor`] every action that is recognised counts as ready.
+    pub fn new(
+        kitchen: &Kitchen,
+        symbols: &Symbols,
+        without: Option<Part>,
+    ) -> Result<Self, VocabError> {
         let names = kitchen.names();
         let others = symbols.acts.names().iter().filter(|name| !names.contains(&name.as_str()));
         let others = others.map(|name| Ok(symbols.acts.get(name)?.to_vec()));
@@ -60,7 +65,7 @@ impl StackWorld {
             actions: known.collect::<Result<_, VocabError>>()?,
             others: others.collect::<Result<_, VocabError>>()?,
             goal: symbols.base.get(kitchen.goal())?.to_vec(),
-            gated,
+            without,
             time: 0,
             found: None,
             commands: vec![0.0; names.len()],
@@ -78,7 +83,8 @@ impl StackWorld {
         let holds = self.inner.state();
         self.actions.iter().any(|known| {
             cosine_of_slices(&known.pointer, pushed) > RECOGNISED
-                && (!self.gated || known.held_until.iter().all(|fluent| holds.contains(fluent)))
+                && (self.without == Some(Part::Sensor)
+                    || known.held_until.iter().all(|fluent| holds.contains(fluent)))
         })
     }
 }
