@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 use symbolt::sim::Seed;
-use symbolt::study::catalogue::Options;
+use symbolt::study::catalogue::{Options, TAKES_RECORDING};
 use thiserror::Error;
 
 pub(crate) use super::options::{
@@ -218,7 +218,7 @@ impl TrialArgs {
     /// For `--recording` with any experiment but `threshold`.
     pub fn recording_is_used(&self, experiment: &str) -> Result<(), BadArgument> {
         match &self.recording {
-            Some(path) if experiment != "threshold" => {
+            Some(path) if experiment != TAKES_RECORDING => {
                 let expected = "absent; only the experiment `threshold` takes a recording";
                 Err(BadArgument::range("--recording", path.display(), expected))
             }

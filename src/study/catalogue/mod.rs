@@ -47,6 +47,8 @@ pub fn all() -> Vec<(&'static str, &'static str)> {
     made.map(|e| (e.name(), e.question())).collect()
 }
 
+/// The only experiment that uses [`Options::recording`].
+pub const TAKES_RECORDING: &str = "threshold";
 /// The only experiment that takes [`Options::problems`].
 const TAKES_PROBLEMS: &str = "ipc";
 

@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
-use super::{Options, Setup, begun_at, by_rules, first_action, number, reading, unmet, world};
+use super::{
+    Options, REVISION, Setup, begun_at, by_rules, first_action, number, reading, unmet, world,
+};
 use crate::sim::Seed;
 use crate::study::experiment::{Cell, Experiment, Measure, TrialOutcome, outcome};
 use crate::study::problems::{ProblemFiles, problems_in};
@@ -49,6 +51,10 @@ impl Experiment for Ipc {
         let of = |p: &ProblemFiles| format!("{} {} {:016x}", p.group, p.name, p.fingerprint);
         settings["files"] = self.problems.iter().map(of).collect();
         settings
+    }
+
+    fn revision(&self) -> u32 {
+        REVISION
     }
 
     fn cells(&self) -> Vec<Cell> {

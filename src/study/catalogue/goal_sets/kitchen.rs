@@ -3,7 +3,8 @@
 use serde_json::{Value, json};
 
 use super::{
-    Options, Setup, begun_at, first_action, last_action, number, rates, reading, unmet, world,
+    Options, REVISION, Setup, begun_at, first_action, last_action, number, rates, reading, unmet,
+    world,
 };
 use crate::sim::Seed;
 use crate::study::experiment::{
@@ -99,6 +100,10 @@ impl Experiment for Kitchens {
 
     fn settings(&self) -> Value {
         settings(&self.setup)
+    }
+
+    fn revision(&self) -> u32 {
+        REVISION
     }
 
     fn cells(&self) -> Vec<Cell> {

@@ -3,7 +3,9 @@
 use serde_json::{Value, json};
 
 use super::kitchen::shuffled;
-use super::{Options, RULES_VALID, Setup, VALID, rates, readings_of_length, trial_of_length};
+use super::{
+    Options, REVISION, RULES_VALID, Setup, VALID, rates, readings_of_length, trial_of_length,
+};
 use crate::sim::Seed;
 use crate::study::experiment::{Cell, Experiment, Figure, Results, TrialOutcome};
 use crate::study::problems::{Breakfast, Kitchen, PlanningProblem, breakfast, chores};
@@ -61,6 +63,10 @@ impl Experiment for LongPlans {
 
     fn settings(&self) -> Value {
         self.setup.settings()
+    }
+
+    fn revision(&self) -> u32 {
+        REVISION
     }
 
     fn cells(&self) -> Vec<Cell> {

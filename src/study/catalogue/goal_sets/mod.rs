@@ -36,6 +36,9 @@ pub(super) use threats::Threats;
 /// Time for which the motor is locked after an action has begun, in milliseconds, as in the model of 2016.
 const LOCK_MS: u64 = 100;
 
+/// Revision of all experiments here. It increases with every change of the planner's outcomes.
+const REVISION: u32 = 2;
+
 /// The planner of a trial.
 #[derive(Debug, Clone, PartialEq)]
 struct Setup {
@@ -162,7 +165,8 @@ fn trial_of_length(
     ]))
 }
 
-/// Searches by the rules without neurons, with as many slots as the planner. Returns the length of the plan if one was found and is valid.
+/// Searches by the rules without neurons, with as many slots as the planner. Returns the length of the plan if one was found
+/// and is valid.
 fn by_rules(problem: &PlanningProblem, slots: usize, rng: &mut impl Rng) -> Option<usize> {
     let rules = Regression::new(&problem.grounded);
     let set = |fluents: &[usize]| -> BTreeSet<usize> { fluents.iter().copied().collect() };

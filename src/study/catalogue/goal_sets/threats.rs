@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::blind::at_random;
 use super::kitchen::{LIMIT_MS, REACHED, SLOTS, outcome_of, readings, settings, shuffled};
-use super::{Options, Setup, number, rates, reading, world};
+use super::{Options, REVISION, Setup, number, rates, reading, world};
 use crate::sim::Seed;
 use crate::study::experiment::{Cell, Experiment, Figure, Measure, Results, TrialOutcome};
 use crate::study::problems::{Kitchen, PlanningProblem, packing};
@@ -62,6 +62,10 @@ impl Experiment for Threats {
 
     fn settings(&self) -> Value {
         settings(&self.setup)
+    }
+
+    fn revision(&self) -> u32 {
+        REVISION
     }
 
     fn cells(&self) -> Vec<Cell> {
