@@ -180,8 +180,8 @@ fn in_banks(fixture: &Fixture, tune: impl Fn(&mut Bank)) -> ([Array2<u8>; 2], [A
     let mut values = [Array2::zeros(fixture.middle.dim()), Array2::zeros(fixture.output.dim())];
     for tick in 0..TICKS {
         let given: Vec<Real> = fixture.input.row(tick).iter().map(|v| *v as Real).collect();
-        banks[0].step(Threads::Serial, (&given, 1.0), &mut states[0], &mut said);
-        banks[1].step(Threads::Serial, (&held, 1.0), &mut states[1], &mut out);
+        banks[0].step(0, (&given, 1.0), &mut states[0], &mut said);
+        banks[1].step(0, (&held, 1.0), &mut states[1], &mut out);
         for (values, now) in values.iter_mut().zip([&held, &out]) {
             for (value, now) in values.row_mut(tick).iter_mut().zip(now) {
                 *value = f64::from(*now);

@@ -1,5 +1,6 @@
 //! Ensembles of several dimensions from which several functions are decoded.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use rand::{Rng, RngExt};
@@ -8,13 +9,14 @@ use super::bank::{Draft, Shape};
 use super::decode::Points;
 use super::layer::check_radius;
 use super::model::refuse;
-use super::population::{Maker, Refusal, count};
+use super::parted::Parted;
+use super::population::{Maker, Refusal, count, rows};
 use super::solved::Kept;
 use super::tuning::{Neurons, cosine, on_sphere};
 use crate::sim::{
     AdvanceIo, Fingerprint, In, InputSpec, LayerRequest, Module, Node, NodeFault, NodePorts, Out,
-    OutputSpec, Outputs, PortDecl, Real, Scope, ScratchSpec, Seed, StateMut, StateRef, StateSpec,
-    StepCx, Vector,
+    OutputSpec, Outputs, PartIo, PartSpec, Parts, PortDecl, Real, Scope, ScratchSpec, Seed,
+    StateMut, StepCx, Vector,
 };
 
 /// Greatest number of components of the input and of all outputs.
@@ -164,12 +166,13 @@ impl Ensemble {
         }
     }
 
-    /// Distributes what is decoded from all copies to the outputs.
-    fn distribute(&self, decoded: &[Real], outputs: &mut Outputs<'_>) {
+    /// Distributes what is decoded from some of the copies to the outputs.
+    fn distribute(&self, copies: Range<usize>, decoded: &[Real], outputs: &mut Outputs<'_>) {
         let mut from = 0;
         for (index, Decoded { width, .. }) in self.functions.iter().enumerate() {
-            let rows = decoded.chunks_exact(self.outputs());
-            for (out, row) in outputs.get_mut(index).chunks_exact_mut(*width).zip(rows) {
+            let decoded = decoded.chunks_exact(self.outputs());
+            let out = &mut outputs.get_mut(index)[rows(copies.clone(), *width)];
+            for (out, row) in out.chunks_exact_mut(*width).zip(decoded) {
                 out.copy_from_slice(&row[from..from + width]);
             }
             from += width;
@@ -243,7 +246,7 @@ impl Node for DirectEnsemble {
         for (value, out) in values.zip(decoded.chunks_exact_mut(self.0.outputs())) {
             self.0.compute(value, out);
         }
-        self.0.distribute(decoded, &mut io.outputs);
+        self.0.distribute(0..self.0.copies, decoded, &mut io.outputs);
         Ok(())
     }
 }
@@ -251,53 +254,57 @@ impl Node for DirectEnsemble {
 /// The node of ensembles of neurons: one bank.
 pub(super) struct NeuralEnsemble {
     layer: Ensemble,
-    kept: Kept,
+    bank: Parted,
 }
 
 impl NeuralEnsemble {
     pub fn kept(&self) -> Vec<Kept> {
-        vec![self.kept.clone()]
+        vec![self.bank.kept.clone()]
     }
 }
 
 impl Node for NeuralEnsemble {
     fn declare(&self, ports: &mut PortDecl) {
         self.layer.declare(ports);
-        let reals = self.layer.outputs() * self.layer.copies;
-        ports
-            .state(StateSpec { reals: self.kept.bank.state_len(), ..StateSpec::default() })
-            .scratch(ScratchSpec { reals, ..ScratchSpec::default() });
-        if self.kept.bank.parallel() {
-            ports.parallel();
-        }
     }
 
     fn fingerprint(&self, hash: &mut Fingerprint) {
-        hash.number(self.kept.fingerprint);
+        hash.number(self.bank.kept.fingerprint);
     }
 
     fn init(&self, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
-        self.kept.init(state.reals);
+        self.bank.init(state.reals);
     }
 
-    fn advance(&self, cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
-        let (threads, values) = (cx.threads(), (io.inputs.get(0), 1.0));
-        if let [_] = &*self.layer.functions {
-            self.kept.bank.step(threads, values, io.state.reals, io.outputs.get_mut(0));
-            return Ok(());
-        }
-        let decoded = &mut io.scratch.reals[..self.layer.outputs() * self.layer.copies];
-        self.kept.bank.step(threads, values, io.state.reals, decoded);
-        self.layer.distribute(decoded, &mut io.outputs);
-        Ok(())
+    fn parts(&self) -> Option<&dyn Parts> {
+        Some(self)
     }
 
     fn units(&self) -> usize {
-        self.kept.bank.spiking()
+        self.bank.bank().spiking()
+    }
+}
+
+impl Parts for NeuralEnsemble {
+    fn count(&self) -> usize {
+        self.bank.count()
     }
 
-    fn event(&self, state: &StateRef<'_>, neuron: usize) -> bool {
-        self.kept.bank.spiked(state.reals, neuron)
+    fn part(&self, part: usize) -> PartSpec {
+        self.bank.spec(part, self.layer.outputs())
+    }
+
+    fn advance(&self, _cx: &StepCx<'_>, part: usize, io: &mut PartIo<'_>) {
+        let own = rows(self.bank.ensembles(part), self.layer.dims);
+        self.bank.step(part, (&io.inputs.get(0)[own], 1.0), io.state, io.results);
+    }
+
+    fn collect(&self, part: usize, results: &[Real], outputs: &mut Outputs<'_>) {
+        self.layer.distribute(self.bank.ensembles(part), results, outputs);
+    }
+
+    fn event(&self, _part: usize, state: &[Real], neuron: usize) -> bool {
+        self.bank.bank().spiked(state, neuron)
     }
 }
 
@@ -330,7 +337,7 @@ impl Maker<'_> {
             wanted.extend(out.iter().map(|value| f64::from(*value)));
         }
         let marks: Vec<f64> = wanted.iter().copied().chain([radius]).collect();
-        let kept = self.bank(shape, "ensemble", &marks, |_, seed| {
+        let bank = self.bank((shape, self.deal.cut(shape, 1)), "ensemble", &marks, |_, seed| {
             let drawn = match dims {
                 1 => self.scalar(neurons, seed)?,
                 _ => Neurons::draw(
@@ -345,6 +352,6 @@ impl Maker<'_> {
             let (values, wanted) = (values.clone(), wanted.clone());
             Ok(Draft { neurons: drawn, radius, points: Points { values, wanted, outputs } })
         })?;
-        Ok(NeuralEnsemble { layer: layer.clone(), kept })
+        Ok(NeuralEnsemble { layer: layer.clone(), bank })
     }
 }

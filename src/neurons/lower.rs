@@ -3,12 +3,15 @@
 use std::any::Any;
 use std::collections::BTreeMap;
 
-use crate::sim::{Graph, Lowering, LoweringFault, Node, PendingLayer, Timebase};
+use crate::sim::{
+    Graph, Lengths, Lowering, LoweringFault, Node, PendingLayer, Ranks, Real, Timebase,
+};
 
-use super::bank::Firing;
+use super::bank::{Bank, Firing};
 use super::direct::{DirectMap, DirectProduct, DirectRepresent, DirectSelect};
 use super::ensemble::{DirectEnsemble, Ensemble, NeuralEnsemble};
 use super::layer::{Map, Product, Represent, Select};
+use super::parted::Deal;
 use super::plan::{Population, PopulationPlan};
 use super::population::{Maker, Neural, NeuralProduct, Refusal};
 use super::selection::NeuralSelect;
@@ -31,11 +34,12 @@ impl Lowering for PopulationPlan {
             }
         }
         let mut nodes = Vec::with_capacity(layers.len());
+        let deal = Deal::new(self.ranks.as_ref());
         for layer in layers {
             let solved = self.solved.as_deref();
             let (reason, choices) = match lower_one(
                 self.population(layer.path),
-                solved,
+                (solved, &deal),
                 layer,
                 time.dt_s(),
             ) {
@@ -60,7 +64,50 @@ impl Lowering for PopulationPlan {
             };
             faults.push(LoweringFault { path: layer.path.into(), reason, choices });
         }
+        if let Some(ranks) = &self.ranks {
+            agree(ranks, &mut nodes, &mut faults);
+        }
         if faults.is_empty() { Ok(nodes) } else { Err(faults) }
+    }
+
+    fn ranks(&self) -> Option<&Ranks> {
+        self.ranks.as_ref()
+    }
+}
+
+/// Lets all ranks use the same current to close a gate: the greatest that an ensemble needs, whoever owns it. A fault of
+/// one rank becomes a fault of all.
+fn agree(ranks: &Ranks, nodes: &mut [Box<dyn Node>], faults: &mut Vec<LoweringFault>) {
+    let mut banks: Vec<&mut Bank> = nodes
+        .iter_mut()
+        .filter_map(|node| (&mut **node as &mut dyn Any).downcast_mut::<Neural>())
+        .filter_map(Neural::bank_mut)
+        .collect();
+    // Ranks with faults lack nodes, so all first tell how many banks they have.
+    let failed = |rank: usize, reason: String| LoweringFault {
+        path: format!("the part of rank {rank}"),
+        reason,
+        choices: Vec::new(),
+    };
+    let found = u64::from(faults.is_empty());
+    match ranks.differs(found << 32 | banks.len() as u64) {
+        Ok(None) if faults.is_empty() => {}
+        Ok(None) => return,
+        Ok(Some(rank)) => {
+            return faults.push(failed(rank, "could not be built as that of this rank".into()));
+        }
+        Err(fault) => return faults.push(failed(fault.rank, fault.reason)),
+    }
+    let own: Vec<Real> = banks.iter().flat_map(|bank| [bank.silencing, bank.quiet]).collect();
+    let Some(lengths) = Lengths::new((0..ranks.ranks()).map(|_| own.len())) else { return };
+    let mut all = vec![0.0; lengths.total()];
+    if let Err(fault) = ranks.all_gather(&own, &lengths, &mut all) {
+        return faults.push(failed(fault.rank, fault.reason));
+    }
+    for (index, bank) in banks.iter_mut().enumerate() {
+        let of = |at: usize| all.iter().skip(2 * index + at).step_by(own.len()).copied();
+        bank.silencing = of(0).fold(0.0, Real::max);
+        bank.quiet = of(1).fold(Real::MAX, Real::min);
     }
 }
 
@@ -78,7 +125,7 @@ impl From<Refusal> for Refused {
 /// Makes the node of one layer: one branch per layer, one arm per mode.
 fn lower_one(
     population: Population,
-    solved: Option<&SolvedModel>,
+    (solved, deal): (Option<&SolvedModel>, &Deal),
     layer: &PendingLayer<'_>,
     dt_s: f64,
 ) -> Result<Box<dyn Node>, Refused> {
@@ -89,7 +136,7 @@ fn lower_one(
         Population::Rate(spec) => Some((spec, Firing::Rates)),
         Population::Lif(spec) => Some((spec, Firing::Spikes)),
     };
-    let maker = maker.map(|(spec, firing)| Maker { spec, firing, dt_s, path, seed, solved });
+    let maker = maker.map(|(spec, firing)| Maker { spec, firing, dt_s, path, seed, solved, deal });
     if let Some(layer) = request.downcast_ref::<Represent>() {
         Ok(match maker {
             None => Box::new(DirectRepresent(layer.clone())),
@@ -121,7 +168,8 @@ fn lower_one(
 }
 
 impl SolvedModel {
-    /// Returns the populations of all neural layers of `graph`; layers in direct mode have none.
+    /// Returns the populations of all neural layers of `graph`; layers in direct mode have none, nor have layers of which
+    /// this process owns only a part.
     ///
     /// Shares memory with the graph: nothing is copied.
     pub fn of(graph: &Graph) -> Self {
@@ -138,7 +186,9 @@ impl SolvedModel {
             } else {
                 continue;
             };
-            layers.insert(path.to_owned(), kept);
+            if kept.iter().all(|kept| kept.bank.own.is_none()) {
+                layers.insert(path.to_owned(), kept);
+            }
         }
         Self { layers }
     }

@@ -81,6 +81,7 @@ mod ensemble;
 mod layer;
 mod lower;
 mod model;
+mod parted;
 mod plan;
 mod population;
 mod selection;

@@ -8,6 +8,7 @@ use thiserror::Error;
 
 use super::model::Lif;
 use super::solved::SolvedModel;
+use crate::sim::Ranks;
 
 /// The number and tuning of the neurons of a layer. The standard networks of `symbolt bench` use the defaults.
 ///
@@ -241,6 +242,7 @@ pub struct PopulationPlan {
     pub(crate) default: Population,
     pub(crate) overrides: Vec<(PathPattern, Population)>,
     pub(crate) solved: Option<Arc<SolvedModel>>,
+    pub(crate) ranks: Option<Ranks>,
 }
 
 impl PopulationPlan {
@@ -251,7 +253,7 @@ impl PopulationPlan {
 
     /// Makes a plan of one mode everywhere.
     pub fn all(default: Population) -> Self {
-        Self { default, overrides: Vec::new(), solved: None }
+        Self { default, overrides: Vec::new(), solved: None, ranks: None }
     }
 
     /// Adds an exception: the layers whose path matches `pattern` get `population`.
@@ -266,6 +268,46 @@ impl PopulationPlan {
     /// tuning, size or function.
     pub fn solved(mut self, solved: impl Into<Arc<SolvedModel>>) -> Self {
         self.solved = Some(solved.into());
+        self
+    }
+
+    /// Shares the neurons among several processes. Each solves and advances its own part of the ensembles; see [`Ranks`].
+    /// All processes must build the graph at the same time.
+    ///
+    /// ```
+    /// use symbolt::neurons::{LifSpec, Population, PopulationPlan};
+    /// use symbolt::prelude::*;
+    /// use symbolt::sim::{LayerRequest, Ranks, Vector};
+    /// # use symbolt::neurons::{LayerPorts, Layers, Map};
+    /// # use symbolt::sim::{Module, Scope};
+    /// # struct Squares;
+    /// # impl Module for Squares {
+    /// #     type Ports = LayerPorts<Vector>;
+    /// #     fn expand(self, scope: &mut Scope<'_>) -> LayerPorts<Vector> {
+    /// #         scope.map("neurons", Map::each(40, |x| x * x))
+    /// #     }
+    /// # }
+    /// // Two threads stand for two processes.
+    /// let run = |seat: Ranks| {
+    ///     let plan = PopulationPlan::all(Population::Lif(LifSpec::default())).shared(&seat);
+    ///     let mut graph = GraphBuilder::new();
+    ///     let input = graph.add("input", Constant::vector(&[0.5; 40]));
+    ///     let squares = graph.add("squares", Squares);
+    ///     graph.connect(&input, &squares.input, Synapse::None);
+    ///     let graph = graph.build(Timebase::default(), &plan, Seed::new(1))?;
+    ///     let mut sim = Simulator::new(graph.into(), RunConfig::default())?;
+    ///     sim.run_for(SimDuration::from_millis(100))?;
+    ///     Ok::<_, symbolt::sim::SimError>(sim.value(&squares.output).to_vec())
+    /// };
+    /// let values: Vec<_> = std::thread::scope(|scope| {
+    ///     let seats = Ranks::in_process(2).into_iter();
+    ///     let threads: Vec<_> = seats.map(|seat| scope.spawn(move || run(seat))).collect();
+    ///     threads.into_iter().filter_map(|thread| thread.join().ok()).collect()
+    /// });
+    /// assert_eq!(values[0], values[1], "both know all values");
+    /// ```
+    pub fn shared(mut self, ranks: &Ranks) -> Self {
+        self.ranks = Some(ranks.clone());
         self
     }
 

@@ -6,18 +6,20 @@
 //!   (Gosmann, "Precise multiplications with the NEF", 2015).
 //! - The populations for selections are in `selection.rs`.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::bank::{Bank, Consts, Draft, Firing, Shape};
 use super::decode::Points;
 use super::layer::{Map, Product, Represent};
 use super::model::{TuningError, refuse};
+use super::parted::{Cut, Deal, Parted};
 use super::plan::LifSpec;
 use super::solved::{Kept, SolvedModel, Unfit};
 use super::tuning::{Neurons, cosine, on_sphere, part_of_pointer};
 use crate::sim::{
-    AdvanceIo, Fingerprint, LayerRequest, Node, NodeFault, Outputs, PortDecl, Real, ScratchSpec,
-    Seed, StateMut, StateRef, StateSpec, StepCx, fnv1a,
+    Fingerprint, LayerRequest, Node, Outputs, PartIo, PartSpec, Parts, PortDecl, Real, ScratchSpec,
+    Seed, StateMut, StepCx, fnv1a,
 };
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -31,6 +33,8 @@ pub(crate) struct Maker<'a> {
     pub seed: Seed,
     /// Source of populations that are already solved.
     pub solved: Option<&'a SolvedModel>,
+    /// Deals out the parts of the banks.
+    pub deal: &'a Deal,
 }
 
 /// Why a layer could not get a population.
@@ -48,112 +52,154 @@ impl From<TuningError> for Refusal {
 /// The node of a representation or a function: one bank.
 pub(crate) struct Neural {
     ports: Box<dyn LayerRequest>,
-    kept: Kept,
+    bank: Parted,
     /// Share of the silencing current that closes the gate; `None` without a gate.
     gate: Option<Real>,
 }
 
 impl Neural {
     pub fn kept(&self) -> Vec<Kept> {
-        vec![self.kept.clone()]
+        vec![self.bank.kept.clone()]
+    }
+
+    /// Returns the bank, to be changed before the graph is built.
+    pub fn bank_mut(&mut self) -> Option<&mut Bank> {
+        self.bank.bank_mut()
     }
 }
 
 impl Node for Neural {
     fn declare(&self, ports: &mut PortDecl) {
         self.ports.declare(ports);
-        ports.state(StateSpec { reals: self.kept.bank.state_len(), ..StateSpec::default() });
-        if self.kept.bank.parallel() {
-            ports.parallel();
-        }
     }
 
     fn fingerprint(&self, hash: &mut Fingerprint) {
-        hash.number(self.kept.fingerprint).number(u64::from(self.gate.is_some()));
+        hash.number(self.bank.kept.fingerprint).number(u64::from(self.gate.is_some()));
         if let Some(weak) = self.gate.filter(|inhibition| *inhibition != 1.0) {
             hash.reals(&[weak]);
         }
     }
 
     fn init(&self, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
-        self.kept.init(state.reals);
+        self.bank.init(state.reals);
     }
 
-    fn advance(&self, cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
+    fn parts(&self) -> Option<&dyn Parts> {
+        Some(self)
+    }
+
+    fn units(&self) -> usize {
+        self.bank.bank().spiking()
+    }
+}
+
+impl Parts for Neural {
+    fn count(&self) -> usize {
+        self.bank.count()
+    }
+
+    fn part(&self, part: usize) -> PartSpec {
+        self.bank.spec(part, self.bank.bank().shape.outputs)
+    }
+
+    fn advance(&self, _cx: &StepCx<'_>, part: usize, io: &mut PartIo<'_>) {
         let open = match self.gate {
             Some(1.0) => io.inputs.scalar(1),
             Some(inhibition) => 1.0 - inhibition * (1.0 - io.inputs.scalar(1).clamp(0.0, 1.0)),
             None => 1.0,
         };
-        self.kept.bank.step(
-            cx.threads(),
-            (io.inputs.get(0), open),
-            io.state.reals,
-            io.outputs.get_mut(0),
-        );
-        Ok(())
+        let own = rows(self.bank.ensembles(part), self.bank.bank().shape.dims);
+        self.bank.step(part, (&io.inputs.get(0)[own], open), io.state, io.results);
     }
 
-    fn units(&self) -> usize {
-        self.kept.bank.spiking()
+    fn collect(&self, part: usize, results: &[Real], outputs: &mut Outputs<'_>) {
+        let own = rows(self.bank.ensembles(part), self.bank.bank().shape.outputs);
+        outputs.get_mut(0)[own].copy_from_slice(results);
     }
 
-    fn event(&self, state: &StateRef<'_>, neuron: usize) -> bool {
-        self.kept.bank.spiked(state.reals, neuron)
+    fn event(&self, _part: usize, state: &[Real], neuron: usize) -> bool {
+        self.bank.bank().spiked(state, neuron)
     }
+}
+
+/// Returns the range of `width` values for each ensemble.
+pub(super) fn rows(ensembles: Range<usize>, width: usize) -> Range<usize> {
+    ensembles.start * width..ensembles.end * width
 }
 
 /// The node of products: differences of squares.
 pub(crate) struct NeuralProduct {
     layer: Product,
-    kept: Kept,
+    /// Two ensembles for each product.
+    bank: Parted,
 }
 
 impl NeuralProduct {
     pub fn kept(&self) -> Vec<Kept> {
-        vec![self.kept.clone()]
+        vec![self.bank.kept.clone()]
     }
 }
 
 impl Node for NeuralProduct {
     fn declare(&self, ports: &mut PortDecl) {
         self.layer.declare(ports);
-        ports
-            .state(StateSpec { reals: self.kept.bank.state_len(), ..StateSpec::default() })
-            .scratch(ScratchSpec { reals: 4 * self.layer.pairs, ..ScratchSpec::default() });
-        if self.kept.bank.parallel() {
-            ports.parallel();
-        }
+        let reals = 2 * self.bank.ensembles(0).len();
+        ports.scratch(ScratchSpec { reals, ..ScratchSpec::default() });
     }
 
     fn fingerprint(&self, hash: &mut Fingerprint) {
-        hash.number(self.kept.fingerprint);
+        hash.number(self.bank.kept.fingerprint);
     }
 
     fn init(&self, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
-        self.kept.init(state.reals);
+        self.bank.init(state.reals);
     }
 
-    fn advance(&self, cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
-        let (halves, squares) = io.scratch.reals.split_at_mut(2 * self.layer.pairs);
-        let (a, b) = (io.inputs.get(0), io.inputs.get(1));
+    fn parts(&self) -> Option<&dyn Parts> {
+        Some(self)
+    }
+
+    fn units(&self) -> usize {
+        self.bank.bank().spiking()
+    }
+}
+
+impl NeuralProduct {
+    fn pairs(&self, part: usize) -> Range<usize> {
+        let ensembles = self.bank.ensembles(part);
+        ensembles.start / 2..ensembles.end / 2
+    }
+}
+
+impl Parts for NeuralProduct {
+    fn count(&self) -> usize {
+        self.bank.count()
+    }
+
+    fn part(&self, part: usize) -> PartSpec {
+        PartSpec { results: self.pairs(part).len(), ..self.bank.spec(part, 0) }
+    }
+
+    fn advance(&self, _cx: &StepCx<'_>, part: usize, io: &mut PartIo<'_>) {
+        let pairs = self.pairs(part);
+        let (halves, squares) = io.scratch.reals[..4 * pairs.len()].split_at_mut(2 * pairs.len());
+        let (a, b) = (&io.inputs.get(0)[pairs.clone()], &io.inputs.get(1)[pairs]);
         for ((two, a), b) in halves.chunks_exact_mut(2).zip(a).zip(b) {
             two[0] = (a + b) / 2.0;
             two[1] = (a - b) / 2.0;
         }
-        self.kept.bank.step(cx.threads(), (halves, 1.0), io.state.reals, squares);
-        for (out, two) in io.outputs.get_mut(0).iter_mut().zip(squares.chunks_exact(2)) {
-            *out = two[0] - two[1];
+        self.bank.step(part, (halves, 1.0), io.state, squares);
+        for (result, two) in io.results.iter_mut().zip(squares.chunks_exact(2)) {
+            *result = two[0] - two[1];
         }
-        Ok(())
     }
 
-    fn units(&self) -> usize {
-        self.kept.bank.spiking()
+    fn collect(&self, part: usize, results: &[Real], outputs: &mut Outputs<'_>) {
+        outputs.get_mut(0)[self.pairs(part)].copy_from_slice(results);
     }
 
-    fn event(&self, state: &StateRef<'_>, neuron: usize) -> bool {
-        self.kept.bank.spiked(state.reals, neuron)
+    fn event(&self, _part: usize, state: &[Real], neuron: usize) -> bool {
+        self.bank.bank().spiked(state, neuron)
     }
 }
 
@@ -170,25 +216,29 @@ pub(super) fn count(of: f64, scale: f64) -> Result<usize, TuningError> {
 }
 
 impl Maker<'_> {
-    /// Solves for a bank, or takes it from the solved model. `marks` are the numbers that distinguish this bank from
-    /// other banks of the same role. They enter its fingerprint.
+    /// Solves for the own part of a bank, or takes it from the solved model. `marks` are the numbers that distinguish
+    /// this bank from other banks of the same role. They enter its fingerprint.
     pub(super) fn bank(
         &self,
-        shape: Shape,
+        (shape, cut): (Shape, Cut),
         role: &str,
         marks: &[f64],
         draft: impl Fn(usize, Seed) -> Result<Draft, TuningError> + Sync,
-    ) -> Result<Kept, Refusal> {
+    ) -> Result<Parted, Refusal> {
         self.check()?;
-        let fingerprint = self.fingerprint(shape, role, marks);
+        let (fingerprint, own) = (self.fingerprint(shape, role, marks), cut.own(shape.ensembles));
         if let Some(solved) = self.solved {
             let form = (shape, self.firing, Consts::new(&self.spec.model, self.dt_s));
-            return solved.find(self.path, fingerprint, form).map_err(Refusal::Unfit);
+            let mut kept = solved.find(self.path, fingerprint, form).map_err(Refusal::Unfit)?;
+            if let Some(own) = own {
+                kept.bank = Arc::new(kept.bank.only(own));
+            }
+            return Ok(Parted { kept, cut });
         }
         let how = (self.firing, self.spec.regularisation);
         let seed = self.seed.derive("", role);
-        let bank = Bank::build(&self.spec.model, self.dt_s, shape, how, seed, draft)?;
-        Ok(Kept { bank: Arc::new(bank), fingerprint })
+        let bank = Bank::build(&self.spec.model, self.dt_s, shape, how, (seed, own), draft)?;
+        Ok(Parted { kept: Kept { bank: Arc::new(bank), fingerprint }, cut })
     }
 
     /// Checks the ranges from which neurons are drawn. An invalid range then fails for every seed.
@@ -253,14 +303,15 @@ impl Maker<'_> {
         )
     }
 
-    /// Makes one ensemble per component of a plain vector. Each ensemble computes a function of its component.
+    /// Makes one ensemble per component of a plain vector. Each ensemble computes a function of its component. `unit`
+    /// ensembles stay together.
     fn components(
         &self,
-        width: usize,
+        (width, unit): (usize, usize),
         radius: f64,
         per: f64,
         function: &(dyn Fn(f64) -> f64 + Sync),
-    ) -> Result<Kept, Refusal> {
+    ) -> Result<Parted, Refusal> {
         let neurons = count(per, self.spec.scale)?;
         let shape = Shape { ensembles: width, neurons, dims: 1, outputs: 1 };
         let values: Vec<f64> = (0..SCALAR_POINTS)
@@ -268,7 +319,7 @@ impl Maker<'_> {
             .collect();
         let wanted: Vec<f64> = values.iter().map(|v| function(v * radius)).collect();
         let marks: Vec<f64> = wanted.iter().copied().chain([radius]).collect();
-        self.bank(shape, "components", &marks, |_, seed| {
+        self.bank((shape, self.deal.cut(shape, unit)), "components", &marks, |_, seed| {
             let points = Points { values: values.clone(), wanted: wanted.clone(), outputs: 1 };
             Ok(Draft { neurons: self.scalar(neurons, seed)?, radius, points })
         })
@@ -276,17 +327,17 @@ impl Maker<'_> {
 
     pub fn represent(&self, layer: &Represent) -> Result<Neural, Refusal> {
         let (width, radius) = (layer.input.width(), f64::from(layer.radius));
-        let kept = if layer.input.is_pointer() {
+        let bank = if layer.input.is_pointer() {
             self.pointer(width, radius)?
         } else {
-            self.components(width, radius, self.spec.per_function as f64, &|x| x)?
+            self.components((width, 1), radius, self.spec.per_function as f64, &|x| x)?
         };
         let gate = layer.gated.then_some(layer.inhibition);
-        Ok(Neural { ports: Box::new(layer.clone()), kept, gate })
+        Ok(Neural { ports: Box::new(layer.clone()), bank, gate })
     }
 
     /// Makes the ensembles of a pointer.
-    fn pointer(&self, width: usize, radius: f64) -> Result<Kept, Refusal> {
+    fn pointer(&self, width: usize, radius: f64) -> Result<Parted, Refusal> {
         let most = self.spec.sub_dimensions.clamp(1, width);
         let dims = (1..=most).rev().find(|d| width.is_multiple_of(*d)).unwrap_or(1);
         let neurons = count(self.spec.per_dimension as f64 * dims as f64, self.spec.scale)?;
@@ -295,7 +346,8 @@ impl Maker<'_> {
         let usual = (dims as f64 / width as f64).sqrt();
         let ball = radius * usual * POINTER_ROOM;
         let points = (neurons * 3 / 2).clamp(300, 2_000);
-        self.bank(shape, "pointer", &[ball, usual, points as f64], |_, seed| {
+        let cut = self.deal.cut(shape, 1);
+        self.bank((shape, cut), "pointer", &[ball, usual, points as f64], |_, seed| {
             let mut rng = seed.rng();
             let drawn = Neurons::draw(
                 &self.spec.model,
@@ -326,31 +378,32 @@ impl Maker<'_> {
         let exact = move |x: f64| f64::from(function(x as Real));
         let per = self.spec.per_function as f64 * f64::from(layer.size);
         let radius = f64::from(layer.radius);
-        let kept = match layer.above {
-            None => self.components(layer.width, radius, per, &exact)?,
+        let bank = match layer.above {
+            None => self.components((layer.width, 1), radius, per, &exact)?,
             Some(least) => {
                 let reach = (f64::from(least), radius, Spread::Even);
-                self.above((layer.width, per), reach, &exact, "above")?
+                let cut = |shape: Shape| self.deal.cut(shape, 1);
+                self.above((layer.width, per, &cut), reach, &exact, "above")?
             }
         };
-        Ok(Neural { ports: Box::new(layer.clone()), kept, gate: None })
+        Ok(Neural { ports: Box::new(layer.clone()), bank, gate: None })
     }
 
     pub fn product(&self, layer: &Product) -> Result<NeuralProduct, Refusal> {
         let per = self.spec.per_product as f64 / 2.0;
         let radius = f64::from(layer.radius);
-        let kept = self.components(2 * layer.pairs, radius, per, &|x| x * x)?;
-        Ok(NeuralProduct { layer: layer.clone(), kept })
+        let bank = self.components((2 * layer.pairs, 2), radius, per, &|x| x * x)?;
+        Ok(NeuralProduct { layer: layer.clone(), bank })
     }
 
     /// Makes one ensemble per component. Its neurons are silent below `from` and compute a function above it.
     pub(super) fn above(
         &self,
-        (width, per): (usize, f64),
+        (width, per, cut): (usize, f64, &dyn Fn(Shape) -> Cut),
         (from, radius, spread): (f64, f64, Spread),
         function: &(dyn Fn(f64) -> f64 + Sync),
         role: &str,
-    ) -> Result<Kept, Refusal> {
+    ) -> Result<Parted, Refusal> {
         let neurons = count(per, self.spec.scale)?;
         let shape = Shape { ensembles: width, neurons, dims: 1, outputs: 1 };
         let low = (from / radius).clamp(-0.99, 0.9);
@@ -364,7 +417,7 @@ impl Maker<'_> {
             Spread::Near(mean) => mean - LifSpec::default().item_spread,
         };
         let marks: Vec<f64> = wanted.iter().copied().chain([low, radius, mark]).collect();
-        self.bank(shape, role, &marks, |_, seed| {
+        self.bank((shape, cut(shape)), role, &marks, |_, seed| {
             let intercept = |rng: &mut ChaCha8Rng| {
                 let share: f64 = rng.random();
                 match spread {

@@ -4,19 +4,24 @@
 //! adds a second ensemble per item. It inhibits all other items in proportion to the utility of its own item, so the
 //! greatest utility silences the rest. A race (independent accumulators) adds a second ensemble per item that gathers
 //! evidence through a recurrent synapse.
+//!
+//! Items under a threshold are independent and advance in parts. A contest and a race sum over all items, so they advance
+//! as one part.
 
+use super::bank::Shape;
 use super::layer::{EVIDENCE_THRESHOLD, INHIBITION, Select, SelectRule};
+use super::parted::Parted;
 use super::population::{Maker, Refusal, Spread};
 use super::solved::Kept;
 use crate::sim::{
-    AdvanceIo, Fingerprint, LayerRequest, Node, NodeFault, Outputs, PortDecl, Real, ScratchSpec,
-    StateMut, StateRef, StateSpec, StepCx, decayed,
+    Fingerprint, LayerRequest, Node, Outputs, PartIo, PartSpec, Parts, PortDecl, Real, ScratchSpec,
+    StateMut, StepCx, decayed,
 };
 
 /// The node of a selection.
 pub(crate) struct NeuralSelect {
     layer: Select,
-    chosen: Kept,
+    chosen: Parted,
     rivalry: Rivalry,
 }
 
@@ -25,17 +30,17 @@ enum Rivalry {
     /// No inhibition: the threshold rule.
     None,
     /// Each item inhibits all others in proportion to its own utility.
-    Contest { contest: Kept, decay: Real },
+    Contest { contest: Parted, decay: Real },
     /// Each item gathers evidence. The first to reach the threshold silences all others.
-    Race { accumulators: Kept, decay: Real, hold: Real, gain: Real },
+    Race { accumulators: Parted, decay: Real, hold: Real, gain: Real },
 }
 
 impl Rivalry {
-    fn bank(&self) -> Option<&Kept> {
+    fn bank(&self) -> Option<&Parted> {
         match self {
             Self::None => None,
-            Self::Contest { contest: kept, .. } | Self::Race { accumulators: kept, .. } => {
-                Some(kept)
+            Self::Contest { contest: bank, .. } | Self::Race { accumulators: bank, .. } => {
+                Some(bank)
             }
         }
     }
@@ -52,7 +57,11 @@ impl Rivalry {
 
 impl NeuralSelect {
     pub fn kept(&self) -> Vec<Kept> {
-        std::iter::once(&self.chosen).chain(self.rivalry.bank()).cloned().collect()
+        self.banks().map(|bank| bank.kept.clone()).collect()
+    }
+
+    fn banks(&self) -> impl Iterator<Item = &Parted> {
+        std::iter::once(&self.chosen).chain(self.rivalry.bank())
     }
 }
 
@@ -73,60 +82,77 @@ const EVIDENCE_TAU_S: f64 = 0.1;
 impl Node for NeuralSelect {
     fn declare(&self, ports: &mut PortDecl) {
         self.layer.declare(ports);
-        let items = self.layer.items;
-        let rivals = self.rivalry.bank().map_or(0, |kept| kept.bank.state_len());
-        let reals = self.chosen.bank.state_len() + rivals + self.rivalry.held() * items;
-        ports
-            .state(StateSpec { reals, ..StateSpec::default() })
-            .scratch(ScratchSpec { reals: 2 * items, ..ScratchSpec::default() });
-        let rivals = self.rivalry.bank().is_some_and(|kept| kept.bank.parallel());
-        if self.chosen.bank.parallel() || rivals {
-            ports.parallel();
-        }
+        let reals = 2 * self.chosen.ensembles(0).len();
+        ports.scratch(ScratchSpec { reals, ..ScratchSpec::default() });
     }
 
     /// Hashes the rule and the populations. The weights between populations follow from these and the length of a
     /// tick.
     fn fingerprint(&self, hash: &mut Fingerprint) {
         self.layer.rule.fingerprint(hash);
-        for kept in std::iter::once(&self.chosen).chain(self.rivalry.bank()) {
-            hash.number(kept.fingerprint);
+        for bank in self.banks() {
+            hash.number(bank.kept.fingerprint);
         }
     }
 
     fn init(&self, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
-        let (chosen, rest) = state.reals.split_at_mut(self.chosen.bank.state_len());
+        let (chosen, rest) = state.reals.split_at_mut(self.chosen.bank().state_len());
         self.chosen.init(chosen);
-        if let Some(kept) = self.rivalry.bank() {
-            kept.init(&mut rest[..kept.bank.state_len()]);
+        if let Some(rivals) = self.rivalry.bank() {
+            rivals.init(&mut rest[..rivals.bank().state_len()]);
         }
     }
 
-    fn advance(&self, cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
-        let items = self.layer.items;
-        let (net, said) = io.scratch.reals.split_at_mut(items);
-        let (utilities, inhibit) = (io.inputs.get(0), io.inputs.get(1));
+    fn parts(&self) -> Option<&dyn Parts> {
+        Some(self)
+    }
+
+    fn units(&self) -> usize {
+        self.chosen.bank().spiking()
+    }
+}
+
+impl Parts for NeuralSelect {
+    fn count(&self) -> usize {
+        self.chosen.count()
+    }
+
+    fn part(&self, part: usize) -> PartSpec {
+        let (own, items) = (self.chosen.spec(part, 1), self.chosen.ensembles(part).len());
+        let rivals = self.rivalry.bank().map(|bank| bank.spec(part, 1)).unwrap_or_default();
+        PartSpec {
+            state: own.state + rivals.state + self.rivalry.held() * items,
+            work: own.work + rivals.work,
+            ..own
+        }
+    }
+
+    fn advance(&self, _cx: &StepCx<'_>, part: usize, io: &mut PartIo<'_>) {
+        let own = self.chosen.ensembles(part);
+        let items = own.len();
+        let (net, said) = io.scratch.reals[..2 * items].split_at_mut(items);
+        let (utilities, inhibit) = (&io.inputs.get(0)[own.clone()], &io.inputs.get(1)[own]);
         for ((net, utility), inhibit) in net.iter_mut().zip(utilities).zip(inhibit) {
             *net = utility - INHIBITION * inhibit;
         }
-        let (chosen, rest) = io.state.reals.split_at_mut(self.chosen.bank.state_len());
-        let output = io.outputs.get_mut(0);
+        let (chosen, rest) = io.state.split_at_mut(self.chosen.bank().state_of(items));
+        let output = &mut *io.results;
         match &self.rivalry {
-            Rivalry::None => self.chosen.bank.step(cx.threads(), (net, 1.0), chosen, output),
+            Rivalry::None => self.chosen.step(part, (net, 1.0), chosen, output),
             Rivalry::Contest { contest, decay } => {
-                let (neurons, strengths) = rest.split_at_mut(contest.bank.state_len());
+                let (neurons, strengths) = rest.split_at_mut(contest.bank().state_len());
                 let all: Real = strengths.iter().sum();
                 for (net, own) in net.iter_mut().zip(&*strengths) {
                     *net -= RIVALRY * (all - own);
                 }
-                contest.bank.step(cx.threads(), (net, 1.0), neurons, said);
+                contest.step(part, (net, 1.0), neurons, said);
                 for (strength, said) in strengths.iter_mut().zip(&*said) {
                     *strength = decayed(*decay, *strength, *said);
                 }
-                self.chosen.bank.step(cx.threads(), (net, 1.0), chosen, output);
+                self.chosen.step(part, (net, 1.0), chosen, output);
             }
             Rivalry::Race { accumulators, decay, hold, gain } => {
-                let (neurons, held) = rest.split_at_mut(accumulators.bank.state_len());
+                let (neurons, held) = rest.split_at_mut(accumulators.bank().state_len());
                 let (evidence, held) = held.split_at_mut(items);
                 let (filtered, winning) = held.split_at_mut(items);
                 let (level, all) = (self.layer.rule.level(), winning.iter().sum::<Real>());
@@ -135,7 +161,7 @@ impl Node for NeuralSelect {
                 for (said, ((evidence, own), inhibit)) in said.iter_mut().zip(own) {
                     *said = evidence - RIVALRY * (all - own) - INHIBITION * inhibit;
                 }
-                accumulators.bank.step(cx.threads(), (said, 1.0), neurons, output);
+                accumulators.step(part, (said, 1.0), neurons, output);
                 for ((evidence, kept), net) in evidence.iter_mut().zip(&*output).zip(&*net) {
                     let drive = kept + gain * (net - level);
                     *evidence = decayed(*hold, *evidence, drive).max(0.0);
@@ -143,21 +169,21 @@ impl Node for NeuralSelect {
                 for (filtered, output) in filtered.iter_mut().zip(&*output) {
                     *filtered = decayed(*decay, *filtered, *output);
                 }
-                self.chosen.bank.step(cx.threads(), (filtered, 1.0), chosen, output);
+                self.chosen.step(part, (filtered, 1.0), chosen, output);
                 for (winning, output) in winning.iter_mut().zip(&*output) {
                     *winning = decayed(*decay, *winning, *output);
                 }
             }
         }
-        Ok(())
     }
 
-    fn units(&self) -> usize {
-        self.chosen.bank.spiking()
+    fn collect(&self, part: usize, results: &[Real], outputs: &mut Outputs<'_>) {
+        outputs.get_mut(0)[self.chosen.ensembles(part)].copy_from_slice(results);
     }
 
-    fn event(&self, state: &StateRef<'_>, neuron: usize) -> bool {
-        self.chosen.bank.spiked(&state.reals[..self.chosen.bank.state_len()], neuron)
+    fn event(&self, part: usize, state: &[Real], neuron: usize) -> bool {
+        let bank = self.chosen.bank();
+        bank.spiked(&state[..bank.state_of(self.chosen.ensembles(part).len())], neuron)
     }
 }
 
@@ -167,28 +193,34 @@ impl Maker<'_> {
         // Utilities are cosines or sums of a few cosines.
         let radius = level.max(0.0) + 0.7;
         let (items, per) = (layer.items, self.spec.per_item as f64);
+        let owner = match layer.rule {
+            SelectRule::Threshold { .. } => None,
+            _ => Some(self.deal.whole(items * self.spec.per_item)),
+        };
+        let cut = |shape: Shape| match owner {
+            Some(owner) => self.deal.uncut(shape, owner),
+            None => self.deal.cut(shape, 1),
+        };
+        let bank = |share: f64, reach, function: &(dyn Fn(f64) -> f64 + Sync), role| {
+            self.above((items, per * share, &cut), reach, function, role)
+        };
         let chosen = |share: f64, level: f64, radius: f64| {
-            self.above(
-                (items, per * share),
-                (level, radius, Spread::Near(self.spec.item_spread)),
-                &|_| 1.0,
-                "chosen",
-            )
+            let spread = Spread::Near(self.spec.item_spread);
+            bank(share, (level, radius, spread), &|_| 1.0, "chosen")
         };
         let decay = |tau_s: f64| (-self.dt_s / tau_s).exp() as Real;
         let (chosen, rivalry) = match layer.rule {
             SelectRule::Threshold { .. } => (chosen(1.0, level, radius)?, Rivalry::None),
             SelectRule::WinnerTakeAll { .. } => {
                 let reach = (CONTENDING * level, radius, Spread::Even);
-                let contest = self.above((items, per * CONTEST_SHARE), reach, &|u| u, "contest")?;
+                let contest = bank(CONTEST_SHARE, reach, &|u| u, "contest")?;
                 let rivalry = Rivalry::Contest { contest, decay: decay(RIVALRY_TAU_S) };
                 (chosen(1.0 - CONTEST_SHARE, level, radius)?, rivalry)
             }
             SelectRule::IndependentAccumulators { tau, .. } => {
                 let reach = (0.0, 1.0, Spread::Even);
-                let size = (items, per * RACE_SHARE);
                 let rivalry = Rivalry::Race {
-                    accumulators: self.above(size, reach, &|u| u, "accumulators")?,
+                    accumulators: bank(RACE_SHARE, reach, &|u| u, "accumulators")?,
                     decay: decay(RIVALRY_TAU_S),
                     hold: decay(EVIDENCE_TAU_S),
                     gain: (EVIDENCE_TAU_S / tau.as_secs_f64()) as Real,

@@ -25,12 +25,16 @@ pub(crate) struct Kept {
 }
 
 impl Kept {
-    /// Writes the state at the start of a run. Random voltages between rest and threshold keep neurons from firing in
-    /// synchrony.
-    pub fn init(&self, state: &mut [Real]) {
-        let voltages = state.len() / 2;
+    /// Writes the states at the start of a run: parts of the given lengths, one after another. Random voltages between
+    /// rest and threshold keep neurons from firing in synchrony. They do not depend on the parts.
+    pub fn init(&self, state: &mut [Real], parts: impl IntoIterator<Item = usize>) {
         let mut rng = Seed::new(self.fingerprint).derive("", "voltages").rng();
-        state[..voltages].iter_mut().for_each(|v| *v = rng.random());
+        let mut rest = state;
+        for part in parts {
+            let (own, after) = rest.split_at_mut(part);
+            own[..part / 2].iter_mut().for_each(|v| *v = rng.random());
+            rest = after;
+        }
     }
 }
 
@@ -338,6 +342,7 @@ impl SolvedModel {
                     shape: entry.shape,
                     firing: entry.firing,
                     rests: rests(entry.shape, &encoders, &biases),
+                    own: None,
                     encoders,
                     biases,
                     decoders: take(decoders),

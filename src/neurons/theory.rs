@@ -26,7 +26,7 @@ fn bank(count: usize, seed: Seed, firing: Firing) -> Bank {
     let shape = Shape { ensembles: 1, neurons: count, dims: 1, outputs: 1 };
     let draft =
         |_, seed| Ok(Draft { neurons: neurons(count, seed), radius: 1.0, points: points() });
-    Bank::build(&Lif::default(), DT_S, shape, (firing, 0.1), seed, draft).expect("solvable")
+    Bank::build(&Lif::default(), DT_S, shape, (firing, 0.1), (seed, None), draft).expect("solvable")
 }
 
 /// The mean decoded value of the ensemble of [`bank`] at a constant input, from the closed form of the rates.
@@ -51,7 +51,7 @@ fn held(bank: &Bank, start: f64) -> f64 {
         (vec![0.0; bank.state_len()], start as Real, [0.0 as Real]);
     // The neurons settle for 100 ms before the recurrent synapse takes over.
     for tick in 0..1_100 {
-        bank.step(Threads::Serial, (&[value], 1.0), &mut state, &mut out);
+        bank.step(0, (&[value], 1.0), &mut state, &mut out);
         if tick >= 100 {
             value = decay * value + (1.0 - decay) * out[0];
         }
@@ -95,7 +95,7 @@ fn spiking_error(count: usize, seed: Seed) -> f64 {
     for value in [-0.8, -0.35, 0.2, 0.55] {
         let (mut state, mut out, mut filtered) = (vec![0.0; bank.state_len()], [0.0], 0.0 as Real);
         for tick in 0..400 {
-            bank.step(Threads::Serial, (&[value], 1.0), &mut state, &mut out);
+            bank.step(0, (&[value], 1.0), &mut state, &mut out);
             filtered = decay * filtered + (1.0 - decay) * out[0];
             if tick >= 100 {
                 square += f64::from(filtered - value).powi(2);

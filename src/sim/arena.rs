@@ -1,7 +1,11 @@
 //! The arenas: a few flat vectors that hold all numbers of a run. The layout assigns the ranges.
 
 use super::graph::{Sizes, Source};
-use super::node::{Complex, Real};
+use super::node::{Complex, Real, Scratch};
+use super::port::ScratchSpec;
+use super::seed::Seed;
+use super::team::Rest;
+use super::tick::{Clock, View};
 
 /// All numbers that change during a run, except those of the world.
 #[derive(Debug, Clone)]
@@ -18,6 +22,8 @@ pub(crate) struct Arenas {
     pub words: Vec<u32>,
     pub longs: Vec<u64>,
     pub probe_filters: Vec<Real>,
+    /// The results of all parts, and what ranks tell one another.
+    pub results: Vec<Real>,
     pub scratch: ScratchArena,
 }
 
@@ -41,13 +47,28 @@ impl Arenas {
             words: vec![0; sizes.words],
             longs: vec![0; sizes.longs],
             probe_filters: vec![0.0; sizes.probe_filters],
-            scratch: ScratchArena {
-                reals: vec![0.0; sizes.scratch.reals],
-                doubles: vec![0.0; sizes.scratch.doubles],
-                complexes: vec![Complex::default(); sizes.scratch.complexes],
-                words: vec![0; sizes.scratch.words],
-            },
+            results: vec![0.0; sizes.results],
+            scratch: ScratchArena::new(&sizes.scratch),
         }
+    }
+
+    /// Returns what nodes read in advance, and what they change.
+    pub fn split<'a>(&'a mut self, seeds: &'a [Seed], clock: Clock) -> (View<'a>, Rest<'a>) {
+        let view = View {
+            signals: &self.signals,
+            held: &self.held,
+            gathered: &self.gathered,
+            seeds,
+            cx: clock.cx(),
+        };
+        let rest = Rest {
+            registered: &mut self.registered,
+            reals: &mut self.reals,
+            words: &mut self.words,
+            longs: &mut self.longs,
+            scratch: &mut self.scratch,
+        };
+        (view, rest)
     }
 
     /// Sets all numbers to zero. Scratch memory stays as it is, because no node may rely on its contents.
@@ -59,6 +80,7 @@ impl Arenas {
             &mut self.gathered,
             &mut self.reals,
             &mut self.probe_filters,
+            &mut self.results,
         ] {
             arena.fill(0.0);
         }
@@ -82,6 +104,37 @@ impl Arenas {
     /// Returns whether every signal, registered output and filter is a finite number.
     pub fn all_finite(&self) -> bool {
         finite(&self.signals) && finite(&self.registered) && finite(&self.held)
+    }
+}
+
+impl ScratchArena {
+    pub fn new(sizes: &ScratchSpec) -> Self {
+        Self {
+            reals: vec![0.0; sizes.reals],
+            doubles: vec![0.0; sizes.doubles],
+            complexes: vec![Complex::default(); sizes.complexes],
+            words: vec![0; sizes.words],
+        }
+    }
+
+    /// Lends scratch memory of these lengths: reals, doubles, complexes, words.
+    #[inline]
+    pub fn lend(&mut self, lengths: [u32; 4]) -> Scratch<'_> {
+        if lengths == [0; 4] {
+            return Scratch {
+                reals: &mut [],
+                doubles: &mut [],
+                complexes: &mut [],
+                words: &mut [],
+            };
+        }
+        let [reals, doubles, complexes, words] = lengths.map(|n| n as usize);
+        Scratch {
+            reals: &mut self.reals[..reals],
+            doubles: &mut self.doubles[..doubles],
+            complexes: &mut self.complexes[..complexes],
+            words: &mut self.words[..words],
+        }
     }
 }
 

@@ -11,7 +11,7 @@ use super::kind::Shape;
 use super::layout::{self, Checked, CheckedNode};
 use super::lowering::{Lowering, PendingLayer};
 use super::node::Node;
-use super::port::{InputDecl, OutputDecl, PortDecl};
+use super::port::{InputDecl, OutputDecl, PortDecl, StateSpec};
 use super::probe::Capacity;
 use super::seed::Seed;
 use super::synapse::Synapse;
@@ -59,6 +59,10 @@ pub(crate) fn freeze(
                 None => (Box::new(Absent), node.ports, false),
             },
         };
+        if body.parts().is_some() && ports.state != StateSpec::default() {
+            let reason = "a node with parts keeps its state in its parts and declares no other";
+            faults.push(BuildError::Refused { node: node.path.clone(), reason: reason.into() });
+        }
         nodes.push(CheckedNode { path: node.path, body, ports, world });
     }
     let order = emit_order(&nodes, &draft.edges, &mut faults);
@@ -78,6 +82,7 @@ pub(crate) fn freeze(
         edges: draft.edges,
         probes: draft.probes,
         spike_probes: draft.spike_probes,
+        ranks: plan.ranks().cloned(),
         order,
         time,
         seed,

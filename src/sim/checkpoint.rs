@@ -28,6 +28,7 @@ pub struct Checkpoint {
     registered: Vec<Real>,
     held: Vec<Real>,
     reals: Vec<Real>,
+    parts: Vec<Real>,
     words: Vec<u32>,
     longs: Vec<u64>,
     probe_filters: Vec<Real>,
@@ -42,10 +43,11 @@ impl Checkpoint {
 }
 
 impl Simulator {
-    /// Takes a checkpoint of the current state. Allocates.
+    /// Takes a checkpoint of the current state. Allocates. If several processes run the graph, all of them must call this
+    /// after the same tick. Each gets the whole checkpoint, from which any number of processes can continue.
     ///
     /// # Errors
-    /// [`SimError::World`] if the world cannot be saved.
+    /// [`SimError::World`] if the world cannot be saved; [`SimError::Rank`] if another process has ended or failed.
     pub fn checkpoint(&self) -> Result<Checkpoint, SimError> {
         let saved = self.world.as_ref().map(|world| world.save()).transpose();
         let world = saved.map_err(|source| SimError::World { tick: self.tick, source })?;
@@ -58,6 +60,7 @@ impl Simulator {
             registered: self.arenas.registered.clone(),
             held: self.arenas.held.clone(),
             reals: self.arenas.reals.clone(),
+            parts: self.states_of_parts()?,
             words: self.arenas.words.clone(),
             longs: self.arenas.longs.clone(),
             probe_filters: self.arenas.probe_filters.clone(),
@@ -78,6 +81,7 @@ impl Simulator {
             && checkpoint.registered.len() == self.arenas.registered.len()
             && checkpoint.held.len() == self.arenas.held.len()
             && checkpoint.reals.len() == self.arenas.reals.len()
+            && checkpoint.parts.len() == self.graph.sizes.parts
             && checkpoint.words.len() == self.arenas.words.len()
             && checkpoint.longs.len() == self.arenas.longs.len()
             && checkpoint.probe_filters.len() == self.arenas.probe_filters.len()
@@ -94,6 +98,9 @@ impl Simulator {
         self.arenas.registered.copy_from_slice(&checkpoint.registered);
         self.arenas.held.copy_from_slice(&checkpoint.held);
         self.arenas.reals.copy_from_slice(&checkpoint.reals);
+        for (index, part) in self.graph.parts.iter().enumerate() {
+            self.team.set_state(index, &checkpoint.parts[part.state.of()]);
+        }
         self.arenas.words.copy_from_slice(&checkpoint.words);
         self.arenas.longs.copy_from_slice(&checkpoint.longs);
         self.arenas.probe_filters.copy_from_slice(&checkpoint.probe_filters);

@@ -398,6 +398,20 @@ pub enum SimError {
         /// All outputs of the graph.
         choices: Vec<String>,
     },
+    /// Another process of the run that ended, failed, or runs another graph.
+    #[error("rank {rank} {reason}; all ranks must run the same graph in the same way")]
+    Rank {
+        /// The process, counted from 0.
+        rank: usize,
+        /// What happened to it.
+        reason: String,
+    },
+    /// More results of parts than ranks can exchange.
+    #[error("the ranks would exchange {values} values in a tick; expected at most {}", i32::MAX)]
+    TooMuchToExchange {
+        /// Number of values.
+        values: usize,
+    },
     /// Too little memory for the samples of a probe.
     #[error(
         "too little memory for {samples} more samples of the probe on `{port}`; \

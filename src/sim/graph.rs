@@ -10,6 +10,7 @@ use super::kind::Kind;
 use super::node::{Node, OutSlot, Slot};
 use super::port::{OutputDecl, PortDecl, ScratchSpec};
 use super::probe::Capacity;
+use super::ranks::Ranks;
 use super::seed::Seed;
 use super::span::Span;
 use super::synapse::Synapse;
@@ -46,6 +47,35 @@ pub(crate) struct NodeInfo {
     pub reals: Span,
     pub words: Span,
     pub longs: Span,
+    /// Range in [`Graph::parts`].
+    pub parts: Span,
+}
+
+/// A part of a node.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PartPlan {
+    /// Index of the node in [`Graph::divided`].
+    pub divided: u32,
+    /// Index of the part in its node.
+    pub index: u32,
+    pub rank: u32,
+    pub work: u32,
+    /// Range among the states of all parts, as a checkpoint holds them.
+    pub state: Span,
+    /// Range among the node's units.
+    pub units: Span,
+    /// Range in the results of all parts: the part's own results, then the events of its units as bits if they are
+    /// recorded or sent.
+    pub results: Span,
+    /// Number of words for events at the end of `results`.
+    pub events: u32,
+}
+
+impl PartPlan {
+    /// Number of the part's own results.
+    pub fn own_results(&self) -> usize {
+        self.results.len() - self.events as usize
+    }
 }
 
 /// The data that a tick needs about a node in one phase. Plans are small and stored in the order of use: in a graph of
@@ -109,6 +139,10 @@ pub(crate) struct Sizes {
     pub words: usize,
     pub longs: usize,
     pub probe_filters: usize,
+    /// States of all parts.
+    pub parts: usize,
+    /// Results of all parts.
+    pub results: usize,
     pub scratch: ScratchSpec,
 }
 
@@ -122,6 +156,10 @@ pub struct Graph {
     pub(crate) bodies: Vec<Box<dyn Node>>,
     pub(crate) emits: Vec<PhasePlan>,
     pub(crate) advances: Vec<PhasePlan>,
+    /// The nodes with parts.
+    pub(crate) divided: Vec<PhasePlan>,
+    /// The parts of all nodes, node by node.
+    pub(crate) parts: Vec<PartPlan>,
     pub(crate) outs: Vec<OutSlot>,
     pub(crate) slots: Vec<Slot>,
     pub(crate) gathers: Vec<GatherPlan>,
@@ -136,8 +174,8 @@ pub struct Graph {
     pub(crate) time: Timebase,
     pub(crate) seed: Seed,
     pub(crate) fingerprint: u64,
-    /// Whether any node can share its work among threads.
-    pub(crate) parallel: bool,
+    /// The process's seat, if several processes run the graph.
+    pub(crate) ranks: Option<Ranks>,
 }
 
 impl std::fmt::Debug for Graph {

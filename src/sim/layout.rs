@@ -6,11 +6,13 @@ use super::draft::{EdgeDraft, ProbeDraft};
 use super::error::BuildError;
 use super::fingerprint::Fingerprint;
 use super::graph::{
-    EdgeInfo, FilterPlan, GatherPlan, Graph, NodeInfo, PhasePlan, ProbePlan, Sizes, Source,
-    WorldPlan,
+    EdgeInfo, FilterPlan, GatherPlan, Graph, NodeInfo, PartPlan, PhasePlan, ProbePlan, Sizes,
+    Source, WorldPlan,
 };
 use super::node::{Node, OutSlot, Slot};
+use super::parts::Parts;
 use super::port::{PortDecl, ScratchSpec, StateSpec};
+use super::ranks::Ranks;
 use super::seed::Seed;
 use super::span::Span;
 use super::synapse::{Synapse, lowpass_decay};
@@ -33,6 +35,7 @@ pub(crate) struct Checked {
     pub edges: Vec<EdgeDraft>,
     pub probes: Vec<ProbeDraft>,
     pub spike_probes: Vec<usize>,
+    pub ranks: Option<Ranks>,
     pub order: Vec<usize>,
     pub time: Timebase,
     pub seed: Seed,
@@ -66,15 +69,17 @@ const LIMIT: usize = u32::MAX as usize;
 /// Builds the graph of a valid description.
 pub(crate) fn lay_out(checked: Checked) -> Result<Graph, BuildError> {
     let fingerprint = fingerprint(&checked);
-    let parallel = checked.nodes.iter().any(|node| node.ports.parallel);
     let places = Places::of(&checked);
     let wires = Wires::of(&checked, &places);
-    let Checked { builder, nodes, edges, probes, spike_probes, order, time, seed, moved } = checked;
+    let Checked { builder, nodes, edges, probes, spike_probes, ranks, order, time, seed, moved } =
+        checked;
     let mut rank = vec![0; nodes.len()];
     for (at, node) in order.iter().enumerate() {
         rank[*node] = at;
     }
-    let (plans, infos, bodies) = Plans::of(nodes, &order, &places, &wires);
+    let spike_probes: Vec<usize> = spike_probes.iter().map(|node| rank[*node]).collect();
+    let (mut plans, infos, bodies) = Plans::of(nodes, &order, &places, &wires);
+    let results = place_results(&mut plans, &spike_probes, ranks.as_ref());
     let mut probe_filters = Cursor::default();
     let probes = probe_plans(&probes, time, (&places, &rank), &mut probe_filters);
     let sizes = Sizes {
@@ -86,13 +91,13 @@ pub(crate) fn lay_out(checked: Checked) -> Result<Graph, BuildError> {
         words: plans.words.0,
         longs: plans.longs.0,
         probe_filters: probe_filters.0,
+        parts: plans.part_states.0,
+        results,
         scratch: places.scratch,
     };
-    let largest =
-        [sizes.signals, sizes.held, sizes.gathered, sizes.reals, sizes.words, sizes.longs]
-            .into_iter()
-            .max()
-            .unwrap_or(0);
+    let Sizes { signals, held, gathered, reals, words, longs, parts, .. } = sizes;
+    let all = [signals, held, gathered, reals, words, longs, parts, results];
+    let largest = all.into_iter().max().unwrap_or(0);
     if largest > LIMIT {
         return Err(BuildError::TooLarge { numbers: largest, limit: LIMIT });
     }
@@ -108,20 +113,22 @@ pub(crate) fn lay_out(checked: Checked) -> Result<Graph, BuildError> {
         bodies,
         emits: plans.emits,
         advances: plans.advances,
+        divided: plans.divided,
+        parts: plans.parts,
         outs: plans.outs,
         slots: plans.slots,
         gathers: plans.gathers,
         gather_sources: plans.gather_sources,
         filters: wires.filters,
         probes,
-        spike_probes: spike_probes.iter().map(|node| rank[*node]).collect(),
+        spike_probes,
         world: plans.world,
         edges: edges.iter().map(edge).collect(),
         sizes,
         time,
         seed,
         fingerprint,
-        parallel,
+        ranks,
     })
 }
 
@@ -214,6 +221,9 @@ impl Wires {
 struct Plans {
     emits: Vec<PhasePlan>,
     advances: Vec<PhasePlan>,
+    divided: Vec<PhasePlan>,
+    parts: Vec<PartPlan>,
+    part_states: Cursor,
     world: Option<WorldPlan>,
     outs: Vec<OutSlot>,
     slots: Vec<Slot>,
@@ -238,6 +248,7 @@ impl Plans {
         for at in order {
             let Some(node) = waiting[*at].take() else { continue };
             let (outs, own) = (&places.outs[*at], places.own[*at]);
+            let first = plans.parts.len() as u32;
             let emit = plans.add(&node, infos.len(), (outs, own), &wires.sources[*at]);
             infos.push(NodeInfo {
                 path: node.path,
@@ -246,6 +257,7 @@ impl Plans {
                 reals: emit.reals,
                 words: emit.words,
                 longs: emit.longs,
+                parts: Span { start: first, end: plans.parts.len() as u32 },
                 ports: node.ports,
             });
             bodies.push(node.body);
@@ -293,7 +305,10 @@ impl Plans {
         if signals.len() > 0 {
             self.emits.push(emit);
         }
-        if node.world {
+        if let Some(parts) = node.body.parts() {
+            self.add_parts(parts);
+            self.divided.push(advance);
+        } else if node.world {
             self.world = Some(WorldPlan {
                 node: index,
                 sense: registered,
@@ -309,6 +324,24 @@ impl Plans {
             self.advances.push(advance);
         }
         emit
+    }
+
+    /// Adds the parts of the next node with parts.
+    fn add_parts(&mut self, parts: &dyn Parts) {
+        let mut units = Cursor::default();
+        for index in 0..parts.count() {
+            let spec = parts.part(index);
+            self.parts.push(PartPlan {
+                divided: self.divided.len() as u32,
+                index: index as u32,
+                rank: spec.rank as u32,
+                work: spec.work.clamp(1, LIMIT) as u32,
+                state: self.part_states.take(spec.state),
+                units: units.take(spec.units),
+                results: Span { start: 0, end: spec.results as u32 },
+                events: 0,
+            });
+        }
     }
 
     /// Returns where the node reads its inputs, and the sums to compute before its emit and before its advance.
@@ -334,6 +367,35 @@ impl Plans {
         }
         (slots, gathers)
     }
+}
+
+/// Number of words with which every rank begins what it sends in a tick.
+pub(crate) const HEADER: usize = 3;
+
+/// Gives the results of every part their place, and returns the size of all. The results of a rank stand together, as
+/// it sends them.
+fn place_results(plans: &mut Plans, spike_probes: &[usize], ranks: Option<&Ranks>) -> usize {
+    let mut results = Cursor::default();
+    let (count, header) = ranks.map_or((1, 0), |ranks| (ranks.ranks(), HEADER));
+    let all_events = ranks.is_some_and(Ranks::sends_events);
+    let mut of_rank: Vec<Vec<usize>> = vec![Vec::new(); count];
+    for (index, part) in plans.parts.iter().enumerate() {
+        if let Some(parts) = of_rank.get_mut(part.rank as usize) {
+            parts.push(index);
+        }
+    }
+    for parts in of_rank {
+        results.take(header);
+        for index in parts {
+            let part = &mut plans.parts[index];
+            let node = plans.divided[part.divided as usize].node as usize;
+            if all_events || spike_probes.contains(&node) {
+                part.events = part.units.len().div_ceil(32) as u32;
+            }
+            part.results = results.take(part.results.len() + part.events as usize);
+        }
+    }
+    results.0
 }
 
 fn probe_plans(
@@ -364,13 +426,17 @@ fn probe_plans(
 /// and parameters, the connections, and the filters of the probes.
 fn fingerprint(checked: &Checked) -> u64 {
     let mut hash = Fingerprint::default();
-    hash.text("symbolt graph 2")
+    hash.text("symbolt graph 3")
         .number(checked.seed.value())
         .number(checked.time.tick().as_micros());
     for node in &checked.nodes {
         let state = node.ports.state;
         hash.text(&node.path).text(node.body.type_name());
-        for count in [state.reals, state.words, state.longs] {
+        let in_parts: usize = node
+            .body
+            .parts()
+            .map_or(0, |parts| (0..parts.count()).map(|part| parts.part(part).state).sum());
+        for count in [state.reals + in_parts, state.words, state.longs] {
             hash.number(count as u64);
         }
         for port in &node.ports.inputs {

@@ -7,6 +7,7 @@ use std::any::Any;
 
 use super::node::Node;
 use super::port::PortDecl;
+use super::ranks::Ranks;
 use super::seed::Seed;
 use super::time::Timebase;
 
@@ -52,4 +53,10 @@ pub trait Lowering {
         layers: &[PendingLayer<'_>],
         time: Timebase,
     ) -> Result<Vec<Box<dyn Node>>, Vec<LoweringFault>>;
+
+    /// Returns the seat of this process, if several processes run the graph. The parts of the nodes then name the
+    /// processes that compute them.
+    fn ranks(&self) -> Option<&Ranks> {
+        None
+    }
 }

@@ -7,10 +7,10 @@ use rand_chacha::ChaCha8Rng;
 
 use super::error::NodeFault;
 use super::fingerprint::Fingerprint;
+use super::parts::Parts;
 use super::port::PortDecl;
 use super::seed::Seed;
 use super::span::Span;
-use super::threads::Threads;
 use super::time::{SimDuration, Timebase};
 
 /// The number type of all signals.
@@ -84,7 +84,13 @@ pub trait Node: Any + Send + Sync {
         Ok(())
     }
 
-    /// Returns the number of units that have events, such as neurons that spike. Most nodes have none.
+    /// Returns the node as one that advances in parts, if it does. Most nodes do not.
+    fn parts(&self) -> Option<&dyn Parts> {
+        None
+    }
+
+    /// Returns the number of units that have events, such as neurons that spike. Most nodes have none. In a node with
+    /// parts it is the sum over its parts.
     fn units(&self) -> usize {
         0
     }
@@ -104,7 +110,6 @@ pub struct StepCx<'a> {
     pub(crate) time: Timebase,
     pub(crate) noise_scale: Real,
     pub(crate) node_seed: Seed,
-    pub(crate) threads: Threads,
     pub(crate) graph: PhantomData<&'a ()>,
 }
 
@@ -127,12 +132,6 @@ impl StepCx<'_> {
     /// Returns the run's factor for all noise amplitudes: 0 turns noise off, 1 leaves the amplitudes unchanged.
     pub fn noise_scale(&self) -> Real {
         self.noise_scale
-    }
-
-    /// Returns the threads that may compute the node. With [`Threads::Pool`] the node may share its work among the
-    /// threads of the Rayon pool. The results must have the same bits in both cases.
-    pub fn threads(&self) -> Threads {
-        self.threads
     }
 
     /// Returns a random number generator that depends only on run seed, node path and tick. All calls in one tick

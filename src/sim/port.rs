@@ -262,7 +262,6 @@ pub struct PortDecl {
     pub(crate) state: StateSpec,
     pub(crate) scratch: ScratchSpec,
     pub(crate) always_advance: bool,
-    pub(crate) parallel: bool,
     pub(crate) faults: Vec<String>,
 }
 
@@ -300,13 +299,6 @@ impl PortDecl {
     /// faults.
     pub fn advances(&mut self) -> &mut Self {
         self.always_advance = true;
-        self
-    }
-
-    /// Declares that the node can share its work among threads. The node uses Rayon if
-    /// [`StepCx::threads`](super::StepCx::threads) is [`Threads::Pool`](super::Threads::Pool).
-    pub fn parallel(&mut self) -> &mut Self {
-        self.parallel = true;
         self
     }
 

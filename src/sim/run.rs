@@ -23,7 +23,7 @@ pub struct RunConfig {
     pub noise: Real,
     /// World. Required if the graph links to a world, and otherwise not allowed.
     pub world: Option<Box<dyn World>>,
-    /// Threads that compute a tick. They affect the speed, never the results.
+    /// Threads that compute a tick. They affect the speed, never the results, and live as long as the simulator.
     pub threads: Threads,
 }
 

@@ -12,11 +12,15 @@ use super::graph::{EventSource, Graph, OutputRef};
 use super::handle::Out;
 use super::kind::Kind;
 use super::node::{Outputs, Real, StateMut, StateRef};
+use super::parts::Parts;
 use super::probe::{Capacity, ProbeId, Recording, Samples};
+use super::ranks::Ranks;
 use super::run::{RunConfig, RunReport, Stop, StopReason};
 use super::seed::Seed;
+use super::span::Span;
 use super::spikes::{SpikeProbe, SpikeRecording, Spikes};
-use super::threads::Threads;
+use super::talk::Talk;
+use super::team::Team;
 use super::time::SimDuration;
 use super::world::World;
 
@@ -61,7 +65,9 @@ pub struct Simulator {
     pub(crate) seed: Seed,
     pub(crate) noise: Real,
     pub(crate) world: Option<Box<dyn World>>,
-    pub(super) threads: Threads,
+    pub(super) team: Team,
+    /// What the ranks of the run tell one another.
+    pub(super) talk: Option<Talk>,
     pub(super) world_ticks: u64,
     pub(super) node_seeds: Vec<Seed>,
     pub(super) recordings: Vec<Recording>,
@@ -102,14 +108,20 @@ impl Simulator {
             .iter()
             .map(|node| SpikeRecording { units: graph.bodies[*node].units(), ..Default::default() })
             .collect();
+        let talk = graph.ranks.as_ref().map(|ranks| Talk::new(&graph, ranks)).transpose()?;
+        let rank = graph.ranks.as_ref().map_or(0, Ranks::rank);
+        let own = graph.parts.iter().filter(|part| part.rank as usize == rank);
+        let (parts, work) =
+            own.fold((0, 0), |(parts, work), part| (parts + 1, work + u64::from(part.work)));
         let mut sim = Self {
             arenas: Arenas::new(&graph.sizes),
+            team: Team::new(&graph, rank, run.threads.count(parts, work)),
+            talk,
             graph,
             tick: 0,
             seed: run.seed,
             noise: run.noise,
             world: run.world,
-            threads: run.threads,
             world_ticks,
             node_seeds: Vec::new(),
             recordings,
@@ -128,11 +140,16 @@ impl Simulator {
     pub fn reset(&mut self) -> Result<(), SimError> {
         self.tick = 0;
         self.clear_recordings();
-        let Self { graph, arenas, .. } = self;
+        let Self { graph, arenas, team, .. } = self;
         arenas.clear();
         for (node, body) in graph.nodes.iter().zip(&graph.bodies) {
+            let parts = &graph.parts[node.parts.of()];
+            let mut in_parts = vec![0.0; parts.iter().map(|part| part.state.len()).sum()];
             let mut state = StateMut {
-                reals: &mut arenas.reals[node.reals.of()],
+                reals: match parts {
+                    [] => &mut arenas.reals[node.reals.of()],
+                    _ => &mut in_parts,
+                },
                 words: &mut arenas.words[node.words.of()],
                 longs: &mut arenas.longs[node.longs.of()],
             };
@@ -143,6 +160,12 @@ impl Simulator {
                 values: &mut arenas.registered[node.registered.of()],
             };
             body.init(&mut state, &mut registered);
+            let mut rest = &in_parts[..];
+            for (index, part) in node.parts.of().zip(parts) {
+                let (own, after) = rest.split_at(part.state.len());
+                team.set_state(index, own);
+                rest = after;
+            }
         }
         if let (Some(link), Some(world)) = (&self.graph.world, &mut self.world) {
             world
@@ -191,30 +214,22 @@ impl Simulator {
         self.run_until(span, |_| ControlFlow::Continue(()))
     }
 
-    /// Runs until `stop` returns [`ControlFlow::Break`], but at most for `limit`. `stop` is called after every tick.
-    /// With [`Threads::Pool`] the call may come from another thread.
+    /// Runs until `stop` returns [`ControlFlow::Break`], but at most for `limit`. `stop` is called after every tick, on the
+    /// calling thread.
     ///
     /// # Errors
     /// As for [`Simulator::run_for`].
     pub fn run_until(
         &mut self,
         limit: SimDuration,
-        stop: impl FnMut(SimView<'_>) -> Stop + Send,
+        stop: impl FnMut(SimView<'_>) -> Stop,
     ) -> Result<RunReport, SimError> {
         let limit = self.graph.time.ticks(limit)?;
-        let outside = rayon::current_thread_index().is_none();
-        // Entering the pool costs some microseconds. Here that happens once per run; in a node it would happen once
-        // per tick.
-        if outside && self.threads() == Threads::Pool && rayon::current_num_threads() > 1 {
-            rayon::scope(|_| self.run_ticks(limit, stop))
-        } else {
-            self.run_ticks(limit, stop)
+        let outcome = self.run_ticks(limit, stop);
+        if let Err(error) = &outcome {
+            self.tell(error);
         }
-    }
-
-    /// Returns the threads that compute a tick of this graph.
-    pub(super) fn threads(&self) -> Threads {
-        if self.graph.parallel { self.threads } else { Threads::Serial }
+        outcome
     }
 
     fn run_ticks(
@@ -252,19 +267,39 @@ impl Simulator {
     }
 
     /// Returns whether unit number `unit` of a node had an event in the last tick. Units are counted from 0. Returns
-    /// `false` for a unit that the node does not have. `of` must come from this graph.
+    /// `false` for a unit that the node does not have, and for a unit of another process unless events are sent
+    /// ([`Ranks::with_events`]) or recorded. `of` must come from this graph.
     pub fn event(&self, of: EventSource, unit: usize) -> bool {
         let (Some(node), Some(body)) =
             (self.graph.nodes.get(of.node), self.graph.bodies.get(of.node))
         else {
             return false;
         };
+        if self.tick == 0 {
+            return false;
+        }
+        if node.parts.len() > 0 {
+            return self.event_in_parts(node.parts, body.parts(), unit);
+        }
         let state = StateRef {
             reals: &self.arenas.reals[node.reals.of()],
             words: &self.arenas.words[node.words.of()],
             longs: &self.arenas.longs[node.longs.of()],
         };
-        unit < body.units() && self.tick > 0 && body.event(&state, unit)
+        unit < body.units() && body.event(&state, unit)
+    }
+
+    fn event_in_parts(&self, all: Span, parts: Option<&dyn Parts>, unit: usize) -> bool {
+        let all_of_node = &self.graph.parts[all.of()];
+        let at = all_of_node.partition_point(|part| part.units.end as usize <= unit);
+        let (Some(part), Some(parts)) = (all_of_node.get(at), parts) else { return false };
+        let unit = unit - part.units.start as usize;
+        if part.events > 0 {
+            let words = &self.arenas.results[part.results.of()][part.own_results()..];
+            return words[unit / 32].to_bits() >> (unit % 32) & 1 == 1;
+        }
+        let state = |state: &[Real]| parts.event(at, state, unit);
+        self.team.with_state(all.start as usize + at, state).unwrap_or(false)
     }
 
     /// Returns the samples of a probe. Empty for a handle of another graph.

@@ -4,7 +4,8 @@ use std::cmp::Reverse;
 
 use super::draft::{Body, NodeDraft};
 use super::error::BuildError;
-use super::node::{Node, StateRef};
+use super::graph::PartPlan;
+use super::node::{Node, Real, StateRef};
 use super::probe::in_common;
 
 /// A handle to a recording of the spikes of one layer.
@@ -70,6 +71,25 @@ impl SpikeRecording {
             let units = 64 * word..self.units.min(64 * (word + 1));
             let bit = |unit: usize| u64::from(body.event(state, unit)) << (unit % 64);
             self.bits.push(units.map(bit).fold(0, |bits, bit| bits | bit));
+        }
+    }
+
+    /// Stores the spikes of a tick from the results of a node's parts. Memory was reserved before.
+    pub fn push_parts(&mut self, end_tick: u64, parts: &[PartPlan], results: &[Real]) {
+        self.ticks.push(end_tick);
+        let row = self.bits.len();
+        self.bits.resize(row + self.words(), 0);
+        for part in parts {
+            let words = &results[part.results.of()][part.own_results()..];
+            for (word, bits) in words.iter().enumerate() {
+                let mut bits = u64::from(bits.to_bits());
+                while bits != 0 {
+                    let unit =
+                        part.units.start as usize + 32 * word + bits.trailing_zeros() as usize;
+                    self.bits[row + unit / 64] |= 1 << (unit % 64);
+                    bits &= bits - 1;
+                }
+            }
         }
     }
 }

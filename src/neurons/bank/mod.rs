@@ -50,7 +50,7 @@ use self::loops::{Work, rates, spikes};
 use super::decode::{self, Points};
 use super::model::{Lif, TuningError, refuse};
 use super::tuning::Neurons;
-use crate::sim::{Real, Seed, Threads};
+use crate::sim::{Real, Seed};
 
 /// The kind of output that a bank's neurons send.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -120,6 +120,8 @@ pub(crate) struct Bank {
     /// For each ensemble, the input below which no neuron gets a current above 0. Follows from the other fields.
     pub(super) rests: Vec<Real>,
     pub(super) consts: Consts,
+    /// The ensembles that the other fields hold, in rising order; `None` for all. The others belong to other ranks.
+    pub(super) own: Option<Vec<usize>>,
 }
 
 impl Shape {
@@ -133,7 +135,7 @@ impl Shape {
     }
 
     /// Returns whether several ensembles share a group.
-    fn is_few(&self) -> bool {
+    pub(super) fn is_few(&self) -> bool {
         self.neurons <= FEW && self.dims == 1 && self.outputs == 1
     }
 
@@ -150,16 +152,13 @@ impl Shape {
 }
 
 /// Neurons encoded together in ensembles of one dimension: the width of the widest registers in use.
-const NARROW: usize = 8;
+pub(super) const NARROW: usize = 8;
 /// Neurons encoded together in ensembles of several dimensions.
 const WIDE: usize = 32;
 /// Greatest number of neurons in ensembles that share a group.
 const FEW: usize = 4;
 /// Neurons in one block: their currents stay in the first-level cache between passes.
 const BLOCK: usize = 128;
-
-/// Number of neurons above which a second thread is worth its cost.
-const MIN_SHARED_NEURONS: usize = 6_000;
 
 /// Longest tick, in membrane time constants. Up to it, the series of the decay is accurate to 1e-6.
 const MAX_TICK: f64 = 0.25;
@@ -168,13 +167,14 @@ impl Bank {
     /// Draws the neurons of a bank and solves for their decoders.
     ///
     /// `draft` makes one ensemble from its index and seed. Ensembles are solved in parallel; the result does not
-    /// depend on the number of threads.
+    /// depend on the number of threads. Only the ensembles in `own` are made, or all if it is `None`; an ensemble does not
+    /// depend on the others.
     pub fn build(
         lif: &Lif,
         dt_s: f64,
         shape: Shape,
         (firing, regularisation): (Firing, f64),
-        seed: Seed,
+        (seed, own): (Seed, Option<Vec<usize>>),
         draft: impl Fn(usize, Seed) -> Result<Draft, TuningError> + Sync,
     ) -> Result<Self, TuningError> {
         lif.check()?;
@@ -193,7 +193,10 @@ impl Bank {
             return Err(refuse("regularisation", regularisation, "a finite number above 0"));
         }
         let per_spike = if firing == Firing::Spikes { 1.0 / dt_s } else { 1.0 };
-        let solved: Vec<Ensemble> = (0..shape.ensembles)
+        let all = || (0..shape.ensembles).collect();
+        let solved: Vec<Ensemble> = own
+            .clone()
+            .unwrap_or_else(all)
             .into_par_iter()
             .map(|index| {
                 let draft = draft(index, seed.derive_index("ensemble", index as u64))?;
@@ -201,7 +204,23 @@ impl Bank {
                 Ok(Ensemble::lay_out(&draft, &decoders, shape, per_spike))
             })
             .collect::<Result<_, TuningError>>()?;
-        Ok(Self::assemble(lif, dt_s, (shape, firing), &solved))
+        Ok(Self { own, ..Self::assemble(lif, dt_s, (shape, firing), &solved) })
+    }
+
+    /// Returns a copy that holds only the ensembles in `own`.
+    pub fn only(&self, own: Vec<usize>) -> Self {
+        let per = self.shape.padded();
+        let pick = |of: &[Real], each: usize| -> Vec<Real> {
+            own.iter().flat_map(|ensemble| &of[ensemble * each..][..each]).copied().collect()
+        };
+        Self {
+            encoders: pick(&self.encoders, per * self.shape.dims),
+            biases: pick(&self.biases, per),
+            decoders: pick(&self.decoders, per * self.shape.outputs),
+            rests: pick(&self.rests, 1),
+            own: Some(own),
+            ..*self
+        }
     }
 
     /// Joins the ensembles' arrays, one ensemble after another.
@@ -225,61 +244,80 @@ impl Bank {
             silencing: solved.iter().map(|e| e.silencing).fold(0.0, Real::max),
             quiet: solved.iter().map(|e| e.quiet).fold(Real::MAX, Real::min),
             consts: Consts::new(lif, dt_s),
+            own: None,
         }
     }
 
-    /// Returns whether a neuron fired in the tick that left this state. Only then is more than one refractory period
-    /// left.
+    /// Returns whether a neuron of a range of ensembles fired in the tick that left this state of the range. Only then is
+    /// more than one refractory period left.
     pub fn spiked(&self, state: &[Real], neuron: usize) -> bool {
         let (each, per) = (self.shape.neurons, self.shape.padded());
         let refractory = &state[state.len() / 2..];
         refractory[neuron / each * per + neuron % each] > self.consts.tau_ref
     }
 
-    /// Number of neurons that spike: all of them, or none in rate mode.
+    /// Number of neurons in all ensembles that spike: all of them, or none in rate mode.
     pub fn spiking(&self) -> usize {
+        self.spiking_of(self.shape.ensembles)
+    }
+
+    /// Number of neurons that spike in so many ensembles.
+    pub fn spiking_of(&self, ensembles: usize) -> usize {
         match self.firing {
-            Firing::Spikes => self.shape.ensembles * self.shape.neurons,
+            Firing::Spikes => ensembles * self.shape.neurons,
             Firing::Rates => 0,
         }
     }
 
-    /// Length of the state: all voltages, then all refractory times. 0 in rate mode.
+    /// Length of the state of all ensembles: all voltages, then all refractory times. 0 in rate mode.
     pub fn state_len(&self) -> usize {
+        self.state_of(self.shape.ensembles)
+    }
+
+    /// Length of the state of so many ensembles.
+    pub fn state_of(&self, ensembles: usize) -> usize {
         match self.firing {
-            Firing::Spikes => 2 * self.shape.ensembles * self.shape.padded(),
+            Firing::Spikes => 2 * ensembles * self.shape.padded(),
             Firing::Rates => 0,
         }
     }
 
-    /// Returns whether the bank has enough neurons for several threads.
-    pub fn parallel(&self) -> bool {
-        self.shape.ensembles > 1 && self.shape.ensembles * self.shape.padded() > MIN_SHARED_NEURONS
-    }
-
-    /// Steps the bank by one tick.
+    /// Steps the ensembles from `first` on by one tick. This process must own them.
     ///
     /// `values` and `out` have one row per ensemble. `open` is the gate: 0 silences every neuron, 1 has no effect.
+    /// Ensembles are independent, so several calls for parts of a bank give the same bits as one call for all.
     pub fn step(
         &self,
-        threads: Threads,
+        first: usize,
         (values, open): (&[Real], Real),
         state: &mut [Real],
         out: &mut [Real],
     ) {
+        let (shape, padded) = (self.shape, self.shape.padded());
         let shift = -self.silencing * (1.0 - open.clamp(0.0, 1.0));
         let (voltages, refractory) = state.split_at_mut(state.len() / 2);
-        let share = threads == Threads::Pool && rayon::current_num_threads() > 1;
-        let slice = Slice {
-            bank: self,
-            first: 0,
-            count: self.shape.ensembles,
-            values,
-            voltages,
-            refractory,
-            out,
+        let first = match &self.own {
+            None => first,
+            Some(own) => own.partition_point(|ensemble| *ensemble < first),
         };
-        slice.run(shift, share);
+        let count = values.len() / shape.dims;
+        let at = |per: usize| first * per..(first + count) * per;
+        let work = Work {
+            consts: self.consts,
+            shape,
+            shift,
+            quiet: if shift <= -self.silencing { self.quiet } else { -1.0 },
+            rests: &self.rests[at(1)],
+            encoders: &self.encoders[at(padded * shape.dims)],
+            biases: &self.biases[at(padded)],
+            decoders: &self.decoders[at(padded * shape.outputs)],
+            values,
+        };
+        match self.firing {
+            Firing::Rates => rates(&work, out),
+            Firing::Spikes if shape.is_few() => few(&work, voltages, refractory, out),
+            Firing::Spikes => spikes(&work, voltages, refractory, out),
+        }
     }
 }
 
@@ -322,73 +360,14 @@ impl Ensemble {
     }
 }
 
-/// A range of ensembles with their inputs, state and outputs.
-struct Slice<'a> {
-    bank: &'a Bank,
-    first: usize,
-    count: usize,
-    values: &'a [Real],
-    voltages: &'a mut [Real],
-    refractory: &'a mut [Real],
-    out: &'a mut [Real],
-}
-
-impl Slice<'_> {
-    /// Steps the range, in two halves on two threads if it is large enough. Ensembles are independent, so the
-    /// halves give the same bits as the whole.
-    fn run(self, shift: Real, share: bool) {
-        let (shape, padded) = (self.bank.shape, self.bank.shape.padded());
-        if share && self.count > 1 && self.count * padded > MIN_SHARED_NEURONS {
-            let half = self.count / 2;
-            let (values, more_values) = self.values.split_at(half * shape.dims);
-            let (out, more_out) = self.out.split_at_mut(half * shape.outputs);
-            let cut = (half * padded).min(self.voltages.len());
-            let (voltages, more_voltages) = self.voltages.split_at_mut(cut);
-            let (refractory, more_refractory) = self.refractory.split_at_mut(cut);
-            let left = Slice { count: half, values, voltages, refractory, out, ..self };
-            let right = Slice {
-                bank: left.bank,
-                first: left.first + half,
-                count: self.count - half,
-                values: more_values,
-                voltages: more_voltages,
-                refractory: more_refractory,
-                out: more_out,
-            };
-            rayon::join(|| left.run(shift, share), || right.run(shift, share));
-            return;
-        }
-        let bank = self.bank;
-        let at = |per: usize| self.first * per..(self.first + self.count) * per;
-        let work = Work {
-            consts: bank.consts,
-            shape,
-            shift,
-            quiet: if shift <= -bank.silencing { bank.quiet } else { -1.0 },
-            rests: &bank.rests[at(1)],
-            encoders: &bank.encoders[at(padded * shape.dims)],
-            biases: &bank.biases[at(padded)],
-            decoders: &bank.decoders[at(padded * shape.outputs)],
-            values: self.values,
-        };
-        match bank.firing {
-            Firing::Rates => rates(&work, self.out),
-            Firing::Spikes if shape.is_few() => {
-                few(&work, self.voltages, self.refractory, self.out)
-            }
-            Firing::Spikes => spikes(&work, self.voltages, self.refractory, self.out),
-        }
-    }
-}
-
 /// Returns, for each ensemble, the input below which no neuron gets a current above 0.
 ///
 /// It is minus infinity unless the ensemble has one dimension and only positive encoders.
 pub(super) fn rests(shape: Shape, encoders: &[Real], biases: &[Real]) -> Vec<Real> {
-    if shape.dims > 1 {
-        return vec![Real::NEG_INFINITY; shape.ensembles];
-    }
     let per = shape.padded();
+    if shape.dims > 1 {
+        return vec![Real::NEG_INFINITY; biases.len() / per];
+    }
     let least = |(encoders, biases): (&[Real], &[Real])| {
         let below = |(encoder, bias): (&Real, &Real)| match (*encoder > 0.0, *bias < 0.0) {
             // The input at which the current is 0, less an allowance for rounding.

@@ -22,7 +22,7 @@ fn bank(dims: usize) -> Bank {
         let points = Points { wanted: values.clone(), values, outputs: dims };
         Ok(Draft { neurons, radius: 1.0, points })
     };
-    Bank::build(&lif, 0.001, shape, (Firing::Spikes, 0.1), Seed::new(1), draft)
+    Bank::build(&lif, 0.001, shape, (Firing::Spikes, 0.1), (Seed::new(1), None), draft)
         .unwrap_or_else(|error| panic!("{error}"))
 }
 
@@ -41,7 +41,7 @@ fn trace(bank: &Bank) -> Vec<u32> {
         let open = if (100..200).contains(&tick) { 0.0 } else { 1.0 };
         let at = |i: usize| (0.05 * tick as Real + i as Real).sin() * 0.7;
         let values: Vec<Real> = (0..3 * dims).map(at).collect();
-        bank.step(Threads::Serial, (&values, open), &mut state, &mut out);
+        bank.step(0, (&values, open), &mut state, &mut out);
         all.extend(out.iter().chain(&state).map(|v| v.to_bits()));
     }
     all
@@ -76,7 +76,7 @@ fn spikes_come_at_the_rate_of_the_closed_form() {
     let mut spikes = vec![0u32; 150];
     let (ticks, value) = (4_000, 0.6);
     for _ in 0..ticks {
-        bank.step(Threads::Serial, (&[value; 3], 1.0), &mut state, &mut out);
+        bank.step(0, (&[value; 3], 1.0), &mut state, &mut out);
         for (neuron, count) in spikes.iter_mut().enumerate() {
             *count += u32::from(bank.spiked(&state, neuron));
         }
@@ -104,7 +104,7 @@ fn few_per_ensemble(neurons: usize) -> Bank {
         let points = Points { wanted: vec![1.0; 100], values, outputs: 1 };
         Ok(Draft { neurons: drawn, radius: 1.0, points })
     };
-    Bank::build(&lif, 0.001, shape, (Firing::Spikes, 0.1), Seed::new(1), draft)
+    Bank::build(&lif, 0.001, shape, (Firing::Spikes, 0.1), (Seed::new(1), None), draft)
         .unwrap_or_else(|error| panic!("{error}"))
 }
 
@@ -115,7 +115,7 @@ fn fired(bank: &Bank) -> (Vec<u32>, Vec<Real>) {
     let (mut spikes, mut means) = (vec![0u32; count], vec![0.0; 21]);
     let values: Vec<Real> = (0..21).map(|i| 0.05 * i as Real + 0.02).collect();
     for _ in 0..2_000 {
-        bank.step(Threads::Serial, (&values, 1.0), &mut state, &mut out);
+        bank.step(0, (&values, 1.0), &mut state, &mut out);
         for (neuron, spikes) in spikes.iter_mut().enumerate() {
             *spikes += u32::from(bank.spiked(&state, neuron));
         }

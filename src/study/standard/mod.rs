@@ -101,7 +101,7 @@ impl Default for Standard {
             choice: SelectRule::WinnerTakeAll { level: 0.5 },
             sim_ms: 1_000,
             seed: Seed::new(1),
-            threads: Threads::Pool,
+            threads: Threads::Auto,
         }
     }
 }

@@ -137,7 +137,7 @@ impl Default for EpisodeSpec {
             most_skills: 30,
             perturbation: None,
             frame_ms: None,
-            threads: Threads::Pool,
+            threads: Threads::Auto,
             sensing: Sensing::default(),
         }
     }

@@ -216,13 +216,13 @@ impl Planner {
             recalled,
             ruled_out,
             modules,
-            threads: Threads::Pool,
+            threads: Threads::Auto,
         })
     }
 
     /// Sets the threads that compute the ticks of this planner's own runs: [`simulator`](Self::simulator),
     /// [`decide`](Self::decide), [`plan`](Self::plan) and [`first_shown`](Self::first_shown). The default is
-    /// [`Threads::Pool`]. [`Threads::Serial`] suits a caller that asks many planners at once. The results have the same
+    /// [`Threads::Auto`]. [`Threads::Serial`] suits a caller that asks many planners at once. The results have the same
     /// bits either way. Runs in a scene use [`EpisodeSpec::threads`](crate::task::execute::EpisodeSpec::threads)
     /// instead.
     pub fn with_threads(mut self, threads: Threads) -> Self {

@@ -1,0 +1,133 @@
+//! Banks in parts: the ensembles that are stepped together, and the rank that owns them.
+
+use std::ops::Range;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::bank::{Bank, Shape};
+use super::solved::Kept;
+use crate::sim::{PartSpec, Ranks, Real};
+
+/// Number of neurons in one part, at most one ensemble more. A part takes about two microseconds per tick: little enough
+/// to share a bank evenly, and long enough that its call costs nothing.
+const PART: usize = 1_000;
+
+/// Deals out parts among ranks: each to the rank with the least work so far.
+pub(crate) struct Deal {
+    rank: u32,
+    work: Mutex<Vec<u64>>,
+}
+
+impl Deal {
+    pub fn new(ranks: Option<&Ranks>) -> Self {
+        let (rank, ranks) = ranks.map_or((0, 1), |ranks| (ranks.rank(), ranks.ranks()));
+        Self { rank: rank as u32, work: Mutex::new(vec![0; ranks]) }
+    }
+
+    /// Returns the owner of the next part.
+    fn next(&self, work: usize) -> u32 {
+        let mut all = self.work.lock().unwrap_or_else(PoisonError::into_inner);
+        let least = (0..all.len()).min_by_key(|rank| all[*rank]).unwrap_or(0);
+        all[least] += work as u64;
+        least as u32
+    }
+
+    /// Returns the owner of banks of one dimension that stay whole, with so many neurons.
+    pub fn whole(&self, neurons: usize) -> u32 {
+        self.next(neurons)
+    }
+
+    /// Cuts a bank into parts of a multiple of `unit` ensembles, and deals them out.
+    pub fn cut(&self, shape: Shape, unit: usize) -> Cut {
+        let group = if shape.is_few() { super::bank::NARROW } else { unit };
+        let each = (PART / shape.padded()).max(1).next_multiple_of(group);
+        let parts = shape.ensembles.div_ceil(each);
+        let of = |part: usize| each.min(shape.ensembles - part * each);
+        let owners = (0..parts).map(|part| self.next(work(shape, of(part)))).collect();
+        Cut { each, owners, rank: self.rank }
+    }
+
+    /// Keeps a bank in one part.
+    pub fn uncut(&self, shape: Shape, owner: u32) -> Cut {
+        Cut { each: shape.ensembles, owners: vec![owner], rank: self.rank }
+    }
+}
+
+/// How a bank is cut into parts.
+#[derive(Debug, Clone)]
+pub(crate) struct Cut {
+    /// Number of ensembles in every part but the last.
+    each: usize,
+    /// The rank that owns each part.
+    owners: Vec<u32>,
+    /// Rank of this process.
+    rank: u32,
+}
+
+impl Cut {
+    /// Returns which ensembles this process owns; `None` if it owns all.
+    pub fn own(&self, ensembles: usize) -> Option<Vec<usize>> {
+        if self.owners.iter().all(|owner| *owner == self.rank) {
+            return None;
+        }
+        let own = |ensemble: &usize| self.owners[ensemble / self.each] == self.rank;
+        Some((0..ensembles).filter(own).collect())
+    }
+}
+
+/// Work of `ensembles` ensembles in one tick, as measured (see the module `bank`): a neuron of sixteen dimensions costs
+/// about twice as much as one of a single dimension.
+fn work(shape: Shape, ensembles: usize) -> usize {
+    (ensembles * shape.padded() * (14 + shape.dims)).div_ceil(15)
+}
+
+/// A bank that is advanced in parts.
+#[derive(Debug, Clone)]
+pub(crate) struct Parted {
+    pub kept: Kept,
+    pub cut: Cut,
+}
+
+impl Parted {
+    pub fn bank(&self) -> &Bank {
+        &self.kept.bank
+    }
+
+    /// Returns the bank, to be changed before anything else shares it.
+    pub fn bank_mut(&mut self) -> Option<&mut Bank> {
+        Arc::get_mut(&mut self.kept.bank)
+    }
+
+    /// Number of parts.
+    pub fn count(&self) -> usize {
+        self.cut.owners.len()
+    }
+
+    /// Returns the ensembles of a part.
+    pub fn ensembles(&self, part: usize) -> Range<usize> {
+        let start = part * self.cut.each;
+        start..(start + self.cut.each).min(self.bank().shape.ensembles)
+    }
+
+    /// Returns the sizes of a part with `results` results for each ensemble.
+    pub fn spec(&self, part: usize, results: usize) -> PartSpec {
+        let (shape, ensembles) = (self.bank().shape, self.ensembles(part).len());
+        PartSpec {
+            state: self.bank().state_of(ensembles),
+            results: results * ensembles,
+            units: self.bank().spiking_of(ensembles),
+            work: work(shape, ensembles),
+            rank: self.cut.owners[part] as usize,
+        }
+    }
+
+    /// Steps a part. `values` and `out` are those of its ensembles.
+    pub fn step(&self, part: usize, values: (&[Real], Real), state: &mut [Real], out: &mut [Real]) {
+        self.bank().step(part * self.cut.each, values, state, out);
+    }
+
+    /// Writes the states of all parts at the start of a run.
+    pub fn init(&self, state: &mut [Real]) {
+        let states = (0..self.count()).map(|part| self.bank().state_of(self.ensembles(part).len()));
+        self.kept.init(state, states);
+    }
+}

@@ -1,0 +1,61 @@
+//! Parts: the independent pieces in which a node advances, on several threads and in several processes.
+
+use super::node::{Inputs, Outputs, Real, Scratch, StepCx};
+
+/// A node that advances in independent parts, such as the ensembles of a population.
+///
+/// The engine hands out the parts among the threads of a run ([`Threads`](super::Threads)) and the processes of a graph
+/// ([`Ranks`](super::Ranks)). It owns their states, as it owns those of other nodes. The results have the same bits,
+/// whoever computes a part.
+///
+/// A node with parts keeps no other state. It is told apart by [`Node::parts`](super::Node::parts); the engine then
+/// calls the methods below in place of [`Node::advance`](super::Node::advance) and [`Node::event`](super::Node::event).
+/// [`Node::init`](super::Node::init) writes the states of all parts, one after another.
+pub trait Parts: Send + Sync {
+    /// Returns the number of parts, at least 1.
+    fn count(&self) -> usize;
+
+    /// Returns the sizes of a part. They must not change.
+    fn part(&self, part: usize) -> PartSpec;
+
+    /// Advances a part by one tick: updates its state and writes what [`collect`](Parts::collect) needs. Must neither
+    /// allocate, lock nor log.
+    fn advance(&self, cx: &StepCx<'_>, part: usize, io: &mut PartIo<'_>);
+
+    /// Writes the results of a part, as `advance` left them, to the node's registered outputs.
+    fn collect(&self, part: usize, results: &[Real], outputs: &mut Outputs<'_>);
+
+    /// Returns whether unit number `unit` of this part had an event in the tick that produced this state.
+    fn event(&self, part: usize, state: &[Real], unit: usize) -> bool {
+        let _ = (part, state, unit);
+        false
+    }
+}
+
+/// The sizes of a part, and the process that computes it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct PartSpec {
+    /// Number of values of its state.
+    pub state: usize,
+    /// Number of values of its results in one tick.
+    pub results: usize,
+    /// Number of units that have events.
+    pub units: usize,
+    /// Work of one tick. A spiking neuron of one dimension counts as 1.
+    pub work: usize,
+    /// Process that computes the part; 0 in a graph of one process.
+    pub rank: usize,
+}
+
+/// The inputs, state, results and scratch memory of a part.
+#[derive(Debug)]
+pub struct PartIo<'a> {
+    /// All inputs of the node, with their values of this tick.
+    pub inputs: Inputs<'a>,
+    /// State of the part, to be updated for the next tick.
+    pub state: &'a mut [Real],
+    /// Results of the part.
+    pub results: &'a mut [Real],
+    /// Scratch memory, as the node declares it.
+    pub scratch: Scratch<'a>,
+}

@@ -1,0 +1,402 @@
+//! The seam between emit and commit: shares of the parts, and the threads that compute them.
+//!
+//! Each thread owns a share of the parts, with their states, for the whole run. Parts are dealt out one by one, each to
+//! the share with the least work so far, so that neighbours, which a closed gate silences together, lie in different
+//! shares. In each tick the calling thread lends the values that parts read to the crew, computes its own share, and
+//! waits. A share that its thread has not begun by then is computed by the caller: a busy core then costs time, but no
+//! tick waits for a thread that sleeps.
+//!
+//! Threads without work spin for [`SPIN`], then sleep. Waking one costs the caller some microseconds.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering::SeqCst};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
+use std::thread::{self, JoinHandle, Thread};
+use std::time::{Duration, Instant};
+
+use super::arena::{Arenas, ScratchArena};
+use super::graph::Graph;
+use super::node::{Real, StepCx};
+use super::parts::PartIo;
+use super::seed::Seed;
+use super::span::Span;
+use super::tick::{Clock, View};
+
+/// Time for which a thread without work looks for more before it sleeps.
+const SPIN: Duration = Duration::from_micros(100);
+
+/// One part in a share.
+#[derive(Debug, Clone, Copy)]
+struct Item {
+    /// Index in [`Graph::parts`].
+    part: u32,
+    /// Range in the state of the share.
+    state: Span,
+    /// Range in the buffer that the share writes its results to.
+    results: Span,
+}
+
+/// Parts that one thread computes, with their states.
+#[derive(Default)]
+pub(super) struct Share {
+    items: Vec<Item>,
+    state: Vec<Real>,
+    scratch: ScratchArena,
+    work: u64,
+}
+
+/// Deals out the parts of `graph` that rank `rank` computes among `threads` shares. Returns the shares, and for each part
+/// its share and its index in the share.
+fn deal(graph: &Graph, rank: usize, threads: usize) -> (Vec<Share>, Vec<Option<(u32, u32)>>) {
+    let mut shares: Vec<Share> = (0..threads).map(|_| Share::default()).collect();
+    let mut places = vec![None; graph.parts.len()];
+    let mut order: Vec<usize> =
+        (0..graph.parts.len()).filter(|part| graph.parts[*part].rank as usize == rank).collect();
+    // The largest first: a large one at the end would leave the others idle.
+    order.sort_by_key(|part| std::cmp::Reverse(graph.parts[*part].work));
+    let mut owned: Vec<Vec<usize>> = vec![Vec::new(); threads];
+    for part in order {
+        let least = (0..threads).min_by_key(|share| shares[*share].work).unwrap_or(0);
+        shares[least].work += u64::from(graph.parts[part].work);
+        owned[least].push(part);
+    }
+    for (index, (share, mut parts)) in shares.iter_mut().zip(owned).enumerate() {
+        // In the order of memory.
+        parts.sort_unstable();
+        let mut states = 0;
+        for part in parts {
+            let len = graph.parts[part].state.len();
+            places[part] = Some((index as u32, share.items.len() as u32));
+            share.items.push(Item {
+                part: part as u32,
+                state: Span { start: states as u32, end: (states + len) as u32 },
+                results: graph.parts[part].results,
+            });
+            states += len;
+        }
+        share.state = vec![0.0; states];
+        share.scratch = ScratchArena::new(&graph.sizes.scratch);
+    }
+    (shares, places)
+}
+
+impl Share {
+    /// Advances all parts of the share. The results of each part go to its range in `results`.
+    fn run(&mut self, graph: &Graph, view: &View<'_>, results: &mut [Real]) {
+        for item in &self.items {
+            let part = &graph.parts[item.part as usize];
+            let plan = &graph.divided[part.divided as usize];
+            let node = plan.node as usize;
+            let Some(parts) = graph.bodies[node].parts() else { continue };
+            let (own, events) = results[item.results.of()].split_at_mut(part.own_results());
+            let state = &mut self.state[item.state.of()];
+            let cx = StepCx { node_seed: view.seeds[node], ..view.cx };
+            let mut io = PartIo {
+                inputs: view.inputs(&graph.slots[plan.slots.of()]),
+                state: &mut *state,
+                results: own,
+                scratch: self.scratch.lend(plan.scratch),
+            };
+            parts.advance(&cx, part.index as usize, &mut io);
+            for (word, events) in events.iter_mut().enumerate() {
+                let units = 32 * word..part.units.len().min(32 * (word + 1));
+                let bits = units.fold(0u32, |bits, unit| {
+                    let event = parts.event(part.index as usize, state, unit);
+                    bits | u32::from(event) << (unit % 32)
+                });
+                *events = Real::from_bits(bits);
+            }
+        }
+    }
+}
+
+/// What the crew reads in a tick. The caller lends its own vectors for the time of the tick.
+#[derive(Default)]
+struct Stage {
+    signals: Vec<Real>,
+    held: Vec<Real>,
+    gathered: Vec<Real>,
+    seeds: Vec<Seed>,
+    clock: Clock,
+}
+
+impl Stage {
+    fn view(&self) -> View<'_> {
+        View {
+            signals: &self.signals,
+            held: &self.held,
+            gathered: &self.gathered,
+            seeds: &self.seeds,
+            cx: self.clock.cx(),
+        }
+    }
+
+    fn swap(&mut self, arenas: &mut Arenas, seeds: &mut Vec<Seed>) {
+        std::mem::swap(&mut self.signals, &mut arenas.signals);
+        std::mem::swap(&mut self.held, &mut arenas.held);
+        std::mem::swap(&mut self.gathered, &mut arenas.gathered);
+        std::mem::swap(&mut self.seeds, seeds);
+    }
+}
+
+/// A share of the crew, with its results.
+struct Held {
+    share: Share,
+    results: Vec<Real>,
+}
+
+/// A share's place in the crew.
+struct Berth {
+    held: Mutex<Held>,
+    /// The last tick for which somebody took the share.
+    taken: AtomicU64,
+    asleep: AtomicBool,
+}
+
+struct Shared {
+    graph: Arc<Graph>,
+    stage: RwLock<Stage>,
+    berths: Vec<Berth>,
+    /// Number of ticks begun. Each berth is taken once in each.
+    tick: AtomicU64,
+    done: AtomicUsize,
+    failed: AtomicBool,
+    stop: AtomicBool,
+}
+
+/// Counts a share as done, also if its node panics.
+struct Done<'a>(&'a Shared);
+
+impl Drop for Done<'_> {
+    fn drop(&mut self) {
+        if thread::panicking() {
+            self.0.failed.store(true, SeqCst);
+        }
+        self.0.done.fetch_add(1, SeqCst);
+    }
+}
+
+impl Shared {
+    /// Computes a share, unless somebody else has taken it.
+    fn run(&self, index: usize, tick: u64) {
+        let berth = &self.berths[index];
+        if berth.taken.compare_exchange(tick - 1, tick, SeqCst, SeqCst).is_err() {
+            return;
+        }
+        let _done = Done(self);
+        let stage = self.stage.read().unwrap_or_else(PoisonError::into_inner);
+        let mut held = berth.lock();
+        let Held { share, results } = &mut *held;
+        share.run(&self.graph, &stage.view(), results);
+    }
+
+    /// Computes the share `index` in every tick until the crew is dismissed.
+    fn serve(&self, index: usize) {
+        let mut seen = 0;
+        loop {
+            let since = Instant::now();
+            let mut spins = 0u32;
+            while self.tick.load(SeqCst) == seen {
+                spins += 1;
+                std::hint::spin_loop();
+                if spins.is_multiple_of(64) && since.elapsed() > SPIN {
+                    let asleep = &self.berths[index].asleep;
+                    asleep.store(true, SeqCst);
+                    // Looking again after the announcement: otherwise a tick begun in between would wake nobody.
+                    if self.tick.load(SeqCst) == seen {
+                        thread::park();
+                    }
+                    asleep.store(false, SeqCst);
+                }
+            }
+            if self.stop.load(SeqCst) {
+                return;
+            }
+            seen = self.tick.load(SeqCst);
+            self.run(index, seen);
+        }
+    }
+}
+
+impl Berth {
+    fn lock(&self) -> MutexGuard<'_, Held> {
+        self.held.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The other threads of a run. They live as long as their simulator.
+struct Crew {
+    shared: Arc<Shared>,
+    threads: Vec<JoinHandle<()>>,
+    wake: Vec<Thread>,
+}
+
+impl Crew {
+    fn new(graph: &Arc<Graph>, shares: Vec<Share>) -> Self {
+        let berth = |mut share: Share| {
+            let mut end = 0;
+            for item in &mut share.items {
+                let start = end;
+                end += item.results.len() as u32;
+                item.results = Span { start, end };
+            }
+            Berth {
+                held: Mutex::new(Held { share, results: vec![0.0; end as usize] }),
+                taken: AtomicU64::new(0),
+                asleep: AtomicBool::new(false),
+            }
+        };
+        let shared = Arc::new(Shared {
+            graph: graph.clone(),
+            stage: RwLock::default(),
+            berths: shares.into_iter().map(berth).collect(),
+            tick: AtomicU64::new(0),
+            done: AtomicUsize::new(0),
+            failed: AtomicBool::new(false),
+            stop: AtomicBool::new(false),
+        });
+        // Where no thread can be had, the caller computes its share.
+        let start = |index: usize| {
+            let shared = shared.clone();
+            let thread = thread::Builder::new().name(format!("symbolt-{}", index + 1));
+            thread.spawn(move || shared.serve(index)).ok()
+        };
+        let threads: Vec<_> = (0..shared.berths.len()).map_while(start).collect();
+        let wake = threads.iter().map(|thread| thread.thread().clone()).collect();
+        Self { shared, threads, wake }
+    }
+
+    /// Begins a tick: everybody may compute.
+    fn begin(&self) -> u64 {
+        self.shared.done.store(0, SeqCst);
+        let tick = self.shared.tick.fetch_add(1, SeqCst) + 1;
+        self.wake();
+        tick
+    }
+
+    fn wake(&self) {
+        for (thread, berth) in self.wake.iter().zip(&self.shared.berths) {
+            if berth.asleep.swap(false, SeqCst) {
+                thread.unpark();
+            }
+        }
+    }
+
+    /// Computes what nobody has begun, and waits for the rest.
+    ///
+    /// # Panics
+    /// If a node panicked on another thread.
+    fn finish(&self, tick: u64) {
+        let shared = &self.shared;
+        (0..shared.berths.len()).for_each(|index| shared.run(index, tick));
+        let mut spins = 0u32;
+        while shared.done.load(SeqCst) < shared.berths.len() {
+            spins += 1;
+            std::hint::spin_loop();
+            if spins.is_multiple_of(1024) {
+                thread::yield_now();
+            }
+        }
+        assert!(!shared.failed.load(SeqCst), "a node panicked on another thread of the run");
+    }
+}
+
+impl Drop for Crew {
+    fn drop(&mut self) {
+        self.shared.stop.store(true, SeqCst);
+        self.shared.tick.fetch_add(1, SeqCst);
+        self.wake();
+        for thread in self.threads.drain(..) {
+            // A panic on that thread has been reported by `finish`.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// The shares of a run and the threads that compute them.
+pub(super) struct Team {
+    own: Share,
+    crew: Option<Crew>,
+    /// For each part, the share and the index in it; `None` if another rank computes the part. Share 0 is `own`.
+    places: Vec<Option<(u32, u32)>>,
+}
+
+impl Team {
+    pub fn new(graph: &Arc<Graph>, rank: usize, threads: usize) -> Self {
+        let (mut shares, places) = deal(graph, rank, threads);
+        let own = shares.remove(0);
+        let crew = (!shares.is_empty()).then(|| Crew::new(graph, shares));
+        Self { own, crew, places }
+    }
+
+    /// Advances all parts, and calls `meanwhile` while the others compute. The results of each part go to its range in
+    /// `results`.
+    pub fn advance<E>(
+        &mut self,
+        graph: &Graph,
+        (arenas, seeds, clock): (&mut Arenas, &mut Vec<Seed>, Clock),
+        results: &mut [Real],
+        meanwhile: impl FnOnce(&View<'_>, Rest<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let Some(crew) = &self.crew else {
+            let (view, rest) = arenas.split(seeds, clock);
+            meanwhile(&view, rest)?;
+            self.own.run(graph, &view, results);
+            return Ok(());
+        };
+        let stage = &crew.shared.stage;
+        {
+            let mut stage = stage.write().unwrap_or_else(PoisonError::into_inner);
+            stage.swap(arenas, seeds);
+            stage.clock = clock;
+        }
+        let tick = crew.begin();
+        let outcome = {
+            let stage = stage.read().unwrap_or_else(PoisonError::into_inner);
+            let view = stage.view();
+            let outcome = meanwhile(&view, arenas.split(&[], clock).1);
+            self.own.run(graph, &view, results);
+            crew.finish(tick);
+            outcome
+        };
+        stage.write().unwrap_or_else(PoisonError::into_inner).swap(arenas, seeds);
+        for berth in &crew.shared.berths {
+            let held = berth.lock();
+            for item in &held.share.items {
+                let into = &mut results[graph.parts[item.part as usize].results.of()];
+                into.copy_from_slice(&held.results[item.results.of()]);
+            }
+        }
+        outcome
+    }
+
+    /// Calls `read` with the state of a part. `None` if another rank computes the part.
+    pub fn with_state<T>(&self, part: usize, read: impl FnOnce(&[Real]) -> T) -> Option<T> {
+        let (share, index) = self.places[part]?;
+        let of = |share: &Share| read(&share.state[share.items[index as usize].state.of()]);
+        Some(match (share.checked_sub(1), &self.crew) {
+            (Some(berth), Some(crew)) => of(&crew.shared.berths[berth as usize].lock().share),
+            _ => of(&self.own),
+        })
+    }
+
+    /// Replaces the state of a part, unless another rank computes the part.
+    pub fn set_state(&mut self, part: usize, state: &[Real]) {
+        let Some((share, index)) = self.places[part] else { return };
+        let set = |share: &mut Share| {
+            share.state[share.items[index as usize].state.of()].copy_from_slice(state);
+        };
+        match (share.checked_sub(1), &self.crew) {
+            (Some(berth), Some(crew)) => set(&mut crew.shared.berths[berth as usize].lock().share),
+            _ => set(&mut self.own),
+        }
+    }
+}
+
+/// What nodes without parts change in advance.
+pub(crate) struct Rest<'a> {
+    pub registered: &'a mut [Real],
+    pub reals: &'a mut [Real],
+    pub words: &'a mut [u32],
+    pub longs: &'a mut [u64],
+    pub scratch: &'a mut ScratchArena,
+}
