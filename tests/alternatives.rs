@@ -329,12 +329,12 @@ fn a_decision_in_spiking_neurons_has_the_same_bits_on_any_threads() {
     let world = domain.world(["LEAVES_IN_POT", "POWER", "CUP_UNDER"]).expect("states");
     let mut planner = Planner::with_plan(&domain, spec, &lif, Seed::new(1)).expect("builds");
     let mut by = Vec::new();
-    for threads in [Threads::Serial, Threads::Pool] {
+    for threads in [Threads::Serial, Threads::Auto, Threads::Exactly(3)] {
         planner = planner.with_threads(threads);
         let decision = planner.decide(&world, goal).expect("decides");
         let mut sim = planner.simulator(&world, goal).expect("starts");
         sim.run_for(SimDuration::from_millis(100)).expect("runs");
         by.push((decision, sim.checkpoint().expect("it can be saved")));
     }
-    assert!(by[0] == by[1]);
+    assert!(by[0] == by[1] && by[1] == by[2]);
 }

@@ -197,40 +197,6 @@ fn probes_sample_by_period_keep_the_last_and_have_filters_of_their_own() {
     assert!((f64::from(smooth[9]) - expected).abs() < 1e-5);
 }
 
-/// A node that shows the pool thread on which it runs, 0 for none, and whether it may share its work.
-struct Whose;
-impl Node for Whose {
-    fn declare(&self, ports: &mut PortDecl) {
-        ports.output("by", OutputSpec::vector(2)).parallel();
-    }
-    fn fingerprint(&self, _hash: &mut Fingerprint) {}
-    fn emit(&self, cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
-        let by = rayon::current_thread_index().map_or(0.0, |index| index as f32 + 1.0);
-        let shares = f32::from(cx.threads() == Threads::Pool);
-        io.outputs.get_mut(0).copy_from_slice(&[by, shares]);
-    }
-}
-
-#[test]
-fn the_setting_of_the_run_decides_which_threads_compute_a_tick() {
-    let by = |threads: Threads| {
-        let mut graph = GraphBuilder::new();
-        let by: Out<Vector> = graph.node("whose", Whose).output("by");
-        let run = RunConfig::default().with_threads(threads);
-        let mut sim = Simulator::new(build(graph), run).expect("starts");
-        sim.run_for(MS(2)).expect("runs");
-        let by = sim.value(&by);
-        (by[0] > 0.0, by[1] > 0.0)
-    };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("a pool");
-    assert_eq!(by(Threads::Serial), (false, false));
-    // A serial run that is started in a pool stays on its thread and shares no work.
-    assert_eq!(pool.install(|| by(Threads::Serial)), (true, false));
-    assert_eq!(pool.install(|| by(Threads::Pool)), (true, true));
-    // A run with the pool that is started outside moves to the pool, unless the pool has only one thread.
-    assert_eq!(by(Threads::Pool), (rayon::current_num_threads() > 1, true));
-}
-
 fn with_world() -> (Arc<Graph>, Out<Vector>, In<Scalar>) {
     let mut graph = GraphBuilder::new();
     let world = graph.world(

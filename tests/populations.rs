@@ -115,12 +115,13 @@ fn two_threads_give_the_bits_of_one() {
     };
     let serial = run(Threads::Serial);
     assert!(serial[0].iter().flatten().any(|v| *v != 0.0));
-    assert_eq!(serial, run(Threads::Pool), "in the global pool, from outside");
+    assert_eq!(serial, run(Threads::Auto));
     for threads in [1, 2, 5] {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        assert_eq!(serial, pool.install(|| run(Threads::Serial)), "{threads} threads");
-        assert_eq!(serial, pool.install(|| run(Threads::Pool)), "{threads} threads");
+        assert_eq!(serial, run(Threads::Exactly(threads)), "{threads} threads");
     }
+    // In a pool, whose caller shares the cores already.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("a pool");
+    assert_eq!(serial, pool.install(|| run(Threads::Auto)));
 }
 
 #[test]

@@ -15,7 +15,7 @@ use super::parted::Deal;
 use super::plan::{Population, PopulationPlan};
 use super::population::{Maker, Neural, NeuralProduct, Refusal};
 use super::selection::NeuralSelect;
-use super::solved::{SolvedModel, Unfit};
+use super::solved::{Kept, SolvedModel, Unfit};
 
 impl Lowering for PopulationPlan {
     fn lower(
@@ -167,6 +167,33 @@ fn lower_one(
     }
 }
 
+/// Returns the banks of a node, if it is a population.
+fn banks(part: &dyn Any) -> Option<Vec<Kept>> {
+    if let Some(node) = part.downcast_ref::<Neural>() {
+        Some(node.kept())
+    } else if let Some(node) = part.downcast_ref::<NeuralProduct>() {
+        Some(node.kept())
+    } else if let Some(node) = part.downcast_ref::<NeuralSelect>() {
+        Some(node.kept())
+    } else {
+        part.downcast_ref::<NeuralEnsemble>().map(NeuralEnsemble::kept)
+    }
+}
+
+/// Returns the number of neurons in `graph`, those of all ranks together. Layers in direct mode have none.
+pub fn neurons(graph: &Graph) -> usize {
+    let banks = graph.parts().filter_map(|(_, part)| banks(part)).flatten();
+    banks.map(|kept| kept.bank.shape.ensembles * kept.bank.shape.neurons).sum()
+}
+
+/// Returns the number of neurons in `graph` that this process solved and advances: all of them, unless several ranks
+/// share the graph.
+pub fn own_neurons(graph: &Graph) -> usize {
+    let banks = graph.parts().filter_map(|(_, part)| banks(part)).flatten();
+    let own = |bank: &Bank| bank.own.as_ref().map_or(bank.shape.ensembles, Vec::len);
+    banks.map(|kept| own(&kept.bank) * kept.bank.shape.neurons).sum()
+}
+
 impl SolvedModel {
     /// Returns the populations of all neural layers of `graph`; layers in direct mode have none, nor have layers of which
     /// this process owns only a part.
@@ -175,17 +202,7 @@ impl SolvedModel {
     pub fn of(graph: &Graph) -> Self {
         let mut layers = BTreeMap::new();
         for (path, part) in graph.parts() {
-            let kept = if let Some(node) = part.downcast_ref::<Neural>() {
-                node.kept()
-            } else if let Some(node) = part.downcast_ref::<NeuralProduct>() {
-                node.kept()
-            } else if let Some(node) = part.downcast_ref::<NeuralSelect>() {
-                node.kept()
-            } else if let Some(node) = part.downcast_ref::<NeuralEnsemble>() {
-                node.kept()
-            } else {
-                continue;
-            };
+            let Some(kept) = banks(part) else { continue };
             if kept.iter().all(|kept| kept.bank.own.is_none()) {
                 layers.insert(path.to_owned(), kept);
             }

@@ -95,6 +95,7 @@ pub use layer::{
     GatedPorts, LayerPorts, Layers, Map, Product, ProductPorts, Represent, ScalarFunction, Select,
     SelectPorts, SelectRule,
 };
+pub use lower::{neurons, own_neurons};
 pub use model::{Lif, TuningError};
 pub use plan::{LifSpec, PathPattern, PatternError, Population, PopulationPlan, UnknownMode};
 pub use solved::{SolvedError, SolvedFileError, SolvedModel};

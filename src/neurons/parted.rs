@@ -7,9 +7,9 @@ use super::bank::{Bank, Shape};
 use super::solved::Kept;
 use crate::sim::{PartSpec, Ranks, Real};
 
-/// Number of neurons in one part, at most one ensemble more. A part takes about two microseconds per tick: little enough
-/// to share a bank evenly, and long enough that its call costs nothing.
-const PART: usize = 1_000;
+/// Work of one part: about six microseconds per tick. That is little enough to share a bank evenly, and so long that the
+/// call of a part costs under a hundredth of it.
+const PART: usize = 3_000;
 
 /// Deals out parts among ranks: each to the rank with the least work so far.
 pub(crate) struct Deal {
@@ -39,7 +39,7 @@ impl Deal {
     /// Cuts a bank into parts of a multiple of `unit` ensembles, and deals them out.
     pub fn cut(&self, shape: Shape, unit: usize) -> Cut {
         let group = if shape.is_few() { super::bank::NARROW } else { unit };
-        let each = (PART / shape.padded()).max(1).next_multiple_of(group);
+        let each = (PART / work(shape, 1)).max(1).next_multiple_of(group);
         let parts = shape.ensembles.div_ceil(each);
         let of = |part: usize| each.min(shape.ensembles - part * each);
         let owners = (0..parts).map(|part| self.next(work(shape, of(part)))).collect();

@@ -14,9 +14,9 @@ use std::time::Instant;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::neurons::{LifSpec, Population, PopulationPlan, SelectRule, SolvedModel};
+use crate::neurons::{LifSpec, Population, PopulationPlan, SelectRule, SolvedModel, neurons};
 use crate::sim::{
-    Graph, GraphBuilder, Pointer, ProbeId, ProbeSpec, Real, RunConfig, Seed, SimDuration,
+    Graph, GraphBuilder, Pointer, ProbeId, ProbeSpec, Ranks, Real, RunConfig, Seed, SimDuration,
     Simulator, Synapse, Threads, Timebase, Vector, VocabTag,
 };
 use crate::spa::cosine_of_slices;
@@ -90,6 +90,8 @@ pub struct Standard {
     pub seed: Seed,
     /// Threads that compute the ticks of the run. The threads affect the run time but not the quality.
     pub threads: Threads,
+    /// Seat among the processes that share the network, if there are several. They must build and run it at the same time.
+    pub ranks: Option<Ranks>,
 }
 
 impl Default for Standard {
@@ -102,6 +104,7 @@ impl Default for Standard {
             sim_ms: 1_000,
             seed: Seed::new(1),
             threads: Threads::Auto,
+            ranks: None,
         }
     }
 }
@@ -201,9 +204,10 @@ impl Standard {
             Model::Planner => planners::loop_of_memories(self, &mut graph, probed)?,
             Model::Large => planners::goal_stack(self, &mut graph, probed)?,
         };
-        let graph = Arc::new(graph.build(Timebase::default(), plan, self.seed)?);
+        let plan = self.ranks.iter().fold(plan.clone(), |plan, ranks| plan.shared(ranks));
+        let graph = Arc::new(graph.build(Timebase::default(), &plan, self.seed)?);
         let build_s = begun.elapsed().as_secs_f64();
-        let neurons = SolvedModel::of(&graph).neurons();
+        let neurons = neurons(&graph);
         Ok(Built { graph, probe, reading, neurons, build_s, spec: self.clone() })
     }
 }
@@ -212,6 +216,11 @@ impl Built {
     /// Returns the solved populations of the network.
     pub fn solved(&self) -> SolvedModel {
         SolvedModel::of(&self.graph)
+    }
+
+    /// Returns the network.
+    pub fn graph(&self) -> &Arc<Graph> {
+        &self.graph
     }
 
     /// Returns the wall-clock time of the build, in seconds.

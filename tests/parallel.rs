@@ -1,0 +1,332 @@
+//! Threads and ranks: every output and every checkpoint has the bits of a run on one thread.
+
+#![allow(clippy::expect_used)]
+
+use std::sync::Arc;
+
+use symbolt::neurons::{LifSpec, Population, PopulationPlan};
+use symbolt::sim::{
+    Constant, Fingerprint, Graph, GraphBuilder, InputSpec, Node, OutputSpec, Outputs, PartIo,
+    PartSpec, Parts, PortDecl, Ranks, Real, RunConfig, Seed, SimDuration, SimError, Simulator,
+    StateMut, StepCx, Synapse, Threads, Timebase, Vector, WorldLink,
+};
+use symbolt::study::standard::{Model, Standard};
+use symbolt::task::regression::{GoalSetGraph, Regression, StripsWorld, populations};
+use symbolt::task::strips::{Bodies, Domain, Grounded, Problem};
+
+/// The bits of all outputs in every tick, and of the checkpoint after the last.
+type Bits = (u64, String);
+
+fn run(sim: &mut Simulator, ms: u64) -> Bits {
+    let graph = sim.graph().clone();
+    let outputs: Vec<_> = graph.outputs().map(|name| graph.output(&name).expect("own")).collect();
+    let mut hash = Fingerprint::default();
+    for _ in 0..ms {
+        sim.run_for(SimDuration::from_millis(1)).expect("runs");
+        for output in &outputs {
+            hash.reals(sim.value_of(*output));
+        }
+    }
+    let checkpoint = sim.checkpoint().expect("it can be saved");
+    (hash.value(), serde_json::to_string(&checkpoint).expect("plain data"))
+}
+
+/// Runs `each` on so many threads that stand for processes, and returns what it returns, by rank.
+fn on_ranks<T: Send>(ranks: usize, each: impl Fn(Ranks) -> T + Sync) -> Vec<T> {
+    let each = &each;
+    std::thread::scope(|scope| {
+        let seats = Ranks::in_process(ranks).into_iter();
+        let threads: Vec<_> = seats.map(|seat| scope.spawn(move || each(seat))).collect();
+        threads.into_iter().map(|thread| thread.join().expect("no panic")).collect()
+    })
+}
+
+fn small() -> LifSpec {
+    LifSpec { scale: 0.2, ..LifSpec::default() }
+}
+
+fn standard(model: Model, ranks: Option<Ranks>) -> Arc<Graph> {
+    let spec = Standard {
+        dimensions: 64,
+        population: Population::Lif(small()),
+        ranks,
+        ..Standard::default()
+    };
+    spec.build(model).expect("builds").graph().clone()
+}
+
+fn start(graph: Arc<Graph>, threads: Threads) -> Simulator {
+    Simulator::new(graph, RunConfig::default().with_threads(threads)).expect("starts")
+}
+
+#[test]
+fn all_standard_networks_have_the_same_bits_on_any_threads_and_ranks() {
+    for (name, model) in Model::ALL {
+        let graph = standard(model, None);
+        let serial = run(&mut start(graph.clone(), Threads::Serial), 40);
+        for threads in [1, 2, 3, 7] {
+            let other = run(&mut start(graph.clone(), Threads::Exactly(threads)), 40);
+            assert!(serial == other, "{name} on {threads} threads");
+        }
+        for ranks in [1, 2, 3, 4] {
+            // Each rank has two threads of its own.
+            let each = |seat| run(&mut start(standard(model, Some(seat)), Threads::Exactly(2)), 40);
+            let all = on_ranks(ranks, each);
+            assert_eq!(all.len(), ranks);
+            assert!(all.iter().all(|bits| *bits == serial), "{name} on {ranks} ranks");
+        }
+    }
+}
+
+/// A planner of goal sets that stacks three blocks, in spikes, with its world.
+fn blocks(ranks: Option<&Ranks>) -> Simulator {
+    let domain = include_str!("fixtures/strips/blocks.pddl");
+    let domain = Domain::parse(domain.as_bytes(), "domain", Bodies::Read).expect("a domain");
+    let problem = "(define (problem p) (:domain blocks) (:objects a b c - block)
+        (:init (on c a) (on-table a) (on-table b) (clear c) (clear b) (hand-empty))
+        (:goal (and (on b c))))"
+        .replace("blocks", &domain.name);
+    let problem = Problem::parse(problem.as_bytes(), "problem", &domain).expect("a problem");
+    let problem = Grounded::new(&domain, &problem).expect("a small problem");
+    let (fluents, operators) = (problem.fluents.len(), problem.operators.len());
+    let mut graph = GraphBuilder::new();
+    let planner = graph.add("planner", GoalSetGraph::new(Regression::new(&problem).into(), 4));
+    let link = WorldLink::new()
+        .sense("holds", OutputSpec::vector(fluents))
+        .command("actions", InputSpec::vector(operators));
+    let node = graph.world("world", link);
+    let mut wanted = vec![0.0; fluents];
+    problem.goal.iter().for_each(|fluent| wanted[*fluent] = 1.0);
+    for (name, values, input) in [
+        ("ready", vec![1.0], &planner.ready),
+        ("idle", vec![0.0], &planner.busy),
+        ("goal", wanted, &planner.goal),
+    ] {
+        let constant = graph.add(name, Constant::vector(&values));
+        graph.connect(&constant, input, Synapse::None);
+    }
+    graph.connect(&node.output::<Vector>("holds"), &planner.holds, Synapse::None);
+    graph.connect(&planner.actions, &node.input::<Vector>("actions"), Synapse::None);
+    let plan = populations(&Population::Lif(LifSpec::default())).expect("patterns");
+    let plan = ranks.iter().fold(plan, |plan, ranks| plan.shared(ranks));
+    let graph = graph.build(Timebase::default(), &plan, Seed::new(3)).expect("builds");
+    let world = StripsWorld::new(&problem, SimDuration::from_millis(20));
+    let threads = if ranks.is_some() { Threads::Serial } else { Threads::Exactly(3) };
+    let config = RunConfig::seeded(Seed::new(3)).in_world(world).with_threads(threads);
+    Simulator::new(graph.into(), config).expect("starts")
+}
+
+fn begun(sim: &Simulator) -> usize {
+    let world: &dyn std::any::Any = sim.world().expect("it has one");
+    world.downcast_ref::<StripsWorld>().expect("its type").begun().len()
+}
+
+#[test]
+fn the_planner_acts_in_its_world_with_the_same_bits_on_threads_and_ranks() {
+    let mut threads = blocks(None);
+    threads.run_for(SimDuration::from_millis(400)).expect("runs");
+    let end = threads.checkpoint().expect("it can be saved");
+    assert!(begun(&threads) > 0, "the planner acted");
+    let all = on_ranks(2, |seat| {
+        let mut sim = blocks(Some(&seat));
+        sim.run_for(SimDuration::from_millis(400)).expect("runs");
+        (sim.checkpoint().expect("it can be saved"), begun(&sim))
+    });
+    for (checkpoint, begun_here) in all {
+        assert!(checkpoint == end);
+        assert_eq!(begun_here, begun(&threads));
+    }
+}
+
+#[test]
+fn a_checkpoint_of_three_ranks_resumes_on_one_and_on_two() {
+    let mut whole = start(standard(Model::Planner, None), Threads::Serial);
+    run(&mut whole, 30);
+    let expected = run(&mut whole, 30);
+    let saved = on_ranks(3, |seat| {
+        let mut sim = start(standard(Model::Planner, Some(seat)), Threads::Serial);
+        run(&mut sim, 30);
+        sim.checkpoint().expect("it can be saved")
+    });
+    assert!(saved[0] == saved[1] && saved[1] == saved[2], "each has the whole");
+    let mut alone = start(standard(Model::Planner, None), Threads::Exactly(2));
+    alone.restore(&saved[1]).expect("it fits");
+    assert!(run(&mut alone, 30) == expected, "on one");
+    let two = on_ranks(2, |seat| {
+        let mut sim = start(standard(Model::Planner, Some(seat)), Threads::Serial);
+        sim.restore(&saved[2]).expect("it fits");
+        run(&mut sim, 30)
+    });
+    assert!(two.iter().all(|bits| *bits == expected), "on two");
+}
+
+#[test]
+fn recorded_spikes_and_sent_events_are_known_to_every_rank() {
+    let build = |seat: Option<Ranks>| {
+        let mut graph = GraphBuilder::new();
+        let input = graph.add("input", Constant::vector(&[0.5; 70]));
+        let map = symbolt::neurons::Ensemble::new(1).copies(70).identity("same");
+        let map = graph.add("map", map);
+        graph.connect(&input, &map.input, Synapse::None);
+        let spikes = graph.probe_spikes("map/neurons");
+        let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
+        let plan = seat.iter().fold(plan, |plan, seat| plan.shared(seat));
+        (graph.build(Timebase::default(), &plan, Seed::new(1)).expect("builds"), spikes)
+    };
+    let spikes = |seat: Option<Ranks>| {
+        let (graph, probe) = build(seat);
+        let mut sim = start(Arc::new(graph), Threads::Exactly(2));
+        sim.run_for(SimDuration::from_millis(50)).expect("runs");
+        sim.spikes(&probe).iter().map(|(t, n)| ((t * 1e3).round() as u64, n)).collect::<Vec<_>>()
+    };
+    let expected = spikes(None);
+    assert!(expected.len() > 10_000, "{}", expected.len());
+    for found in on_ranks(3, |seat| spikes(Some(seat))) {
+        assert!(found == expected);
+    }
+    let events = |seat: Option<Ranks>| {
+        let mut sim = start(standard(Model::Bind, seat), Threads::Serial);
+        sim.run_for(SimDuration::from_millis(20)).expect("runs");
+        let (_, source) = sim.graph().event_sources().next().expect("a population");
+        (0..source.units).filter(|unit| sim.event(source, *unit)).collect::<Vec<_>>()
+    };
+    let expected = events(None);
+    assert!(expected.len() > 10);
+    for found in on_ranks(2, |seat| events(Some(seat.with_events()))) {
+        assert_eq!(found, expected);
+    }
+    // Unless they are sent, each rank knows only its own.
+    let own = on_ranks(2, |seat| events(Some(seat)));
+    assert!(own.iter().all(|own| !own.is_empty() && own.len() < expected.len()));
+    assert_eq!(own.iter().map(Vec::len).sum::<usize>(), expected.len());
+}
+
+#[test]
+fn each_rank_solves_its_share_and_no_more() {
+    // Model::Large has ensembles of all kinds.
+    let whole: usize = symbolt::neurons::neurons(&standard(Model::Large, None));
+    for ranks in [2, 3, 4] {
+        let shares = on_ranks(ranks, |seat| {
+            let graph = standard(Model::Large, Some(seat));
+            assert_eq!(symbolt::neurons::neurons(&graph), whole, "all are counted");
+            symbolt::neurons::own_neurons(&graph)
+        });
+        assert_eq!(shares.iter().sum::<usize>(), whole, "{shares:?}");
+        let most = shares.iter().max().expect("ranks");
+        assert!(*most as f64 <= 1.1 * whole as f64 / ranks as f64, "{shares:?} of {whole}");
+    }
+}
+
+/// A node of two parts. The second fails in tick 5 by a number that is not finite.
+struct Fails;
+
+impl Node for Fails {
+    fn declare(&self, ports: &mut PortDecl) {
+        ports.input("x", InputSpec::vector(2).at_advance());
+        ports.output("y", OutputSpec::vector(2).registered());
+    }
+    fn fingerprint(&self, _hash: &mut Fingerprint) {}
+    fn init(&self, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
+        state.reals.copy_from_slice(&[10.0, 20.0]);
+    }
+    fn parts(&self) -> Option<&dyn Parts> {
+        Some(self)
+    }
+}
+
+impl Parts for Fails {
+    fn count(&self) -> usize {
+        2
+    }
+    fn part(&self, _part: usize) -> PartSpec {
+        PartSpec { state: 1, results: 1, work: 1, ..PartSpec::default() }
+    }
+    fn advance(&self, cx: &StepCx<'_>, part: usize, io: &mut PartIo<'_>) {
+        io.state[0] += io.inputs.get(0)[part];
+        io.results[0] = if part == 1 && cx.tick() == 5 { Real::NAN } else { io.state[0] };
+    }
+    fn collect(&self, part: usize, results: &[Real], outputs: &mut Outputs<'_>) {
+        outputs.get_mut(0)[part] = results[0];
+    }
+}
+
+#[test]
+fn a_node_of_ones_own_advances_in_parts() {
+    for threads in [Threads::Serial, Threads::Exactly(2)] {
+        let mut graph = GraphBuilder::new();
+        let input = graph.add("input", Constant::vector(&[1.0, 2.0]));
+        let node = graph.node("node", Fails);
+        graph.connect(&input, &node.input("x"), Synapse::None);
+        let y = node.output::<Vector>("y");
+        let graph = graph
+            .build(Timebase::default(), &PopulationPlan::direct(), Seed::new(1))
+            .expect("builds");
+        let mut sim = start(graph.into(), threads);
+        sim.run_for(SimDuration::from_millis(5)).expect("runs");
+        assert_eq!(*sim.value(&y), [15.0, 30.0]);
+        let error = sim.run_for(SimDuration::from_millis(1)).expect_err("not finite").to_string();
+        assert!(error.contains("`node.y` became NaN in tick 5"), "{error}");
+        sim.reset().expect("resets");
+        sim.run_for(SimDuration::from_millis(5)).expect("runs");
+        assert_eq!(*sim.value(&y), [15.0, 30.0]);
+    }
+}
+
+#[test]
+fn the_end_of_one_rank_is_an_error_of_the_others() {
+    let found = on_ranks(3, |seat| {
+        let rank = seat.rank();
+        let mut sim = start(standard(Model::Select, Some(seat)), Threads::Serial);
+        let ms = if rank == 1 { 10 } else { 30 };
+        sim.run_for(SimDuration::from_millis(ms)).map(|report| report.ticks)
+    });
+    assert_eq!(found[1], Ok(10));
+    for rank in [0, 2] {
+        let error = found[rank].as_ref().expect_err("rank 1 has ended").to_string();
+        assert!(error.starts_with("rank 1 has ended"), "{error}");
+    }
+}
+
+#[test]
+fn ranks_with_other_graphs_find_out_before_they_run() {
+    let found = on_ranks(2, |seat| {
+        let model = if seat.rank() == 0 { Model::Select } else { Model::Bind };
+        let spec = Standard {
+            dimensions: 64,
+            population: Population::Lif(small()),
+            ranks: Some(seat),
+            ..Standard::default()
+        };
+        spec.build(model).err().map(|error| error.to_string())
+    });
+    for error in found {
+        let error = error.expect("they differ");
+        assert!(error.contains("rank"), "{error}");
+    }
+    // As many populations, but with another seed: the first tick tells.
+    let found = on_ranks(2, |seat| {
+        let seed = Seed::new(seat.rank() as u64);
+        let spec = Standard {
+            dimensions: 64,
+            population: Population::Lif(small()),
+            ranks: Some(seat),
+            seed,
+            ..Standard::default()
+        };
+        let graph = spec.build(Model::Bind).expect("builds").graph().clone();
+        let mut sim = start(graph, Threads::Serial);
+        sim.run_for(SimDuration::from_millis(1)).expect_err("another graph")
+    });
+    assert!(
+        matches!(&found[0], SimError::Rank { rank: 1, reason } if reason.contains("another graph"))
+    );
+}
+
+#[test]
+fn more_ranks_than_parts_are_of_no_harm() {
+    let serial = run(&mut start(standard(Model::Channel, None), Threads::Serial), 10);
+    let all = on_ranks(9, |seat| {
+        run(&mut start(standard(Model::Channel, Some(seat)), Threads::Serial), 10)
+    });
+    assert!(all.iter().all(|bits| *bits == serial));
+}
