@@ -15,6 +15,7 @@ use symbolt::task::planner::Unbinding;
 use super::Outcome;
 use super::args::{BadArgument, BenchArgs};
 use super::output::{Grid, Progress, emit, emit_json, use_threads};
+use super::ranks;
 
 pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
     let model: Model = args.model.parse()?;
@@ -40,6 +41,10 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
     }
     let overwrite = if args.force { Overwrite::Allowed } else { Overwrite::Never };
     match args.save.as_deref() {
+        Some(_) if ranks::seat().is_some() => {
+            let problem = "--save: several processes share the network, and none has all of it; save it in one process";
+            return Err(BadArgument(problem.into()).into());
+        }
         Some(path) if path.as_os_str() == "-" => {
             let problem = "--save -: must be a file name; the file is binary";
             return Err(BadArgument(problem.into()).into());
@@ -55,8 +60,10 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
         choice: choice("choice", &args.choice, &CHOICES)?,
         sim_ms: (args.sim_seconds * 1e3).round() as u64,
         seed: Seed::new(args.common.seed),
+        ranks: ranks::seat().cloned(),
         ..Standard::default()
     };
+    ranks::check_alike(args.load.as_deref())?;
     let progress = Progress::new(&args.common);
     progress.say(format!("building {}", args.model));
     let Ready { built, load_s, peak_mb } = ready(args, &spec, model)?;
@@ -100,8 +107,8 @@ fn choice<T: Copy>(option: &str, asked: &str, choices: &[(&str, T)]) -> Result<T
 /// A network ready to run.
 struct Ready {
     built: Built,
-    /// Wall-clock seconds to build it from a file.
-    load_s: f64,
+    /// Wall-clock seconds to build it from a file; `None` if processes share the network and load no file.
+    load_s: Option<f64>,
     /// Peak memory of the build in MB, if the system reports it.
     peak_mb: Option<f64>,
 }
@@ -110,10 +117,13 @@ struct Ready {
 fn ready(args: &BenchArgs, spec: &Standard, model: Model) -> Result<Ready, Error> {
     if let Some(path) = &args.load {
         let (built, load_s) = load(spec, model, path)?;
-        return Ok(Ready { built, load_s, peak_mb: peak_rss_mb() });
+        return Ok(Ready { built, load_s: Some(load_s), peak_mb: peak_rss_mb() });
     }
     let built = spec.build(model).map_err(|error| scaled(error, args.neurons_scale))?;
     let peak_mb = peak_rss_mb();
+    if ranks::seat().is_some() {
+        return Ok(Ready { built, load_s: None, peak_mb });
+    }
     let bytes = built.solved().encode()?;
     if let Some(path) = &args.save {
         let overwrite = if args.force { Overwrite::Allowed } else { Overwrite::Never };
@@ -126,7 +136,7 @@ fn ready(args: &BenchArgs, spec: &Standard, model: Model) -> Result<Ready, Error
     if again.solved() != built.solved() {
         anyhow::bail!("the network loaded from its file differs from the network that was built");
     }
-    Ok(Ready { built, load_s, peak_mb })
+    Ok(Ready { built, load_s: Some(load_s), peak_mb })
 }
 
 /// Names the option in an error about the numbers of neurons, which `scale` multiplies.
@@ -155,7 +165,12 @@ fn peak_rss_mb() -> Option<f64> {
     Some(kilobytes / 1e3)
 }
 
-fn summary(args: &BenchArgs, measured: &Measured, load_s: f64, peak_mb: Option<f64>) -> Value {
+fn summary(
+    args: &BenchArgs,
+    measured: &Measured,
+    load_s: Option<f64>,
+    peak_mb: Option<f64>,
+) -> Value {
     let quality: Map<String, Value> =
         measured.quality.iter().map(|(name, value)| ((*name).into(), json!(value))).collect();
     json!({
@@ -164,6 +179,7 @@ fn summary(args: &BenchArgs, measured: &Measured, load_s: f64, peak_mb: Option<f
         "neurons": measured.neurons,
         "dimensions": args.dimensions,
         "threads": rayon::current_num_threads(),
+        "ranks": ranks::seat().map_or(1, |seat| seat.ranks()),
         "build_s": measured.build_s,
         "load_s": load_s,
         "wall_per_sim_s": measured.run_s / measured.sim_s,
@@ -177,11 +193,13 @@ fn summary(args: &BenchArgs, measured: &Measured, load_s: f64, peak_mb: Option<f
     })
 }
 
-fn table(args: &BenchArgs, measured: &Measured, load_s: f64, peak_mb: Option<f64>) -> Grid {
+fn table(args: &BenchArgs, measured: &Measured, load_s: Option<f64>, peak_mb: Option<f64>) -> Grid {
     let mut grid = Grid::new(&[&format!("{} in {}", args.model, args.mode), ">value"]);
     grid.row(["neurons".into(), measured.neurons.to_string()]);
     grid.row(["build time, s".into(), format!("{:.2}", measured.build_s)]);
-    grid.row(["load time from a file, s".into(), format!("{load_s:.2}")]);
+    if let Some(load_s) = load_s {
+        grid.row(["load time from a file, s".into(), format!("{load_s:.2}")]);
+    }
     grid.row(["simulated time, s".into(), measured.sim_s.to_string()]);
     grid.row(["run time, s".into(), format!("{:.3}", measured.run_s)]);
     grid.row(["ns per neuron and step".into(), format!("{:.2}", measured.ns_per_neuron_step)]);

@@ -18,6 +18,7 @@ mod options;
 mod output;
 mod pddl;
 mod plan;
+mod ranks;
 mod record;
 mod relational;
 mod rename;
@@ -47,6 +48,7 @@ use symbolt::task::strips::learn::LearnError;
 use symbolt::task::strips::{GroundFault, PddlFault};
 
 use args::{BadArgument, Cli, Command};
+use ranks::Ended;
 
 /// The result of a command that ran to its end.
 pub(crate) enum Outcome {
@@ -60,23 +62,20 @@ pub(crate) enum Outcome {
 pub(crate) fn main() -> ExitCode {
     let args = with_command(std::env::args_os());
     let command = args.get(1).map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    match dispatch(Cli::parse_from(args)) {
-        Ok(Outcome::Done) => ExitCode::SUCCESS,
-        Ok(Outcome::Failed(sentence)) => {
-            complain(&sentence);
-            ExitCode::from(1)
-        }
+    let cli = Cli::parse_from(args);
+    ranks::together(&command, || match dispatch(cli) {
+        Ok(Outcome::Done) => Ended { code: 0, sentence: None },
+        Ok(Outcome::Failed(sentence)) => Ended { code: 1, sentence: Some(sentence) },
         Err(error) => {
             // The reader has closed the pipe, as in `symbolt learn ... | head`.
             let closed = |io: &std::io::Error| io.kind() == std::io::ErrorKind::BrokenPipe;
             if error.chain().filter_map(|cause| cause.downcast_ref()).any(closed) {
-                return ExitCode::SUCCESS;
+                return Ended { code: 0, sentence: None };
             }
             let error = with_options(error, &command);
-            complain(&sentence(&error));
-            ExitCode::from(code(&error))
+            Ended { code: code(&error), sentence: Some(sentence(&error)) }
         }
-    }
+    })
 }
 
 /// Inserts `run` if no command is given: `symbolt --seed 3` becomes `symbolt run --seed 3`.

@@ -19,6 +19,7 @@ use symbolt::task::tasks::{self, Task};
 use symbolt::task::{Commitment, GaussianGate, Grounding, Sensing, TaskError};
 
 use super::args::BadArgument;
+use super::ranks;
 
 /// Options of nearly every command.
 #[derive(Debug, Clone, Args)]
@@ -118,10 +119,11 @@ impl PlannerArgs {
     /// Returns the populations of the planner's graph.
     pub fn populations(&self) -> Result<PopulationPlan, Error> {
         let mode: Population = self.mode.parse()?;
-        Ok(match self.kind() {
+        let plan = match self.kind() {
             PlannerKind::Chain => PopulationPlan::all(mode),
             PlannerKind::GoalSets => populations(&mode)?,
-        })
+        };
+        Ok(ranks::shared(plan))
     }
 
     /// Refuses the options that the planner of goal sets does not have.

@@ -10,11 +10,15 @@ use serde_json::Value;
 use symbolt::files::{Overwrite, check_output, write_atomic};
 
 use super::args::{BadArgument, Common, OutFile};
+use super::ranks;
 
 pub(crate) use super::table::{Grid, section, unbroken, wrapped};
 
-/// Writes a result to standard output in one call.
+/// Writes a result to standard output in one call. Of several processes that share a command only the first writes.
 pub(crate) fn emit(text: &str) -> Result<(), Error> {
+    if !ranks::leads() {
+        return Ok(());
+    }
     let write = || {
         let mut out = std::io::stdout().lock();
         out.write_all(text.as_bytes())?;
@@ -84,7 +88,8 @@ pub(crate) struct Progress {
 impl Progress {
     pub fn new(common: &Common) -> Self {
         let terminal = std::io::stderr().is_terminal();
-        let bar = (terminal && !common.quiet).then(|| {
+        let quiet = common.quiet || !ranks::leads();
+        let bar = (terminal && !quiet).then(|| {
             let bar = ProgressBar::new_spinner();
             if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {msg}") {
                 bar.set_style(style);
@@ -92,7 +97,7 @@ impl Progress {
             bar.enable_steady_tick(Duration::from_millis(100));
             bar
         });
-        Self { bar, lines: !terminal && !common.quiet }
+        Self { bar, lines: !terminal && !quiet }
     }
 
     /// Returns whether progress goes to a terminal, where a line can change.

@@ -17,6 +17,7 @@ use super::domain::AnyDomain;
 use super::framed;
 use super::goal_sets;
 use super::output::{Grid, Progress, counted, unbroken, use_threads, wrapped};
+use super::ranks;
 
 pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
     let out = args.out.place()?;
@@ -85,7 +86,7 @@ pub(crate) fn no_goal() -> Error {
 /// Builds the planner graph with the given options.
 pub(crate) fn build(domain: &Domain, args: &PlannerArgs, seed: u64) -> Result<Planner, Error> {
     let mode: Population = args.mode.parse()?;
-    let plan = PopulationPlan::all(mode);
+    let plan = ranks::shared(PopulationPlan::all(mode));
     Ok(Planner::with_plan(domain, args.spec(), &plan, Seed::new(seed))?)
 }
 

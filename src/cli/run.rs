@@ -32,6 +32,7 @@ use super::args::{BadArgument, Method, RunArgs};
 use super::figures::Figures;
 use super::learn::AnyLearned;
 use super::output::{Progress, counted, emit, emit_json, use_threads};
+use super::ranks;
 use super::watch::ProgressLine;
 use super::{config, folder, plan, report};
 
@@ -49,7 +50,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let spec = episode_spec(args)?;
     check_dimensions(args, &*task)?;
     use_threads(&args.common)?;
-    let folder = folder::open(args)?;
+    ranks::check_alike(None)?;
+    let folder = ranks::leads().then(|| folder::open(args)).transpose()?;
     let begun = Instant::now();
     let progress = Progress::new(&args.common);
     let seed = Seed::new(args.common.seed);
@@ -80,6 +82,15 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let least = runner.least_skills(&scene)?;
     let tally = Tally::of(&reports, least);
 
+    let failed = tally.failures.len();
+    let outcome = match failed {
+        0 => Outcome::Done,
+        failed => {
+            let sentence = format!("{failed} of {} failed", counted(tally.episodes, "episode"));
+            Outcome::Failed(sentence)
+        }
+    };
+    let Some(folder) = folder else { return Ok(outcome) };
     progress.say(format!("writing {}", folder.path().display()));
     let physics_s = episodes.iter().map(|e| e.episode.physics_wall.as_secs_f64()).sum();
     let (shown, learned, reports, tally) = (&shown, &learned, &reports, &tally);
@@ -104,13 +115,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     } else {
         emit(&result.text(args, folder.path(), begun.elapsed().as_secs_f64()))?;
     }
-    match tally.failures.len() {
-        0 => Ok(Outcome::Done),
-        failed => {
-            let sentence = format!("{failed} of {} failed", counted(tally.episodes, "episode"));
-            Ok(Outcome::Failed(sentence))
-        }
-    }
+    Ok(outcome)
 }
 
 /// Refuses options that cannot be used.
@@ -353,19 +358,24 @@ fn episodes(
         }
         Ok::<_, TaskError>((over, activity))
     };
-    let others = || {
-        (0..all)
-            .into_par_iter()
-            .filter(|index| *index != chosen)
-            .map(|index| {
-                let over = run(index, &mut Ignore, None)?;
-                let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-                progress.say(format!("{done} of {all} episodes done"));
-                Ok(over)
-            })
-            .collect::<Result<Vec<_>, TaskError>>()
+    let other = |index: usize| {
+        let over = run(index, &mut Ignore, None)?;
+        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+        progress.say(format!("{done} of {all} episodes done"));
+        Ok(over)
     };
-    let (recorded, others) = rayon::join(recorded, others);
+    let rest = |index: &usize| *index != chosen;
+    let others = || {
+        let others = (0..all).into_par_iter().filter(rest).map(other);
+        others.collect::<Result<Vec<_>, TaskError>>()
+    };
+    let in_order = || (0..all).filter(rest).map(other).collect();
+    let (recorded, others) = match (all, ranks::seat()) {
+        // Alone, the episode has all threads for its ticks. Ranks must run their episodes in the same order.
+        (1, _) => (recorded(), Ok(Vec::new())),
+        (_, Some(_)) => (recorded(), in_order()),
+        _ => rayon::join(recorded, others),
+    };
     let ((recorded, activity), mut episodes) = (recorded?, others?);
     episodes.insert(chosen, recorded);
     let activity = activity.ok_or_else(|| BadArgument("no activity was recorded".into()))?;

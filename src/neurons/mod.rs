@@ -98,4 +98,5 @@ pub use layer::{
 pub use lower::{neurons, own_neurons};
 pub use model::{Lif, TuningError};
 pub use plan::{LifSpec, PathPattern, PatternError, Population, PopulationPlan, UnknownMode};
+pub use population::solver_signature;
 pub use solved::{SolvedError, SolvedFileError, SolvedModel};

@@ -436,6 +436,26 @@ impl Maker<'_> {
     }
 }
 
+/// Returns a number that differs between processors on which decoders are solved to different bits: a hash of the decoders
+/// of a small bank. Takes some milliseconds.
+///
+/// Ranks that solve the same graph on processors of different kinds compare it at the start
+/// ([`Ranks::differs`](crate::sim::Ranks::differs)).
+pub fn solver_signature() -> u64 {
+    let spec = LifSpec::default();
+    let deal = Deal::new(None);
+    let (dt_s, seed) = (0.001, Seed::new(1));
+    let firing = Firing::Spikes;
+    let maker =
+        Maker { spec: &spec, firing, dt_s, path: "signature", seed, solved: None, deal: &deal };
+    let mut hash = Fingerprint::default();
+    // Large enough for the matrix kernels that the processor chooses.
+    if let Ok(bank) = maker.pointer(32, 1.0) {
+        hash.reals(&bank.bank().decoders);
+    }
+    hash.value()
+}
+
 /// How intercepts are distributed above a level.
 #[derive(Clone, Copy)]
 pub(super) enum Spread {

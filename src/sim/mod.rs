@@ -93,6 +93,8 @@ mod handle;
 mod kind;
 mod layout;
 mod lowering;
+#[cfg(feature = "mpi")]
+mod mpi;
 mod node;
 mod nodes;
 mod parts;
@@ -125,6 +127,8 @@ pub(crate) use handle::PortRef;
 pub use handle::{In, NodePorts, Out};
 pub use kind::{AsPointer, Kind, Pointer, PointerRef, Scalar, Space, Vector, VocabTag};
 pub use lowering::{LayerRequest, Lowering, LoweringFault, PendingLayer};
+#[cfg(feature = "mpi")]
+pub use mpi::MpiSession;
 pub use node::{
     AdvanceIo, Complex, EmitIo, Inputs, Node, Outputs, Real, Scratch, StateMut, StateRef, StepCx,
 };
