@@ -26,7 +26,8 @@ pub(crate) fn leads() -> bool {
 
 /// Shares the neurons of a plan among the processes that share the command.
 pub(crate) fn shared(plan: PopulationPlan) -> PopulationPlan {
-    seat().into_iter().fold(plan, PopulationPlan::shared)
+    // The first process records the spikes of all.
+    seat().into_iter().fold(plan, |plan, seat| plan.shared(&seat.clone().with_events()))
 }
 
 /// Checks that all processes run the same program with the same arguments, and that their processors solve decoders to the
@@ -96,7 +97,7 @@ pub(crate) fn together(command: &str, main: impl FnOnce() -> Ended) -> ExitCode 
     let session = (launched() > 1 && SHARED.contains(&command)).then(MpiSession::start).flatten();
     let Some(session) = session else { return main().tell() };
     let rank = session.ranks().rank();
-    let _ = SEAT.set(session.ranks().with_events());
+    let _ = SEAT.set(session.ranks());
     let message = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
         eprintln!("symbolt: rank {rank} panicked; all ranks end");

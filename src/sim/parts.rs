@@ -30,6 +30,15 @@ pub trait Parts: Send + Sync {
         let _ = (part, state, unit);
         false
     }
+
+    /// Writes the events of the first `units` units of this part as bits, 32 in a word.
+    fn events(&self, part: usize, state: &[Real], units: usize, words: &mut [Real]) {
+        for (word, bits) in words.iter_mut().enumerate() {
+            let of_word = 32 * word..units.min(32 * (word + 1));
+            let bit = |unit: usize| u32::from(self.event(part, state, unit)) << (unit % 32);
+            *bits = Real::from_bits(of_word.map(bit).fold(0, |bits, bit| bits | bit));
+        }
+    }
 }
 
 /// The sizes of a part, and the process that computes it.

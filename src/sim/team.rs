@@ -97,14 +97,7 @@ impl Share {
                 scratch: self.scratch.lend(plan.scratch),
             };
             parts.advance(&cx, part.index as usize, &mut io);
-            for (word, events) in events.iter_mut().enumerate() {
-                let units = 32 * word..part.units.len().min(32 * (word + 1));
-                let bits = units.fold(0u32, |bits, unit| {
-                    let event = parts.event(part.index as usize, state, unit);
-                    bits | u32::from(event) << (unit % 32)
-                });
-                *events = Real::from_bits(bits);
-            }
+            parts.events(part.index as usize, state, part.units.len(), events);
         }
     }
 }
