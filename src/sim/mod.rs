@@ -133,7 +133,7 @@ pub use node::{
     AdvanceIo, Complex, EmitIo, Inputs, Node, Outputs, Real, Scratch, StateMut, StateRef, StepCx,
 };
 pub use nodes::{Add, AddPorts, Constant, Noise, NoisePorts, Stimulus};
-pub use parts::{PartIo, PartSpec, Parts};
+pub use parts::{Batch, PartIo, PartSpec, Parts};
 pub use port::{AnyInput, AnyOutput, InputSpec, OutputSpec, PortDecl, ScratchSpec, StateSpec};
 pub use probe::{Capacity, ProbeId, ProbeSpec, Samples};
 pub use ranks::{Exchange, ExchangeFault, Lengths, Ranks};

@@ -1,6 +1,8 @@
 //! Parts: the independent pieces in which a node advances, on several threads and in several processes.
 
+use super::arena::ScratchArena;
 use super::node::{Inputs, Outputs, Real, Scratch, StepCx};
+use super::span::Span;
 
 /// A node that advances in independent parts, such as the ensembles of a population.
 ///
@@ -29,6 +31,25 @@ pub trait Parts: Send + Sync {
     fn event(&self, part: usize, state: &[Real], unit: usize) -> bool {
         let _ = (part, state, unit);
         false
+    }
+
+    /// Advances several parts. Do not override this method.
+    ///
+    /// The loop stands here, and not around a call of [`advance`](Parts::advance), because a neuron's numbers stream through
+    /// the caches: between two calls of the engine the node itself would leave them.
+    fn advance_all(&self, cx: &StepCx<'_>, batch: Batch<'_>) {
+        let Batch { items, inputs, state, results, scratch, sizes } = batch;
+        for item in items {
+            let (results, events) =
+                results[item.results.of()].split_at_mut(item.own_results as usize);
+            let state = &mut state[item.state.of()];
+            let scratch = scratch.lend(sizes);
+            let part = item.part as usize;
+            self.advance(cx, part, &mut PartIo { inputs, state: &mut *state, results, scratch });
+            if !events.is_empty() {
+                self.events(part, state, item.units as usize, events);
+            }
+        }
     }
 
     /// Writes the events of the first `units` units of this part as bits, 32 in a word.
@@ -67,4 +88,28 @@ pub struct PartIo<'a> {
     pub results: &'a mut [Real],
     /// Scratch memory, as the node declares it.
     pub scratch: Scratch<'a>,
+}
+
+/// Parts of one node that a thread advances, and the memory for them.
+#[derive(Debug)]
+pub struct Batch<'a> {
+    pub(super) items: &'a [Item],
+    pub(super) inputs: Inputs<'a>,
+    pub(super) state: &'a mut [Real],
+    pub(super) results: &'a mut [Real],
+    pub(super) scratch: &'a mut ScratchArena,
+    pub(super) sizes: [u32; 4],
+}
+
+/// The place of a part in the memory of a thread.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Item {
+    /// Index of the part in its node.
+    pub part: u32,
+    /// Range in the state.
+    pub state: Span,
+    /// Range in the results, with the words for events.
+    pub results: Span,
+    pub own_results: u32,
+    pub units: u32,
 }

@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 use super::arena::{Arenas, ScratchArena};
 use super::graph::Graph;
 use super::node::{Real, StepCx};
-use super::parts::PartIo;
+use super::parts::{Batch, Item};
 use super::seed::Seed;
 use super::span::Span;
 use super::tick::{Clock, View};
@@ -24,21 +24,22 @@ use super::tick::{Clock, View};
 /// Time for which a thread without work looks for more before it sleeps.
 const SPIN: Duration = Duration::from_micros(100);
 
-/// One part in a share.
+/// The parts of one node in a share.
 #[derive(Debug, Clone, Copy)]
-struct Item {
-    /// Index in [`Graph::parts`].
-    part: u32,
-    /// Range in the state of the share.
-    state: Span,
-    /// Range in the buffer that the share writes its results to.
-    results: Span,
+struct Run {
+    /// Index in [`Graph::divided`].
+    divided: u32,
+    /// Range in the items of the share.
+    items: Span,
 }
 
 /// Parts that one thread computes, with their states.
 #[derive(Default)]
 pub(super) struct Share {
+    runs: Vec<Run>,
     items: Vec<Item>,
+    /// For each item, its index in [`Graph::parts`].
+    parts: Vec<u32>,
     state: Vec<Real>,
     scratch: ScratchArena,
     work: u64,
@@ -64,12 +65,23 @@ fn deal(graph: &Graph, rank: usize, threads: usize) -> (Vec<Share>, Vec<Option<(
         parts.sort_unstable();
         let mut states = 0;
         for part in parts {
-            let len = graph.parts[part].state.len();
-            places[part] = Some((index as u32, share.items.len() as u32));
+            let plan = &graph.parts[part];
+            let (len, at) = (plan.state.len(), share.items.len() as u32);
+            places[part] = Some((index as u32, at));
+            match share.runs.last_mut() {
+                Some(run) if run.divided == plan.divided => run.items.end = at + 1,
+                _ => {
+                    let items = Span { start: at, end: at + 1 };
+                    share.runs.push(Run { divided: plan.divided, items });
+                }
+            }
+            share.parts.push(part as u32);
             share.items.push(Item {
-                part: part as u32,
+                part: plan.index,
                 state: Span { start: states as u32, end: (states + len) as u32 },
-                results: graph.parts[part].results,
+                results: plan.results,
+                own_results: plan.own_results() as u32,
+                units: plan.units.len() as u32,
             });
             states += len;
         }
@@ -82,22 +94,20 @@ fn deal(graph: &Graph, rank: usize, threads: usize) -> (Vec<Share>, Vec<Option<(
 impl Share {
     /// Advances all parts of the share. The results of each part go to its range in `results`.
     fn run(&mut self, graph: &Graph, view: &View<'_>, results: &mut [Real]) {
-        for item in &self.items {
-            let part = &graph.parts[item.part as usize];
-            let plan = &graph.divided[part.divided as usize];
+        for run in &self.runs {
+            let plan = &graph.divided[run.divided as usize];
             let node = plan.node as usize;
             let Some(parts) = graph.bodies[node].parts() else { continue };
-            let (own, events) = results[item.results.of()].split_at_mut(part.own_results());
-            let state = &mut self.state[item.state.of()];
             let cx = StepCx { node_seed: view.seeds[node], ..view.cx };
-            let mut io = PartIo {
+            let batch = Batch {
+                items: &self.items[run.items.of()],
                 inputs: view.inputs(&graph.slots[plan.slots.of()]),
-                state: &mut *state,
-                results: own,
-                scratch: self.scratch.lend(plan.scratch),
+                state: &mut self.state,
+                results: &mut *results,
+                scratch: &mut self.scratch,
+                sizes: plan.scratch,
             };
-            parts.advance(&cx, part.index as usize, &mut io);
-            parts.events(part.index as usize, state, part.units.len(), events);
+            parts.advance_all(&cx, batch);
         }
     }
 }
@@ -354,8 +364,8 @@ impl Team {
         stage.write().unwrap_or_else(PoisonError::into_inner).swap(arenas, seeds);
         for berth in &crew.shared.berths {
             let held = berth.lock();
-            for item in &held.share.items {
-                let into = &mut results[graph.parts[item.part as usize].results.of()];
+            for (part, item) in held.share.parts.iter().zip(&held.share.items) {
+                let into = &mut results[graph.parts[*part as usize].results.of()];
                 into.copy_from_slice(&held.results[item.results.of()]);
             }
         }
