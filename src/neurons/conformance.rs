@@ -14,7 +14,7 @@ use super::decode::Points;
 use super::model::Lif;
 use super::tuning::Neurons;
 use crate::files::npz::NpzReader;
-use crate::sim::{Real, SimDuration, Threads, lowpass_decay};
+use crate::sim::{Real, SimDuration, lowpass_decay};
 
 const DT_S: f64 = 0.001;
 const TICKS: usize = 1_000;

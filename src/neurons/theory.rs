@@ -4,7 +4,7 @@ use super::bank::{Bank, Draft, Firing, Shape};
 use super::decode::{self, Points};
 use super::model::Lif;
 use super::tuning::{Neurons, either_way};
-use crate::sim::{Real, Seed, Threads};
+use crate::sim::{Real, Seed};
 use rand::RngExt;
 
 const DT_S: f64 = 0.001;

@@ -4,6 +4,7 @@
 //! The tick is 1 ms. Time constants of synapses are 5 ms in feed-forward connections, 100 ms in recurrent connections,
 //! and 10 ms at probes.
 
+mod brain;
 mod networks;
 mod planners;
 
@@ -41,11 +42,13 @@ pub enum Model {
     /// The parts of a goal-stack planner: 13 pointer memories behind 13 gates, associative memories, and an action
     /// selection with 11 rules.
     Large,
+    /// A memory for a list of ten items among a thousand, with 2.5 million neurons in ten areas.
+    Brain,
 }
 
 impl Model {
     /// All models with their names, as [`FromStr`] parses them.
-    pub const ALL: [(&'static str, Self); 7] = [
+    pub const ALL: [(&'static str, Self); 8] = [
         ("bind", Self::Bind),
         ("state", Self::State),
         ("memory", Self::Memory),
@@ -53,6 +56,7 @@ impl Model {
         ("channel", Self::Channel),
         ("planner", Self::Planner),
         ("large", Self::Large),
+        ("brain", Self::Brain),
     ];
 }
 
@@ -203,6 +207,7 @@ impl Standard {
             Model::Channel => networks::channel(self, &mut graph, probed),
             Model::Planner => planners::loop_of_memories(self, &mut graph, probed)?,
             Model::Large => planners::goal_stack(self, &mut graph, probed)?,
+            Model::Brain => brain::list_memory(self, &mut graph, probed)?,
         };
         let plan = self.ranks.iter().fold(plan.clone(), |plan, ranks| plan.shared(ranks));
         let graph = Arc::new(graph.build(Timebase::default(), &plan, self.seed)?);

@@ -154,14 +154,14 @@ pub(super) fn loop_of_memories(
 }
 
 /// A module with a pointer memory behind a gate.
-struct Slot<'a, V: VocabTag> {
-    vocabulary: &'a Vocabulary<V>,
+pub(super) struct Slot<'a, V: VocabTag> {
+    pub vocabulary: &'a Vocabulary<V>,
 }
 
-struct SlotPorts<V: VocabTag> {
-    input: In<Pointer<V>>,
-    open: In<Scalar>,
-    output: Out<Pointer<V>>,
+pub(super) struct SlotPorts<V: VocabTag> {
+    pub input: In<Pointer<V>>,
+    pub open: In<Scalar>,
+    pub output: Out<Pointer<V>>,
 }
 
 impl<V: VocabTag> Module for Slot<'_, V> {

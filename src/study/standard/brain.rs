@@ -1,0 +1,109 @@
+//! The largest standard network: a memory for a list, with the number of neurons of the largest functional brain model
+//! (Eliasmith et al., "A large-scale model of the functioning brain", 2012: 2.5 million).
+//!
+//! Ten areas work side by side. Each sees a mixture of two items, cleans it up among a thousand, holds it behind a gate,
+//! and binds it to its place in the list. A trace holds the sum of all ten bound pairs. Then one place is asked for: it is
+//! unbound from the trace and cleaned up. Basal ganglia open the gates, first for the list and then for the question.
+
+use super::planners::Slot;
+use super::{Plain, Reading, Standard, Watched};
+use crate::neurons::SelectRule;
+use crate::sim::{
+    Constant, GraphBuilder, In, Out, Pointer, ProbeSpec, Real, Scalar, SimDuration, Stimulus,
+    Synapse,
+};
+use crate::spa::{
+    BasalGanglia, Bind, CleanupMemory, FEED_FORWARD, Linear, Superpose, Unbind, VocabError,
+    VocabularyBuilder,
+};
+
+/// Number of areas, and of places in the list.
+const AREAS: usize = 10;
+/// Number of items among which is cleaned up.
+const ITEMS: usize = 1_000;
+/// The place that is asked for, counted from 0.
+const ASKED: usize = 6;
+/// Simulated time for which the list is taken up. Then the question is asked.
+const LIST_MS: u64 = 160;
+/// Similarity above which an item counts as seen.
+const SEEN: SelectRule = SelectRule::WinnerTakeAll { level: 0.5 };
+/// Similarity above which an item counts as recalled. In a sum of ten pairs of unit length an item has the similarity
+/// 0.32, and the nearest of a thousand others about 0.2.
+const RECALLED: SelectRule = SelectRule::WinnerTakeAll { level: 0.25 };
+
+/// The gates that each rule opens.
+const RULES: [(&str, &[&str]); 2] =
+    [("take_up", &["item", "place", "pair", "trace"]), ("ask", &["question", "answer"])];
+
+/// Adds the network. The answer is probed.
+pub(super) fn list_memory(
+    of: &Standard,
+    graph: &mut GraphBuilder,
+    probed: ProbeSpec,
+) -> Result<(Watched, Reading), VocabError> {
+    let none = Synapse::None;
+    let names: Vec<String> = (0..ITEMS).map(|i| format!("ITEM_{i}")).collect();
+    let items = || names.iter().map(String::as_str);
+    let places: Vec<String> = (0..AREAS).map(|i| format!("PLACE_{i}")).collect();
+    let known = VocabularyBuilder::<Plain>::new(of.dimensions, of.seed)
+        .max_similarity(1.0)
+        .pointers(items().chain(places.iter().map(String::as_str)))
+        .build()?;
+    let space = known.space();
+
+    let turn = |rule: usize| -> Vec<Real> {
+        (0..RULES.len()).map(|r| if r == rule { 0.8 } else { 0.3 }).collect()
+    };
+    let turns = Stimulus::vector(&turn(0)).from(SimDuration::from_millis(LIST_MS), &turn(1));
+    let turns = graph.add("turns", turns);
+    let selection = graph.add("selection", BasalGanglia::new(RULES.len()));
+    graph.connect(&turns, &selection.utilities, none);
+    let slot = |graph: &mut GraphBuilder, area: &str, gate: &str| {
+        let path = if area.is_empty() { gate.to_owned() } else { format!("{gate}_{area}") };
+        let slot = graph.add(&path, Slot { vocabulary: &known });
+        let row = RULES.iter().map(|(_, gates)| if gates.contains(&gate) { 1.0 } else { 0.0 });
+        let open = graph.add(&format!("open_{path}"), Linear::weighted_sum(row.collect()));
+        graph.connect(&selection.chosen, &open.input, none);
+        let opened: &In<Scalar> = &slot.open;
+        graph.connect(&open.output, opened, none);
+        slot
+    };
+
+    let sum = Superpose::new(&known, &[(AREAS as Real).sqrt().recip(); AREAS]);
+    let sum = graph.add("sum", sum);
+    for (area, place) in places.iter().enumerate() {
+        let name = area.to_string();
+        let seen = known.parse(&format!("0.8 * ITEM_{area} + 0.3 * ITEM_{}", area + AREAS))?;
+        let seen = graph.add(&format!("seen_{name}"), Constant::pointer(space, &seen));
+        let there =
+            graph.add(&format!("there_{name}"), Constant::pointer(space, &known.get(place)?));
+        let memory = CleanupMemory::new(&known, items(), SEEN)?;
+        let recognised = graph.add(&format!("recognised_{name}"), memory);
+        let [item, place, pair] = ["item", "place", "pair"].map(|gate| slot(graph, &name, gate));
+        let bind = graph.add(&format!("bind_{name}"), Bind::new(&known).synapse(FEED_FORWARD));
+        graph.connect(&seen, &recognised.input, none);
+        graph.connect(&recognised.output, &item.input, none);
+        graph.connect(&there, &place.input, none);
+        graph.connect(&item.output, &bind.a, none);
+        graph.connect(&place.output, &bind.b, none);
+        graph.connect(&bind.output, &pair.input, none);
+        graph.connect(&pair.output, &sum.inputs[area], none);
+    }
+    let trace = slot(graph, "", "trace");
+    graph.connect(&sum.output, &trace.input, none);
+
+    let asked = Constant::pointer(space, &known.get(&places[ASKED])?);
+    let asked = graph.add("asked", asked);
+    let question = slot(graph, "", "question");
+    graph.connect(&asked, &question.input, none);
+    let unbind = graph.add("unbind", Unbind::new(&known).synapse(FEED_FORWARD));
+    graph.connect(&trace.output, &unbind.bound, none);
+    graph.connect(&question.output, &unbind.role, none);
+    let recall = graph.add("recall", CleanupMemory::new(&known, items(), RECALLED)?);
+    graph.connect(&unbind.output, &recall.input, none);
+    let answer = slot(graph, "", "answer");
+    graph.connect(&recall.output, &answer.input, none);
+    let answered: &Out<Pointer<Plain>> = &answer.output;
+    let right = known.get(&names[ASKED])?.to_vec();
+    Ok((Watched::Pointer(graph.probe(answered, probed)), Reading::Cosine(right)))
+}
