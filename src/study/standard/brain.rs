@@ -1,9 +1,10 @@
 //! The largest standard network: a memory for a list, with the number of neurons of the largest functional brain model
 //! (Eliasmith et al., "A large-scale model of the functioning brain", 2012: 2.5 million).
 //!
-//! Ten areas work side by side. Each sees a mixture of two items, cleans it up among a thousand, holds it behind a gate,
-//! and binds it to its place in the list. A trace holds the sum of all ten bound pairs. Then one place is asked for: it is
-//! unbound from the trace and cleaned up. Basal ganglia open the gates, first for the list and then for the question.
+//! Nine areas work side by side. Each sees a mixture of two items, cleans it up among a thousand, lets it through a gate,
+//! and binds it to its place in the list. Two traces hold the sums of the bound pairs, five and four. Then one place is
+//! asked for: each trace is unbound by it, and what results is cleaned up. Basal ganglia open the gates, first for the
+//! list and then for the question.
 
 use super::planners::Slot;
 use super::{Plain, Reading, Standard, Watched};
@@ -18,7 +19,9 @@ use crate::spa::{
 };
 
 /// Number of areas, and of places in the list.
-const AREAS: usize = 10;
+const AREAS: usize = 9;
+/// Places in the first trace. The second holds the others.
+const FIRST: usize = 5;
 /// Number of items among which is cleaned up.
 const ITEMS: usize = 1_000;
 /// The place that is asked for, counted from 0.
@@ -27,9 +30,19 @@ const ASKED: usize = 6;
 const LIST_MS: u64 = 160;
 /// Similarity above which an item counts as seen.
 const SEEN: SelectRule = SelectRule::WinnerTakeAll { level: 0.5 };
-/// Similarity above which an item counts as recalled. In a sum of ten pairs of unit length an item has the similarity
-/// 0.32, and the nearest of a thousand others about 0.2.
+/// Similarity above which an item counts as recalled. In a sum of four pairs of unit length an item has the similarity
+/// 0.5, and the nearest of a thousand others about 0.2.
 const RECALLED: SelectRule = SelectRule::WinnerTakeAll { level: 0.25 };
+
+/// The gate of the only memories. What the others let through is gone when they close.
+const HELD: &str = "trace";
+/// Weight of a pair in a trace. The sum is then about twice as long as a trace can hold, so that the trace is filled
+/// within the time for the list.
+const WEIGHT: Real = 0.9;
+
+/// Weight with which a chosen rule opens a gate. It is above 1, so that a gate is wide open although the choice
+/// fluctuates around 1.
+const OPEN: Real = 1.3;
 
 /// The gates that each rule opens.
 const RULES: [(&str, &[&str]); 2] =
@@ -60,8 +73,8 @@ pub(super) fn list_memory(
     graph.connect(&turns, &selection.utilities, none);
     let slot = |graph: &mut GraphBuilder, area: &str, gate: &str| {
         let path = if area.is_empty() { gate.to_owned() } else { format!("{gate}_{area}") };
-        let slot = graph.add(&path, Slot { vocabulary: &known });
-        let row = RULES.iter().map(|(_, gates)| if gates.contains(&gate) { 1.0 } else { 0.0 });
+        let slot = graph.add(&path, Slot { vocabulary: &known, recurrent: gate == HELD });
+        let row = RULES.iter().map(|(_, gates)| if gates.contains(&gate) { OPEN } else { 0.0 });
         let open = graph.add(&format!("open_{path}"), Linear::weighted_sum(row.collect()));
         graph.connect(&selection.chosen, &open.input, none);
         let opened: &In<Scalar> = &slot.open;
@@ -69,8 +82,7 @@ pub(super) fn list_memory(
         slot
     };
 
-    let sum = Superpose::new(&known, &[(AREAS as Real).sqrt().recip(); AREAS]);
-    let sum = graph.add("sum", sum);
+    let mut pairs = Vec::new();
     for (area, place) in places.iter().enumerate() {
         let name = area.to_string();
         let seen = known.parse(&format!("0.8 * ITEM_{area} + 0.3 * ITEM_{}", area + AREAS))?;
@@ -87,23 +99,33 @@ pub(super) fn list_memory(
         graph.connect(&item.output, &bind.a, none);
         graph.connect(&place.output, &bind.b, none);
         graph.connect(&bind.output, &pair.input, none);
-        graph.connect(&pair.output, &sum.inputs[area], none);
+        pairs.push(pair.output);
     }
-    let trace = slot(graph, "", "trace");
-    graph.connect(&sum.output, &trace.input, none);
-
     let asked = Constant::pointer(space, &known.get(&places[ASKED])?);
     let asked = graph.add("asked", asked);
     let question = slot(graph, "", "question");
     graph.connect(&asked, &question.input, none);
-    let unbind = graph.add("unbind", Unbind::new(&known).synapse(FEED_FORWARD));
-    graph.connect(&trace.output, &unbind.bound, none);
-    graph.connect(&question.output, &unbind.role, none);
-    let recall = graph.add("recall", CleanupMemory::new(&known, items(), RECALLED)?);
-    graph.connect(&unbind.output, &recall.input, none);
-    let answer = slot(graph, "", "answer");
-    graph.connect(&recall.output, &answer.input, none);
-    let answered: &Out<Pointer<Plain>> = &answer.output;
+    let (first, second) = pairs.split_at(FIRST);
+    let mut answers = Vec::new();
+    for (name, pairs) in [("first", first), ("second", second)] {
+        let sum = Superpose::new(&known, &vec![WEIGHT; pairs.len()]);
+        let sum = graph.add(&format!("sum_{name}"), sum);
+        for (pair, input) in pairs.iter().zip(&sum.inputs) {
+            graph.connect(pair, input, none);
+        }
+        let [trace, answer] = ["trace", "answer"].map(|gate| slot(graph, name, gate));
+        let unbind = Unbind::new(&known).synapse(FEED_FORWARD);
+        let unbind = graph.add(&format!("unbind_{name}"), unbind);
+        let recall = CleanupMemory::new(&known, items(), RECALLED)?;
+        let recall = graph.add(&format!("recall_{name}"), recall);
+        graph.connect(&sum.output, &trace.input, none);
+        graph.connect(&trace.output, &unbind.bound, none);
+        graph.connect(&question.output, &unbind.role, none);
+        graph.connect(&unbind.output, &recall.input, none);
+        graph.connect(&recall.output, &answer.input, none);
+        answers.push(answer.output);
+    }
     let right = known.get(&names[ASKED])?.to_vec();
-    Ok((Watched::Pointer(graph.probe(answered, probed)), Reading::Cosine(right)))
+    let answer: &Out<Pointer<Plain>> = &answers[usize::from(ASKED >= FIRST)];
+    Ok((Watched::Pointer(graph.probe(answer, probed)), Reading::Cosine(right)))
 }

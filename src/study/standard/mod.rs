@@ -42,7 +42,7 @@ pub enum Model {
     /// The parts of a goal-stack planner: 13 pointer memories behind 13 gates, associative memories, and an action
     /// selection with 11 rules.
     Large,
-    /// A memory for a list of ten items among a thousand, with 2.5 million neurons in ten areas.
+    /// A memory for a list of nine items among a thousand, with 2.5 million neurons.
     Brain,
 }
 

@@ -153,9 +153,10 @@ pub(super) fn loop_of_memories(
     Ok((probe, Reading::Both(symbols.needed()?)))
 }
 
-/// A module with a pointer memory behind a gate.
+/// A module with a pointer population behind a gate. It holds its value if it is recurrent.
 pub(super) struct Slot<'a, V: VocabTag> {
     pub vocabulary: &'a Vocabulary<V>,
+    pub recurrent: bool,
 }
 
 pub(super) struct SlotPorts<V: VocabTag> {
@@ -169,7 +170,9 @@ impl<V: VocabTag> Module for Slot<'_, V> {
 
     fn expand(self, scope: &mut Scope<'_>) -> SlotPorts<V> {
         let gate = scope.add("gate", Gate::new(self.vocabulary));
-        let memory = scope.add("memory", State::new(self.vocabulary).recurrent(RECURRENT));
+        let state = State::new(self.vocabulary);
+        let state = if self.recurrent { state.recurrent(RECURRENT) } else { state };
+        let memory = scope.add("memory", state);
         scope.connect(&gate.output, &memory.input, Synapse::None);
         SlotPorts {
             input: scope.input("input", gate.input),
@@ -224,12 +227,12 @@ pub(super) fn goal_stack(
         graph.connect(&map.output, port, none);
     };
     let state_slot = |graph: &mut GraphBuilder, name: &str| {
-        let slot = graph.add(name, Slot { vocabulary: states });
+        let slot = graph.add(name, Slot { vocabulary: states, recurrent: true });
         open(graph, name, &slot.open);
         slot
     };
     let action_slot = |graph: &mut GraphBuilder, name: &str| {
-        let slot = graph.add(name, Slot { vocabulary: actions });
+        let slot = graph.add(name, Slot { vocabulary: actions, recurrent: true });
         open(graph, name, &slot.open);
         slot
     };
