@@ -72,6 +72,7 @@
 //! |---|---|---|
 //! | `physics` | yes | the scene in Rapier, skills, the closed loop, and the report |
 //! | `cli` | yes | the program `symbolt`; turns on `physics` |
+//! | `mpi` | no | graphs on several processes ([`Ranks`](sim::Ranks)); needs an MPI library and libclang |
 //!
 //! Without default features the crate has the engine, the neurons, the algebra, the learner, the planner and the
 //! experiments.

@@ -131,7 +131,7 @@ pub(crate) struct RunArgs {
 #[derive(Debug, Clone, Args)]
 #[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct BenchArgs {
-    /// Network: bind, state, memory, select, channel, planner or large
+    /// Network: bind, state, memory, select, channel, planner, large or brain
     pub model: String,
     #[command(flatten)]
     pub common: Common,

@@ -177,6 +177,7 @@ fn summary(
         "model": args.model,
         "mode": args.mode,
         "neurons": measured.neurons,
+        "exchanged_values": measured.exchanged_values,
         "dimensions": args.dimensions,
         "threads": rayon::current_num_threads(),
         "ranks": ranks::seat().map_or(1, |seat| seat.ranks()),

@@ -219,6 +219,12 @@ impl Graph {
         self.edges.len()
     }
 
+    /// Returns the number of values that the parts of all nodes hand on in a tick ([`Parts`](super::Parts)). Ranks exchange
+    /// them, four bytes each.
+    pub fn exchanged_values(&self) -> usize {
+        self.parts.iter().map(|part| part.results.len()).sum()
+    }
+
     /// Returns the paths of all nodes, in the order in which they emit.
     pub fn paths(&self) -> impl Iterator<Item = &str> {
         self.nodes.iter().map(|n| n.path.as_str())

@@ -73,6 +73,11 @@
 //! A graph can link to one [`World`], such as a physics scene, that runs in the same simulated time. Once per period
 //! the world reads commands from the graph and writes sensed values to the graph.
 //!
+//! # Threads and ranks
+//!
+//! Nodes with [`Parts`], such as populations of neurons, are shared among the threads of a run ([`Threads`]) and among
+//! processes ([`Ranks`]). The bits are the same. The guide `docs/parallel.md` describes both.
+//!
 //! # How it differs from similar engines
 //!
 //! Connections without a synapse copy nothing: outputs are stored in topological order, so a node reads the outputs of

@@ -118,6 +118,8 @@ impl Default for Standard {
 pub struct Measured {
     /// Number of neurons; 0 in direct mode.
     pub neurons: usize,
+    /// Number of decoded values in a tick, which ranks would exchange; 0 in direct mode.
+    pub exchanged_values: usize,
     /// Wall-clock time of the build in seconds, including drawing neurons and solving decoders.
     pub build_s: f64,
     /// Wall-clock time of the run, in seconds.
@@ -262,6 +264,7 @@ impl Built {
         let steps = self.neurons as f64 * self.spec.sim_ms as f64;
         Ok(Measured {
             neurons: self.neurons,
+            exchanged_values: self.graph.exchanged_values(),
             build_s: self.build_s,
             run_s,
             sim_s,

@@ -1,0 +1,165 @@
+//! Processes under `mpirun`: the same bits for any number of ranks, and one end for all. Needs the feature `mpi`.
+
+#![allow(clippy::expect_used)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::time::Duration;
+
+/// A command that runs `program` on so many ranks. More ranks than cores are allowed.
+fn mpirun(ranks: usize, program: &Path) -> Command {
+    let mut command = Command::new("mpirun");
+    command
+        .args(["--oversubscribe", "-n", &ranks.to_string()])
+        .arg(program)
+        .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
+        .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1");
+    command
+}
+
+fn symbolt(ranks: usize, args: &[&str]) -> Command {
+    let mut command = mpirun(ranks, Path::new(env!("CARGO_BIN_EXE_symbolt")));
+    command.args(args);
+    command
+}
+
+fn output(mut command: Command) -> Output {
+    command.output().expect("mpirun can be started")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+#[test]
+fn standard_networks_measure_the_same_quality_on_one_to_three_ranks() {
+    for model in ["bind", "state", "memory", "select", "channel", "planner", "large"] {
+        let quality = |ranks: usize| {
+            let args = ["bench", model, "--neurons-scale", "0.2", "--dimensions", "64"];
+            let mut command = symbolt(ranks, &args);
+            command.args(["--sim-seconds", "0.3", "--runs", "1", "--json", "--quiet"]);
+            let output = output(command);
+            let line = text(&output.stdout);
+            assert!(output.status.success(), "{model} on {ranks}: {}", text(&output.stderr));
+            let json: serde_json::Value = serde_json::from_str(&line).expect("one line of JSON");
+            assert_eq!(json["ranks"], ranks);
+            assert!(json["neurons"].as_u64() > Some(0));
+            json["quality"].to_string()
+        };
+        let alone = quality(1);
+        for ranks in [2, 3] {
+            assert_eq!(quality(ranks), alone, "{model} on {ranks} ranks");
+        }
+    }
+}
+
+/// Runs the program in physics and in spikes, and returns the files that depend on no wall clock.
+fn closed_loop(ranks: usize, folder: &Path) -> Vec<Vec<u8>> {
+    let out = folder.join(format!("ranks-{ranks}"));
+    let out_text = out.to_str().expect("UTF-8");
+    let args =
+        ["run", "--seed", "3", "--demos", "2", "--mode", "lif", "--quiet", "--out", out_text];
+    let output = output(symbolt(ranks, &args));
+    assert!(output.status.success(), "{ranks}: {}", text(&output.stderr));
+    let files = ["recording.jsonl", "domain.json", "scene.json", "trace.jsonl", "arrays.npz"];
+    files.map(|file| fs::read(out.join(file)).expect("written")).into()
+}
+
+#[test]
+fn a_run_in_spikes_writes_the_same_files_on_one_and_two_ranks() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let alone = closed_loop(1, folder.path());
+    assert!(alone.iter().all(|file| file.len() > 100));
+    let together = closed_loop(2, folder.path());
+    for (index, (a, b)) in alone.iter().zip(&together).enumerate() {
+        assert!(a == b, "file {index}");
+    }
+}
+
+fn example() -> PathBuf {
+    // Examples lie beside the program.
+    Path::new(env!("CARGO_BIN_EXE_symbolt")).with_file_name("examples").join("ranks")
+}
+
+#[test]
+fn a_checkpoint_of_three_ranks_resumes_on_one_and_two() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let run = |ranks: usize, resume: Option<&Path>| {
+        let mut command = mpirun(ranks, &example());
+        command.env("TMPDIR", folder.path()).args(resume);
+        let output = output(command);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    let file = folder.path().join("symbolt-ranks.json");
+    let alone = run(1, None);
+    let of_one = fs::read(&file).expect("written");
+    let three = run(3, None);
+    assert!(fs::read(&file).expect("written") == of_one, "the checkpoints differ");
+    assert_eq!(alone, three);
+    let last = |text: &str| text.lines().last().map(String::from);
+    assert!(last(&alone).is_some_and(|line| line.starts_with("similarity to CUP at 0.2 s: 0.9")));
+    for ranks in [1, 2] {
+        assert_eq!(last(&run(ranks, Some(&file))), last(&alone), "{ranks}");
+    }
+}
+
+#[test]
+fn an_error_that_all_share_is_told_once() {
+    let output = output(symbolt(3, &["bench", "bind", "--mode", "nope"]));
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert_eq!(said.matches("there is no mode `nope`").count(), 1, "{said}");
+}
+
+#[test]
+fn an_error_of_one_rank_ends_all_and_names_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("taken");
+    fs::write(&file, "not a folder").expect("written");
+    let out = file.join("out");
+    let args = ["run", "--quiet", "--out", out.to_str().expect("UTF-8")];
+    // The first rank alone opens the folder. The others would go on for much longer.
+    let output = output(symbolt(2, &args));
+    let said = text(&output.stderr);
+    assert!(!output.status.success());
+    assert!(said.contains("symbolt: rank 0: cannot"), "{said}");
+    assert_eq!(fs::read_dir(folder.path()).expect("there").count(), 1, "nothing else is written");
+}
+
+#[test]
+fn a_killed_rank_ends_all_and_is_named() {
+    let args = ["bench", "channel", "--sim-seconds", "3600", "--threads", "1", "--quiet"];
+    let mut command = symbolt(2, &args);
+    let child = command
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .expect("mpirun can be started");
+    // The ranks are the children of `mpirun`.
+    let ranks = || {
+        let of = child.id().to_string();
+        let list = Command::new("ps").args(["-o", "pid=", "--ppid", &of]).output();
+        let pids = text(&list.expect("ps").stdout);
+        pids.split_whitespace().map(String::from).collect::<Vec<_>>()
+    };
+    let mut pids = ranks();
+    for _ in 0..600 {
+        if pids.len() == 2 {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(50));
+        pids = ranks();
+    }
+    assert_eq!(pids.len(), 2, "two ranks have started");
+    // Long enough for MPI to start.
+    std::thread::sleep(Duration::from_secs(2));
+    let killed = Command::new("kill").args(["-9", &pids[1]]).status().expect("kill");
+    assert!(killed.success());
+    // Without an end the test would wait for an hour of simulated time.
+    let output = child.wait_with_output().expect("it ends");
+    let said = text(&output.stderr) + &text(&output.stdout);
+    assert!(!output.status.success());
+    assert!(said.contains("rank 1") && said.contains("signal 9"), "{said}");
+}
