@@ -14,6 +14,8 @@ const LEVEL: Real = 0.4;
 const HELPS: Real = 1.2 * LEVEL;
 /// Weight of a new goal.
 const FRESH: Real = -0.3 * LEVEL;
+/// Weight of an operator with a precondition that serves another unmet goal.
+const SHARES: Real = LEVEL;
 /// Weight with which a veto keeps an operator out of the race. It must outweigh the greatest gain in the longest race.
 pub(super) const BAR: Real = -16.0;
 /// Weight with which a winner holds the accumulators of all others down. With less, those that come a few milliseconds later
@@ -110,6 +112,8 @@ impl Choice {
 
         let impatience = impatience(w, phases, elapsed);
         w.link(&impatience, &utilities, (0..RUNGS).flat_map(|rung| spread(rung, operators, 1.0)));
+        let shares = shares(w, rules, open);
+        w.link(&shares, &utilities, each(operators, SHARES));
 
         let winner = race(w, operators, (phases, signals), &utilities);
         Self { gains, eligible, utilities, winner }
@@ -137,6 +141,13 @@ fn helps(w: &mut Wiring<'_, '_>, rules: &Regression, goals: &Group, open: &Group
         w.link(wanted, &helps, rules.links(|o| &o.adds, 1.0));
     }
     helps
+}
+
+/// Adds the operators with a precondition that serves another unmet goal.
+fn shares(w: &mut Wiring<'_, '_>, rules: &Regression, open: &Group) -> Group {
+    let shares = w.units("shares", rules.operators.len());
+    w.link(open, &shares, rules.links(|o| &o.serves, 1.0));
+    shares
 }
 
 /// Adds a row of units that become active one after the other while a race lasts, and fall silent with it.

@@ -32,7 +32,7 @@ impl Layout {
         let rules = self.fluents.saturating_mul(3 * LEVELS + 16);
         // Pairs of fluents are kept as a table while the planner is built.
         let table = self.fluents.saturating_mul(self.fluents) / 256;
-        let fixed = rules.saturating_add(self.operators.saturating_mul(14)).saturating_add(table);
+        let fixed = rules.saturating_add(self.operators.saturating_mul(15)).saturating_add(table);
         self.slots.saturating_mul(row.saturating_add(4 * LEVELS + 5)).saturating_add(fixed)
     }
 
