@@ -14,8 +14,9 @@ const LEVEL: Real = 0.4;
 const HELPS: Real = 1.2 * LEVEL;
 /// Weight of a new goal.
 const FRESH: Real = -0.3 * LEVEL;
-/// Weight of an operator with a precondition that serves another unmet goal.
-const SHARES: Real = LEVEL;
+/// Weight of an operator with a precondition that serves another unmet goal. With a whole level, operators that serve are
+/// worth as much as better ones, and plans grow longer in spikes.
+const SHARES: Real = 0.6 * LEVEL;
 /// Weight with which a veto keeps an operator out of the race. It must outweigh the greatest gain in the longest race.
 pub(super) const BAR: Real = -16.0;
 /// Weight with which a winner holds the accumulators of all others down. With less, those that come a few milliseconds later

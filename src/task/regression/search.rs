@@ -30,7 +30,7 @@ pub struct SearchSpec {
 
 impl Default for SearchSpec {
     fn default() -> Self {
-        Self { noise: 0.1, slots: 48, tries: 10, helps: 1.2, fresh: 0.3, shares: 1.0 }
+        Self { noise: 0.1, slots: 48, tries: 10, helps: 1.2, fresh: 0.3, shares: 0.6 }
     }
 }
 
