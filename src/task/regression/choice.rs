@@ -1,11 +1,11 @@
 //! The choice of an operator: which ones achieve a goal, what they are worth, and the race among them.
 
-use super::control::{Phase, Signal};
+use super::control::{Control, Phase, Signal};
 use super::costs::LEVELS;
 use super::rules::{Regressed, Regression};
 use super::wiring::{AND, Group, Weight, Wiring, each, gather, spread};
 use crate::neurons::Map;
-use crate::sim::{Real, SimDuration};
+use crate::sim::{Real, SimDuration, Synapse};
 
 /// Weight of one level of cost in a utility. With greater weights, utilities of several levels saturate; with smaller ones
 /// the race is slower and less exact.
@@ -14,13 +14,24 @@ const LEVEL: Real = 0.4;
 const HELPS: Real = 1.2 * LEVEL;
 /// Weight of a new goal.
 const FRESH: Real = -0.3 * LEVEL;
-/// Weight with which winners inhibit each other. Two equal ones stay, and the first is taken.
-const RIVALRY: Real = 0.5;
+/// Weight of an operator with a precondition that serves another unmet goal. With a whole level, operators that serve are
+/// worth as much as better ones, and plans grow longer in spikes.
+const SHARES: Real = 0.6 * LEVEL;
+/// Weight with which a veto keeps an operator out of the race. It must outweigh the greatest gain in the longest race.
+pub(super) const BAR: Real = -16.0;
+/// Weight with which a winner holds the accumulators of all others down. With less, those that come a few milliseconds later
+/// win as well.
+const HOLD: Real = 8.0;
 /// Time constant with which the race becomes easier to win, in milliseconds.
 const URGENCY_MS: u64 = 60;
 /// Phases in which the race becomes easier to win, and the weight of each. It begins before the race does: while goals and
 /// costs settle. Greater weights save a few milliseconds a step and lose long plans.
 const URGES: [(Phase, Real); 3] = [(Phase::Wave, 1.06), (Phase::Settle, 1.7), (Phase::Race, 3.7)];
+/// Units that make a race easier to win the longer it lasts, so that the best of operators that cost much is found as well.
+/// Without them it lasts until it is taken for a dead end.
+const RUNGS: usize = 8;
+/// Synapse from one of them to the next, in milliseconds.
+const RUNG_MS: u64 = 12;
 
 /// The groups of the choice.
 pub(super) struct Choice {
@@ -47,7 +58,7 @@ impl Choice {
     pub fn new(
         w: &mut Wiring<'_, '_>,
         rules: &Regression,
-        (phases, signals): (&Group, &Group),
+        Control { phases, signals, elapsed }: &Control,
         (goals, open): (&Group, &Group),
         costs: &Group,
     ) -> Self {
@@ -90,7 +101,7 @@ impl Choice {
         w.link(&helps, &utilities, each(operators, HELPS));
         for bar in [&irrelevant, &veto] {
             w.link(bar, &eligible, each(operators, -1.3));
-            w.link(bar, &utilities, each(operators, -6.0));
+            w.link(bar, &utilities, each(operators, BAR));
         }
         let urgency = w.slow("urgency", phases, URGENCY_MS);
         w.link(
@@ -99,6 +110,11 @@ impl Choice {
             URGES.iter().flat_map(|(p, u)| spread(*p as usize, operators, *u)),
         );
         w.bias_all(&utilities, -1.1);
+
+        let impatience = impatience(w, phases, elapsed);
+        w.link(&impatience, &utilities, (0..RUNGS).flat_map(|rung| spread(rung, operators, 1.0)));
+        let shares = shares(w, rules, open);
+        w.link(&shares, &utilities, each(operators, SHARES));
 
         let winner = race(w, operators, (phases, signals), &utilities);
         Self { gains, eligible, utilities, winner }
@@ -128,7 +144,26 @@ fn helps(w: &mut Wiring<'_, '_>, rules: &Regression, goals: &Group, open: &Group
     helps
 }
 
-/// Adds the race of accumulators, and latches that hold the winner. The latches inhibit each other.
+/// Adds the operators with a precondition that serves another unmet goal.
+fn shares(w: &mut Wiring<'_, '_>, rules: &Regression, open: &Group) -> Group {
+    let shares = w.units("shares", rules.operators.len());
+    w.link(open, &shares, rules.links(|o| &o.serves, 1.0));
+    shares
+}
+
+/// Adds a row of units that become active one after the other while a race lasts, and fall silent with it.
+fn impatience(w: &mut Wiring<'_, '_>, phases: &Group, elapsed: &Group) -> Group {
+    let race = Phase::Race as usize;
+    let rungs = w.units("impatience", RUNGS);
+    w.link(phases, &rungs, spread(race, RUNGS, 1.0));
+    w.bias_all(&rungs, AND);
+    w.link(elapsed, &rungs, [(race, 0, 1.0)]);
+    let later = (1..RUNGS).map(|rung| (rung - 1, rung, 1.0));
+    w.link_by(&rungs, &rungs, later, Synapse::lowpass_ms(RUNG_MS));
+    rungs
+}
+
+/// Adds the race of accumulators, and latches that hold the winner. A winner holds the other accumulators down.
 fn race(
     w: &mut Wiring<'_, '_>,
     operators: usize,
@@ -145,10 +180,10 @@ fn race(
     w.link(&race, &winner, each(operators, 1.0));
     let rivals = w.sum("rivals", 1);
     w.link(&winner, &rivals, gather(operators, 0, 1.0));
-    w.link(&rivals, &winner, spread(0, operators, -RIVALRY));
     let own = w.sum("own", operators);
     w.link(&winner, &own, each(operators, 1.0));
-    w.link(&own, &winner, each(operators, RIVALRY));
+    w.link(&rivals, &race, spread(0, operators, -HOLD));
+    w.link(&own, &race, each(operators, HOLD));
     let clearing = [Phase::Settle, Phase::Start, Phase::Back];
     let cleared = clearing.iter().flat_map(|p| spread(*p as usize, operators, -4.0));
     w.link(phases, &winner, cleared);
@@ -158,7 +193,7 @@ fn race(
     winner
 }
 
-/// Lets every winner give way to those before it, in the phase that breaks ties.
+/// Lets every winner give way to those before it, in [`Phase::Check`].
 ///
 /// Winners are summed in rows, so that the weights are as many as operators times the root of their number.
 fn break_ties(w: &mut Wiring<'_, '_>, phases: &Group, winner: &Group) {
@@ -172,7 +207,7 @@ fn break_ties(w: &mut Wiring<'_, '_>, phases: &Group, winner: &Group) {
     w.link(&rows, &later, before);
     let beside = (0..operators).flat_map(|a| (a - a % side..a).map(move |b| (b, a, BEFORE)));
     w.link(winner, &later, beside);
-    w.link(phases, &later, spread(Phase::Break as usize, operators, 1.0));
+    w.link(phases, &later, spread(Phase::Check as usize, operators, 1.0));
     w.bias_all(&later, AND);
     w.link(&later, winner, each(operators, -4.0));
 }

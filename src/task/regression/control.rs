@@ -16,10 +16,8 @@ pub(super) enum Phase {
     Settle,
     /// Operators race.
     Race,
-    /// Waits until one winner is left, and finds the goal set before it.
+    /// Waits until only the first of several winners is left, and finds the goal set before it.
     Check,
-    /// Leaves only the first of several winners.
-    Break,
     /// Finds the slot to go on with, after a dead end.
     Back,
     /// Loads the goal set of that slot.
@@ -41,14 +39,14 @@ pub(super) enum Phase {
 }
 
 use Phase::{
-    Back, Begin, Break, Check, Done, Fetch, Next, Race, Read, Settle, Show, Start, Step, Stuck,
-    Wave, Write,
+    Back, Begin, Check, Done, Fetch, Next, Race, Read, Settle, Show, Start, Step, Stuck, Wave,
+    Write,
 };
 
 impl Phase {
-    pub const ALL: [Self; 16] = [
-        Start, Wave, Write, Settle, Race, Check, Break, Back, Read, Begin, Step, Fetch, Show, Next,
-        Done, Stuck,
+    pub const ALL: [Self; 15] = [
+        Start, Wave, Write, Settle, Race, Check, Back, Read, Begin, Step, Fetch, Show, Next, Done,
+        Stuck,
     ];
 
     /// Returns the time from its beginning until [`When::After`] holds, in milliseconds.
@@ -57,7 +55,7 @@ impl Phase {
             Next | Step => 7.0,
             Check => 9.0,
             Start => 10.0,
-            Break | Back | Wave => 12.0,
+            Back | Wave => 12.0,
             Begin | Settle => 15.0,
             Write => 18.0,
             Read | Fetch => 26.0,
@@ -142,14 +140,9 @@ const TRANSITIONS: &[Transition] = &[
     (When::In(Race), Begin, &[], &[Closed], &[Won]),
     (When::In(Race), Back, &[Open], &[Nobody], &[Won]),
     (When::Long(Race), Back, &[Open], &[], &[Won]),
-    (When::In(Check), Break, &[Double], &[], &[]),
     (When::After(Check), Race, &[], &[], &[Won]),
     (When::After(Check), Start, &[Won, Last], &[], &[Double]),
     (When::After(Check), Write, &[Won], &[], &[Double, Last]),
-    (When::After(Break), Check, &[Double], &[], &[]),
-    (When::After(Break), Check, &[Last], &[], &[]),
-    (When::After(Break), Race, &[], &[], &[Won]),
-    (When::After(Break), Write, &[Won], &[], &[Double, Last]),
     (When::After(Back), Start, &[], &[], &[Left]),
     (When::After(Back), Start, &[Last], &[], &[]),
     (When::After(Back), Read, &[Left], &[], &[Last]),
@@ -180,6 +173,8 @@ const LONG: Real = 0.55;
 pub(super) struct Control {
     pub phases: Group,
     pub signals: Group,
+    /// Phases that have lasted for their time.
+    pub elapsed: Group,
 }
 
 /// Returns the weight with which a clock reaches its level after `millis`.
@@ -280,6 +275,6 @@ impl Control {
         bias[Closed as usize] = 1.0;
         bias[Double as usize] = -1.3;
         wiring.bias(&signals, &bias);
-        Self { phases, signals }
+        Self { phases, signals, elapsed }
     }
 }

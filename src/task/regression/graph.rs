@@ -75,27 +75,27 @@ impl Module for GoalSetGraph {
         let busy = w.sum("busy", 1);
         let holds = w.sum("holds", fluents);
         let goal = w.sum("goal", fluents);
-        let Control { phases, signals } = Control::new(w, &ready, &busy);
-        let control = (&phases, &signals);
+        let control = Control::new(w, &ready, &busy);
+        let (phases, signals) = (&control.phases, &control.signals);
 
         let goals = w.latches("goals", fluents);
         let open = w.units("open", fluents);
         w.link(&goals, &open, each(fluents, 1.0));
         w.link(&holds, &open, each(fluents, -1.3));
-        w.link(&open, &signals, gather(fluents, Signal::Open as usize, 1.0));
+        w.link(&open, signals, gather(fluents, Signal::Open as usize, 1.0));
 
-        let costs = costs(w, &rules, control, &holds, &goals);
-        let choice = Choice::new(w, &rules, control, (&goals, &open), &costs);
+        let costs = costs(w, &rules, (phases, signals), &holds, &goals);
+        let choice = Choice::new(w, &rules, &control, (&goals, &open), &costs);
         let layout = Layout::new(fluents, rules.operators.len(), slots);
-        let memory = Memory::new(w, &layout, &rules, control, &goals, &choice);
+        let memory = Memory::new(w, &layout, &rules, (phases, signals), &goals, &choice);
         for (name, source, when) in [
             ("begin", &goal, &[Phase::Start][..]),
             ("commit", &memory.child, &[Phase::Write][..]),
             ("recall", &memory.recalled, &[Phase::Read, Phase::Fetch][..]),
         ] {
-            load(w, name, source, &goals, (&phases, when));
+            load(w, name, source, &goals, (phases, when));
         }
-        let actions = act(w, &rules, control, &holds, &memory.shown);
+        let actions = act(w, &rules, (phases, signals), &holds, &memory.shown);
 
         let input = |scope: &mut Scope<'_>, name: &str, group: &Group| {
             scope.input(name, Wiring::input_of(group))
@@ -106,13 +106,13 @@ impl Module for GoalSetGraph {
             holds: input(w.scope, "holds", &holds),
             goal: input(w.scope, "goal", &goal),
             actions: w.scope.output("actions", actions.out),
-            phases: phases.out,
+            phases: control.phases.out,
             goals: goals.out,
             costs: costs.out,
             utilities: choice.utilities.out,
             winner: choice.winner.out,
             slot: memory.slot.out,
-            signals: signals.out,
+            signals: control.signals.out,
         }
     }
 }

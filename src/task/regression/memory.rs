@@ -1,6 +1,6 @@
 //! The tree of goal sets: slots that remember each goal set, the operator that led to it, and the slot it came from.
 
-use super::choice::Choice;
+use super::choice::{BAR, Choice};
 use super::control::{Phase, Signal};
 use super::costs::LEVELS;
 use super::retreat::retreat;
@@ -32,7 +32,7 @@ impl Layout {
         let rules = self.fluents.saturating_mul(3 * LEVELS + 16);
         // Pairs of fluents are kept as a table while the planner is built.
         let table = self.fluents.saturating_mul(self.fluents) / 256;
-        let fixed = rules.saturating_add(self.operators.saturating_mul(14)).saturating_add(table);
+        let fixed = rules.saturating_add(self.operators.saturating_mul(15)).saturating_add(table);
         self.slots.saturating_mul(row.saturating_add(4 * LEVELS + 5)).saturating_add(fixed)
     }
 
@@ -122,7 +122,7 @@ impl Memory {
         w.link(phases, &count, when(&[Phase::Wave, Phase::Write]));
         let take = w.units("take_slot", slots);
         w.link(&free, &take, each(slots, 1.0));
-        w.link(phases, &take, when(&[Phase::Check, Phase::Break]));
+        w.link(phases, &take, when(&[Phase::Check]));
         let shift = w.units("shift_slot", slots);
         w.link(&next, &shift, each(slots, 1.0));
         w.link(phases, &shift, when(&[Phase::Wave, Phase::Settle, Phase::Next]));
@@ -233,5 +233,5 @@ fn visited(
     });
     w.link(memory, &visited, added);
     w.link(&visited, &choice.eligible, each_pair().map(|(_, a, pair)| (pair, a, -1.3)));
-    w.link(&visited, &choice.utilities, each_pair().map(|(_, a, pair)| (pair, a, -6.0)));
+    w.link(&visited, &choice.utilities, each_pair().map(|(_, a, pair)| (pair, a, BAR)));
 }

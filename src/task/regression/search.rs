@@ -24,11 +24,13 @@ pub struct SearchSpec {
     pub helps: f64,
     /// Loss for each new goal, in levels.
     pub fresh: f64,
+    /// Bonus of an operator with a precondition that serves another unmet goal as well, in levels.
+    pub shares: f64,
 }
 
 impl Default for SearchSpec {
     fn default() -> Self {
-        Self { noise: 0.1, slots: 48, tries: 10, helps: 1.2, fresh: 0.3 }
+        Self { noise: 0.1, slots: 48, tries: 10, helps: 1.2, fresh: 0.3, shares: 0.6 }
     }
 }
 
@@ -166,7 +168,12 @@ fn best(
         let loss: f64 = new.iter().map(|f| costs[**f] + spec.fresh).sum();
         let helps = operator.adds.iter().any(|f| open(f) || blamed.contains(f));
         let noise: f64 = StandardNormal.sample(rng);
-        let utility = gain - loss + if helps { spec.helps } else { 0.0 } + noise * spec.noise;
+        let shares = operator.serves.iter().any(open);
+        let bonus = |given, levels| if given { levels } else { 0.0 };
+        let utility = gain - loss
+            + bonus(helps, spec.helps)
+            + bonus(shares, spec.shares)
+            + noise * spec.noise;
         if best.as_ref().is_none_or(|(u, ..)| utility > *u) {
             best = Some((utility, a, child));
         }
