@@ -8,7 +8,7 @@ use std::sync::Arc;
 use symbolt::sim::{
     Add, AdvanceIo, Constant, EmitIo, Fingerprint, Graph, GraphBuilder, In, InputSpec, Node,
     NodeFault, Out, OutputSpec, PortDecl, ProbeSpec, RunConfig, Scalar, ScriptedWorld, SimDuration,
-    SimError, Simulator, StepCx, Stimulus, StopReason, Synapse, Threads, Vector, WorldLink,
+    SimError, Simulator, StepCx, Stimulus, StopReason, Synapse, Vector, WorldLink,
 };
 
 #[path = "support/engine.rs"]
