@@ -35,7 +35,7 @@ const STEADY_MS: u64 = 20;
 /// let domain = DomainBuilder::of_the_paper().build()?;
 /// let direct = PopulationPlan::direct();
 /// let planner = GoalSetPlanner::new(&domain, Rules::default(), None, &direct, Seed::new(1))?;
-/// assert_eq!(planner.command_width(), domain.operators().len() + 16);
+/// assert_eq!(planner.command_width(), domain.operators().len() + 15);
 /// # Ok::<(), symbolt::task::TaskError>(())
 /// ```
 pub struct GoalSetPlanner {

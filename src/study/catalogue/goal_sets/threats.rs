@@ -127,8 +127,10 @@ mod tests {
             let trial = |seed| threats.trial(cell, Seed::new(seed)).expect("a trial")[0];
             (0..4).map(trial).sum()
         };
-        assert_eq!(reached("kitchen with one fuse", 5, "whole"), 4.0);
-        assert!(reached("kitchen with one fuse", 5, "without veto") <= 2.0);
+        // Measured with twenty runs each: 20 and 3.
+        let fuse = "kitchen with one fuse, kettle put back";
+        assert_eq!(reached(fuse, 6, "whole"), 4.0);
+        assert!(reached(fuse, 6, "without veto") <= 2.0);
         assert_eq!(reached("packing", 4, "whole"), 4.0);
         assert!(reached("packing", 4, "without veto") <= 2.0);
     }
