@@ -1,7 +1,7 @@
 //! A graph of one's own on several processes, with a checkpoint on the way:
 //! `cargo build --release --features mpi --example ranks`, then `mpirun -n 2 target/release/examples/ranks`.
 //!
-//! A pointer is bound to a role and unbound again, in 41,280 spiking neurons. Halfway the first process writes a
+//! A pointer is bound to a role and unbound again, in 52,800 spiking neurons. Halfway the first process writes a
 //! checkpoint to a file; `ranks FILE` continues from it, on as many processes as you like.
 
 use std::error::Error;
@@ -22,8 +22,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let seat = session.ranks();
 
     // All processes describe and build the same graph. Each solves and runs its share of the neurons.
-    let things =
-        VocabularyBuilder::<Things>::new(64, Seed::new(1)).pointers(["CUP", "LEFT"]).build()?;
+    let things = VocabularyBuilder::<Things>::new(64, Seed::new(1))
+        .pointers(["CUP"])
+        .unitary("LEFT")
+        .build()?;
     let mut graph = GraphBuilder::new();
     let cup = graph.add("cup", Constant::pointer(things.space(), &things.get("CUP")?));
     let left = graph.add("left", Constant::pointer(things.space(), &things.get("LEFT")?));
