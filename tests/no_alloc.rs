@@ -14,7 +14,7 @@ use bank::Bank;
 use symbolt::neurons::{Ensemble, LifSpec, Population, PopulationPlan, SelectRule};
 use symbolt::sim::{
     Constant, GraphBuilder, Noise, ProbeSpec, RunConfig, Scalar, Seed, SimDuration, Simulator,
-    Synapse, Timebase, Vector, VocabTag,
+    Synapse, Threads, Timebase, Vector, VocabTag,
 };
 use symbolt::spa::{
     AssociativeMemory, Bind, CleanupMemory, Compare, FlowExt, Gate, GoalBuffer, Routes, Rules,
@@ -111,7 +111,7 @@ fn nothing_allocates_in_a_tick() {
     let before = ALLOCATIONS.load(Ordering::Relaxed);
     std::hint::black_box(vec![1u8; 100]);
     assert_eq!(ALLOCATIONS.load(Ordering::Relaxed) - before, 1);
-    assert_eq!(counts.len(), 10);
+    assert_eq!(counts.len(), 13);
     assert!(counts.iter().all(|(_, count)| *count == 0), "{counts:?}");
 }
 
@@ -174,8 +174,12 @@ fn graphs(plan: &PopulationPlan, counts: &mut Vec<(&'static str, usize)>) {
     graph.probe(&cleanup.items, ProbeSpec::every(SimDuration::from_millis(7)).last(5));
     let graph =
         graph.build(Timebase::default(), plan, Seed::new(1)).unwrap_or_else(|e| panic!("{e}"));
-    let mut sim = Simulator::new(Arc::new(graph), RunConfig::default()).expect("starts");
+    let graph = Arc::new(graph);
+    let mut sim = Simulator::new(graph.clone(), RunConfig::default()).expect("starts");
     counts.push(("modules", allocations(&mut sim, 200)));
+    let threads = RunConfig::default().with_threads(Threads::Exactly(3));
+    let mut sim = Simulator::new(graph, threads).expect("starts");
+    counts.push(("modules on threads", allocations(&mut sim, 200)));
 
     // The planner graph during a decision.
     let domain = DomainBuilder::new()
