@@ -114,6 +114,17 @@ fn an_error_that_all_share_is_told_once() {
 }
 
 #[test]
+fn ranks_with_other_arguments_are_refused() {
+    let program = env!("CARGO_BIN_EXE_symbolt");
+    let mut command = symbolt(1, &["bench", "bind"]);
+    command.args([":", "-n", "1", program, "bench", "bind", "--seed", "2"]);
+    let output = output(command);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("symbolt: rank 1 has other arguments than this one"), "{said}");
+}
+
+#[test]
 fn an_error_of_one_rank_ends_all_and_names_it() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("taken");
