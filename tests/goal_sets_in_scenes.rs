@@ -64,7 +64,7 @@ fn decide(planner: &dyn Decider, told: &Told<'_>) -> Option<(Verdict, u64)> {
         let verdict = planner.verdict(&world.commands, told);
         since = if verdict.is_some() && verdict == last { since + 1 } else { 1 };
         last = verdict;
-        if let Some(verdict) = verdict.filter(|_| since >= planner.steady_ms()) {
+        if let Some(verdict) = verdict.filter(|v| since >= planner.steady_ms(v)) {
             return Some((verdict, ms));
         }
     }

@@ -213,7 +213,7 @@ impl Live {
         let steps =
             self.shown.filter(|(shown, _)| Some(*shown) == verdict).map_or(1, |(_, n)| n + 1);
         self.shown = verdict.map(|verdict| (verdict, steps));
-        let Some(verdict) = verdict.filter(|_| steps * step_ms >= planner.steady_ms()) else {
+        let Some(verdict) = verdict.filter(|v| steps * step_ms >= planner.steady_ms(v)) else {
             return;
         };
         let name = |action: ActionId| domain[action].name.clone();

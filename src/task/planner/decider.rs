@@ -72,8 +72,9 @@ pub trait Decider: Send + Sync {
         false
     }
 
-    /// Returns for how many milliseconds a verdict must stay the same before it counts.
-    fn steady_ms(&self) -> u64 {
+    /// Returns for how many milliseconds this verdict must stay the same before it counts.
+    fn steady_ms(&self, verdict: &Verdict) -> u64 {
+        let _ = verdict;
         0
     }
 

@@ -20,6 +20,9 @@ use crate::task::strips::{Fact, Fluent, GroundOperator, Grounded};
 const SLOTS: [usize; 2] = [6, 48];
 /// Time for which an action must be shown before it counts. A goal that holds since the last look hides its action sooner.
 const STEADY_MS: u64 = 20;
+/// Time for which the planner must find no way before that counts. Until the costs have followed a change of the world, it
+/// may still show what was true before.
+const STUCK_MS: u64 = 200;
 
 /// A planner of goal sets ([`GoalSetGraph`]) over a domain, with every decision made by neurons.
 ///
@@ -250,8 +253,11 @@ impl Decider for GoalSetPlanner {
         true
     }
 
-    fn steady_ms(&self) -> u64 {
-        STEADY_MS
+    fn steady_ms(&self, verdict: &Verdict) -> u64 {
+        match verdict {
+            Verdict::Stuck(_) => STUCK_MS,
+            _ => STEADY_MS,
+        }
     }
 }
 
