@@ -9,7 +9,7 @@
 //! Threads without work spin for [`SPIN`], then sleep. Waking one costs the caller some microseconds.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering::SeqCst};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, mpsc};
 use std::thread::{self, JoinHandle, Thread};
 use std::time::{Duration, Instant};
 
@@ -258,12 +258,21 @@ impl Crew {
             stop: AtomicBool::new(false),
         });
         // Where no thread can be had, the caller computes its share.
+        let (started, starts) = mpsc::channel();
         let start = |index: usize| {
-            let shared = shared.clone();
+            let (shared, started) = (shared.clone(), started.clone());
+            let serve = move || {
+                // `new` waits for all of them, so the receiver is there.
+                let _ = started.send(());
+                drop(started);
+                shared.serve(index);
+            };
             let thread = thread::Builder::new().name(format!("symbolt-{}", index + 1));
-            thread.spawn(move || shared.serve(index)).ok()
+            thread.spawn(serve).ok()
         };
         let threads: Vec<_> = (0..shared.berths.len()).map_while(start).collect();
+        // The first steps of a thread allocate. On a busy machine they would otherwise fall into a tick.
+        starts.iter().take(threads.len()).for_each(drop);
         let wake = threads.iter().map(|thread| thread.thread().clone()).collect();
         Self { shared, threads, wake }
     }
