@@ -15,9 +15,11 @@ use symbolt::task::regression::{GoalSetSpec, StripsWorld, populations, pursue};
 use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
 use symbolt::task::{Domain, DomainBuilder, Obstacle, StateId, Verdict, WorldState};
 
-/// A world that tells a planner one thing after another and keeps its commands.
+/// A world that tells a planner one thing after another, and keeps its commands.
 struct Teller {
-    senses: Vec<Real>,
+    /// What is told, and from which millisecond on.
+    script: Vec<(u64, Vec<Real>)>,
+    now: u64,
     commands: Vec<Real>,
 }
 
@@ -26,16 +28,18 @@ impl World for Teller {
         SimDuration::from_millis(1)
     }
     fn sense_width(&self) -> usize {
-        self.senses.len()
+        self.script[0].1.len()
     }
     fn command_width(&self) -> usize {
         self.commands.len()
     }
     fn sense(&self, out: &mut [Real]) {
-        out.copy_from_slice(&self.senses);
+        let (_, told) = self.script.iter().rfind(|(from, _)| *from <= self.now).expect("a first");
+        out.copy_from_slice(told);
     }
     fn advance(&mut self, command: &[Real]) -> Result<(), WorldError> {
         self.commands.copy_from_slice(command);
+        self.now += 1;
         Ok(())
     }
     fn reset(&mut self, _seed: Seed) -> Result<(), WorldError> {
@@ -49,30 +53,43 @@ impl World for Teller {
     }
 }
 
-/// Returns the first verdict that lasts, and when.
-fn decide(planner: &dyn Decider, told: &Told<'_>) -> Option<(Verdict, u64)> {
-    let mut senses = vec![0.0; planner.sense_width()];
-    planner.sense(told, &mut senses);
-    let world = Teller { senses, commands: vec![0.0; planner.command_width()] };
+/// Tells a planner one thing after another, from the given milliseconds on. Calls `shown` each millisecond with the
+/// verdict, until it returns a value or two seconds have passed.
+fn tell<T>(
+    planner: &dyn Decider,
+    script: &[(u64, Told<'_>)],
+    mut shown: impl FnMut(u64, Option<Verdict>) -> Option<T>,
+) -> Option<T> {
+    let senses = script.iter().map(|(from, told)| {
+        let mut senses = vec![0.0; planner.sense_width()];
+        planner.sense(told, &mut senses);
+        (*from, senses)
+    });
+    let commands = vec![0.0; planner.command_width()];
+    let world = Teller { script: senses.collect(), now: 0, commands };
     let config = RunConfig::default().in_world(world);
     let mut sim = Simulator::new(planner.graph().clone(), config).expect("starts");
-    let (mut last, mut since) = (None, 0);
-    for ms in 1..2_000 {
+    (1..2_000).find_map(|ms| {
         sim.run_for(SimDuration::from_millis(1)).expect("runs");
         let world: &dyn std::any::Any = sim.world().expect("a world");
         let world = world.downcast_ref::<Teller>().expect("its own world");
-        let verdict = planner.verdict(&world.commands, told);
+        let (_, told) = script.iter().rfind(|(from, _)| *from < ms).expect("a first");
+        shown(ms, planner.verdict(&world.commands, told))
+    })
+}
+
+/// Returns the first verdict that lasts, and when.
+fn decide(planner: &dyn Decider, told: &Told<'_>) -> Option<(Verdict, u64)> {
+    let (mut last, mut since) = (None, 0);
+    tell(planner, &[(0, *told)], |ms, verdict| {
         since = if verdict.is_some() && verdict == last { since + 1 } else { 1 };
         last = verdict;
-        if let Some(verdict) = verdict.filter(|v| since >= planner.steady_ms(v)) {
-            return Some((verdict, ms));
-        }
-    }
-    None
+        Some((verdict.filter(|v| since >= planner.steady_ms(v))?, ms))
+    })
 }
 
 fn check_all_situations(domain: &Domain, plan: &PopulationPlan) {
-    let planner = GoalSetPlanner::new(domain, Rules::default(), None, plan, Seed::new(3));
+    let planner = GoalSetPlanner::new(domain, Rules::default(), plan, Seed::new(3));
     let planner = planner.expect("a planner");
     let states = domain.states().len();
     let mut counts = [0; 3];
@@ -111,7 +128,7 @@ fn every_answer_in_every_situation_is_one_that_the_symbolic_planner_accepts() {
 fn a_planner_that_is_told_to_forget_forgets_and_one_that_waits_keeps_its_plan() {
     let domain = DomainBuilder::of_the_paper().build().expect("the paper's domain");
     let plan = PopulationPlan::direct();
-    let planner = GoalSetPlanner::new(&domain, Rules::default(), None, &plan, Seed::new(3));
+    let planner = GoalSetPlanner::new(&domain, Rules::default(), &plan, Seed::new(3));
     let planner = planner.expect("a planner");
     let goal = domain.state("BOLT_ASSEMBLED").expect("the goal");
     let present = domain.world(["NUT_ON_TABLE", "BOLT_ON_TABLE"]).expect("states");
@@ -122,6 +139,41 @@ fn a_planner_that_is_told_to_forget_forgets_and_one_that_waits_keeps_its_plan() 
     // While it waits, its clocks stand still, and everything else goes on.
     assert_eq!(decide(&planner, &told(Request::Wait)).map(|(v, _)| v), Some(verdict));
     assert!((200..800).contains(&ms), "{ms}");
+}
+
+#[test]
+fn that_there_is_no_way_is_shown_for_a_while_after_it_has_ceased_to_be_true_but_does_not_count() {
+    let domain = DomainBuilder::of_the_paper().build().expect("the paper's domain");
+    let lif = populations(&Population::Lif(LifSpec::default())).expect("patterns");
+    let planner = GoalSetPlanner::new(&domain, Rules::default(), &lif, Seed::new(3));
+    let planner = planner.expect("a planner");
+    let goal = domain.state("BOLT_ASSEMBLED").expect("the goal");
+    let goals = [goal];
+    let nothing = domain.empty_world();
+    let parts = domain.world(["NUT_ON_TABLE", "BOLT_ON_TABLE"]).expect("states");
+    let request = Request::Decide;
+    let told = |present| Told { request, present, pretended: &[], goal, goals: &goals };
+    let change = 1_300;
+    let (mut before, mut stale) = (0, 0);
+    let script = [(0, told(&nothing)), (change, told(&parts))];
+    let action = tell(&planner, &script, |ms, verdict| match verdict {
+        Some(Verdict::Stuck(_)) if ms <= change => {
+            before += 1;
+            None
+        }
+        Some(Verdict::Stuck(_)) => {
+            stale += 1;
+            None
+        }
+        Some(Verdict::Act(action)) => Some(action),
+        _ => None,
+    });
+    let action = action.map(|action| domain[action].name.as_str());
+    assert!(matches!(action, Some("PUT_NUT_IN_JIG" | "PUT_BOLT_IN_JIG")), "{action:?}");
+    let counts = planner.steady_ms(&Verdict::Stuck(Obstacle::NothingCauses { state: goal }));
+    // Actions count sooner; at their time, the verdict that is out of date would end the episode.
+    let sooner = planner.steady_ms(&Verdict::Met);
+    assert!(before > counts && (sooner..counts).contains(&stale), "{before} {stale} {counts}");
 }
 
 #[test]
@@ -142,7 +194,7 @@ fn a_situation_of_a_learned_domain_is_a_strips_problem() {
 fn a_domain_without_actions_is_refused_and_a_goal_of_another_domain_too() {
     let domain = DomainBuilder::of_the_paper().build().expect("the paper's domain");
     let plan = PopulationPlan::direct();
-    let planner = GoalSetPlanner::new(&domain, Rules::default(), None, &plan, Seed::new(3));
+    let planner = GoalSetPlanner::new(&domain, Rules::default(), &plan, Seed::new(3));
     let planner = planner.expect("a planner");
     let error = planner.check_goal(StateId::new(99)).expect_err("no such state").to_string();
     assert!(error.contains("99") && error.contains("5 states"), "{error}");

@@ -219,7 +219,7 @@ impl<'l> Runner<'l> {
                     }
                     PlannerKind::GoalSets => {
                         let plan = args.planner.populations()?;
-                        Arc::new(GoalSetPlanner::new(domain, rules, None, &plan, seed)?)
+                        Arc::new(GoalSetPlanner::new(domain, rules, &plan, seed)?)
                     }
                 };
                 Self::Plain { planner, goal }

@@ -263,10 +263,7 @@ impl Relational {
             PlannerKind::Chain => {
                 Arc::new(Planner::composed(own, ground.composition(), *spec, plan, *seed)?)
             }
-            PlannerKind::GoalSets => {
-                let now = ground.present(&assumed(&problem, &layout, assume));
-                Arc::new(GoalSetPlanner::new(own, spec.rules(), Some(&now), plan, *seed)?)
-            }
+            PlannerKind::GoalSets => Arc::new(GoalSetPlanner::new(own, spec.rules(), plan, *seed)?),
         };
         Ok(Self { grounder, planner, ground, objects, domain, assume })
     }

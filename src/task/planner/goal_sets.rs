@@ -37,7 +37,7 @@ const STUCK_MS: u64 = 200;
 ///
 /// let domain = DomainBuilder::of_the_paper().build()?;
 /// let direct = PopulationPlan::direct();
-/// let planner = GoalSetPlanner::new(&domain, Rules::default(), None, &direct, Seed::new(1))?;
+/// let planner = GoalSetPlanner::new(&domain, Rules::default(), &direct, Seed::new(1))?;
 /// assert_eq!(planner.command_width(), domain.operators().len() + 15);
 /// # Ok::<(), symbolt::task::TaskError>(())
 /// ```
@@ -54,9 +54,8 @@ pub struct GoalSetPlanner {
 }
 
 impl GoalSetPlanner {
-    /// Builds the graph, with a tick of 1 ms. Only [`Rules::absent`] has an effect. States that never hold together after
-    /// `start` are taken to exclude each other; without a start, none are. A surprise may lead to situations that
-    /// cannot be reached from the start; an exclusion that is wrong then costs plans, and never leads to a wrong one.
+    /// Builds the graph, with a tick of 1 ms. Only [`Rules::absent`] has an effect. No states are taken to exclude each
+    /// other: a surprise may lead to any situation.
     ///
     /// [`populations`](crate::task::regression::populations) returns the plan that suits its units.
     ///
@@ -66,17 +65,13 @@ impl GoalSetPlanner {
     pub fn new(
         domain: &Domain,
         rules: Rules,
-        start: Option<&WorldState>,
         plan: &PopulationPlan,
         seed: Seed,
     ) -> Result<Self, TaskError> {
         if domain.operators().is_empty() {
             return Err(TaskError::BadDomain { reason: "the domain has no action".into() });
         }
-        let (mut problem, sensed) = grounded(domain, rules);
-        if let Some(world) = start {
-            problem.start = holding(&sensed, world);
-        }
+        let (problem, sensed) = grounded(domain, rules);
         let (fluents, operators) = (problem.fluents.len(), problem.operators.len());
         let mut builder = GraphBuilder::new();
         let phases = phase_names();
