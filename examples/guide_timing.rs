@@ -35,7 +35,8 @@ fn whole_plan() -> Result<(), TaskError> {
     for step in &plan.steps {
         println!("{}: {} ms", domain[step.action].name, step.decision.time_ms);
     }
-    println!("{:?}: {} ms", plan.end, plan.last.time_ms);
+    let last_ms = plan.last.map(|decision| decision.time_ms);
+    println!("{:?}: {} ms", plan.end, last_ms.unwrap_or_default());
     Ok(())
 }
 

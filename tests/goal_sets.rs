@@ -166,8 +166,8 @@ fn without_threats_the_first_plan_fails() {
     let case = Case::kitchen(5);
     let blind = GoalSetSpec { ablated: vec!["veto".into()], ..spiking() };
     for seed in 1..=4 {
-        assert_eq!(case.run(&spiking(), seed).starts, 1);
-        assert!(case.run(&blind, seed).starts > 1, "seed {seed}");
+        assert_eq!(case.run(&spiking(), seed).starts(), 1);
+        assert!(case.run(&blind, seed).starts() > 1, "seed {seed}");
     }
 }
 
@@ -223,7 +223,7 @@ fn surprises_are_met_by_planning_anew() {
         begun += course.begun.len();
         unmet += course.begun.iter().filter(|b| !b.met).count();
         failed += course.begun.iter().filter(|b| b.met && !b.done).count();
-        anew += course.starts - 1;
+        anew += course.starts() - 1;
     }
     assert!(failed >= 4, "{failed} actions failed");
     assert!(anew >= 1, "planned anew {anew} times");
@@ -555,7 +555,7 @@ fn dead_ends_are_left_and_without_the_retreat_they_are_not() {
         let spec = GoalSetSpec { slots: 40, limit, ablated, ..GoalSetSpec::default() };
         let world = StripsWorld::new(&problem, SimDuration::from_millis(60));
         let course = pursue(&problem, world, &spec, Seed::new(seed)).expect("runs");
-        (course.reached, course.backs)
+        (course.reached, course.dead_ends())
     };
     // Domains with dead ends on the way.
     for seed in [3, 11, 24] {

@@ -8,9 +8,11 @@ use symbolt::prelude::*;
 use symbolt::sim::{Real, World, WorldError, WorldSave};
 use symbolt::task::domain::{Rules, acceptable_answers};
 use symbolt::task::event::{Ended, Ignore};
-use symbolt::task::execute::{EpisodeSpec, PlannerBuild, demonstrate, relational_episode};
+use symbolt::task::execute::{EpisodeSpec, demonstrate, relational_episode};
 use symbolt::task::learn::{Settings, learn_relational};
-use symbolt::task::planner::{Decider, GoalSetPlanner, PlannerKind, Request, Told, strips_problem};
+use symbolt::task::planner::{
+    Decider, GoalSetPlanner, PlannerBuild, PlannerKind, Request, Told, strips_problem,
+};
 use symbolt::task::regression::{GoalSetSpec, StripsWorld, populations, pursue};
 use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
 use symbolt::task::{Domain, DomainBuilder, Obstacle, StateId, Verdict, WorldState};

@@ -10,8 +10,9 @@
 use rayon::prelude::*;
 use symbolt::sim::Seed;
 use symbolt::task::event::{EpisodeReport, Ignore};
-use symbolt::task::execute::{EpisodeSpec, PlannerBuild, demonstrate_sensed, relational_episode};
+use symbolt::task::execute::{EpisodeSpec, demonstrate_sensed, relational_episode};
 use symbolt::task::learn::{Settings, learn_relational};
+use symbolt::task::planner::PlannerBuild;
 use symbolt::task::relational::RelationalDomain;
 use symbolt::task::tasks::Task;
 use symbolt::task::{Sensing, tasks};

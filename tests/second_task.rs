@@ -14,8 +14,9 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use symbolt::sim::Seed;
 use symbolt::task::event::{Ended, Ignore, SkillReport};
-use symbolt::task::execute::{EpisodeSpec, PlannerBuild, episode, relational_episode};
+use symbolt::task::execute::{EpisodeSpec, episode, relational_episode};
 use symbolt::task::learn::{Settings, learn, learn_relational};
+use symbolt::task::planner::PlannerBuild;
 use symbolt::task::planner::{Planner, PlannerSpec};
 use symbolt::task::robot::{BodyFrame, FINGER_TIP_M, Turn, reaches_table};
 use symbolt::task::scene::{

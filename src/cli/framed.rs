@@ -5,21 +5,19 @@ use std::path::Path;
 
 use anyhow::Error;
 use serde_json::{Map, Value, json};
-use symbolt::neurons::{Population, PopulationPlan};
-use symbolt::sim::Seed;
-use symbolt::task::planner::{Decision, Planner, PlannerKind};
+use symbolt::task::planner::{Decision, PlanEnd, Prediction};
 use symbolt::task::relational::{
-    Fact, GoalTerm, Grounder, Layout, Move, Problem, ProblemError, Quantity, RelationalDomain,
-    Situation, TargetPose,
+    Fact, GoalTerm, GroundProblem, Grounder, Layout, Move, Problem, ProblemError, Quantity,
+    RelationalDomain, Situation, TargetPose,
 };
-use symbolt::task::{Snapshot, TaskError, Verdict};
+use symbolt::task::{ActionId, Domain, Snapshot, StateId, TaskError, WorldState};
 
 use super::Outcome;
 use super::args::{ActionsArgs, BadArgument, PlanArgs, PlannerArgs};
 use super::goal_sets;
-use super::output::{Grid, Place, Progress, counted, unbroken, use_threads, warn, wrapped};
+use super::output::{Grid, Place, Progress, unbroken, use_threads, warn, wrapped};
 use super::plan::{
-    choices_json, choices_table, listed, milestones_json, milestones_table, no_goal, obstacle_text,
+    decided, decision_keys, decision_tables, first, listed, no_goal, obstacle_text, whole,
 };
 use super::relational::metres;
 
@@ -143,30 +141,79 @@ struct Step {
     /// Name of the ground action.
     ground: String,
     decided: bool,
-    decision: Decision,
+}
+
+/// A plan over the ground problem.
+struct Plan {
+    moves: Vec<Step>,
+    /// The decision for each move.
+    times_ms: Vec<f64>,
+    end: End,
+    /// The first decision, with the domain that it is about; `None` if there was nothing to decide.
+    first: Option<(Domain, Decision)>,
+    /// Undecided needs that the planner does without, as pairs of operator and need.
+    dropped: Vec<(usize, usize)>,
 }
 
 /// How a plan ends.
 enum End {
     Met,
-    Stuck(String),
     /// The predicted situations repeat.
     Circle,
+    Stuck(String),
 }
 
-/// A plan by the planner graph over the ground problem, and the decision about the scene itself.
-struct Plan {
-    steps: Vec<Step>,
-    end: End,
-    /// The first decision; `None` if there was nothing to decide.
-    first: Option<(Planner, Decision)>,
-    /// Undecided needs that the planner does without, as pairs of operator and need.
-    dropped: Vec<(usize, usize)>,
+impl End {
+    fn text(&self) -> String {
+        match self {
+            Self::Met => "the goal is met".into(),
+            Self::Circle => "the plan would repeat itself".into(),
+            Self::Stuck(reason) => format!("stuck: {reason}"),
+        }
+    }
 }
 
 impl Plan {
     fn without_decision(end: End) -> Self {
-        Self { steps: Vec::new(), end, first: None, dropped: Vec::new() }
+        Self { moves: Vec::new(), times_ms: Vec::new(), end, first: None, dropped: Vec::new() }
+    }
+}
+
+/// A situation that changes as the relational operators predict.
+struct Predicted<'p> {
+    problem: &'p Problem<'p>,
+    ground: &'p GroundProblem,
+    situation: Situation,
+    seen: Vec<Situation>,
+    moves: Vec<Step>,
+}
+
+impl Prediction for Predicted<'_> {
+    fn present(&self) -> WorldState {
+        self.ground.present(&self.situation)
+    }
+
+    fn goals(&self) -> &[StateId] {
+        self.ground.goals()
+    }
+
+    fn goal(&self) -> Option<StateId> {
+        self.ground.goal(&self.situation)
+    }
+
+    fn act(&mut self, action: ActionId) -> Option<PlanEnd> {
+        let moves = self.ground.moves_for(self.problem, action, &self.situation);
+        let Some(chosen) = moves.first().copied() else {
+            return Some(PlanEnd::Impossible(action));
+        };
+        let decided = self.problem.decided(&chosen, &self.situation);
+        let ground = self.ground.domain()[action].name.clone();
+        self.moves.push(Step { chosen, ground, decided });
+        let after = self.problem.after(&chosen, &self.situation);
+        let before = std::mem::replace(&mut self.situation, after);
+        self.seen.push(before);
+        let circle = self.seen.contains(&self.situation) || self.moves.len() >= MOST_MOVES;
+        circle.then_some(PlanEnd::Circle)
     }
 }
 
@@ -202,27 +249,20 @@ pub(crate) fn plan(
     let words: Vec<String> = goals.iter().map(|goal| domain.goal_in_words(goal)).collect();
     let layout = look(&grounder, domain, &scene);
     progress.say(format!("planning towards {}", words.join(", ")));
-    if args.planner.kind() == PlannerKind::GoalSets {
-        drop(progress);
-        let problem = Problem::with_goals(domain, &layout, goals).map_err(TaskError::from)?;
-        let ground = problem.ground(&layout.situation()).map_err(TaskError::from)?;
-        let present = ground.present(&layout.situation());
-        return goal_sets::plan_in(args, ground.domain(), &present, ground.goals(), out);
-    }
     let (problem, plan) = match Problem::with_goals(domain, &layout, goals.clone()) {
         Ok(problem) => {
-            let plan = roll_out(&problem, &layout, &args.planner, args.common.seed)?;
+            let plan = roll_out(&problem, &layout, args)?;
             (Some(problem), plan)
         }
         Err(error @ ProblemError::TooLarge { .. }) => return Err(TaskError::from(error).into()),
         Err(error) => (None, impossible(&error, &goals, &layout)),
     };
     drop(progress);
-    let shown = Shown { domain, layout: &layout, problem: problem.as_ref(), plan: &plan, words };
-    let text =
-        if args.common.json { shown.json(&args.planner.mode).to_string() } else { shown.table() };
+    let (problem, planner) = (problem.as_ref(), &args.planner);
+    let shown = Shown { domain, layout: &layout, problem, plan: &plan, words, planner };
+    let text = if args.common.json { shown.json().to_string() } else { shown.table() };
     out.write(&text)?;
-    Ok(match (&plan.end, plan.steps.is_empty()) {
+    Ok(match (&plan.end, plan.moves.is_empty()) {
         // Only the next action counts: the robot looks and plans again after each action.
         (End::Stuck(reason), true) => Outcome::Failed(format!("stuck: {reason}")),
         _ => Outcome::Done,
@@ -247,15 +287,10 @@ fn impossible(error: &ProblemError, goals: &[GoalTerm], layout: &Layout) -> Plan
     })
 }
 
-/// Asks the planner graph for one move after another, in situations predicted from the operators.
-fn roll_out(
-    problem: &Problem<'_>,
-    layout: &Layout,
-    args: &PlannerArgs,
-    seed: u64,
-) -> Result<Plan, Error> {
-    let mode: Population = args.mode.parse()?;
-    let mut situation = layout.situation();
+/// Asks the planner for one move after another, in situations predicted from the operators.
+fn roll_out(problem: &Problem<'_>, layout: &Layout, args: &PlanArgs) -> Result<Plan, Error> {
+    let limit = goal_sets::limit(args.time)?;
+    let situation = layout.situation();
     if problem.lacking(&situation) == 0 {
         return Ok(Plan::without_decision(End::Met));
     }
@@ -266,36 +301,23 @@ fn roll_out(
         }
         Err(error) => return Err(TaskError::from(error).into()),
     };
-    let plan = PopulationPlan::all(mode);
-    let (composition, seed) = (ground.composition(), Seed::new(seed));
-    let planner = Planner::composed(ground.domain(), composition, args.spec(), &plan, seed)?;
-    let mut steps: Vec<Step> = Vec::new();
-    let mut seen: Vec<Situation> = Vec::new();
-    let mut first = None;
-    let end = loop {
-        let Some(goal) = ground.goal(&situation) else { break End::Met };
-        if seen.contains(&situation) || steps.len() >= MOST_MOVES {
-            break End::Circle;
+    let planner = args.planner.build(args.common.seed)?.over_ground(&ground)?;
+    let (seen, moves) = (Vec::new(), Vec::new());
+    let mut predicted = Predicted { problem, ground: &ground, situation, seen, moves };
+    let plan = planner.roll_out(&mut predicted, limit)?;
+    let domain = ground.domain();
+    let end = match plan.end {
+        PlanEnd::Met => End::Met,
+        PlanEnd::Circle => End::Circle,
+        PlanEnd::Stuck(obstacle) => End::Stuck(obstacle_text(domain, obstacle)),
+        PlanEnd::Impossible(action) => {
+            End::Stuck(format!("no object in the scene can do {}", domain[action].name))
         }
-        let decision = planner.decide(&ground.present(&situation), goal)?;
-        first.get_or_insert_with(|| decision.clone());
-        let action = match decision.verdict {
-            Verdict::Act(action) => action,
-            Verdict::Met => break End::Met,
-            Verdict::Stuck(obstacle) => break End::Stuck(obstacle_text(ground.domain(), obstacle)),
-        };
-        let name = ground.domain()[action].name.clone();
-        let moves = ground.moves_for(problem, action, &situation);
-        let Some(chosen) = moves.first().copied() else {
-            break End::Stuck(format!("no object in the scene can do {name}"));
-        };
-        let decided = problem.decided(&chosen, &situation);
-        seen.push(situation.clone());
-        situation = problem.after(&chosen, &situation);
-        steps.push(Step { chosen, ground: name, decided, decision });
     };
+    let times_ms = plan.steps.iter().map(|step| step.decision.time_ms).collect();
+    let first = first(&plan).map(|decision| (domain.clone(), decision.clone()));
     let dropped = ground.dropped().iter().copied().collect();
-    Ok(Plan { steps, end, first: first.map(|decision| (planner, decision)), dropped })
+    Ok(Plan { moves: predicted.moves, times_ms, end, first, dropped })
 }
 
 /// A plan with everything that is printed about it.
@@ -306,6 +328,7 @@ struct Shown<'p> {
     plan: &'p Plan,
     /// The terms of the goal.
     words: Vec<String>,
+    planner: &'p PlannerArgs,
 }
 
 impl Shown<'_> {
@@ -323,8 +346,8 @@ impl Shown<'_> {
         dropped.collect()
     }
 
-    fn json(&self, mode: &str) -> Value {
-        let first = self.plan.steps.first();
+    fn json(&self) -> Value {
+        let first = self.plan.moves.first();
         let (status, reason) = match (&self.plan.end, first) {
             (_, Some(_)) => ("act", None),
             (End::Met, None) => ("met", None),
@@ -339,27 +362,27 @@ impl Shown<'_> {
         let id = |index: usize| self.layout.objects[index].id.to_string();
         let steps: Vec<Value> = self
             .plan
-            .steps
+            .moves
             .iter()
-            .map(|step| {
+            .zip(&self.plan.times_ms)
+            .map(|(step, ms)| {
                 json!({
                     "action": self.action(&step.chosen), "object": id(step.chosen.object),
                     "onto": step.chosen.reference.map(id), "place": step.chosen.place,
                     "decided": step.decided, "ground_action": step.ground,
-                    "decision_ms": step.decision.time_ms,
+                    "decision_ms": ms,
                 })
             })
             .collect();
         let target = first
             .zip(self.problem)
             .map(|(step, problem)| target_json(&problem.target(&step.chosen, self.layout)));
-        let decision = self.plan.first.as_ref();
         let dropped: Vec<Value> = self
             .dropped()
             .iter()
             .map(|(action, condition)| json!({"action": action, "condition": condition}))
             .collect();
-        let plan: Vec<&str> = self.plan.steps.iter().map(|s| self.action(&s.chosen)).collect();
+        let plan: Vec<&str> = self.plan.moves.iter().map(|s| self.action(&s.chosen)).collect();
         let keys = [
             ("status", json!(status)),
             ("action", json!(first.map(|step| self.action(&step.chosen)))),
@@ -373,14 +396,10 @@ impl Shown<'_> {
             ("goal", json!(self.words.join(", "))),
             ("goals", json!(self.words)),
             ("dropped", json!(dropped)),
-            ("planner", json!("graph")),
-            ("mode", json!(mode)),
-            ("decision_ms", json!(decision.map(|(_, d)| d.time_ms))),
-            ("questions", json!(decision.map(|(_, d)| d.questions))),
-            ("milestones_ms", decision.map_or_else(|| json!({}), |(_, d)| milestones_json(d))),
-            ("choices", decision.map_or_else(|| json!([]), |(p, d)| choices_json(p.domain(), d))),
         ];
-        let keys = keys.into_iter().map(|(name, value)| (name.to_owned(), value));
+        let first = self.plan.first.as_ref().map(|(domain, decision)| (domain, decision));
+        let keys = keys.into_iter().chain(decision_keys(first, self.planner));
+        let keys = keys.map(|(name, value)| (name.to_owned(), value));
         Value::Object(keys.collect::<Map<String, Value>>())
     }
 
@@ -401,7 +420,7 @@ impl Shown<'_> {
     }
 
     fn next(&self) -> String {
-        let mut next = match (self.plan.steps.first(), &self.plan.end) {
+        let mut next = match (self.plan.moves.first(), &self.plan.end) {
             (Some(step), _) => {
                 let m = &step.chosen;
                 let object = &self.layout.objects[m.object].id;
@@ -415,18 +434,10 @@ impl Shown<'_> {
                 }
                 text
             }
-            (None, End::Met) => "the goal is met".into(),
-            (None, End::Stuck(reason)) => format!("stuck: {reason}"),
-            (None, End::Circle) => "stuck: the plan would repeat itself".into(),
+            (None, end) => end.text(),
         };
-        if let Some((_, decision)) = &self.plan.first {
-            let questions = counted(decision.questions as usize, "question");
-            let _ = write!(
-                next,
-                " (decided in {:.0} simulated ms after {questions})",
-                decision.time_ms
-            );
-        }
+        let decision = self.plan.first.as_ref().map(|(_, decision)| decision);
+        next += &decided(decision, self.planner.counts());
         next
     }
 
@@ -435,21 +446,15 @@ impl Shown<'_> {
         let _ = writeln!(text, "{}", listed("Holds: ", &self.holds()));
         let _ = writeln!(text, "{}", listed("Goal:  ", &self.words));
         let _ = writeln!(text, "{}\n", wrapped(&(unbroken("Next:  ") + &self.next()), 7));
-        if !self.plan.steps.is_empty() {
+        if !self.plan.moves.is_empty() {
             let mut grid = Grid::new(&[">step", "action", "object", "onto", ">decided in ms"]);
-            for (index, step) in self.plan.steps.iter().enumerate() {
+            for (index, (step, ms)) in self.plan.moves.iter().zip(&self.plan.times_ms).enumerate() {
                 let object = self.layout.objects[step.chosen.object].id.to_string();
                 let onto = onto(&step.chosen, self.layout).unwrap_or("-").to_owned();
-                let ms = format!("{:.0}", step.decision.time_ms);
                 let action = self.action(&step.chosen).to_owned();
-                grid.row([(index + 1).to_string(), action, object, onto, ms]);
+                grid.row([(index + 1).to_string(), action, object, onto, format!("{ms:.0}")]);
             }
-            let end = match &self.plan.end {
-                End::Met => "then the goal is met".to_owned(),
-                End::Circle => "then the plan would repeat itself".into(),
-                End::Stuck(reason) => format!("then stuck: {reason}"),
-            };
-            let _ = writeln!(text, "{}\n\n{grid}", wrapped(&format!("Whole plan, {end}:"), 0));
+            text += &whole(&self.plan.end.text(), &grid);
         }
         let dropped = self.dropped();
         if !dropped.is_empty() {
@@ -459,9 +464,8 @@ impl Shown<'_> {
             }
             let _ = writeln!(text, "Conditions that cannot be met in this scene:\n\n{grid}");
         }
-        if let Some((planner, decision)) = &self.plan.first {
-            text += &choices_table(planner.domain(), decision);
-            text += &milestones_table(decision);
+        if let Some((domain, decision)) = &self.plan.first {
+            text += &decision_tables(domain, decision, self.planner.counts());
         }
         if let Some(loose) = loose(self.domain, self.layout) {
             let _ = writeln!(text, "{loose}");

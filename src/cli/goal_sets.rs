@@ -1,4 +1,4 @@
-//! `symbolt plan` with the planner of goal sets: a problem in PDDL, or a scene of a learned domain, planned and acted on.
+//! `symbolt plan` of a problem in PDDL, planned and acted on.
 
 use std::fmt::Write as _;
 
@@ -6,16 +6,13 @@ use anyhow::Error;
 use serde_json::{Value, json};
 use symbolt::files::{Limit, read_file};
 use symbolt::sim::{Seed, SimDuration};
-use symbolt::task::domain::acceptable_answers;
-use symbolt::task::planner::{PlannerKind, strips_problem};
+use symbolt::task::planner::PlannerKind;
 use symbolt::task::regression::{Course, GoalSetSpec, StripsWorld, pursue};
 use symbolt::task::strips::{self, Bodies, GroundFault, Grounded, Problem, validate};
-use symbolt::task::{Domain, StateId, WorldState};
 
 use super::Outcome;
 use super::args::{BadArgument, PlanArgs};
 use super::output::{Place, Progress, counted};
-use super::plan::obstacle_text;
 
 /// Time for which the motor is locked after an action has begun, in milliseconds.
 const LOCK_MS: u64 = 100;
@@ -88,58 +85,24 @@ fn late(spec: &GoalSetSpec, fault: &str) -> String {
     format!("no plan within {} s: {fault}", spec.limit.as_micros() as f64 / 1e6)
 }
 
-/// Checks and returns the settings.
-fn spec(args: &PlanArgs) -> Result<GoalSetSpec, Error> {
-    let limit = args.time.unwrap_or(10.0);
+/// Checks and returns the simulated time for planning.
+pub(crate) fn limit(seconds: Option<f64>) -> Result<SimDuration, Error> {
+    let limit = seconds.unwrap_or(10.0);
     if !(limit > 0.0 && limit <= LONGEST_S) {
         let problem = format!("--time must be above 0 and at most {LONGEST_S} s; got {limit}");
         return Err(BadArgument(problem).into());
     }
+    Ok(SimDuration::from_secs_f64(limit)?)
+}
+
+/// Checks and returns the settings.
+fn spec(args: &PlanArgs) -> Result<GoalSetSpec, Error> {
     let default = GoalSetSpec::default();
     Ok(GoalSetSpec {
         slots: args.slots.unwrap_or(default.slots),
-        limit: SimDuration::from_secs_f64(limit)?,
+        limit: limit(args.time)?,
         population: args.planner.mode.parse()?,
         ..default
-    })
-}
-
-/// Plans in a situation of a learned domain. Actions have the effects that the domain says.
-pub(crate) fn plan_in(
-    args: &PlanArgs,
-    domain: &Domain,
-    present: &WorldState,
-    goals: &[StateId],
-    out: &Place,
-) -> Result<Outcome, Error> {
-    let (spec, rules) = (spec(args)?, args.planner.spec().rules());
-    for goal in goals {
-        let answers = acceptable_answers(domain, present, *goal, rules);
-        if let Some(obstacle) = answers.obstacles.first() {
-            return Ok(Outcome::Failed(format!("stuck: {}", obstacle_text(domain, *obstacle))));
-        }
-    }
-    let problem = strips_problem(domain, rules, present, goals);
-    let world = StripsWorld::new(&problem, SimDuration::from_millis(LOCK_MS));
-    let course = pursue(&problem, world, &spec, Seed::new(args.common.seed))?;
-    let checked = match course.reached {
-        true => Ok(()),
-        false => Err("the goal does not hold at the end"),
-    };
-    let size = format!(
-        "{}, {}",
-        counted(problem.fluents.len(), "fluent"),
-        counted(problem.operators.len(), "operator")
-    );
-    let text = if args.common.json {
-        summary(&problem, &course, checked.err(), &args.planner.mode).to_string()
-    } else {
-        table(&problem, &course, &size)
-    };
-    out.write(&text)?;
-    Ok(match checked {
-        Ok(()) => Outcome::Done,
-        Err(fault) => Outcome::Failed(late(&spec, fault)),
     })
 }
 
@@ -166,17 +129,21 @@ fn summary(problem: &Grounded, course: &Course, fault: Option<&str>, mode: &str)
         "actions": actions.collect::<Vec<_>>(),
         "planned_ms": planned(course),
         "time_ms": course.ms,
-        "goal_sets": course.steps,
-        "dead_ends": course.backs,
-        "starts": course.starts,
+        "goal_sets": course.goal_sets(),
+        "dead_ends": course.dead_ends(),
+        "starts": course.starts(),
     })
 }
 
 fn table(problem: &Grounded, course: &Course, size: &str) -> String {
     let mut text = format!("Problem: {size}\n");
     if let Some(ms) = planned(course) {
-        let steps = counted(course.steps, "goal set");
-        let _ = writeln!(text, "Planned: {ms} ms, {steps}, {}", counted(course.backs, "dead end"));
+        let steps = counted(course.goal_sets(), "goal set");
+        let _ = writeln!(
+            text,
+            "Planned: {ms} ms, {steps}, {}",
+            counted(course.dead_ends(), "dead end")
+        );
     }
     if course.begun.is_empty() && course.reached {
         text.push_str("The goal holds already.\n");

@@ -10,7 +10,7 @@ use symbolt::files::{Limit, read_file};
 use symbolt::neurons::{Population, PopulationPlan};
 use symbolt::sim::{Real, Seed, VocabTag};
 use symbolt::spa::VocabularyBuilder;
-use symbolt::task::planner::{PlannerKind, PlannerSpec, Unbinding};
+use symbolt::task::planner::{PlannerBuild, PlannerKind, PlannerSpec, Unbinding};
 use symbolt::task::regression::populations;
 use symbolt::task::relational::{Grounder, RelationalDomain};
 use symbolt::task::tasks::file::DataTask;
@@ -52,32 +52,32 @@ pub(crate) struct OutFile {
 /// Options of the planner graph.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct PlannerArgs {
-    /// Planner: chain (one state at a time) or goal-sets (neurons alone)
-    /// [default: chain; goal-sets for a problem in PDDL]
+    /// Planner: goal-sets (whole goal sets, neurons alone) or chain (one state
+    /// at a time, as in the paper) [default: goal-sets]
     #[arg(verbatim_doc_comment, long = "planner", value_name = "NAME", value_parser = kind)]
     pub kind: Option<PlannerKind>,
     /// Mode of the layers: direct, rate or lif (spiking)
     #[arg(long, default_value = "direct")]
     pub mode: String,
-    /// Dimensions of the pointers; with a relational domain the planner uses
-    /// more if the scene needs them
-    #[arg(verbatim_doc_comment, long, value_name = "N", default_value_t = 256)]
-    #[arg(value_parser = whole::<usize>)]
-    pub dimensions: usize,
-    /// Maximum similarity (cosine) of two pointers; needs the method paper
-    /// [default: 0.1]
+    /// Dimensions of the pointers of the planner chain; with a relational
+    /// domain it uses more if the scene needs them [default: 256]
+    #[arg(verbatim_doc_comment, long, value_name = "N", value_parser = whole::<usize>)]
+    pub dimensions: Option<usize>,
+    /// Maximum similarity (cosine) of two pointers of the planner chain; needs
+    /// the method paper [default: 0.1]
     #[arg(verbatim_doc_comment, long, value_name = "COSINE", value_parser = number::<Real>)]
     pub max_similarity: Option<Real>,
     /// Also require the absence of states that never held before an action;
     /// needs the method paper
     #[arg(verbatim_doc_comment, long)]
     pub absent: bool,
-    /// Take the first possible action (the paper's rule); by default
-    /// the planner first shows that the goal can be reached
+    /// Let the planner chain take the first possible action (the paper's rule);
+    /// by default it first shows that the goal can be reached
     #[arg(verbatim_doc_comment, long)]
     pub first: bool,
-    /// Unbind with a layer of products, not with a fixed linear map
-    #[arg(long)]
+    /// Let the planner chain unbind with a layer of products, not with a fixed
+    /// linear map
+    #[arg(verbatim_doc_comment, long)]
     pub products: bool,
 }
 
@@ -106,7 +106,7 @@ impl PlannerArgs {
         if self.kind() == PlannerKind::GoalSets {
             self.check_goal_sets()?;
         }
-        let vocabulary = VocabularyBuilder::<Checked>::new(self.dimensions, Seed::new(0));
+        let vocabulary = VocabularyBuilder::<Checked>::new(self.dimensions(), Seed::new(0));
         vocabulary.max_similarity(self.max_similarity()).build().map_err(TaskError::from)?;
         Ok(())
     }
@@ -116,19 +116,29 @@ impl PlannerArgs {
         self.kind.unwrap_or_default()
     }
 
-    /// Returns the populations of the planner's graph.
-    pub fn populations(&self) -> Result<PopulationPlan, Error> {
-        let mode: Population = self.mode.parse()?;
-        let plan = match self.kind() {
+    /// Returns how the planner is built.
+    pub fn build(&self, seed: u64) -> Result<PlannerBuild, Error> {
+        let (kind, mode) = (self.kind(), self.mode.parse::<Population>()?);
+        let plan = match kind {
             PlannerKind::Chain => PopulationPlan::all(mode),
             PlannerKind::GoalSets => populations(&mode)?,
         };
-        Ok(ranks::shared(plan))
+        let (spec, plan, seed) = (self.spec(), ranks::shared(plan), Seed::new(seed));
+        Ok(PlannerBuild { kind, spec, plan, seed })
+    }
+
+    /// Returns what the planner counts during a decision.
+    pub fn counts(&self) -> &'static str {
+        match self.kind() {
+            PlannerKind::Chain => "question",
+            PlannerKind::GoalSets => "goal set",
+        }
     }
 
     /// Refuses the options that the planner of goal sets does not have.
     pub fn check_goal_sets(&self) -> Result<(), BadArgument> {
         let given = [
+            ("--dimensions", self.dimensions.is_some()),
             ("--max-similarity", self.max_similarity.is_some()),
             ("--first", self.first),
             ("--products", self.products),
@@ -136,7 +146,7 @@ impl PlannerArgs {
         match given.iter().find(|(_, given)| *given) {
             None => Ok(()),
             Some((option, _)) => Err(BadArgument(format!(
-                "{option} has no effect on the planner goal-sets; leave it out"
+                "{option} has no effect on the planner goal-sets; leave it out, or add --planner chain"
             ))),
         }
     }
@@ -153,6 +163,11 @@ impl PlannerArgs {
         }
     }
 
+    /// Returns the number of dimensions.
+    pub fn dimensions(&self) -> usize {
+        self.dimensions.unwrap_or(PlannerSpec::default().dimensions)
+    }
+
     /// Returns the maximum similarity of two pointers.
     pub fn max_similarity(&self) -> Real {
         self.max_similarity.unwrap_or(PlannerSpec::default().max_similarity)
@@ -160,7 +175,7 @@ impl PlannerArgs {
 
     pub fn spec(&self) -> PlannerSpec {
         PlannerSpec {
-            dimensions: self.dimensions,
+            dimensions: self.dimensions(),
             max_similarity: self.max_similarity(),
             commitment: if self.first { Commitment::First } else { Commitment::Proven },
             absent: self.absent,

@@ -4,12 +4,8 @@ use std::fmt::Write as _;
 
 use anyhow::Error;
 use serde_json::{Map, Value, json};
-use symbolt::neurons::{Population, PopulationPlan};
-use symbolt::sim::Seed;
-use symbolt::task::planner::{Choice, Decision, PlanEnd, Planner, PlannerKind, RolledOut, Why};
-use symbolt::task::{
-    ActionId, Classifier, Domain, Obstacle, Snapshot, StateId, Verdict, WorldState,
-};
+use symbolt::task::planner::{Choice, Counts, Decision, PlanEnd, PlannerKind, RolledOut, Why};
+use symbolt::task::{ActionId, Classifier, Domain, Obstacle, Snapshot, StateId, Verdict};
 
 use super::Outcome;
 use super::args::{BadArgument, PlanArgs, PlannerArgs};
@@ -17,7 +13,6 @@ use super::domain::AnyDomain;
 use super::framed;
 use super::goal_sets;
 use super::output::{Grid, Progress, counted, unbroken, use_threads, wrapped};
-use super::ranks;
 
 pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
     let out = args.out.place()?;
@@ -26,12 +21,13 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
     let Some(scene) = &args.scene else {
         return goal_sets::plan(args, &out);
     };
-    let given = [("--slots", args.slots.is_some()), ("--time", args.time.is_some())];
-    if let (PlannerKind::Chain, Some((option, _))) =
-        (args.planner.kind(), given.iter().find(|(_, given)| *given))
-    {
-        let problem = format!("{option} is for the planner goal-sets; add --planner goal-sets");
-        return Err(BadArgument(problem).into());
+    if args.slots.is_some() {
+        let problem = "--slots is for a problem in PDDL; leave it out";
+        return Err(BadArgument(problem.into()).into());
+    }
+    if args.planner.kind() == PlannerKind::Chain && args.time.is_some() {
+        let problem = "--time is for the planner goal-sets; leave it out";
+        return Err(BadArgument(problem.into()).into());
     }
     if args.domain.as_os_str() == "-" && scene.as_os_str() == "-" {
         let problem = "the domain and the scene cannot both come from standard input (-)";
@@ -46,27 +42,23 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
     let classifier = Classifier::new(&domain, args.grounding.rule())?;
     let goal = wanted_state(&domain, args.goal.as_deref())?;
     let (counts, loose) = count(&classifier, &domain, &scene);
-    if args.planner.kind() == PlannerKind::GoalSets {
-        drop(progress);
-        let present: WorldState = counts.iter().map(|count| *count > 0).collect();
-        return goal_sets::plan_in(args, &domain, &present, &[goal], &out);
-    }
     progress.say("building the planner graph");
-    let planner = build(&domain, &args.planner, args.common.seed)?;
+    let planner = args.planner.build(args.common.seed)?.over(&domain)?;
     progress.say(format!("planning towards {}", domain[goal].name));
-    let plan = planner.plan(&counts, goal)?;
+    let mut prediction = Counts::new(&domain, &counts, goal);
+    let plan = planner.roll_out(&mut prediction, goal_sets::limit(args.time)?)?;
     drop(progress);
     let text = if args.common.json {
-        summary(&planner, &plan, goal, &args.planner.mode).to_string()
+        summary(&domain, &plan, goal, &args.planner).to_string()
     } else {
-        let mut text = table(&planner, &plan, &counts, goal);
+        let mut text = table(&domain, &plan, &counts, goal, args.planner.counts());
         if !loose.is_empty() {
             let _ = writeln!(text, "{}", listed("In no state: ", &loose));
         }
         text
     };
     out.write(&text)?;
-    Ok(outcome(&planner, &plan))
+    Ok(outcome(&domain, &plan))
 }
 
 /// Returns the state with a name, or the goal of the domain.
@@ -81,13 +73,6 @@ pub(crate) fn wanted_state(domain: &Domain, name: Option<&str>) -> Result<StateI
 /// Returns the error for a domain without a goal.
 pub(crate) fn no_goal() -> Error {
     BadArgument("the domain has no goal; name one with --goal STATE".into()).into()
-}
-
-/// Builds the planner graph with the given options.
-pub(crate) fn build(domain: &Domain, args: &PlannerArgs, seed: u64) -> Result<Planner, Error> {
-    let mode: Population = args.mode.parse()?;
-    let plan = ranks::shared(PopulationPlan::all(mode));
-    Ok(Planner::with_plan(domain, args.spec(), &plan, Seed::new(seed))?)
 }
 
 /// Returns the number of objects in each state, and the ids of objects in no state whose kind has states, each with the
@@ -115,10 +100,10 @@ pub(crate) fn count(
 }
 
 /// Returns success if there is an action or the goal is met, otherwise the reason why the planner is stuck.
-pub(crate) fn outcome(planner: &Planner, plan: &RolledOut) -> Outcome {
+fn outcome(domain: &Domain, plan: &RolledOut) -> Outcome {
     match (plan.steps.is_empty(), plan.end) {
         (true, PlanEnd::Stuck(obstacle)) => {
-            Outcome::Failed(format!("stuck: {}", obstacle_text(planner.domain(), obstacle)))
+            Outcome::Failed(format!("stuck: {}", obstacle_text(domain, obstacle)))
         }
         // Only the next action counts: the robot looks and plans again after each action.
         _ => Outcome::Done,
@@ -160,43 +145,72 @@ fn why_text(choice: &Choice) -> String {
 }
 
 /// Returns the decision about the scene itself. The other decisions are about predicted world states.
-fn first(plan: &RolledOut) -> &Decision {
-    plan.steps.first().map_or(&plan.last, |step| &step.decision)
+pub(crate) fn first(plan: &RolledOut) -> Option<&Decision> {
+    plan.steps.first().map(|step| &step.decision).or(plan.last.as_ref())
+}
+
+/// Returns how a plan ends, in words.
+pub(crate) fn end_text(domain: &Domain, end: PlanEnd) -> String {
+    match end {
+        PlanEnd::Met => "the goal is met".into(),
+        PlanEnd::Circle => "the plan would repeat itself".into(),
+        PlanEnd::Stuck(obstacle) => format!("stuck: {}", obstacle_text(domain, obstacle)),
+        PlanEnd::Impossible(action) => {
+            format!("stuck: no object in the scene can do {}", domain[action].name)
+        }
+    }
+}
+
+/// Returns the keys that are about the first decision.
+pub(crate) fn decision_keys(
+    first: Option<(&Domain, &Decision)>,
+    planner: &PlannerArgs,
+) -> [(&'static str, Value); 6] {
+    let choices = first.map_or_else(|| json!([]), |(domain, d)| choices_json(domain, d));
+    let decision = first.map(|(_, decision)| decision);
+    let counted = match planner.kind() {
+        PlannerKind::Chain => "questions",
+        PlannerKind::GoalSets => "goal_sets",
+    };
+    [
+        ("planner", json!(planner.kind().name())),
+        ("mode", json!(planner.mode)),
+        ("decision_ms", json!(decision.map(|d| d.time_ms))),
+        (counted, json!(decision.map(|d| d.questions))),
+        ("milestones_ms", decision.map_or_else(|| json!({}), milestones_json)),
+        ("choices", choices),
+    ]
 }
 
 /// Returns the plan as one JSON object.
-pub(crate) fn summary(planner: &Planner, plan: &RolledOut, goal: StateId, mode: &str) -> Value {
-    let domain = planner.domain();
+fn summary(domain: &Domain, plan: &RolledOut, goal: StateId, planner: &PlannerArgs) -> Value {
     let name = |action: ActionId| domain[action].name.as_str();
     let decision = first(plan);
-    let (status, action, reason) = match decision.verdict {
-        Verdict::Act(action) => ("act", Some(name(action)), None),
-        Verdict::Met => ("met", None, None),
-        Verdict::Stuck(obstacle) => ("stuck", None, Some(obstacle_text(domain, obstacle))),
+    let (status, action, reason) = match decision.map(|d| d.verdict) {
+        Some(Verdict::Act(action)) => ("act", Some(name(action)), None),
+        Some(Verdict::Stuck(obstacle)) => ("stuck", None, Some(obstacle_text(domain, obstacle))),
+        Some(Verdict::Met) | None => ("met", None, None),
     };
     let end = match plan.end {
-        PlanEnd::Met => json!("met"),
-        PlanEnd::Circle => json!("circle"),
-        PlanEnd::Stuck(obstacle) => json!(format!("stuck: {}", obstacle_text(domain, obstacle))),
+        PlanEnd::Met => "met".to_owned(),
+        PlanEnd::Circle => "circle".into(),
+        end => end_text(domain, end),
     };
-    json!({
-        "status": status,
-        "action": action,
-        "plan": plan.steps.iter().map(|s| name(s.action)).collect::<Vec<_>>(),
-        "plan_end": end,
-        "reason": reason,
-        "goal": domain[goal].name,
-        "mode": mode,
-        "decision_ms": decision.time_ms,
-        "questions": decision.questions,
-        "planner": "graph",
-        "milestones_ms": milestones_json(decision),
-        "choices": choices_json(domain, decision),
-    })
+    let keys = [
+        ("status", json!(status)),
+        ("action", json!(action)),
+        ("plan", plan.steps.iter().map(|s| name(s.action)).collect()),
+        ("plan_end", json!(end)),
+        ("reason", json!(reason)),
+        ("goal", json!(domain[goal].name)),
+    ];
+    let first = decision.map(|decision| (domain, decision));
+    let keys = keys.into_iter().chain(decision_keys(first, planner));
+    Value::Object(keys.map(|(name, value)| (name.to_owned(), value)).collect())
 }
 
 /// Returns the time of each milestone of a decision.
-pub(crate) fn milestones_json(decision: &Decision) -> Value {
+fn milestones_json(decision: &Decision) -> Value {
     let mut milestones = Map::new();
     for m in &decision.milestones {
         let key = format!("{:02} {} {}", m.question, m.stage, m.subject);
@@ -206,7 +220,7 @@ pub(crate) fn milestones_json(decision: &Decision) -> Value {
 }
 
 /// Returns the choices among several causes.
-pub(crate) fn choices_json(domain: &Domain, decision: &Decision) -> Value {
+fn choices_json(domain: &Domain, decision: &Decision) -> Value {
     let choice = |c: &Choice| {
         json!({
             "question": c.question, "state": domain[c.state].name,
@@ -216,14 +230,8 @@ pub(crate) fn choices_json(domain: &Domain, decision: &Decision) -> Value {
     decision.choices.iter().map(choice).collect()
 }
 
-/// Returns the plan as tables.
-pub(crate) fn table(
-    planner: &Planner,
-    plan: &RolledOut,
-    counts: &[usize],
-    goal: StateId,
-) -> String {
-    let domain = planner.domain();
+/// Returns the plan as tables. `noun` is what the planner counts during a decision.
+fn table(domain: &Domain, plan: &RolledOut, counts: &[usize], goal: StateId, noun: &str) -> String {
     let mut text = String::new();
     let holds: Vec<String> = domain
         .states()
@@ -235,37 +243,42 @@ pub(crate) fn table(
     let holds = if holds.is_empty() { vec!["nothing".into()] } else { holds };
     let _ = writeln!(text, "{}\nGoal:  {}", listed("Holds: ", &holds), domain[goal].name);
     let decision = first(plan);
-    let answer = match decision.verdict {
-        Verdict::Act(action) => format!("do {}", domain[action].name),
-        Verdict::Met => "the goal is met".into(),
-        Verdict::Stuck(obstacle) => format!("stuck: {}", obstacle_text(domain, obstacle)),
+    let mut next = match decision.map(|d| d.verdict) {
+        Some(Verdict::Act(action)) => format!("do {}", domain[action].name),
+        _ => end_text(domain, plan.end),
     };
-    let next = format!(
-        "{} {answer} (decided in {:.0} simulated ms after {})",
-        unbroken("Next: "),
-        decision.time_ms,
-        counted(decision.questions as usize, "question"),
-    );
-    let _ = writeln!(text, "{}\n", wrapped(&next, 7));
+    next += &decided(decision, noun);
+    let _ = writeln!(text, "{}\n", wrapped(&(unbroken("Next:  ") + &next), 7));
     if !plan.steps.is_empty() {
         let mut grid = Grid::new(&[">step", "action", ">decided in ms"]);
         for (index, step) in plan.steps.iter().enumerate() {
             let action = domain[step.action].name.clone();
             grid.row([(index + 1).to_string(), action, format!("{:.0}", step.decision.time_ms)]);
         }
-        let end = match plan.end {
-            PlanEnd::Met => "then the goal is met".into(),
-            PlanEnd::Circle => "then the plan would repeat itself".into(),
-            PlanEnd::Stuck(obstacle) => format!("then stuck: {}", obstacle_text(domain, obstacle)),
-        };
-        let title = wrapped(&format!("Whole plan, {end}:"), 0);
-        let _ = writeln!(text, "{title}\n\n{grid}");
+        text += &whole(&end_text(domain, plan.end), &grid);
     }
-    text + &choices_table(domain, decision) + &milestones_table(decision)
+    text + &decision.map_or_else(String::new, |d| decision_tables(domain, d, noun))
+}
+
+/// Returns the table of a whole plan under its title.
+pub(crate) fn whole(end: &str, grid: &Grid) -> String {
+    format!("{}\n\n{grid}\n", wrapped(&format!("Whole plan, then {end}:"), 0))
+}
+
+/// Returns how long a decision took, in brackets.
+pub(crate) fn decided(decision: Option<&Decision>, noun: &str) -> String {
+    let Some(decision) = decision else { return String::new() };
+    let after = counted(decision.questions as usize, noun);
+    format!(" (decided in {:.0} simulated ms after {after})", decision.time_ms)
+}
+
+/// Returns the tables about the first decision.
+pub(crate) fn decision_tables(domain: &Domain, decision: &Decision, noun: &str) -> String {
+    choices_table(domain, decision) + &milestones_table(decision, noun)
 }
 
 /// Returns the choices among several causes as a table; empty if there were none.
-pub(crate) fn choices_table(domain: &Domain, decision: &Decision) -> String {
+fn choices_table(domain: &Domain, decision: &Decision) -> String {
     if decision.choices.is_empty() {
         return String::new();
     }
@@ -278,8 +291,8 @@ pub(crate) fn choices_table(domain: &Domain, decision: &Decision) -> String {
 }
 
 /// Returns the milestones of a decision as a table.
-pub(crate) fn milestones_table(decision: &Decision) -> String {
-    let mut grid = Grid::new(&[">question", "about", "reached", ">at ms"]);
+fn milestones_table(decision: &Decision, noun: &str) -> String {
+    let mut grid = Grid::new(&[&format!(">{noun}"), "about", "reached", ">at ms"]);
     for m in &decision.milestones {
         let question = m.question.to_string();
         grid.row([question, m.subject.clone(), m.stage.to_string(), format!("{:.0}", m.time_ms)]);

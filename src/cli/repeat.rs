@@ -47,7 +47,7 @@ impl RunArgs {
         let kind = planner.kind();
         option("planner", (kind != PlannerKind::default()).then(|| kind.name().to_owned()));
         option("mode", (planner.mode != "direct").then(|| quoted(&planner.mode)));
-        option("dimensions", (planner.dimensions != 256).then(|| planner.dimensions.to_string()));
+        option("dimensions", count(planner.dimensions));
         let similarity = planner.max_similarity();
         option("max-similarity", (similarity != 0.1).then(|| similarity.to_string()));
         let flags = [
@@ -79,9 +79,12 @@ mod tests {
     fn the_command_has_options_that_differ_from_defaults_and_quotes_words() {
         assert_eq!(command(&[]), "symbolt run --seed 1");
         assert_eq!(command(&["--threads", "2", "--json", "--out", "x"]), "symbolt run --seed 1");
-        let all = ["--seed", "7", "--drop-rate", "0.3", "--mode", "lif", "--products", "--meddle"];
+        let all = ["--seed", "7", "--drop-rate", "0.3", "--mode", "lif", "--absent", "--meddle"];
         let said = command(&all);
-        assert_eq!(said, "symbolt run --seed 7 --drop-rate 0.3 --mode lif --perturb --products");
+        assert_eq!(said, "symbolt run --seed 7 --drop-rate 0.3 --mode lif --perturb --absent");
+        let chain = command(&["--planner", "chain", "--products", "--dimensions", "512"]);
+        let expected = "symbolt run --seed 1 --planner chain --dimensions 512 --products";
+        assert_eq!(chain, expected);
         let recorded = command(&["--episodes", "9", "--film", "3"]);
         assert_eq!(recorded, "symbolt run --seed 1 --episodes 9 --record-episode 3");
         let task = command(&["--task", "drawer", "--pose-noise", "1,0.5", "--swaps", "0.05"]);

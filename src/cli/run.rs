@@ -15,11 +15,10 @@ use symbolt::spa::VocabError;
 use symbolt::study::Tally;
 use symbolt::task::event::{Ended, EpisodeReport, Ignore, Observer, Observers};
 use symbolt::task::execute::{
-    ActivityRecorder, Episode, EpisodeSpec, PlannerBuild, PreparedEpisode, demonstrate_sensed,
-    episode_observed,
+    ActivityRecorder, Episode, EpisodeSpec, PreparedEpisode, demonstrate_sensed, episode_observed,
 };
 use symbolt::task::learn::Settings;
-use symbolt::task::planner::{Decider, GoalSetPlanner, Planner, PlannerKind, PlannerSpec};
+use symbolt::task::planner::{Decider, Planner, PlannerBuild, PlannerKind, PlannerSpec};
 use symbolt::task::relational::RelationalDomain;
 use symbolt::task::scene::Scene;
 use symbolt::task::tasks::Task;
@@ -140,10 +139,10 @@ fn check(args: &RunArgs) -> Result<(), Error> {
 /// Number of states that a learned domain has beside those of the actions, at least or nearly so.
 const MORE_STATES: usize = 3;
 
-/// Refuses dimensions that are too few for a domain of the task, before anything is demonstrated. Only the method
-/// `paper` keeps to the given number.
+/// Refuses dimensions that are too few for a domain of the task, before anything is demonstrated. Only the planner `chain`
+/// has dimensions, and only with the method `paper` does it keep to the given number.
 fn check_dimensions(args: &RunArgs, task: &dyn Task) -> Result<(), Error> {
-    if args.method != Method::Paper {
+    if args.method != Method::Paper || args.planner.kind() != PlannerKind::Chain {
         return Ok(());
     }
     let actions = task.min_actions().max(1);
@@ -158,7 +157,8 @@ fn check_dimensions(args: &RunArgs, task: &dyn Task) -> Result<(), Error> {
             TaskError::TooFewDimensions { .. }
             | TaskError::Vocabulary(VocabError::TooSimilar { .. }),
         ) => {
-            let (dimensions, similarity) = (args.planner.dimensions, args.planner.max_similarity());
+            let (dimensions, similarity) =
+                (args.planner.dimensions(), args.planner.max_similarity());
             Err(BadArgument(format!(
                 "--dimensions {dimensions}: too few for about {} states and {actions} actions with --max-similarity \
                  {similarity}; choose more dimensions, such as 256, or a higher similarity",
@@ -212,26 +212,11 @@ impl<'l> Runner<'l> {
                 let Some(goal) = domain.goal() else {
                     return Err(BadArgument("the domain has no goal".into()).into());
                 };
-                let (rules, seed) = (args.planner.spec().rules(), Seed::new(args.common.seed));
-                let planner: Arc<dyn Decider> = match args.planner.kind() {
-                    PlannerKind::Chain => {
-                        Arc::new(plan::build(domain, &args.planner, args.common.seed)?)
-                    }
-                    PlannerKind::GoalSets => {
-                        let plan = args.planner.populations()?;
-                        Arc::new(GoalSetPlanner::new(domain, rules, &plan, seed)?)
-                    }
-                };
+                let planner = args.planner.build(args.common.seed)?.over(domain)?;
                 Self::Plain { planner, goal }
             }
             AnyLearned::Relational(learned) => {
-                let build = PlannerBuild {
-                    kind: args.planner.kind(),
-                    spec: args.planner.spec(),
-                    plan: args.planner.populations()?,
-                    seed: Seed::new(args.common.seed),
-                };
-                let build = Box::new(build);
+                let build = Box::new(args.planner.build(args.common.seed)?);
                 Self::Relational { domain: &learned.domain, build, least: task.min_actions() }
             }
         })

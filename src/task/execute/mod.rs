@@ -102,7 +102,7 @@ use crate::task::tasks::{self, Task};
 pub use activity::{ActivityRecorder, ModuleSamples};
 pub use demonstrate::{Demonstrated, demonstrate, demonstrate_observed, demonstrate_sensed};
 pub use recorder::Recorder;
-pub use relational::{PlannerBuild, PreparedEpisode, RelationalEpisode, relational_episode};
+pub use relational::{PreparedEpisode, RelationalEpisode, relational_episode};
 pub use world::EpisodeWorld;
 
 /// Settings of an episode.

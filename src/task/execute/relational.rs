@@ -12,38 +12,17 @@ use super::mind::{Belief, Choice, Choices, Memory, Mind, Remembered, Seen};
 use super::recorder::Recorder;
 use super::world::EpisodeWorld;
 use super::{Episode, EpisodeSpec, Teller, senses};
-use crate::neurons::PopulationPlan;
 use crate::sim::{RunConfig, Seed, SimError, Simulator, StopReason, WorldError};
 use crate::task::domain::{ActionId, ObjectPose, Pose, Snapshot, StateId};
 use crate::task::error::TaskError;
 use crate::task::event::{Chosen, Ended, Event, InNoState, Observer};
-use crate::task::planner::{Decider, GoalSetPlanner, Planner, PlannerKind, PlannerSpec};
+use crate::task::planner::{Decider, PlannerBuild};
 use crate::task::relational::{
     Fact, GroundProblem, Grounder, LaidOut, Layout, Located, Move, Problem, RelationalDomain,
     Situation, TargetPose, Turn,
 };
 use crate::task::scene::Scene;
 use crate::task::skill::{Facing, Target};
-
-/// How planner graphs over relational domains are built: once for each scene, because a scene determines the objects.
-#[derive(Debug, Clone)]
-pub struct PlannerBuild {
-    /// Which planner.
-    pub kind: PlannerKind,
-    /// Settings of [`PlannerKind::Chain`]; the other planner takes its [`rules`](PlannerSpec::rules). The number of dimensions is the least number; a scene with many objects takes more.
-    pub spec: PlannerSpec,
-    /// Populations.
-    pub plan: PopulationPlan,
-    /// Seed of the pointers and populations.
-    pub seed: Seed,
-}
-
-impl Default for PlannerBuild {
-    fn default() -> Self {
-        let (kind, spec) = (PlannerKind::default(), PlannerSpec::default());
-        Self { kind, spec, plan: PopulationPlan::direct(), seed: Seed::new(1) }
-    }
-}
 
 /// The result of an episode over a relational domain.
 #[derive(Debug, Clone)]
@@ -83,7 +62,7 @@ impl<'d> PreparedEpisode<'d> {
     /// Draws the scene from `seed`, compiles the problem of its first snapshot, and builds the planner graph.
     ///
     /// # Errors
-    /// As [`EpisodeSpec::check`] and [`Planner::composed`]; [`TaskError::Problem`] if the goal cannot be asked for in
+    /// As [`EpisodeSpec::check`] and [`PlannerBuild::over_ground`]; [`TaskError::Problem`] if the goal cannot be asked for in
     /// the scene.
     pub fn new(
         domain: &'d RelationalDomain,
@@ -257,14 +236,7 @@ impl Relational {
             ground = problem.ground(&assumed(&problem, &layout, assume))?;
         }
         let ground = Arc::new(ground);
-        let PlannerBuild { kind, spec, plan, seed } = build;
-        let own = ground.domain();
-        let planner: Arc<dyn Decider> = match kind {
-            PlannerKind::Chain => {
-                Arc::new(Planner::composed(own, ground.composition(), *spec, plan, *seed)?)
-            }
-            PlannerKind::GoalSets => Arc::new(GoalSetPlanner::new(own, spec.rules(), plan, *seed)?),
-        };
+        let planner = build.over_ground(&ground)?;
         Ok(Self { grounder, planner, ground, objects, domain, assume })
     }
 

@@ -1,14 +1,15 @@
 //! Asks a planner graph for a decision and records the time of every milestone.
 
-use std::fmt;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use super::decider::{Decider, Request, Told};
+use super::decision::{Decision, Milestone, Stage};
 use super::executive::{Phase, TRACE};
 use super::graph::{PlannerSpec, PlanningGraph, PlanningPorts};
+use super::rollout::{PlanEnd, Prediction, RolledOut, advance};
 use super::views::{ModuleView, views};
-use super::watch::{Choice, Watch};
+use super::watch::Watch;
 use crate::neurons::PopulationPlan;
 use crate::sim::{
     Graph, GraphBuilder, InputSpec, Out, OutputSpec, Pointer, Real, RunConfig, Seed, SimDuration,
@@ -18,67 +19,6 @@ use crate::sim::{
 use crate::task::domain::{ActionId, Composition, Domain, Obstacle, StateId, Verdict, WorldState};
 use crate::task::error::TaskError;
 use crate::task::planner::encode::{Encoded, MOST_DIMENSIONS, StateSpace};
-
-/// The stages of a decision. Each gives a milestone.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Stage {
-    /// The goal buffer holds the examined state.
-    Goal,
-    /// The action that causes the examined state is recalled.
-    Action,
-    /// The action's preconditions are unbound and cleaned up.
-    Preconditions,
-    /// The preconditions are compared with the world, and an unmet precondition, if any, is chosen.
-    Comparison,
-    /// The executive has drawn its conclusion about the examined state: the next question, or the verdict.
-    Conclusion,
-    /// The decision is at the graph's outputs.
-    Decision,
-}
-
-impl fmt::Display for Stage {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Goal => "goal",
-            Self::Action => "action",
-            Self::Preconditions => "preconditions",
-            Self::Comparison => "comparison",
-            Self::Conclusion => "conclusion",
-            Self::Decision => "decision",
-        })
-    }
-}
-
-/// A milestone: the time at which a stage of a question was reached.
-///
-/// A stage is reached when the last item that it depends on becomes active or inactive.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Milestone {
-    /// Number of the question, counted from 1.
-    pub question: u32,
-    /// The stage that was reached.
-    pub stage: Stage,
-    /// Name of the examined state.
-    pub subject: String,
-    /// Simulated time since the planner was asked, in milliseconds.
-    pub time_ms: f64,
-}
-
-/// A planner's decision, with its milestones and choices.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Decision {
-    /// The verdict: act, met or stuck.
-    pub verdict: Verdict,
-    /// The milestones, in order of time.
-    pub milestones: Vec<Milestone>,
-    /// Simulated time from request to answer, in milliseconds.
-    pub time_ms: f64,
-    /// Number of questions. A state that is examined twice counts twice.
-    pub questions: u32,
-    /// Choices among several causes of a state, in order of time. A later choice for the same state replaces the
-    /// earlier choice. Empty if no state has several causes.
-    pub choices: Vec<Choice>,
-}
 
 /// A planner graph over one domain, built and ready to be asked.
 ///
@@ -441,6 +381,26 @@ impl Decider for Planner {
     fn verdict(&self, command: &[Real], _told: &Told<'_>) -> Option<Verdict> {
         let (actions, trace) = command.split_at(self.domain.operators().len());
         self.read(trace, actions.iter().position(|a| *a > 0.5).map(ActionId::new))
+    }
+
+    /// Asks for one goal after the other, each time with a new run of the graph. The graph has its own limit.
+    fn roll_out(
+        &self,
+        prediction: &mut dyn Prediction,
+        _limit: SimDuration,
+    ) -> Result<RolledOut, TaskError> {
+        let mut steps = Vec::new();
+        let mut last = None;
+        loop {
+            let Some(goal) = prediction.goal() else {
+                return Ok(RolledOut { steps, end: PlanEnd::Met, last });
+            };
+            let decision = self.decide(&prediction.present(), goal)?;
+            if let Some(end) = advance(&mut steps, &decision, prediction) {
+                return Ok(RolledOut { steps, end, last: Some(decision) });
+            }
+            last = Some(decision);
+        }
     }
 }
 

@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
+use super::rollout::{Prediction, RolledOut};
 use super::views::ModuleView;
-use crate::sim::{Graph, Real};
+use crate::sim::{Graph, Real, SimDuration};
 use crate::task::domain::{Domain, StateId, Verdict, WorldState};
 use crate::task::error::TaskError;
 
@@ -77,6 +78,18 @@ pub trait Decider: Send + Sync {
         let _ = verdict;
         0
     }
+
+    /// Plans to the end: decides, lets the action have its predicted effects, and decides again. A decision takes at most
+    /// `limit` of simulated time.
+    ///
+    /// # Errors
+    /// [`TaskError::Setting`] for a goal of another domain; [`TaskError::Undecided`] if there is no decision within the
+    /// limit, or if the graph does not settle.
+    fn roll_out(
+        &self,
+        prediction: &mut dyn Prediction,
+        limit: SimDuration,
+    ) -> Result<RolledOut, TaskError>;
 
     /// Refuses a state of another domain.
     ///

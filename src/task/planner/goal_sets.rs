@@ -3,11 +3,14 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use super::asked::Asked;
 use super::decider::{Decider, Request, Told};
+use super::rollout::{PlanEnd, Prediction, RolledOut, advance};
 use super::views::ModuleView;
 use crate::neurons::PopulationPlan;
 use crate::sim::{
-    Graph, GraphBuilder, InputSpec, OutputSpec, Real, Seed, Synapse, Timebase, Vector, WorldLink,
+    Graph, GraphBuilder, InputSpec, Out, OutputSpec, Real, Seed, SimDuration, Synapse, Timebase,
+    Vector, WorldLink,
 };
 use crate::task::domain::{
     ActionId, Commitment, Domain, Obstacle, Rules, StateId, Verdict, WorldState, acceptable_answers,
@@ -47,10 +50,18 @@ pub struct GoalSetPlanner {
     /// State of each fluent, and whether the fluent holds when the state does.
     fluents: Vec<(StateId, bool)>,
     graph: Arc<Graph>,
+    pub(super) outputs: Outputs,
     modules: Vec<ModuleView>,
     phases: usize,
     met: usize,
     stuck: usize,
+}
+
+/// Outputs of the graph that a plan is read from.
+pub(super) struct Outputs {
+    pub actions: Out<Vector>,
+    pub phases: Out<Vector>,
+    pub winner: Out<Vector>,
 }
 
 impl GoalSetPlanner {
@@ -114,7 +125,9 @@ impl GoalSetPlanner {
         let place = |name: &str| phases.iter().position(|p| p == name).unwrap_or(usize::MAX);
         let (met, stuck) = (place("Done"), place("Stuck"));
         let (domain, phases) = (domain.clone(), phases.len());
-        Ok(Self { domain, rules, fluents: sensed, graph, modules, phases, met, stuck })
+        let outputs =
+            Outputs { actions: ports.actions, phases: ports.phases, winner: ports.winner };
+        Ok(Self { domain, rules, fluents: sensed, graph, outputs, modules, phases, met, stuck })
     }
 
     /// Returns the reason why the goal cannot be reached, as the symbolic planner finds it.
@@ -254,27 +267,31 @@ impl Decider for GoalSetPlanner {
             _ => STEADY_MS,
         }
     }
-}
 
-/// A planner graph, by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum PlannerKind {
-    /// One state at a time, as in the paper ([`Planner`](super::Planner)).
-    #[default]
-    Chain,
-    /// Whole goal sets ([`GoalSetPlanner`]).
-    GoalSets,
-}
-
-impl PlannerKind {
-    /// All planners.
-    pub const ALL: [Self; 2] = [Self::Chain, Self::GoalSets];
-
-    /// Returns the name: `chain` or `goal-sets`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Chain => "chain",
-            Self::GoalSets => "goal-sets",
+    /// Runs the graph once, from the first decision to the last. The motor is busy for 100 ms with each action.
+    fn roll_out(
+        &self,
+        prediction: &mut dyn Prediction,
+        limit: SimDuration,
+    ) -> Result<RolledOut, TaskError> {
+        prediction.goals().iter().try_for_each(|goal| self.check_goal(*goal))?;
+        let mut asked = Asked::new(self)?;
+        let mut steps = Vec::new();
+        let mut last = None;
+        loop {
+            let Some(goal) = prediction.goal() else {
+                return Ok(RolledOut { steps, end: PlanEnd::Met, last });
+            };
+            let present = prediction.present();
+            let goals = prediction.goals().to_vec();
+            let request = Request::Decide;
+            let told = Told { request, present: &present, pretended: &[], goal, goals: &goals };
+            let decision = asked.decide(&told, limit)?;
+            if let Some(end) = advance(&mut steps, &decision, prediction) {
+                return Ok(RolledOut { steps, end, last: Some(decision) });
+            }
+            asked.wait(&told)?;
+            last = Some(decision);
         }
     }
 }

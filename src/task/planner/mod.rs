@@ -55,7 +55,10 @@
 
 mod alternatives;
 mod ask;
+mod asked;
+mod build;
 mod decider;
+mod decision;
 pub(crate) mod encode;
 mod executive;
 mod goal_sets;
@@ -66,14 +69,16 @@ mod views;
 mod walk;
 mod watch;
 
-pub use ask::{Decision, Milestone, Planner, Stage};
+pub use ask::Planner;
+pub use build::{PlannerBuild, PlannerKind};
 pub use decider::{Decider, Request, Told};
+pub use decision::{Decision, Milestone, Stage};
 pub use encode::{
     ABSENT, ActionSpace, Encoded, NOTHING, PRECONDITION, StateSpace, deep_preconditions,
 };
 pub use executive::Timing;
-pub use goal_sets::{GoalSetPlanner, PlannerKind, strips_problem};
+pub use goal_sets::{GoalSetPlanner, strips_problem};
 pub use graph::{Part, PlannerSpec, PlanningGraph, PlanningPorts, Unbinding};
-pub use rollout::{PlanEnd, PlannedStep, RolledOut};
+pub use rollout::{Counts, PlanEnd, PlannedStep, Prediction, RolledOut};
 pub use views::{ModuleView, Shows};
 pub use watch::{Choice, Why};

@@ -1,7 +1,10 @@
-//! Whole plans: asks the planner graph repeatedly, in world states predicted from the operators.
+//! Whole plans: asks a planner repeatedly, in situations predicted from the operators.
 
-use super::ask::{Decision, Planner};
-use crate::task::domain::{ActionId, Obstacle, StateId, Verdict, WorldState};
+use super::ask::Planner;
+use super::decider::Decider;
+use super::decision::Decision;
+use crate::sim::SimDuration;
+use crate::task::domain::{ActionId, Domain, Obstacle, StateId, Verdict, WorldState};
 use crate::task::error::TaskError;
 
 /// One step of a plan.
@@ -20,8 +23,10 @@ pub enum PlanEnd {
     Met,
     /// The goal cannot be reached, for this reason.
     Stuck(Obstacle),
-    /// The predicted world states repeat.
+    /// The predicted situations repeat.
     Circle,
+    /// Nothing in the situation can carry out this action.
+    Impossible(ActionId),
 }
 
 /// A predicted plan. The robot re-plans after every step, so only the first step is a commitment.
@@ -31,49 +36,64 @@ pub struct RolledOut {
     pub steps: Vec<PlannedStep>,
     /// How the plan ends.
     pub end: PlanEnd,
-    /// The last decision, which determined the end.
-    pub last: Decision,
+    /// The last decision; `None` if the goal is met and nothing was asked.
+    pub last: Option<Decision>,
 }
 
-impl Planner {
-    /// Plans from a scene to `goal`. `objects` gives the number of objects in each state, as
+/// A situation that changes as the operators predict.
+pub trait Prediction {
+    /// Returns the states that hold.
+    fn present(&self) -> WorldState;
+
+    /// Returns all goals.
+    fn goals(&self) -> &[StateId];
+
+    /// Returns the first goal to ask for; `None` if there is nothing left to ask.
+    fn goal(&self) -> Option<StateId>;
+
+    /// Lets an action have its effects. Returns why the plan ends with this action, if it does.
+    fn act(&mut self, action: ActionId) -> Option<PlanEnd>;
+}
+
+/// Objects of a [`Domain`] without relations: only how many are in each state is known.
+///
+/// An action is predicted to move one object from the operator's `from` state, if it has one, to its `to` state, and to
+/// have the operator's other effects.
+#[derive(Debug, Clone)]
+pub struct Counts<'d> {
+    domain: &'d Domain,
+    counts: Vec<usize>,
+    goal: [StateId; 1],
+    seen: Vec<Vec<usize>>,
+    /// A plan without detours moves each object into each state at most once.
+    left: usize,
+}
+
+impl<'d> Counts<'d> {
+    /// Makes the situation from the number of objects in each state, as
     /// [`Domain::counts`](crate::task::domain::Domain::counts) returns it.
-    ///
-    /// An action is predicted to move one object from the operator's `from` state, if it has one, to its `to`
-    /// state, and to have the operator's other effects.
-    ///
-    /// # Errors
-    /// As [`Planner::decide`].
-    pub fn plan(&self, objects: &[usize], goal: StateId) -> Result<RolledOut, TaskError> {
-        let mut counts = objects.to_vec();
-        let mut steps: Vec<PlannedStep> = Vec::new();
-        let mut seen: Vec<Vec<usize>> = Vec::new();
-        // A plan without detours moves each object into each state at most once.
-        let most = (objects.iter().sum::<usize>() + 1) * (objects.len() + 1);
-        loop {
-            let world: WorldState = counts.iter().map(|c| *c > 0).collect();
-            let decision = self.decide(&world, goal)?;
-            let end = match decision.verdict {
-                Verdict::Met => Some(PlanEnd::Met),
-                Verdict::Stuck(obstacle) => Some(PlanEnd::Stuck(obstacle)),
-                Verdict::Act(_) if seen.contains(&counts) || steps.len() >= most => {
-                    Some(PlanEnd::Circle)
-                }
-                Verdict::Act(_) => None,
-            };
-            if let Some(end) = end {
-                return Ok(RolledOut { steps, end, last: decision });
-            }
-            seen.push(counts.clone());
-            if let Verdict::Act(action) = decision.verdict {
-                self.predict(&mut counts, action);
-                steps.push(PlannedStep { action, decision });
-            }
-        }
+    pub fn new(domain: &'d Domain, objects: &[usize], goal: StateId) -> Self {
+        let left = (objects.iter().sum::<usize>() + 1) * (objects.len() + 1);
+        let (counts, goal) = (objects.to_vec(), [goal]);
+        Self { domain, seen: vec![counts.clone()], counts, goal, left }
+    }
+}
+
+impl Prediction for Counts<'_> {
+    fn present(&self) -> WorldState {
+        self.counts.iter().map(|count| *count > 0).collect()
     }
 
-    fn predict(&self, counts: &mut [usize], action: ActionId) {
-        let operator = &self.domain()[action];
+    fn goals(&self) -> &[StateId] {
+        &self.goal
+    }
+
+    fn goal(&self) -> Option<StateId> {
+        Some(self.goal[0])
+    }
+
+    fn act(&mut self, action: ActionId) -> Option<PlanEnd> {
+        let (operator, counts) = (&self.domain[action], &mut self.counts);
         let from = operator.from.map(StateId::index);
         if let Some(from) = from {
             counts[from] = counts[from].saturating_sub(1);
@@ -90,5 +110,43 @@ impl Planner {
                 counts[effect] = counts[effect].max(1);
             }
         }
+        self.left = self.left.saturating_sub(1);
+        if self.left == 0 || self.seen.contains(counts) {
+            return Some(PlanEnd::Circle);
+        }
+        self.seen.push(counts.clone());
+        None
+    }
+}
+
+/// Lets the decided action have its effects, and adds it to the plan. Returns how the plan ends, if it does.
+pub(super) fn advance(
+    steps: &mut Vec<PlannedStep>,
+    decision: &Decision,
+    prediction: &mut dyn Prediction,
+) -> Option<PlanEnd> {
+    let action = match decision.verdict {
+        Verdict::Met => return Some(PlanEnd::Met),
+        Verdict::Stuck(obstacle) => return Some(PlanEnd::Stuck(obstacle)),
+        Verdict::Act(action) => action,
+    };
+    let end = prediction.act(action);
+    if !matches!(end, Some(PlanEnd::Impossible(_))) {
+        steps.push(PlannedStep { action, decision: decision.clone() });
+    }
+    end
+}
+
+/// Longest simulated time of one decision of a plan, unless another is given.
+pub(super) const LIMIT: SimDuration = SimDuration::from_millis(10_000);
+
+impl Planner {
+    /// Plans from a scene to `goal`. `objects` gives the number of objects in each state, as
+    /// [`Domain::counts`](crate::task::domain::Domain::counts) returns it; [`Counts`] predicts what actions do.
+    ///
+    /// # Errors
+    /// As [`Planner::decide`].
+    pub fn plan(&self, objects: &[usize], goal: StateId) -> Result<RolledOut, TaskError> {
+        self.roll_out(&mut Counts::new(&self.domain, objects, goal), LIMIT)
     }
 }

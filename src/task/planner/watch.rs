@@ -2,7 +2,8 @@
 
 use std::ops::ControlFlow;
 
-use super::ask::{Planner, Stage};
+use super::ask::Planner;
+use super::decision::Stage;
 use super::executive::Phase;
 use crate::sim::{SimView, StopReason};
 use crate::task::domain::{ActionId, StateId, WorldState};

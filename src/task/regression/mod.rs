@@ -17,6 +17,7 @@
 //! | `memory` | slots for goal sets; which operators lead to visited ones |
 //! | `retreat` | the slot to go on with after a dead end |
 //! | `graph` | all parts as one module |
+//! | `moments` | what the planner did when, read from its phases |
 //! | `world`, `plan` | a world by the rules of the problem; planning and acting in it |
 //! | `search` | the same rules without neurons |
 //!
@@ -53,6 +54,7 @@ mod control;
 mod costs;
 mod graph;
 mod memory;
+mod moments;
 mod mutex;
 mod plan;
 mod retreat;
@@ -62,6 +64,8 @@ mod wiring;
 mod world;
 
 pub use graph::{GoalSetGraph, GoalSetPorts, phase_names};
+pub(in crate::task) use moments::Watch;
+pub use moments::{Moment, Step};
 pub use mutex::Mutexes;
 pub use plan::{Course, GoalSetError, GoalSetSpec, MAX_UNITS, populations, pursue};
 pub use rules::{Regressed, Regression};

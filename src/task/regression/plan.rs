@@ -5,14 +5,14 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use super::control::Phase;
 use super::graph::GoalSetGraph;
 use super::memory::Layout;
+use super::moments::{Moment, Step, Watch};
 use super::rules::Regression;
 use super::world::{Begun, StripsWorld};
 use crate::neurons::{LifSpec, PatternError, Population, PopulationPlan};
 use crate::sim::{
-    Constant, GraphBuilder, InputSpec, OutputSpec, ProbeSpec, Real, RunConfig, Seed, SimDuration,
+    Constant, GraphBuilder, InputSpec, OutputSpec, ProbeSpec, RunConfig, Seed, SimDuration,
     SimError, Simulator, Synapse, Timebase, Vector, WorldLink,
 };
 use crate::task::strips::Grounded;
@@ -98,12 +98,8 @@ pub struct Course {
     pub begun: Vec<Begun>,
     /// Simulated time of the run in milliseconds. The run ends once the goal holds.
     pub ms: u64,
-    /// Goal sets that were written, without the goal itself.
-    pub steps: usize,
-    /// Dead ends from which the planner went back.
-    pub backs: usize,
-    /// Times that it began to plan: 1, and one for each surprise or search that filled the slots.
-    pub starts: usize,
+    /// What the planner did, in order.
+    pub moments: Vec<Moment>,
     /// Units of the planner.
     pub units: usize,
 }
@@ -112,6 +108,25 @@ impl Course {
     /// Returns the operators that had their effects, in order.
     pub fn plan(&self) -> impl Iterator<Item = usize> {
         self.begun.iter().filter(|b| b.done).map(|b| b.operator)
+    }
+
+    /// Returns the number of goal sets that were written, without the goal itself.
+    pub fn goal_sets(&self) -> usize {
+        self.count(|step| matches!(step, Step::GoalSet { .. }))
+    }
+
+    /// Returns the number of dead ends from which the planner went back.
+    pub fn dead_ends(&self) -> usize {
+        self.count(|step| step == Step::DeadEnd)
+    }
+
+    /// Returns how often it began to plan: once, and once for each surprise or search that filled the slots.
+    pub fn starts(&self) -> usize {
+        self.count(|step| step == Step::Start)
+    }
+
+    fn count(&self, of: impl Fn(Step) -> bool) -> usize {
+        self.moments.iter().filter(|moment| of(moment.step)).count()
     }
 }
 
@@ -160,15 +175,7 @@ pub fn pursue(
     if problem.operators.is_empty() {
         // Nothing can be done, so the goal holds: a goal that no operator achieves is refused when the problem is grounded.
         let reached = world.reached();
-        return Ok(Course {
-            reached,
-            begun: Vec::new(),
-            ms: 0,
-            steps: 0,
-            backs: 0,
-            starts: 0,
-            units,
-        });
+        return Ok(Course { reached, begun: Vec::new(), ms: 0, moments: Vec::new(), units });
     }
     let rules = Regression::new(problem);
     let mut pairs = problem.goal.iter().flat_map(|a| problem.goal.iter().map(move |b| (*a, *b)));
@@ -195,7 +202,9 @@ pub fn pursue(
     graph.connect(&goal, &planner.goal, Synapse::None);
     graph.connect(&node.output::<Vector>("holds"), &planner.holds, Synapse::None);
     graph.connect(&planner.actions, &node.input::<Vector>("actions"), Synapse::None);
-    let phases = graph.probe(&planner.phases, ProbeSpec::default().last(PERIOD_MS as usize));
+    let recent = ProbeSpec::default().last(PERIOD_MS as usize);
+    let phases = graph.probe(&planner.phases, recent);
+    let winner = graph.probe(&planner.winner, recent);
     for name in &spec.ablated {
         // A name that is no group is a fault of the graph.
         graph.probe_at::<Vector>(&format!("planner/{name}/output"), ProbeSpec::default());
@@ -204,25 +213,24 @@ pub fn pursue(
     let graph = graph.build(Timebase::default(), &plan, seed).map_err(SimError::from)?;
     let config = RunConfig::seeded(seed).in_world(world);
     let mut sim = Simulator::new(graph.into(), config)?;
-    let mut tally = Tally::default();
+    let mut watch = Watch::default();
     let (mut ms, limit) = (0, spec.limit.as_micros() / 1000);
     while ms < limit && !inside(&sim).is_some_and(StripsWorld::reached) {
         let step = (limit - ms).min(PERIOD_MS);
         sim.run_for(SimDuration::from_millis(step))?;
-        ms += step;
-        let samples = sim.samples(&phases);
-        let past = samples.len().saturating_sub(step as usize);
-        samples.iter().skip(past).for_each(|(_, row)| tally.add(row));
+        let (phases, winner) = (sim.samples(&phases), sim.samples(&winner));
+        let past = phases.len().saturating_sub(step as usize);
+        for ((_, phases), (_, winner)) in phases.iter().zip(winner.iter()).skip(past) {
+            ms += 1;
+            watch.look(ms, phases, winner);
+        }
     }
-    let [steps, backs, starts] = tally.counts;
     let world = inside(&sim);
     Ok(Course {
         reached: world.is_some_and(StripsWorld::reached),
         begun: world.map(|w| w.begun().to_vec()).unwrap_or_default(),
         ms,
-        steps,
-        backs,
-        starts,
+        moments: watch.moments,
         units,
     })
 }
@@ -231,74 +239,4 @@ pub fn pursue(
 fn inside(sim: &Simulator) -> Option<&StripsWorld> {
     let world: &dyn Any = sim.world()?;
     world.downcast_ref()
-}
-
-/// Phases that are counted: goal sets are written, dead ends are left, planning begins.
-const COUNTED: [Phase; 3] = [Phase::Write, Phase::Back, Phase::Start];
-/// Activity above which a phase is active, and below which it is over. Noise between the two counts for nothing.
-const ACTIVE: Real = 0.5;
-const OVER: Real = 0.3;
-
-/// How often each phase of [`COUNTED`] began.
-///
-/// While one phase follows another, both are active for a moment. So each is counted by itself.
-#[derive(Default)]
-struct Tally {
-    counts: [usize; 3],
-    active: [bool; 3],
-}
-
-impl Tally {
-    /// Takes the activities of all phases at one time.
-    fn add(&mut self, row: &[Real]) {
-        for (i, phase) in COUNTED.into_iter().enumerate() {
-            let activity = row[phase as usize];
-            if self.active[i] {
-                self.active[i] = activity >= OVER;
-            } else if activity > ACTIVE {
-                self.active[i] = true;
-                self.counts[i] += 1;
-            }
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Counts what begins in rows that have these activities and zeros.
-    fn counted(rows: &[&[(Phase, Real)]]) -> [usize; 3] {
-        let mut tally = Tally::default();
-        for active in rows {
-            let mut row = [0.0; Phase::ALL.len()];
-            active.iter().for_each(|(phase, activity)| row[*phase as usize] = *activity);
-            tally.add(&row);
-        }
-        tally.counts
-    }
-
-    #[test]
-    fn a_start_that_is_never_active_alone_is_counted() {
-        use Phase::{Back, Check, Start, Wave, Write};
-        let rows: [&[(Phase, Real)]; 7] = [
-            &[(Start, 1.0)],
-            &[(Wave, 1.0)],
-            &[(Check, 1.0)],
-            &[(Check, 0.8), (Start, 0.7)],
-            &[(Start, 0.9), (Wave, 0.8)],
-            &[(Wave, 1.0)],
-            &[(Write, 0.9), (Back, 0.9)],
-        ];
-        assert_eq!(counted(&rows), [1, 1, 2]);
-    }
-
-    #[test]
-    fn a_phase_that_fluctuates_begins_once() {
-        let of = |activity| [(Phase::Start, activity)];
-        let rows = [0.0, 0.6, 0.45, 0.31, 0.55, 0.9, 0.51, 0.29, 0.4, 0.5, 0.51, 0.0].map(of);
-        let rows = rows.each_ref().map(<[_; 1]>::as_slice);
-        assert_eq!(counted(&rows), [0, 0, 2]);
-        assert_eq!(counted(&[]), [0; 3]);
-    }
 }

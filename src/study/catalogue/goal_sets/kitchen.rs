@@ -63,7 +63,7 @@ pub(super) fn outcome_of(course: &Course, actions: usize) -> TrialOutcome {
     outcome([
         number(course.reached),
         number(course.reached && course.begun.len() == actions),
-        number(course.reached && course.starts == 1 && unmet == 0.0),
+        number(course.reached && course.starts() == 1 && unmet == 0.0),
         number(course.reached && last <= (IN_TIME_MS * actions) as f64),
         unmet,
         begun,

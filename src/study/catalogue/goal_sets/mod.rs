@@ -157,7 +157,7 @@ fn trial_of_length(
         number(length.is_some()),
         ratio(length),
         begun_at(&course, first_action),
-        course.starts.saturating_sub(1) as f64,
+        course.starts().saturating_sub(1) as f64,
         unmet,
         begun,
         number(rules.is_some()),

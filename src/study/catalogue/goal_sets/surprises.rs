@@ -135,7 +135,7 @@ impl Experiment for Surprises {
             unmet,
             begun,
             if course.reached { begun_at(&course, last_action) } else { f64::NAN },
-            course.starts.saturating_sub(1) as f64,
+            course.starts().saturating_sub(1) as f64,
             failed as f64,
             number(meddled),
         ]))
@@ -165,9 +165,7 @@ mod tests {
             reached: true,
             begun: vec![begun(500, "(unplug-kettle)"), begun(600, "(put-kettle-under-tap)")],
             ms: 700,
-            steps: 5,
-            backs: 0,
-            starts: 1,
+            moments: Vec::new(),
             units: 1,
         };
         let named = |ms| {

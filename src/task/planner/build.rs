@@ -1,0 +1,91 @@
+//! How planners are built, whichever planner it is.
+
+use std::sync::Arc;
+
+use super::ask::Planner;
+use super::decider::Decider;
+use super::goal_sets::GoalSetPlanner;
+use super::graph::PlannerSpec;
+use crate::neurons::PopulationPlan;
+use crate::sim::Seed;
+use crate::task::domain::Domain;
+use crate::task::error::TaskError;
+use crate::task::relational::GroundProblem;
+
+/// A planner graph, by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum PlannerKind {
+    /// One state at a time, as in the paper ([`Planner`]). Its control is a program.
+    Chain,
+    /// Whole goal sets ([`GoalSetPlanner`]). All of it is neurons.
+    #[default]
+    GoalSets,
+}
+
+impl PlannerKind {
+    /// All planners.
+    pub const ALL: [Self; 2] = [Self::Chain, Self::GoalSets];
+
+    /// Returns the name: `chain` or `goal-sets`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Chain => "chain",
+            Self::GoalSets => "goal-sets",
+        }
+    }
+}
+
+/// How a planner is built over a domain.
+#[derive(Debug, Clone)]
+pub struct PlannerBuild {
+    /// Which planner.
+    pub kind: PlannerKind,
+    /// Settings of [`PlannerKind::Chain`]; the other planner takes its [`rules`](PlannerSpec::rules). Over a
+    /// [`GroundProblem`], the number of dimensions is the least number; a scene with many objects takes more.
+    pub spec: PlannerSpec,
+    /// Populations.
+    pub plan: PopulationPlan,
+    /// Seed of the pointers and populations.
+    pub seed: Seed,
+}
+
+impl Default for PlannerBuild {
+    fn default() -> Self {
+        let (kind, spec) = (PlannerKind::default(), PlannerSpec::default());
+        Self { kind, spec, plan: PopulationPlan::direct(), seed: Seed::new(1) }
+    }
+}
+
+impl PlannerBuild {
+    /// Builds the planner over a domain.
+    ///
+    /// # Errors
+    /// As [`Planner::with_plan`] and [`GoalSetPlanner::new`].
+    pub fn over(&self, domain: &Domain) -> Result<Arc<dyn Decider>, TaskError> {
+        let Self { kind, spec, plan, seed } = self;
+        Ok(match kind {
+            PlannerKind::Chain => Arc::new(Planner::with_plan(domain, *spec, plan, *seed)?),
+            PlannerKind::GoalSets => self.goal_sets(domain)?,
+        })
+    }
+
+    /// Builds the planner over the ground problem of a scene.
+    ///
+    /// # Errors
+    /// As [`Planner::composed`] and [`GoalSetPlanner::new`].
+    pub fn over_ground(&self, ground: &GroundProblem) -> Result<Arc<dyn Decider>, TaskError> {
+        let Self { kind, spec, plan, seed } = self;
+        let (domain, composition) = (ground.domain(), ground.composition());
+        Ok(match kind {
+            PlannerKind::Chain => {
+                Arc::new(Planner::composed(domain, composition, *spec, plan, *seed)?)
+            }
+            PlannerKind::GoalSets => self.goal_sets(domain)?,
+        })
+    }
+
+    fn goal_sets(&self, domain: &Domain) -> Result<Arc<dyn Decider>, TaskError> {
+        let rules = self.spec.rules();
+        Ok(Arc::new(GoalSetPlanner::new(domain, rules, &self.plan, self.seed)?))
+    }
+}

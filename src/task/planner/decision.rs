@@ -1,0 +1,85 @@
+//! A planner's decision, with the time of every milestone.
+
+use std::fmt;
+
+use super::watch::Choice;
+use crate::task::domain::Verdict;
+
+/// The stages of a decision. Each gives a milestone.
+///
+/// The first six are those of a [`Planner`](super::Planner). A [`GoalSetPlanner`](super::GoalSetPlanner) has the others,
+/// and `Decision`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Stage {
+    /// The goal buffer holds the examined state.
+    Goal,
+    /// The action that causes the examined state is recalled.
+    Action,
+    /// The action's preconditions are unbound and cleaned up.
+    Preconditions,
+    /// The preconditions are compared with the world, and an unmet precondition, if any, is chosen.
+    Comparison,
+    /// The executive has drawn its conclusion about the examined state: the next question, or the verdict.
+    Conclusion,
+    /// The decision is at the graph's outputs.
+    Decision,
+    /// The planner begins to plan, or begins anew.
+    Start,
+    /// It is known how far each state is from what holds.
+    Costs,
+    /// An action is chosen, and the goal set before it is written.
+    GoalSet,
+    /// No action leads on from the goal set; the planner goes back.
+    DeadEnd,
+    /// The goal set holds: the plan is found.
+    Plan,
+}
+
+impl fmt::Display for Stage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Goal => "goal",
+            Self::Action => "action",
+            Self::Preconditions => "preconditions",
+            Self::Comparison => "comparison",
+            Self::Conclusion => "conclusion",
+            Self::Decision => "decision",
+            Self::Start => "start",
+            Self::Costs => "costs",
+            Self::GoalSet => "goal set",
+            Self::DeadEnd => "dead end",
+            Self::Plan => "plan",
+        })
+    }
+}
+
+/// A milestone: the time at which a stage of a question was reached.
+///
+/// A stage is reached when the last item that it depends on becomes active or inactive.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Milestone {
+    /// Number of the question or goal set, counted from 1.
+    pub question: u32,
+    /// The stage that was reached.
+    pub stage: Stage,
+    /// Name of the examined state. With goal sets: the chosen action, or the goal.
+    pub subject: String,
+    /// Simulated time since the planner was asked, in milliseconds.
+    pub time_ms: f64,
+}
+
+/// A planner's decision, with its milestones and choices.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Decision {
+    /// The verdict: act, met or stuck.
+    pub verdict: Verdict,
+    /// The milestones, in order of time.
+    pub milestones: Vec<Milestone>,
+    /// Simulated time from request to answer, in milliseconds.
+    pub time_ms: f64,
+    /// Number of questions; a state that is examined twice counts twice. With goal sets: the number that were written.
+    pub questions: u32,
+    /// Choices among several causes of a state, in order of time. A later choice for the same state replaces the
+    /// earlier choice. Empty if no state has several causes.
+    pub choices: Vec<Choice>,
+}
