@@ -49,7 +49,7 @@ fn in_a_browser_scene_traces_and_decisions_follow_the_moment() {
     let times: Array1<f64> = npz.read("frames_t").expect("times");
     let parts: Array3<f32> = npz.read("frames_parts").expect("parts");
     let thought: Array1<f64> = npz.read("modules_t").expect("times");
-    let module: Array2<f32> = npz.read("module_cause").expect("a module");
+    let module: Array2<f32> = npz.read("module_goal_set").expect("a module");
     let lines = text(made(), "trace.jsonl");
     let asked: Vec<f64> = lines
         .lines()
@@ -61,7 +61,7 @@ fn in_a_browser_scene_traces_and_decisions_follow_the_moment() {
     let moments: Vec<f64> = chosen.iter().map(|frame| times[*frame]).collect();
     let script = format!(
         "const select = document.getElementById('module');\n\
-         select.value = [...select.options].find((o) => o.text === 'cause').value;\n\
+         select.value = [...select.options].find((o) => o.text === 'goal_set').value;\n\
          select.dispatchEvent(new Event('change'));\n\
          const scrub = document.getElementById('scrub');\n\
          found.states = {moments:?}.map((t) => {{ scrub.value = String(t);\n\
@@ -95,7 +95,7 @@ fn in_a_browser_scene_traces_and_decisions_follow_the_moment() {
         }
         let decision = asked.iter().filter(|asked| *asked <= moment).count() as i64 - 1;
         assert_eq!(state["decision"], decision, "{state}");
-        assert_eq!(state["module"], "cause");
+        assert_eq!(state["module"], "goal_set");
         let sample = thought.iter().filter(|t| **t as f32 <= *moment as f32).count() - 1;
         for (value, own) in numbers(&state["sample"]).into_iter().zip(module.row(sample)) {
             assert!((value - f64::from(*own)).abs() < 0.006, "{value} instead of {own}");

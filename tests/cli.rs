@@ -161,18 +161,17 @@ fn without_a_command_the_main_job_runs_and_can_be_repeated() {
     assert_eq!(kinds, BTreeSet::from(expected));
     assert_eq!(bytes("notes.txt"), b"mine");
 
-    // A plan counts the recognition of the goal; a run's planner knows the goal when it is asked.
+    // A plan counts from the moment at which the goal is told; a run's planner knows it when it is asked.
     let plan = ["plan", "out/domain.json", "--scene", "out/scene.json", "--json", "--quiet"];
     let plan = json(folder.path(), &plan);
     let from_rest = plan["decision_ms"].as_f64().expect("a number");
     let trace = String::from_utf8(bytes("trace.jsonl")).expect("text");
     let first: Value = serde_json::from_str(trace.lines().next().expect("a line")).expect("JSON");
     let goal_known = first["decision"]["took_ms"].as_f64().expect("a number");
-    assert!((8.0..20.0).contains(&(from_rest - goal_known)), "{from_rest} {goal_known}");
+    assert!((8.0..40.0).contains(&(from_rest - goal_known)), "{from_rest} {goal_known}");
     assert_eq!(first["decision"]["chosen"]["operator"], plan["action"]);
     assert_eq!(first["decision"]["chosen"]["object"], plan["object"]);
-    let note = "the times of `symbolt plan` include the recognition of the goal.";
-    assert!(text.replace('\n', " ").contains(note), "{text}");
+    assert!(text.replace('\n', " ").contains("`symbolt plan` counts from then."), "{text}");
 }
 
 /// The names of all states and actions of a domain file.
@@ -450,15 +449,28 @@ fn plan_says_what_to_do_and_when_it_knew() {
     assert_eq!(plan["plan"][0], plan["action"]);
     assert_eq!(plan["plan"][2], "PUT_BOLT_AT_NUT_POCKET");
     assert!(plan["reason"].is_null());
-    let milestones = plan["milestones_ms"].as_object().expect("milestones");
-    assert!(milestones.len() >= 10);
-    assert!(milestones.contains_key("01 preconditions BOLT_AT_NUT_POCKET"));
-    let times: Vec<f64> = milestones.values().filter_map(Value::as_f64).collect();
-    assert!(times.windows(2).all(|w| w[0] <= w[1]), "{times:?}");
-
-    let args = ["plan", "paper.json", "--scene", "scene.json", "--goal", "NUT_AT_START", "--json"];
-    assert_eq!(json(folder.path(), &args)["status"], "met");
     assert_eq!(plan["choices"], serde_json::json!([]));
+    let chain = ["plan", "paper.json", "--scene", "scene.json", "--planner", "chain", "--json"];
+    let asked = json(folder.path(), &chain);
+    for (plan, planner, counted, least, known) in [
+        (&plan, "goal-sets", "goal_sets", 6, "01 costs BOLT_AT_NUT_POCKET"),
+        (&asked, "chain", "questions", 10, "01 preconditions BOLT_AT_NUT_POCKET"),
+    ] {
+        assert_eq!(plan["planner"], planner);
+        assert!(plan[counted].as_u64().is_some_and(|count| count >= 3), "{plan}");
+        let milestones = plan["milestones_ms"].as_object().expect("milestones");
+        assert!(milestones.len() >= least && milestones.contains_key(known), "{milestones:?}");
+        let mut times: Vec<f64> = milestones.values().filter_map(Value::as_f64).collect();
+        times.sort_by(f64::total_cmp);
+        assert_eq!(plan["decision_ms"].as_f64(), times.last().copied());
+        assert_eq!(plan["plan"].as_array().map(Vec::len), Some(3));
+    }
+
+    let met = ["plan", "paper.json", "--scene", "scene.json", "--goal", "NUT_AT_START", "--json"];
+    for planner in ["goal-sets", "chain"] {
+        let args = [&met[..], &["--planner", planner]].concat();
+        assert_eq!(json(folder.path(), &args)["status"], "met");
+    }
 
     // With a second way of doing it, the choice is told.
     let text = std::fs::read_to_string(folder.path().join("paper.json")).expect("there");
@@ -468,27 +480,29 @@ fn plan_says_what_to_do_and_when_it_knew() {
     other["name"] = "ANOTHER_WAY".into();
     domain["operators"].as_array_mut().expect("operators").push(other);
     std::fs::write(folder.path().join("two_ways.json"), domain.to_string()).expect("writes");
-    let args = ["plan", "two_ways.json", "--scene", "scene.json", "--json"];
+    let args = ["plan", "two_ways.json", "--scene", "scene.json", "--planner", "chain", "--json"];
     let choices = &json(folder.path(), &args)["choices"];
     assert_eq!(choices[0]["state"], state);
     assert_eq!((&choices[0]["action"], &choices[0]["among"]), (&first, &Value::from(2)));
     assert!(choices[0]["why"].as_str().is_some_and(|why| why.contains("preferred")));
-    assert!(ok(folder.path(), &args[..4]).contains("Choices among several causes:"));
+    assert!(ok(folder.path(), &args[..6]).contains("Choices among several causes:"));
 
     // Without its bolt the scene is stuck: said in one sentence, and 1 returned.
     let text = std::fs::read_to_string(folder.path().join("scene.json")).expect("there");
     let mut scene: Value = serde_json::from_str(&text).expect("JSON");
     scene["objects"].as_array_mut().expect("objects").retain(|o| o["kind"] != "bolt");
     std::fs::write(folder.path().join("poor.json"), scene.to_string()).expect("writes");
-    let stuck =
-        run(folder.path(), &["plan", "paper.json", "--scene", "poor.json", "--json", "--quiet"]);
-    assert_eq!(stuck.code, 1);
-    let plan: Value = serde_json::from_str(&stuck.out).expect("JSON");
-    assert_eq!(plan["status"], "stuck");
-    assert_eq!(
-        stuck.err.trim_end(),
-        "symbolt: stuck: BOLT_AT_START does not hold and no action causes it"
-    );
+    for planner in ["goal-sets", "chain"] {
+        let poor = ["plan", "paper.json", "--scene", "poor.json", "--json", "--quiet", "--planner"];
+        let stuck = run(folder.path(), &[&poor[..], &[planner]].concat());
+        assert_eq!(stuck.code, 1);
+        let plan: Value = serde_json::from_str(&stuck.out).expect("JSON");
+        assert_eq!(plan["status"], "stuck");
+        assert_eq!(
+            stuck.err.trim_end(),
+            "symbolt: stuck: BOLT_AT_START does not hold and no action causes it"
+        );
+    }
 }
 
 #[test]
@@ -584,12 +598,29 @@ fn bad_usage_and_bad_input_return_2_and_leave_nothing_behind() {
             "it has: BOLT_AT_START",
         ),
         (
-            &["plan", "domain.json", "--scene", "scene.json", "--dimensions", "0"],
+            &["plan", "a", "--scene", "b", "--dimensions", "0", "--planner", "chain"],
             "--dimensions 0: must be",
         ),
         (
-            &["plan", "paper.json", "--scene", "scene.json", "--dimensions", "4"],
+            &[
+                "plan",
+                "paper.json",
+                "--scene",
+                "scene.json",
+                "--dimensions",
+                "4",
+                "--planner",
+                "chain",
+            ],
             "use more dimensions",
+        ),
+        (
+            &["plan", "domain.json", "--scene", "scene.json", "--dimensions", "512"],
+            "--dimensions has no effect on the planner goal-sets; leave it out, or add --planner",
+        ),
+        (
+            &["plan", "domain.json", "--scene", "scene.json", "--slots", "9"],
+            "--slots is for a problem in PDDL",
         ),
         (
             &["plan", "domain.json", "--scene", "scene.json", "--mode", "liff"],
@@ -613,7 +644,7 @@ fn bad_usage_and_bad_input_return_2_and_leave_nothing_behind() {
         (&["record", "--labels"], "--labels needs --kinematic"),
         (&["learn", "demos.jsonl", "--threads", "9999"], "--threads 9999: must be 0 to 1024"),
         (
-            &["plan", "domain.json", "--scene", "scene.json", "--max-similarity", "3"],
+            &["plan", "a", "--scene", "b", "--max-similarity", "3", "--planner", "chain"],
             "--max-similarity 3: must be more than 0 and at most 1",
         ),
         (&["plan", "-", "--scene", "-"], "cannot both come from standard input"),
@@ -622,7 +653,10 @@ fn bad_usage_and_bad_input_return_2_and_leave_nothing_behind() {
         (&["bench", "bind", "--runs", "0"], "--runs 0: must be 1 to 1000"),
         (&["bench", "bind", "--neurons-scale", "0"], "--neurons-scale 0: must be more than 0"),
         (&["run", "--mode", "liff", "--out", "new"], "the modes are: direct"),
-        (&["run", "--dimensions", "0", "--out", "new"], "--dimensions 0: must be"),
+        (
+            &["run", "--planner", "chain", "--dimensions", "0", "--out", "new"],
+            "--dimensions 0: must be",
+        ),
         (&["run", "--drop-rate", "-1", "--out", "new"], "--drop-rate -1: must be 0 to 1"),
         (&["run", "--nuts", "many"], "for '--nuts <N>': must be a whole number"),
         (&["experiment", "table-5"], "there is no experiment `table-5`"),

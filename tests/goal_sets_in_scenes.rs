@@ -91,7 +91,7 @@ fn decide(planner: &dyn Decider, told: &Told<'_>) -> Option<(Verdict, u64)> {
 }
 
 fn check_all_situations(domain: &Domain, plan: &PopulationPlan) {
-    let planner = GoalSetPlanner::new(domain, Rules::default(), plan, Seed::new(3));
+    let planner = GoalSetPlanner::new(domain, Rules::default(), &[], plan, Seed::new(3));
     let planner = planner.expect("a planner");
     let states = domain.states().len();
     let mut counts = [0; 3];
@@ -130,7 +130,7 @@ fn every_answer_in_every_situation_is_one_that_the_symbolic_planner_accepts() {
 fn a_planner_that_is_told_to_forget_forgets_and_one_that_waits_keeps_its_plan() {
     let domain = DomainBuilder::of_the_paper().build().expect("the paper's domain");
     let plan = PopulationPlan::direct();
-    let planner = GoalSetPlanner::new(&domain, Rules::default(), &plan, Seed::new(3));
+    let planner = GoalSetPlanner::new(&domain, Rules::default(), &[], &plan, Seed::new(3));
     let planner = planner.expect("a planner");
     let goal = domain.state("BOLT_ASSEMBLED").expect("the goal");
     let present = domain.world(["NUT_ON_TABLE", "BOLT_ON_TABLE"]).expect("states");
@@ -147,7 +147,7 @@ fn a_planner_that_is_told_to_forget_forgets_and_one_that_waits_keeps_its_plan() 
 fn that_there_is_no_way_is_shown_for_a_while_after_it_has_ceased_to_be_true_but_does_not_count() {
     let domain = DomainBuilder::of_the_paper().build().expect("the paper's domain");
     let lif = populations(&Population::Lif(LifSpec::default())).expect("patterns");
-    let planner = GoalSetPlanner::new(&domain, Rules::default(), &lif, Seed::new(3));
+    let planner = GoalSetPlanner::new(&domain, Rules::default(), &[], &lif, Seed::new(3));
     let planner = planner.expect("a planner");
     let goal = domain.state("BOLT_ASSEMBLED").expect("the goal");
     let goals = [goal];
@@ -196,7 +196,7 @@ fn a_situation_of_a_learned_domain_is_a_strips_problem() {
 fn a_domain_without_actions_is_refused_and_a_goal_of_another_domain_too() {
     let domain = DomainBuilder::of_the_paper().build().expect("the paper's domain");
     let plan = PopulationPlan::direct();
-    let planner = GoalSetPlanner::new(&domain, Rules::default(), &plan, Seed::new(3));
+    let planner = GoalSetPlanner::new(&domain, Rules::default(), &[], &plan, Seed::new(3));
     let planner = planner.expect("a planner");
     let error = planner.check_goal(StateId::new(99)).expect_err("no such state").to_string();
     assert!(error.contains("99") && error.contains("5 states"), "{error}");

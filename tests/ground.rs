@@ -12,7 +12,7 @@ use symbolt::study::worlds::{self, Stage, World};
 use symbolt::task::learn::{Settings, learn, learn_relational};
 use symbolt::task::planner::{Encoded, Planner, PlannerSpec};
 use symbolt::task::relational::{
-    GroundProblem, Grounder, Layout, Problem, RelationalDomain, Situation,
+    Fact, GroundProblem, Grounder, LaidOut, Layout, Problem, RelationalDomain, Situation,
 };
 use symbolt::task::tasks::nuts_and_bolts::SyntheticDemonstrations;
 use symbolt::task::{ObjectPose, Part, Snapshot, State, StateId, TaskError, Verdict};
@@ -474,4 +474,68 @@ fn the_graph_agrees_with_the_reference_planner() {
         assert!(all.situations > 400, "{all:?}");
         assert!(all.reached as f64 >= 0.99 * all.situations as f64, "{all:?}");
     }
+}
+
+/// Returns a situation in which each object is anywhere: at any place of any state of its kind, or in no state.
+fn anywhere(problem: &Problem<'_>, rng: &mut impl rand::Rng) -> Situation {
+    let domain = problem.domain();
+    let of_kind = |kind: &str| {
+        let objects = problem.objects().iter().enumerate();
+        objects.filter(|(_, o)| *o.kind == *kind).map(|(i, _)| i).collect::<Vec<_>>()
+    };
+    let draw = |(object, laid): (usize, &LaidOut)| {
+        let states = domain.states.iter().enumerate().filter(|(_, s)| s.kind == *laid.kind);
+        let states: Vec<_> = states.collect();
+        if states.is_empty() || rng.random_bool(0.1) {
+            return None;
+        }
+        let (state, s) = states[rng.random_range(0..states.len())];
+        let place = rng.random_range(0..s.places.len());
+        let reference = match s.frame.kind() {
+            None => None,
+            Some(kind) => {
+                let others: Vec<_> = of_kind(kind).into_iter().filter(|r| *r != object).collect();
+                if others.is_empty() {
+                    return None;
+                }
+                Some(others[rng.random_range(0..others.len())])
+            }
+        };
+        Some(Fact { state, place, reference })
+    };
+    problem.objects().iter().enumerate().map(draw).collect()
+}
+
+#[test]
+fn facts_that_exclude_each_other_hold_together_in_no_situation_and_most_such_pairs_are_found() {
+    let mut rng = Seed::new(5).rng();
+    let (mut found, mut never) = (0, 0);
+    for world in worlds::all() {
+        let name = world.name();
+        let (world, domain) = learned(name);
+        let layout = scene(&*world, &domain, |layout| Problem::new(&domain, layout).is_ok());
+        let problem = Problem::new(&domain, &layout).expect("checked");
+        let Ok(ground) = problem.ground(&layout.situation()) else { continue };
+        let facts = ground.domain().states().len();
+        let mut together = vec![vec![false; facts]; facts];
+        for _ in 0..3_000 {
+            let situation = anywhere(&problem, &mut rng);
+            let present = ground.present(&situation);
+            let holds: Vec<usize> = present.iter().map(|state| state.index()).collect();
+            for a in &holds {
+                holds.iter().for_each(|b| together[*a][*b] = true);
+            }
+        }
+        for [a, b] in ground.exclusions().iter().map(|pair| pair.map(StateId::index)) {
+            let names = [a, b].map(|f| ground.domain()[StateId::new(f)].name.clone());
+            assert!(a < b && !together[a][b], "{name}: {names:?}");
+            found += usize::from(together[a][a] && together[b][b]);
+        }
+        let apart = (0..facts).flat_map(|b| (0..b).map(move |a| (a, b)));
+        never += apart
+            .filter(|(a, b)| !together[*a][*b] && together[*a][*a] && together[*b][*b])
+            .count();
+    }
+    println!("{found} pairs found, {never} that were never seen together");
+    assert!(found >= 100 && found * 2 >= never, "{found} {never}");
 }

@@ -170,7 +170,7 @@ fn two_modules_stand_under_one_time_axis_and_values_are_read_by_pointer_and_by_k
         const choose = (select, name) => {\n\
             select.value = [...select.options].find((option) => option.text === name).value;\n\
             select.dispatchEvent(new Event('change')); };\n\
-        choose(selects()[0], 'required'); choose(selects()[1], 'cause');\n\
+        choose(selects()[0], 'goal_set'); choose(selects()[1], 'utility');\n\
         byId('more').click(); found.three = selects().length;\n\
         document.querySelectorAll('#panels button')[2].click(); found.two = selects().length;\n\
         found.shown = page.state().shown.map(({ module }) => module);\n\
@@ -201,13 +201,13 @@ fn two_modules_stand_under_one_time_axis_and_values_are_read_by_pointer_and_by_k
         let found = opened_in(&Window { width, dark: false }, &page(), script);
         assert_eq!(found["begun"].as_array().map(Vec::len), Some(2), "{found}");
         assert_eq!((&found["three"], &found["two"]), (&3.into(), &2.into()));
-        assert_eq!(found["shown"], serde_json::json!(["required", "cause"]));
+        assert_eq!(found["shown"], serde_json::json!(["goal_set", "utility"]));
         assert_eq!((&found["aligned"], &found["stacked"]), (&true.into(), &true.into()));
         assert!((number(&found["at"]) - 0.25).abs() < 0.005, "{}", found["at"]);
         assert_eq!(found["legend"], found["expected"]);
         let tip = text(&found["tip"][1]);
         assert_eq!(found["tip"][0], false);
-        assert!(tip.contains("cause") && tip.starts_with("0.2"), "{tip}");
+        assert!(tip.contains("utility") && tip.starts_with("0.2"), "{tip}");
         for (name, value) in found["names"]
             .as_array()
             .expect("names")

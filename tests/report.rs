@@ -118,7 +118,7 @@ fn files_that_do_not_belong_together_are_reported() {
     assert!(odd.starts_with("trace.jsonl: line 1 is damaged"), "{odd}");
     for (change, expected) in [
         ("nuts", "the frames have 2 parts, but the scene of run.json has 3"),
-        ("names", "the module cause has other columns than run.json lists"),
+        ("names", "the module goal_set has other columns than run.json lists"),
         ("module", "the module other is missing"),
         ("summary", "run.json: "),
         (

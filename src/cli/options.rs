@@ -52,8 +52,8 @@ pub(crate) struct OutFile {
 /// Options of the planner graph.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct PlannerArgs {
-    /// Planner: goal-sets (whole goal sets, neurons alone) or chain (one state
-    /// at a time, as in the paper) [default: goal-sets]
+    /// Planner: goal-sets (whole goal sets, neurons alone) or chain (one
+    /// state at a time, as in the paper) [default: goal-sets]
     #[arg(verbatim_doc_comment, long = "planner", value_name = "NAME", value_parser = kind)]
     pub kind: Option<PlannerKind>,
     /// Mode of the layers: direct, rate or lif (spiking)
@@ -63,20 +63,20 @@ pub(crate) struct PlannerArgs {
     /// domain it uses more if the scene needs them [default: 256]
     #[arg(verbatim_doc_comment, long, value_name = "N", value_parser = whole::<usize>)]
     pub dimensions: Option<usize>,
-    /// Maximum similarity (cosine) of two pointers of the planner chain; needs
-    /// the method paper [default: 0.1]
+    /// Maximum similarity (cosine) of two pointers of the planner chain;
+    /// needs the method paper [default: 0.1]
     #[arg(verbatim_doc_comment, long, value_name = "COSINE", value_parser = number::<Real>)]
     pub max_similarity: Option<Real>,
     /// Also require the absence of states that never held before an action;
     /// needs the method paper
     #[arg(verbatim_doc_comment, long)]
     pub absent: bool,
-    /// Let the planner chain take the first possible action (the paper's rule);
-    /// by default it first shows that the goal can be reached
+    /// Let the planner chain take the first possible action (the paper's
+    /// rule); by default it first shows that the goal can be reached
     #[arg(verbatim_doc_comment, long)]
     pub first: bool,
-    /// Let the planner chain unbind with a layer of products, not with a fixed
-    /// linear map
+    /// Let the planner chain unbind with a layer of products, not with a
+    /// fixed linear map
     #[arg(verbatim_doc_comment, long)]
     pub products: bool,
 }

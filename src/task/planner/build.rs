@@ -8,7 +8,7 @@ use super::goal_sets::GoalSetPlanner;
 use super::graph::PlannerSpec;
 use crate::neurons::PopulationPlan;
 use crate::sim::Seed;
-use crate::task::domain::Domain;
+use crate::task::domain::{Domain, StateId};
 use crate::task::error::TaskError;
 use crate::task::relational::GroundProblem;
 
@@ -65,7 +65,7 @@ impl PlannerBuild {
         let Self { kind, spec, plan, seed } = self;
         Ok(match kind {
             PlannerKind::Chain => Arc::new(Planner::with_plan(domain, *spec, plan, *seed)?),
-            PlannerKind::GoalSets => self.goal_sets(domain)?,
+            PlannerKind::GoalSets => self.goal_sets(domain, &[])?,
         })
     }
 
@@ -80,12 +80,17 @@ impl PlannerBuild {
             PlannerKind::Chain => {
                 Arc::new(Planner::composed(domain, composition, *spec, plan, *seed)?)
             }
-            PlannerKind::GoalSets => self.goal_sets(domain)?,
+            PlannerKind::GoalSets => self.goal_sets(domain, ground.exclusions())?,
         })
     }
 
-    fn goal_sets(&self, domain: &Domain) -> Result<Arc<dyn Decider>, TaskError> {
+    fn goal_sets(
+        &self,
+        domain: &Domain,
+        exclusions: &[[StateId; 2]],
+    ) -> Result<Arc<dyn Decider>, TaskError> {
         let rules = self.spec.rules();
-        Ok(Arc::new(GoalSetPlanner::new(domain, rules, &self.plan, self.seed)?))
+        let built = GoalSetPlanner::new(domain, rules, exclusions, &self.plan, self.seed)?;
+        Ok(Arc::new(built))
     }
 }

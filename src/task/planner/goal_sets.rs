@@ -16,7 +16,7 @@ use crate::task::domain::{
     ActionId, Commitment, Domain, Obstacle, Rules, StateId, Verdict, WorldState, acceptable_answers,
 };
 use crate::task::error::TaskError;
-use crate::task::regression::{GoalSetGraph, Regression, phase_names};
+use crate::task::regression::{GoalSetGraph, Mutexes, Regression, phase_names};
 use crate::task::strips::{Fact, Fluent, GroundOperator, Grounded};
 
 /// Fewest and most goal sets that the planner remembers.
@@ -40,7 +40,7 @@ const STUCK_MS: u64 = 200;
 ///
 /// let domain = DomainBuilder::of_the_paper().build()?;
 /// let direct = PopulationPlan::direct();
-/// let planner = GoalSetPlanner::new(&domain, Rules::default(), &direct, Seed::new(1))?;
+/// let planner = GoalSetPlanner::new(&domain, Rules::default(), &[], &direct, Seed::new(1))?;
 /// assert_eq!(planner.command_width(), domain.operators().len() + 15);
 /// # Ok::<(), symbolt::task::TaskError>(())
 /// ```
@@ -65,8 +65,12 @@ pub(super) struct Outputs {
 }
 
 impl GoalSetPlanner {
-    /// Builds the graph, with a tick of 1 ms. Only [`Rules::absent`] has an effect. No states are taken to exclude each
-    /// other: a surprise may lead to any situation.
+    /// Builds the graph, with a tick of 1 ms. Only [`Rules::absent`] has an effect. `exclusions` are pairs of states that
+    /// never hold together, whatever surprises there are; they spare the planner dead ends. Pairs that only cannot be
+    /// reached from some start do not belong here: after a surprise the planner would find no way.
+    ///
+    /// # Panics
+    /// If `exclusions` has states of another domain.
     ///
     /// [`populations`](crate::task::regression::populations) returns the plan that suits its units.
     ///
@@ -76,6 +80,7 @@ impl GoalSetPlanner {
     pub fn new(
         domain: &Domain,
         rules: Rules,
+        exclusions: &[[StateId; 2]],
         plan: &PopulationPlan,
         seed: Seed,
     ) -> Result<Self, TaskError> {
@@ -84,6 +89,11 @@ impl GoalSetPlanner {
         }
         let (problem, sensed) = grounded(domain, rules);
         let (fluents, operators) = (problem.fluents.len(), problem.operators.len());
+        // A state and its absence exclude each other as well.
+        let absences = sensed.iter().enumerate().filter(|(_, (_, holds))| !holds);
+        let absences = absences.map(|(fluent, (state, _))| [state.index(), fluent]);
+        let pairs = exclusions.iter().map(|pair| pair.map(StateId::index)).chain(absences);
+        let regression = Regression::with_mutexes(&problem, Mutexes::of(fluents, pairs));
         let mut builder = GraphBuilder::new();
         let phases = phase_names();
         let link = WorldLink::new()
@@ -96,8 +106,7 @@ impl GoalSetPlanner {
         let world = builder.world("world", link);
         let [least, most] = SLOTS;
         let slots = (operators + 2).clamp(least, most);
-        let ports =
-            builder.add("planner", GoalSetGraph::new(Regression::new(&problem).into(), slots));
+        let ports = builder.add("planner", GoalSetGraph::new(regression.into(), slots));
         for (sense, input) in [
             ("ready", &ports.ready),
             ("busy", &ports.busy),

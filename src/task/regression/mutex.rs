@@ -52,6 +52,20 @@ impl Mutexes {
         pairs
     }
 
+    /// Makes the set of these pairs of `count` fluents.
+    ///
+    /// # Panics
+    /// If a position is not below `count`.
+    pub fn of(count: usize, pairs: impl IntoIterator<Item = [usize; 2]>) -> Self {
+        let mut together = vec![true; count * count];
+        for [a, b] in pairs {
+            assert!(a < count && b < count, "a pair of fluents {a} and {b} of {count}");
+            together[a * count + b] = false;
+            together[b * count + a] = false;
+        }
+        Self { count, together }
+    }
+
     fn allowed(&self, a: usize, b: usize) -> bool {
         self.together[a * self.count + b]
     }

@@ -32,9 +32,16 @@ pub struct Regression {
 }
 
 impl Regression {
-    /// Finds the rules of a problem.
+    /// Finds the rules of a problem. Fluents exclude each other if they never hold together after its start.
     pub fn new(problem: &Grounded) -> Self {
-        let mutexes = Mutexes::new(problem);
+        Self::with_mutexes(problem, Mutexes::new(problem))
+    }
+
+    /// Finds the rules of a problem in which these fluents exclude each other.
+    ///
+    /// # Panics
+    /// If `mutexes` has another number of fluents.
+    pub fn with_mutexes(problem: &Grounded, mutexes: Mutexes) -> Self {
         let fluents = problem.fluents.len();
         // What the operators that need a fluent add.
         let mut added = vec![BTreeSet::new(); fluents];

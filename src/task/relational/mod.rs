@@ -26,6 +26,7 @@
 
 mod check;
 mod convert;
+mod exclusion;
 mod file;
 mod frame;
 mod goal;

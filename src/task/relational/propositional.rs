@@ -17,6 +17,7 @@
 
 use std::collections::BTreeSet;
 
+use super::exclusion::exclusions;
 use super::goal::Quantity;
 use super::ground::Compiler;
 use super::layout::{Fact, Situation, is_within};
@@ -148,6 +149,7 @@ pub struct GroundProblem {
     /// The facts of each term of the goal, in order.
     goals: Vec<StateId>,
     dropped: BTreeSet<(usize, usize)>,
+    exclusions: Vec<[StateId; 2]>,
 }
 
 /// Greatest number of facts and actions of a ground problem.
@@ -163,6 +165,12 @@ impl Problem<'_> {
     /// [`ProblemError::TooLarge`] if the scene has too many objects; [`ProblemError::Nothing`] if no action leads to
     /// the goal.
     pub fn ground(&self, now: &Situation) -> Result<GroundProblem, ProblemError> {
+        let mut ground = self.ground_needed(now)?;
+        ground.exclusions = exclusions(self, &ground.tests);
+        Ok(ground)
+    }
+
+    fn ground_needed(&self, now: &Situation) -> Result<GroundProblem, ProblemError> {
         let all = self.in_force.clone();
         let whole = self.ground_with(&all)?;
         let lost = whole.out_of_reach(now);
@@ -235,7 +243,8 @@ impl Problem<'_> {
         let dropped = self.undecided().filter(|need| !in_force.contains(need)).collect();
         let composition = symbols.composition();
         let (tests, actions) = (compiled.tests, compiled.actions);
-        Ok(GroundProblem { domain, composition, tests, actions, goals, dropped })
+        let exclusions = Vec::new();
+        Ok(GroundProblem { domain, composition, tests, actions, goals, dropped, exclusions })
     }
 
     /// Returns the tests of the goal, in the order in which they are to be fulfilled.
@@ -298,6 +307,12 @@ impl GroundProblem {
     /// out of reach, as pairs of operator and need.
     pub fn dropped(&self) -> &BTreeSet<(usize, usize)> {
         &self.dropped
+    }
+
+    /// Returns pairs of facts that hold together in no situation, reachable or not, because an object is in one state only.
+    /// There may be more such pairs.
+    pub fn exclusions(&self) -> &[[StateId; 2]] {
+        &self.exclusions
     }
 
     /// Returns the facts that hold in a situation.
