@@ -577,7 +577,7 @@ fn bad_usage_and_bad_input_return_2_and_leave_nothing_behind() {
             .replace("\"version\": 3", "\"version\": 7")
             .into_bytes(),
     );
-    let cases: [(&[&str], &str); 56] = [
+    let cases: [(&[&str], &str); 58] = [
         (&["learn", "missing.jsonl", "--out", "x.json"], "missing.jsonl"),
         (&["learn", "cut.jsonl", "--out", "x.json"], "cut.jsonl, line 24"),
         (&["learn", "bytes.jsonl", "--out", "x.json"], "not UTF-8"),

@@ -3,19 +3,24 @@
 #![allow(clippy::expect_used)]
 #![cfg(feature = "physics")]
 
+use std::sync::Arc;
+
 use symbolt::neurons::{LifSpec, Population, PopulationPlan};
 use symbolt::prelude::*;
-use symbolt::sim::{Real, World, WorldError, WorldSave};
+use symbolt::sim::{Graph, Real, World, WorldError, WorldSave};
 use symbolt::task::domain::{Rules, acceptable_answers};
 use symbolt::task::event::{Ended, Ignore};
-use symbolt::task::execute::{EpisodeSpec, demonstrate, relational_episode};
-use symbolt::task::learn::{Settings, learn_relational};
+use symbolt::task::execute::{EpisodeSpec, demonstrate, episode, relational_episode};
+use symbolt::task::learn::{Settings, learn, learn_relational};
 use symbolt::task::planner::{
-    Decider, GoalSetPlanner, PlannerBuild, PlannerKind, Request, Told, strips_problem,
+    Counts, Decider, GoalSetPlanner, ModuleView, PlanEnd, PlannerBuild, PlannerKind, Prediction,
+    Request, RolledOut, Stage, Told, strips_problem,
 };
 use symbolt::task::regression::{GoalSetSpec, StripsWorld, populations, pursue};
 use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
-use symbolt::task::{Domain, DomainBuilder, Obstacle, StateId, Verdict, WorldState};
+use symbolt::task::{
+    Domain, DomainBuilder, Grounding, Obstacle, StateId, TaskError, Verdict, WorldState,
+};
 
 /// A world that tells a planner one thing after another, and keeps its commands.
 struct Teller {
@@ -206,6 +211,97 @@ fn a_domain_without_actions_is_refused_and_a_goal_of_another_domain_too() {
     let told = Told { request, present: &present, pretended: &[], goal, goals: &[goal] };
     let verdict = decide(&planner, &told).map(|(verdict, _)| verdict);
     assert!(matches!(verdict, Some(Verdict::Stuck(Obstacle::NothingCauses { .. }))));
+}
+
+/// A planner that never answers.
+struct Silent(GoalSetPlanner);
+
+impl Decider for Silent {
+    fn domain(&self) -> &Domain {
+        self.0.domain()
+    }
+    fn graph(&self) -> &Arc<Graph> {
+        self.0.graph()
+    }
+    fn modules(&self) -> &[ModuleView] {
+        &[]
+    }
+    fn sense_width(&self) -> usize {
+        self.0.sense_width()
+    }
+    fn command_width(&self) -> usize {
+        self.0.command_width()
+    }
+    fn sense(&self, told: &Told<'_>, out: &mut [Real]) {
+        self.0.sense(told, out);
+    }
+    fn verdict(&self, _command: &[Real], _told: &Told<'_>) -> Option<Verdict> {
+        None
+    }
+    fn patience_ms(&self) -> Option<u64> {
+        Some(600)
+    }
+    fn roll_out(
+        &self,
+        prediction: &mut dyn Prediction,
+        limit: SimDuration,
+    ) -> Result<RolledOut, TaskError> {
+        self.0.roll_out(prediction, limit)
+    }
+}
+
+#[test]
+fn an_episode_whose_planner_finds_no_plan_ends_stuck_and_not_at_the_limit_of_time() {
+    let task = NutsAndBolts::default();
+    let shown = demonstrate(&task, 3, Seed::new(1)).expect("a valid scene");
+    let domain = learn(&shown.recording, &Settings::default()).expect("it teaches").domain;
+    let plan = PopulationPlan::direct();
+    let planner = GoalSetPlanner::new(&domain, Rules::default(), &[], &plan, Seed::new(3));
+    let silent = Arc::new(Silent(planner.expect("a planner")));
+    let goal = domain.goal().expect("a goal");
+    let spec = EpisodeSpec::of(task);
+    let over = episode(silent, Grounding::default(), goal, &spec, Seed::new(5)).expect("it runs");
+    assert_eq!(over.report.ended, Ended::Stuck(Obstacle::NoPlan { state: goal }));
+    assert_eq!(over.report.decisions[0].took_ms, 600.0);
+    assert!(over.report.simulated_s < 2.0, "{}", over.report.simulated_s);
+}
+
+#[test]
+fn a_plan_that_is_rolled_out_tells_when_each_goal_set_was_written() {
+    let domain = DomainBuilder::of_the_paper().build().expect("the paper's domain");
+    let lif = populations(&Population::Lif(LifSpec::default())).expect("patterns");
+    let planner = GoalSetPlanner::new(&domain, Rules::default(), &[], &lif, Seed::new(3));
+    let planner = planner.expect("a planner");
+    let goal = domain.state("BOLT_ASSEMBLED").expect("the goal");
+    let objects = domain.counts(["NUT_ON_TABLE", "BOLT_ON_TABLE"]).expect("states");
+    let limit = SimDuration::from_millis(3_000);
+    let rolled = planner.roll_out(&mut Counts::new(&domain, &objects, goal), limit);
+    let rolled = rolled.expect("it decides");
+    assert_eq!((rolled.steps.len(), rolled.end), (3, PlanEnd::Met));
+    assert_eq!(domain[rolled.steps[2].action].name, "ASSEMBLE");
+    let first = &rolled.steps[0].decision;
+    let stages: Vec<Stage> = first.milestones.iter().map(|m| m.stage).collect();
+    use Stage::{Costs, Decision, GoalSet, Plan, Start};
+    assert_eq!(stages, [Start, Costs, GoalSet, GoalSet, GoalSet, Plan, Decision]);
+    // The plan is found backwards.
+    let written = first.milestones.iter().filter(|m| m.stage == GoalSet);
+    let written: Vec<&str> = written.map(|m| m.subject.as_str()).collect();
+    let done: Vec<&str> = rolled.steps.iter().rev().map(|s| &*domain[s.action].name).collect();
+    assert_eq!(written, done);
+    assert!(first.milestones.is_sorted_by(|a, b| a.time_ms <= b.time_ms));
+    assert_eq!(first.time_ms, first.milestones.last().map_or(0.0, |m| m.time_ms));
+    // The plan is kept.
+    assert!(rolled.steps[1].decision.questions == 0 && rolled.steps[1].decision.time_ms < 150.0);
+
+    // What can be reached only as long as nothing is made false has no plan.
+    let mut operators = domain.operators().to_vec();
+    operators[0].removes = vec![domain.state("BOLT_ON_TABLE").expect("a state")];
+    operators[1].preconditions.push(domain.state("NUT_IN_JIG").expect("a state"));
+    let hopeless = Domain::new(domain.states().to_vec(), operators, None, None).expect("valid");
+    let planner = GoalSetPlanner::new(&hopeless, Rules::default(), &[], &lif, Seed::new(3));
+    let mut counts = Counts::new(&hopeless, &objects, goal);
+    let error = planner.expect("a planner").roll_out(&mut counts, limit).expect_err("no plan");
+    assert!(matches!(error, TaskError::Undecided { limit_ms, .. } if limit_ms == 3_000.0));
 }
 
 #[test]

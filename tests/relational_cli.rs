@@ -155,7 +155,7 @@ fn plan_says_which_object_onto_what_and_the_target_pose() {
     let plan = json(folder.path(), &["plan", "domain.json", "--scene", "scene.json", "--json"]);
     assert_eq!((&plan["status"], &plan["action"]), (&"act".into(), &"PUT_CUP_AT_PLATE".into()));
     assert_eq!(plan["plan"], serde_json::json!(["PUT_CUP_AT_PLATE", "PUT_CUP_AT_PLATE"]));
-    assert_eq!((&plan["plan_end"], &plan["planner"]), (&"met".into(), &"graph".into()));
+    assert_eq!((&plan["plan_end"], &plan["planner"]), (&"met".into(), &"goal-sets".into()));
     assert!(plan["reason"].is_null());
     assert!(plan["milestones_ms"].as_object().is_some_and(|m| m.len() >= 5), "{plan}");
     let onto = plan["onto"].as_str().expect("a plate");

@@ -124,6 +124,7 @@ pub(crate) fn obstacle_text(domain: &Domain, obstacle: Obstacle) -> String {
         Obstacle::NeedsItself { state: s } => {
             format!("every way to reach {} requires {} itself", state(s), state(s))
         }
+        Obstacle::NoPlan { state: s } => format!("no plan that reaches {} was found", state(s)),
         _ => "the goal cannot be reached".into(),
     }
 }

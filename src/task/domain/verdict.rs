@@ -44,6 +44,11 @@ pub enum Obstacle {
         /// The state that depends on itself.
         state: StateId,
     },
+    /// The planner found no plan in time.
+    NoPlan {
+        /// The goal.
+        state: StateId,
+    },
 }
 
 /// A planner's answer.

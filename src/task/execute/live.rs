@@ -9,7 +9,7 @@ use super::recorder::Recorder;
 use super::recover::Wanted;
 use super::{EpisodeSpec, senses};
 use crate::sim::{Real, Seed};
-use crate::task::domain::{ActionId, Pose, StateId, Verdict, WorldState};
+use crate::task::domain::{ActionId, Obstacle, Pose, StateId, Verdict, WorldState};
 use crate::task::event::{Decided, Ended, InNoState, Touched};
 use crate::task::planner::{Request, Told};
 use crate::task::scene::{BodyId, Scene};
@@ -213,13 +213,15 @@ impl Live {
         let steps =
             self.shown.filter(|(shown, _)| Some(*shown) == verdict).map_or(1, |(_, n)| n + 1);
         self.shown = verdict.map(|verdict| (verdict, steps));
-        let Some(verdict) = verdict.filter(|v| steps * step_ms >= planner.steady_ms(v)) else {
-            return;
-        };
+        let lasting = verdict.filter(|v| steps * step_ms >= planner.steady_ms(v));
+        let waited_ms = (self.scene.steps() - since_step) * step_ms;
+        let late = planner.patience_ms().is_some_and(|patience| waited_ms >= patience);
+        let no_plan = || Verdict::Stuck(Obstacle::NoPlan { state: self.goal });
+        let Some(verdict) = lasting.or_else(|| late.then(no_plan)) else { return };
         let name = |action: ActionId| domain[action].name.clone();
         self.log.decisions.push(Decided {
             asked_s: (since_step * step_ms) as f64 / 1e3,
-            took_ms: ((self.scene.steps() - since_step) * step_ms) as f64,
+            took_ms: waited_ms as f64,
             holds: self.present.iter().map(|state| domain[state].name.clone()).collect(),
             action: if let Verdict::Act(action) = verdict { Some(name(action)) } else { None },
             begun: false,

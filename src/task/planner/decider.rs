@@ -79,6 +79,12 @@ pub trait Decider: Send + Sync {
         0
     }
 
+    /// Returns the simulated time in milliseconds after which the executor gives up waiting for a verdict; `None` if there
+    /// always is one.
+    fn patience_ms(&self) -> Option<u64> {
+        None
+    }
+
     /// Plans to the end: decides, lets the action have its predicted effects, and decides again. A decision takes at most
     /// `limit` of simulated time.
     ///

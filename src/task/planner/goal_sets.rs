@@ -27,6 +27,9 @@ const STEADY_MS: u64 = 20;
 /// may still show what was true before.
 const STUCK_MS: u64 = 200;
 
+/// Time after which a search counts as one that finds nothing.
+const PATIENCE_MS: u64 = 10_000;
+
 /// A planner of goal sets ([`GoalSetGraph`]) over a domain, with every decision made by neurons.
 ///
 /// It plans once and keeps the plan while the robot acts. Each further action takes about 60 simulated ms; a surprise
@@ -146,7 +149,7 @@ impl GoalSetPlanner {
         let rules = Rules { commitment: Commitment::Proven, ..self.rules };
         let answers = acceptable_answers(&self.domain, &world, told.goal, rules);
         let first = answers.obstacles.first().copied();
-        first.unwrap_or(Obstacle::NothingCauses { state: told.goal })
+        first.unwrap_or(Obstacle::NoPlan { state: told.goal })
     }
 }
 
@@ -275,6 +278,10 @@ impl Decider for GoalSetPlanner {
             Verdict::Stuck(_) => STUCK_MS,
             _ => STEADY_MS,
         }
+    }
+
+    fn patience_ms(&self) -> Option<u64> {
+        Some(PATIENCE_MS)
     }
 
     /// Runs the graph once, from the first decision to the last. The motor is busy for 100 ms with each action.
