@@ -122,7 +122,11 @@ impl GoalSetPlanner {
             builder.connect(output, &world.input::<Vector>(command), Synapse::None);
         }
         let graph = Arc::new(builder.build(Timebase::default(), plan, seed)?);
-        let states: Vec<String> = problem.fluents.iter().map(ToString::to_string).collect();
+        let states = sensed.iter().map(|(state, holds)| match holds {
+            true => domain[*state].name.clone(),
+            false => format!("not {}", domain[*state].name),
+        });
+        let states: Vec<String> = states.collect();
         let actions: Vec<String> = domain.operators().iter().map(|o| o.name.clone()).collect();
         let numbers: Vec<String> = (1..=slots).map(|slot| slot.to_string()).collect();
         let modules = vec![

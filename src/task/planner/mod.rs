@@ -1,9 +1,14 @@
-//! The planner graph: decides the next action towards a goal with semantic-pointer modules, in simulated
-//! time.
+//! Planners over a domain: they decide the next action towards a goal in simulated time.
+//!
+//! There are two, behind the trait [`Decider`]. A [`GoalSetPlanner`] is the one that drives the robot by default: it plans
+//! with whole goal sets, in neurons alone ([`regression`](super::regression)). A [`Planner`] is that of the paper: it
+//! asks about one state after another with semantic-pointer modules, and its control is a program. It is described here.
 //!
 //! | to | use |
 //! |---|---|
-//! | ask for decisions or whole plans in code | [`Planner`] |
+//! | build either planner | [`PlannerBuild`] |
+//! | plan to the end in predicted situations | [`Decider::roll_out`] with a [`Prediction`] |
+//! | ask the paper's planner for decisions in code | [`Planner`] |
 //! | connect the graph to your own world | [`PlanningGraph`], with its ports [`PlanningPorts`] |
 //! | set dimensions, rules and waits | [`PlannerSpec`] and [`Timing`] |
 //! | read an answer | [`Decision`], with its [`Milestone`]s and [`Choice`]s |

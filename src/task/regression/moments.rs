@@ -38,7 +38,7 @@ const OVER: Real = 0.3;
 ///
 /// While one phase follows another, both are active for a moment. So each is followed by itself.
 #[derive(Default)]
-pub(in crate::task) struct Watch {
+pub(crate) struct Watch {
     active: [bool; Phase::ALL.len()],
     /// The wave has passed, and no race has begun since.
     waved: bool,
