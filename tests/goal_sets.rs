@@ -504,6 +504,19 @@ fn command(args: &[&str]) -> (Option<i32>, String, String) {
 }
 
 #[test]
+fn a_purchaser_fetches_what_is_wanted_in_as_few_actions_as_can_be() {
+    // Each thing is bought, loaded and unloaded, and the truck drives there and back.
+    for (task, actions) in [("task01", 5), ("task03", 11)] {
+        let problem = format!("purchaser/{task}.pddl");
+        let args = ["purchaser/domain.pddl", &problem, "--mode", "lif", "--slots", "64", "--json"];
+        let (code, out, errors) = command(&args);
+        assert_eq!(code, Some(0), "{task}: {errors}");
+        let found: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+        assert_eq!(found["plan"].as_array().map(Vec::len), Some(actions), "{task}: {found}");
+    }
+}
+
+#[test]
 fn the_command_plans_and_acts_on_pddl() {
     let (domain, problem) = ("goal_sets/kitchen.pddl", "goal_sets/tea.pddl");
     let (code, out, _) = command(&[domain, problem, "--mode", "lif", "--json"]);
