@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use symbolt::neurons::{LifSpec, Population, PopulationPlan};
+use symbolt::neurons::{Ensemble, LifSpec, Population, PopulationPlan};
 use symbolt::sim::{
     Constant, Fingerprint, Graph, GraphBuilder, InputSpec, Node, OutputSpec, Outputs, PartIo,
     PartSpec, Parts, PortDecl, Ranks, Real, RunConfig, Seed, SimDuration, SimError, Simulator,
@@ -217,8 +217,15 @@ fn each_rank_solves_its_share_and_no_more() {
     }
 }
 
-/// A node of two parts. The second fails in tick 5 by a number that is not finite.
-struct Fails;
+/// How [`Fails`] fails.
+#[derive(Clone, Copy)]
+enum Failure {
+    NotFinite,
+    Panic,
+}
+
+/// A node of two parts. The second fails in tick 5.
+struct Fails(Failure);
 
 impl Node for Fails {
     fn declare(&self, ports: &mut PortDecl) {
@@ -238,15 +245,73 @@ impl Parts for Fails {
     fn count(&self) -> usize {
         2
     }
-    fn part(&self, _part: usize) -> PartSpec {
-        PartSpec { state: 1, results: 1, work: 1, ..PartSpec::default() }
+    fn part(&self, part: usize) -> PartSpec {
+        // There is no rank 7, so the ranks count around.
+        PartSpec { state: 1, results: 1, work: 1, rank: 7 * part, ..PartSpec::default() }
     }
     fn advance(&self, cx: &StepCx<'_>, part: usize, io: &mut PartIo<'_>) {
         io.state[0] += io.inputs.get(0)[part];
-        io.results[0] = if part == 1 && cx.tick() == 5 { Real::NAN } else { io.state[0] };
+        io.results[0] = io.state[0];
+        if part == 1 && cx.tick() == 5 {
+            match self.0 {
+                Failure::NotFinite => io.results[0] = Real::NAN,
+                Failure::Panic => panic!("a node that panics, as it should here"),
+            }
+        }
     }
     fn collect(&self, part: usize, results: &[Real], outputs: &mut Outputs<'_>) {
         outputs.get_mut(0)[part] = results[0];
+    }
+}
+
+#[test]
+fn a_simulator_whose_node_panicked_can_be_reset_and_run_again() {
+    for threads in [1, 2, 3] {
+        let mut graph = GraphBuilder::new();
+        let input = graph.add("input", Constant::vector(&[1.0, 2.0]));
+        // Shares are filled in turn, so each thread has a node that panics.
+        let mut add = |n| graph.node(&format!("node_{n}"), Fails(Failure::Panic));
+        let nodes: Vec<_> = (0..3).map(&mut add).collect();
+        for node in &nodes {
+            graph.connect(&input, &node.input("x"), Synapse::None);
+        }
+        let graph = graph
+            .build(Timebase::default(), &PopulationPlan::direct(), Seed::new(1))
+            .expect("builds");
+        let mut sim = start(graph.into(), Threads::Exactly(threads));
+        for _ in 0..3 {
+            sim.run_for(SimDuration::from_millis(5)).expect("runs");
+            for node in &nodes {
+                assert_eq!(*sim.value(&node.output::<Vector>("y")), [15.0, 30.0]);
+            }
+            let tick = || sim.run_for(SimDuration::from_millis(1));
+            let caught = std::panic::catch_unwind(std::panic::AssertUnwindSafe(tick));
+            assert!(caught.is_err(), "it panics on {threads} threads");
+            sim.reset().expect("resets");
+        }
+    }
+}
+
+#[test]
+fn a_restored_simulator_knows_the_last_spikes() {
+    let mut graph = GraphBuilder::new();
+    let input = graph.add("input", Constant::vector(&[0.5; 70]));
+    let map = graph.add("map", Ensemble::new(1).copies(70).identity("same"));
+    graph.connect(&input, &map.input, Synapse::None);
+    graph.probe_spikes("map/neurons");
+    let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    let graph = Arc::new(graph.build(Timebase::default(), &plan, Seed::new(1)).expect("builds"));
+    for threads in [Threads::Serial, Threads::Exactly(2)] {
+        let mut sim = start(graph.clone(), threads);
+        sim.run_for(SimDuration::from_millis(20)).expect("runs");
+        let (_, source) = graph.event_sources().next().expect("a population");
+        let spikes = |sim: &Simulator| -> Vec<bool> {
+            (0..source.units).map(|unit| sim.event(source, unit)).collect()
+        };
+        let mut other = start(graph.clone(), threads);
+        other.restore(&sim.checkpoint().expect("saved")).expect("fits");
+        assert_eq!(spikes(&sim), spikes(&other));
+        assert!(spikes(&sim).iter().filter(|spike| **spike).count() > 100);
     }
 }
 
@@ -255,7 +320,7 @@ fn a_node_of_ones_own_advances_in_parts() {
     for threads in [Threads::Serial, Threads::Exactly(2)] {
         let mut graph = GraphBuilder::new();
         let input = graph.add("input", Constant::vector(&[1.0, 2.0]));
-        let node = graph.node("node", Fails);
+        let node = graph.node("node", Fails(Failure::NotFinite));
         graph.connect(&input, &node.input("x"), Synapse::None);
         let y = node.output::<Vector>("y");
         let graph = graph

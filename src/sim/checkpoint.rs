@@ -99,7 +99,14 @@ impl Simulator {
         self.arenas.held.copy_from_slice(&checkpoint.held);
         self.arenas.reals.copy_from_slice(&checkpoint.reals);
         for (index, part) in self.graph.parts.iter().enumerate() {
-            self.team.set_state(index, &checkpoint.parts[part.state.of()]);
+            let state = &checkpoint.parts[part.state.of()];
+            self.team.set_state(index, state);
+            let node = self.graph.divided[part.divided as usize].node as usize;
+            if let (Some(parts), 1..) = (self.graph.bodies[node].parts(), part.events) {
+                let results = &mut self.arenas.results[part.results.of()];
+                let events = &mut results[part.own_results()..];
+                parts.events(part.index as usize, state, part.units.len(), events);
+            }
         }
         self.arenas.words.copy_from_slice(&checkpoint.words);
         self.arenas.longs.copy_from_slice(&checkpoint.longs);

@@ -379,10 +379,9 @@ fn place_results(plans: &mut Plans, spike_probes: &[usize], ranks: Option<&Ranks
     let (count, header) = ranks.map_or((1, 0), |ranks| (ranks.ranks(), HEADER));
     let all_events = ranks.is_some_and(Ranks::sends_events);
     let mut of_rank: Vec<Vec<usize>> = vec![Vec::new(); count];
-    for (index, part) in plans.parts.iter().enumerate() {
-        if let Some(parts) = of_rank.get_mut(part.rank as usize) {
-            parts.push(index);
-        }
+    for (index, part) in plans.parts.iter_mut().enumerate() {
+        part.rank %= count as u32;
+        of_rank[part.rank as usize].push(index);
     }
     for parts in of_rank {
         results.take(header);

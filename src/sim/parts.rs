@@ -73,7 +73,7 @@ pub struct PartSpec {
     pub units: usize,
     /// Work of one tick. A spiking neuron of one dimension counts as 1.
     pub work: usize,
-    /// Process that computes the part; 0 in a graph of one process.
+    /// Process that computes the part, modulo their number.
     pub rank: usize,
 }
 

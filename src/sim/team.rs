@@ -8,6 +8,7 @@
 //!
 //! Threads without work spin for [`SPIN`], then sleep. Waking one costs the caller some microseconds.
 
+use std::panic::{self, AssertUnwindSafe};
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering::SeqCst};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, mpsc};
 use std::thread::{self, JoinHandle, Thread};
@@ -182,7 +183,7 @@ impl Shared {
     /// Computes a share, unless somebody else has taken it.
     fn run(&self, index: usize, tick: u64) {
         let berth = &self.berths[index];
-        if berth.taken.compare_exchange(tick - 1, tick, SeqCst, SeqCst).is_err() {
+        if !berth.take(tick) {
             return;
         }
         let _done = Done(self);
@@ -221,6 +222,11 @@ impl Shared {
 }
 
 impl Berth {
+    /// Takes the share for this tick. Returns `false` if somebody else has.
+    fn take(&self, tick: u64) -> bool {
+        self.taken.compare_exchange(tick - 1, tick, SeqCst, SeqCst).is_ok()
+    }
+
     fn lock(&self) -> MutexGuard<'_, Held> {
         self.held.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -280,6 +286,7 @@ impl Crew {
     /// Begins a tick: everybody may compute.
     fn begin(&self) -> u64 {
         self.shared.done.store(0, SeqCst);
+        self.shared.failed.store(false, SeqCst);
         let tick = self.shared.tick.fetch_add(1, SeqCst) + 1;
         self.wake();
         tick
@@ -300,15 +307,29 @@ impl Crew {
     fn finish(&self, tick: u64) {
         let shared = &self.shared;
         (0..shared.berths.len()).for_each(|index| shared.run(index, tick));
+        self.wait();
+        assert!(!shared.failed.load(SeqCst), "a node panicked on another thread of the run");
+    }
+
+    /// Leaves out what nobody has begun, and waits for the rest.
+    fn abandon(&self, tick: u64) {
+        for berth in &self.shared.berths {
+            if berth.take(tick) {
+                self.shared.done.fetch_add(1, SeqCst);
+            }
+        }
+        self.wait();
+    }
+
+    fn wait(&self) {
         let mut spins = 0u32;
-        while shared.done.load(SeqCst) < shared.berths.len() {
+        while self.shared.done.load(SeqCst) < self.shared.berths.len() {
             spins += 1;
             std::hint::spin_loop();
             if spins.is_multiple_of(1024) {
                 thread::yield_now();
             }
         }
-        assert!(!shared.failed.load(SeqCst), "a node panicked on another thread of the run");
     }
 }
 
@@ -362,15 +383,20 @@ impl Team {
             stage.clock = clock;
         }
         let tick = crew.begin();
-        let outcome = {
+        // Also if a node panics, the values must come back: the simulator can be reset and run again.
+        let outcome = panic::catch_unwind(AssertUnwindSafe(|| {
             let stage = stage.read().unwrap_or_else(PoisonError::into_inner);
             let view = stage.view();
             let outcome = meanwhile(&view, arenas.split(&[], clock).1);
             self.own.run(graph, &view, results);
             crew.finish(tick);
             outcome
-        };
+        }));
+        if outcome.is_err() {
+            crew.abandon(tick);
+        }
         stage.write().unwrap_or_else(PoisonError::into_inner).swap(arenas, seeds);
+        let outcome = outcome.unwrap_or_else(|cause| panic::resume_unwind(cause));
         for berth in &crew.shared.berths {
             let held = berth.lock();
             for (part, item) in held.share.parts.iter().zip(&held.share.items) {

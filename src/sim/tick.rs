@@ -8,6 +8,7 @@
 //! (`graph/tick` in the benches).
 
 use std::marker::PhantomData;
+use std::panic::{self, AssertUnwindSafe};
 
 use super::error::{NodeFault, SimError};
 use super::graph::{Graph, Source};
@@ -105,10 +106,11 @@ impl Simulator {
         } else {
             let mut results = std::mem::take(&mut arenas.results);
             let lent = (&mut *arenas, node_seeds, clock);
-            let outcome =
-                team.advance(graph, lent, &mut results, |view, rest| graph.advance(view, rest));
+            let outcome = panic::catch_unwind(AssertUnwindSafe(|| {
+                team.advance(graph, lent, &mut results, |view, rest| graph.advance(view, rest))
+            }));
             arenas.results = results;
-            outcome
+            outcome.unwrap_or_else(|cause| panic::resume_unwind(cause))
         }
         .map_err(|(node, source)| {
             let path = graph.nodes[node].path.clone();
