@@ -67,5 +67,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     {
         println!("similarity to CUP at {time_s:.1} s: {:.6}", cosine(&value, &things.get("CUP")?));
     }
+    session.end();
     Ok(())
 }

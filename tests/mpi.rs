@@ -106,6 +106,22 @@ fn a_checkpoint_of_three_ranks_resumes_on_one_and_two() {
 }
 
 #[test]
+fn a_program_of_ones_own_that_fails_on_one_rank_ends_on_all() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("taken");
+    fs::write(&file, "not a folder").expect("written");
+    // The first rank alone writes there; the other would wait for it forever.
+    let mut command = mpirun(2, Path::new("env"));
+    command.arg(format!("TMPDIR={}", file.join("out").display())).arg(example());
+    let output = output(command);
+    let said = text(&output.stderr);
+    assert!(!output.status.success(), "{said}");
+    assert_eq!(said.matches("Error: ").count(), 1, "{said}");
+    assert!(said.contains("symbolt-ranks.json"), "{said}");
+    assert_eq!(fs::read_dir(folder.path()).expect("there").count(), 1, "nothing is written");
+}
+
+#[test]
 fn an_error_that_all_share_is_told_once() {
     let output = output(symbolt(3, &["bench", "bind", "--mode", "nope"]));
     let said = text(&output.stderr);

@@ -105,12 +105,11 @@ pub(crate) fn together(command: &str, main: impl FnOnce() -> Ended) -> ExitCode 
     }));
     let ended = main();
     let Ended { code, sentence } = &ended;
-    if sentence.is_none() {
-        return ExitCode::from(*code);
-    }
     // An error that all share is told once. An error of one ends the others, which may wait for it.
-    if session.all_end(Duration::from_secs(1)) {
-        return if rank == 0 { ended.tell() } else { ExitCode::from(*code) };
+    if sentence.is_none() || session.all_end(Duration::from_secs(1)) {
+        let code = ExitCode::from(*code);
+        session.end();
+        return if rank == 0 { ended.tell() } else { code };
     }
     let code = i32::from(*code);
     Ended { sentence: ended.sentence.map(|sentence| format!("rank {rank}: {sentence}")), ..ended }

@@ -1,5 +1,6 @@
 //! MPI: ranks that are processes, on one machine or on many. Needs the feature `mpi`.
 
+use std::mem::ManuallyDrop;
 use std::time::{Duration, Instant};
 
 use ::mpi::Threading;
@@ -11,11 +12,13 @@ use ::mpi::traits::{Communicator, CommunicatorCollectives};
 use super::node::Real;
 use super::ranks::{Exchange, ExchangeFault, Lengths, Ranks};
 
-/// MPI for the time of a program. Ends MPI when it is dropped, so keep it until all simulators are gone.
+/// MPI for the time of a program.
 ///
-/// Start the program with `mpirun -n 4 PROGRAM`, or with the launcher of the cluster. If MPI itself fails, as when a
-/// connection breaks, it ends all processes and names the one at fault. `mpirun` does the same when a process is killed
-/// or panics.
+/// Start the program with `mpirun -n 4 PROGRAM`, or with the launcher of the cluster, and call [`end`](Self::end) when
+/// all simulators are gone. A process that drops its session without a call of `end`, as after an error or a panic, leaves
+/// MPI open; when it exits, the launcher ends the other processes. Otherwise they would wait for it. If MPI itself fails,
+/// as when a connection breaks, it ends all processes and names the one at fault. `mpirun` does the same when a process is
+/// killed.
 ///
 /// ```no_run
 /// use symbolt::neurons::{LifSpec, Population, PopulationPlan};
@@ -29,13 +32,14 @@ use super::ranks::{Exchange, ExchangeFault, Lengths, Ranks};
 /// if session.ranks().rank() == 0 {
 ///     println!("this process writes");
 /// }
+/// session.end();
 /// ```
 pub struct MpiSession {
     ranks: Ranks,
     /// For the end of the program alone, so that it cannot be mistaken for an exchange.
     apart: SimpleCommunicator,
-    /// Dropped last.
-    _universe: Universe,
+    /// Ends MPI when it is dropped, which waits for all processes.
+    universe: ManuallyDrop<Universe>,
 }
 
 impl MpiSession {
@@ -46,7 +50,15 @@ impl MpiSession {
         let world = universe.world();
         let (rank, ranks) = (world.rank() as usize, world.size() as usize);
         let apart = world.duplicate();
-        Some(Self { ranks: Ranks::new(Mpi { rank, ranks }), apart, _universe: universe })
+        let (ranks, universe) = (Ranks::new(Mpi { rank, ranks }), ManuallyDrop::new(universe));
+        Some(Self { ranks, apart, universe })
+    }
+
+    /// Waits until all processes have called this method, and ends MPI.
+    pub fn end(self) {
+        let Self { ranks, apart, universe } = self;
+        drop((ranks, apart));
+        drop(ManuallyDrop::into_inner(universe));
     }
 
     /// Returns the seat of this process.
