@@ -6,21 +6,23 @@
 
 use std::error::Error;
 use std::path::PathBuf;
+use std::process::ExitCode;
 
 use symbolt::files::{Limit, Overwrite, read_file, write_atomic};
 use symbolt::neurons::{LifSpec, Population, PopulationPlan, own_neurons};
 use symbolt::prelude::*;
-use symbolt::sim::{Checkpoint, MpiSession};
+use symbolt::sim::{Checkpoint, MpiSession, Ranks};
 
 struct Things;
 impl VocabTag for Things {
     const NAME: &'static str = "things";
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let session = MpiSession::start().ok_or("MPI has been started before")?;
-    let seat = session.ranks();
+fn main() -> ExitCode {
+    MpiSession::run(model)
+}
 
+fn model(seat: &Ranks) -> Result<(), Box<dyn Error>> {
     // All processes describe and build the same graph. Each solves and runs its share of the neurons.
     let things = VocabularyBuilder::<Things>::new(64, Seed::new(1))
         .pointers(["CUP"])
@@ -37,7 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     graph.connect(&left, &unbind.role, Synapse::None);
     let probe = ProbeSpec::default().filtered(Synapse::lowpass_ms(10));
     let probe = graph.probe(&unbind.output, probe);
-    let plan = PopulationPlan::all(Population::Lif(LifSpec::default())).shared(&seat);
+    let plan = PopulationPlan::all(Population::Lif(LifSpec::default())).shared(seat);
     let graph = graph.build(Timebase::default(), &plan, Seed::new(1))?;
     eprintln!("rank {} of {}: {} neurons", seat.rank(), seat.ranks(), own_neurons(&graph));
 
@@ -67,6 +69,5 @@ fn main() -> Result<(), Box<dyn Error>> {
     {
         println!("similarity to CUP at {time_s:.1} s: {:.6}", cosine(&value, &things.get("CUP")?));
     }
-    session.end();
     Ok(())
 }

@@ -11,7 +11,7 @@ use std::time::Duration;
 fn mpirun(ranks: usize, program: &Path) -> Command {
     let mut command = Command::new("mpirun");
     command
-        .args(["--oversubscribe", "-n", &ranks.to_string()])
+        .args(["--timeout", "120", "--oversubscribe", "-n", &ranks.to_string()])
         .arg(program)
         .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
         .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1");
@@ -116,8 +116,8 @@ fn a_program_of_ones_own_that_fails_on_one_rank_ends_on_all() {
     let output = output(command);
     let said = text(&output.stderr);
     assert!(!output.status.success(), "{said}");
-    assert_eq!(said.matches("Error: ").count(), 1, "{said}");
-    assert!(said.contains("symbolt-ranks.json"), "{said}");
+    assert!(said.contains("error: rank 0: cannot"), "{said}");
+    assert!(said.contains("symbolt-ranks.json: Not a directory"), "{said}");
     assert_eq!(fs::read_dir(folder.path()).expect("there").count(), 1, "nothing is written");
 }
 
