@@ -551,7 +551,7 @@ fn the_command_plans_and_acts_on_pddl() {
         (vec![domain, problem, "--slots", "99999999"], "use a smaller problem"),
         (vec![domain, problem, "--goal", "X"], "has its own goal"),
         (vec!["-", "-"], "standard input"),
-        (vec![domain], "<PROBLEM>"),
+        (vec![domain], "name a problem in PDDL, or a scene with --scene FILE"),
     ] {
         let (code, _, errors) = command(&args);
         assert_eq!(code, Some(2), "{args:?} {errors}");

@@ -300,8 +300,9 @@ fn a_plan_that_is_rolled_out_tells_when_each_goal_set_was_written() {
     let hopeless = Domain::new(domain.states().to_vec(), operators, None, None).expect("valid");
     let planner = GoalSetPlanner::new(&hopeless, Rules::default(), &[], &lif, Seed::new(3));
     let mut counts = Counts::new(&hopeless, &objects, goal);
-    let error = planner.expect("a planner").roll_out(&mut counts, limit).expect_err("no plan");
-    assert!(matches!(error, TaskError::Undecided { limit_ms, .. } if limit_ms == 3_000.0));
+    let rolled = planner.expect("a planner").roll_out(&mut counts, limit).expect("it ends");
+    assert_eq!(rolled.end, PlanEnd::Stuck(Obstacle::NoPlan { state: goal }));
+    assert_eq!(rolled.last.map(|decision| decision.time_ms), Some(3_000.0));
 }
 
 #[test]

@@ -64,7 +64,7 @@ function obstacleInWords(obstacle, domain) {
     NothingCauses: `${state} does not hold and no action causes it`,
     MustBeAbsent: `${state} holds, but must be absent before ${action}`,
     NeedsItself: `every way to reach ${state} requires ${state} itself`,
-    NoPlan: `no plan that reaches ${state} was found`,
+    NoPlan: `no plan that reaches the goal was found`,
   };
   return `: ${words[kind] ?? inWords(obstacle)}`;
 }

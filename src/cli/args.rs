@@ -372,16 +372,18 @@ pub(crate) struct PlanArgs {
     pub domain: PathBuf,
     /// Problem in PDDL: the planner of goal sets plans and acts until the
     /// goal holds
-    #[arg(verbatim_doc_comment, required_unless_present = "scene")]
+    #[arg(verbatim_doc_comment)]
     pub problem: Option<PathBuf>,
     /// Scene, a file with one JSON object; - for standard input
     #[arg(long, value_name = "FILE", conflicts_with = "problem")]
     pub scene: Option<PathBuf>,
-    /// Goal sets that are remembered; a plan has fewer actions [default: 48]
-    #[arg(long, value_name = "N", value_parser = whole::<usize>)]
+    /// Goal sets that are remembered with a problem in PDDL; a plan has fewer
+    /// actions [default: 48]
+    #[arg(verbatim_doc_comment, long, value_name = "N", value_parser = whole::<usize>)]
     pub slots: Option<usize>,
-    /// Simulated time for planning and acting [default: 10]
-    #[arg(long, value_name = "SECONDS", value_parser = number::<f64>)]
+    /// Simulated time for planning and acting on PDDL; with a scene, for each
+    /// decision of the planner goal-sets [default: 10]
+    #[arg(verbatim_doc_comment, long, value_name = "SECONDS", value_parser = number::<f64>)]
     pub time: Option<f64>,
     /// State to reach [default: the goal of the demonstrations]
     #[arg(long, value_name = "STATE")]

@@ -437,7 +437,7 @@ impl Shown<'_> {
             (None, end) => end.text(),
         };
         let decision = self.plan.first.as_ref().map(|(_, decision)| decision);
-        next += &decided(decision, self.planner.counts());
+        next += &decided(decision, self.planner.counts()[0]);
         next
     }
 
@@ -465,7 +465,7 @@ impl Shown<'_> {
             let _ = writeln!(text, "Conditions that cannot be met in this scene:\n\n{grid}");
         }
         if let Some((domain, decision)) = &self.plan.first {
-            text += &decision_tables(domain, decision, self.planner.counts());
+            text += &decision_tables(domain, decision, self.planner.counts()[1]);
         }
         if let Some(loose) = loose(self.domain, self.layout) {
             let _ = writeln!(text, "{loose}");

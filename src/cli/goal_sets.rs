@@ -38,7 +38,11 @@ pub(crate) fn plan(args: &PlanArgs, out: &Place) -> Result<Outcome, Error> {
             "--planner chain plans in a scene of a learned domain, not in PDDL; leave it out";
         return Err(BadArgument(problem.into()).into());
     }
-    args.planner.check_goal_sets()?;
+    args.planner.check_goal_sets("")?;
+    if args.planner.absent {
+        let problem = "--absent is for a scene; leave it out";
+        return Err(BadArgument(problem.into()).into());
+    }
     let spec = spec(args)?;
     let progress = Progress::new(&args.common);
     let domain = read_file(&args.domain, Limit::PDDL)?;
@@ -92,7 +96,8 @@ pub(crate) fn limit(seconds: Option<f64>) -> Result<SimDuration, Error> {
         let problem = format!("--time must be above 0 and at most {LONGEST_S} s; got {limit}");
         return Err(BadArgument(problem).into());
     }
-    Ok(SimDuration::from_secs_f64(limit)?)
+    // A tick of the planner takes a millisecond.
+    Ok(SimDuration::from_millis(((limit * 1e3).round() as u64).max(1)))
 }
 
 /// Checks and returns the settings.

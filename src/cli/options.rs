@@ -104,7 +104,7 @@ impl PlannerArgs {
     pub fn check(&self) -> Result<(), Error> {
         self.mode.parse::<Population>()?;
         if self.kind() == PlannerKind::GoalSets {
-            self.check_goal_sets()?;
+            self.check_goal_sets(", or add --planner chain")?;
         }
         let vocabulary = VocabularyBuilder::<Checked>::new(self.dimensions(), Seed::new(0));
         vocabulary.max_similarity(self.max_similarity()).build().map_err(TaskError::from)?;
@@ -127,16 +127,16 @@ impl PlannerArgs {
         Ok(PlannerBuild { kind, spec, plan, seed })
     }
 
-    /// Returns what the planner counts during a decision.
-    pub fn counts(&self) -> &'static str {
+    /// Returns what the planner counts during a decision, and what its milestones are numbered by.
+    pub fn counts(&self) -> [&'static str; 2] {
         match self.kind() {
-            PlannerKind::Chain => "question",
-            PlannerKind::GoalSets => "goal set",
+            PlannerKind::Chain => ["question"; 2],
+            PlannerKind::GoalSets => ["goal set", "step"],
         }
     }
 
-    /// Refuses the options that the planner of goal sets does not have.
-    pub fn check_goal_sets(&self) -> Result<(), BadArgument> {
+    /// Refuses the options that the planner of goal sets does not have. `instead` says what else to do.
+    pub fn check_goal_sets(&self, instead: &str) -> Result<(), BadArgument> {
         let given = [
             ("--dimensions", self.dimensions.is_some()),
             ("--max-similarity", self.max_similarity.is_some()),
@@ -146,7 +146,7 @@ impl PlannerArgs {
         match given.iter().find(|(_, given)| *given) {
             None => Ok(()),
             Some((option, _)) => Err(BadArgument(format!(
-                "{option} has no effect on the planner goal-sets; leave it out, or add --planner chain"
+                "{option} has no effect on the planner goal-sets; leave it out{instead}"
             ))),
         }
     }

@@ -16,11 +16,12 @@ use super::output::{Grid, Progress, counted, unbroken, use_threads, wrapped};
 
 pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
     let out = args.out.place()?;
-    args.planner.check()?;
     use_threads(&args.common)?;
     let Some(scene) = &args.scene else {
         return goal_sets::plan(args, &out);
     };
+    args.planner.check()?;
+    goal_sets::limit(args.time)?;
     if args.slots.is_some() {
         let problem = "--slots is for a problem in PDDL; leave it out";
         return Err(BadArgument(problem.into()).into());
@@ -124,7 +125,7 @@ pub(crate) fn obstacle_text(domain: &Domain, obstacle: Obstacle) -> String {
         Obstacle::NeedsItself { state: s } => {
             format!("every way to reach {} requires {} itself", state(s), state(s))
         }
-        Obstacle::NoPlan { state: s } => format!("no plan that reaches {} was found", state(s)),
+        Obstacle::NoPlan { .. } => "no plan that reaches the goal was found".into(),
         _ => "the goal cannot be reached".into(),
     }
 }
@@ -231,8 +232,14 @@ fn choices_json(domain: &Domain, decision: &Decision) -> Value {
     decision.choices.iter().map(choice).collect()
 }
 
-/// Returns the plan as tables. `noun` is what the planner counts during a decision.
-fn table(domain: &Domain, plan: &RolledOut, counts: &[usize], goal: StateId, noun: &str) -> String {
+/// Returns the plan as tables, with the words of [`PlannerArgs::counts`].
+fn table(
+    domain: &Domain,
+    plan: &RolledOut,
+    counts: &[usize],
+    goal: StateId,
+    [noun, number]: [&str; 2],
+) -> String {
     let mut text = String::new();
     let holds: Vec<String> = domain
         .states()
@@ -258,7 +265,7 @@ fn table(domain: &Domain, plan: &RolledOut, counts: &[usize], goal: StateId, nou
         }
         text += &whole(&end_text(domain, plan.end), &grid);
     }
-    text + &decision.map_or_else(String::new, |d| decision_tables(domain, d, noun))
+    text + &decision.map_or_else(String::new, |d| decision_tables(domain, d, number))
 }
 
 /// Returns the table of a whole plan under its title.
@@ -274,8 +281,8 @@ pub(crate) fn decided(decision: Option<&Decision>, noun: &str) -> String {
 }
 
 /// Returns the tables about the first decision.
-pub(crate) fn decision_tables(domain: &Domain, decision: &Decision, noun: &str) -> String {
-    choices_table(domain, decision) + &milestones_table(decision, noun)
+pub(crate) fn decision_tables(domain: &Domain, decision: &Decision, number: &str) -> String {
+    choices_table(domain, decision) + &milestones_table(decision, number)
 }
 
 /// Returns the choices among several causes as a table; empty if there were none.
@@ -292,8 +299,8 @@ fn choices_table(domain: &Domain, decision: &Decision) -> String {
 }
 
 /// Returns the milestones of a decision as a table.
-fn milestones_table(decision: &Decision, noun: &str) -> String {
-    let mut grid = Grid::new(&[&format!(">{noun}"), "about", "reached", ">at ms"]);
+fn milestones_table(decision: &Decision, number: &str) -> String {
+    let mut grid = Grid::new(&[&format!(">{number}"), "about", "reached", ">at ms"]);
     for m in &decision.milestones {
         let question = m.question.to_string();
         grid.row([question, m.subject.clone(), m.stage.to_string(), format!("{:.0}", m.time_ms)]);

@@ -55,6 +55,7 @@ pub use operator::{Evidence, Operator, Parameter};
 pub use pose::{Pose, mean_orientation, rotation_between};
 pub use provenance::{KindClusters, Provenance};
 pub use recording::{Demonstration, Labels, ObjectPose, Recording, Snapshot, SnapshotEvent};
+pub(crate) use reference::obstacles;
 pub use reference::{AcceptableAnswers, acceptable_answers};
 pub use sensing::Sensing;
 pub use state::{LearnedState, Origin, State};

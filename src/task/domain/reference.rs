@@ -84,6 +84,24 @@ pub fn acceptable_answers(
     found
 }
 
+/// Returns the reasons why a goal cannot be reached, even if no action ended a state. Empty if it can, or holds.
+///
+/// # Panics
+/// As [`acceptable_answers`].
+pub(crate) fn obstacles(
+    domain: &Domain,
+    world: &WorldState,
+    goal: StateId,
+    rules: Rules,
+) -> BTreeSet<Obstacle> {
+    let search = Search { domain, world, rules };
+    let derivable = search.derivable(&[]);
+    if world.holds(goal) || derivable.contains(&goal) {
+        return BTreeSet::new();
+    }
+    search.obstacles(goal, &derivable)
+}
+
 struct Search<'d> {
     domain: &'d Domain,
     world: &'d WorldState,

@@ -44,9 +44,9 @@ pub enum Obstacle {
         /// The state that depends on itself.
         state: StateId,
     },
-    /// The planner found no plan in time.
+    /// The planner found no plan in time, although each goal by itself may be within reach.
     NoPlan {
-        /// The goal.
+        /// The first goal that does not hold.
         state: StateId,
     },
 }

@@ -9,7 +9,7 @@ use super::goal_sets::GoalSetPlanner;
 use crate::sim::{
     Real, RunConfig, Seed, SimDuration, Simulator, StopReason, World, WorldError, WorldSave,
 };
-use crate::task::domain::{ActionId, Verdict};
+use crate::task::domain::{ActionId, Obstacle, Verdict};
 use crate::task::error::TaskError;
 use crate::task::regression::{Step, Watch};
 
@@ -71,7 +71,7 @@ impl<'p> Asked<'p> {
         Ok(verdict)
     }
 
-    /// Asks for a decision.
+    /// Asks for a decision. Without one within the limit, there is no plan.
     pub fn decide(&mut self, told: &Told<'_>, limit: SimDuration) -> Result<Decision, TaskError> {
         self.tell(told);
         let (planner, begun, past) = (self.planner, self.ms, self.watch.moments.len());
@@ -81,14 +81,15 @@ impl<'p> Asked<'p> {
             last = (verdict, if verdict == last.0 { last.1 + 1 } else { 1 });
             verdict.filter(|verdict| last.1 >= planner.steady_ms(verdict))
         })?;
-        let Some(verdict) = verdict else {
-            let limit_ms = limit.as_millis_f64();
-            return Err(TaskError::Undecided { limit_ms, doing: "looking for a plan".into() });
+        let no_plan = Verdict::Stuck(Obstacle::NoPlan { state: told.goal });
+        let verdict = verdict.unwrap_or(no_plan);
+        let goal = match told.goals {
+            [goal] => planner.domain()[*goal].name.as_str(),
+            _ => "all goals",
         };
-        let goal = planner.domain()[told.goal].name.as_str();
         let action = |action: usize| planner.domain()[ActionId::new(action)].name.as_str();
         let mut milestones: Vec<Milestone> = Vec::new();
-        let mut written = 0;
+        let (mut written, mut step) = (0, 0);
         let mut add = |question: u32, stage, subject: &str, ms: u64| {
             let (subject, time_ms) = (subject.to_owned(), (ms - begun) as f64);
             milestones.push(Milestone { question, stage, subject, time_ms });
@@ -102,13 +103,15 @@ impl<'p> Asked<'p> {
                 Step::Plan => (Stage::Plan, goal),
             };
             written += u32::from(stage == Stage::GoalSet);
-            add(written.max(1), stage, subject, moment.ms);
+            // No two milestones of a step are alike.
+            step += u32::from(matches!(stage, Stage::Start | Stage::GoalSet | Stage::DeadEnd));
+            add(step.max(1), stage, subject, moment.ms);
         }
         let subject = match verdict {
             Verdict::Act(decided) => action(decided.index()),
             _ => goal,
         };
-        add(written.max(1), Stage::Decision, subject, self.ms);
+        add(step.max(1), Stage::Decision, subject, self.ms);
         let time_ms = (self.ms - begun) as f64;
         Ok(Decision { verdict, milestones, time_ms, questions: written, choices: Vec::new() })
     }

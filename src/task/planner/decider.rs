@@ -85,12 +85,11 @@ pub trait Decider: Send + Sync {
         None
     }
 
-    /// Plans to the end: decides, lets the action have its predicted effects, and decides again. A decision takes at most
-    /// `limit` of simulated time.
+    /// Plans to the end: decides, lets the action have its predicted effects, and decides again. If a search takes longer
+    /// than `limit`, the plan ends there ([`Obstacle::NoPlan`](crate::task::Obstacle::NoPlan)).
     ///
     /// # Errors
-    /// [`TaskError::Setting`] for a goal of another domain; [`TaskError::Undecided`] if there is no decision within the
-    /// limit, or if the graph does not settle.
+    /// [`TaskError::Setting`] for a goal of another domain; [`TaskError::Undecided`] if the graph does not settle.
     fn roll_out(
         &self,
         prediction: &mut dyn Prediction,

@@ -58,11 +58,11 @@ impl fmt::Display for Stage {
 /// A stage is reached when the last item that it depends on becomes active or inactive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Milestone {
-    /// Number of the question or goal set, counted from 1.
+    /// Number of the question, or of the step of the search, counted from 1. A step is a start, a goal set or a dead end.
     pub question: u32,
     /// The stage that was reached.
     pub stage: Stage,
-    /// Name of the examined state. With goal sets: the chosen action, or the goal.
+    /// Name of the examined state. With goal sets: the chosen action, the goal, or `all goals`.
     pub subject: String,
     /// Simulated time since the planner was asked, in milliseconds.
     pub time_ms: f64,

@@ -13,7 +13,7 @@ use crate::sim::{
     Vector, WorldLink,
 };
 use crate::task::domain::{
-    ActionId, Commitment, Domain, Obstacle, Rules, StateId, Verdict, WorldState, acceptable_answers,
+    ActionId, Commitment, Domain, Obstacle, Rules, StateId, Verdict, WorldState, obstacles,
 };
 use crate::task::error::TaskError;
 use crate::task::regression::{GoalSetGraph, Mutexes, Regression, phase_names};
@@ -32,8 +32,9 @@ const PATIENCE_MS: u64 = 10_000;
 
 /// A planner of goal sets ([`GoalSetGraph`]) over a domain, with every decision made by neurons.
 ///
-/// It plans once and keeps the plan while the robot acts. Each further action takes about 60 simulated ms; a surprise
-/// begins a new plan. States that a learned operator removes are its deletes.
+/// It plans once and keeps the plan while the robot acts. Each further action takes about 100 simulated ms; a surprise
+/// begins a new plan, and so does a goal that counts objects and needs another one. Why a goal is out of reach is not
+/// found by neurons. States that a learned operator removes are its deletes.
 ///
 /// ```
 /// use symbolt::neurons::PopulationPlan;
@@ -146,13 +147,14 @@ impl GoalSetPlanner {
         Ok(Self { domain, rules, fluents: sensed, graph, outputs, modules, phases, met, stuck })
     }
 
-    /// Returns the reason why the goal cannot be reached, as the symbolic planner finds it.
+    /// Returns the reason why the goals cannot be reached, as the symbolic planner finds it: that of the first goal that is
+    /// out of reach by itself.
     fn obstacle(&self, told: &Told<'_>) -> Obstacle {
         let states = 0..self.domain.states().len();
         let world: WorldState = states.map(|s| told.holds(StateId::new(s))).collect();
         let rules = Rules { commitment: Commitment::Proven, ..self.rules };
-        let answers = acceptable_answers(&self.domain, &world, told.goal, rules);
-        let first = answers.obstacles.first().copied();
+        let of = |goal: &StateId| obstacles(&self.domain, &world, *goal, rules).into_iter().next();
+        let first = told.goals.iter().find_map(of);
         first.unwrap_or(Obstacle::NoPlan { state: told.goal })
     }
 }
