@@ -149,7 +149,8 @@ struct Plan {
     /// The decision for each move.
     times_ms: Vec<f64>,
     end: End,
-    /// The first decision, with the domain that it is about; `None` if there was nothing to decide.
+    /// The first decision, with the domain that it is about; `None` if there was nothing to decide. Its milestones name
+    /// operators.
     first: Option<(Domain, Decision)>,
     /// Undecided needs that the planner does without, as pairs of operator and need.
     dropped: Vec<(usize, usize)>,
@@ -315,7 +316,18 @@ fn roll_out(problem: &Problem<'_>, layout: &Layout, args: &PlanArgs) -> Result<P
         }
     };
     let times_ms = plan.steps.iter().map(|step| step.decision.time_ms).collect();
-    let first = first(&plan).map(|decision| (domain.clone(), decision.clone()));
+    let first = first(&plan).map(|decision| {
+        let mut decision = decision.clone();
+        // The names of ground actions grow too long for a table.
+        for milestone in &mut decision.milestones {
+            let action = domain.action_ids().find(|id| domain[*id].name == milestone.subject);
+            if let Some(action) = action {
+                milestone.subject =
+                    problem.domain().operators[ground.operator(action)].name.clone();
+            }
+        }
+        (domain.clone(), decision)
+    });
     let dropped = ground.dropped().iter().copied().collect();
     Ok(Plan { moves: predicted.moves, times_ms, end, first, dropped })
 }

@@ -363,6 +363,14 @@ impl GroundProblem {
         self.goals.iter().copied().find(|g| !self.tests[g.index()].holds(situation))
     }
 
+    /// Returns the index of the operator that a ground action instantiates.
+    ///
+    /// # Panics
+    /// If the action is not one of [`GroundProblem::domain`].
+    pub fn operator(&self, action: ActionId) -> usize {
+        self.actions[action.index()].operator
+    }
+
     /// Returns the moves that carry out a ground action, the best first. Moves that also serve the action's purpose,
     /// with other objects or at other places, come last.
     ///
