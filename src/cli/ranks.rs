@@ -108,8 +108,10 @@ pub(crate) fn together(command: &str, main: impl FnOnce() -> Ended) -> ExitCode 
     // An error that all share is told once. An error of one ends the others, which may wait for it.
     if sentence.is_none() || session.all_end(Duration::from_secs(1)) {
         let code = ExitCode::from(*code);
+        // Told first: once MPI has ended, the launcher may end this process because of the exit code of another one.
+        let code = if rank == 0 { ended.tell() } else { code };
         session.end();
-        return if rank == 0 { ended.tell() } else { code };
+        return code;
     }
     let code = i32::from(*code);
     Ended { sentence: ended.sentence.map(|sentence| format!("rank {rank}: {sentence}")), ..ended }
