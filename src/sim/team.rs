@@ -212,10 +212,11 @@ impl Shared {
                     asleep.store(false, SeqCst);
                 }
             }
+            // In this order: the crew is dismissed by `stop`, then by one more tick, in which nothing may be computed.
+            seen = self.tick.load(SeqCst);
             if self.stop.load(SeqCst) {
                 return;
             }
-            seen = self.tick.load(SeqCst);
             self.run(index, seen);
         }
     }
