@@ -10,7 +10,7 @@
 
 use std::panic::{self, AssertUnwindSafe};
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering::SeqCst};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, mpsc};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, RwLockWriteGuard, mpsc};
 use std::thread::{self, JoinHandle, Thread};
 use std::time::{Duration, Instant};
 
@@ -284,8 +284,17 @@ impl Crew {
         Self { shared, threads, wake }
     }
 
-    /// Begins a tick: everybody may compute.
-    fn begin(&self) -> u64 {
+    fn stage(&self) -> RwLockWriteGuard<'_, Stage> {
+        self.shared.stage.write().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Lends the values that parts read, and begins a tick: everybody may compute.
+    fn begin(&self, arenas: &mut Arenas, seeds: &mut Vec<Seed>, clock: Clock) -> u64 {
+        {
+            let mut stage = self.stage();
+            stage.swap(arenas, seeds);
+            stage.clock = clock;
+        }
         self.shared.done.store(0, SeqCst);
         self.shared.failed.store(false, SeqCst);
         let tick = self.shared.tick.fetch_add(1, SeqCst) + 1;
@@ -310,6 +319,17 @@ impl Crew {
         (0..shared.berths.len()).for_each(|index| shared.run(index, tick));
         self.wait();
         assert!(!shared.failed.load(SeqCst), "a node panicked on another thread of the run");
+    }
+
+    /// Copies the results of the crew's parts to their ranges in `results`.
+    fn collect(&self, graph: &Graph, results: &mut [Real]) {
+        for berth in &self.shared.berths {
+            let held = berth.lock();
+            for (part, item) in held.share.parts.iter().zip(&held.share.items) {
+                let into = &mut results[graph.parts[*part as usize].results.of()];
+                into.copy_from_slice(&held.results[item.results.of()]);
+            }
+        }
     }
 
     /// Leaves out what nobody has begun, and waits for the rest.
@@ -362,50 +382,42 @@ impl Team {
         Self { own, crew, places }
     }
 
-    /// Advances all parts, and calls `meanwhile` while the others compute. The results of each part go to its range in
-    /// `results`.
+    /// Advances all parts, and calls `meanwhile` while the others compute. The results of each part go to its range in the
+    /// results of `arenas`.
+    ///
+    /// If a node panics, all values come back first, so that the simulator can be reset and run again.
     pub fn advance<E>(
         &mut self,
         graph: &Graph,
         (arenas, seeds, clock): (&mut Arenas, &mut Vec<Seed>, Clock),
-        results: &mut [Real],
         meanwhile: impl FnOnce(&View<'_>, Rest<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
-        let Some(crew) = &self.crew else {
-            let (view, rest) = arenas.split(seeds, clock);
-            meanwhile(&view, rest)?;
-            self.own.run(graph, &view, results);
-            return Ok(());
-        };
-        let stage = &crew.shared.stage;
-        {
-            let mut stage = stage.write().unwrap_or_else(PoisonError::into_inner);
-            stage.swap(arenas, seeds);
-            stage.clock = clock;
-        }
-        let tick = crew.begin();
-        // Also if a node panics, the values must come back: the simulator can be reset and run again.
+        let Self { own, crew, .. } = self;
+        let mut results = std::mem::take(&mut arenas.results);
+        let begun = crew.as_ref().map(|crew| (crew, crew.begin(arenas, seeds, clock)));
         let outcome = panic::catch_unwind(AssertUnwindSafe(|| {
-            let stage = stage.read().unwrap_or_else(PoisonError::into_inner);
+            let Some((crew, tick)) = begun else {
+                let (view, rest) = arenas.split(seeds, clock);
+                meanwhile(&view, rest)?;
+                own.run(graph, &view, &mut results);
+                return Ok(());
+            };
+            let stage = crew.shared.stage.read().unwrap_or_else(PoisonError::into_inner);
             let view = stage.view();
             let outcome = meanwhile(&view, arenas.split(&[], clock).1);
-            self.own.run(graph, &view, results);
+            own.run(graph, &view, &mut results);
             crew.finish(tick);
             outcome
         }));
-        if outcome.is_err() {
-            crew.abandon(tick);
-        }
-        stage.write().unwrap_or_else(PoisonError::into_inner).swap(arenas, seeds);
-        let outcome = outcome.unwrap_or_else(|cause| panic::resume_unwind(cause));
-        for berth in &crew.shared.berths {
-            let held = berth.lock();
-            for (part, item) in held.share.parts.iter().zip(&held.share.items) {
-                let into = &mut results[graph.parts[*part as usize].results.of()];
-                into.copy_from_slice(&held.results[item.results.of()]);
+        if let Some((crew, tick)) = begun {
+            match &outcome {
+                Ok(_) => crew.collect(graph, &mut results),
+                Err(_) => crew.abandon(tick),
             }
+            crew.stage().swap(arenas, seeds);
         }
-        outcome
+        arenas.results = results;
+        outcome.unwrap_or_else(|cause| panic::resume_unwind(cause))
     }
 
     /// Calls `read` with the state of a part. `None` if another rank computes the part.

@@ -8,7 +8,6 @@
 //! (`graph/tick` in the benches).
 
 use std::marker::PhantomData;
-use std::panic::{self, AssertUnwindSafe};
 
 use super::error::{NodeFault, SimError};
 use super::graph::{Graph, Source};
@@ -104,13 +103,8 @@ impl Simulator {
             let (view, rest) = arenas.split(node_seeds, clock);
             graph.advance(&view, rest)
         } else {
-            let mut results = std::mem::take(&mut arenas.results);
             let lent = (&mut *arenas, node_seeds, clock);
-            let outcome = panic::catch_unwind(AssertUnwindSafe(|| {
-                team.advance(graph, lent, &mut results, |view, rest| graph.advance(view, rest))
-            }));
-            arenas.results = results;
-            outcome.unwrap_or_else(|cause| panic::resume_unwind(cause))
+            team.advance(graph, lent, |view, rest| graph.advance(view, rest))
         }
         .map_err(|(node, source)| {
             let path = graph.nodes[node].path.clone();
