@@ -5,6 +5,7 @@ use std::path::Path;
 
 use anyhow::Error;
 use serde_json::{Map, Value, json};
+use symbolt::sim::SimDuration;
 use symbolt::task::planner::{Decision, PlanEnd, Prediction};
 use symbolt::task::relational::{
     Fact, GoalTerm, GroundProblem, Grounder, Layout, Move, Problem, ProblemError, Quantity,
@@ -14,11 +15,8 @@ use symbolt::task::{ActionId, Domain, Snapshot, StateId, TaskError, WorldState};
 
 use super::Outcome;
 use super::args::{ActionsArgs, BadArgument, PlanArgs, PlannerArgs};
-use super::goal_sets;
 use super::output::{Grid, Place, Progress, unbroken, use_threads, warn, wrapped};
-use super::plan::{
-    decided, decision_keys, decision_tables, first, listed, no_goal, obstacle_text, whole,
-};
+use super::plan::{End, decided, decision_keys, decision_tables, first, listed, no_goal, whole};
 use super::relational::metres;
 
 /// Number of moves after which a plan is cut short.
@@ -156,24 +154,6 @@ struct Plan {
     dropped: Vec<(usize, usize)>,
 }
 
-/// How a plan ends.
-enum End {
-    Met,
-    /// The predicted situations repeat.
-    Circle,
-    Stuck(String),
-}
-
-impl End {
-    fn text(&self) -> String {
-        match self {
-            Self::Met => "the goal is met".into(),
-            Self::Circle => "the plan would repeat itself".into(),
-            Self::Stuck(reason) => format!("stuck: {reason}"),
-        }
-    }
-}
-
 impl Plan {
     fn without_decision(end: End) -> Self {
         Self { moves: Vec::new(), times_ms: Vec::new(), end, first: None, dropped: Vec::new() }
@@ -240,6 +220,7 @@ pub(crate) fn plan(
     args: &PlanArgs,
     domain: &RelationalDomain,
     scene: &Path,
+    limit: SimDuration,
     out: &Place,
 ) -> Result<Outcome, Error> {
     args.planner.check_relational("use a domain of `symbolt learn --method paper`")?;
@@ -252,7 +233,7 @@ pub(crate) fn plan(
     progress.say(format!("planning towards {}", words.join(", ")));
     let (problem, plan) = match Problem::with_goals(domain, &layout, goals.clone()) {
         Ok(problem) => {
-            let plan = roll_out(&problem, &layout, args)?;
+            let plan = roll_out(&problem, &layout, args, limit)?;
             (Some(problem), plan)
         }
         Err(error @ ProblemError::TooLarge { .. }) => return Err(TaskError::from(error).into()),
@@ -289,8 +270,12 @@ fn impossible(error: &ProblemError, goals: &[GoalTerm], layout: &Layout) -> Plan
 }
 
 /// Asks the planner for one move after another, in situations predicted from the operators.
-fn roll_out(problem: &Problem<'_>, layout: &Layout, args: &PlanArgs) -> Result<Plan, Error> {
-    let limit = goal_sets::limit(args.time)?;
+fn roll_out(
+    problem: &Problem<'_>,
+    layout: &Layout,
+    args: &PlanArgs,
+    limit: SimDuration,
+) -> Result<Plan, Error> {
     let situation = layout.situation();
     if problem.lacking(&situation) == 0 {
         return Ok(Plan::without_decision(End::Met));
@@ -307,14 +292,7 @@ fn roll_out(problem: &Problem<'_>, layout: &Layout, args: &PlanArgs) -> Result<P
     let mut predicted = Predicted { problem, ground: &ground, situation, seen, moves };
     let plan = planner.roll_out(&mut predicted, limit)?;
     let domain = ground.domain();
-    let end = match plan.end {
-        PlanEnd::Met => End::Met,
-        PlanEnd::Circle => End::Circle,
-        PlanEnd::Stuck(obstacle) => End::Stuck(obstacle_text(domain, obstacle)),
-        PlanEnd::Impossible(action) => {
-            End::Stuck(format!("no object in the scene can do {}", domain[action].name))
-        }
-    };
+    let end = End::of(domain, plan.end);
     let times_ms = plan.steps.iter().map(|step| step.decision.time_ms).collect();
     let first = first(&plan).map(|decision| {
         let mut decision = decision.clone();
@@ -366,11 +344,6 @@ impl Shown<'_> {
             (End::Stuck(reason), None) => ("stuck", Some(reason.as_str())),
             (End::Circle, None) => ("stuck", None),
         };
-        let end = match &self.plan.end {
-            End::Met => "met".to_owned(),
-            End::Circle => "circle".into(),
-            End::Stuck(reason) => format!("stuck: {reason}"),
-        };
         let id = |index: usize| self.layout.objects[index].id.to_string();
         let steps: Vec<Value> = self
             .plan
@@ -403,7 +376,7 @@ impl Shown<'_> {
             ("target", json!(target)),
             ("plan", json!(plan)),
             ("steps", json!(steps)),
-            ("plan_end", json!(end)),
+            ("plan_end", json!(self.plan.end.key())),
             ("reason", json!(reason)),
             ("goal", json!(self.words.join(", "))),
             ("goals", json!(self.words)),

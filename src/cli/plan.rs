@@ -21,7 +21,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
         return goal_sets::plan(args, &out);
     };
     args.planner.check()?;
-    goal_sets::limit(args.time)?;
+    let limit = goal_sets::limit(args.time)?;
     if args.slots.is_some() {
         let problem = "--slots is for a problem in PDDL; leave it out";
         return Err(BadArgument(problem.into()).into());
@@ -35,7 +35,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
         return Err(BadArgument(problem.into()).into());
     }
     let domain = match AnyDomain::read(&args.domain)? {
-        AnyDomain::Relational(domain) => return framed::plan(args, &domain, scene, &out),
+        AnyDomain::Relational(domain) => return framed::plan(args, &domain, scene, limit, &out),
         AnyDomain::Plain(domain) => domain,
     };
     let progress = Progress::new(&args.common);
@@ -47,7 +47,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
     let planner = args.planner.build(args.common.seed)?.over(&domain)?;
     progress.say(format!("planning towards {}", domain[goal].name));
     let mut prediction = Counts::new(&domain, &counts, goal);
-    let plan = planner.roll_out(&mut prediction, goal_sets::limit(args.time)?)?;
+    let plan = planner.roll_out(&mut prediction, limit)?;
     drop(progress);
     let text = if args.common.json {
         summary(&domain, &plan, goal, &args.planner).to_string()
@@ -151,14 +151,41 @@ pub(crate) fn first(plan: &RolledOut) -> Option<&Decision> {
     plan.steps.first().map(|step| &step.decision).or(plan.last.as_ref())
 }
 
-/// Returns how a plan ends, in words.
-pub(crate) fn end_text(domain: &Domain, end: PlanEnd) -> String {
-    match end {
-        PlanEnd::Met => "the goal is met".into(),
-        PlanEnd::Circle => "the plan would repeat itself".into(),
-        PlanEnd::Stuck(obstacle) => format!("stuck: {}", obstacle_text(domain, obstacle)),
-        PlanEnd::Impossible(action) => {
-            format!("stuck: no object in the scene can do {}", domain[action].name)
+/// How a plan ends, in words.
+pub(crate) enum End {
+    Met,
+    /// The predicted situations repeat.
+    Circle,
+    Stuck(String),
+}
+
+impl End {
+    pub fn of(domain: &Domain, end: PlanEnd) -> Self {
+        match end {
+            PlanEnd::Met => Self::Met,
+            PlanEnd::Circle => Self::Circle,
+            PlanEnd::Stuck(obstacle) => Self::Stuck(obstacle_text(domain, obstacle)),
+            PlanEnd::Impossible(action) => {
+                Self::Stuck(format!("no object in the scene can do {}", domain[action].name))
+            }
+        }
+    }
+
+    /// Returns the end as a part of a sentence.
+    pub fn text(&self) -> String {
+        match self {
+            Self::Met => "the goal is met".into(),
+            Self::Circle => "the plan would repeat itself".into(),
+            Self::Stuck(reason) => format!("stuck: {reason}"),
+        }
+    }
+
+    /// Returns the value of the key `plan_end`.
+    pub fn key(&self) -> String {
+        match self {
+            Self::Met => "met".into(),
+            Self::Circle => "circle".into(),
+            Self::Stuck(_) => self.text(),
         }
     }
 }
@@ -193,16 +220,12 @@ fn summary(domain: &Domain, plan: &RolledOut, goal: StateId, planner: &PlannerAr
         Some(Verdict::Stuck(obstacle)) => ("stuck", None, Some(obstacle_text(domain, obstacle))),
         Some(Verdict::Met) | None => ("met", None, None),
     };
-    let end = match plan.end {
-        PlanEnd::Met => "met".to_owned(),
-        PlanEnd::Circle => "circle".into(),
-        end => end_text(domain, end),
-    };
+    let end = End::of(domain, plan.end);
     let keys = [
         ("status", json!(status)),
         ("action", json!(action)),
         ("plan", plan.steps.iter().map(|s| name(s.action)).collect()),
-        ("plan_end", json!(end)),
+        ("plan_end", json!(end.key())),
         ("reason", json!(reason)),
         ("goal", json!(domain[goal].name)),
     ];
@@ -250,10 +273,10 @@ fn table(
         .collect();
     let holds = if holds.is_empty() { vec!["nothing".into()] } else { holds };
     let _ = writeln!(text, "{}\nGoal:  {}", listed("Holds: ", &holds), domain[goal].name);
-    let decision = first(plan);
+    let (decision, end) = (first(plan), End::of(domain, plan.end).text());
     let mut next = match decision.map(|d| d.verdict) {
         Some(Verdict::Act(action)) => format!("do {}", domain[action].name),
-        _ => end_text(domain, plan.end),
+        _ => end.clone(),
     };
     next += &decided(decision, noun);
     let _ = writeln!(text, "{}\n", wrapped(&(unbroken("Next:  ") + &next), 7));
@@ -263,7 +286,7 @@ fn table(
             let action = domain[step.action].name.clone();
             grid.row([(index + 1).to_string(), action, format!("{:.0}", step.decision.time_ms)]);
         }
-        text += &whole(&end_text(domain, plan.end), &grid);
+        text += &whole(&end, &grid);
     }
     text + &decision.map_or_else(String::new, |d| decision_tables(domain, d, number))
 }

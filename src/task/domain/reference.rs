@@ -72,22 +72,17 @@ pub fn acceptable_answers(
     }
     let search = Search { domain, world, rules };
     let derivable = search.derivable(&[]);
-    let mut found = AcceptableAnswers::default();
-    if !derivable.contains(&goal) {
-        found.obstacles = search.obstacles(goal, &derivable);
-    }
-    found.actions = match rules.commitment {
+    let obstacles = search.obstacles(goal, &derivable);
+    let actions = match rules.commitment {
         Commitment::First => search.first_actions(goal),
         Commitment::Proven if derivable.contains(&goal) => search.proven_actions(goal),
         Commitment::Proven => BTreeSet::new(),
     };
-    found
+    AcceptableAnswers { obstacles, actions, ..AcceptableAnswers::default() }
 }
 
 /// Returns the reasons why a goal cannot be reached, even if no action ended a state. Empty if it can, or holds.
-///
-/// # Panics
-/// As [`acceptable_answers`].
+/// [`Rules::commitment`] has no effect.
 pub(crate) fn obstacles(
     domain: &Domain,
     world: &WorldState,
@@ -95,11 +90,7 @@ pub(crate) fn obstacles(
     rules: Rules,
 ) -> BTreeSet<Obstacle> {
     let search = Search { domain, world, rules };
-    let derivable = search.derivable(&[]);
-    if world.holds(goal) || derivable.contains(&goal) {
-        return BTreeSet::new();
-    }
-    search.obstacles(goal, &derivable)
+    search.obstacles(goal, &search.derivable(&[]))
 }
 
 struct Search<'d> {
@@ -167,6 +158,9 @@ impl Search<'_> {
     }
 
     fn obstacles(&self, goal: StateId, derivable: &BTreeSet<StateId>) -> BTreeSet<Obstacle> {
+        if self.world.holds(goal) || derivable.contains(&goal) {
+            return BTreeSet::new();
+        }
         let blocked = |state: StateId| !derivable.contains(&state);
         let mut obstacles = BTreeSet::new();
         for state in self.below(goal, &blocked).into_iter().chain([goal]) {

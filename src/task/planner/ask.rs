@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
+use super::board::Board;
 use super::decider::{Decider, Request, Told};
 use super::decision::{Decision, Milestone, Stage};
 use super::executive::{Phase, TRACE};
@@ -13,8 +14,7 @@ use super::watch::Watch;
 use crate::neurons::PopulationPlan;
 use crate::sim::{
     Graph, GraphBuilder, InputSpec, Out, OutputSpec, Pointer, Real, RunConfig, Seed, SimDuration,
-    Simulator, StopReason, Synapse, Threads, Timebase, Vector, World, WorldError, WorldLink,
-    WorldSave,
+    Simulator, StopReason, Synapse, Threads, Timebase, Vector, WorldLink,
 };
 use crate::task::domain::{ActionId, Composition, Domain, Obstacle, StateId, Verdict, WorldState};
 use crate::task::error::TaskError;
@@ -50,8 +50,6 @@ pub struct Planner {
     modules: Vec<ModuleView>,
     threads: Threads,
 }
-
-const OWN_WORLD: &str = "a world state of the planner's own domain";
 
 impl Planner {
     /// Builds the graph in direct mode with a tick of 1 ms.
@@ -201,18 +199,11 @@ impl Planner {
     /// # Errors
     /// [`TaskError::Setting`] for a goal or a world of another domain.
     pub fn simulator(&self, world: &WorldState, goal: StateId) -> Result<Simulator, TaskError> {
-        let states = self.domain.states().len();
-        if world.states() != states {
-            let value = format!("over {} states, but the domain has {states}", world.states());
-            return Err(TaskError::Setting { name: "world", value, expected: OWN_WORLD });
-        }
+        self.check_world(world)?;
         self.check_goal(goal)?;
-        let mut senses = vec![0.0; self.sense_width()];
-        let told =
-            Told { request: Request::Decide, present: world, pretended: &[], goal, goals: &[goal] };
-        self.sense(&told, &mut senses);
-        let commands = self.command_width();
-        let board = Board { period: self.graph.timebase().tick(), senses, commands };
+        let board = Board::new(self);
+        let request = Request::Decide;
+        board.tell(self, &Told { request, present: world, pretended: &[], goal, goals: &[goal] });
         Ok(Simulator::new(
             self.graph.clone(),
             RunConfig::default().in_world(board).with_threads(self.threads),
@@ -401,50 +392,5 @@ impl Decider for Planner {
             }
             last = Some(decision);
         }
-    }
-}
-
-/// A world that never changes.
-struct Board {
-    period: SimDuration,
-    senses: Vec<Real>,
-    commands: usize,
-}
-
-impl World for Board {
-    fn period(&self) -> SimDuration {
-        self.period
-    }
-
-    fn sense_width(&self) -> usize {
-        self.senses.len()
-    }
-
-    fn command_width(&self) -> usize {
-        self.commands
-    }
-
-    fn sense(&self, out: &mut [Real]) {
-        out.copy_from_slice(&self.senses);
-    }
-
-    fn advance(&mut self, _command: &[Real]) -> Result<(), WorldError> {
-        Ok(())
-    }
-
-    fn reset(&mut self, _seed: Seed) -> Result<(), WorldError> {
-        Ok(())
-    }
-
-    fn save(&self) -> Result<WorldSave, WorldError> {
-        Ok(WorldSave(self.senses.iter().flat_map(|sense| sense.to_le_bytes()).collect()))
-    }
-
-    fn restore(&mut self, saved: &WorldSave) -> Result<(), WorldError> {
-        if *saved == self.save()? {
-            return Ok(());
-        }
-        let reason = "the checkpoint belongs to another world state or goal; expected those of this simulator";
-        Err(WorldError::new(reason))
     }
 }

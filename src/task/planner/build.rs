@@ -17,7 +17,7 @@ use crate::task::relational::GroundProblem;
 pub enum PlannerKind {
     /// One state at a time, as in the paper ([`Planner`]). Its control is a program.
     Chain,
-    /// Whole goal sets ([`GoalSetPlanner`]). All of it is neurons.
+    /// Whole goal sets ([`GoalSetPlanner`]). Neurons make every decision.
     #[default]
     GoalSets,
 }

@@ -89,12 +89,26 @@ pub trait Decider: Send + Sync {
     /// than `limit`, the plan ends there ([`Obstacle::NoPlan`](crate::task::Obstacle::NoPlan)).
     ///
     /// # Errors
-    /// [`TaskError::Setting`] for a goal of another domain; [`TaskError::Undecided`] if the graph does not settle.
+    /// [`TaskError::Setting`] for a goal or a situation of another domain; [`TaskError::Undecided`] if the graph does not settle.
     fn roll_out(
         &self,
         prediction: &mut dyn Prediction,
         limit: SimDuration,
     ) -> Result<RolledOut, TaskError>;
+
+    /// Refuses a world of another domain.
+    ///
+    /// # Errors
+    /// [`TaskError::Setting`] with the number of its states.
+    fn check_world(&self, world: &WorldState) -> Result<(), TaskError> {
+        let states = self.domain().states().len();
+        if world.states() == states {
+            return Ok(());
+        }
+        let value = format!("over {} states, but the domain has {states}", world.states());
+        let expected = "a world state of the planner's own domain";
+        Err(TaskError::Setting { name: "world", value, expected })
+    }
 
     /// Refuses a state of another domain.
     ///

@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use super::asked::Asked;
 use super::decider::{Decider, Request, Told};
+use super::goal_set_run::GoalSetRun;
 use super::rollout::{PlanEnd, Prediction, RolledOut, advance};
 use super::views::ModuleView;
 use crate::neurons::PopulationPlan;
@@ -13,7 +13,7 @@ use crate::sim::{
     Vector, WorldLink,
 };
 use crate::task::domain::{
-    ActionId, Commitment, Domain, Obstacle, Rules, StateId, Verdict, WorldState, obstacles,
+    ActionId, Domain, Obstacle, Rules, StateId, Verdict, WorldState, obstacles,
 };
 use crate::task::error::TaskError;
 use crate::task::regression::{GoalSetGraph, Mutexes, Regression, phase_names};
@@ -73,14 +73,14 @@ impl GoalSetPlanner {
     /// never hold together, whatever surprises there are; they spare the planner dead ends. Pairs that only cannot be
     /// reached from some start do not belong here: after a surprise the planner would find no way.
     ///
-    /// # Panics
-    /// If `exclusions` has states of another domain.
-    ///
     /// [`populations`](crate::task::regression::populations) returns the plan that suits its units.
     ///
     /// # Errors
     /// [`TaskError::BadDomain`] if the domain has no action; [`TaskError::Build`] if the plan names layers that the graph
     /// does not have.
+    ///
+    /// # Panics
+    /// If `exclusions` has states of another domain.
     pub fn new(
         domain: &Domain,
         rules: Rules,
@@ -152,8 +152,7 @@ impl GoalSetPlanner {
     fn obstacle(&self, told: &Told<'_>) -> Obstacle {
         let states = 0..self.domain.states().len();
         let world: WorldState = states.map(|s| told.holds(StateId::new(s))).collect();
-        let rules = Rules { commitment: Commitment::Proven, ..self.rules };
-        let of = |goal: &StateId| obstacles(&self.domain, &world, *goal, rules).into_iter().next();
+        let of = |goal: &StateId| obstacles(&self.domain, &world, *goal, self.rules).pop_first();
         let first = told.goals.iter().find_map(of);
         first.unwrap_or(Obstacle::NoPlan { state: told.goal })
     }
@@ -297,7 +296,7 @@ impl Decider for GoalSetPlanner {
         limit: SimDuration,
     ) -> Result<RolledOut, TaskError> {
         prediction.goals().iter().try_for_each(|goal| self.check_goal(*goal))?;
-        let mut asked = Asked::new(self)?;
+        let mut run = GoalSetRun::new(self)?;
         let mut steps = Vec::new();
         let mut last = None;
         loop {
@@ -305,14 +304,15 @@ impl Decider for GoalSetPlanner {
                 return Ok(RolledOut { steps, end: PlanEnd::Met, last });
             };
             let present = prediction.present();
+            self.check_world(&present)?;
             let goals = prediction.goals().to_vec();
             let request = Request::Decide;
             let told = Told { request, present: &present, pretended: &[], goal, goals: &goals };
-            let decision = asked.decide(&told, limit)?;
+            let decision = run.decide(&told, limit)?;
             if let Some(end) = advance(&mut steps, &decision, prediction) {
                 return Ok(RolledOut { steps, end, last: Some(decision) });
             }
-            asked.wait(&told)?;
+            run.wait(&told)?;
             last = Some(decision);
         }
     }

@@ -60,12 +60,13 @@
 
 mod alternatives;
 mod ask;
-mod asked;
+mod board;
 mod build;
 mod decider;
 mod decision;
 pub(crate) mod encode;
 mod executive;
+mod goal_set_run;
 mod goal_sets;
 mod graph;
 mod recall;

@@ -71,7 +71,8 @@ pub struct Counts<'d> {
 
 impl<'d> Counts<'d> {
     /// Makes the situation from the number of objects in each state, as
-    /// [`Domain::counts`](crate::task::domain::Domain::counts) returns it.
+    /// [`Domain::counts`](crate::task::domain::Domain::counts) returns it. A planner refuses counts of another number of
+    /// states.
     pub fn new(domain: &'d Domain, objects: &[usize], goal: StateId) -> Self {
         let left = (objects.iter().sum::<usize>() + 1) * (objects.len() + 1);
         let (counts, goal) = (objects.to_vec(), [goal]);

@@ -64,7 +64,7 @@ mod wiring;
 mod world;
 
 pub use graph::{GoalSetGraph, GoalSetPorts, phase_names};
-pub(crate) use moments::Watch;
+pub(crate) use moments::Moments;
 pub use moments::{Moment, Step};
 pub use mutex::Mutexes;
 pub use plan::{Course, GoalSetError, GoalSetSpec, MAX_UNITS, populations, pursue};

@@ -38,14 +38,14 @@ const OVER: Real = 0.3;
 ///
 /// While one phase follows another, both are active for a moment. So each is followed by itself.
 #[derive(Default)]
-pub(crate) struct Watch {
+pub(crate) struct Moments {
     active: [bool; Phase::ALL.len()],
     /// The wave has passed, and no race has begun since.
     waved: bool,
-    pub moments: Vec<Moment>,
+    pub all: Vec<Moment>,
 }
 
-impl Watch {
+impl Moments {
     /// Takes the activities of all phases and of the winners of the race at one time.
     pub fn look(&mut self, ms: u64, phases: &[Real], winner: &[Real]) {
         for (phase, activity) in Phase::ALL.into_iter().zip(phases) {
@@ -69,7 +69,7 @@ impl Watch {
                 Phase::Begin => Some(Step::Plan),
                 _ => None,
             };
-            self.moments.extend(step.map(|step| Moment { ms, step }));
+            self.all.extend(step.map(|step| Moment { ms, step }));
         }
     }
 }
@@ -80,13 +80,13 @@ mod tests {
 
     /// Returns what begins in rows that have these activities and zeros.
     fn steps(rows: &[&[(Phase, Real)]]) -> Vec<Step> {
-        let mut watch = Watch::default();
+        let mut moments = Moments::default();
         for (ms, active) in rows.iter().enumerate() {
             let mut row = [0.0; Phase::ALL.len()];
             active.iter().for_each(|(phase, activity)| row[*phase as usize] = *activity);
-            watch.look(ms as u64, &row, &[0.1, 0.9, 0.0]);
+            moments.look(ms as u64, &row, &[0.1, 0.9, 0.0]);
         }
-        watch.moments.iter().map(|moment| moment.step).collect()
+        moments.all.iter().map(|moment| moment.step).collect()
     }
 
     #[test]

@@ -7,7 +7,7 @@ use thiserror::Error;
 
 use super::graph::GoalSetGraph;
 use super::memory::Layout;
-use super::moments::{Moment, Step, Watch};
+use super::moments::{Moment, Moments, Step};
 use super::rules::Regression;
 use super::world::{Begun, StripsWorld};
 use crate::neurons::{LifSpec, PatternError, Population, PopulationPlan};
@@ -213,7 +213,7 @@ pub fn pursue(
     let graph = graph.build(Timebase::default(), &plan, seed).map_err(SimError::from)?;
     let config = RunConfig::seeded(seed).in_world(world);
     let mut sim = Simulator::new(graph.into(), config)?;
-    let mut watch = Watch::default();
+    let mut moments = Moments::default();
     let (mut ms, limit) = (0, spec.limit.as_micros() / 1000);
     while ms < limit && !inside(&sim).is_some_and(StripsWorld::reached) {
         let step = (limit - ms).min(PERIOD_MS);
@@ -222,7 +222,7 @@ pub fn pursue(
         let past = phases.len().saturating_sub(step as usize);
         for ((_, phases), (_, winner)) in phases.iter().zip(winner.iter()).skip(past) {
             ms += 1;
-            watch.look(ms, phases, winner);
+            moments.look(ms, phases, winner);
         }
     }
     let world = inside(&sim);
@@ -230,7 +230,7 @@ pub fn pursue(
         reached: world.is_some_and(StripsWorld::reached),
         begun: world.map(|w| w.begun().to_vec()).unwrap_or_default(),
         ms,
-        moments: watch.moments,
+        moments: moments.all,
         units,
     })
 }
