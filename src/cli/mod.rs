@@ -62,11 +62,10 @@ pub(crate) enum Outcome {
 pub(crate) fn main() -> ExitCode {
     let args = with_command(std::env::args_os());
     let command = args.get(1).map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    let cli = Cli::parse_from(args);
-    ranks::together(&command, || match dispatch(cli) {
-        Ok(Outcome::Done) => Ended { code: 0, sentence: None },
-        Ok(Outcome::Failed(sentence)) => Ended { code: 1, sentence: Some(sentence) },
-        Err(error) => {
+    ranks::together(&command, || match Cli::try_parse_from(args).map(dispatch) {
+        Ok(Ok(Outcome::Done)) => Ended { code: 0, sentence: None },
+        Ok(Ok(Outcome::Failed(sentence))) => Ended { code: 1, sentence: Some(sentence) },
+        Ok(Err(error)) => {
             // The reader has closed the pipe, as in `symbolt learn ... | head`.
             let closed = |io: &std::io::Error| io.kind() == std::io::ErrorKind::BrokenPipe;
             if error.chain().filter_map(|cause| cause.downcast_ref()).any(closed) {
@@ -74,6 +73,19 @@ pub(crate) fn main() -> ExitCode {
             }
             let error = with_options(error, &command);
             Ended { code: code(&error), sentence: Some(sentence(&error)) }
+        }
+        Err(usage) if ranks::seat().is_none() => usage.exit(),
+        Err(usage) if usage.use_stderr() => {
+            let text = usage.to_string();
+            let sentence = text.trim_start_matches("error: ").trim_end().to_owned();
+            Ended { code: 2, sentence: Some(sentence) }
+        }
+        Err(help) => {
+            if ranks::leads() {
+                // If standard output is closed, nobody reads it.
+                let _ = help.print();
+            }
+            Ended { code: 0, sentence: None }
         }
     })
 }

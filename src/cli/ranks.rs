@@ -3,11 +3,12 @@
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::OnceLock;
+use std::thread;
 
 use anyhow::{Context, Error};
 use symbolt::files::{Limit, read_file};
 use symbolt::neurons::{PopulationPlan, solver_signature};
-use symbolt::sim::{Fingerprint, Ranks};
+use symbolt::sim::{Fingerprint, Ranks, launched};
 
 use super::args::BadArgument;
 
@@ -31,32 +32,42 @@ pub(crate) fn shared(plan: PopulationPlan) -> PopulationPlan {
 }
 
 /// Checks that all processes run the same program with the same arguments, and that their processors solve decoders to the
-/// same bits, unless the populations come from the file `load`.
-pub(crate) fn check_alike(load: Option<&Path>) -> Result<(), Error> {
+/// same bits, unless the populations come from the file `load`. Whether they also run them to the same bits is checked in
+/// every tick.
+/// `threads` is the number of threads that the user asked for, 0 for all cores.
+pub(crate) fn check_alike(load: Option<&Path>, threads: usize) -> Result<(), Error> {
     let Some(seat) = seat() else { return Ok(()) };
     let program = std::env::current_exe().context("cannot find the program itself")?;
     let mut hash = Fingerprint::default();
     hash.text(&format!("{:?}", std::env::args_os().skip(1).collect::<Vec<_>>()));
     let arguments = hash.value();
     let build = hash_of(&read_file(&program, Limit::MODEL)?);
-    let (numbers, advice) = match load {
-        Some(path) => (hash_of(&read_file(path, Limit::MODEL)?), "expected one file for all"),
-        None => (solver_signature(), "solve the model once with --save and share it with --load"),
+    let (model, what) = match load {
+        Some(path) => (
+            hash_of(&read_file(path, Limit::MODEL)?),
+            "loads another file than this one; expected the same for all",
+        ),
+        None => (
+            solver_signature(),
+            "solves other populations than this one, since its processor is of another kind; expected one kind, \
+             or populations that were solved once with --save and are shared with --load",
+        ),
     };
     for (number, what) in [
-        (arguments, "has other arguments than this one; expected the same for all".to_owned()),
-        (
-            build,
-            "runs another build of symbolt than this one; expected the same for all".to_owned(),
-        ),
-        (
-            numbers,
-            format!("has other populations than this one, since its processor differs; {advice}"),
-        ),
+        (arguments, "has other arguments than this one; expected the same for all"),
+        (build, "runs another build of symbolt than this one; expected the same for all"),
+        (model, what),
     ] {
         if let Some(rank) = seat.differs(number).map_err(Error::from)? {
             return Err(BadArgument(format!("rank {rank} {what}")).into());
         }
+    }
+    let cores = thread::available_parallelism().map_or(threads, usize::from);
+    if leads() && threads > cores {
+        super::output::warn(&format!(
+            "the launcher bound this process to {cores} of the machine's cores, for {threads} threads; \
+             with Open MPI, start it with `mpirun --bind-to none`"
+        ));
     }
     Ok(())
 }
@@ -76,26 +87,24 @@ fn hash_of(bytes: &[u8]) -> u64 {
 /// The commands that processes can share. The others run alone in each process, as the shards of an experiment do.
 const SHARED: [&str; 2] = ["bench", "run"];
 
-/// Returns how many processes the launcher started, as its variables say: those of Open MPI, of MPICH and its kin, and of
-/// `srun` for either.
-fn launched() -> u64 {
-    let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse::<u64>().ok());
-    let of = |rank: &str, size: &str| number(rank).and_then(|_| number(size));
-    of("OMPI_COMM_WORLD_RANK", "OMPI_COMM_WORLD_SIZE")
-        .or_else(|| of("PMI_RANK", "PMI_SIZE"))
-        .or_else(|| of("PMIX_RANK", "SLURM_STEP_NUM_TASKS"))
-        .unwrap_or(1)
-}
-
 /// Runs `main` and returns its exit code. If a launcher started several processes, they share the command; when it is
 /// over, they end together.
 #[cfg(feature = "mpi")]
 pub(crate) fn together(command: &str, main: impl FnOnce() -> Ended) -> ExitCode {
-    use std::time::Duration;
-    use symbolt::sim::MpiSession;
+    use symbolt::sim::{Failure, MpiSession};
 
-    let session = (launched() > 1 && SHARED.contains(&command)).then(MpiSession::start).flatten();
-    let Some(session) = session else { return main().tell() };
+    let launched = launched();
+    if launched.processes == 1 || !SHARED.contains(&command) {
+        return main().tell();
+    }
+    let session = match MpiSession::start() {
+        Ok(session) => session,
+        Err(error) => {
+            // Every process has this error.
+            let sentence = (launched.rank == 0).then(|| error.to_string());
+            return Ended { code: 2, sentence }.tell();
+        }
+    };
     let rank = session.ranks().rank();
     let _ = SEAT.set(session.ranks());
     let message = std::panic::take_hook();
@@ -103,26 +112,15 @@ pub(crate) fn together(command: &str, main: impl FnOnce() -> Ended) -> ExitCode 
         eprintln!("symbolt: rank {rank} panicked; all ranks end");
         message(panic);
     }));
-    let ended = main();
-    let Ended { code, sentence } = &ended;
-    // An error that all share is told once. An error of one ends the others, which may wait for it.
-    if sentence.is_none() || session.all_end(Duration::from_secs(1)) {
-        let code = ExitCode::from(*code);
-        // Told first: once MPI has ended, the launcher may end this process because of the exit code of another one.
-        let code = if rank == 0 { ended.tell() } else { code };
-        session.end();
-        return code;
-    }
-    let code = i32::from(*code);
-    Ended { sentence: ended.sentence.map(|sentence| format!("rank {rank}: {sentence}")), ..ended }
-        .tell();
-    session.abort(code)
+    let Ended { code, sentence } = main();
+    let failure = sentence.map(|sentence| Failure { code, sentence });
+    ExitCode::from(session.end(failure, super::complain))
 }
 
 /// Runs `main` and returns its exit code. Without the feature `mpi` processes share nothing.
 #[cfg(not(feature = "mpi"))]
 pub(crate) fn together(command: &str, main: impl FnOnce() -> Ended) -> ExitCode {
-    let count = launched();
+    let count = launched().processes;
     if count > 1 && SHARED.contains(&command) {
         super::output::warn(&format!(
             "this process is one of {count}, but this build of symbolt cannot share a network among processes, so each \

@@ -83,18 +83,32 @@ fn agree(ranks: &Ranks, nodes: &mut [Box<dyn Node>], faults: &mut Vec<LoweringFa
         .filter_map(|node| (&mut **node as &mut dyn Any).downcast_mut::<Neural>())
         .filter_map(Neural::bank_mut)
         .collect();
-    // Ranks with faults lack nodes, so all first tell how many banks they have.
     let failed = |rank: usize, reason: String| LoweringFault {
         path: format!("the part of rank {rank}"),
         reason,
         choices: Vec::new(),
     };
+    // Ranks with faults lack nodes, so all first tell how many banks they have.
     let found = u64::from(faults.is_empty());
-    match ranks.differs(found << 32 | banks.len() as u64) {
+    let others = ranks.differs(found << 32 | banks.len() as u64).and_then(|rank| {
+        let Some(rank) = rank else { return Ok(None) };
+        let own = faults.first().map(|fault| format!("{}: {}", fault.path, fault.reason));
+        let mut reasons = ranks.reasons(&own.unwrap_or_default())?;
+        let with_reason = reasons.iter().position(|reason| !reason.is_empty());
+        let rank = with_reason.unwrap_or(rank);
+        Ok(Some((rank, reasons.swap_remove(rank))))
+    });
+    match others {
         Ok(None) if faults.is_empty() => {}
         Ok(None) => return,
-        Ok(Some(rank)) => {
-            return faults.push(failed(rank, "could not be built as that of this rank".into()));
+        // This rank knows its own faults.
+        Ok(Some(_)) if !faults.is_empty() => return,
+        Ok(Some((rank, reason))) => {
+            let reason = match &*reason {
+                "" => "is another than that of this rank; all ranks must build one graph".into(),
+                reason => format!("could not be built: {reason}"),
+            };
+            return faults.push(failed(rank, reason));
         }
         Err(fault) => return faults.push(failed(fault.rank, fault.reason)),
     }

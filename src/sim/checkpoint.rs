@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::error::SimError;
+use super::fingerprint::Fingerprint;
 use super::node::Real;
 use super::seed::Seed;
 use super::simulator::Simulator;
@@ -40,6 +41,36 @@ impl Checkpoint {
     pub fn tick(&self) -> u64 {
         self.tick
     }
+
+    fn hash(&self) -> u64 {
+        let mut hash = Fingerprint::default();
+        for number in [self.graph, self.tick, self.seed.value()] {
+            hash.number(number);
+        }
+        hash.reals(&[self.noise]);
+        for reals in [
+            &self.signals,
+            &self.registered,
+            &self.held,
+            &self.reals,
+            &self.parts,
+            &self.probe_filters,
+        ] {
+            hash.reals(reals);
+        }
+        for word in &self.words {
+            hash.number(u64::from(*word));
+        }
+        for long in &self.longs {
+            hash.number(*long);
+        }
+        if let Some(WorldSave(bytes)) = &self.world {
+            for byte in bytes {
+                hash.number(u64::from(*byte));
+            }
+        }
+        hash.value()
+    }
 }
 
 impl Simulator {
@@ -50,7 +81,9 @@ impl Simulator {
     /// [`SimError::World`] if the world cannot be saved; [`SimError::Rank`] if another process has ended or failed.
     pub fn checkpoint(&self) -> Result<Checkpoint, SimError> {
         let saved = self.world.as_ref().map(|world| world.save()).transpose();
-        let world = saved.map_err(|source| SimError::World { tick: self.tick, source })?;
+        let world = saved
+            .map_err(|source| SimError::World { tick: self.tick, source })
+            .inspect_err(|error| self.tell(error))?;
         Ok(Checkpoint {
             graph: self.graph.fingerprint,
             tick: self.tick,
@@ -69,31 +102,17 @@ impl Simulator {
     }
 
     /// Returns to the state of `checkpoint`, with its run seed and noise scale, and deletes the samples of all probes.
-    /// The run then continues with the same bits as the run that the checkpoint was taken from.
+    /// The run then continues with the same bits as the run that the checkpoint was taken from. If several processes run the
+    /// graph, all of them must restore the same checkpoint.
     ///
     /// # Errors
     /// [`SimError::ForeignCheckpoint`] if the checkpoint was taken from a graph with another fingerprint (see
     /// [`Checkpoint`]), or if only one of the two runs has a world. [`SimError::World`] if the world refuses its save.
-    /// After an error the values of the graph are unchanged.
+    /// [`SimError::Rank`] if another process has ended or failed, or restores another checkpoint. After an error the values
+    /// of the graph are unchanged.
     pub fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), SimError> {
-        let fits = checkpoint.graph == self.graph.fingerprint
-            && checkpoint.signals.len() == self.arenas.signals.len()
-            && checkpoint.registered.len() == self.arenas.registered.len()
-            && checkpoint.held.len() == self.arenas.held.len()
-            && checkpoint.reals.len() == self.arenas.reals.len()
-            && checkpoint.parts.len() == self.graph.sizes.parts
-            && checkpoint.words.len() == self.arenas.words.len()
-            && checkpoint.longs.len() == self.arenas.longs.len()
-            && checkpoint.probe_filters.len() == self.arenas.probe_filters.len()
-            && checkpoint.world.is_some() == self.world.is_some();
-        if !fits {
-            return Err(SimError::ForeignCheckpoint);
-        }
-        if let (Some(world), Some(saved)) = (&mut self.world, &checkpoint.world) {
-            world
-                .restore(saved)
-                .map_err(|source| SimError::World { tick: checkpoint.tick, source })?;
-        }
+        self.restore_world(checkpoint).inspect_err(|error| self.tell(error))?;
+        self.check_restored(|| checkpoint.hash())?;
         self.arenas.signals.copy_from_slice(&checkpoint.signals);
         self.arenas.registered.copy_from_slice(&checkpoint.registered);
         self.arenas.held.copy_from_slice(&checkpoint.held);
@@ -116,5 +135,28 @@ impl Simulator {
         self.reseed(checkpoint.seed);
         self.clear_recordings();
         Ok(())
+    }
+
+    /// Checks that the checkpoint fits, and restores the world.
+    fn restore_world(&mut self, checkpoint: &Checkpoint) -> Result<(), SimError> {
+        let fits = checkpoint.graph == self.graph.fingerprint
+            && checkpoint.signals.len() == self.arenas.signals.len()
+            && checkpoint.registered.len() == self.arenas.registered.len()
+            && checkpoint.held.len() == self.arenas.held.len()
+            && checkpoint.reals.len() == self.arenas.reals.len()
+            && checkpoint.parts.len() == self.graph.sizes.parts
+            && checkpoint.words.len() == self.arenas.words.len()
+            && checkpoint.longs.len() == self.arenas.longs.len()
+            && checkpoint.probe_filters.len() == self.arenas.probe_filters.len()
+            && checkpoint.world.is_some() == self.world.is_some();
+        if !fits {
+            return Err(SimError::ForeignCheckpoint);
+        }
+        match (&mut self.world, &checkpoint.world) {
+            (Some(world), Some(saved)) => world
+                .restore(saved)
+                .map_err(|source| SimError::World { tick: checkpoint.tick, source }),
+            _ => Ok(()),
+        }
     }
 }

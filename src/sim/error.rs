@@ -399,7 +399,7 @@ pub enum SimError {
         choices: Vec<String>,
     },
     /// Another process of the run that ended, failed, or runs another graph.
-    #[error("rank {rank} {reason}; all ranks must run the same graph in the same way")]
+    #[error("rank {rank} {reason}")]
     Rank {
         /// The process, counted from 0.
         rank: usize,

@@ -370,7 +370,7 @@ impl Plans {
 }
 
 /// Number of words with which every rank begins what it sends in a tick.
-pub(crate) const HEADER: usize = 3;
+pub(crate) const HEADER: usize = 4;
 
 /// Gives the results of every part their place, and returns the size of all. The results of a rank stand together, as
 /// it sends them.

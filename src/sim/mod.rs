@@ -91,6 +91,8 @@ mod checkpoint;
 mod closures;
 mod draft;
 mod drawing;
+#[cfg(any(feature = "mpi", test))]
+mod ends;
 mod error;
 mod fingerprint;
 mod graph;
@@ -125,6 +127,8 @@ mod world;
 pub use builder::{EdgeId, GraphBuilder, Module, Scope};
 pub use checkpoint::Checkpoint;
 pub use closures::{Apply, ApplyPorts, Signal};
+#[cfg(feature = "mpi")]
+pub use ends::Failure;
 pub use error::{BuildError, BuildErrors, ConfigError, NodeFault, SimError, WorldError};
 pub use fingerprint::Fingerprint;
 pub use graph::{EventSource, Graph, OutputRef};
@@ -133,7 +137,7 @@ pub use handle::{In, NodePorts, Out};
 pub use kind::{AsPointer, Kind, Pointer, PointerRef, Scalar, Space, Vector, VocabTag};
 pub use lowering::{LayerRequest, Lowering, LoweringFault, PendingLayer};
 #[cfg(feature = "mpi")]
-pub use mpi::MpiSession;
+pub use mpi::{MpiSession, MpiStartError};
 pub use node::{
     AdvanceIo, Complex, EmitIo, Inputs, Node, Outputs, Real, Scratch, StateMut, StateRef, StepCx,
 };
@@ -141,7 +145,7 @@ pub use nodes::{Add, AddPorts, Constant, Noise, NoisePorts, Stimulus};
 pub use parts::{Batch, PartIo, PartSpec, Parts};
 pub use port::{AnyInput, AnyOutput, InputSpec, OutputSpec, PortDecl, ScratchSpec, StateSpec};
 pub use probe::{Capacity, ProbeId, ProbeSpec, Samples};
-pub use ranks::{Exchange, ExchangeFault, Lengths, Ranks};
+pub use ranks::{Exchange, ExchangeFault, Launched, Lengths, Ranks, launched};
 pub use recordings::{Recordings, RecordingsError};
 pub use run::{RunConfig, RunReport, Stop, StopReason};
 pub use seed::Seed;

@@ -1,6 +1,7 @@
 //! Ranks: the processes that run one graph together.
 
 use std::fmt;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 use thiserror::Error;
@@ -97,6 +98,8 @@ pub struct Ranks {
     ranks: usize,
     exchange: Arc<Mutex<Box<dyn Exchange>>>,
     events: bool,
+    /// Whether this process knows of the end or the fault of another one.
+    told: Arc<AtomicBool>,
 }
 
 impl fmt::Debug for Ranks {
@@ -115,7 +118,9 @@ impl Ranks {
     /// Takes the seat that `exchange` has.
     pub fn new(exchange: impl Exchange + 'static) -> Self {
         let (rank, ranks) = (exchange.rank(), exchange.ranks());
-        Self { rank, ranks, exchange: Arc::new(Mutex::new(Box::new(exchange))), events: false }
+        let exchange: Box<dyn Exchange> = Box::new(exchange);
+        let (exchange, told) = (Arc::new(Mutex::new(exchange)), Arc::default());
+        Self { rank, ranks, exchange, events: false, told }
     }
 
     /// Sends the spikes of all neurons as well, one bit each, so that [`Simulator::event`](super::Simulator::event)
@@ -152,6 +157,12 @@ impl Ranks {
         self.events
     }
 
+    /// Returns whether this process knows of the end or the fault of another one.
+    #[cfg(feature = "mpi")]
+    pub(super) fn told(&self) -> bool {
+        self.told.load(Relaxed)
+    }
+
     /// Exchanges values with the other processes.
     ///
     /// # Errors
@@ -163,7 +174,38 @@ impl Ranks {
         all: &mut [Real],
     ) -> Result<(), ExchangeFault> {
         let mut exchange = self.exchange.lock().unwrap_or_else(PoisonError::into_inner);
-        exchange.all_gather(own, lengths, all)
+        exchange.all_gather(own, lengths, all).inspect_err(|_| self.told.store(true, Relaxed))
+    }
+
+    /// Tells the reason for a fault, empty without a fault, and returns those of all processes. A reason is cut at 256
+    /// bytes.
+    ///
+    /// # Errors
+    /// As [`Exchange::all_gather`].
+    pub(crate) fn reasons(&self, own: &str) -> Result<Vec<String>, ExchangeFault> {
+        let Some(lengths) = Lengths::new((0..self.ranks).map(|_| REASON)) else {
+            return Ok(vec![String::new(); self.ranks]);
+        };
+        let mut bytes = [0; 4 * REASON];
+        let mut end = own.len().min(bytes.len());
+        while !own.is_char_boundary(end) {
+            end -= 1;
+        }
+        bytes[..end].copy_from_slice(&own.as_bytes()[..end]);
+        let (fours, _) = bytes.as_chunks::<4>();
+        let sent: Vec<Real> = fours.iter().map(|four| Real::from_le_bytes(*four)).collect();
+        let mut all = vec![0.0; lengths.total()];
+        self.all_gather(&sent, &lengths, &mut all)?;
+        let text = |values: &[Real]| {
+            let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+            let end = bytes.iter().position(|b| *b == 0).unwrap_or(bytes.len());
+            String::from_utf8_lossy(&bytes[..end]).into_owned()
+        };
+        let reasons: Vec<String> = all.chunks_exact(REASON).map(text).collect();
+        if reasons.iter().enumerate().any(|(rank, text)| rank != self.rank && !text.is_empty()) {
+            self.told.store(true, Relaxed);
+        }
+        Ok(reasons)
     }
 
     /// Returns the first process whose number differs from that of this process, if there is one. Processes use it
@@ -179,6 +221,34 @@ impl Ranks {
         let bits = |values: &[Real]| [values[0].to_bits(), values[1].to_bits()];
         Ok(all.chunks_exact(2).position(|other| bits(other) != bits(&halves)))
     }
+}
+
+/// Number of values in which a process tells the reason for a fault, four bytes each.
+const REASON: usize = 64;
+
+/// This process among those that a launcher started, as the launcher's variables tell: those of Open MPI, of MPICH and its
+/// kin, and of `srun` for either.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Launched {
+    /// Number of this process, counted from 0.
+    pub rank: usize,
+    /// Number of processes; 1 without a launcher.
+    pub processes: usize,
+}
+
+/// Returns the place of this process among those that a launcher started.
+pub fn launched() -> Launched {
+    let number = |name: &str| std::env::var(name).ok()?.parse().ok();
+    [
+        ("OMPI_COMM_WORLD_RANK", "OMPI_COMM_WORLD_SIZE"),
+        ("PMI_RANK", "PMI_SIZE"),
+        ("PMIX_RANK", "SLURM_STEP_NUM_TASKS"),
+    ]
+    .into_iter()
+    .find_map(|(rank, processes)| {
+        Some(Launched { rank: number(rank)?, processes: number(processes)? })
+    })
+    .unwrap_or(Launched { rank: 0, processes: 1 })
 }
 
 /// The exchange of threads that stand for processes.
@@ -302,6 +372,23 @@ mod tests {
         let lengths = Lengths::new([1, 1]).expect("small");
         let fault = seats[0].all_gather(&[1.0], &lengths, &mut [0.0; 2]).expect_err("alone");
         assert_eq!(fault.to_string(), "rank 1 has ended");
+    }
+
+    #[test]
+    fn reasons_are_cut_between_letters() {
+        let seats = Ranks::in_process(2);
+        let long = format!("x{}", "ä".repeat(200));
+        let found: Vec<_> = std::thread::scope(|scope| {
+            let ask = |seat: &Ranks| seat.reasons(if seat.rank() == 1 { &long } else { "" });
+            let threads: Vec<_> = seats.iter().map(|seat| scope.spawn(move || ask(seat))).collect();
+            threads
+                .into_iter()
+                .map(|t| t.join().expect("no panic").expect("all are there"))
+                .collect()
+        });
+        for reasons in found {
+            assert_eq!(reasons, [String::new(), format!("x{}", "ä".repeat(127))]);
+        }
     }
 
     #[test]

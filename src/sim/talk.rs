@@ -1,6 +1,7 @@
 //! What the ranks of a run tell one another: results in every tick, faults, and states for checkpoints.
 
 use super::error::SimError;
+use super::fingerprint::Fingerprint;
 use super::graph::Graph;
 use super::layout::HEADER;
 use super::node::Real;
@@ -12,11 +13,12 @@ use super::simulator::Simulator;
 enum Word {
     Tick = 1,
     Save = 2,
-    Fault = 3,
+    Restore = 3,
+    Fault = 4,
 }
 
-/// Number of values in which a rank names the reason for its fault, four bytes each.
-const REASON: usize = 64;
+/// Ticks in which every value is compared between ranks once.
+const ROUND: u64 = 64;
 
 /// The exchange of a simulator with the other ranks.
 pub(super) struct Talk {
@@ -71,40 +73,33 @@ impl Talk {
 
     /// Checks that all ranks sent this header.
     fn check(&self, header: [u32; HEADER], all: &[Real]) -> Result<(), ExchangeFault> {
-        for rank in 0..self.ranks.ranks() {
-            let theirs = &all[self.results.of(rank)][..HEADER];
-            let theirs: [u32; HEADER] = std::array::from_fn(|word| theirs[word].to_bits());
-            if theirs[0] == Word::Fault as u32 {
-                let reason = self.reasons("")?.swap_remove(rank);
-                return Err(ExchangeFault { rank, reason: format!("stopped: {reason}") });
-            }
-            if theirs != header {
-                let [_, tick, graph] = header;
-                let does =
-                    if theirs[2] == graph { "does not do" } else { "runs another graph than" };
-                let reason = format!("{does} what this rank does in tick {tick}");
-                return Err(ExchangeFault { rank, reason });
-            }
-        }
-        Ok(())
-    }
-
-    /// Tells the reason for a fault, empty without a fault, and hears those of the others.
-    fn reasons(&self, own: &str) -> Result<Vec<String>, ExchangeFault> {
-        let mut bytes = own.as_bytes().to_vec();
-        bytes.resize(4 * REASON, 0);
-        let (fours, _) = bytes.as_chunks::<4>();
-        let sent: Vec<Real> = fours.iter().map(|four| Real::from_le_bytes(*four)).collect();
-        let ranks = self.ranks.ranks();
-        let Some(lengths) = Lengths::new((0..ranks).map(|_| REASON)) else { return Ok(Vec::new()) };
-        let mut all = vec![0.0; lengths.total()];
-        self.ranks.all_gather(&sent, &lengths, &mut all)?;
-        let text = |values: &[Real]| {
-            let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
-            let end = bytes.iter().position(|b| *b == 0).unwrap_or(bytes.len());
-            String::from_utf8_lossy(&bytes[..end]).into_owned()
+        let theirs = |rank: usize| -> [u32; HEADER] {
+            let theirs = &all[self.results.of(rank)];
+            std::array::from_fn(|word| theirs[word].to_bits())
         };
-        Ok(all.chunks_exact(REASON).map(text).collect())
+        let ranks = 0..self.ranks.ranks();
+        if let Some(rank) = ranks.clone().find(|rank| theirs(*rank)[0] == Word::Fault as u32) {
+            let reason = self.ranks.reasons("")?.swap_remove(rank);
+            return Err(ExchangeFault { rank, reason: format!("stopped: {reason}") });
+        }
+        let Some(rank) = ranks.into_iter().find(|rank| theirs(*rank) != header) else {
+            return Ok(());
+        };
+        let [word, tick, graph, values] = header;
+        let does = match theirs(rank) {
+            [_, _, other, _] if other != graph => "runs another graph than this one".into(),
+            [other, _, _, different] if other == word && different != values => {
+                match word == Word::Restore as u32 {
+                    true => "restores another checkpoint than this one".into(),
+                    false => format!("has other values than this one in tick {tick}"),
+                }
+            }
+            _ => format!("does not do what this one does in tick {tick}"),
+        };
+        let reason = format!(
+            "{does}; all ranks must run one graph in the same way, on one kind of processor"
+        );
+        Err(ExchangeFault { rank, reason })
     }
 }
 
@@ -119,8 +114,8 @@ fn rank_error(fault: ExchangeFault) -> SimError {
 }
 
 impl Simulator {
-    fn header(&self, word: Word) -> [u32; HEADER] {
-        [word as u32, self.tick as u32, self.graph.fingerprint as u32]
+    fn header(&self, word: Word, values: u64) -> [u32; HEADER] {
+        [word as u32, self.tick as u32, self.graph.fingerprint as u32, values as u32]
     }
 
     /// Exchanges the results of this tick, if the graph runs on several ranks.
@@ -128,9 +123,27 @@ impl Simulator {
         if self.talk.is_none() {
             return Ok(());
         }
-        let header = self.header(Word::Tick);
+        let header = self.header(Word::Tick, self.sample_of_values());
         let Some(talk) = &mut self.talk else { return Ok(()) };
         talk.exchange(header, &mut self.arenas.results).map_err(rank_error)
+    }
+
+    /// Returns a hash of some of the values that every rank computes: of all of them in [`ROUND`] ticks.
+    fn sample_of_values(&self) -> u64 {
+        let values = &self.arenas.held;
+        let len = values.len().div_ceil(ROUND as usize);
+        let start = (len * (self.tick % ROUND) as usize).min(values.len());
+        let sample = &values[start..(start + len).min(values.len())];
+        Fingerprint::default().reals(sample).value()
+    }
+
+    /// Checks that all ranks restore a checkpoint with the same hash.
+    pub(super) fn check_restored(&self, hash: impl FnOnce() -> u64) -> Result<(), SimError> {
+        let Some(talk) = &self.talk else { return Ok(()) };
+        let [word, _, graph, values] = self.header(Word::Restore, hash());
+        // Ranks may come from different ticks.
+        let header = [word, 0, graph, values];
+        talk.send(header).and_then(|all| talk.check(header, &all)).map_err(rank_error)
     }
 
     /// Tells the other ranks of an error, unless they know it already. They then stop in the same tick.
@@ -138,11 +151,11 @@ impl Simulator {
         if matches!(error, SimError::Rank { .. }) {
             return;
         }
-        let header = self.header(Word::Fault);
+        let header = self.header(Word::Fault, 0);
         let Some(talk) = &self.talk else { return };
         // An error here means that the others have stopped for another reason.
         if talk.send(header).is_ok() {
-            let _ = talk.reasons(&error.to_string());
+            let _ = talk.ranks.reasons(&error.to_string());
         }
     }
 
@@ -157,7 +170,7 @@ impl Simulator {
             }
             return Ok(all);
         };
-        let header = self.header(Word::Save);
+        let header = self.header(Word::Save, 0);
         talk.send(header).and_then(|all| talk.check(header, &all)).map_err(rank_error)?;
         let mut own = Vec::with_capacity(talk.states.of(talk.ranks.rank()).len());
         for index in 0..graph.parts.len() {
