@@ -2,10 +2,17 @@
 
 #![allow(clippy::expect_used)]
 
+use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::Duration;
+
+use symbolt::neurons::{Ensemble, LifSpec, Population, PopulationPlan};
+use symbolt::sim::{
+    Constant, Failure, GraphBuilder, MpiSession, Ranks, RunConfig, Seed, Signal, SimDuration,
+    Simulator, Synapse, Timebase,
+};
 
 /// A command that runs `program` on so many ranks. More ranks than cores are allowed.
 fn mpirun(ranks: usize, program: &Path) -> Command {
@@ -123,10 +130,15 @@ fn a_program_of_ones_own_that_fails_on_one_rank_ends_on_all() {
 
 #[test]
 fn an_error_that_all_share_is_told_once() {
-    let output = output(symbolt(3, &["bench", "bind", "--mode", "nope"]));
-    let said = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{said}");
-    assert_eq!(said.matches("there is no mode `nope`").count(), 1, "{said}");
+    for (args, sentence) in [
+        (["--mode", "nope"], "there is no mode `nope`"),
+        (["--nope", "1"], "unexpected argument '--nope' found"),
+    ] {
+        let output = output(symbolt(3, &[&["bench", "bind"], &args[..]].concat()));
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert_eq!(said.matches(sentence).count(), 1, "{said}");
+    }
 }
 
 #[test]
@@ -189,4 +201,100 @@ fn a_killed_rank_ends_all_and_is_named() {
     let said = text(&output.stderr) + &text(&output.stdout);
     assert!(!output.status.success());
     assert!(said.contains("rank 1") && said.contains("signal 9"), "{said}");
+}
+
+/// Set for the processes that [`ending`] starts.
+const ROLE: &str = "SYMBOLT_TEST_ROLE";
+
+/// Starts this file's test `a_process_of_a_role` in several processes, and returns how they end.
+fn ending(ranks: usize, role: &str, folder: &Path) -> (Option<i32>, String) {
+    let mut command = mpirun(ranks, &env::current_exe().expect("this test"));
+    command.args(["--exact", "a_process_of_a_role", "--nocapture"]);
+    command.env(ROLE, role).env("TMPDIR", folder);
+    let began = std::time::Instant::now();
+    let output = output(command);
+    // Without an end of its own the launcher would wait for two minutes.
+    assert!(began.elapsed() < Duration::from_secs(60), "{role} hangs");
+    (output.status.code(), text(&output.stderr))
+}
+
+#[test]
+fn a_process_of_a_role() {
+    let Ok(role) = env::var(ROLE) else { return };
+    let session = MpiSession::start().expect("MPI starts");
+    let seat = session.ranks();
+    let failure = act(&role, &seat).err().map(|error| {
+        let sentence = error.to_string();
+        Failure { code: 3, sentence }
+    });
+    std::process::exit(i32::from(session.end(failure, |sentence| eprintln!("told: {sentence}"))));
+}
+
+fn act(role: &str, seat: &Ranks) -> Result<(), Box<dyn std::error::Error>> {
+    let (own, fails) = (seat.rank(), role == "last tick");
+    let mut graph = GraphBuilder::new();
+    // Not a number after the exchange of the last tick, on one rank.
+    let value =
+        move |time_s: f64| if fails && own == 1 && time_s > 0.0185 { f32::NAN } else { 0.5 };
+    graph.add("signal", Signal::scalar(value));
+    let map = graph.add("map", Ensemble::new(1).copies(3).identity("same"));
+    let input = graph.add("input", Constant::vector(&[0.5; 3]));
+    graph.connect(&input, &map.input, Synapse::None);
+    let plan = PopulationPlan::all(Population::Lif(LifSpec::default())).shared(seat);
+    let graph = graph.build(Timebase::default(), &plan, Seed::new(1))?;
+    let mut sim = Simulator::new(graph.into(), RunConfig::default())?;
+    sim.run_for(SimDuration::from_millis(if role == "early" && own == 1 { 10 } else { 20 }))?;
+    if role == "late" {
+        if own == 0 {
+            std::thread::sleep(Duration::from_secs(4));
+            fs::write(env::temp_dir().join("written"), "all of it")?;
+        }
+        return Err("nothing was solved".into());
+    }
+    Ok(())
+}
+
+fn told(said: &str) -> Vec<&str> {
+    said.lines().filter_map(|line| line.strip_prefix("told: ")).collect()
+}
+
+#[test]
+fn a_rank_that_ends_early_is_named_and_does_not_hang_the_others() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (code, said) = ending(3, "early", folder.path());
+    assert_eq!(code, Some(3), "{said}");
+    assert_eq!(told(&said), ["rank 0: rank 1 has ended"], "{said}");
+}
+
+#[test]
+fn a_fault_in_the_last_tick_of_a_program_ends_all() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (code, said) = ending(3, "last tick", folder.path());
+    assert_eq!(code, Some(3), "{said}");
+    let told = told(&said);
+    assert_eq!(told.len(), 1, "{said}");
+    assert!(told[0].starts_with("rank 1: `signal.out` became NaN in tick 19"), "{said}");
+}
+
+#[test]
+fn a_rank_that_still_writes_is_not_cut_off_by_a_failure_that_all_share() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (code, said) = ending(2, "late", folder.path());
+    assert_eq!(code, Some(3), "{said}");
+    assert_eq!(told(&said), ["nothing was solved"], "{said}");
+    assert_eq!(fs::read(folder.path().join("written")).expect("written"), b"all of it");
+}
+
+#[test]
+fn a_launcher_of_another_mpi_is_refused() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_symbolt"));
+    command
+        .args(["bench", "bind"])
+        .env("OMPI_COMM_WORLD_RANK", "0")
+        .env("OMPI_COMM_WORLD_SIZE", "2");
+    let output = output(command);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("started 2 processes, but MPI joins 1 of them"), "{said}");
+    assert!(output.stdout.is_empty());
 }

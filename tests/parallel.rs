@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use symbolt::neurons::{Ensemble, LifSpec, Population, PopulationPlan};
 use symbolt::sim::{
-    Constant, Fingerprint, Graph, GraphBuilder, InputSpec, Node, OutputSpec, Outputs, PartIo,
-    PartSpec, Parts, PortDecl, Ranks, Real, RunConfig, Seed, SimDuration, SimError, Simulator,
-    StateMut, StepCx, Synapse, Threads, Timebase, Vector, WorldLink,
+    Apply, Constant, Fingerprint, Graph, GraphBuilder, InputSpec, Node, OutputSpec, Outputs,
+    PartIo, PartSpec, Parts, PortDecl, Ranks, Real, RunConfig, Scalar, Seed, Signal, SimDuration,
+    SimError, Simulator, StateMut, StepCx, Synapse, Threads, Timebase, Vector, WorldLink,
 };
 use symbolt::study::standard::{Model, Standard};
 use symbolt::task::regression::{GoalSetGraph, Regression, StripsWorld, populations};
@@ -394,4 +394,88 @@ fn more_ranks_than_parts_are_of_no_harm() {
         run(&mut start(standard(Model::Channel, Some(seat)), Threads::Serial), 10)
     });
     assert!(all.iter().all(|bits| *bits == serial));
+}
+
+/// A graph with one population on all ranks, and a node that can differ between them.
+fn with_signal(seat: &Ranks, function: fn(&Ranks, f64) -> Real) -> Simulator {
+    let mut graph = GraphBuilder::new();
+    let own = seat.clone();
+    let signal = graph.add("signal", Signal::scalar(move |time_s| function(&own, time_s)));
+    let map = graph.add("map", Ensemble::new(1).copies(3).identity("same"));
+    let input = graph.add("input", Constant::vector(&[0.5; 3]));
+    graph.connect(&input, &map.input, Synapse::None);
+    let hold = graph.add(
+        "hold",
+        Apply::<Scalar, Scalar>::new(InputSpec::scalar(), OutputSpec::scalar(), |x, y| y[0] = x[0]),
+    );
+    graph.connect(&signal, &hold.input, Synapse::lowpass_ms(5));
+    let plan = PopulationPlan::all(Population::Lif(LifSpec::default())).shared(seat);
+    let graph = graph.build(Timebase::default(), &plan, Seed::new(1)).expect("builds");
+    start(graph.into(), Threads::Serial)
+}
+
+#[test]
+fn ranks_with_other_values_stop() {
+    let found = on_ranks(2, |seat| {
+        let differs = |seat: &Ranks, time_s: f64| match seat.rank() {
+            1 if time_s > 0.0195 => 1.0,
+            _ => 0.5,
+        };
+        let mut sim = with_signal(&seat, differs);
+        let limit = SimDuration::from_millis(200);
+        let error = sim.run_for(limit).expect_err("they differ");
+        // Every value is compared within 64 ticks.
+        assert!((21..=85).contains(&sim.tick()), "{}", sim.tick());
+        error.to_string()
+    });
+    for (found, other) in found.iter().zip([1, 0]) {
+        let expected = format!("rank {other} has other values than this one in tick ");
+        assert!(found.starts_with(&expected), "{found}");
+    }
+}
+
+#[test]
+fn ranks_restore_one_checkpoint_or_none() {
+    let found = on_ranks(2, |seat| {
+        let mut sim = with_signal(&seat, |_, time_s| time_s as Real);
+        let (early, late) = [10, 10]
+            .map(|ms| {
+                sim.run_for(SimDuration::from_millis(ms)).expect("runs");
+                sim.checkpoint().expect("saved")
+            })
+            .into();
+        sim.restore(&early).expect("the same on both");
+        assert_eq!(sim.tick(), 10);
+        let error = sim.restore(if seat.rank() == 0 { &early } else { &late });
+        let error = error.expect_err("they differ").to_string();
+        // After the error both can go on.
+        sim.restore(&late).expect("the same on both");
+        sim.run_for(SimDuration::from_millis(5)).expect("runs");
+        assert_eq!(sim.tick(), 25);
+        error
+    });
+    for (found, other) in found.iter().zip([1, 0]) {
+        let expected = format!("rank {other} restores another checkpoint than this one");
+        assert!(found.starts_with(&expected), "{found}");
+    }
+}
+
+#[test]
+fn the_reason_why_one_rank_cannot_build_is_known_to_all() {
+    let found = on_ranks(3, |seat| {
+        let scale = if seat.rank() == 2 { -1.0 } else { 0.2 };
+        let lif = LifSpec { scale, ..LifSpec::default() };
+        let spec = Standard {
+            dimensions: 64,
+            population: Population::Lif(lif),
+            ranks: Some(seat),
+            ..Standard::default()
+        };
+        spec.build(Model::Bind).err().map(|error| error.to_string()).expect("it cannot be built")
+    });
+    assert!(found[2].contains("-1"), "{}", found[2]);
+    for found in &found[..2] {
+        assert!(found.contains("rank 2") && found.contains("could not be built"), "{found}");
+        assert!(found.contains("-1"), "{found}");
+    }
 }
