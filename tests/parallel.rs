@@ -414,6 +414,13 @@ fn with_signal(seat: &Ranks, function: fn(&Ranks, f64) -> Real) -> Simulator {
     start(graph.into(), Threads::Serial)
 }
 
+fn each_names_the_other(errors: &[String], reason: &str) {
+    assert_eq!(errors.len(), 2);
+    for (error, other) in errors.iter().zip([1, 0]) {
+        assert!(error.starts_with(&format!("rank {other} {reason}")), "{error}");
+    }
+}
+
 #[test]
 fn ranks_with_other_values_stop() {
     let found = on_ranks(2, |seat| {
@@ -428,10 +435,7 @@ fn ranks_with_other_values_stop() {
         assert!((21..=85).contains(&sim.tick()), "{}", sim.tick());
         error.to_string()
     });
-    for (found, other) in found.iter().zip([1, 0]) {
-        let expected = format!("rank {other} has other values than this one in tick ");
-        assert!(found.starts_with(&expected), "{found}");
-    }
+    each_names_the_other(&found, "has other values than this one in tick ");
 }
 
 #[test]
@@ -454,10 +458,7 @@ fn ranks_restore_one_checkpoint_or_none() {
         assert_eq!(sim.tick(), 25);
         error
     });
-    for (found, other) in found.iter().zip([1, 0]) {
-        let expected = format!("rank {other} restores another checkpoint than this one");
-        assert!(found.starts_with(&expected), "{found}");
-    }
+    each_names_the_other(&found, "restores another checkpoint than this one");
 }
 
 #[test]

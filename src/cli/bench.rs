@@ -63,7 +63,7 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
         ranks: ranks::seat().cloned(),
         ..Standard::default()
     };
-    ranks::check_alike(args.load.as_deref(), args.common.threads)?;
+    ranks::check_alike(args.load.as_deref())?;
     let progress = Progress::new(&args.common);
     progress.say(format!("building {}", args.model));
     let Ready { built, load_s, peak_mb } = ready(args, &spec, model)?;

@@ -142,6 +142,7 @@ pub(crate) fn use_threads(common: &Common) -> Result<(), Error> {
     if common.threads > 1024 {
         return Err(BadArgument::range("--threads", common.threads, "0 to 1024").into());
     }
+    ranks::warn_of_binding(common.threads);
     rayon::ThreadPoolBuilder::new().num_threads(common.threads).build_global()?;
     Ok(())
 }

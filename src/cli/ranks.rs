@@ -32,10 +32,9 @@ pub(crate) fn shared(plan: PopulationPlan) -> PopulationPlan {
 }
 
 /// Checks that all processes run the same program with the same arguments, and that their processors solve decoders to the
-/// same bits, unless the populations come from the file `load`. Whether they also run them to the same bits is checked in
-/// every tick.
-/// `threads` is the number of threads that the user asked for, 0 for all cores.
-pub(crate) fn check_alike(load: Option<&Path>, threads: usize) -> Result<(), Error> {
+/// same bits, unless the populations come from the file `load`. The simulator checks in every tick whether they also run
+/// them to the same bits.
+pub(crate) fn check_alike(load: Option<&Path>) -> Result<(), Error> {
     let Some(seat) = seat() else { return Ok(()) };
     let program = std::env::current_exe().context("cannot find the program itself")?;
     let mut hash = Fingerprint::default();
@@ -62,14 +61,19 @@ pub(crate) fn check_alike(load: Option<&Path>, threads: usize) -> Result<(), Err
             return Err(BadArgument(format!("rank {rank} {what}")).into());
         }
     }
+    Ok(())
+}
+
+/// Warns if this process shares the command and may use fewer cores than `threads`, the number that the user asked for.
+pub(crate) fn warn_of_binding(threads: usize) {
     let cores = thread::available_parallelism().map_or(threads, usize::from);
-    if leads() && threads > cores {
+    if seat().is_some() && leads() && threads > cores {
         super::output::warn(&format!(
-            "the launcher bound this process to {cores} of the machine's cores, for {threads} threads; \
-             with Open MPI, start it with `mpirun --bind-to none`"
+            "--threads is {threads}, but this process may use {} only; \
+             Open MPI binds processes to cores unless it is started as `mpirun --bind-to none`",
+            super::output::counted(cores, "core")
         ));
     }
-    Ok(())
 }
 
 fn hash_of(bytes: &[u8]) -> u64 {

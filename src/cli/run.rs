@@ -49,7 +49,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let spec = episode_spec(args)?;
     check_dimensions(args, &*task)?;
     use_threads(&args.common)?;
-    ranks::check_alike(None, args.common.threads)?;
+    ranks::check_alike(None)?;
     let folder = ranks::leads().then(|| folder::open(args)).transpose()?;
     let begun = Instant::now();
     let progress = Progress::new(&args.common);
