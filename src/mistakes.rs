@@ -1,6 +1,6 @@
 //! Mistakes that the compiler rejects, each with a working twin one change away, as doc tests.
 //!
-//! `docs/mistakes.md` shows them to modellers, with the compiler's messages. `tests/mistakes.rs` checks that both list
+//! `docs/mistakes.md` shows them to modellers, with the compiler's messages. `tests/documents/mistakes.rs` checks that both list
 //! the same ones, and has the mistakes that only the builder finds. Stable rustdoc does not check the error codes; they
 //! were read from the compiler's output.
 

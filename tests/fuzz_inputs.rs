@@ -5,22 +5,38 @@
 //! abort names no input: start again from the number in `symbolt-fuzz-progress` in the folder for temporary files.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
-#![cfg(feature = "physics")]
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::panic::AssertUnwindSafe;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
+
+use libtest_mimic::Arguments;
 
 #[path = "support/formats.rs"]
 mod formats;
 #[path = "support/mutate.rs"]
 mod mutate;
+#[path = "support/needs.rs"]
+mod needs;
 
 use formats::{Format, formats};
 use mutate::Mutator;
+use needs::{named, only_if};
+
+fn main() -> ExitCode {
+    let mut trials = only_if(
+        true,
+        "",
+        named![mutated_files_of_every_format_are_read_or_refused_in_bounded_time_and_memory],
+    );
+    let kept = std::env::var_os("SYMBOLT_FUZZ_FILE").is_some();
+    trials.extend(only_if(kept, "needs SYMBOLT_FUZZ_FILE", named![a_kept_input_is_read_again]));
+    libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
+}
 
 /// Counts the bytes in use. A thread that takes far too many stops, so that the watcher can write the input.
 struct Counting;
@@ -171,7 +187,6 @@ fn read(format: &Format, index: u64, cost: &mut Cost, slowest_allowed: Duration)
     }
 }
 
-#[test]
 fn mutated_files_of_every_format_are_read_or_refused_in_bounded_time_and_memory() {
     let all = number("SYMBOLT_FUZZ_INPUTS", 20_000);
     let from = number("SYMBOLT_FUZZ_FROM", 0);
@@ -190,8 +205,8 @@ fn mutated_files_of_every_format_are_read_or_refused_in_bounded_time_and_memory(
     }
     let shares: u64 = formats.iter().map(|format| format.share).sum();
     let mut costs = vec![Cost::default(); formats.len()];
-    let quiet = all > 100_000;
-    if quiet {
+    let long = all > 100_000;
+    if long {
         std::panic::set_hook(Box::new(|_| {}));
     }
     for index in from..from + all {
@@ -204,7 +219,7 @@ fn mutated_files_of_every_format_are_read_or_refused_in_bounded_time_and_memory(
         });
         let at = at.unwrap_or(0);
         read(&formats[at], index, &mut costs[at], allowed);
-        if index % 10_000 == 0 && quiet {
+        if index % 10_000 == 0 && long {
             let _ = std::fs::write(temporary("symbolt-fuzz-progress"), format!("{index}\n"));
         }
     }
@@ -229,9 +244,8 @@ fn mutated_files_of_every_format_are_read_or_refused_in_bounded_time_and_memory(
 }
 
 /// Reads one file again: `SYMBOLT_FUZZ_FILE=path SYMBOLT_FUZZ_FORMAT=name`.
-#[test]
 fn a_kept_input_is_read_again() {
-    let Ok(path) = std::env::var("SYMBOLT_FUZZ_FILE") else { return };
+    let path = std::env::var("SYMBOLT_FUZZ_FILE").expect("a path");
     let name = std::env::var("SYMBOLT_FUZZ_FORMAT").expect("a format");
     let formats = formats();
     let format = formats.iter().find(|format| format.name == name).expect("a known format");

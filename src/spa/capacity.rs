@@ -36,7 +36,7 @@
 //! were measured with the default tuning, 5 to 200 neurons per dimension, 64 dimensions and a synapse of 5 ms.
 //!
 //! In 50 configurations drawn at random (1 to 12 pairs, 2 to 1,000 items, noise up to 1, wanted reliabilities from 0.9 to
-//! 0.999) the answer was at most 10% above the least number of dimensions found by trial; `tests/capacity.rs` repeats
+//! 0.999) the answer was at most 10% above the least number of dimensions found by trial; `tests/spa/capacity.rs` repeats
 //! this, and ten configurations in spikes.
 
 use statrs::distribution::{Beta, Continuous, ContinuousCDF, Normal};

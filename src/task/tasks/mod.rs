@@ -31,7 +31,7 @@
 //!    [`EpisodeSpec::of`](crate::task::execute::EpisodeSpec::of) with your type. To offer the task on the command line,
 //!    add it to [`all`].
 //!
-//! `tests/second_task.rs` in the repository is a complete example.
+//! `tests/task/second_task.rs` in the repository is a complete example.
 
 #[cfg(feature = "physics")]
 pub mod cup;

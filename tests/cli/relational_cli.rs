@@ -9,8 +9,7 @@ use assert_cmd::Command;
 use serde_json::Value;
 use symbolt::task::{Pose, Recording, Snapshot};
 
-#[path = "support/beside.rs"]
-mod beside;
+use crate::beside;
 
 struct Ran {
     code: i32,
@@ -205,7 +204,7 @@ fn actions_lists_every_move_that_is_possible() {
     let table = ok(folder.path(), &["actions", "domain.json", "--scene", "scene.json"]);
     assert!(table.contains("plate_1") && table.contains("target"), "{table}");
     // A file of an old version is converted.
-    std::fs::write(folder.path().join("old.json"), include_str!("fixtures/domain_v1.json"))
+    std::fs::write(folder.path().join("old.json"), include_str!("../fixtures/domain_v1.json"))
         .unwrap();
     ok(folder.path(), &["record", "--kinematic", "--scene", "--out", "nuts.json", "--quiet"]);
     let old = lines(&ok(folder.path(), &["actions", "old.json", "--scene", "nuts.json", "--json"]));

@@ -7,10 +7,7 @@ use symbolt::sim::Seed;
 use symbolt::task::strips::learn::{LearnError, LearnedModel, Reason, Rule, learn};
 use symbolt::task::strips::{Bodies, Domain, Problem, Shown, Trajectory};
 
-#[path = "support/strips.rs"]
-mod support;
-
-use support::{Case, MEASURES, cases, read, score, traces, truth};
+use crate::strips::{Case, MEASURES, cases, read, score, traces, truth};
 
 /// Scores of safe action model learning and of weighing the evidence for one domain and ten trajectories.
 fn measured(case: &Case, seed: Seed) -> [[f64; 8]; 2] {

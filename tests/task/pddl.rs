@@ -9,9 +9,7 @@ use symbolt::task::strips::{
     Bodies, Domain, Fact, GroundFault, Grounded, PlanFault, Problem, Trajectory, Typed, validate,
 };
 
-#[path = "support/strips.rs"]
-#[allow(dead_code)]
-mod support;
+use crate::strips;
 
 /// Returns the facts of a state of a trajectory.
 fn facts(domain: &Domain, trajectory: &Trajectory, state: usize) -> Vec<Fact> {
@@ -77,10 +75,10 @@ fn fluents(grounded: &Grounded, facts: &[Fact]) -> BTreeSet<usize> {
 #[test]
 fn ground_operators_are_the_allowed_calls_in_every_state_of_fifteen_domains() {
     let (mut steps, mut compared) = (0, 0);
-    for case in support::cases() {
-        let domain = support::truth(&case);
-        let texts = support::traces(&case, &domain, 4, Seed::new(7).derive("pddl", case.name));
-        for trajectory in support::read(&texts, &domain).iter().skip(1).step_by(2) {
+    for case in strips::cases() {
+        let domain = strips::truth(&case);
+        let texts = strips::traces(&case, &domain, 4, Seed::new(7).derive("pddl", case.name));
+        for trajectory in strips::read(&texts, &domain).iter().skip(1).step_by(2) {
             let last = trajectory.steps.len();
             let whole = problem(&domain, trajectory, 0, last);
             let grounded = Grounded::new(&domain, &whole).unwrap();

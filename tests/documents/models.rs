@@ -2,25 +2,25 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-#[path = "../examples/associative_memory.rs"]
+#[path = "../../examples/associative_memory.rs"]
 mod associative_memory;
-#[path = "../examples/cycle.rs"]
+#[path = "../../examples/cycle.rs"]
 mod cycle;
-#[path = "../examples/oscillator.rs"]
+#[path = "../../examples/oscillator.rs"]
 mod oscillator;
-#[path = "../examples/parser.rs"]
+#[path = "../../examples/parser.rs"]
 mod parser;
-#[path = "../examples/question_answering.rs"]
+#[path = "../../examples/question_answering.rs"]
 mod question_answering;
-#[path = "../examples/question_memory.rs"]
+#[path = "../../examples/question_memory.rs"]
 mod question_memory;
-#[path = "../examples/reaching.rs"]
+#[path = "../../examples/reaching.rs"]
 mod reaching;
-#[path = "../examples/same_or_different.rs"]
+#[path = "../../examples/same_or_different.rs"]
 mod same_or_different;
-#[path = "../examples/serial_recall.rs"]
+#[path = "../../examples/serial_recall.rs"]
 mod serial_recall;
-#[path = "../examples/two_languages.rs"]
+#[path = "../../examples/two_languages.rs"]
 mod two_languages;
 
 use symbolt::neurons::{LifSpec, Population, PopulationPlan};

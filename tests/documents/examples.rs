@@ -2,33 +2,33 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-#[path = "../examples/ablate_cleanup.rs"]
+#[path = "../../examples/ablate_cleanup.rs"]
 mod ablate_cleanup;
-#[path = "../examples/action_rules.rs"]
+#[path = "../../examples/action_rules.rs"]
 mod action_rules;
-#[path = "../examples/custom_node.rs"]
+#[path = "../../examples/custom_node.rs"]
 mod custom_node;
-#[path = "../examples/factors.rs"]
+#[path = "../../examples/factors.rs"]
 mod factors;
-#[path = "../examples/hello_pointer.rs"]
+#[path = "../../examples/hello_pointer.rs"]
 mod hello_pointer;
-#[path = "../examples/learn_recording.rs"]
+#[path = "../../examples/learn_recording.rs"]
 mod learn_recording;
-#[path = "../examples/living_vocabularies.rs"]
+#[path = "../../examples/living_vocabularies.rs"]
 mod living_vocabularies;
-#[path = "../examples/noise_sweep.rs"]
+#[path = "../../examples/noise_sweep.rs"]
 mod noise_sweep;
-#[path = "../examples/own_algebra.rs"]
+#[path = "../../examples/own_algebra.rs"]
 mod own_algebra;
-#[path = "../examples/pairs_of_a_sum.rs"]
+#[path = "../../examples/pairs_of_a_sum.rs"]
 mod pairs_of_a_sum;
-#[path = "../examples/run_page.rs"]
+#[path = "../../examples/run_page.rs"]
 mod run_page;
-#[path = "../examples/same_plan_spiking.rs"]
+#[path = "../../examples/same_plan_spiking.rs"]
 mod same_plan_spiking;
-#[path = "../examples/two_step_plan.rs"]
+#[path = "../../examples/two_step_plan.rs"]
 mod two_step_plan;
-#[path = "../examples/wired_by_hand.rs"]
+#[path = "../../examples/wired_by_hand.rs"]
 mod wired_by_hand;
 
 #[test]

@@ -10,8 +10,7 @@ use symbolt::task::relational::{Grounder, Problem, Quantity, RelationalDomain};
 use symbolt::task::tasks::nuts_and_bolts::SyntheticDemonstrations;
 use symbolt::task::{Domain, Recording, Snapshot};
 
-#[path = "support/beside.rs"]
-mod beside;
+use crate::beside;
 
 /// A domain with a state in the frame of a plate and a goal for each plate.
 fn domain() -> RelationalDomain {
@@ -132,7 +131,7 @@ fn an_object_goes_to_the_middle_of_a_region_unless_another_is_near() {
 
 #[test]
 fn versions_1_and_2_are_read_and_converted() {
-    let old = include_str!("fixtures/domain_v1.json");
+    let old = include_str!("../fixtures/domain_v1.json");
     let one = RelationalDomain::parse(old.as_bytes(), "one.json").expect("version 1");
     let plain = Domain::parse(old.as_bytes(), "one.json").expect("version 1");
     let text = plain.to_json().expect("plain data");

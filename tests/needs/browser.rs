@@ -1,30 +1,21 @@
 //! The report's page in headless Chromium. Without Chromium these tests are ignored.
 
-#![cfg(feature = "cli")]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use std::process::ExitCode;
-
+use libtest_mimic::Trial;
 use ndarray::{Array1, Array2, Array3};
 use serde_json::{Value, json};
 use symbolt::files::npz::NpzReader;
 
-#[path = "support/browser.rs"]
-mod browser;
-#[path = "support/needs.rs"]
-mod needs;
-#[path = "support/run.rs"]
-mod run;
-
-use browser::{Window, browser, opened_in};
-use needs::named;
-use run::{
+use crate::chromium::{Window, browser, opened_in};
+use crate::needs::{named, only_if};
+use crate::run::{
     copied, copy_of, facts, made, made_experiments, made_of_ten_minutes, made_of_two, missing,
     numbers, report, text,
 };
 
-fn main() -> ExitCode {
-    needs::run_if(
+pub fn trials() -> Vec<Trial> {
+    only_if(
         browser().is_some(),
         "needs Chromium",
         named![

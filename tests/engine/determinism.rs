@@ -13,10 +13,7 @@ use symbolt::sim::{
 };
 use symbolt::spa::Linear;
 
-#[path = "support/engine.rs"]
-mod support;
-
-use support::{Counter, MS, build, start};
+use crate::counter::{Counter, MS, build, start};
 
 /// Builds a graph with every kind of memory: filters, registers, state, noise, probes and a world.
 fn everything() -> Arc<Graph> {

@@ -13,8 +13,8 @@ use symbolt::task::tasks::file::DataTask;
 use symbolt::task::tasks::nuts_and_bolts::{NutsAndBolts, SyntheticDemonstrations};
 use symbolt::task::{Domain, Recording, TaskError};
 
-const TOWER: &str = include_str!("../src/task/tasks/files/tower.json");
-const DOMAIN: &str = include_str!("fixtures/domain_v1.json");
+const TOWER: &str = include_str!("../../src/task/tasks/files/tower.json");
+const DOMAIN: &str = include_str!("../fixtures/domain_v1.json");
 
 /// Returns the message of an error, which is short whatever the input.
 fn said<T, E: std::fmt::Display>(read: Result<T, E>) -> String {
@@ -139,7 +139,7 @@ fn pddl_that_multiplies_itself_is_refused() {
     let words = "a ".repeat(4_000_000);
     let message = said(strips::Domain::parse(words.as_bytes(), "x", Bodies::Skip));
     assert!(message.contains("at most 3000000, or several files"), "{message}");
-    let blocks = include_bytes!("fixtures/strips/blocks.pddl");
+    let blocks = include_bytes!("../fixtures/strips/blocks.pddl");
     let blocks = strips::Domain::parse(blocks, "x", Bodies::Read).expect("sound");
     let objects = format!(
         "(:trajectory (:objects {} - (either {})))",

@@ -397,7 +397,7 @@ fn value(cells: &[serde_json::Value], settings: &serde_json::Value) -> (f64, f64
 #[test]
 #[ignore = "long statistics"]
 fn table_4_is_like_the_papers_and_the_page_shows_what_it_and_timing_give() {
-    let page = include_str!("../docs/experiments.md");
+    let page = include_str!("../../docs/experiments.md");
     let place = folder();
     let cells =
         |name| table(place.path(), &["experiment", name, "--quiet", "--json", "--out", name]);
@@ -437,7 +437,7 @@ fn table_4_is_like_the_papers_and_the_page_shows_what_it_and_timing_give() {
 
 #[test]
 fn the_page_shows_what_the_figures_about_distances_give() {
-    let page = include_str!("../docs/experiments.md");
+    let page = include_str!("../../docs/experiments.md");
     let place = folder();
     let cells =
         |name| table(place.path(), &["experiment", name, "--quiet", "--json", "--out", name]);

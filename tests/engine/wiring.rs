@@ -73,7 +73,7 @@ fn two_nodes_of_one_path() {
     graph.add("a", Constant::scalar(1.0));
     graph.add("a", Constant::scalar(2.0));
     let (fault, text) = only(graph);
-    let [first, second] = [1, 2].map(|after| format!("tests/wiring.rs:{}", line + after));
+    let [first, second] = [1, 2].map(|after| format!("tests/engine/wiring.rs:{}", line + after));
     let expected =
         format!("`a` is added twice, at {first} and at {second}; give one of them another name");
     assert_eq!(text, expected);

@@ -11,10 +11,7 @@ use symbolt::sim::{
     SimError, Simulator, StepCx, Stimulus, StopReason, Synapse, Vector, WorldLink,
 };
 
-#[path = "support/engine.rs"]
-mod support;
-
-use support::{Counter, MS, build, start};
+use crate::counter::{Counter, MS, build, start};
 
 #[test]
 fn an_edge_without_a_synapse_costs_no_tick_and_one_with_a_synapse_or_a_register_one() {

@@ -113,7 +113,7 @@ fn every_relative_link_and_image_leads_somewhere() {
 
 /// Blocks of the README that follow `<!-- lines of: symbolt ... -->`: the command and its lines.
 fn shown_in_the_readme() -> Vec<(Vec<&'static str>, Vec<&'static str>)> {
-    let readme = include_str!("../README.md");
+    let readme = include_str!("../../README.md");
     let mut lines = readme.lines();
     let mut shown = Vec::new();
     while let Some(line) = lines.next() {
@@ -149,23 +149,43 @@ fn the_readme_shows_what_the_program_prints_and_the_commands_page_what_it_writes
     }
 }
 
+/// The files of a folder of `tests`, by their stems, with their texts.
+fn tests_in(group: &str) -> Vec<(String, String)> {
+    let files = fs::read_dir(root().join("tests").join(group)).expect("a folder");
+    let paths = files.filter_map(|file| Some(file.ok()?.path()));
+    let sources = paths.filter(|path| path.extension().is_some_and(|e| e == "rs"));
+    let stem = |path: &Path| path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    sources.map(|path| (stem(&path), fs::read_to_string(&path).expect("text"))).collect()
+}
+
 #[test]
-fn the_command_for_the_long_statistics_names_the_tests_that_have_them() {
-    let mut long: Vec<String> = Vec::new();
-    for file in fs::read_dir(root().join("tests")).expect("a folder").filter_map(Result::ok) {
-        let path = file.path();
-        let marked = path.extension().is_some_and(|e| e == "rs")
-            && fs::read_to_string(&path).expect("text").contains("#[ignore = \"long statistics");
-        // This file only looks for the mark.
-        let name = path.file_stem().and_then(|name| name.to_str()).unwrap_or_default().to_owned();
-        long.extend(Some(name).filter(|name| marked && name != "docs"));
+fn the_commands_for_ignored_tests_run_the_long_statistics_and_the_longer_ones_apart() {
+    let (mut long, mut longer) = (BTreeSet::new(), BTreeSet::new());
+    for group in fs::read_dir(root().join("tests")).expect("a folder").filter_map(Result::ok) {
+        let name = group.file_name().to_string_lossy().into_owned();
+        if !group.path().join("main.rs").exists() {
+            continue;
+        }
+        for (file, text) in tests_in(&name) {
+            // This file only looks for the mark.
+            for mark in text.split("#[ignore = \"").skip(1).filter(|_| file != "docs") {
+                let long_statistics = mark.starts_with("long statistics")
+                    || mark.starts_with("long: eight simulated hours");
+                if long_statistics { &mut long } else { &mut longer }.insert(name.clone());
+            }
+        }
     }
-    long.sort();
-    let names: String = long.iter().map(|name| format!(" --test {name}")).collect();
-    let command = format!("cargo test{names} -- --ignored\n");
+    assert!(long.is_disjoint(&longer), "{long:?} {longer:?}");
+    let command = |groups: &BTreeSet<String>| {
+        let names: String = groups.iter().map(|name| format!(" --test {name}")).collect();
+        format!("cargo test{names} -- --ignored")
+    };
     for page in ["README.md", "docs/verification.md"] {
-        assert!(read(page).contains(&command), "{page} lacks {command}");
+        assert!(read(page).contains(&(command(&long) + "\n")), "{page} lacks {}", command(&long));
     }
+    let (ci, apart) = (read(".ci/run"), format!("`{}`", command(&longer)));
+    assert!(ci.contains(&command(&long).replace("cargo test", "cargo test --locked")), "CI");
+    assert!(read("docs/verification.md").contains(&apart), "docs/verification.md lacks {apart}");
 }
 
 /// Figures of `docs/verification.md` and `docs/experiments.md`, and the test that asserts each in these words.
@@ -173,36 +193,36 @@ const ASSERTED: &[(&str, &str, &str, &str)] = &[
     (
         "verification",
         "the next merge at 1.171 mm",
-        "recordings.rs",
+        "needs/recordings.rs",
         "(next[\"bolt\"] - 0.001171).abs() < 5e-7",
     ),
-    ("verification", "means within 0.1 mm", "recordings.rs", "worst < 1e-4"),
-    ("verification", "40 of 40 episodes", "scene.rs", "for seed in 0..40"),
-    ("verification", "slip less than a millimetre", "scene.rs", "slip_m < 1e-3"),
-    ("verification", "640 of 640 answers", "populations.rs", "of 640 accepted"),
+    ("verification", "means within 0.1 mm", "needs/recordings.rs", "worst < 1e-4"),
+    ("verification", "40 of 40 episodes", "task/scene.rs", "for seed in 0..40"),
+    ("verification", "slip less than a millimetre", "task/scene.rs", "slip_m < 1e-3"),
+    ("verification", "640 of 640 answers", "engine/populations.rs", "of 640 accepted"),
     (
         "verification",
         "within 8 points of the paper",
-        "experiments.rs",
+        "cli/experiments.rs",
         "(ours - paper).abs() < 8.0",
     ),
-    ("verification", "our decoder exceeds 99.9%", "experiments.rs", "best >= 99.9"),
+    ("verification", "our decoder exceeds 99.9%", "cli/experiments.rs", "best >= 99.9"),
     (
         "verification",
         "as predicted in 68 cells",
-        "experiments.rs",
+        "cli/experiments.rs",
         "(off.len(), gain.len()), (68, 68)",
     ),
-    ("verification", "10,000 and 1,000 trials a cell", "experiments.rs", "\"--trials\", \"1000\""),
-    ("verification", "signal 9 at 50 random moments", "experiments.rs", "killed(50)"),
+    ("verification", "10,000 and 1,000 trials a cell", "cli/experiments.rs", "\"--trials\", \"1000\""),
+    ("verification", "signal 9 at 50 random moments", "cli/experiments.rs", "killed(50)"),
     (
         "experiments",
         "| 98.8 | 98.3 | 96.9 | 94.6 | 80.5 |",
-        "experiments.rs",
+        "cli/experiments.rs",
         "[98.8, 98.3, 96.9, 94.6, 80.5]",
     ),
-    ("experiments", "In 68 cells", "experiments.rs", "(68, 68)"),
-    ("speed", "after 41 ms (median of 20 seeds)", "populations.rs", "(Unbinding::Products, 65.0)"),
+    ("experiments", "In 68 cells", "cli/experiments.rs", "(68, 68)"),
+    ("speed", "after 41 ms (median of 20 seeds)", "engine/populations.rs", "(Unbinding::Products, 65.0)"),
 ];
 
 #[test]

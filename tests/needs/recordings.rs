@@ -7,8 +7,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
-use std::process::ExitCode;
 
+use libtest_mimic::Trial;
 use rand::RngExt;
 use symbolt::sim::Seed;
 use symbolt::task::learn::{AttemptOutcome, Learned, Settings, learn, learn_relational};
@@ -19,10 +19,7 @@ use symbolt::task::{
     acceptable_answers,
 };
 
-#[path = "support/needs.rs"]
-mod needs;
-
-use needs::named;
+use crate::needs::{named, only_if};
 
 /// Returns the path of the recordings; `None` if the variable is not set.
 fn path() -> Option<PathBuf> {
@@ -30,8 +27,8 @@ fn path() -> Option<PathBuf> {
     Some(PathBuf::from(folder).join("nut_bolt_pybullet.jsonl"))
 }
 
-fn main() -> ExitCode {
-    needs::run_if(
+pub fn trials() -> Vec<Trial> {
+    only_if(
         path().is_some(),
         "needs SYMBOLT_RECORDINGS",
         named![

@@ -13,10 +13,7 @@ use symbolt::task::{
     learn,
 };
 
-#[path = "support/planner.rs"]
-mod support;
-
-use support::{Tally, check};
+use crate::tally::{Tally, check};
 
 /// Returns the paper's domain (section II.E): two actions with one precondition each, and the assembly with two.
 fn paper_domain() -> Domain {

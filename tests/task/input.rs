@@ -327,7 +327,7 @@ fn domains_that_contradict_themselves_are_refused() {
 }
 
 /// A domain file written by version 0.1.0, learned from five demonstrations.
-const VERSION_1: &str = include_str!("fixtures/domain_v1.json");
+const VERSION_1: &str = include_str!("../fixtures/domain_v1.json");
 
 #[test]
 fn a_domain_of_version_1_is_read_and_written_as_version_2() {

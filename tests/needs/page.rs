@@ -2,28 +2,19 @@
 //!
 //! Without Chromium these tests are ignored.
 
-#![cfg(feature = "cli")]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
-
-use std::process::ExitCode;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use libtest_mimic::Trial;
 use serde_json::Value;
 
-#[path = "support/browser.rs"]
-mod browser;
-#[path = "support/needs.rs"]
-mod needs;
-#[path = "support/run.rs"]
-mod run;
+use crate::chromium::{Window, browser, opened_in};
+use crate::needs::{named, only_if};
+use crate::run::made;
 
-use browser::{Window, browser, opened_in};
-use needs::named;
-use run::made;
-
-fn main() -> ExitCode {
-    needs::run_if(
+pub fn trials() -> Vec<Trial> {
+    only_if(
         browser().is_some(),
         "needs Chromium",
         named![

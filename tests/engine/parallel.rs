@@ -80,7 +80,7 @@ fn all_standard_networks_have_the_same_bits_on_any_threads_and_ranks() {
 
 /// A planner of goal sets that stacks three blocks, in spikes, with its world.
 fn blocks(ranks: Option<&Ranks>) -> Simulator {
-    let domain = include_str!("fixtures/strips/blocks.pddl");
+    let domain = include_str!("../fixtures/strips/blocks.pddl");
     let domain = Domain::parse(domain.as_bytes(), "domain", Bodies::Read).expect("a domain");
     let problem = "(define (problem p) (:domain blocks) (:objects a b c - block)
         (:init (on c a) (on-table a) (on-table b) (clear c) (clear b) (hand-empty))

@@ -11,10 +11,10 @@ use symbolt::task::tasks::file::{DataTask, TaskFile};
 use symbolt::task::tasks::{self, Task};
 use symbolt::task::{Pose, demonstrate};
 
-const TOWER: &str = include_str!("../src/task/tasks/files/tower.json");
-const TABLE: &str = include_str!("../src/task/tasks/files/table-setting.json");
-const FLANGE: &str = include_str!("../src/task/tasks/files/flange.json");
-const SORTING: &str = include_str!("../src/task/tasks/files/sorting.json");
+const TOWER: &str = include_str!("../../src/task/tasks/files/tower.json");
+const TABLE: &str = include_str!("../../src/task/tasks/files/table-setting.json");
+const FLANGE: &str = include_str!("../../src/task/tasks/files/flange.json");
+const SORTING: &str = include_str!("../../src/task/tasks/files/sorting.json");
 
 fn task(text: &str) -> DataTask {
     DataTask::parse(text.as_bytes(), "task.json").expect("it is valid")

@@ -14,10 +14,7 @@ use symbolt::task::{
     acceptable_answers,
 };
 
-#[path = "support/planner.rs"]
-mod support;
-
-use support::{Tally, check};
+use crate::tally::{Tally, check};
 
 /// Returns a random domain in which most states have one to three causes. With `circles`, some actions have a later
 /// state as a precondition.
@@ -286,7 +283,7 @@ fn against_the_rule(
 #[test]
 #[ignore = "long statistics"]
 fn how_often_neurons_choose_against_the_rule() {
-    let guide = include_str!("../docs/planner_graph.md");
+    let guide = include_str!("../../docs/planner_graph.md");
     for (mode, name, population) in [
         ("direct", "", Population::Direct),
         ("rate", "rate", Population::Rate(LifSpec::default())),

@@ -14,10 +14,10 @@ use symbolt::task::regression::{
 };
 use symbolt::task::strips::{Bodies, Domain, Fact, Grounded, Problem, validate};
 
-const KITCHEN: &str = include_str!("fixtures/goal_sets/kitchen.pddl");
-const BLOCKS: &str = include_str!("fixtures/strips/blocks.pddl");
-const GRIPPER: &str = include_str!("fixtures/strips/gripper.pddl");
-const LOGISTICS: &str = include_str!("fixtures/strips/logistics.pddl");
+const KITCHEN: &str = include_str!("../fixtures/goal_sets/kitchen.pddl");
+const BLOCKS: &str = include_str!("../fixtures/strips/blocks.pddl");
+const GRIPPER: &str = include_str!("../fixtures/strips/gripper.pddl");
+const LOGISTICS: &str = include_str!("../fixtures/strips/logistics.pddl");
 
 /// A problem with its domain.
 struct Case {

@@ -1,4 +1,4 @@
-//! The report: the files of a run's folder, and the page as text. `tests/browser.rs` opens it in a browser.
+//! The report: the files of a run's folder, and the page as text. `tests/needs/browser.rs` opens it in a browser.
 
 #![cfg(feature = "cli")]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
@@ -10,10 +10,7 @@ use ndarray::{Array1, Array2, Array3};
 use serde_json::{Value, json};
 use symbolt::files::npz::{NpzReader, NpzWriter};
 
-#[path = "support/run.rs"]
-mod run;
-
-use run::{
+use crate::run::{
     copied, copy_of, facts, made, made_experiments, made_of_ten_minutes, made_of_two, missing,
     numbers, report, symbolt, text,
 };

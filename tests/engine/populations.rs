@@ -16,10 +16,7 @@ use symbolt::study::standard::{Model, Standard};
 use symbolt::task::planner::{Planner, PlannerSpec, Unbinding};
 use symbolt::task::{Domain, DomainBuilder, WorldState, acceptable_answers};
 
-#[path = "support/things.rs"]
-mod support;
-
-use support::{Things, lif, rate, vocabulary};
+use crate::things::{Things, lif, rate, vocabulary};
 
 type Probes = [ProbeId<Pointer<Things>>; 2];
 

@@ -24,19 +24,19 @@ macro_rules! println {
     };
 }
 
-#[path = "../examples/assembly_scene.rs"]
+#[path = "../../examples/assembly_scene.rs"]
 mod assembly_scene;
-#[path = "../examples/guide_ablation.rs"]
+#[path = "../../examples/guide_ablation.rs"]
 mod guide_ablation;
-#[path = "../examples/guide_expressions.rs"]
+#[path = "../../examples/guide_expressions.rs"]
 mod guide_expressions;
-#[path = "../examples/guide_own_module.rs"]
+#[path = "../../examples/guide_own_module.rs"]
 mod guide_own_module;
-#[path = "../examples/guide_own_task.rs"]
+#[path = "../../examples/guide_own_task.rs"]
 mod guide_own_task;
-#[path = "../examples/guide_planner_graph.rs"]
+#[path = "../../examples/guide_planner_graph.rs"]
 mod guide_planner_graph;
-#[path = "../examples/guide_timing.rs"]
+#[path = "../../examples/guide_timing.rs"]
 mod guide_timing;
 
 /// A guide and its example.
@@ -131,8 +131,8 @@ fn run_blocks(guide: &str, folder: &Path) -> usize {
 macro_rules! guide {
     ($text:literal, $example:ident) => {
         Guide {
-            text: include_str!(concat!("../docs/", $text, ".md")),
-            example: include_str!(concat!("../examples/", stringify!($example), ".rs")),
+            text: include_str!(concat!("../../docs/", $text, ".md")),
+            example: include_str!(concat!("../../examples/", stringify!($example), ".rs")),
             main: $example::main,
         }
     };
@@ -203,7 +203,7 @@ fn the_guide_to_the_scene_shows_what_its_program_and_the_commands_print() {
 
 #[test]
 fn the_guide_to_task_files_shows_a_file_that_runs_and_what_the_command_prints() {
-    let guide = include_str!("../docs/task_file.md");
+    let guide = include_str!("../../docs/task_file.md");
     let folder = tempfile::tempdir().expect("a folder");
     let [file] = blocks(guide, "json")[..] else { panic!("one file") };
     fs::write(folder.path().join("mat.json"), file).expect("writes");

@@ -7,10 +7,7 @@ use symbolt::sim::{BuildErrors, Constant, Graph, GraphBuilder, Real, Seed, Synap
 use symbolt::spa::{BasalGanglia, CleanupMemory};
 use symbolt::study::standard::{Model, Standard};
 
-#[path = "support/things.rs"]
-mod support;
-
-use support::{lif, rate, vocabulary};
+use crate::things::{lif, rate, vocabulary};
 
 fn choice(plan: &PopulationPlan, seed: u64, actions: usize) -> Result<Graph, BuildErrors> {
     let mut graph = GraphBuilder::new();

@@ -1,0 +1,27 @@
+//! Tests that need what not every machine has: the authors' recordings, or Chromium. Without it they count as ignored.
+
+use std::process::ExitCode;
+
+use libtest_mimic::Arguments;
+
+#[cfg(feature = "cli")]
+#[path = "../support/chromium.rs"]
+mod chromium;
+#[path = "../support/needs.rs"]
+mod needs;
+#[cfg(feature = "cli")]
+#[path = "../support/run.rs"]
+mod run;
+
+#[cfg(feature = "cli")]
+mod browser;
+#[cfg(feature = "cli")]
+mod page;
+mod recordings;
+
+fn main() -> ExitCode {
+    let mut trials = recordings::trials();
+    #[cfg(feature = "cli")]
+    trials.extend([browser::trials(), page::trials()].into_iter().flatten());
+    libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
+}

@@ -1,0 +1,9 @@
+//! Semantic pointers: laws, vocabularies, expressions, modules, memory and capacity.
+
+mod capacity;
+mod expressions;
+mod laws;
+mod modules;
+mod retrieval;
+mod tape;
+mod vocabularies;

@@ -1,0 +1,31 @@
+//! Tasks: recordings, learned domains, planners, plans in PDDL, scenes, and files that are refused.
+
+#[path = "../support/beside.rs"]
+mod beside;
+#[path = "../support/strips.rs"]
+mod strips;
+#[path = "../support/tally.rs"]
+mod tally;
+
+mod alternatives;
+mod events;
+mod goal_set_races;
+mod goal_sets;
+mod goal_sets_in_scenes;
+mod ground;
+mod hostile;
+mod input;
+mod learn_model;
+mod moving;
+mod pddl;
+mod pddl_of_learned_domains;
+mod planner;
+mod relational;
+mod relational_files;
+mod relational_tasks;
+mod scene;
+mod seated;
+mod second_task;
+mod stack_planner;
+mod synthetic;
+mod task_files;
