@@ -1,8 +1,8 @@
 //! Mistakes that the compiler rejects, each with a working twin one change away, as doc tests.
 //!
-//! `docs/mistakes.md` shows them to modellers, with the compiler's messages. `tests/documents/mistakes.rs` checks that both list
-//! the same ones, and has the mistakes that only the builder finds. Stable rustdoc does not check the error codes; they
-//! were read from the compiler's output.
+//! `docs/mistakes.md` shows them to modellers, with the compiler's messages. `tests/documents/mistakes.rs` checks that
+//! both list the same ones, and has the mistakes that only the builder finds. Stable rustdoc does not check the error
+//! codes; they were read from the compiler's output.
 
 /// The program around each mistake, in two parts.
 macro_rules! program {

@@ -213,7 +213,12 @@ const ASSERTED: &[(&str, &str, &str, &str)] = &[
         "cli/experiments.rs",
         "(off.len(), gain.len()), (68, 68)",
     ),
-    ("verification", "10,000 and 1,000 trials a cell", "cli/experiments.rs", "\"--trials\", \"1000\""),
+    (
+        "verification",
+        "10,000 and 1,000 trials a cell",
+        "cli/experiments.rs",
+        "\"--trials\", \"1000\"",
+    ),
     ("verification", "signal 9 at 50 random moments", "cli/experiments.rs", "killed(50)"),
     (
         "experiments",
@@ -222,7 +227,12 @@ const ASSERTED: &[(&str, &str, &str, &str)] = &[
         "[98.8, 98.3, 96.9, 94.6, 80.5]",
     ),
     ("experiments", "In 68 cells", "cli/experiments.rs", "(68, 68)"),
-    ("speed", "after 41 ms (median of 20 seeds)", "engine/populations.rs", "(Unbinding::Products, 65.0)"),
+    (
+        "speed",
+        "after 41 ms (median of 20 seeds)",
+        "engine/populations.rs",
+        "(Unbinding::Products, 65.0)",
+    ),
 ];
 
 #[test]

@@ -63,8 +63,9 @@ fn the_builder_finds_all_mistakes_at_once_and_names_the_choices() {
     let (_, shown) = page.split_once("```text\n").expect("a block");
     let (shown, _) = shown.split_once("```").expect("an end");
     let lines = |text: &str| -> Vec<String> {
-        let here =
-            |line: &str| line.split("tests/documents/mistakes.rs").next().unwrap_or_default().to_owned();
+        let here = |line: &str| {
+            line.split("tests/documents/mistakes.rs").next().unwrap_or_default().to_owned()
+        };
         text.lines().map(here).collect()
     };
     assert_eq!(lines(&faults), lines(shown));
@@ -77,7 +78,8 @@ fn raw(source: &str) -> Vec<&str> {
 
 #[test]
 fn the_page_shows_every_mistake_that_the_compiler_finds() {
-    let (source, page) = (include_str!("../../src/mistakes.rs"), include_str!("../../docs/mistakes.md"));
+    let (source, page) =
+        (include_str!("../../src/mistakes.rs"), include_str!("../../docs/mistakes.md"));
     let (program, table) = source.split_once("\nmistakes! {").expect("a table");
     let [before] = raw(program)[..] else { panic!("one program") };
     let shown = before.replace("#[deny(unused_must_use)]\n", "");
