@@ -17,7 +17,7 @@ thread_local! {
 // Replaces `println!` in the modules below, so that the tests read what an example prints.
 macro_rules! println {
     ($($arguments:tt)*) => {
-        $crate::PRINTED.with_borrow_mut(|text| {
+        $crate::guides::PRINTED.with_borrow_mut(|text| {
             text.push_str(&format!($($arguments)*));
             text.push('\n');
         })
