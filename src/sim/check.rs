@@ -3,6 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 
+use super::builder::GraphBuilder;
 use super::draft::{Body, Draft, EdgeDraft, NodeDraft};
 use super::error::{BuildError, BuildErrors};
 use super::fingerprint::Fingerprint;
@@ -12,13 +13,33 @@ use super::layout::{self, Checked, CheckedNode};
 use super::lowering::{Lowering, PendingLayer};
 use super::node::Node;
 use super::port::{InputDecl, OutputDecl, PortDecl, StateSpec};
-use super::probe::Capacity;
+use super::probe_spec::Capacity;
 use super::seed::Seed;
 use super::synapse::Synapse;
 use super::time::{SimDuration, Timebase};
 
+impl GraphBuilder {
+    /// Checks the description, turns each requested layer into a node as `plan` says, and returns the
+    /// immutable graph.
+    ///
+    /// `seed` is the build seed. It decides all random parameters of the layers, such as encoders. Noise
+    /// has a separate seed, the run seed in [`RunConfig`](super::RunConfig). Costs O(nodes log nodes + edges)
+    /// in addition to the work of `plan`.
+    ///
+    /// # Errors
+    /// All faults of the description, together.
+    pub fn build(
+        self,
+        time: Timebase,
+        plan: &dyn Lowering,
+        seed: Seed,
+    ) -> Result<Graph, BuildErrors> {
+        freeze(self.draft, time, plan, seed)
+    }
+}
+
 /// Turns a description into a graph, or returns all its faults.
-pub(crate) fn freeze(
+fn freeze(
     mut draft: Draft,
     time: Timebase,
     plan: &dyn Lowering,
@@ -52,7 +73,7 @@ pub(crate) fn freeze(
     for node in draft.nodes {
         let (body, ports, world): (Box<dyn Node>, PortDecl, bool) = match node.body {
             Body::Node(body) => (body, node.ports, false),
-            Body::World(link) => (Box::new(link), node.ports, true),
+            Body::World(link) => (link, node.ports, true),
             Body::Layer(_) => match lowered.next() {
                 Some((body, ports)) => (body, ports, false),
                 // Lowering failed and reported why. The request's ports serve the other checks.

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::SimError;
 use super::fingerprint::Fingerprint;
-use super::node::Real;
+use super::real::Real;
 use super::seed::Seed;
 use super::simulator::Simulator;
 use super::world::WorldSave;
@@ -89,9 +89,9 @@ impl Simulator {
             tick: self.tick,
             seed: self.seed,
             noise: self.noise,
-            signals: self.arenas.signals.clone(),
+            signals: self.arenas.stage.signals.clone(),
             registered: self.arenas.registered.clone(),
-            held: self.arenas.held.clone(),
+            held: self.arenas.stage.held.clone(),
             reals: self.arenas.reals.clone(),
             parts: self.states_of_parts()?,
             words: self.arenas.words.clone(),
@@ -112,10 +112,12 @@ impl Simulator {
     /// of the graph are unchanged.
     pub fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), SimError> {
         self.restore_world(checkpoint).inspect_err(|error| self.tell(error))?;
-        self.check_restored(|| checkpoint.hash())?;
-        self.arenas.signals.copy_from_slice(&checkpoint.signals);
+        if let Some(talk) = &self.talk {
+            talk.check_restored(checkpoint.hash())?;
+        }
+        self.arenas.stage.signals.copy_from_slice(&checkpoint.signals);
         self.arenas.registered.copy_from_slice(&checkpoint.registered);
-        self.arenas.held.copy_from_slice(&checkpoint.held);
+        self.arenas.stage.held.copy_from_slice(&checkpoint.held);
         self.arenas.reals.copy_from_slice(&checkpoint.reals);
         for (index, part) in self.graph.parts.iter().enumerate() {
             let state = &checkpoint.parts[part.state.of()];
@@ -137,12 +139,25 @@ impl Simulator {
         Ok(())
     }
 
+    /// Returns the states of all parts, those of other ranks too.
+    fn states_of_parts(&self) -> Result<Vec<Real>, SimError> {
+        let mut all = vec![0.0; self.graph.sizes.parts];
+        for (index, part) in self.graph.parts.iter().enumerate() {
+            let into = &mut all[part.state.of()];
+            self.team.with_state(index, |state| into.copy_from_slice(state));
+        }
+        if let Some(talk) = &self.talk {
+            talk.gather_states(self.tick, &self.graph, &mut all)?;
+        }
+        Ok(all)
+    }
+
     /// Checks that the checkpoint fits, and restores the world.
     fn restore_world(&mut self, checkpoint: &Checkpoint) -> Result<(), SimError> {
         let fits = checkpoint.graph == self.graph.fingerprint
-            && checkpoint.signals.len() == self.arenas.signals.len()
+            && checkpoint.signals.len() == self.arenas.stage.signals.len()
             && checkpoint.registered.len() == self.arenas.registered.len()
-            && checkpoint.held.len() == self.arenas.held.len()
+            && checkpoint.held.len() == self.arenas.stage.held.len()
             && checkpoint.reals.len() == self.arenas.reals.len()
             && checkpoint.parts.len() == self.graph.sizes.parts
             && checkpoint.words.len() == self.arenas.words.len()

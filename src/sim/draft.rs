@@ -7,9 +7,8 @@ use super::error::BuildError;
 use super::lowering::LayerRequest;
 use super::node::Node;
 use super::port::PortDecl;
-use super::probe::ProbeSpec;
+use super::probe_spec::ProbeSpec;
 use super::synapse::Synapse;
-use super::world::WorldLink;
 
 /// Everything added to a builder, in the order of addition.
 #[derive(Default)]
@@ -35,7 +34,7 @@ pub(crate) struct Draft {
 pub(crate) enum Body {
     Node(Box<dyn Node>),
     Layer(Box<dyn LayerRequest>),
-    World(WorldLink),
+    World(Box<dyn Node>),
 }
 
 /// A node of a description.

@@ -1,36 +1,10 @@
-//! Errors of durations, graph descriptions and runs.
+//! Errors of graph descriptions and runs.
 
 use std::fmt;
 
 use thiserror::Error;
 
-use super::time::SimDuration;
-
-/// A duration or a clock that cannot be used.
-#[derive(Debug, Clone, PartialEq, Error)]
-#[non_exhaustive]
-pub enum ConfigError {
-    /// A duration that is not a whole number of ticks.
-    #[error("{span} is not a whole number of ticks of {tick}; use a multiple of {tick}")]
-    Indivisible {
-        /// The duration given.
-        span: SimDuration,
-        /// The length of a tick.
-        tick: SimDuration,
-    },
-    /// A tick of zero length, or longer than a second.
-    #[error("a tick of {tick} is not usable; choose more than 0 and at most 1 s")]
-    BadTick {
-        /// The tick given.
-        tick: SimDuration,
-    },
-    /// A number of seconds that is negative, too large or not finite.
-    #[error("{seconds} s is not a duration; expected a finite number from 0 to 1e12")]
-    NotADuration {
-        /// The number given.
-        seconds: f64,
-    },
-}
+use super::time::ConfigError;
 
 /// One fault in the description of a graph. [`BuildErrors`] collects all of them.
 ///

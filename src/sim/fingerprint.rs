@@ -1,6 +1,6 @@
 //! Fingerprints of graphs, used to match checkpoints with their graphs.
 
-use super::node::Real;
+use super::real::Real;
 use super::seed::{FNV_START, fnv1a, fnv1a_word};
 
 /// A 64-bit hash of a graph. Nodes add their parameters to it.

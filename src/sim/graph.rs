@@ -6,13 +6,14 @@ use std::fmt::Write as _;
 
 use super::error::SimError;
 use super::handle::{Out, PortRef};
+use super::io::{OutSlot, Slot};
 use super::kind::Kind;
-use super::node::{Node, OutSlot, Slot};
+use super::node::Node;
 use super::port::{OutputDecl, PortDecl, ScratchSpec};
-use super::probe::Capacity;
+use super::probe_spec::Capacity;
 use super::ranks::Ranks;
+use super::real::Span;
 use super::seed::Seed;
-use super::span::Span;
 use super::synapse::Synapse;
 use super::time::Timebase;
 

@@ -9,12 +9,13 @@ use super::graph::{
     EdgeInfo, FilterPlan, GatherPlan, Graph, NodeInfo, PartPlan, PhasePlan, ProbePlan, Sizes,
     Source, WorldPlan,
 };
-use super::node::{Node, OutSlot, Slot};
+use super::io::{OutSlot, Slot};
+use super::node::Node;
 use super::parts::Parts;
 use super::port::{PortDecl, ScratchSpec, StateSpec};
 use super::ranks::Ranks;
+use super::real::Span;
 use super::seed::Seed;
-use super::span::Span;
 use super::synapse::{Synapse, lowpass_decay};
 use super::time::{SimDuration, Timebase};
 

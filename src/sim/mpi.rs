@@ -16,8 +16,8 @@ use ::mpi::{Tag, Threading};
 use thiserror::Error;
 
 use super::ends::{End, Failure, verdict};
-use super::node::Real;
 use super::ranks::{Exchange, ExchangeFault, Lengths, Ranks, launched};
+use super::real::Real;
 
 /// MPI for the time of a program.
 ///

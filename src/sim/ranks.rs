@@ -6,7 +6,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 use thiserror::Error;
 
-use super::node::Real;
+use super::real::Real;
 
 /// How the processes of a run exchange values. The feature `mpi` implements it for MPI.
 pub trait Exchange: Send {

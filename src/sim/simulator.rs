@@ -7,21 +7,24 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use super::arena::Arenas;
+use super::builder::GraphBuilder;
 use super::error::SimError;
 use super::graph::{EventSource, Graph, OutputRef};
 use super::handle::Out;
-use super::kind::Kind;
-use super::node::{Outputs, Real, StateMut, StateRef};
+use super::io::{Outputs, StateMut, StateRef};
+use super::kind::{Kind, Vector};
+use super::lowering::Lowering;
 use super::parts::Parts;
-use super::probe::{Capacity, ProbeId, Recording, Samples};
+use super::probe::{Recording, Samples};
+use super::probe_spec::{Capacity, ProbeId, SpikeProbe};
 use super::ranks::Ranks;
+use super::real::{Real, Span};
 use super::run::{RunConfig, RunReport, Stop, StopReason};
 use super::seed::Seed;
-use super::span::Span;
-use super::spikes::{SpikeProbe, SpikeRecording, Spikes};
+use super::spikes::{SpikeRecording, Spikes};
 use super::talk::Talk;
 use super::team::Team;
-use super::time::SimDuration;
+use super::time::{SimDuration, Timebase};
 use super::world::World;
 
 /// The view of a run that a stop condition gets after each tick.
@@ -69,10 +72,38 @@ pub struct Simulator {
     /// What the ranks of the run tell one another.
     pub(super) talk: Option<Talk>,
     pub(super) world_ticks: u64,
-    pub(super) node_seeds: Vec<Seed>,
     pub(super) recordings: Vec<Recording>,
     pub(super) spikes: Vec<SpikeRecording>,
     pub(super) command: Vec<Real>,
+}
+
+impl GraphBuilder {
+    /// Builds the graph with ticks of 1 ms and creates a run of it, with `seed` as the build seed and the run seed.
+    ///
+    /// Use [`build`](Self::build) and [`Simulator::new`] for another timebase, several runs of one graph, a world, threads
+    /// or noise.
+    ///
+    /// # Errors
+    /// [`SimError::Build`] with all faults of the description; otherwise as [`Simulator::new`].
+    pub fn start(self, plan: &dyn Lowering, seed: Seed) -> Result<Simulator, SimError> {
+        let graph = self.build(Timebase::default(), plan, seed)?;
+        Simulator::new(Arc::new(graph), RunConfig::seeded(seed))
+    }
+
+    /// Builds the graph and runs it for `duration`, as [`start`](Self::start) and [`Simulator::run_for`] do.
+    ///
+    /// # Errors
+    /// As these two.
+    pub fn run(
+        self,
+        plan: &dyn Lowering,
+        seed: Seed,
+        duration: SimDuration,
+    ) -> Result<Simulator, SimError> {
+        let mut sim = self.start(plan, seed)?;
+        sim.run_for(duration)?;
+        Ok(sim)
+    }
 }
 
 /// Ticks between two reservations of memory for samples.
@@ -123,7 +154,6 @@ impl Simulator {
             noise: run.noise,
             world: run.world,
             world_ticks,
-            node_seeds: Vec::new(),
             recordings,
             spikes,
             command,
@@ -180,7 +210,15 @@ impl Simulator {
     /// Changes the run seed. The world keeps its state.
     pub(crate) fn reseed(&mut self, seed: Seed) {
         self.seed = seed;
-        self.node_seeds = self.graph.nodes.iter().map(|n| seed.derive(&n.path, "noise")).collect();
+        self.arenas.stage.seeds =
+            self.graph.nodes.iter().map(|n| seed.derive(&n.path, "noise")).collect();
+    }
+
+    /// Tells the other ranks of an error.
+    pub(super) fn tell(&self, error: &SimError) {
+        if let Some(talk) = &self.talk {
+            talk.tell(self.tick, error);
+        }
     }
 
     /// Returns the graph.
@@ -323,6 +361,32 @@ impl Simulator {
         Spikes { recording, dt_s: self.graph.time.dt_s() }
     }
 
+    /// Returns the samples and the spikes that the probes have recorded, each with the name of its output or layer. The
+    /// second probe of an output has `-2` behind its name, and so on.
+    #[expect(clippy::type_complexity, reason = "two lists of the same form")]
+    pub(crate) fn recorded(
+        &self,
+    ) -> (Vec<(String, Samples<'_, Vector>)>, Vec<(String, Spikes<'_>)>) {
+        let dt_s = self.graph.time.dt_s();
+        let mut values: Vec<(String, Samples<'_, Vector>)> = Vec::new();
+        for (plan, recording) in self.graph.probes.iter().zip(&self.recordings) {
+            let node = &self.graph.nodes[plan.node];
+            let output = &node.ports.outputs[plan.output];
+            let full = || format!("{}.{}", node.path, output.name);
+            let name = output.exposed.as_deref().map_or_else(full, str::to_owned);
+            let name = unique(name, values.iter().map(|(name, ..)| name));
+            let width = plan.source.span().len();
+            values.push((name, Samples { recording, width, dt_s, kind: PhantomData }));
+        }
+        let mut spikes: Vec<(String, Spikes<'_>)> = Vec::new();
+        for (node, recording) in self.graph.spike_probes.iter().zip(&self.spikes) {
+            let name = self.graph.nodes[*node].path.clone();
+            let name = unique(name, spikes.iter().map(|(name, _)| name));
+            spikes.push((name, Spikes { recording, dt_s }));
+        }
+        (values, spikes)
+    }
+
     /// Deletes the samples of all probes.
     pub fn clear_recordings(&mut self) {
         self.recordings.iter_mut().for_each(Recording::clear);
@@ -361,6 +425,15 @@ impl Simulator {
         }
         Ok(())
     }
+}
+
+/// Returns `name`, or `name-2` and so on if it is taken.
+fn unique<'t>(name: String, taken: impl Iterator<Item = &'t String> + Clone) -> String {
+    let free = |name: &String| !taken.clone().any(|other| other == name);
+    if free(&name) {
+        return name;
+    }
+    (2..).map(|n| format!("{name}-{n}")).find(free).unwrap_or(name)
 }
 
 /// Returns the period of `world` in ticks, if the world fits the link of `graph`.

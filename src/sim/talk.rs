@@ -4,9 +4,8 @@ use super::error::SimError;
 use super::fingerprint::Fingerprint;
 use super::graph::Graph;
 use super::layout::HEADER;
-use super::node::Real;
 use super::ranks::{ExchangeFault, Lengths, Ranks};
-use super::simulator::Simulator;
+use super::real::Real;
 
 /// What a rank does when it speaks: the first word of all that it sends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,8 +20,9 @@ enum Word {
 const ROUND: u64 = 64;
 
 /// The exchange of a simulator with the other ranks.
-pub(super) struct Talk {
+pub(crate) struct Talk {
     ranks: Ranks,
+    fingerprint: u32,
     /// What each rank sends in a tick.
     results: Lengths,
     states: Lengths,
@@ -47,20 +47,79 @@ impl Talk {
         };
         let (results, states) = (lengths(results)?, lengths(states)?);
         let own = vec![0.0; results.of(ranks.rank()).len()];
-        Ok(Self { ranks: ranks.clone(), results, states, own })
+        let fingerprint = graph.fingerprint as u32;
+        Ok(Self { ranks: ranks.clone(), fingerprint, results, states, own })
     }
 
-    /// Sends this rank's results and receives those of the others.
-    fn exchange(
+    fn header(&self, word: Word, tick: u64, values: u64) -> [u32; HEADER] {
+        [word as u32, tick as u32, self.fingerprint, values as u32]
+    }
+
+    /// Sends this rank's results of a tick and receives those of the others. Some of the values that every rank computes
+    /// are compared.
+    pub fn exchange(
         &mut self,
-        header: [u32; HEADER],
+        tick: u64,
+        held: &[Real],
         results: &mut [Real],
-    ) -> Result<(), ExchangeFault> {
+    ) -> Result<(), SimError> {
+        let header = self.header(Word::Tick, tick, sample(held, tick));
         let own = self.results.of(self.ranks.rank());
         self.own.copy_from_slice(&results[own]);
         write(header, &mut self.own);
-        self.ranks.all_gather(&self.own, &self.results, results)?;
-        self.check(header, results)
+        let sent = self.ranks.all_gather(&self.own, &self.results, results);
+        sent.and_then(|()| self.check(header, results)).map_err(rank_error)
+    }
+
+    /// Checks that all ranks restore a checkpoint with the same hash.
+    pub fn check_restored(&self, hash: u64) -> Result<(), SimError> {
+        // Ranks may come from different ticks.
+        self.agree(self.header(Word::Restore, 0, hash))
+    }
+
+    /// Tells the other ranks of an error, unless they know it already. They then stop in the same tick.
+    pub fn tell(&self, tick: u64, error: &SimError) {
+        if matches!(error, SimError::Rank { .. }) {
+            return;
+        }
+        // An error here means that the others have stopped for another reason.
+        if self.send(self.header(Word::Fault, tick, 0)).is_ok() {
+            let _ = self.ranks.reasons(&error.to_string());
+        }
+    }
+
+    /// Replaces the states of the parts of all other ranks by those that they send. `all` holds those of this rank.
+    pub fn gather_states(
+        &self,
+        tick: u64,
+        graph: &Graph,
+        all: &mut [Real],
+    ) -> Result<(), SimError> {
+        self.agree(self.header(Word::Save, tick, 0))?;
+        let rank = self.ranks.rank();
+        let own: Vec<Real> = graph
+            .parts
+            .iter()
+            .filter(|part| part.rank as usize == rank)
+            .flat_map(|part| &all[part.state.of()])
+            .copied()
+            .collect();
+        let mut by_rank = vec![0.0; self.states.total()];
+        self.ranks.all_gather(&own, &self.states, &mut by_rank).map_err(rank_error)?;
+        let mut from: Vec<usize> =
+            (0..self.ranks.ranks()).map(|rank| self.states.of(rank).start).collect();
+        for part in &graph.parts {
+            let from = &mut from[part.rank as usize];
+            let len = part.state.len();
+            all[part.state.of()].copy_from_slice(&by_rank[*from..*from + len]);
+            *from += len;
+        }
+        Ok(())
+    }
+
+    /// Sends a header and checks that all ranks sent the same.
+    fn agree(&self, header: [u32; HEADER]) -> Result<(), SimError> {
+        self.send(header).and_then(|all| self.check(header, &all)).map_err(rank_error)
     }
 
     /// Sends a header without results, in place of those of a tick. Returns what all ranks sent.
@@ -113,79 +172,10 @@ fn rank_error(fault: ExchangeFault) -> SimError {
     SimError::Rank { rank: fault.rank, reason: fault.reason }
 }
 
-impl Simulator {
-    fn header(&self, word: Word, values: u64) -> [u32; HEADER] {
-        [word as u32, self.tick as u32, self.graph.fingerprint as u32, values as u32]
-    }
-
-    /// Exchanges the results of this tick, if the graph runs on several ranks.
-    pub(super) fn exchange(&mut self) -> Result<(), SimError> {
-        if self.talk.is_none() {
-            return Ok(());
-        }
-        let header = self.header(Word::Tick, self.sample_of_values());
-        let Some(talk) = &mut self.talk else { return Ok(()) };
-        talk.exchange(header, &mut self.arenas.results).map_err(rank_error)
-    }
-
-    /// Returns a hash of some of the values that every rank computes: of all of them in [`ROUND`] ticks.
-    fn sample_of_values(&self) -> u64 {
-        let values = &self.arenas.held;
-        let len = values.len().div_ceil(ROUND as usize);
-        let start = (len * (self.tick % ROUND) as usize).min(values.len());
-        let sample = &values[start..(start + len).min(values.len())];
-        Fingerprint::default().reals(sample).value()
-    }
-
-    /// Checks that all ranks restore a checkpoint with the same hash.
-    pub(super) fn check_restored(&self, hash: impl FnOnce() -> u64) -> Result<(), SimError> {
-        let Some(talk) = &self.talk else { return Ok(()) };
-        let [word, _, graph, values] = self.header(Word::Restore, hash());
-        // Ranks may come from different ticks.
-        let header = [word, 0, graph, values];
-        talk.send(header).and_then(|all| talk.check(header, &all)).map_err(rank_error)
-    }
-
-    /// Tells the other ranks of an error, unless they know it already. They then stop in the same tick.
-    pub(super) fn tell(&self, error: &SimError) {
-        if matches!(error, SimError::Rank { .. }) {
-            return;
-        }
-        let header = self.header(Word::Fault, 0);
-        let Some(talk) = &self.talk else { return };
-        // An error here means that the others have stopped for another reason.
-        if talk.send(header).is_ok() {
-            let _ = talk.ranks.reasons(&error.to_string());
-        }
-    }
-
-    /// Returns the states of all parts.
-    pub(super) fn states_of_parts(&self) -> Result<Vec<Real>, SimError> {
-        let graph = &self.graph;
-        let mut all = vec![0.0; graph.sizes.parts];
-        let Some(talk) = &self.talk else {
-            for (index, part) in graph.parts.iter().enumerate() {
-                let into = &mut all[part.state.of()];
-                self.team.with_state(index, |state| into.copy_from_slice(state));
-            }
-            return Ok(all);
-        };
-        let header = self.header(Word::Save, 0);
-        talk.send(header).and_then(|all| talk.check(header, &all)).map_err(rank_error)?;
-        let mut own = Vec::with_capacity(talk.states.of(talk.ranks.rank()).len());
-        for index in 0..graph.parts.len() {
-            self.team.with_state(index, |state| own.extend_from_slice(state));
-        }
-        let mut by_rank = vec![0.0; talk.states.total()];
-        talk.ranks.all_gather(&own, &talk.states, &mut by_rank).map_err(rank_error)?;
-        let mut from: Vec<usize> =
-            (0..talk.ranks.ranks()).map(|rank| talk.states.of(rank).start).collect();
-        for part in &graph.parts {
-            let from = &mut from[part.rank as usize];
-            let len = part.state.len();
-            all[part.state.of()].copy_from_slice(&by_rank[*from..*from + len]);
-            *from += len;
-        }
-        Ok(all)
-    }
+/// Returns a hash of some of the values: of all of them in [`ROUND`] ticks.
+fn sample(values: &[Real], tick: u64) -> u64 {
+    let len = values.len().div_ceil(ROUND as usize);
+    let start = (len * (tick % ROUND) as usize).min(values.len());
+    let sample = &values[start..(start + len).min(values.len())];
+    Fingerprint::default().reals(sample).value()
 }

@@ -8,19 +8,18 @@
 //!
 //! Threads without work spin for [`SPIN`], then sleep. Waking one costs the caller some microseconds.
 
+use std::ops::Deref;
 use std::panic::{self, AssertUnwindSafe};
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering::SeqCst};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, RwLockWriteGuard, mpsc};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard, mpsc};
 use std::thread::{self, JoinHandle, Thread};
 use std::time::{Duration, Instant};
 
-use super::arena::{Arenas, ScratchArena};
 use super::graph::Graph;
-use super::node::{Real, StepCx};
+use super::io::ScratchArena;
 use super::parts::{Batch, Item};
-use super::seed::Seed;
-use super::span::Span;
-use super::tick::{Clock, View};
+use super::real::{Real, Span};
+use super::stage::Stage;
 
 /// Time for which a thread without work looks for more before it sleeps.
 const SPIN: Duration = Duration::from_micros(100);
@@ -36,7 +35,7 @@ struct Run {
 
 /// Parts that one thread computes, with their states.
 #[derive(Default)]
-pub(super) struct Share {
+struct Share {
     runs: Vec<Run>,
     items: Vec<Item>,
     /// For each item, its index in [`Graph::parts`].
@@ -94,51 +93,20 @@ fn deal(graph: &Graph, rank: usize, threads: usize) -> (Vec<Share>, Vec<Option<(
 
 impl Share {
     /// Advances all parts of the share. The results of each part go to its range in `results`.
-    fn run(&mut self, graph: &Graph, view: &View<'_>, results: &mut [Real]) {
+    fn run(&mut self, graph: &Graph, stage: &Stage, results: &mut [Real]) {
         for run in &self.runs {
             let plan = &graph.divided[run.divided as usize];
             let node = plan.node as usize;
             let Some(parts) = graph.bodies[node].parts() else { continue };
-            let cx = StepCx { node_seed: view.seeds[node], ..view.cx };
             let batch = Batch {
                 items: &self.items[run.items.of()],
-                inputs: view.inputs(&graph.slots[plan.slots.of()]),
+                inputs: stage.inputs(&graph.slots[plan.slots.of()]),
                 state: &mut self.state,
                 results: &mut *results,
-                scratch: &mut self.scratch,
-                sizes: plan.scratch,
+                scratch: self.scratch.lend(plan.scratch),
             };
-            parts.advance_all(&cx, batch);
+            parts.advance_all(&stage.cx(node), batch);
         }
-    }
-}
-
-/// What the crew reads in a tick. The caller lends its own vectors for the time of the tick.
-#[derive(Default)]
-struct Stage {
-    signals: Vec<Real>,
-    held: Vec<Real>,
-    gathered: Vec<Real>,
-    seeds: Vec<Seed>,
-    clock: Clock,
-}
-
-impl Stage {
-    fn view(&self) -> View<'_> {
-        View {
-            signals: &self.signals,
-            held: &self.held,
-            gathered: &self.gathered,
-            seeds: &self.seeds,
-            cx: self.clock.cx(),
-        }
-    }
-
-    fn swap(&mut self, arenas: &mut Arenas, seeds: &mut Vec<Seed>) {
-        std::mem::swap(&mut self.signals, &mut arenas.signals);
-        std::mem::swap(&mut self.held, &mut arenas.held);
-        std::mem::swap(&mut self.gathered, &mut arenas.gathered);
-        std::mem::swap(&mut self.seeds, seeds);
     }
 }
 
@@ -158,6 +126,7 @@ struct Berth {
 
 struct Shared {
     graph: Arc<Graph>,
+    /// What the crew reads in a tick. The caller lends its own for the time of the tick.
     stage: RwLock<Stage>,
     berths: Vec<Berth>,
     /// Number of ticks begun. Each berth is taken once in each.
@@ -180,17 +149,22 @@ impl Drop for Done<'_> {
 }
 
 impl Shared {
-    /// Computes a share, unless somebody else has taken it.
-    fn run(&self, index: usize, tick: u64) {
+    fn stage(&self) -> RwLockReadGuard<'_, Stage> {
+        self.stage.read().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Computes a share, unless somebody else has taken it. A caller that holds the lock of the stage hands it over: to
+    /// take it twice on one thread may block for ever.
+    fn run<S: Deref<Target = Stage>>(&self, index: usize, tick: u64, stage: impl FnOnce() -> S) {
         let berth = &self.berths[index];
         if !berth.take(tick) {
             return;
         }
         let _done = Done(self);
-        let stage = self.stage.read().unwrap_or_else(PoisonError::into_inner);
+        let stage = stage();
         let mut held = berth.lock();
         let Held { share, results } = &mut *held;
-        share.run(&self.graph, &stage.view(), results);
+        share.run(&self.graph, &stage, results);
     }
 
     /// Computes the share `index` in every tick until the crew is dismissed.
@@ -217,7 +191,7 @@ impl Shared {
             if self.stop.load(SeqCst) {
                 return;
             }
-            self.run(index, seen);
+            self.run(index, seen, || self.stage());
         }
     }
 }
@@ -284,17 +258,17 @@ impl Crew {
         Self { shared, threads, wake }
     }
 
-    fn stage(&self) -> RwLockWriteGuard<'_, Stage> {
-        self.shared.stage.write().unwrap_or_else(PoisonError::into_inner)
+    /// Exchanges the caller's stage with that of the crew.
+    fn swap(&self, stage: &mut Stage) {
+        std::mem::swap(
+            &mut *self.shared.stage.write().unwrap_or_else(PoisonError::into_inner),
+            stage,
+        );
     }
 
     /// Lends the values that parts read, and begins a tick: everybody may compute.
-    fn begin(&self, arenas: &mut Arenas, seeds: &mut Vec<Seed>, clock: Clock) -> u64 {
-        {
-            let mut stage = self.stage();
-            stage.swap(arenas, seeds);
-            stage.clock = clock;
-        }
+    fn begin(&self, stage: &mut Stage) -> u64 {
+        self.swap(stage);
         self.shared.done.store(0, SeqCst);
         self.shared.failed.store(false, SeqCst);
         let tick = self.shared.tick.fetch_add(1, SeqCst) + 1;
@@ -314,9 +288,9 @@ impl Crew {
     ///
     /// # Panics
     /// If a node panicked on another thread.
-    fn finish(&self, tick: u64) {
+    fn finish(&self, tick: u64, stage: &Stage) {
         let shared = &self.shared;
-        (0..shared.berths.len()).for_each(|index| shared.run(index, tick));
+        (0..shared.berths.len()).for_each(|index| shared.run(index, tick, || stage));
         self.wait();
         assert!(!shared.failed.load(SeqCst), "a node panicked on another thread of the run");
     }
@@ -367,7 +341,7 @@ impl Drop for Crew {
 }
 
 /// The shares of a run and the threads that compute them.
-pub(super) struct Team {
+pub(crate) struct Team {
     own: Share,
     crew: Option<Crew>,
     /// For each part, the share and the index in it; `None` if another rank computes the part. Share 0 is `own`.
@@ -382,41 +356,38 @@ impl Team {
         Self { own, crew, places }
     }
 
-    /// Advances all parts, and calls `meanwhile` while the others compute. The results of each part go to its range in the
-    /// results of `arenas`.
+    /// Advances all parts, and calls `meanwhile` while the others compute. The results of each part go to its range in
+    /// `results`.
     ///
     /// If a node panics, all values come back first, so that the simulator can be reset and run again.
     pub fn advance<E>(
         &mut self,
         graph: &Graph,
-        (arenas, seeds, clock): (&mut Arenas, &mut Vec<Seed>, Clock),
-        meanwhile: impl FnOnce(&View<'_>, Rest<'_>) -> Result<(), E>,
+        stage: &mut Stage,
+        results: &mut [Real],
+        meanwhile: impl FnOnce(&Stage) -> Result<(), E>,
     ) -> Result<(), E> {
         let Self { own, crew, .. } = self;
-        let mut results = std::mem::take(&mut arenas.results);
-        let begun = crew.as_ref().map(|crew| (crew, crew.begin(arenas, seeds, clock)));
+        let begun = crew.as_ref().map(|crew| (crew, crew.begin(stage)));
         let outcome = panic::catch_unwind(AssertUnwindSafe(|| {
             let Some((crew, tick)) = begun else {
-                let (view, rest) = arenas.split(seeds, clock);
-                meanwhile(&view, rest)?;
-                own.run(graph, &view, &mut results);
+                meanwhile(stage)?;
+                own.run(graph, stage, results);
                 return Ok(());
             };
-            let stage = crew.shared.stage.read().unwrap_or_else(PoisonError::into_inner);
-            let view = stage.view();
-            let outcome = meanwhile(&view, arenas.split(&[], clock).1);
-            own.run(graph, &view, &mut results);
-            crew.finish(tick);
+            let stage = crew.shared.stage();
+            let outcome = meanwhile(&stage);
+            own.run(graph, &stage, results);
+            crew.finish(tick, &stage);
             outcome
         }));
         if let Some((crew, tick)) = begun {
             match &outcome {
-                Ok(_) => crew.collect(graph, &mut results),
+                Ok(_) => crew.collect(graph, results),
                 Err(_) => crew.abandon(tick),
             }
-            crew.stage().swap(arenas, seeds);
+            crew.swap(stage);
         }
-        arenas.results = results;
         outcome.unwrap_or_else(|cause| panic::resume_unwind(cause))
     }
 
@@ -441,13 +412,4 @@ impl Team {
             _ => set(&mut self.own),
         }
     }
-}
-
-/// What nodes without parts change in advance.
-pub(crate) struct Rest<'a> {
-    pub registered: &'a mut [Real],
-    pub reals: &'a mut [Real],
-    pub words: &'a mut [u32],
-    pub longs: &'a mut [u64],
-    pub scratch: &'a mut ScratchArena,
 }
