@@ -4,6 +4,7 @@
 
 use std::sync::Arc;
 
+use rand::RngExt;
 use symbolt::neurons::{Ensemble, LifSpec, Population, PopulationPlan};
 use symbolt::sim::{
     Apply, Constant, Fingerprint, Graph, GraphBuilder, InputSpec, Node, OutputSpec, Outputs,
@@ -233,7 +234,7 @@ impl Node for Fails {
         ports.output("y", OutputSpec::vector(2).registered());
     }
     fn fingerprint(&self, _hash: &mut Fingerprint) {}
-    fn init(&self, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
+    fn init(&self, _cx: &StepCx<'_>, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
         state.reals.copy_from_slice(&[10.0, 20.0]);
     }
     fn parts(&self) -> Option<&dyn Parts> {
@@ -287,6 +288,8 @@ fn a_simulator_whose_node_panicked_can_be_reset_and_run_again() {
             let tick = || sim.run_for(SimDuration::from_millis(1));
             let caught = std::panic::catch_unwind(std::panic::AssertUnwindSafe(tick));
             assert!(caught.is_err(), "it panics on {threads} threads");
+            let text = sim.checkpoint().expect_err("half a tick").to_string();
+            assert!(text.contains("in tick 5 (a node or the world panicked)"), "{text}");
             sim.reset().expect("resets");
         }
     }
@@ -335,6 +338,69 @@ fn a_node_of_ones_own_advances_in_parts() {
         sim.run_for(SimDuration::from_millis(5)).expect("runs");
         assert_eq!(*sim.value(&y), [15.0, 30.0]);
     }
+}
+
+/// A node of four parts that shows random numbers: those of its start, and those of every tick.
+struct Draws;
+
+impl Node for Draws {
+    fn declare(&self, ports: &mut PortDecl) {
+        ports.output("start", OutputSpec::vector(4).registered());
+        ports.output("drawn", OutputSpec::vector(4).registered());
+    }
+    fn fingerprint(&self, _hash: &mut Fingerprint) {}
+    fn init(&self, cx: &StepCx<'_>, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
+        assert_eq!((cx.tick(), cx.dt_s()), (0, 1e-3));
+        let mut rng = cx.rng();
+        state.reals.iter_mut().for_each(|value| *value = rng.random());
+    }
+    fn parts(&self) -> Option<&dyn Parts> {
+        Some(self)
+    }
+}
+
+impl Parts for Draws {
+    fn count(&self) -> usize {
+        4
+    }
+    fn part(&self, part: usize) -> PartSpec {
+        PartSpec { state: 1, results: 2, work: 1, rank: part, ..PartSpec::default() }
+    }
+    fn advance(&self, cx: &StepCx<'_>, _part: usize, io: &mut PartIo<'_>) {
+        io.results.copy_from_slice(&[io.state[0], cx.rng().random()]);
+    }
+    fn collect(&self, part: usize, results: &[Real], outputs: &mut Outputs<'_>) {
+        outputs.get_mut(0)[part] = results[0];
+        outputs.get_mut(1)[part] = results[1];
+    }
+}
+
+#[test]
+fn every_part_of_a_node_draws_random_numbers_of_its_own() {
+    let draw = |seed: u64, ranks: Option<Ranks>, threads| {
+        let mut graph = GraphBuilder::new();
+        let node = graph.node("node", Draws);
+        let plan = PopulationPlan::direct();
+        let plan = ranks.into_iter().fold(plan, |plan, ranks| plan.shared(&ranks));
+        let graph = graph.build(Timebase::default(), &plan, Seed::new(1)).expect("builds");
+        let run = RunConfig::seeded(Seed::new(seed)).with_threads(threads);
+        let mut sim = Simulator::new(graph.into(), run).expect("starts");
+        let mut all = Vec::new();
+        for _ in 0..3 {
+            sim.run_for(SimDuration::from_millis(1)).expect("runs");
+            all.extend_from_slice(sim.value(&node.output::<Vector>("drawn")));
+        }
+        all.extend_from_slice(sim.value(&node.output::<Vector>("start")));
+        all
+    };
+    let alone = draw(1, None, Threads::Serial);
+    let mut sorted = alone.clone();
+    sorted.sort_by(f32::total_cmp);
+    sorted.dedup();
+    assert_eq!(sorted.len(), 16, "no part, tick or start has the number of another: {alone:?}");
+    assert_eq!(draw(1, None, Threads::Exactly(3)), alone);
+    assert!(on_ranks(2, |ranks| draw(1, Some(ranks), Threads::Serial)).iter().all(|d| *d == alone));
+    assert!(draw(2, None, Threads::Serial).iter().zip(&alone).all(|(a, b)| a != b));
 }
 
 #[test]

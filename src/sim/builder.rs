@@ -12,7 +12,7 @@ use super::handle::{In, NodePorts, Out, PortRef};
 use super::kind::{Kind, Pointer, Space, VocabTag};
 use super::lowering::LayerRequest;
 use super::node::Node;
-use super::port::PortDecl;
+use super::port::{PortDecl, is_port_name};
 use super::probe_spec::{ProbeId, ProbeSpec, SpikeProbe};
 use super::synapse::Synapse;
 
@@ -64,10 +64,6 @@ pub trait Module {
     /// [`GraphBuilder::build`]; see [`Scope::refuse`].
     fn expand(self, scope: &mut Scope<'_>) -> Self::Ports;
 }
-
-/// The index of a connection, in the order of [`connect`](GraphBuilder::connect) calls.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct EdgeId(pub usize);
 
 /// The description of a graph. [`build`](GraphBuilder::build) turns it into a [`Graph`](super::Graph).
 ///
@@ -139,7 +135,7 @@ impl GraphBuilder {
     /// let sum = graph.add("sum", Add::scalar());
     /// graph.connect(&one, &sum.input, Synapse::None);
     /// ```
-    pub fn connect<K: Kind>(&mut self, from: &Out<K>, to: &In<K>, via: Synapse) -> EdgeId {
+    pub fn connect<K: Kind>(&mut self, from: &Out<K>, to: &In<K>, via: Synapse) {
         let from = self.resolve(&from.port, "output");
         let to = self.resolve(&to.port, "input");
         match (from, to) {
@@ -147,7 +143,6 @@ impl GraphBuilder {
             (None, Some(to)) => self.draft.excused.push(to),
             (_, None) => {}
         }
-        EdgeId(self.draft.edges.len().saturating_sub(1))
     }
 
     /// Records an output during every run.
@@ -258,7 +253,7 @@ impl Scope<'_> {
     pub fn node(&mut self, name: &str, node: impl Node + 'static) -> NodePorts {
         let mut ports = PortDecl::default();
         node.declare(&mut ports);
-        self.push(name, Body::Node(Box::new(node)), ports)
+        self.push(name, Body::Node(Arc::new(node)), ports)
     }
 
     /// Adds a node at the scope's own path, for a module that is a single node.
@@ -273,7 +268,7 @@ impl Scope<'_> {
         {
             draft.faults.push(added_twice(&self.path, first, here));
         }
-        self.push_at(self.path.clone(), Body::Node(Box::new(node)), ports)
+        self.push_at(self.path.clone(), Body::Node(Arc::new(node)), ports)
     }
 
     /// Requests a layer. The plan turns it into a node when the graph is built.
@@ -281,12 +276,12 @@ impl Scope<'_> {
     pub fn layer(&mut self, name: &str, request: impl LayerRequest) -> NodePorts {
         let mut ports = PortDecl::default();
         request.declare(&mut ports);
-        self.push(name, Body::Layer(Box::new(request)), ports)
+        self.push(name, Body::Layer(Arc::new(request)), ports)
     }
 
     /// Connects an output to an input of the same kind.
-    pub fn connect<K: Kind>(&mut self, from: &Out<K>, to: &In<K>, via: Synapse) -> EdgeId {
-        self.builder.connect(from, to, via)
+    pub fn connect<K: Kind>(&mut self, from: &Out<K>, to: &In<K>, via: Synapse) {
+        self.builder.connect(from, to, via);
     }
 
     /// Records an output during every run.
@@ -402,6 +397,10 @@ impl Scope<'_> {
         note: impl FnOnce(&mut PortDecl, usize, Arc<str>),
     ) -> PortRef {
         let draft = &mut self.builder.draft;
+        if !is_port_name(exposed) {
+            let (node, port) = (self.path.clone(), exposed.into());
+            draft.faults.push(BuildError::BadPortName { node, port });
+        }
         match handle {
             PortRef::Known { builder, node, port, .. } if builder == draft.builder => {
                 let name: Arc<str> = format!("{}.{exposed}", self.path).into();

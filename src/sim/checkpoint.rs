@@ -78,8 +78,10 @@ impl Simulator {
     /// after the same tick. Each gets the whole checkpoint, from which any number of processes can continue.
     ///
     /// # Errors
-    /// [`SimError::World`] if the world cannot be saved; [`SimError::Rank`] if another process has ended or failed.
+    /// [`SimError::Interrupted`] if the run failed within a tick; [`SimError::World`] if the world cannot be saved;
+    /// [`SimError::Rank`] if another process has ended or failed.
     pub fn checkpoint(&self) -> Result<Checkpoint, SimError> {
+        self.check_whole()?;
         let saved = self.world.as_ref().map(|world| world.save()).transpose();
         let world = saved
             .map_err(|source| SimError::World { tick: self.tick, source })
@@ -109,7 +111,7 @@ impl Simulator {
     /// [`SimError::ForeignCheckpoint`] if the checkpoint was taken from a graph with another fingerprint (see
     /// [`Checkpoint`]), or if only one of the two runs has a world. [`SimError::World`] if the world refuses its save.
     /// [`SimError::Rank`] if another process has ended or failed, or restores another checkpoint. After an error the values
-    /// of the graph are unchanged.
+    /// of the graph are unchanged; a run with a world must then be reset or restored, because the world may have changed.
     pub fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), SimError> {
         self.restore_world(checkpoint).inspect_err(|error| self.tell(error))?;
         if let Some(talk) = &self.talk {
@@ -136,6 +138,7 @@ impl Simulator {
         self.noise = checkpoint.noise;
         self.reseed(checkpoint.seed);
         self.clear_recordings();
+        self.interrupted = None;
         Ok(())
     }
 
@@ -166,6 +169,9 @@ impl Simulator {
             && checkpoint.world.is_some() == self.world.is_some();
         if !fits {
             return Err(SimError::ForeignCheckpoint);
+        }
+        if self.world.is_some() {
+            self.interrupted = Some("its world may stand at another tick than its graph".into());
         }
         match (&mut self.world, &checkpoint.world) {
             (Some(world), Some(saved)) => world

@@ -34,6 +34,16 @@ pub enum BuildError {
         /// The name given.
         name: String,
     },
+    /// A port whose name is empty or contains a character reserved for paths, so that it could not be found by name.
+    #[error(
+        "`{node}` has a port named `{port}`; use one or more characters other than `.` and `/`"
+    )]
+    BadPortName {
+        /// The path of the node or module.
+        node: String,
+        /// The port's name.
+        port: String,
+    },
     /// A port looked up by a name or kind that the node does not have.
     #[error(
         "the node `{node}` has no {direction} `{port}` of kind {kind}; its {direction}s are: {}",
@@ -364,6 +374,14 @@ pub enum SimError {
          nodes, parameters, connections, probes, length of a tick, build seed and presence of a world must be the same"
     )]
     ForeignCheckpoint,
+    /// A run that failed within a tick, so that its values belong to no tick.
+    #[error("the run was interrupted in tick {tick} ({reason}); reset it or restore a checkpoint")]
+    Interrupted {
+        /// The tick.
+        tick: u64,
+        /// Why the tick was not completed.
+        reason: String,
+    },
     /// An output that the graph does not have.
     #[error("the graph has no output `{asked}`; it has: {}", list(choices))]
     UnknownOutput {

@@ -3,6 +3,7 @@
 
 use std::any::Any;
 use std::fmt::Write as _;
+use std::sync::Arc;
 
 use super::error::SimError;
 use super::handle::{Out, PortRef};
@@ -154,7 +155,7 @@ pub struct Graph {
     pub(crate) handles: Vec<usize>,
     /// In the order in which nodes emit. `bodies`, `emits` and `advances` have the same order.
     pub(crate) nodes: Vec<NodeInfo>,
-    pub(crate) bodies: Vec<Box<dyn Node>>,
+    pub(crate) bodies: Vec<Arc<dyn Node>>,
     pub(crate) emits: Vec<PhasePlan>,
     pub(crate) advances: Vec<PhasePlan>,
     /// The nodes with parts.

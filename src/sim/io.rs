@@ -16,6 +16,8 @@ pub struct StepCx<'a> {
     pub(crate) time: Timebase,
     pub(crate) noise_scale: Real,
     pub(crate) node_seed: Seed,
+    /// The part that advances, in a node with parts.
+    pub(crate) part: Option<u32>,
     pub(crate) graph: PhantomData<&'a ()>,
 }
 
@@ -40,10 +42,14 @@ impl StepCx<'_> {
         self.noise_scale
     }
 
-    /// Returns a random number generator that depends only on run seed, node path and tick. All calls in one tick
-    /// return the same generator. Does not allocate.
+    /// Returns a random number generator that depends only on run seed, node path, tick and, in a node with parts, the
+    /// part that advances. All calls in one tick return the same generator. Does not allocate.
     pub fn rng(&self) -> ChaCha8Rng {
-        let mut rng = self.node_seed.rng();
+        let seed = match self.part {
+            Some(part) => self.node_seed.derive_index("part", u64::from(part)),
+            None => self.node_seed,
+        };
+        let mut rng = seed.rng();
         rng.set_stream(self.tick);
         rng
     }

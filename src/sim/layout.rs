@@ -1,6 +1,7 @@
 //! Lays out a valid description: assigns every signal, filter and state its place in the arenas.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use super::draft::{EdgeDraft, ProbeDraft};
 use super::error::BuildError;
@@ -22,7 +23,7 @@ use super::time::{SimDuration, Timebase};
 /// A node that passed the checks.
 pub(crate) struct CheckedNode {
     pub path: String,
-    pub body: Box<dyn Node>,
+    pub body: Arc<dyn Node>,
     pub ports: PortDecl,
     pub world: bool,
 }
@@ -242,7 +243,7 @@ impl Plans {
         order: &[usize],
         places: &Places,
         wires: &Wires,
-    ) -> (Self, Vec<NodeInfo>, Vec<Box<dyn Node>>) {
+    ) -> (Self, Vec<NodeInfo>, Vec<Arc<dyn Node>>) {
         let mut plans = Self::default();
         let (mut infos, mut bodies) = (Vec::new(), Vec::new());
         let mut waiting: Vec<Option<CheckedNode>> = nodes.into_iter().map(Some).collect();
@@ -353,6 +354,7 @@ impl Plans {
     ) -> (Vec<Slot>, [Vec<GatherPlan>; 2]) {
         let mut slots = Vec::with_capacity(ports.inputs.len());
         let mut gathers = [Vec::new(), Vec::new()];
+        let emits = ports.outputs.iter().any(|output| !output.registered);
         for (input, feeds) in ports.inputs.iter().zip(sources) {
             slots.push(match feeds.as_slice() {
                 [only] => *only,
@@ -360,7 +362,8 @@ impl Plans {
                     let into = self.gathered.take(input.shape.width);
                     if !many.is_empty() {
                         let sources = append(&mut self.gather_sources, many);
-                        gathers[usize::from(input.at_advance)].push(GatherPlan { into, sources });
+                        let late = input.at_advance || !emits;
+                        gathers[usize::from(late)].push(GatherPlan { into, sources });
                     }
                     Slot::Gathered(into)
                 }

@@ -128,7 +128,7 @@ mod time;
 mod unoptimised;
 mod world;
 
-pub use builder::{EdgeId, GraphBuilder, Module, Scope};
+pub use builder::{GraphBuilder, Module, Scope};
 pub use checkpoint::Checkpoint;
 pub use closures::{Apply, ApplyPorts, Signal};
 #[cfg(feature = "mpi")]

@@ -55,8 +55,10 @@ pub trait Node: Any + Send + Sync {
 
     /// Writes the initial state and registered outputs, which are zero before the call. Called by
     /// [`Simulator::new`](super::Simulator::new) and [`Simulator::reset`](super::Simulator::reset).
-    fn init(&self, state: &mut StateMut<'_>, registered: &mut Outputs<'_>) {
-        let _ = (state, registered);
+    ///
+    /// The context is that of tick 0, but its random numbers are not those of the first tick.
+    fn init(&self, cx: &StepCx<'_>, state: &mut StateMut<'_>, registered: &mut Outputs<'_>) {
+        let _ = (cx, state, registered);
     }
 
     /// Computes the outputs of this tick from inputs and state.

@@ -44,6 +44,7 @@ pub trait Parts: Send + Sync {
             let state = &mut state[item.state.of()];
             let scratch = scratch.reborrow();
             let part = item.part as usize;
+            let cx = &StepCx { part: Some(item.part), ..*cx };
             self.advance(cx, part, &mut PartIo { inputs, state: &mut *state, results, scratch });
             if !events.is_empty() {
                 self.events(part, state, item.units as usize, events);

@@ -227,6 +227,11 @@ impl std::ops::Deref for OutputDecl {
     }
 }
 
+/// Returns whether a port with this name can be found by name.
+pub(crate) fn is_port_name(name: &str) -> bool {
+    !name.is_empty() && !name.contains(['.', '/'])
+}
+
 /// Size of a node's state: the values that it keeps from tick to tick.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct StateSpec {

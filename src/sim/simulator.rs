@@ -22,6 +22,7 @@ use super::real::{Real, Span};
 use super::run::{RunConfig, RunReport, Stop, StopReason};
 use super::seed::Seed;
 use super::spikes::{SpikeRecording, Spikes};
+use super::stage::Clock;
 use super::talk::Talk;
 use super::team::Team;
 use super::time::{SimDuration, Timebase};
@@ -75,6 +76,10 @@ pub struct Simulator {
     pub(super) recordings: Vec<Recording>,
     pub(super) spikes: Vec<SpikeRecording>,
     pub(super) command: Vec<Real>,
+    /// Run seed and noise scale of the start, to which a reset returns.
+    start: (Seed, Real),
+    /// Why the values are not those after a whole tick: empty as long as they change, and after a panic.
+    pub(super) interrupted: Option<String>,
 }
 
 impl GraphBuilder {
@@ -85,7 +90,7 @@ impl GraphBuilder {
     ///
     /// # Errors
     /// [`SimError::Build`] with all faults of the description; otherwise as [`Simulator::new`].
-    pub fn start(self, plan: &dyn Lowering, seed: Seed) -> Result<Simulator, SimError> {
+    pub fn start(&self, plan: &dyn Lowering, seed: Seed) -> Result<Simulator, SimError> {
         let graph = self.build(Timebase::default(), plan, seed)?;
         Simulator::new(Arc::new(graph), RunConfig::seeded(seed))
     }
@@ -95,7 +100,7 @@ impl GraphBuilder {
     /// # Errors
     /// As these two.
     pub fn run(
-        self,
+        &self,
         plan: &dyn Lowering,
         seed: Seed,
         duration: SimDuration,
@@ -157,21 +162,30 @@ impl Simulator {
             recordings,
             spikes,
             command,
+            start: (run.seed, run.noise),
+            interrupted: None,
         };
-        sim.reseed(run.seed);
         sim.reset()?;
         Ok(sim)
     }
 
-    /// Returns to tick 0 and empties the recordings. The next run has the same bits as a run of a new simulator.
+    /// Returns to tick 0, with the run seed and noise scale of [`new`](Self::new), and empties the recordings. The next run
+    /// has the same bits as a run of a new simulator.
     ///
     /// # Errors
     /// [`SimError::World`] if the world cannot be reset.
     pub fn reset(&mut self) -> Result<(), SimError> {
+        self.change(Self::start_again)
+    }
+
+    fn start_again(&mut self) -> Result<(), SimError> {
         self.tick = 0;
+        self.noise = self.start.1;
+        self.reseed(self.start.0);
         self.clear_recordings();
-        let Self { graph, arenas, team, .. } = self;
+        let Self { graph, arenas, team, seed, noise, .. } = self;
         arenas.clear();
+        let clock = Clock { tick: 0, time: graph.time, noise: *noise };
         for (node, body) in graph.nodes.iter().zip(&graph.bodies) {
             let parts = &graph.parts[node.parts.of()];
             let mut in_parts = vec![0.0; parts.iter().map(|part| part.state.len()).sum()];
@@ -189,7 +203,8 @@ impl Simulator {
                 registered: true,
                 values: &mut arenas.registered[node.registered.of()],
             };
-            body.init(&mut state, &mut registered);
+            let cx = clock.cx(seed.derive(&node.path, "init"));
+            body.init(&cx, &mut state, &mut registered);
             let mut rest = &in_parts[..];
             for (index, part) in node.parts.of().zip(parts) {
                 let (own, after) = rest.split_at(part.state.len());
@@ -207,8 +222,29 @@ impl Simulator {
         Ok(())
     }
 
+    /// Changes the values. If that fails or panics halfway, the run cannot go on from there.
+    pub(super) fn change(
+        &mut self,
+        change: impl FnOnce(&mut Self) -> Result<(), SimError>,
+    ) -> Result<(), SimError> {
+        self.interrupted = Some(String::new());
+        let outcome = change(self);
+        self.interrupted = outcome.as_ref().err().map(ToString::to_string);
+        outcome
+    }
+
+    /// Checks that the values are those after a whole tick.
+    pub(super) fn check_whole(&self) -> Result<(), SimError> {
+        let reason = match self.interrupted.as_deref() {
+            None => return Ok(()),
+            Some("") => "a node or the world panicked",
+            Some(reason) => reason,
+        };
+        Err(SimError::Interrupted { tick: self.tick, reason: reason.into() })
+    }
+
     /// Changes the run seed. The world keeps its state.
-    pub(crate) fn reseed(&mut self, seed: Seed) {
+    pub(super) fn reseed(&mut self, seed: Seed) {
         self.seed = seed;
         self.arenas.stage.seeds =
             self.graph.nodes.iter().map(|n| seed.derive(&n.path, "noise")).collect();
@@ -247,7 +283,9 @@ impl Simulator {
     /// - [`SimError::Config`] if `span` is not a whole number of ticks;
     /// - [`SimError::Node`] or [`SimError::World`] if a node or the world fails;
     /// - [`SimError::NonFinite`] if a value becomes infinite or not a number;
-    /// - [`SimError::ProbeStorage`] if there is too little memory for the samples of a probe.
+    /// - [`SimError::ProbeStorage`] if there is too little memory for the samples of a probe;
+    /// - [`SimError::Interrupted`] if an earlier call failed within a tick. [`reset`](Self::reset) and
+    ///   [`restore`](Self::restore) make the run usable again.
     pub fn run_for(&mut self, span: SimDuration) -> Result<RunReport, SimError> {
         self.run_until(span, |_| ControlFlow::Continue(()))
     }
@@ -275,13 +313,14 @@ impl Simulator {
         limit: u64,
         mut stop: impl FnMut(SimView<'_>) -> Stop,
     ) -> Result<RunReport, SimError> {
+        self.check_whole()?;
         let mut done = 0;
         let mut reason = StopReason::TimeUp;
         'run: while done < limit {
             let block = BLOCK.min(limit - done);
             self.reserve(block)?;
             for _ in 0..block {
-                self.step()?;
+                self.change(Self::step)?;
                 done += 1;
                 if let ControlFlow::Break(why) = stop(SimView { sim: self }) {
                     reason = why;

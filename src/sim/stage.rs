@@ -33,7 +33,7 @@ impl Clock {
     /// Returns the context of a call of a node with this seed.
     pub fn cx<'a>(self, node_seed: Seed) -> StepCx<'a> {
         let Self { tick, time, noise } = self;
-        StepCx { tick, time, noise_scale: noise, node_seed, graph: PhantomData }
+        StepCx { tick, time, noise_scale: noise, node_seed, part: None, graph: PhantomData }
     }
 }
 

@@ -79,7 +79,7 @@ impl Talk {
 
     /// Tells the other ranks of an error, unless they know it already. They then stop in the same tick.
     pub fn tell(&self, tick: u64, error: &SimError) {
-        if matches!(error, SimError::Rank { .. }) {
+        if matches!(error, SimError::Rank { .. } | SimError::Interrupted { .. }) {
             return;
         }
         // An error here means that the others have stopped for another reason.

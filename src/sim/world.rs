@@ -1,6 +1,7 @@
 //! The world: a system outside the graph that runs in the same simulated time.
 
 use std::any::Any;
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
@@ -134,7 +135,7 @@ impl Scope<'_> {
     pub fn world(&mut self, name: &str, link: WorldLink) -> NodePorts {
         let mut ports = PortDecl::default();
         link.declare(&mut ports);
-        self.push(name, Body::World(Box::new(link)), ports)
+        self.push(name, Body::World(Arc::new(link)), ports)
     }
 }
 
