@@ -8,8 +8,9 @@ use std::sync::Arc;
 use symbolt::neurons::{Ensemble, LifSpec, Population, PopulationPlan};
 use symbolt::sim::{
     Add, AdvanceIo, Constant, EmitIo, Fingerprint, Graph, GraphBuilder, In, InputSpec, Node,
-    NodeFault, Out, OutputSpec, PortDecl, ProbeSpec, RunConfig, Scalar, ScriptedWorld, Seed, SimDuration,
-    SimError, Simulator, StepCx, Stimulus, StopReason, Synapse, Vector, WorldLink,
+    NodeFault, Out, OutputSpec, PortDecl, ProbeId, ProbeSpec, RunConfig, Scalar, ScriptedWorld,
+    Seed, SimDuration, SimError, Simulator, StepCx, Stimulus, StopReason, Synapse, Vector,
+    WorldLink,
 };
 
 #[path = "support/engine.rs"]
@@ -128,15 +129,15 @@ fn one_description_is_built_in_two_modes() {
     };
     let (exact, spiking) =
         (PopulationPlan::direct(), PopulationPlan::all(Population::Lif(LifSpec::default())));
-    let read = |graph: &GraphBuilder, probe, plan: &PopulationPlan| -> Vec<f32> {
+    let read = |graph: &GraphBuilder, probe: ProbeId<Vector>, plan: &PopulationPlan| -> Vec<f32> {
         let sim = graph.run(plan, Seed::new(3), MS(200)).expect("runs");
-        sim.samples::<Vector>(probe).iter().map(|(_, value)| value[0]).collect()
+        sim.samples(&probe).iter().map(|(_, value)| value[0]).collect()
     };
     let (both, probe) = describe();
-    let found = [&exact, &spiking].map(|plan| read(&both, &probe, plan));
+    let found = [&exact, &spiking].map(|plan| read(&both, probe, plan));
     for (found, plan) in found.iter().zip([&exact, &spiking]) {
         let (alone, probe) = describe();
-        assert_eq!(*found, read(&alone, &probe, plan));
+        assert_eq!(*found, read(&alone, probe, plan));
     }
     assert!((found[0][199] - 0.25).abs() < 1e-4, "{}", found[0][199]);
     assert!(found[0] != found[1] && (found[1][199] - 0.25).abs() < 0.1, "{}", found[1][199]);

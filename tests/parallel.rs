@@ -350,7 +350,7 @@ impl Node for Draws {
     }
     fn fingerprint(&self, _hash: &mut Fingerprint) {}
     fn init(&self, cx: &StepCx<'_>, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
-        assert_eq!((cx.tick(), cx.dt_s()), (0, 1e-3));
+        assert_eq!((cx.tick(), cx.dt_s(), cx.noise_scale()), (0, 1e-3, 1.0));
         let mut rng = cx.rng();
         state.reals.iter_mut().for_each(|value| *value = rng.random());
     }

@@ -284,11 +284,6 @@ impl Scope<'_> {
         self.builder.connect(from, to, via);
     }
 
-    /// Records an output during every run.
-    pub fn probe<K: Kind>(&mut self, of: &Out<K>, spec: ProbeSpec) -> ProbeId<K> {
-        self.builder.probe(of, spec)
-    }
-
     /// Makes the input of an inner node the module's own input `name`. Faults then call the port `bind.a`, as users of
     /// the module know it, and not `bind/left.in`. Use the name of the field in the module's port struct.
     pub fn input<K: Kind>(&mut self, name: &str, port: In<K>) -> In<K> {
@@ -382,11 +377,6 @@ impl Scope<'_> {
             }
             _ => None,
         }
-    }
-
-    /// Returns the path of this scope, empty at the root.
-    pub fn path(&self) -> &str {
-        &self.path
     }
 
     /// Gives a port the name `exposed` in this scope. Faulty handles and handles of other builders stay as they are.

@@ -98,8 +98,8 @@ pub(crate) struct PhasePlan {
     pub reals: Span,
     pub words: Span,
     pub longs: Span,
-    /// Sizes of scratch memory: reals, doubles, complexes, words.
-    pub scratch: [u32; 4],
+    /// Sizes of scratch memory: reals, complexes, words.
+    pub scratch: [u32; 3],
 }
 
 #[derive(Debug, Clone)]

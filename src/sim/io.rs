@@ -172,8 +172,6 @@ pub struct StateMut<'a> {
 pub struct Scratch<'a> {
     /// Single-precision values.
     pub reals: &'a mut [Real],
-    /// Double-precision values.
-    pub doubles: &'a mut [f64],
     /// Complex values.
     pub complexes: &'a mut [Complex],
     /// 32-bit integers.
@@ -186,7 +184,6 @@ impl Scratch<'_> {
     pub(crate) fn reborrow(&mut self) -> Scratch<'_> {
         Scratch {
             reals: &mut *self.reals,
-            doubles: &mut *self.doubles,
             complexes: &mut *self.complexes,
             words: &mut *self.words,
         }
@@ -197,7 +194,6 @@ impl Scratch<'_> {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ScratchArena {
     pub reals: Vec<Real>,
-    pub doubles: Vec<f64>,
     pub complexes: Vec<Complex>,
     pub words: Vec<u32>,
 }
@@ -206,27 +202,20 @@ impl ScratchArena {
     pub fn new(sizes: &ScratchSpec) -> Self {
         Self {
             reals: vec![0.0; sizes.reals],
-            doubles: vec![0.0; sizes.doubles],
             complexes: vec![Complex::default(); sizes.complexes],
             words: vec![0; sizes.words],
         }
     }
 
-    /// Lends scratch memory of these lengths: reals, doubles, complexes, words.
+    /// Lends scratch memory of these lengths: reals, complexes, words.
     #[inline]
-    pub fn lend(&mut self, lengths: [u32; 4]) -> Scratch<'_> {
-        if lengths == [0; 4] {
-            return Scratch {
-                reals: &mut [],
-                doubles: &mut [],
-                complexes: &mut [],
-                words: &mut [],
-            };
+    pub fn lend(&mut self, lengths: [u32; 3]) -> Scratch<'_> {
+        if lengths == [0; 3] {
+            return Scratch { reals: &mut [], complexes: &mut [], words: &mut [] };
         }
-        let [reals, doubles, complexes, words] = lengths.map(|n| n as usize);
+        let [reals, complexes, words] = lengths.map(|n| n as usize);
         Scratch {
             reals: &mut self.reals[..reals],
-            doubles: &mut self.doubles[..doubles],
             complexes: &mut self.complexes[..complexes],
             words: &mut self.words[..words],
         }

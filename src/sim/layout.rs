@@ -170,7 +170,6 @@ impl Places {
             );
             let scratch = &mut places.scratch;
             scratch.reals = scratch.reals.max(ports.scratch.reals);
-            scratch.doubles = scratch.doubles.max(ports.scratch.doubles);
             scratch.complexes = scratch.complexes.max(ports.scratch.complexes);
             scratch.words = scratch.words.max(ports.scratch.words);
         }
@@ -285,7 +284,7 @@ impl Plans {
             .collect();
         let stateful = ports.state != StateSpec::default();
         let scratch = &ports.scratch;
-        let scratch = [scratch.reals, scratch.doubles, scratch.complexes, scratch.words];
+        let scratch = [scratch.reals, scratch.complexes, scratch.words];
         let emit = PhasePlan {
             node: index as u32,
             own: signals,

@@ -145,7 +145,7 @@ pub use lowering::{LayerRequest, Lowering, LoweringFault, PendingLayer};
 pub use mpi::{MpiSession, MpiStartError};
 pub use node::Node;
 pub use nodes::{Add, AddPorts, Constant, Noise, NoisePorts, Stimulus};
-pub use parts::{Batch, PartIo, PartSpec, Parts};
+pub use parts::{PartIo, PartSpec, Parts};
 pub use port::{AnyInput, AnyOutput, InputSpec, OutputSpec, PortDecl, ScratchSpec, StateSpec};
 pub use probe::Samples;
 pub use probe_spec::{Capacity, ProbeId, ProbeSpec, SpikeProbe};

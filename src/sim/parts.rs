@@ -90,7 +90,7 @@ pub struct PartIo<'a> {
     pub scratch: Scratch<'a>,
 }
 
-/// Parts of one node that a thread advances, and the memory for them.
+/// Parts of one node that a thread advances, and the memory for them. Only the engine makes one.
 #[derive(Debug)]
 pub struct Batch<'a> {
     pub(crate) items: &'a [Item],

@@ -96,7 +96,7 @@ impl SimDuration {
     }
 
     /// Returns whether the duration is zero.
-    pub const fn is_zero(self) -> bool {
+    pub(crate) const fn is_zero(self) -> bool {
         self.micros == 0
     }
 }
