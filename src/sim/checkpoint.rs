@@ -114,8 +114,8 @@ impl Simulator {
     /// of the graph are unchanged; a run with a world must then be reset or restored, because the world may have changed.
     pub fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), SimError> {
         self.restore_world(checkpoint).inspect_err(|error| self.tell(error))?;
-        if let Some(talk) = &self.talk {
-            talk.check_restored(checkpoint.hash())?;
+        if let Some(messages) = &self.messages {
+            messages.check_restored(checkpoint.hash())?;
         }
         self.arenas.stage.signals.copy_from_slice(&checkpoint.signals);
         self.arenas.registered.copy_from_slice(&checkpoint.registered);
@@ -149,8 +149,8 @@ impl Simulator {
             let into = &mut all[part.state.of()];
             self.team.with_state(index, |state| into.copy_from_slice(state));
         }
-        if let Some(talk) = &self.talk {
-            talk.gather_states(self.tick, &self.graph, &mut all)?;
+        if let Some(messages) = &self.messages {
+            messages.gather_states(self.tick, &self.graph, &mut all)?;
         }
         Ok(all)
     }

@@ -102,6 +102,7 @@ mod io;
 mod kind;
 mod layout;
 mod lowering;
+mod messages;
 #[cfg(feature = "mpi")]
 mod mpi;
 mod node;
@@ -120,7 +121,6 @@ mod simulator;
 mod spikes;
 mod stage;
 mod synapse;
-mod talk;
 mod team;
 mod threads;
 mod tick;

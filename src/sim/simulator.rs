@@ -14,6 +14,7 @@ use super::handle::Out;
 use super::io::{Outputs, StateMut, StateRef};
 use super::kind::{Kind, Vector};
 use super::lowering::Lowering;
+use super::messages::Messages;
 use super::parts::Parts;
 use super::probe::{Recording, Samples};
 use super::probe_spec::{Capacity, ProbeId, SpikeProbe};
@@ -23,7 +24,6 @@ use super::run::{RunConfig, RunReport, Stop, StopReason};
 use super::seed::Seed;
 use super::spikes::{SpikeRecording, Spikes};
 use super::stage::Clock;
-use super::talk::Talk;
 use super::team::Team;
 use super::time::{SimDuration, Timebase};
 use super::world::World;
@@ -71,7 +71,7 @@ pub struct Simulator {
     pub(crate) world: Option<Box<dyn World>>,
     pub(super) team: Team,
     /// What the ranks of the run tell one another.
-    pub(super) talk: Option<Talk>,
+    pub(super) messages: Option<Messages>,
     pub(super) world_ticks: u64,
     pub(super) recordings: Vec<Recording>,
     pub(super) spikes: Vec<SpikeRecording>,
@@ -144,7 +144,8 @@ impl Simulator {
             .iter()
             .map(|node| SpikeRecording { units: graph.bodies[*node].units(), ..Default::default() })
             .collect();
-        let talk = graph.ranks.as_ref().map(|ranks| Talk::new(&graph, ranks)).transpose()?;
+        let messages =
+            graph.ranks.as_ref().map(|ranks| Messages::new(&graph, ranks)).transpose()?;
         let rank = graph.ranks.as_ref().map_or(0, Ranks::rank);
         let own = graph.parts.iter().filter(|part| part.rank as usize == rank);
         let (parts, work) =
@@ -152,7 +153,7 @@ impl Simulator {
         let mut sim = Self {
             arenas: Arenas::new(&graph.sizes),
             team: Team::new(&graph, rank, run.threads.count(parts, work)),
-            talk,
+            messages,
             graph,
             tick: 0,
             seed: run.seed,
@@ -252,8 +253,8 @@ impl Simulator {
 
     /// Tells the other ranks of an error.
     pub(super) fn tell(&self, error: &SimError) {
-        if let Some(talk) = &self.talk {
-            talk.tell(self.tick, error);
+        if let Some(messages) = &self.messages {
+            messages.tell(self.tick, error);
         }
     }
 

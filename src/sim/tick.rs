@@ -81,8 +81,8 @@ impl Simulator {
             let path = graph.nodes[node].path.clone();
             SimError::Node { path, tick, source }
         })?;
-        if let Some(talk) = &mut self.talk {
-            talk.exchange(tick, &self.arenas.stage.held, &mut self.arenas.results)?;
+        if let Some(messages) = &mut self.messages {
+            messages.exchange(tick, &self.arenas.stage.held, &mut self.arenas.results)?;
         }
         let Self { graph, arenas, .. } = self;
         if !graph.parts.is_empty() {

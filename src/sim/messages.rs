@@ -7,9 +7,9 @@ use super::layout::HEADER;
 use super::ranks::{ExchangeFault, Lengths, Ranks};
 use super::real::Real;
 
-/// What a rank does when it speaks: the first word of all that it sends.
+/// What a rank does when it speaks: the first number of all that it sends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Word {
+enum Message {
     Tick = 1,
     Save = 2,
     Restore = 3,
@@ -20,7 +20,7 @@ enum Word {
 const ROUND: u64 = 64;
 
 /// The exchange of a simulator with the other ranks.
-pub(crate) struct Talk {
+pub(crate) struct Messages {
     ranks: Ranks,
     fingerprint: u32,
     /// What each rank sends in a tick.
@@ -29,7 +29,7 @@ pub(crate) struct Talk {
     own: Vec<Real>,
 }
 
-impl Talk {
+impl Messages {
     pub fn new(graph: &Graph, ranks: &Ranks) -> Result<Self, SimError> {
         let (mut results, mut states) = (vec![HEADER; ranks.ranks()], vec![0; ranks.ranks()]);
         for part in &graph.parts {
@@ -51,7 +51,7 @@ impl Talk {
         Ok(Self { ranks: ranks.clone(), fingerprint, results, states, own })
     }
 
-    fn header(&self, word: Word, tick: u64, values: u64) -> [u32; HEADER] {
+    fn header(&self, word: Message, tick: u64, values: u64) -> [u32; HEADER] {
         [word as u32, tick as u32, self.fingerprint, values as u32]
     }
 
@@ -63,7 +63,7 @@ impl Talk {
         held: &[Real],
         results: &mut [Real],
     ) -> Result<(), SimError> {
-        let header = self.header(Word::Tick, tick, sample(held, tick));
+        let header = self.header(Message::Tick, tick, sample(held, tick));
         let own = self.results.of(self.ranks.rank());
         self.own.copy_from_slice(&results[own]);
         write(header, &mut self.own);
@@ -74,7 +74,7 @@ impl Talk {
     /// Checks that all ranks restore a checkpoint with the same hash.
     pub fn check_restored(&self, hash: u64) -> Result<(), SimError> {
         // Ranks may come from different ticks.
-        self.agree(self.header(Word::Restore, 0, hash))
+        self.agree(self.header(Message::Restore, 0, hash))
     }
 
     /// Tells the other ranks of an error, unless they know it already. They then stop in the same tick.
@@ -83,7 +83,7 @@ impl Talk {
             return;
         }
         // An error here means that the others have stopped for another reason.
-        if self.send(self.header(Word::Fault, tick, 0)).is_ok() {
+        if self.send(self.header(Message::Fault, tick, 0)).is_ok() {
             let _ = self.ranks.reasons(&error.to_string());
         }
     }
@@ -95,7 +95,7 @@ impl Talk {
         graph: &Graph,
         all: &mut [Real],
     ) -> Result<(), SimError> {
-        self.agree(self.header(Word::Save, tick, 0))?;
+        self.agree(self.header(Message::Save, tick, 0))?;
         let rank = self.ranks.rank();
         let own: Vec<Real> = graph
             .parts
@@ -137,7 +137,7 @@ impl Talk {
             std::array::from_fn(|word| theirs[word].to_bits())
         };
         let ranks = 0..self.ranks.ranks();
-        if let Some(rank) = ranks.clone().find(|rank| theirs(*rank)[0] == Word::Fault as u32) {
+        if let Some(rank) = ranks.clone().find(|rank| theirs(*rank)[0] == Message::Fault as u32) {
             let reason = self.ranks.reasons("")?.swap_remove(rank);
             return Err(ExchangeFault { rank, reason: format!("stopped: {reason}") });
         }
@@ -148,7 +148,7 @@ impl Talk {
         let does = match theirs(rank) {
             [_, _, other, _] if other != graph => "runs another graph than this one".into(),
             [other, _, _, different] if other == word && different != values => {
-                match word == Word::Restore as u32 {
+                match word == Message::Restore as u32 {
                     true => "restores another checkpoint than this one".into(),
                     false => format!("has other values than this one in tick {tick}"),
                 }
