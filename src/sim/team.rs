@@ -1,8 +1,8 @@
 //! The seam between emit and commit: shares of the parts, and the threads that compute them.
 //!
-//! Each thread owns a share of the parts, with their states, for the whole run. Parts are dealt out one by one, each to
+//! Each thread owns a share of the parts, with their states, for the whole run. Parts are assigned one by one, each to
 //! the share with the least work so far, so that neighbours, which a closed gate silences together, lie in different
-//! shares. In each tick the calling thread lends the values that parts read to the crew, computes its own share, and
+//! shares. In each tick the calling thread lends the values that parts read to the workers, computes its own share, and
 //! waits. A share that its thread has not begun by then is computed by the caller: a busy core then costs time, but no
 //! tick waits for a thread that sleeps.
 //!
@@ -45,9 +45,9 @@ struct Share {
     work: u64,
 }
 
-/// Deals out the parts of `graph` that rank `rank` computes among `threads` shares. Returns the shares, and for each part
+/// Assigns the parts of `graph` that rank `rank` computes among `threads` shares. Returns the shares, and for each part
 /// its share and its index in the share.
-fn deal(graph: &Graph, rank: usize, threads: usize) -> (Vec<Share>, Vec<Option<(u32, u32)>>) {
+fn assign(graph: &Graph, rank: usize, threads: usize) -> (Vec<Share>, Vec<Option<(u32, u32)>>) {
     let mut shares: Vec<Share> = (0..threads).map(|_| Share::default()).collect();
     let mut places = vec![None; graph.parts.len()];
     let mut order: Vec<usize> =
@@ -110,15 +110,15 @@ impl Share {
     }
 }
 
-/// A share of the crew, with its results.
-struct Held {
+/// A share of the workers, with its results.
+struct Assignment {
     share: Share,
     results: Vec<Real>,
 }
 
-/// A share's place in the crew.
-struct Berth {
-    held: Mutex<Held>,
+/// A share's place in the workers.
+struct Worker {
+    held: Mutex<Assignment>,
     /// The last tick for which somebody took the share.
     taken: AtomicU64,
     asleep: AtomicBool,
@@ -126,10 +126,10 @@ struct Berth {
 
 struct Shared {
     graph: Arc<Graph>,
-    /// What the crew reads in a tick. The caller lends its own for the time of the tick.
+    /// What the workers reads in a tick. The caller lends its own for the time of the tick.
     stage: RwLock<Stage>,
-    berths: Vec<Berth>,
-    /// Number of ticks begun. Each berth is taken once in each.
+    all: Vec<Worker>,
+    /// Number of ticks begun. Each worker is taken once in each.
     tick: AtomicU64,
     done: AtomicUsize,
     failed: AtomicBool,
@@ -156,18 +156,18 @@ impl Shared {
     /// Computes a share, unless somebody else has taken it. A caller that holds the lock of the stage hands it over: to
     /// take it twice on one thread may block for ever.
     fn run<S: Deref<Target = Stage>>(&self, index: usize, tick: u64, stage: impl FnOnce() -> S) {
-        let berth = &self.berths[index];
-        if !berth.take(tick) {
+        let worker = &self.all[index];
+        if !worker.take(tick) {
             return;
         }
         let _done = Done(self);
         let stage = stage();
-        let mut held = berth.lock();
-        let Held { share, results } = &mut *held;
+        let mut held = worker.lock();
+        let Assignment { share, results } = &mut *held;
         share.run(&self.graph, &stage, results);
     }
 
-    /// Computes the share `index` in every tick until the crew is dismissed.
+    /// Computes the share `index` in every tick until the workers is dismissed.
     fn serve(&self, index: usize) {
         let mut seen = 0;
         loop {
@@ -177,7 +177,7 @@ impl Shared {
                 spins += 1;
                 std::hint::spin_loop();
                 if spins.is_multiple_of(64) && since.elapsed() > SPIN {
-                    let asleep = &self.berths[index].asleep;
+                    let asleep = &self.all[index].asleep;
                     asleep.store(true, SeqCst);
                     // Looking again after the announcement: otherwise a tick begun in between would wake nobody.
                     if self.tick.load(SeqCst) == seen {
@@ -186,7 +186,7 @@ impl Shared {
                     asleep.store(false, SeqCst);
                 }
             }
-            // In this order: the crew is dismissed by `stop`, then by one more tick, in which nothing may be computed.
+            // In this order: the workers is dismissed by `stop`, then by one more tick, in which nothing may be computed.
             seen = self.tick.load(SeqCst);
             if self.stop.load(SeqCst) {
                 return;
@@ -196,34 +196,34 @@ impl Shared {
     }
 }
 
-impl Berth {
+impl Worker {
     /// Takes the share for this tick. Returns `false` if somebody else has.
     fn take(&self, tick: u64) -> bool {
         self.taken.compare_exchange(tick - 1, tick, SeqCst, SeqCst).is_ok()
     }
 
-    fn lock(&self) -> MutexGuard<'_, Held> {
+    fn lock(&self) -> MutexGuard<'_, Assignment> {
         self.held.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 /// The other threads of a run. They live as long as their simulator.
-struct Crew {
+struct Workers {
     shared: Arc<Shared>,
     threads: Vec<JoinHandle<()>>,
     wake: Vec<Thread>,
 }
 
-impl Crew {
+impl Workers {
     fn new(graph: &Arc<Graph>, shares: Vec<Share>) -> Self {
-        let berth = |mut share: Share| {
+        let worker = |mut share: Share| {
             let mut end = 0;
             for item in &mut share.items {
                 let start = end;
                 end += item.results.len() as u32;
                 item.results = Span { start, end };
             }
-            Berth {
+            Worker {
                 held: Mutex::new(Held { share, results: vec![0.0; end as usize] }),
                 taken: AtomicU64::new(0),
                 asleep: AtomicBool::new(false),
@@ -232,7 +232,7 @@ impl Crew {
         let shared = Arc::new(Shared {
             graph: graph.clone(),
             stage: RwLock::default(),
-            berths: shares.into_iter().map(berth).collect(),
+            all: shares.into_iter().map(worker).collect(),
             tick: AtomicU64::new(0),
             done: AtomicUsize::new(0),
             failed: AtomicBool::new(false),
@@ -251,14 +251,14 @@ impl Crew {
             let thread = thread::Builder::new().name(format!("symbolt-{}", index + 1));
             thread.spawn(serve).ok()
         };
-        let threads: Vec<_> = (0..shared.berths.len()).map_while(start).collect();
+        let threads: Vec<_> = (0..shared.all.len()).map_while(start).collect();
         // The first steps of a thread allocate. On a busy machine they would otherwise fall into a tick.
         starts.iter().take(threads.len()).for_each(drop);
         let wake = threads.iter().map(|thread| thread.thread().clone()).collect();
         Self { shared, threads, wake }
     }
 
-    /// Exchanges the caller's stage with that of the crew.
+    /// Exchanges the caller's stage with that of the workers.
     fn swap(&self, stage: &mut Stage) {
         std::mem::swap(
             &mut *self.shared.stage.write().unwrap_or_else(PoisonError::into_inner),
@@ -277,8 +277,8 @@ impl Crew {
     }
 
     fn wake(&self) {
-        for (thread, berth) in self.wake.iter().zip(&self.shared.berths) {
-            if berth.asleep.swap(false, SeqCst) {
+        for (thread, worker) in self.wake.iter().zip(&self.shared.all) {
+            if worker.asleep.swap(false, SeqCst) {
                 thread.unpark();
             }
         }
@@ -290,15 +290,15 @@ impl Crew {
     /// If a node panicked on another thread.
     fn finish(&self, tick: u64, stage: &Stage) {
         let shared = &self.shared;
-        (0..shared.berths.len()).for_each(|index| shared.run(index, tick, || stage));
+        (0..shared.all.len()).for_each(|index| shared.run(index, tick, || stage));
         self.wait();
         assert!(!shared.failed.load(SeqCst), "a node panicked on another thread of the run");
     }
 
-    /// Copies the results of the crew's parts to their ranges in `results`.
+    /// Copies the results of the workers's parts to their ranges in `results`.
     fn collect(&self, graph: &Graph, results: &mut [Real]) {
-        for berth in &self.shared.berths {
-            let held = berth.lock();
+        for worker in &self.shared.all {
+            let held = worker.lock();
             for (part, item) in held.share.parts.iter().zip(&held.share.items) {
                 let into = &mut results[graph.parts[*part as usize].results.of()];
                 into.copy_from_slice(&held.results[item.results.of()]);
@@ -308,8 +308,8 @@ impl Crew {
 
     /// Leaves out what nobody has begun, and waits for the rest.
     fn abandon(&self, tick: u64) {
-        for berth in &self.shared.berths {
-            if berth.take(tick) {
+        for worker in &self.shared.all {
+            if worker.take(tick) {
                 self.shared.done.fetch_add(1, SeqCst);
             }
         }
@@ -318,7 +318,7 @@ impl Crew {
 
     fn wait(&self) {
         let mut spins = 0u32;
-        while self.shared.done.load(SeqCst) < self.shared.berths.len() {
+        while self.shared.done.load(SeqCst) < self.shared.all.len() {
             spins += 1;
             std::hint::spin_loop();
             if spins.is_multiple_of(1024) {
@@ -328,7 +328,7 @@ impl Crew {
     }
 }
 
-impl Drop for Crew {
+impl Drop for Workers {
     fn drop(&mut self) {
         self.shared.stop.store(true, SeqCst);
         self.shared.tick.fetch_add(1, SeqCst);
@@ -343,17 +343,17 @@ impl Drop for Crew {
 /// The shares of a run and the threads that compute them.
 pub(crate) struct Team {
     own: Share,
-    crew: Option<Crew>,
+    workers: Option<Workers>,
     /// For each part, the share and the index in it; `None` if another rank computes the part. Share 0 is `own`.
     places: Vec<Option<(u32, u32)>>,
 }
 
 impl Team {
     pub fn new(graph: &Arc<Graph>, rank: usize, threads: usize) -> Self {
-        let (mut shares, places) = deal(graph, rank, threads);
+        let (mut shares, places) = assign(graph, rank, threads);
         let own = shares.remove(0);
-        let crew = (!shares.is_empty()).then(|| Crew::new(graph, shares));
-        Self { own, crew, places }
+        let workers = (!shares.is_empty()).then(|| Workers::new(graph, shares));
+        Self { own, workers, places }
     }
 
     /// Advances all parts, and calls `meanwhile` while the others compute. The results of each part go to its range in
@@ -367,26 +367,26 @@ impl Team {
         results: &mut [Real],
         meanwhile: impl FnOnce(&Stage) -> Result<(), E>,
     ) -> Result<(), E> {
-        let Self { own, crew, .. } = self;
-        let begun = crew.as_ref().map(|crew| (crew, crew.begin(stage)));
+        let Self { own, workers, .. } = self;
+        let begun = workers.as_ref().map(|workers| (workers, workers.begin(stage)));
         let outcome = panic::catch_unwind(AssertUnwindSafe(|| {
-            let Some((crew, tick)) = begun else {
+            let Some((workers, tick)) = begun else {
                 meanwhile(stage)?;
                 own.run(graph, stage, results);
                 return Ok(());
             };
-            let stage = crew.shared.stage();
+            let stage = workers.shared.stage();
             let outcome = meanwhile(&stage);
             own.run(graph, &stage, results);
-            crew.finish(tick, &stage);
+            workers.finish(tick, &stage);
             outcome
         }));
-        if let Some((crew, tick)) = begun {
+        if let Some((workers, tick)) = begun {
             match &outcome {
-                Ok(_) => crew.collect(graph, results),
-                Err(_) => crew.abandon(tick),
+                Ok(_) => workers.collect(graph, results),
+                Err(_) => workers.abandon(tick),
             }
-            crew.swap(stage);
+            workers.swap(stage);
         }
         outcome.unwrap_or_else(|cause| panic::resume_unwind(cause))
     }
@@ -395,8 +395,8 @@ impl Team {
     pub fn with_state<T>(&self, part: usize, read: impl FnOnce(&[Real]) -> T) -> Option<T> {
         let (share, index) = self.places[part]?;
         let of = |share: &Share| read(&share.state[share.items[index as usize].state.of()]);
-        Some(match (share.checked_sub(1), &self.crew) {
-            (Some(berth), Some(crew)) => of(&crew.shared.berths[berth as usize].lock().share),
+        Some(match (share.checked_sub(1), &self.workers) {
+            (Some(worker), Some(workers)) => of(&workers.shared.all[worker as usize].lock().share),
             _ => of(&self.own),
         })
     }
@@ -407,8 +407,10 @@ impl Team {
         let set = |share: &mut Share| {
             share.state[share.items[index as usize].state.of()].copy_from_slice(state);
         };
-        match (share.checked_sub(1), &self.crew) {
-            (Some(berth), Some(crew)) => set(&mut crew.shared.berths[berth as usize].lock().share),
+        match (share.checked_sub(1), &self.workers) {
+            (Some(worker), Some(workers)) => {
+                set(&mut workers.shared.all[worker as usize].lock().share)
+            }
             _ => set(&mut self.own),
         }
     }
