@@ -234,7 +234,7 @@ impl Graph {
 
     /// Returns all nodes with their paths, in the order in which they emit. Callers that know the type of a node can
     /// downcast the node.
-    pub fn parts(&self) -> impl Iterator<Item = (&str, &dyn Any)> {
+    pub fn nodes(&self) -> impl Iterator<Item = (&str, &dyn Any)> {
         let bodies = self.bodies.iter().map(|body| &**body as &dyn Any);
         self.paths().zip(bodies)
     }
