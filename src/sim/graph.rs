@@ -176,7 +176,7 @@ pub struct Graph {
     pub(crate) time: Timebase,
     pub(crate) seed: Seed,
     pub(crate) fingerprint: u64,
-    /// The process's seat, if several processes run the graph.
+    /// The process's rank, if several processes run the graph.
     pub(crate) ranks: Option<Ranks>,
 }
 
