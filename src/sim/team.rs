@@ -110,15 +110,15 @@ impl Share {
     }
 }
 
-/// A share of the workers, with its results.
+/// The share of a worker, with its results.
 struct Assignment {
     share: Share,
     results: Vec<Real>,
 }
 
-/// A share's place in the workers.
+/// A thread beside the calling one, and what it computes.
 struct Worker {
-    held: Mutex<Assignment>,
+    assignment: Mutex<Assignment>,
     /// The last tick for which somebody took the share.
     taken: AtomicU64,
     asleep: AtomicBool,
@@ -126,10 +126,10 @@ struct Worker {
 
 struct Shared {
     graph: Arc<Graph>,
-    /// What the workers reads in a tick. The caller lends its own for the time of the tick.
+    /// What the workers read in a tick. The caller lends its own for the time of the tick.
     stage: RwLock<Stage>,
-    all: Vec<Worker>,
-    /// Number of ticks begun. Each worker is taken once in each.
+    workers: Vec<Worker>,
+    /// Number of ticks begun. Each assignment is taken once in each.
     tick: AtomicU64,
     done: AtomicUsize,
     failed: AtomicBool,
@@ -156,18 +156,18 @@ impl Shared {
     /// Computes a share, unless somebody else has taken it. A caller that holds the lock of the stage hands it over: to
     /// take it twice on one thread may block for ever.
     fn run<S: Deref<Target = Stage>>(&self, index: usize, tick: u64, stage: impl FnOnce() -> S) {
-        let worker = &self.all[index];
+        let worker = &self.workers[index];
         if !worker.take(tick) {
             return;
         }
         let _done = Done(self);
         let stage = stage();
-        let mut held = worker.lock();
-        let Assignment { share, results } = &mut *held;
+        let mut assignment = worker.lock();
+        let Assignment { share, results } = &mut *assignment;
         share.run(&self.graph, &stage, results);
     }
 
-    /// Computes the share `index` in every tick until the workers is dismissed.
+    /// Computes the share `index` in every tick until the workers are dismissed.
     fn serve(&self, index: usize) {
         let mut seen = 0;
         loop {
@@ -177,7 +177,7 @@ impl Shared {
                 spins += 1;
                 std::hint::spin_loop();
                 if spins.is_multiple_of(64) && since.elapsed() > SPIN {
-                    let asleep = &self.all[index].asleep;
+                    let asleep = &self.workers[index].asleep;
                     asleep.store(true, SeqCst);
                     // Looking again after the announcement: otherwise a tick begun in between would wake nobody.
                     if self.tick.load(SeqCst) == seen {
@@ -186,7 +186,7 @@ impl Shared {
                     asleep.store(false, SeqCst);
                 }
             }
-            // In this order: the workers is dismissed by `stop`, then by one more tick, in which nothing may be computed.
+            // In this order: the workers are dismissed by `stop`, then by one more tick, in which nothing may be computed.
             seen = self.tick.load(SeqCst);
             if self.stop.load(SeqCst) {
                 return;
@@ -203,7 +203,7 @@ impl Worker {
     }
 
     fn lock(&self) -> MutexGuard<'_, Assignment> {
-        self.held.lock().unwrap_or_else(PoisonError::into_inner)
+        self.assignment.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -224,7 +224,7 @@ impl Workers {
                 item.results = Span { start, end };
             }
             Worker {
-                held: Mutex::new(Held { share, results: vec![0.0; end as usize] }),
+                assignment: Mutex::new(Assignment { share, results: vec![0.0; end as usize] }),
                 taken: AtomicU64::new(0),
                 asleep: AtomicBool::new(false),
             }
@@ -232,7 +232,7 @@ impl Workers {
         let shared = Arc::new(Shared {
             graph: graph.clone(),
             stage: RwLock::default(),
-            all: shares.into_iter().map(worker).collect(),
+            workers: shares.into_iter().map(worker).collect(),
             tick: AtomicU64::new(0),
             done: AtomicUsize::new(0),
             failed: AtomicBool::new(false),
@@ -251,7 +251,7 @@ impl Workers {
             let thread = thread::Builder::new().name(format!("symbolt-{}", index + 1));
             thread.spawn(serve).ok()
         };
-        let threads: Vec<_> = (0..shared.all.len()).map_while(start).collect();
+        let threads: Vec<_> = (0..shared.workers.len()).map_while(start).collect();
         // The first steps of a thread allocate. On a busy machine they would otherwise fall into a tick.
         starts.iter().take(threads.len()).for_each(drop);
         let wake = threads.iter().map(|thread| thread.thread().clone()).collect();
@@ -277,7 +277,7 @@ impl Workers {
     }
 
     fn wake(&self) {
-        for (thread, worker) in self.wake.iter().zip(&self.shared.all) {
+        for (thread, worker) in self.wake.iter().zip(&self.shared.workers) {
             if worker.asleep.swap(false, SeqCst) {
                 thread.unpark();
             }
@@ -290,25 +290,25 @@ impl Workers {
     /// If a node panicked on another thread.
     fn finish(&self, tick: u64, stage: &Stage) {
         let shared = &self.shared;
-        (0..shared.all.len()).for_each(|index| shared.run(index, tick, || stage));
+        (0..shared.workers.len()).for_each(|index| shared.run(index, tick, || stage));
         self.wait();
         assert!(!shared.failed.load(SeqCst), "a node panicked on another thread of the run");
     }
 
-    /// Copies the results of the workers's parts to their ranges in `results`.
+    /// Copies the results of the workers' parts to their ranges in `results`.
     fn collect(&self, graph: &Graph, results: &mut [Real]) {
-        for worker in &self.shared.all {
-            let held = worker.lock();
-            for (part, item) in held.share.parts.iter().zip(&held.share.items) {
+        for worker in &self.shared.workers {
+            let assignment = worker.lock();
+            for (part, item) in assignment.share.parts.iter().zip(&assignment.share.items) {
                 let into = &mut results[graph.parts[*part as usize].results.of()];
-                into.copy_from_slice(&held.results[item.results.of()]);
+                into.copy_from_slice(&assignment.results[item.results.of()]);
             }
         }
     }
 
     /// Leaves out what nobody has begun, and waits for the rest.
     fn abandon(&self, tick: u64) {
-        for worker in &self.shared.all {
+        for worker in &self.shared.workers {
             if worker.take(tick) {
                 self.shared.done.fetch_add(1, SeqCst);
             }
@@ -318,7 +318,7 @@ impl Workers {
 
     fn wait(&self) {
         let mut spins = 0u32;
-        while self.shared.done.load(SeqCst) < self.shared.all.len() {
+        while self.shared.done.load(SeqCst) < self.shared.workers.len() {
             spins += 1;
             std::hint::spin_loop();
             if spins.is_multiple_of(1024) {
@@ -396,7 +396,9 @@ impl Team {
         let (share, index) = self.places[part]?;
         let of = |share: &Share| read(&share.state[share.items[index as usize].state.of()]);
         Some(match (share.checked_sub(1), &self.workers) {
-            (Some(worker), Some(workers)) => of(&workers.shared.all[worker as usize].lock().share),
+            (Some(worker), Some(workers)) => {
+                of(&workers.shared.workers[worker as usize].lock().share)
+            }
             _ => of(&self.own),
         })
     }
@@ -409,7 +411,7 @@ impl Team {
         };
         match (share.checked_sub(1), &self.workers) {
             (Some(worker), Some(workers)) => {
-                set(&mut workers.shared.all[worker as usize].lock().share)
+                set(&mut workers.shared.workers[worker as usize].lock().share)
             }
             _ => set(&mut self.own),
         }
