@@ -13,11 +13,11 @@ use symbolt::sim::{Fingerprint, Ranks, launched};
 use super::args::BadArgument;
 
 /// The rank of this process, if the command is shared.
-static SEAT: OnceLock<Ranks> = OnceLock::new();
+static RANKS: OnceLock<Ranks> = OnceLock::new();
 
 /// Returns the rank of this process, if several processes share the command.
 pub(crate) fn own() -> Option<&'static Ranks> {
-    SEAT.get()
+    RANKS.get()
 }
 
 /// Returns whether this process writes: it is alone, or the first.
@@ -110,7 +110,7 @@ pub(crate) fn together(command: &str, main: impl FnOnce() -> Ended) -> ExitCode 
         }
     };
     let rank = session.ranks().rank();
-    let _ = SEAT.set(session.ranks());
+    let _ = RANKS.set(session.ranks());
     let message = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
         eprintln!("symbolt: rank {rank} panicked; all ranks end");
