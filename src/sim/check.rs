@@ -28,6 +28,20 @@ impl GraphBuilder {
     /// has a separate seed, the run seed in [`RunConfig`](super::RunConfig). Costs O(nodes log nodes + edges)
     /// in addition to the work of `plan`.
     ///
+    /// ```
+    /// use symbolt::prelude::*;
+    ///
+    /// let mut graph = GraphBuilder::new();
+    /// let half = graph.add("half", Constant::vector(&[0.5]));
+    /// let point = graph.add("point", Ensemble::new(1).identity("same"));
+    /// graph.route(&half >> &point.input);
+    /// let spiking = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    /// for plan in [PopulationPlan::direct(), spiking] {
+    ///     graph.build(Timebase::default(), &plan, Seed::new(1))?;
+    /// }
+    /// # Ok::<(), symbolt::sim::BuildErrors>(())
+    /// ```
+    ///
     /// # Errors
     /// All faults of the description, together.
     pub fn build(

@@ -3,8 +3,8 @@
 //! # Describe, build, run
 //!
 //! A [`GraphBuilder`] describes a graph: it adds modules and nodes, connects their ports and places probes.
-//! [`GraphBuilder::build`] checks the description and returns an immutable [`Graph`], or all faults at once. A
-//! [`Simulator`] runs the graph. Several simulators can share one graph; each owns all numbers that change.
+//! [`GraphBuilder::build`] checks the description and returns an immutable [`Graph`], or all faults at once. One
+//! description can be built in several modes. A [`Simulator`] runs the graph. Several simulators can share one graph; each owns all numbers that change.
 //!
 //! ```
 //! use symbolt::prelude::*;
