@@ -41,11 +41,6 @@ impl Fingerprint {
         self
     }
 
-    /// Adds the bits of a number.
-    pub fn real(&mut self, value: f64) -> &mut Self {
-        self.number(value.to_bits())
-    }
-
     /// Adds the bits of several numbers. Costs one multiplication per number.
     pub fn reals(&mut self, values: &[Real]) -> &mut Self {
         self.number(values.len() as u64);

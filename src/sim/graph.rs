@@ -202,7 +202,7 @@ pub struct EventSource {
 
 impl Graph {
     /// Returns the clock.
-    pub fn timebase(&self) -> Timebase {
+    pub(crate) fn timebase(&self) -> Timebase {
         self.time
     }
 

@@ -157,7 +157,7 @@ impl Timebase {
     }
 
     /// Returns the simulated time of `ticks` ticks. Saturates at about 584,000 years.
-    pub fn span(&self, ticks: u64) -> SimDuration {
+    pub(crate) fn span(&self, ticks: u64) -> SimDuration {
         SimDuration::from_micros(ticks.saturating_mul(self.tick.micros))
     }
 }
