@@ -22,7 +22,7 @@ fn main() -> ExitCode {
     MpiSession::run(model)
 }
 
-fn model(seat: &Ranks) -> Result<(), Box<dyn Error>> {
+fn model(ranks: &Ranks) -> Result<(), Box<dyn Error>> {
     // All processes describe and build the same graph. Each solves and runs its share of the neurons.
     let things = VocabularyBuilder::<Things>::new(64, Seed::new(1))
         .pointers(["CUP"])
@@ -39,9 +39,9 @@ fn model(seat: &Ranks) -> Result<(), Box<dyn Error>> {
     graph.connect(&left, &unbind.role, Synapse::None);
     let probe = ProbeSpec::default().filtered(Synapse::lowpass_ms(10));
     let probe = graph.probe(&unbind.output, probe);
-    let plan = PopulationPlan::all(Population::Lif(LifSpec::default())).shared(seat);
+    let plan = PopulationPlan::all(Population::Lif(LifSpec::default())).shared(ranks);
     let graph = graph.build(Timebase::default(), &plan, Seed::new(1))?;
-    eprintln!("rank {} of {}: {} neurons", seat.rank(), seat.ranks(), own_neurons(&graph));
+    eprintln!("rank {} of {}: {} neurons", ranks.rank(), ranks.ranks(), own_neurons(&graph));
 
     let mut sim = Simulator::new(graph.into(), RunConfig::default())?;
     let half = SimDuration::from_millis(100);
@@ -55,7 +55,7 @@ fn model(seat: &Ranks) -> Result<(), Box<dyn Error>> {
             sim.run_for(half)?;
             // All processes take the checkpoint, and each has the whole.
             let checkpoint = sim.checkpoint()?;
-            if seat.rank() == 0 {
+            if ranks.rank() == 0 {
                 let file = std::env::temp_dir().join("symbolt-ranks.json");
                 write_atomic(&file, serde_json::to_vec(&checkpoint)?, Overwrite::Allowed)?;
                 println!("checkpoint at {:.1} s: {}", sim.time_s(), file.display());
@@ -64,7 +64,7 @@ fn model(seat: &Ranks) -> Result<(), Box<dyn Error>> {
     }
     sim.run_for(half)?;
     // Every process knows all values; one prints them.
-    if seat.rank() == 0
+    if ranks.rank() == 0
         && let Some((time_s, value)) = sim.samples(&probe).last()
     {
         println!("similarity to CUP at {time_s:.1} s: {:.6}", cosine(&value, &things.get("CUP")?));

@@ -177,12 +177,4 @@ mistakes! {
     probe_of_an_input "compile_fail,E0308"
     r#"graph.probe(&seen.input, ProbeSpec::default());"#
     r#"graph.probe(&seen.output, ProbeSpec::default());"#
-
-    described_after_it_was_built "compile_fail,E0382"
-    r#"let built = graph.build(Timebase::default(), &PopulationPlan::direct(), Seed::new(1));
-    graph.route(&seen >> &held);
-    assert!(built.is_err());"#
-    r#"graph.route(&seen >> &held);
-    let built = graph.build(Timebase::default(), &PopulationPlan::direct(), Seed::new(1));
-    assert!(built.is_err());"#
 }

@@ -222,16 +222,16 @@ fn ending(ranks: usize, role: &str, folder: &Path) -> Vec<String> {
 fn a_process_of_a_role() {
     let Ok(role) = env::var(ROLE) else { return };
     let session = MpiSession::start().expect("MPI starts");
-    let seat = session.ranks();
-    let failure = act(&role, &seat).err().map(|error| {
+    let ranks = session.ranks();
+    let failure = act(&role, &ranks).err().map(|error| {
         let sentence = error.to_string();
         Failure { code: 3, sentence }
     });
     std::process::exit(i32::from(session.end(failure, |sentence| eprintln!("told: {sentence}"))));
 }
 
-fn act(role: &str, seat: &Ranks) -> Result<(), Box<dyn std::error::Error>> {
-    let (own, fails) = (seat.rank(), role == "last tick");
+fn act(role: &str, ranks: &Ranks) -> Result<(), Box<dyn std::error::Error>> {
+    let (own, fails) = (ranks.rank(), role == "last tick");
     let mut graph = GraphBuilder::new();
     // Not a number after the exchange of the last tick, on one rank.
     let value =
@@ -240,7 +240,7 @@ fn act(role: &str, seat: &Ranks) -> Result<(), Box<dyn std::error::Error>> {
     let map = graph.add("map", Ensemble::new(1).copies(3).identity("same"));
     let input = graph.add("input", Constant::vector(&[0.5; 3]));
     graph.connect(&input, &map.input, Synapse::None);
-    let plan = PopulationPlan::all(Population::Lif(LifSpec::default())).shared(seat);
+    let plan = PopulationPlan::all(Population::Lif(LifSpec::default())).shared(ranks);
     let graph = graph.build(Timebase::default(), &plan, Seed::new(1))?;
     let mut sim = Simulator::new(graph.into(), RunConfig::default())?;
     sim.run_for(SimDuration::from_millis(if role == "early" && own == 1 { 10 } else { 20 }))?;

@@ -41,7 +41,7 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
     }
     let overwrite = if args.force { Overwrite::Allowed } else { Overwrite::Never };
     match args.save.as_deref() {
-        Some(_) if ranks::seat().is_some() => {
+        Some(_) if ranks::own().is_some() => {
             let problem = "--save: several processes share the network, and none has all of it; save it in one process";
             return Err(BadArgument(problem.into()).into());
         }
@@ -60,7 +60,7 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
         choice: choice("choice", &args.choice, &CHOICES)?,
         sim_ms: (args.sim_seconds * 1e3).round() as u64,
         seed: Seed::new(args.common.seed),
-        ranks: ranks::seat().cloned(),
+        ranks: ranks::own().cloned(),
         ..Standard::default()
     };
     ranks::check_alike(args.load.as_deref())?;
@@ -121,7 +121,7 @@ fn ready(args: &BenchArgs, spec: &Standard, model: Model) -> Result<Ready, Error
     }
     let built = spec.build(model).map_err(|error| scaled(error, args.neurons_scale))?;
     let peak_mb = peak_rss_mb();
-    if ranks::seat().is_some() {
+    if ranks::own().is_some() {
         return Ok(Ready { built, load_s: None, peak_mb });
     }
     let bytes = built.solved().encode()?;
@@ -180,7 +180,7 @@ fn summary(
         "exchanged_values": measured.exchanged_values,
         "dimensions": args.dimensions,
         "threads": rayon::current_num_threads(),
-        "ranks": ranks::seat().map_or(1, |seat| seat.ranks()),
+        "ranks": ranks::own().map_or(1, |ranks| ranks.ranks()),
         "build_s": measured.build_s,
         "load_s": load_s,
         "wall_per_sim_s": measured.run_s / measured.sim_s,

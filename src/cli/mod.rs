@@ -74,7 +74,7 @@ pub(crate) fn main() -> ExitCode {
             let error = with_options(error, &command);
             Ended { code: code(&error), sentence: Some(sentence(&error)) }
         }
-        Err(usage) if ranks::seat().is_none() => usage.exit(),
+        Err(usage) if ranks::own().is_none() => usage.exit(),
         Err(usage) if usage.use_stderr() => {
             let text = usage.to_string();
             let sentence = text.trim_start_matches("error: ").trim_end().to_owned();

@@ -1,4 +1,4 @@
-//! One command in several processes: the seat of this process, and how all of them end together.
+//! One command in several processes: the rank of this process, and how all of them end together.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -12,30 +12,30 @@ use symbolt::sim::{Fingerprint, Ranks, launched};
 
 use super::args::BadArgument;
 
-/// The seat of this process, if the command is shared.
-static SEAT: OnceLock<Ranks> = OnceLock::new();
+/// The rank of this process, if the command is shared.
+static RANKS: OnceLock<Ranks> = OnceLock::new();
 
-/// Returns the seat of this process, if several processes share the command.
-pub(crate) fn seat() -> Option<&'static Ranks> {
-    SEAT.get()
+/// Returns the rank of this process, if several processes share the command.
+pub(crate) fn own() -> Option<&'static Ranks> {
+    RANKS.get()
 }
 
 /// Returns whether this process writes: it is alone, or the first.
 pub(crate) fn leads() -> bool {
-    seat().is_none_or(|seat| seat.rank() == 0)
+    own().is_none_or(|ranks| ranks.rank() == 0)
 }
 
 /// Shares the neurons of a plan among the processes that share the command.
 pub(crate) fn shared(plan: PopulationPlan) -> PopulationPlan {
     // The first process records the spikes of all.
-    seat().into_iter().fold(plan, |plan, seat| plan.shared(&seat.clone().with_events()))
+    own().into_iter().fold(plan, |plan, ranks| plan.shared(&ranks.clone().with_events()))
 }
 
 /// Checks that all processes run the same program with the same arguments, and that their processors solve decoders to the
 /// same bits, unless the populations come from the file `load`. The simulator checks in every tick whether they also run
 /// them to the same bits.
 pub(crate) fn check_alike(load: Option<&Path>) -> Result<(), Error> {
-    let Some(seat) = seat() else { return Ok(()) };
+    let Some(ranks) = own() else { return Ok(()) };
     let program = std::env::current_exe().context("cannot find the program itself")?;
     let mut hash = Fingerprint::default();
     hash.text(&format!("{:?}", std::env::args_os().skip(1).collect::<Vec<_>>()));
@@ -57,7 +57,7 @@ pub(crate) fn check_alike(load: Option<&Path>) -> Result<(), Error> {
         (build, "runs another build of symbolt than this one; expected the same for all"),
         (model, what),
     ] {
-        if let Some(rank) = seat.differs(number).map_err(Error::from)? {
+        if let Some(rank) = ranks.differs(number).map_err(Error::from)? {
             return Err(BadArgument(format!("rank {rank} {what}")).into());
         }
     }
@@ -67,7 +67,7 @@ pub(crate) fn check_alike(load: Option<&Path>) -> Result<(), Error> {
 /// Warns if this process shares the command and may use fewer cores than `threads`, the number that the user asked for.
 pub(crate) fn warn_of_binding(threads: usize) {
     let cores = thread::available_parallelism().map_or(threads, usize::from);
-    if seat().is_some() && leads() && threads > cores {
+    if own().is_some() && leads() && threads > cores {
         super::output::warn(&format!(
             "--threads is {threads}, but this process may use {} only; \
              Open MPI binds processes to cores unless it is started as `mpirun --bind-to none`",
@@ -110,7 +110,7 @@ pub(crate) fn together(command: &str, main: impl FnOnce() -> Ended) -> ExitCode 
         }
     };
     let rank = session.ranks().rank();
-    let _ = SEAT.set(session.ranks());
+    let _ = RANKS.set(session.ranks());
     let message = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
         eprintln!("symbolt: rank {rank} panicked; all ranks end");

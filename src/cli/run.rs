@@ -355,7 +355,7 @@ fn episodes(
         others.collect::<Result<Vec<_>, TaskError>>()
     };
     let in_order = || (0..all).filter(rest).map(other).collect();
-    let (recorded, others) = match (all, ranks::seat()) {
+    let (recorded, others) = match (all, ranks::own()) {
         // Alone, the episode has all threads for its ticks. Ranks must run their episodes in the same order.
         (1, _) => (recorded(), Ok(Vec::new())),
         (_, Some(_)) => (recorded(), in_order()),

@@ -193,9 +193,9 @@ impl LayerRequest for Ensemble {
         ports.input("in", InputSpec::vector(wide(self.dims)).sum().at_advance());
         for Decoded { name, width, .. } in &self.functions {
             let good = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
-            if name.is_empty() || !name.chars().all(good) {
+            if !name.chars().all(good) {
                 ports.fault(format!(
-                    "`{name}` is not a valid name of a function; use one or more of the characters a-z, A-Z, 0-9, `_`, `-` and `.`"
+                    "`{name}` is not a valid name of a function; use one or more of the characters a-z, A-Z, 0-9, `_` and `-`"
                 ));
             }
             ports.output(name, OutputSpec::vector(wide(*width)).registered().filtered_only());
@@ -207,7 +207,13 @@ impl Module for Ensemble {
     type Ports = EnsemblePorts;
 
     fn expand(self, scope: &mut Scope<'_>) -> EnsemblePorts {
-        EnsemblePorts::of(scope.layer("neurons", self))
+        let names: Vec<String> = self.functions.iter().map(|own| own.name.clone()).collect();
+        let node = scope.layer("neurons", self);
+        scope.input("input", node.input::<Vector>("in"));
+        for name in names {
+            scope.output(&name, node.output::<Vector>(&name));
+        }
+        EnsemblePorts::of(node)
     }
 }
 
@@ -272,7 +278,7 @@ impl Node for NeuralEnsemble {
         hash.number(self.bank.kept.fingerprint);
     }
 
-    fn init(&self, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
+    fn init(&self, _cx: &StepCx<'_>, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
         self.bank.init(state.reals);
     }
 

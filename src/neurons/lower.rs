@@ -196,14 +196,14 @@ fn banks(part: &dyn Any) -> Option<Vec<Kept>> {
 
 /// Returns the number of neurons in `graph`, those of all ranks together. Layers in direct mode have none.
 pub fn neurons(graph: &Graph) -> usize {
-    let banks = graph.parts().filter_map(|(_, part)| banks(part)).flatten();
+    let banks = graph.nodes().filter_map(|(_, part)| banks(part)).flatten();
     banks.map(|kept| kept.bank.shape.ensembles * kept.bank.shape.neurons).sum()
 }
 
 /// Returns the number of neurons in `graph` that this process solved and advances: all of them, unless several ranks
 /// share the graph.
 pub fn own_neurons(graph: &Graph) -> usize {
-    let banks = graph.parts().filter_map(|(_, part)| banks(part)).flatten();
+    let banks = graph.nodes().filter_map(|(_, part)| banks(part)).flatten();
     let own = |bank: &Bank| bank.own.as_ref().map_or(bank.shape.ensembles, Vec::len);
     banks.map(|kept| own(&kept.bank) * kept.bank.shape.neurons).sum()
 }
@@ -215,7 +215,7 @@ impl SolvedModel {
     /// Shares memory with the graph: nothing is copied.
     pub fn of(graph: &Graph) -> Self {
         let mut layers = BTreeMap::new();
-        for (path, part) in graph.parts() {
+        for (path, part) in graph.nodes() {
             let Some(kept) = banks(part) else { continue };
             if kept.iter().all(|kept| kept.bank.own.is_none()) {
                 layers.insert(path.to_owned(), kept);

@@ -288,8 +288,8 @@ impl PopulationPlan {
     /// #     }
     /// # }
     /// // Two threads stand for two processes.
-    /// let run = |seat: Ranks| {
-    ///     let plan = PopulationPlan::all(Population::Lif(LifSpec::default())).shared(&seat);
+    /// let run = |ranks: Ranks| {
+    ///     let plan = PopulationPlan::all(Population::Lif(LifSpec::default())).shared(&ranks);
     ///     let mut graph = GraphBuilder::new();
     ///     let input = graph.add("input", Constant::vector(&[0.5; 40]));
     ///     let squares = graph.add("squares", Squares);
@@ -300,8 +300,8 @@ impl PopulationPlan {
     ///     Ok::<_, symbolt::sim::SimError>(sim.value(&squares.output).to_vec())
     /// };
     /// let values: Vec<_> = std::thread::scope(|scope| {
-    ///     let seats = Ranks::in_process(2).into_iter();
-    ///     let threads: Vec<_> = seats.map(|seat| scope.spawn(move || run(seat))).collect();
+    ///     let group = Ranks::in_process(2).into_iter();
+    ///     let threads: Vec<_> = group.map(|ranks| scope.spawn(move || run(ranks))).collect();
     ///     threads.into_iter().filter_map(|thread| thread.join().ok()).collect()
     /// });
     /// assert_eq!(values[0], values[1], "both know all values");

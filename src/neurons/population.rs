@@ -80,7 +80,7 @@ impl Node for Neural {
         }
     }
 
-    fn init(&self, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
+    fn init(&self, _cx: &StepCx<'_>, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
         self.bank.init(state.reals);
     }
 
@@ -151,7 +151,7 @@ impl Node for NeuralProduct {
         hash.number(self.bank.kept.fingerprint);
     }
 
-    fn init(&self, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
+    fn init(&self, _cx: &StepCx<'_>, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
         self.bank.init(state.reals);
     }
 

@@ -95,7 +95,7 @@ impl Node for NeuralSelect {
         }
     }
 
-    fn init(&self, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
+    fn init(&self, _cx: &StepCx<'_>, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
         let (chosen, rest) = state.reals.split_at_mut(self.chosen.bank().state_len());
         self.chosen.init(chosen);
         if let Some(rivals) = self.rivalry.bank() {

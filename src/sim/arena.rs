@@ -1,23 +1,16 @@
 //! The arenas: a few flat vectors that hold all numbers of a run. The layout assigns the ranges.
 
 use super::graph::{Sizes, Source};
-use super::node::{Complex, Real, Scratch};
-use super::port::ScratchSpec;
-use super::seed::Seed;
-use super::team::Rest;
-use super::tick::{Clock, View};
+use super::io::ScratchArena;
+use super::real::Real;
+use super::stage::Stage;
 
 /// All numbers that change during a run, except those of the world.
-#[derive(Debug, Clone)]
 pub(crate) struct Arenas {
-    /// Outputs written in emit, in the order of emits.
-    pub signals: Vec<Real>,
+    /// What nodes read.
+    pub stage: Stage,
     /// Registered outputs, as nodes and the world last wrote them.
     pub registered: Vec<Real>,
-    /// Values that stay constant during a tick: registered outputs at its start, then the filters of connections.
-    pub held: Vec<Real>,
-    /// Sums of several sources, and zeros for unconnected inputs.
-    pub gathered: Vec<Real>,
     pub reals: Vec<Real>,
     pub words: Vec<u32>,
     pub longs: Vec<u64>,
@@ -27,22 +20,16 @@ pub(crate) struct Arenas {
     pub scratch: ScratchArena,
 }
 
-/// Scratch memory, lent to one node at a time.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct ScratchArena {
-    pub reals: Vec<Real>,
-    pub doubles: Vec<f64>,
-    pub complexes: Vec<Complex>,
-    pub words: Vec<u32>,
-}
-
 impl Arenas {
     pub fn new(sizes: &Sizes) -> Self {
         Self {
-            signals: vec![0.0; sizes.signals],
+            stage: Stage {
+                signals: vec![0.0; sizes.signals],
+                held: vec![0.0; sizes.held],
+                gathered: vec![0.0; sizes.gathered],
+                ..Stage::default()
+            },
             registered: vec![0.0; sizes.registered],
-            held: vec![0.0; sizes.held],
-            gathered: vec![0.0; sizes.gathered],
             reals: vec![0.0; sizes.reals],
             words: vec![0; sizes.words],
             longs: vec![0; sizes.longs],
@@ -52,32 +39,13 @@ impl Arenas {
         }
     }
 
-    /// Returns what nodes read in advance, and what they change.
-    pub fn split<'a>(&'a mut self, seeds: &'a [Seed], clock: Clock) -> (View<'a>, Rest<'a>) {
-        let view = View {
-            signals: &self.signals,
-            held: &self.held,
-            gathered: &self.gathered,
-            seeds,
-            cx: clock.cx(),
-        };
-        let rest = Rest {
-            registered: &mut self.registered,
-            reals: &mut self.reals,
-            words: &mut self.words,
-            longs: &mut self.longs,
-            scratch: &mut self.scratch,
-        };
-        (view, rest)
-    }
-
     /// Sets all numbers to zero. Scratch memory stays as it is, because no node may rely on its contents.
     pub fn clear(&mut self) {
         for arena in [
-            &mut self.signals,
+            &mut self.stage.signals,
+            &mut self.stage.held,
+            &mut self.stage.gathered,
             &mut self.registered,
-            &mut self.held,
-            &mut self.gathered,
             &mut self.reals,
             &mut self.probe_filters,
             &mut self.results,
@@ -90,51 +58,20 @@ impl Arenas {
 
     /// Makes the registered outputs visible to the next tick.
     pub fn commit_registered(&mut self) {
-        self.held[..self.registered.len()].copy_from_slice(&self.registered);
+        self.stage.held[..self.registered.len()].copy_from_slice(&self.registered);
     }
 
     /// Returns the latest values of a source.
     pub fn source(&self, source: Source) -> &[Real] {
         match source {
-            Source::Signal(span) => &self.signals[span.of()],
+            Source::Signal(span) => &self.stage.signals[span.of()],
             Source::Registered(span) => &self.registered[span.of()],
         }
     }
 
     /// Returns whether every signal, registered output and filter is a finite number.
     pub fn all_finite(&self) -> bool {
-        finite(&self.signals) && finite(&self.registered) && finite(&self.held)
-    }
-}
-
-impl ScratchArena {
-    pub fn new(sizes: &ScratchSpec) -> Self {
-        Self {
-            reals: vec![0.0; sizes.reals],
-            doubles: vec![0.0; sizes.doubles],
-            complexes: vec![Complex::default(); sizes.complexes],
-            words: vec![0; sizes.words],
-        }
-    }
-
-    /// Lends scratch memory of these lengths: reals, doubles, complexes, words.
-    #[inline]
-    pub fn lend(&mut self, lengths: [u32; 4]) -> Scratch<'_> {
-        if lengths == [0; 4] {
-            return Scratch {
-                reals: &mut [],
-                doubles: &mut [],
-                complexes: &mut [],
-                words: &mut [],
-            };
-        }
-        let [reals, doubles, complexes, words] = lengths.map(|n| n as usize);
-        Scratch {
-            reals: &mut self.reals[..reals],
-            doubles: &mut self.doubles[..doubles],
-            complexes: &mut self.complexes[..complexes],
-            words: &mut self.words[..words],
-        }
+        finite(&self.stage.signals) && finite(&self.registered) && finite(&self.stage.held)
     }
 }
 

@@ -5,23 +5,16 @@ use std::panic::Location;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::check;
 use super::draft::{Body, Draft, EdgeDraft, NodeDraft, ProbeDraft};
-use super::error::{BuildError, BuildErrors, SimError};
-use super::graph::Graph;
+use super::error::BuildError;
+use super::find;
 use super::handle::{In, NodePorts, Out, PortRef};
 use super::kind::{Kind, Pointer, Space, VocabTag};
-use super::lowering::{LayerRequest, Lowering};
+use super::lowering::LayerRequest;
 use super::node::Node;
-use super::port::PortDecl;
-use super::probe::{self, ProbeId, ProbeSpec};
-use super::run::RunConfig;
-use super::seed::Seed;
-use super::simulator::Simulator;
-use super::spikes::{self, SpikeProbe};
+use super::port::{PortDecl, is_port_name};
+use super::probe_spec::{ProbeId, ProbeSpec, SpikeProbe};
 use super::synapse::Synapse;
-use super::time::{SimDuration, Timebase};
-use super::world::WorldLink;
 
 /// The next builder's number, unique within the process. A builder recognises handles of other builders by this
 /// number. Results do not depend on it.
@@ -72,11 +65,7 @@ pub trait Module {
     fn expand(self, scope: &mut Scope<'_>) -> Self::Ports;
 }
 
-/// The index of a connection, in the order of [`connect`](GraphBuilder::connect) calls.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct EdgeId(pub usize);
-
-/// The description of a graph. [`build`](GraphBuilder::build) turns it into a [`Graph`].
+/// The description of a graph. [`build`](GraphBuilder::build) turns it into a [`Graph`](super::Graph).
 ///
 /// Adding, connecting and probing never fail. The builder collects faults, and `build` returns all of them.
 ///
@@ -96,7 +85,7 @@ pub struct EdgeId(pub usize);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct GraphBuilder {
-    draft: Draft,
+    pub(crate) draft: Draft,
 }
 
 impl Default for GraphBuilder {
@@ -124,12 +113,6 @@ impl GraphBuilder {
         self.root().node(name, node)
     }
 
-    /// Adds the link to the world under `name`. A graph has at most one link.
-    #[track_caller]
-    pub fn world(&mut self, name: &str, link: WorldLink) -> NodePorts {
-        self.root().world(name, link)
-    }
-
     /// Connects an output to an input of the same kind.
     ///
     /// A scalar output fits a scalar input:
@@ -152,7 +135,7 @@ impl GraphBuilder {
     /// let sum = graph.add("sum", Add::scalar());
     /// graph.connect(&one, &sum.input, Synapse::None);
     /// ```
-    pub fn connect<K: Kind>(&mut self, from: &Out<K>, to: &In<K>, via: Synapse) -> EdgeId {
+    pub fn connect<K: Kind>(&mut self, from: &Out<K>, to: &In<K>, via: Synapse) {
         let from = self.resolve(&from.port, "output");
         let to = self.resolve(&to.port, "input");
         match (from, to) {
@@ -160,7 +143,6 @@ impl GraphBuilder {
             (None, Some(to)) => self.draft.excused.push(to),
             (_, None) => {}
         }
-        EdgeId(self.draft.edges.len().saturating_sub(1))
     }
 
     /// Records an output during every run.
@@ -192,7 +174,7 @@ impl GraphBuilder {
     /// ```
     pub fn probe_at<K: Kind>(&mut self, name: &str, spec: ProbeSpec) -> ProbeId<K> {
         let index = self.draft.probes.len();
-        match probe::find::<K>(&self.draft.nodes, name) {
+        match find::output::<K>(&self.draft.nodes, name) {
             Ok(of) => self.draft.probes.push(ProbeDraft { of, spec }),
             Err(fault) => self.draft.faults.push(fault),
         }
@@ -207,56 +189,11 @@ impl GraphBuilder {
     /// A tick stores one bit per neuron.
     pub fn probe_spikes(&mut self, path: &str) -> SpikeProbe {
         let index = self.draft.spike_probes.len();
-        match spikes::find(&self.draft.nodes, path) {
+        match find::layer(&self.draft.nodes, path) {
             Ok(node) => self.draft.spike_probes.push(node),
             Err(fault) => self.draft.faults.push(fault),
         }
         SpikeProbe { index, builder: self.draft.builder }
-    }
-
-    /// Checks the description, turns each requested layer into a node as `plan` says, and returns the
-    /// immutable graph.
-    ///
-    /// `seed` is the build seed. It decides all random parameters of the layers, such as encoders. Noise
-    /// has a separate seed, the run seed in [`RunConfig`](super::RunConfig). Costs O(nodes log nodes + edges)
-    /// in addition to the work of `plan`.
-    ///
-    /// # Errors
-    /// All faults of the description, together.
-    pub fn build(
-        self,
-        time: Timebase,
-        plan: &dyn Lowering,
-        seed: Seed,
-    ) -> Result<Graph, BuildErrors> {
-        check::freeze(self.draft, time, plan, seed)
-    }
-
-    /// Builds the graph with ticks of 1 ms and creates a run of it, with `seed` as the build seed and the run seed.
-    ///
-    /// Use [`build`](Self::build) and [`Simulator::new`] for another timebase, several runs of one graph, a world, threads
-    /// or noise.
-    ///
-    /// # Errors
-    /// [`SimError::Build`] with all faults of the description; otherwise as [`Simulator::new`].
-    pub fn start(self, plan: &dyn Lowering, seed: Seed) -> Result<Simulator, SimError> {
-        let graph = self.build(Timebase::default(), plan, seed)?;
-        Simulator::new(Arc::new(graph), RunConfig::seeded(seed))
-    }
-
-    /// Builds the graph and runs it for `duration`, as [`start`](Self::start) and [`Simulator::run_for`] do.
-    ///
-    /// # Errors
-    /// As these two.
-    pub fn run(
-        self,
-        plan: &dyn Lowering,
-        seed: Seed,
-        duration: SimDuration,
-    ) -> Result<Simulator, SimError> {
-        let mut sim = self.start(plan, seed)?;
-        sim.run_for(duration)?;
-        Ok(sim)
     }
 
     /// Returns the first fault so far.
@@ -316,7 +253,7 @@ impl Scope<'_> {
     pub fn node(&mut self, name: &str, node: impl Node + 'static) -> NodePorts {
         let mut ports = PortDecl::default();
         node.declare(&mut ports);
-        self.push(name, Body::Node(Box::new(node)), ports)
+        self.push(name, Body::Node(Arc::new(node)), ports)
     }
 
     /// Adds a node at the scope's own path, for a module that is a single node.
@@ -331,7 +268,7 @@ impl Scope<'_> {
         {
             draft.faults.push(added_twice(&self.path, first, here));
         }
-        self.push_at(self.path.clone(), Body::Node(Box::new(node)), ports)
+        self.push_at(self.path.clone(), Body::Node(Arc::new(node)), ports)
     }
 
     /// Requests a layer. The plan turns it into a node when the graph is built.
@@ -339,25 +276,12 @@ impl Scope<'_> {
     pub fn layer(&mut self, name: &str, request: impl LayerRequest) -> NodePorts {
         let mut ports = PortDecl::default();
         request.declare(&mut ports);
-        self.push(name, Body::Layer(Box::new(request)), ports)
-    }
-
-    /// Adds the link to the world. A graph has at most one link.
-    #[track_caller]
-    pub fn world(&mut self, name: &str, link: WorldLink) -> NodePorts {
-        let mut ports = PortDecl::default();
-        link.declare(&mut ports);
-        self.push(name, Body::World(link), ports)
+        self.push(name, Body::Layer(Arc::new(request)), ports)
     }
 
     /// Connects an output to an input of the same kind.
-    pub fn connect<K: Kind>(&mut self, from: &Out<K>, to: &In<K>, via: Synapse) -> EdgeId {
-        self.builder.connect(from, to, via)
-    }
-
-    /// Records an output during every run.
-    pub fn probe<K: Kind>(&mut self, of: &Out<K>, spec: ProbeSpec) -> ProbeId<K> {
-        self.builder.probe(of, spec)
+    pub fn connect<K: Kind>(&mut self, from: &Out<K>, to: &In<K>, via: Synapse) {
+        self.builder.connect(from, to, via);
     }
 
     /// Makes the input of an inner node the module's own input `name`. Faults then call the port `bind.a`, as users of
@@ -372,7 +296,7 @@ impl Scope<'_> {
     }
 
     /// Makes the output of an inner node the module's own output `name`, as [`input`](Scope::input) does.
-    /// [`Graph::output`] finds the output under both names.
+    /// [`Graph::output`](super::Graph::output) finds the output under both names.
     pub fn output<K: Kind>(&mut self, name: &str, port: Out<K>) -> Out<K> {
         let exposed = self.expose(name, port.port, |ports, index, name| {
             if let Some(port) = ports.outputs.get_mut(index) {
@@ -455,11 +379,6 @@ impl Scope<'_> {
         }
     }
 
-    /// Returns the path of this scope, empty at the root.
-    pub fn path(&self) -> &str {
-        &self.path
-    }
-
     /// Gives a port the name `exposed` in this scope. Faulty handles and handles of other builders stay as they are.
     fn expose(
         &mut self,
@@ -468,6 +387,10 @@ impl Scope<'_> {
         note: impl FnOnce(&mut PortDecl, usize, Arc<str>),
     ) -> PortRef {
         let draft = &mut self.builder.draft;
+        if !is_port_name(exposed) {
+            let (node, port) = (self.path.clone(), exposed.into());
+            draft.faults.push(BuildError::BadPortName { node, port });
+        }
         match handle {
             PortRef::Known { builder, node, port, .. } if builder == draft.builder => {
                 let name: Arc<str> = format!("{}.{exposed}", self.path).into();
@@ -498,8 +421,9 @@ impl Scope<'_> {
         (path, self.repeated || first.is_some())
     }
 
+    /// Adds a node with this body and these ports.
     #[track_caller]
-    fn push(&mut self, name: &str, body: Body, ports: PortDecl) -> NodePorts {
+    pub(crate) fn push(&mut self, name: &str, body: Body, ports: PortDecl) -> NodePorts {
         let (path, _) = self.child(name);
         self.push_at(path, body, ports)
     }

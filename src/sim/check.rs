@@ -2,7 +2,9 @@
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
+use std::sync::Arc;
 
+use super::builder::GraphBuilder;
 use super::draft::{Body, Draft, EdgeDraft, NodeDraft};
 use super::error::{BuildError, BuildErrors};
 use super::fingerprint::Fingerprint;
@@ -11,14 +13,49 @@ use super::kind::Shape;
 use super::layout::{self, Checked, CheckedNode};
 use super::lowering::{Lowering, PendingLayer};
 use super::node::Node;
-use super::port::{InputDecl, OutputDecl, PortDecl, StateSpec};
-use super::probe::Capacity;
+use super::port::{InputDecl, OutputDecl, PortDecl, StateSpec, is_port_name};
+use super::probe_spec::Capacity;
 use super::seed::Seed;
 use super::synapse::Synapse;
 use super::time::{SimDuration, Timebase};
 
+impl GraphBuilder {
+    /// Checks the description, turns each requested layer into a node as `plan` says, and returns the
+    /// immutable graph. The description can be built again, with another plan, timebase or seed; its handles and probes
+    /// hold for all its graphs, which share their nodes.
+    ///
+    /// `seed` is the build seed. It decides all random parameters of the layers, such as encoders. Noise
+    /// has a separate seed, the run seed in [`RunConfig`](super::RunConfig). Costs O(nodes log nodes + edges)
+    /// in addition to the work of `plan`.
+    ///
+    /// ```
+    /// use symbolt::prelude::*;
+    ///
+    /// let mut graph = GraphBuilder::new();
+    /// let half = graph.add("half", Constant::vector(&[0.5]));
+    /// let point = graph.add("point", Ensemble::new(1).identity("same"));
+    /// graph.route(&half >> &point.input);
+    /// let spiking = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    /// for plan in [PopulationPlan::direct(), spiking] {
+    ///     graph.build(Timebase::default(), &plan, Seed::new(1))?;
+    /// }
+    /// # Ok::<(), symbolt::sim::BuildErrors>(())
+    /// ```
+    ///
+    /// # Errors
+    /// All faults of the description, together.
+    pub fn build(
+        &self,
+        time: Timebase,
+        plan: &dyn Lowering,
+        seed: Seed,
+    ) -> Result<Graph, BuildErrors> {
+        freeze(self.draft.clone(), time, plan, seed)
+    }
+}
+
 /// Turns a description into a graph, or returns all its faults.
-pub(crate) fn freeze(
+fn freeze(
     mut draft: Draft,
     time: Timebase,
     plan: &dyn Lowering,
@@ -30,6 +67,11 @@ pub(crate) fn freeze(
     }
     let moved = sort_by_path(&mut draft);
     for node in &draft.nodes {
+        let inputs = node.ports.inputs.iter().map(|port| &port.name);
+        let outputs = node.ports.outputs.iter().map(|port| &port.name);
+        for port in inputs.chain(outputs).filter(|name| !is_port_name(name)) {
+            faults.push(BuildError::BadPortName { node: node.path.clone(), port: port.clone() });
+        }
         for reason in &node.ports.faults {
             faults.push(BuildError::Refused { node: node.path.clone(), reason: reason.clone() });
         }
@@ -50,13 +92,13 @@ pub(crate) fn freeze(
     let mut lowered = lowered.into_iter();
     let mut nodes = Vec::with_capacity(draft.nodes.len());
     for node in draft.nodes {
-        let (body, ports, world): (Box<dyn Node>, PortDecl, bool) = match node.body {
+        let (body, ports, world): (Arc<dyn Node>, PortDecl, bool) = match node.body {
             Body::Node(body) => (body, node.ports, false),
-            Body::World(link) => (Box::new(link), node.ports, true),
+            Body::World(link) => (link, node.ports, true),
             Body::Layer(_) => match lowered.next() {
                 Some((body, ports)) => (body, ports, false),
                 // Lowering failed and reported why. The request's ports serve the other checks.
-                None => (Box::new(Absent), node.ports, false),
+                None => (Arc::new(Absent), node.ports, false),
             },
         };
         if body.parts().is_some() && ports.state != StateSpec::default() {
@@ -135,7 +177,7 @@ fn synapse_key(via: Synapse) -> Option<SimDuration> {
     }
 }
 
-type LoweredNode = (Box<dyn Node>, PortDecl);
+type LoweredNode = (Arc<dyn Node>, PortDecl);
 
 fn lower(
     nodes: &[NodeDraft],
@@ -197,7 +239,7 @@ fn lower(
             now.exposed = asked.exposed.clone();
             now.inner = asked.inner.clone();
         }
-        out.push((body, ports));
+        out.push((body.into(), ports));
     }
     out
 }

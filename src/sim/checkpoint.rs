@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::SimError;
 use super::fingerprint::Fingerprint;
-use super::node::Real;
+use super::real::Real;
 use super::seed::Seed;
 use super::simulator::Simulator;
 use super::world::WorldSave;
@@ -78,8 +78,10 @@ impl Simulator {
     /// after the same tick. Each gets the whole checkpoint, from which any number of processes can continue.
     ///
     /// # Errors
-    /// [`SimError::World`] if the world cannot be saved; [`SimError::Rank`] if another process has ended or failed.
+    /// [`SimError::Interrupted`] if the run failed within a tick; [`SimError::World`] if the world cannot be saved;
+    /// [`SimError::Rank`] if another process has ended or failed.
     pub fn checkpoint(&self) -> Result<Checkpoint, SimError> {
+        self.check_whole()?;
         let saved = self.world.as_ref().map(|world| world.save()).transpose();
         let world = saved
             .map_err(|source| SimError::World { tick: self.tick, source })
@@ -89,9 +91,9 @@ impl Simulator {
             tick: self.tick,
             seed: self.seed,
             noise: self.noise,
-            signals: self.arenas.signals.clone(),
+            signals: self.arenas.stage.signals.clone(),
             registered: self.arenas.registered.clone(),
-            held: self.arenas.held.clone(),
+            held: self.arenas.stage.held.clone(),
             reals: self.arenas.reals.clone(),
             parts: self.states_of_parts()?,
             words: self.arenas.words.clone(),
@@ -109,13 +111,15 @@ impl Simulator {
     /// [`SimError::ForeignCheckpoint`] if the checkpoint was taken from a graph with another fingerprint (see
     /// [`Checkpoint`]), or if only one of the two runs has a world. [`SimError::World`] if the world refuses its save.
     /// [`SimError::Rank`] if another process has ended or failed, or restores another checkpoint. After an error the values
-    /// of the graph are unchanged.
+    /// of the graph are unchanged; a run with a world must then be reset or restored, because the world may have changed.
     pub fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), SimError> {
         self.restore_world(checkpoint).inspect_err(|error| self.tell(error))?;
-        self.check_restored(|| checkpoint.hash())?;
-        self.arenas.signals.copy_from_slice(&checkpoint.signals);
+        if let Some(messages) = &self.messages {
+            messages.check_restored(checkpoint.hash())?;
+        }
+        self.arenas.stage.signals.copy_from_slice(&checkpoint.signals);
         self.arenas.registered.copy_from_slice(&checkpoint.registered);
-        self.arenas.held.copy_from_slice(&checkpoint.held);
+        self.arenas.stage.held.copy_from_slice(&checkpoint.held);
         self.arenas.reals.copy_from_slice(&checkpoint.reals);
         for (index, part) in self.graph.parts.iter().enumerate() {
             let state = &checkpoint.parts[part.state.of()];
@@ -134,15 +138,29 @@ impl Simulator {
         self.noise = checkpoint.noise;
         self.reseed(checkpoint.seed);
         self.clear_recordings();
+        self.interrupted = None;
         Ok(())
+    }
+
+    /// Returns the states of all parts, those of other ranks too.
+    fn states_of_parts(&self) -> Result<Vec<Real>, SimError> {
+        let mut all = vec![0.0; self.graph.sizes.parts];
+        for (index, part) in self.graph.parts.iter().enumerate() {
+            let into = &mut all[part.state.of()];
+            self.team.with_state(index, |state| into.copy_from_slice(state));
+        }
+        if let Some(messages) = &self.messages {
+            messages.gather_states(self.tick, &self.graph, &mut all)?;
+        }
+        Ok(all)
     }
 
     /// Checks that the checkpoint fits, and restores the world.
     fn restore_world(&mut self, checkpoint: &Checkpoint) -> Result<(), SimError> {
         let fits = checkpoint.graph == self.graph.fingerprint
-            && checkpoint.signals.len() == self.arenas.signals.len()
+            && checkpoint.signals.len() == self.arenas.stage.signals.len()
             && checkpoint.registered.len() == self.arenas.registered.len()
-            && checkpoint.held.len() == self.arenas.held.len()
+            && checkpoint.held.len() == self.arenas.stage.held.len()
             && checkpoint.reals.len() == self.arenas.reals.len()
             && checkpoint.parts.len() == self.graph.sizes.parts
             && checkpoint.words.len() == self.arenas.words.len()
@@ -151,6 +169,9 @@ impl Simulator {
             && checkpoint.world.is_some() == self.world.is_some();
         if !fits {
             return Err(SimError::ForeignCheckpoint);
+        }
+        if self.world.is_some() {
+            self.interrupted = Some("its world may stand at another tick than its graph".into());
         }
         match (&mut self.world, &checkpoint.world) {
             (Some(world), Some(saved)) => world

@@ -6,9 +6,11 @@
 use super::builder::{Module, Scope};
 use super::fingerprint::Fingerprint;
 use super::handle::{In, Out};
+use super::io::{EmitIo, StepCx};
 use super::kind::{Kind, Pointer, Scalar, Space, Vector, VocabTag};
-use super::node::{EmitIo, Node, Real, StepCx};
+use super::node::Node;
 use super::port::{InputSpec, OutputSpec, PortDecl};
+use super::real::Real;
 
 type OfTime = Box<dyn Fn(f64, &mut [Real]) + Send + Sync>;
 type OfInput = Box<dyn Fn(&[Real], &mut [Real]) + Send + Sync>;

@@ -2,17 +2,17 @@
 
 use std::collections::HashMap;
 use std::panic::Location;
+use std::sync::Arc;
 
 use super::error::BuildError;
 use super::lowering::LayerRequest;
 use super::node::Node;
 use super::port::PortDecl;
-use super::probe::ProbeSpec;
+use super::probe_spec::ProbeSpec;
 use super::synapse::Synapse;
-use super::world::WorldLink;
 
 /// Everything added to a builder, in the order of addition.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(crate) struct Draft {
     /// The builder's number. Every handle of this builder carries it.
     pub builder: u64,
@@ -32,13 +32,16 @@ pub(crate) struct Draft {
 }
 
 /// The body of a described node: a finished node, a layer that the plan turns into a node, or the link to the world.
+/// The graphs of one description share it.
+#[derive(Clone)]
 pub(crate) enum Body {
-    Node(Box<dyn Node>),
-    Layer(Box<dyn LayerRequest>),
-    World(WorldLink),
+    Node(Arc<dyn Node>),
+    Layer(Arc<dyn LayerRequest>),
+    World(Arc<dyn Node>),
 }
 
 /// A node of a description.
+#[derive(Clone)]
 pub(crate) struct NodeDraft {
     pub path: String,
     pub body: Body,
@@ -54,6 +57,7 @@ pub(crate) struct EdgeDraft {
 }
 
 /// A probe on the output with the (node, port) indices `of`.
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct ProbeDraft {
     pub of: (usize, usize),
     pub spec: ProbeSpec,

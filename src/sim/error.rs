@@ -1,36 +1,10 @@
-//! Errors of durations, graph descriptions and runs.
+//! Errors of graph descriptions and runs.
 
 use std::fmt;
 
 use thiserror::Error;
 
-use super::time::SimDuration;
-
-/// A duration or a clock that cannot be used.
-#[derive(Debug, Clone, PartialEq, Error)]
-#[non_exhaustive]
-pub enum ConfigError {
-    /// A duration that is not a whole number of ticks.
-    #[error("{span} is not a whole number of ticks of {tick}; use a multiple of {tick}")]
-    Indivisible {
-        /// The duration given.
-        span: SimDuration,
-        /// The length of a tick.
-        tick: SimDuration,
-    },
-    /// A tick of zero length, or longer than a second.
-    #[error("a tick of {tick} is not usable; choose more than 0 and at most 1 s")]
-    BadTick {
-        /// The tick given.
-        tick: SimDuration,
-    },
-    /// A number of seconds that is negative, too large or not finite.
-    #[error("{seconds} s is not a duration; expected a finite number from 0 to 1e12")]
-    NotADuration {
-        /// The number given.
-        seconds: f64,
-    },
-}
+use super::time::ConfigError;
 
 /// One fault in the description of a graph. [`BuildErrors`] collects all of them.
 ///
@@ -59,6 +33,16 @@ pub enum BuildError {
         parent: String,
         /// The name given.
         name: String,
+    },
+    /// A port whose name is empty or contains a character reserved for paths, so that it could not be found by name.
+    #[error(
+        "`{node}` has a port named `{port}`; use one or more characters other than `.` and `/`"
+    )]
+    BadPortName {
+        /// The path of the node or module.
+        node: String,
+        /// The port's name.
+        port: String,
     },
     /// A port looked up by a name or kind that the node does not have.
     #[error(
@@ -390,6 +374,14 @@ pub enum SimError {
          nodes, parameters, connections, probes, length of a tick, build seed and presence of a world must be the same"
     )]
     ForeignCheckpoint,
+    /// A run that failed within a tick, so that its values belong to no tick.
+    #[error("the run was interrupted in tick {tick} ({reason}); reset it or restore a checkpoint")]
+    Interrupted {
+        /// The tick.
+        tick: u64,
+        /// Why the tick was not completed.
+        reason: String,
+    },
     /// An output that the graph does not have.
     #[error("the graph has no output `{asked}`; it has: {}", list(choices))]
     UnknownOutput {

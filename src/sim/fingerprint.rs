@@ -1,6 +1,6 @@
 //! Fingerprints of graphs, used to match checkpoints with their graphs.
 
-use super::node::Real;
+use super::real::Real;
 use super::seed::{FNV_START, fnv1a, fnv1a_word};
 
 /// A 64-bit hash of a graph. Nodes add their parameters to it.
@@ -39,11 +39,6 @@ impl Fingerprint {
     pub fn number(&mut self, number: u64) -> &mut Self {
         self.0 = fnv1a(self.0, &number.to_le_bytes());
         self
-    }
-
-    /// Adds the bits of a number.
-    pub fn real(&mut self, value: f64) -> &mut Self {
-        self.number(value.to_bits())
     }
 
     /// Adds the bits of several numbers. Costs one multiplication per number.

@@ -3,16 +3,18 @@
 
 use std::any::Any;
 use std::fmt::Write as _;
+use std::sync::Arc;
 
 use super::error::SimError;
 use super::handle::{Out, PortRef};
+use super::io::{OutSlot, Slot};
 use super::kind::Kind;
-use super::node::{Node, OutSlot, Slot};
+use super::node::Node;
 use super::port::{OutputDecl, PortDecl, ScratchSpec};
-use super::probe::Capacity;
+use super::probe_spec::Capacity;
 use super::ranks::Ranks;
+use super::real::Span;
 use super::seed::Seed;
-use super::span::Span;
 use super::synapse::Synapse;
 use super::time::Timebase;
 
@@ -96,8 +98,8 @@ pub(crate) struct PhasePlan {
     pub reals: Span,
     pub words: Span,
     pub longs: Span,
-    /// Sizes of scratch memory: reals, doubles, complexes, words.
-    pub scratch: [u32; 4],
+    /// Sizes of scratch memory: reals, complexes, words.
+    pub scratch: [u32; 3],
 }
 
 #[derive(Debug, Clone)]
@@ -153,7 +155,7 @@ pub struct Graph {
     pub(crate) handles: Vec<usize>,
     /// In the order in which nodes emit. `bodies`, `emits` and `advances` have the same order.
     pub(crate) nodes: Vec<NodeInfo>,
-    pub(crate) bodies: Vec<Box<dyn Node>>,
+    pub(crate) bodies: Vec<Arc<dyn Node>>,
     pub(crate) emits: Vec<PhasePlan>,
     pub(crate) advances: Vec<PhasePlan>,
     /// The nodes with parts.
@@ -174,7 +176,7 @@ pub struct Graph {
     pub(crate) time: Timebase,
     pub(crate) seed: Seed,
     pub(crate) fingerprint: u64,
-    /// The process's seat, if several processes run the graph.
+    /// The process's rank, if several processes run the graph.
     pub(crate) ranks: Option<Ranks>,
 }
 
@@ -200,7 +202,7 @@ pub struct EventSource {
 
 impl Graph {
     /// Returns the clock.
-    pub fn timebase(&self) -> Timebase {
+    pub(crate) fn timebase(&self) -> Timebase {
         self.time
     }
 
@@ -232,7 +234,7 @@ impl Graph {
 
     /// Returns all nodes with their paths, in the order in which they emit. Callers that know the type of a node can
     /// downcast the node.
-    pub fn parts(&self) -> impl Iterator<Item = (&str, &dyn Any)> {
+    pub fn nodes(&self) -> impl Iterator<Item = (&str, &dyn Any)> {
         let bodies = self.bodies.iter().map(|body| &**body as &dyn Any);
         self.paths().zip(bodies)
     }

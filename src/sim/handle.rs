@@ -96,11 +96,6 @@ impl NodePorts {
         Out::new(self.find::<K>(&self.outputs, name))
     }
 
-    /// Returns the node's full path.
-    pub fn path(&self) -> &str {
-        &self.path
-    }
-
     fn find<K: Kind>(&self, ports: &[(String, TypeId, String)], name: &str) -> PortRef {
         let kind = TypeId::of::<K>();
         match ports.iter().position(|(n, k, _)| n == name && *k == kind) {

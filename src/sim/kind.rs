@@ -7,7 +7,7 @@ use std::ops::Deref;
 use std::sync::Arc;
 
 use super::fingerprint::Fingerprint;
-use super::node::Real;
+use super::real::Real;
 
 /// The kind of value on a port: [`Scalar`], [`Vector`] or [`Pointer`]. A connection between ports of different kinds
 /// does not compile.

@@ -1,6 +1,7 @@
 //! Lays out a valid description: assigns every signal, filter and state its place in the arenas.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use super::draft::{EdgeDraft, ProbeDraft};
 use super::error::BuildError;
@@ -9,19 +10,20 @@ use super::graph::{
     EdgeInfo, FilterPlan, GatherPlan, Graph, NodeInfo, PartPlan, PhasePlan, ProbePlan, Sizes,
     Source, WorldPlan,
 };
-use super::node::{Node, OutSlot, Slot};
+use super::io::{OutSlot, Slot};
+use super::node::Node;
 use super::parts::Parts;
 use super::port::{PortDecl, ScratchSpec, StateSpec};
 use super::ranks::Ranks;
+use super::real::Span;
 use super::seed::Seed;
-use super::span::Span;
 use super::synapse::{Synapse, lowpass_decay};
 use super::time::{SimDuration, Timebase};
 
 /// A node that passed the checks.
 pub(crate) struct CheckedNode {
     pub path: String,
-    pub body: Box<dyn Node>,
+    pub body: Arc<dyn Node>,
     pub ports: PortDecl,
     pub world: bool,
 }
@@ -168,7 +170,6 @@ impl Places {
             );
             let scratch = &mut places.scratch;
             scratch.reals = scratch.reals.max(ports.scratch.reals);
-            scratch.doubles = scratch.doubles.max(ports.scratch.doubles);
             scratch.complexes = scratch.complexes.max(ports.scratch.complexes);
             scratch.words = scratch.words.max(ports.scratch.words);
         }
@@ -241,7 +242,7 @@ impl Plans {
         order: &[usize],
         places: &Places,
         wires: &Wires,
-    ) -> (Self, Vec<NodeInfo>, Vec<Box<dyn Node>>) {
+    ) -> (Self, Vec<NodeInfo>, Vec<Arc<dyn Node>>) {
         let mut plans = Self::default();
         let (mut infos, mut bodies) = (Vec::new(), Vec::new());
         let mut waiting: Vec<Option<CheckedNode>> = nodes.into_iter().map(Some).collect();
@@ -283,7 +284,7 @@ impl Plans {
             .collect();
         let stateful = ports.state != StateSpec::default();
         let scratch = &ports.scratch;
-        let scratch = [scratch.reals, scratch.doubles, scratch.complexes, scratch.words];
+        let scratch = [scratch.reals, scratch.complexes, scratch.words];
         let emit = PhasePlan {
             node: index as u32,
             own: signals,
@@ -352,6 +353,7 @@ impl Plans {
     ) -> (Vec<Slot>, [Vec<GatherPlan>; 2]) {
         let mut slots = Vec::with_capacity(ports.inputs.len());
         let mut gathers = [Vec::new(), Vec::new()];
+        let emits = ports.outputs.iter().any(|output| !output.registered);
         for (input, feeds) in ports.inputs.iter().zip(sources) {
             slots.push(match feeds.as_slice() {
                 [only] => *only,
@@ -359,7 +361,8 @@ impl Plans {
                     let into = self.gathered.take(input.shape.width);
                     if !many.is_empty() {
                         let sources = append(&mut self.gather_sources, many);
-                        gathers[usize::from(input.at_advance)].push(GatherPlan { into, sources });
+                        let late = input.at_advance || !emits;
+                        gathers[usize::from(late)].push(GatherPlan { into, sources });
                     }
                     Slot::Gathered(into)
                 }

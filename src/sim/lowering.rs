@@ -54,7 +54,7 @@ pub trait Lowering {
         time: Timebase,
     ) -> Result<Vec<Box<dyn Node>>, Vec<LoweringFault>>;
 
-    /// Returns the seat of this process, if several processes run the graph. The parts of the nodes then name the
+    /// Returns the rank of this process, if several processes run the graph. The parts of the nodes then name the
     /// processes that compute them.
     fn ranks(&self) -> Option<&Ranks> {
         None

@@ -3,8 +3,8 @@
 //! # Describe, build, run
 //!
 //! A [`GraphBuilder`] describes a graph: it adds modules and nodes, connects their ports and places probes.
-//! [`GraphBuilder::build`] checks the description and returns an immutable [`Graph`], or all faults at once. A
-//! [`Simulator`] runs the graph. Several simulators can share one graph; each owns all numbers that change.
+//! [`GraphBuilder::build`] checks the description and returns an immutable [`Graph`], or all faults at once. One
+//! description can be built in several modes. A [`Simulator`] runs the graph. Several simulators can share one graph; each owns all numbers that change.
 //!
 //! ```
 //! use symbolt::prelude::*;
@@ -94,12 +94,15 @@ mod drawing;
 #[cfg(any(feature = "mpi", test))]
 mod ends;
 mod error;
+mod find;
 mod fingerprint;
 mod graph;
 mod handle;
+mod io;
 mod kind;
 mod layout;
 mod lowering;
+mod messages;
 #[cfg(feature = "mpi")]
 mod mpi;
 mod node;
@@ -107,16 +110,17 @@ mod nodes;
 mod parts;
 mod port;
 mod probe;
+mod probe_spec;
 mod ranks;
+mod real;
 mod recordings;
 mod run;
 mod seed;
 mod series;
 mod simulator;
-mod span;
 mod spikes;
+mod stage;
 mod synapse;
-mod talk;
 mod team;
 mod threads;
 mod tick;
@@ -124,28 +128,29 @@ mod time;
 mod unoptimised;
 mod world;
 
-pub use builder::{EdgeId, GraphBuilder, Module, Scope};
+pub use builder::{GraphBuilder, Module, Scope};
 pub use checkpoint::Checkpoint;
 pub use closures::{Apply, ApplyPorts, Signal};
 #[cfg(feature = "mpi")]
 pub use ends::Failure;
-pub use error::{BuildError, BuildErrors, ConfigError, NodeFault, SimError, WorldError};
+pub use error::{BuildError, BuildErrors, NodeFault, SimError, WorldError};
 pub use fingerprint::Fingerprint;
 pub use graph::{EventSource, Graph, OutputRef};
 pub(crate) use handle::PortRef;
 pub use handle::{In, NodePorts, Out};
+pub use io::{AdvanceIo, EmitIo, Inputs, Outputs, Scratch, StateMut, StateRef, StepCx};
 pub use kind::{AsPointer, Kind, Pointer, PointerRef, Scalar, Space, Vector, VocabTag};
 pub use lowering::{LayerRequest, Lowering, LoweringFault, PendingLayer};
 #[cfg(feature = "mpi")]
 pub use mpi::{MpiSession, MpiStartError};
-pub use node::{
-    AdvanceIo, Complex, EmitIo, Inputs, Node, Outputs, Real, Scratch, StateMut, StateRef, StepCx,
-};
+pub use node::Node;
 pub use nodes::{Add, AddPorts, Constant, Noise, NoisePorts, Stimulus};
-pub use parts::{Batch, PartIo, PartSpec, Parts};
+pub use parts::{PartIo, PartSpec, Parts};
 pub use port::{AnyInput, AnyOutput, InputSpec, OutputSpec, PortDecl, ScratchSpec, StateSpec};
-pub use probe::{Capacity, ProbeId, ProbeSpec, Samples};
+pub use probe::Samples;
+pub use probe_spec::{Capacity, ProbeId, ProbeSpec, SpikeProbe};
 pub use ranks::{Exchange, ExchangeFault, Launched, Lengths, Ranks, launched};
+pub use real::{Complex, Real};
 pub use recordings::{Recordings, RecordingsError};
 pub use run::{RunConfig, RunReport, Stop, StopReason};
 pub use seed::Seed;
@@ -153,12 +158,12 @@ pub(crate) use seed::{FNV_START, fnv1a, fnv1a_word};
 pub(crate) use series::COLOURS;
 pub use series::TimeSeries;
 pub use simulator::{SimView, Simulator};
-pub use spikes::{SpikeProbe, Spikes};
+pub use spikes::Spikes;
 pub use synapse::Synapse;
 pub(crate) use synapse::decayed;
 #[cfg(test)]
 pub(crate) use synapse::lowpass_decay;
 pub use threads::Threads;
-pub use time::{SimDuration, Timebase};
+pub use time::{ConfigError, SimDuration, Timebase};
 pub(crate) use unoptimised::warn as warn_if_unoptimised;
 pub use world::{ScriptedWorld, World, WorldLink, WorldSave};

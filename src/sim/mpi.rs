@@ -16,8 +16,8 @@ use ::mpi::{Tag, Threading};
 use thiserror::Error;
 
 use super::ends::{End, Failure, verdict};
-use super::node::Real;
 use super::ranks::{Exchange, ExchangeFault, Lengths, Ranks, launched};
+use super::real::Real;
 
 /// MPI for the time of a program.
 ///
@@ -41,12 +41,12 @@ use super::ranks::{Exchange, ExchangeFault, Lengths, Ranks, launched};
 ///     MpiSession::run(model)
 /// }
 ///
-/// fn model(seat: &Ranks) -> Result<(), Box<dyn Error>> {
+/// fn model(ranks: &Ranks) -> Result<(), Box<dyn Error>> {
 ///     let lif = Population::Lif(LifSpec::default());
-///     let plan = PopulationPlan::all(lif).shared(seat);
+///     let plan = PopulationPlan::all(lif).shared(ranks);
 ///     // Describe, build and run the graph with this plan, in all processes alike.
 ///     # let _ = plan;
-///     if seat.rank() == 0 {
+///     if ranks.rank() == 0 {
 ///         println!("this process writes");
 ///     }
 ///     Ok(())
@@ -122,7 +122,7 @@ impl MpiSession {
         Ok(Self { ranks, ends, universe: Some(universe) })
     }
 
-    /// Returns the seat of this process.
+    /// Returns the rank of this process.
     pub fn ranks(&self) -> Ranks {
         self.ranks.clone()
     }

@@ -6,9 +6,11 @@ use rand_distr::StandardNormal;
 use super::builder::{Module, Scope};
 use super::fingerprint::Fingerprint;
 use super::handle::{In, Out};
+use super::io::{EmitIo, StepCx};
 use super::kind::{AsPointer, Kind, Pointer, Scalar, Space, Vector, VocabTag};
-use super::node::{EmitIo, Node, Real, StepCx};
+use super::node::Node;
 use super::port::{AnyOutput, InputSpec, OutputSpec, PortDecl};
+use super::real::Real;
 use super::time::SimDuration;
 
 /// An output with a constant value.

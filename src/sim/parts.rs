@@ -1,8 +1,7 @@
 //! Parts: the independent pieces in which a node advances, on several threads and in several processes.
 
-use super::arena::ScratchArena;
-use super::node::{Inputs, Outputs, Real, Scratch, StepCx};
-use super::span::Span;
+use super::io::{Inputs, Outputs, Scratch, StepCx};
+use super::real::{Real, Span};
 
 /// A node that advances in independent parts, such as the ensembles of a population.
 ///
@@ -38,13 +37,14 @@ pub trait Parts: Send + Sync {
     /// The loop stands here, and not around a call of [`advance`](Parts::advance), because a neuron's numbers stream through
     /// the caches: between two calls of the engine the node itself would leave them.
     fn advance_all(&self, cx: &StepCx<'_>, batch: Batch<'_>) {
-        let Batch { items, inputs, state, results, scratch, sizes } = batch;
+        let Batch { items, inputs, state, results, mut scratch } = batch;
         for item in items {
             let (results, events) =
                 results[item.results.of()].split_at_mut(item.own_results as usize);
             let state = &mut state[item.state.of()];
-            let scratch = scratch.lend(sizes);
+            let scratch = scratch.reborrow();
             let part = item.part as usize;
+            let cx = &StepCx { part: Some(item.part), ..*cx };
             self.advance(cx, part, &mut PartIo { inputs, state: &mut *state, results, scratch });
             if !events.is_empty() {
                 self.events(part, state, item.units as usize, events);
@@ -90,15 +90,14 @@ pub struct PartIo<'a> {
     pub scratch: Scratch<'a>,
 }
 
-/// Parts of one node that a thread advances, and the memory for them.
+/// Parts of one node that a thread advances, and the memory for them. Only the engine makes one.
 #[derive(Debug)]
 pub struct Batch<'a> {
-    pub(super) items: &'a [Item],
-    pub(super) inputs: Inputs<'a>,
-    pub(super) state: &'a mut [Real],
-    pub(super) results: &'a mut [Real],
-    pub(super) scratch: &'a mut ScratchArena,
-    pub(super) sizes: [u32; 4],
+    pub(crate) items: &'a [Item],
+    pub(crate) inputs: Inputs<'a>,
+    pub(crate) state: &'a mut [Real],
+    pub(crate) results: &'a mut [Real],
+    pub(crate) scratch: Scratch<'a>,
 }
 
 /// The place of a part in the memory of a thread.

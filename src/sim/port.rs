@@ -171,19 +171,19 @@ impl<K: Kind> From<OutputSpec<K>> for AnyOutput {
 
 impl AnyInput {
     /// Returns whether the input takes pointers.
-    pub fn is_pointer(&self) -> bool {
+    pub(crate) fn is_pointer(&self) -> bool {
         self.shape.space.is_some()
     }
 
     /// Returns the number of values on the port.
-    pub fn width(&self) -> usize {
+    pub(crate) fn width(&self) -> usize {
         self.shape.width
     }
 }
 
 impl AnyOutput {
     /// Returns the number of values on the port.
-    pub fn width(&self) -> usize {
+    pub(crate) fn width(&self) -> usize {
         self.shape.width
     }
 }
@@ -227,6 +227,11 @@ impl std::ops::Deref for OutputDecl {
     }
 }
 
+/// Returns whether a port with this name can be found by name.
+pub(crate) fn is_port_name(name: &str) -> bool {
+    !name.is_empty() && !name.contains(['.', '/'])
+}
+
 /// Size of a node's state: the values that it keeps from tick to tick.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct StateSpec {
@@ -243,8 +248,6 @@ pub struct StateSpec {
 pub struct ScratchSpec {
     /// Number of single-precision values.
     pub reals: usize,
-    /// Number of double-precision values.
-    pub doubles: usize,
     /// Number of single-precision complex values.
     pub complexes: usize,
     /// Number of 32-bit integers.
@@ -255,7 +258,7 @@ pub struct ScratchSpec {
 ///
 /// Inputs are numbered from 0 in the order of declaration. Outputs have numbers of their own, also from 0. A node
 /// reads and writes its ports by these numbers.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct PortDecl {
     pub(crate) inputs: Vec<InputDecl>,
     pub(crate) outputs: Vec<OutputDecl>,

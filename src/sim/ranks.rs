@@ -6,7 +6,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 use thiserror::Error;
 
-use super::node::Real;
+use super::real::Real;
 
 /// How the processes of a run exchange values. The feature `mpi` implements it for MPI.
 pub trait Exchange: Send {
@@ -82,7 +82,7 @@ impl Lengths {
     }
 }
 
-/// A process's seat among those that run one graph together. Clones are the same seat.
+/// The rank of a process among those that run one graph together. Clones are the same rank.
 ///
 /// Give it to the plan with which the graph is built ([`PopulationPlan::shared`](crate::neurons::PopulationPlan::shared)). Each
 /// process then solves and advances only its part of the neurons. All other nodes, the world and the probes are computed
@@ -115,7 +115,7 @@ impl PartialEq for Ranks {
 }
 
 impl Ranks {
-    /// Takes the seat that `exchange` has.
+    /// Takes the rank that `exchange` has.
     pub fn new(exchange: impl Exchange + 'static) -> Self {
         let (rank, ranks) = (exchange.rank(), exchange.ranks());
         let exchange: Box<dyn Exchange> = Box::new(exchange);
@@ -130,7 +130,7 @@ impl Ranks {
         self
     }
 
-    /// Creates the seats of `ranks` processes that are threads of this process, for tests.
+    /// Creates the ranks of `ranks` processes that are threads of this process, for tests.
     pub fn in_process(ranks: usize) -> Vec<Self> {
         let table = Arc::new(Table {
             round: Mutex::new(Round {
@@ -338,21 +338,23 @@ mod tests {
     #[test]
     fn everyone_gets_all_values_in_the_order_of_ranks_round_by_round() {
         let lengths = Lengths::new([1, 0, 2]).expect("small");
-        let seats = Ranks::in_process(3);
-        let threads: Vec<_> = seats
+        let group = Ranks::in_process(3);
+        let threads: Vec<_> = group
             .into_iter()
-            .map(|seat| {
+            .map(|ranks| {
                 let lengths = lengths.clone();
                 std::thread::spawn(move || {
                     let mut rounds = Vec::new();
                     for round in 0..50 {
-                        let own =
-                            vec![(10 * round + seat.rank()) as Real; lengths.of(seat.rank()).len()];
+                        let own = vec![
+                            (10 * round + ranks.rank()) as Real;
+                            lengths.of(ranks.rank()).len()
+                        ];
                         let mut all = vec![0.0; 3];
-                        seat.all_gather(&own, &lengths, &mut all).expect("all are there");
+                        ranks.all_gather(&own, &lengths, &mut all).expect("all are there");
                         rounds.push(all);
                     }
-                    (rounds, seat)
+                    (rounds, ranks)
                 })
             })
             .collect();
@@ -367,20 +369,21 @@ mod tests {
 
     #[test]
     fn the_end_of_one_is_the_end_of_all() {
-        let mut seats = Ranks::in_process(2);
-        drop(seats.pop());
+        let mut group = Ranks::in_process(2);
+        drop(group.pop());
         let lengths = Lengths::new([1, 1]).expect("small");
-        let fault = seats[0].all_gather(&[1.0], &lengths, &mut [0.0; 2]).expect_err("alone");
+        let fault = group[0].all_gather(&[1.0], &lengths, &mut [0.0; 2]).expect_err("alone");
         assert_eq!(fault.to_string(), "rank 1 has ended");
     }
 
     #[test]
     fn reasons_are_cut_between_letters() {
-        let seats = Ranks::in_process(2);
+        let group = Ranks::in_process(2);
         let long = format!("x{}", "ä".repeat(200));
         let found: Vec<_> = std::thread::scope(|scope| {
-            let ask = |seat: &Ranks| seat.reasons(if seat.rank() == 1 { &long } else { "" });
-            let threads: Vec<_> = seats.iter().map(|seat| scope.spawn(move || ask(seat))).collect();
+            let ask = |ranks: &Ranks| ranks.reasons(if ranks.rank() == 1 { &long } else { "" });
+            let threads: Vec<_> =
+                group.iter().map(|ranks| scope.spawn(move || ask(ranks))).collect();
             threads
                 .into_iter()
                 .map(|t| t.join().expect("no panic").expect("all are there"))
@@ -393,10 +396,11 @@ mod tests {
 
     #[test]
     fn a_rank_that_built_something_else_is_found() {
-        let seats = Ranks::in_process(3);
+        let group = Ranks::in_process(3);
         let found: Vec<_> = std::thread::scope(|scope| {
-            let ask = |seat: &Ranks| seat.differs(if seat.rank() == 1 { 7 } else { 8 });
-            let threads: Vec<_> = seats.iter().map(|seat| scope.spawn(move || ask(seat))).collect();
+            let ask = |ranks: &Ranks| ranks.differs(if ranks.rank() == 1 { 7 } else { 8 });
+            let threads: Vec<_> =
+                group.iter().map(|ranks| scope.spawn(move || ask(ranks))).collect();
             threads.into_iter().map(|t| t.join().expect("no panic")).collect()
         });
         assert_eq!(found, [Ok(Some(1)), Ok(Some(0)), Ok(Some(1))]);

@@ -1,14 +1,13 @@
 //! Everything that a run recorded, for files: numpy archives and CSV.
 
 use std::fmt::Write as _;
-use std::marker::PhantomData;
 use std::path::Path;
 
 use ndarray::{ArrayView1, ArrayView2};
 
 use super::kind::Vector;
-use super::node::Real;
-use super::probe::{Recording, Samples};
+use super::probe::Samples;
+use super::real::Real;
 use super::simulator::Simulator;
 use super::spikes::Spikes;
 use crate::files::npz::{NpzError, NpzWriter};
@@ -54,35 +53,10 @@ pub struct Recordings<'a> {
     spikes: Vec<(String, Spikes<'a>)>,
 }
 
-/// Returns `name`, or `name-2` and so on if it is taken.
-fn unique<'t>(name: String, taken: impl Iterator<Item = &'t String> + Clone) -> String {
-    let free = |name: &String| !taken.clone().any(|other| other == name);
-    if free(&name) {
-        return name;
-    }
-    (2..).map(|n| format!("{name}-{n}")).find(free).unwrap_or(name)
-}
-
 impl Simulator {
     /// Returns everything that the probes have recorded.
     pub fn recordings(&self) -> Recordings<'_> {
-        let dt_s = self.graph.time.dt_s();
-        let mut values: Vec<(String, Samples<'_, Vector>)> = Vec::new();
-        for (plan, recording) in self.graph.probes.iter().zip(&self.recordings) {
-            let node = &self.graph.nodes[plan.node];
-            let output = &node.ports.outputs[plan.output];
-            let full = || format!("{}.{}", node.path, output.name);
-            let name = output.exposed.as_deref().map_or_else(full, str::to_owned);
-            let name = unique(name, values.iter().map(|(name, ..)| name));
-            let width = plan.source.span().len();
-            values.push((name, Samples { recording, width, dt_s, kind: PhantomData }));
-        }
-        let mut spikes: Vec<(String, Spikes<'_>)> = Vec::new();
-        for (node, recording) in self.graph.spike_probes.iter().zip(&self.spikes) {
-            let name = self.graph.nodes[*node].path.clone();
-            let name = unique(name, spikes.iter().map(|(name, _)| name));
-            spikes.push((name, Spikes { recording, dt_s }));
-        }
+        let (values, spikes) = self.recorded();
         Recordings { values, spikes }
     }
 }
@@ -198,13 +172,5 @@ impl<'a> Recordings<'a> {
         overwrite: Overwrite,
     ) -> Result<(), RecordingsError> {
         Ok(write_atomic(path, self.spikes_csv(), overwrite)?)
-    }
-}
-
-impl Recording {
-    /// Returns the indices of the samples, oldest first.
-    pub fn order(&self) -> Vec<usize> {
-        let len = self.ticks.len();
-        (0..len).map(|index| (self.head + index) % len).collect()
     }
 }

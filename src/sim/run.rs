@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use super::node::Real;
+use super::real::Real;
 use super::seed::Seed;
 use super::threads::Threads;
 use super::time::SimDuration;

@@ -8,8 +8,8 @@ use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
 use super::kind::Kind;
-use super::node::Real;
 use super::probe::Samples;
+use super::real::Real;
 use super::spikes::Spikes;
 
 /// Columns of numbers over simulated time, such as similarities
@@ -66,9 +66,8 @@ impl<K: Kind> Samples<'_, K> {
         let named = (0..self.width()).zip(names);
         let columns = named.map(|(i, name)| name.unwrap_or_else(|| i.to_string())).collect();
         let mut series = TimeSeries::new(columns, ("value", [0.0, 1e-3]));
-        for index in self.recording.order() {
-            let row = &self.recording.values[index * self.width..][..self.width];
-            series.push(self.recording.ticks[index] as f64 * self.dt_s, row.iter().copied());
+        for (time_s, row) in self.iter() {
+            series.push(time_s, row.iter().copied());
         }
         series
     }

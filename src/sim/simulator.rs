@@ -7,21 +7,25 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use super::arena::Arenas;
+use super::builder::GraphBuilder;
 use super::error::SimError;
 use super::graph::{EventSource, Graph, OutputRef};
 use super::handle::Out;
-use super::kind::Kind;
-use super::node::{Outputs, Real, StateMut, StateRef};
+use super::io::{Outputs, StateMut, StateRef};
+use super::kind::{Kind, Vector};
+use super::lowering::Lowering;
+use super::messages::Messages;
 use super::parts::Parts;
-use super::probe::{Capacity, ProbeId, Recording, Samples};
+use super::probe::{Recording, Samples};
+use super::probe_spec::{Capacity, ProbeId, SpikeProbe};
 use super::ranks::Ranks;
+use super::real::{Real, Span};
 use super::run::{RunConfig, RunReport, Stop, StopReason};
 use super::seed::Seed;
-use super::span::Span;
-use super::spikes::{SpikeProbe, SpikeRecording, Spikes};
-use super::talk::Talk;
+use super::spikes::{SpikeRecording, Spikes};
+use super::stage::Clock;
 use super::team::Team;
-use super::time::SimDuration;
+use super::time::{SimDuration, Timebase};
 use super::world::World;
 
 /// The view of a run that a stop condition gets after each tick.
@@ -67,12 +71,44 @@ pub struct Simulator {
     pub(crate) world: Option<Box<dyn World>>,
     pub(super) team: Team,
     /// What the ranks of the run tell one another.
-    pub(super) talk: Option<Talk>,
+    pub(super) messages: Option<Messages>,
     pub(super) world_ticks: u64,
-    pub(super) node_seeds: Vec<Seed>,
     pub(super) recordings: Vec<Recording>,
     pub(super) spikes: Vec<SpikeRecording>,
     pub(super) command: Vec<Real>,
+    /// Run seed and noise scale of the start, to which a reset returns.
+    start: (Seed, Real),
+    /// Why the values are not those after a whole tick: empty as long as they change, and after a panic.
+    pub(super) interrupted: Option<String>,
+}
+
+impl GraphBuilder {
+    /// Builds the graph with ticks of 1 ms and creates a run of it, with `seed` as the build seed and the run seed.
+    ///
+    /// Use [`build`](Self::build) and [`Simulator::new`] for another timebase, several runs of one graph, a world, threads
+    /// or noise.
+    ///
+    /// # Errors
+    /// [`SimError::Build`] with all faults of the description; otherwise as [`Simulator::new`].
+    pub fn start(&self, plan: &dyn Lowering, seed: Seed) -> Result<Simulator, SimError> {
+        let graph = self.build(Timebase::default(), plan, seed)?;
+        Simulator::new(Arc::new(graph), RunConfig::seeded(seed))
+    }
+
+    /// Builds the graph and runs it for `duration`, as [`start`](Self::start) and [`Simulator::run_for`] do.
+    ///
+    /// # Errors
+    /// As these two.
+    pub fn run(
+        &self,
+        plan: &dyn Lowering,
+        seed: Seed,
+        duration: SimDuration,
+    ) -> Result<Simulator, SimError> {
+        let mut sim = self.start(plan, seed)?;
+        sim.run_for(duration)?;
+        Ok(sim)
+    }
 }
 
 /// Ticks between two reservations of memory for samples.
@@ -108,7 +144,8 @@ impl Simulator {
             .iter()
             .map(|node| SpikeRecording { units: graph.bodies[*node].units(), ..Default::default() })
             .collect();
-        let talk = graph.ranks.as_ref().map(|ranks| Talk::new(&graph, ranks)).transpose()?;
+        let messages =
+            graph.ranks.as_ref().map(|ranks| Messages::new(&graph, ranks)).transpose()?;
         let rank = graph.ranks.as_ref().map_or(0, Ranks::rank);
         let own = graph.parts.iter().filter(|part| part.rank as usize == rank);
         let (parts, work) =
@@ -116,32 +153,40 @@ impl Simulator {
         let mut sim = Self {
             arenas: Arenas::new(&graph.sizes),
             team: Team::new(&graph, rank, run.threads.count(parts, work)),
-            talk,
+            messages,
             graph,
             tick: 0,
             seed: run.seed,
             noise: run.noise,
             world: run.world,
             world_ticks,
-            node_seeds: Vec::new(),
             recordings,
             spikes,
             command,
+            start: (run.seed, run.noise),
+            interrupted: None,
         };
-        sim.reseed(run.seed);
         sim.reset()?;
         Ok(sim)
     }
 
-    /// Returns to tick 0 and empties the recordings. The next run has the same bits as a run of a new simulator.
+    /// Returns to tick 0, with the run seed and noise scale of [`new`](Self::new), and empties the recordings. The next run
+    /// has the same bits as a run of a new simulator.
     ///
     /// # Errors
     /// [`SimError::World`] if the world cannot be reset.
     pub fn reset(&mut self) -> Result<(), SimError> {
+        self.change(Self::start_again)
+    }
+
+    fn start_again(&mut self) -> Result<(), SimError> {
         self.tick = 0;
+        self.noise = self.start.1;
+        self.reseed(self.start.0);
         self.clear_recordings();
-        let Self { graph, arenas, team, .. } = self;
+        let Self { graph, arenas, team, seed, noise, .. } = self;
         arenas.clear();
+        let clock = Clock { tick: 0, time: graph.time, noise: *noise };
         for (node, body) in graph.nodes.iter().zip(&graph.bodies) {
             let parts = &graph.parts[node.parts.of()];
             let mut in_parts = vec![0.0; parts.iter().map(|part| part.state.len()).sum()];
@@ -159,7 +204,8 @@ impl Simulator {
                 registered: true,
                 values: &mut arenas.registered[node.registered.of()],
             };
-            body.init(&mut state, &mut registered);
+            let cx = clock.cx(seed.derive(&node.path, "init"));
+            body.init(&cx, &mut state, &mut registered);
             let mut rest = &in_parts[..];
             for (index, part) in node.parts.of().zip(parts) {
                 let (own, after) = rest.split_at(part.state.len());
@@ -177,10 +223,39 @@ impl Simulator {
         Ok(())
     }
 
+    /// Changes the values. If that fails or panics halfway, the run cannot go on from there.
+    pub(super) fn change(
+        &mut self,
+        change: impl FnOnce(&mut Self) -> Result<(), SimError>,
+    ) -> Result<(), SimError> {
+        self.interrupted = Some(String::new());
+        let outcome = change(self);
+        self.interrupted = outcome.as_ref().err().map(ToString::to_string);
+        outcome
+    }
+
+    /// Checks that the values are those after a whole tick.
+    pub(super) fn check_whole(&self) -> Result<(), SimError> {
+        let reason = match self.interrupted.as_deref() {
+            None => return Ok(()),
+            Some("") => "a node or the world panicked",
+            Some(reason) => reason,
+        };
+        Err(SimError::Interrupted { tick: self.tick, reason: reason.into() })
+    }
+
     /// Changes the run seed. The world keeps its state.
-    pub(crate) fn reseed(&mut self, seed: Seed) {
+    pub(super) fn reseed(&mut self, seed: Seed) {
         self.seed = seed;
-        self.node_seeds = self.graph.nodes.iter().map(|n| seed.derive(&n.path, "noise")).collect();
+        self.arenas.stage.seeds =
+            self.graph.nodes.iter().map(|n| seed.derive(&n.path, "noise")).collect();
+    }
+
+    /// Tells the other ranks of an error.
+    pub(super) fn tell(&self, error: &SimError) {
+        if let Some(messages) = &self.messages {
+            messages.tell(self.tick, error);
+        }
     }
 
     /// Returns the graph.
@@ -209,7 +284,9 @@ impl Simulator {
     /// - [`SimError::Config`] if `span` is not a whole number of ticks;
     /// - [`SimError::Node`] or [`SimError::World`] if a node or the world fails;
     /// - [`SimError::NonFinite`] if a value becomes infinite or not a number;
-    /// - [`SimError::ProbeStorage`] if there is too little memory for the samples of a probe.
+    /// - [`SimError::ProbeStorage`] if there is too little memory for the samples of a probe;
+    /// - [`SimError::Interrupted`] if an earlier call failed within a tick. [`reset`](Self::reset) and
+    ///   [`restore`](Self::restore) make the run usable again.
     pub fn run_for(&mut self, span: SimDuration) -> Result<RunReport, SimError> {
         self.run_until(span, |_| ControlFlow::Continue(()))
     }
@@ -237,13 +314,14 @@ impl Simulator {
         limit: u64,
         mut stop: impl FnMut(SimView<'_>) -> Stop,
     ) -> Result<RunReport, SimError> {
+        self.check_whole()?;
         let mut done = 0;
         let mut reason = StopReason::TimeUp;
         'run: while done < limit {
             let block = BLOCK.min(limit - done);
             self.reserve(block)?;
             for _ in 0..block {
-                self.step()?;
+                self.change(Self::step)?;
                 done += 1;
                 if let ControlFlow::Break(why) = stop(SimView { sim: self }) {
                     reason = why;
@@ -323,6 +401,32 @@ impl Simulator {
         Spikes { recording, dt_s: self.graph.time.dt_s() }
     }
 
+    /// Returns the samples and the spikes that the probes have recorded, each with the name of its output or layer. The
+    /// second probe of an output has `-2` behind its name, and so on.
+    #[expect(clippy::type_complexity, reason = "two lists of the same form")]
+    pub(crate) fn recorded(
+        &self,
+    ) -> (Vec<(String, Samples<'_, Vector>)>, Vec<(String, Spikes<'_>)>) {
+        let dt_s = self.graph.time.dt_s();
+        let mut values: Vec<(String, Samples<'_, Vector>)> = Vec::new();
+        for (plan, recording) in self.graph.probes.iter().zip(&self.recordings) {
+            let node = &self.graph.nodes[plan.node];
+            let output = &node.ports.outputs[plan.output];
+            let full = || format!("{}.{}", node.path, output.name);
+            let name = output.exposed.as_deref().map_or_else(full, str::to_owned);
+            let name = unique(name, values.iter().map(|(name, ..)| name));
+            let width = plan.source.span().len();
+            values.push((name, Samples { recording, width, dt_s, kind: PhantomData }));
+        }
+        let mut spikes: Vec<(String, Spikes<'_>)> = Vec::new();
+        for (node, recording) in self.graph.spike_probes.iter().zip(&self.spikes) {
+            let name = self.graph.nodes[*node].path.clone();
+            let name = unique(name, spikes.iter().map(|(name, _)| name));
+            spikes.push((name, Spikes { recording, dt_s }));
+        }
+        (values, spikes)
+    }
+
     /// Deletes the samples of all probes.
     pub fn clear_recordings(&mut self) {
         self.recordings.iter_mut().for_each(Recording::clear);
@@ -361,6 +465,15 @@ impl Simulator {
         }
         Ok(())
     }
+}
+
+/// Returns `name`, or `name-2` and so on if it is taken.
+fn unique<'t>(name: String, taken: impl Iterator<Item = &'t String> + Clone) -> String {
+    let free = |name: &String| !taken.clone().any(|other| other == name);
+    if free(&name) {
+        return name;
+    }
+    (2..).map(|n| format!("{name}-{n}")).find(free).unwrap_or(name)
 }
 
 /// Returns the period of `world` in ticks, if the world fits the link of `graph`.

@@ -1,46 +1,9 @@
 //! Recordings of spikes: one bit per neuron and tick.
 
-use std::cmp::Reverse;
-
-use super::draft::{Body, NodeDraft};
-use super::error::BuildError;
 use super::graph::PartPlan;
-use super::node::{Node, Real, StateRef};
-use super::probe::in_common;
-
-/// A handle to a recording of the spikes of one layer.
-#[derive(Debug, Clone, Copy)]
-pub struct SpikeProbe {
-    pub(crate) index: usize,
-    pub(crate) builder: u64,
-}
-
-/// Finds the layer or node with events at `path`, or the only one inside the module at `path`.
-pub(crate) fn find(nodes: &[NodeDraft], path: &str) -> Result<usize, BuildError> {
-    let layer = |node: &NodeDraft| match &node.body {
-        Body::Layer(_) => true,
-        Body::Node(node) => node.units() > 0,
-        Body::World(_) => false,
-    };
-    if let Some(index) = nodes.iter().position(|node| node.path == path && layer(node)) {
-        return Ok(index);
-    }
-    let within = |node: &NodeDraft| {
-        node.path.strip_prefix(path).is_some_and(|rest| rest.starts_with('/')) && layer(node)
-    };
-    let mut inside = (0..nodes.len()).filter(|index| within(&nodes[*index]));
-    if let (Some(index), None) = (inside.next(), inside.next()) {
-        return Ok(index);
-    }
-    let mut all: Vec<(Reverse<usize>, String)> = nodes
-        .iter()
-        .filter(|node| layer(node))
-        .map(|node| (Reverse(in_common(&node.path, path)), node.path.clone()))
-        .collect();
-    all.sort();
-    let choices = all.into_iter().map(|(_, path)| path).collect();
-    Err(BuildError::UnknownLayer { asked: path.into(), choices })
-}
+use super::io::StateRef;
+use super::node::Node;
+use super::real::Real;
 
 /// The stored spikes of one layer.
 #[derive(Debug, Clone, Default)]

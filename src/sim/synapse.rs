@@ -1,6 +1,6 @@
 //! Synapses: the filters of connections.
 
-use super::node::Real;
+use super::real::Real;
 use super::time::SimDuration;
 
 /// The filter of a connection: none, or a first-order low-pass.

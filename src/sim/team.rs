@@ -1,26 +1,25 @@
 //! The seam between emit and commit: shares of the parts, and the threads that compute them.
 //!
-//! Each thread owns a share of the parts, with their states, for the whole run. Parts are dealt out one by one, each to
+//! Each thread owns a share of the parts, with their states, for the whole run. Parts are assigned one by one, each to
 //! the share with the least work so far, so that neighbours, which a closed gate silences together, lie in different
-//! shares. In each tick the calling thread lends the values that parts read to the crew, computes its own share, and
+//! shares. In each tick the calling thread lends the values that parts read to the workers, computes its own share, and
 //! waits. A share that its thread has not begun by then is computed by the caller: a busy core then costs time, but no
 //! tick waits for a thread that sleeps.
 //!
 //! Threads without work spin for [`SPIN`], then sleep. Waking one costs the caller some microseconds.
 
+use std::ops::Deref;
 use std::panic::{self, AssertUnwindSafe};
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering::SeqCst};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, RwLockWriteGuard, mpsc};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard, mpsc};
 use std::thread::{self, JoinHandle, Thread};
 use std::time::{Duration, Instant};
 
-use super::arena::{Arenas, ScratchArena};
 use super::graph::Graph;
-use super::node::{Real, StepCx};
+use super::io::ScratchArena;
 use super::parts::{Batch, Item};
-use super::seed::Seed;
-use super::span::Span;
-use super::tick::{Clock, View};
+use super::real::{Real, Span};
+use super::stage::Stage;
 
 /// Time for which a thread without work looks for more before it sleeps.
 const SPIN: Duration = Duration::from_micros(100);
@@ -36,7 +35,7 @@ struct Run {
 
 /// Parts that one thread computes, with their states.
 #[derive(Default)]
-pub(super) struct Share {
+struct Share {
     runs: Vec<Run>,
     items: Vec<Item>,
     /// For each item, its index in [`Graph::parts`].
@@ -46,9 +45,9 @@ pub(super) struct Share {
     work: u64,
 }
 
-/// Deals out the parts of `graph` that rank `rank` computes among `threads` shares. Returns the shares, and for each part
+/// Assigns the parts of `graph` that rank `rank` computes among `threads` shares. Returns the shares, and for each part
 /// its share and its index in the share.
-fn deal(graph: &Graph, rank: usize, threads: usize) -> (Vec<Share>, Vec<Option<(u32, u32)>>) {
+fn assign(graph: &Graph, rank: usize, threads: usize) -> (Vec<Share>, Vec<Option<(u32, u32)>>) {
     let mut shares: Vec<Share> = (0..threads).map(|_| Share::default()).collect();
     let mut places = vec![None; graph.parts.len()];
     let mut order: Vec<usize> =
@@ -94,63 +93,32 @@ fn deal(graph: &Graph, rank: usize, threads: usize) -> (Vec<Share>, Vec<Option<(
 
 impl Share {
     /// Advances all parts of the share. The results of each part go to its range in `results`.
-    fn run(&mut self, graph: &Graph, view: &View<'_>, results: &mut [Real]) {
+    fn run(&mut self, graph: &Graph, stage: &Stage, results: &mut [Real]) {
         for run in &self.runs {
             let plan = &graph.divided[run.divided as usize];
             let node = plan.node as usize;
             let Some(parts) = graph.bodies[node].parts() else { continue };
-            let cx = StepCx { node_seed: view.seeds[node], ..view.cx };
             let batch = Batch {
                 items: &self.items[run.items.of()],
-                inputs: view.inputs(&graph.slots[plan.slots.of()]),
+                inputs: stage.inputs(&graph.slots[plan.slots.of()]),
                 state: &mut self.state,
                 results: &mut *results,
-                scratch: &mut self.scratch,
-                sizes: plan.scratch,
+                scratch: self.scratch.lend(plan.scratch),
             };
-            parts.advance_all(&cx, batch);
+            parts.advance_all(&stage.cx(node), batch);
         }
     }
 }
 
-/// What the crew reads in a tick. The caller lends its own vectors for the time of the tick.
-#[derive(Default)]
-struct Stage {
-    signals: Vec<Real>,
-    held: Vec<Real>,
-    gathered: Vec<Real>,
-    seeds: Vec<Seed>,
-    clock: Clock,
-}
-
-impl Stage {
-    fn view(&self) -> View<'_> {
-        View {
-            signals: &self.signals,
-            held: &self.held,
-            gathered: &self.gathered,
-            seeds: &self.seeds,
-            cx: self.clock.cx(),
-        }
-    }
-
-    fn swap(&mut self, arenas: &mut Arenas, seeds: &mut Vec<Seed>) {
-        std::mem::swap(&mut self.signals, &mut arenas.signals);
-        std::mem::swap(&mut self.held, &mut arenas.held);
-        std::mem::swap(&mut self.gathered, &mut arenas.gathered);
-        std::mem::swap(&mut self.seeds, seeds);
-    }
-}
-
-/// A share of the crew, with its results.
-struct Held {
+/// The share of a worker, with its results.
+struct Assignment {
     share: Share,
     results: Vec<Real>,
 }
 
-/// A share's place in the crew.
-struct Berth {
-    held: Mutex<Held>,
+/// A thread beside the calling one, and what it computes.
+struct Worker {
+    assignment: Mutex<Assignment>,
     /// The last tick for which somebody took the share.
     taken: AtomicU64,
     asleep: AtomicBool,
@@ -158,9 +126,10 @@ struct Berth {
 
 struct Shared {
     graph: Arc<Graph>,
+    /// What the workers read in a tick. The caller lends its own for the time of the tick.
     stage: RwLock<Stage>,
-    berths: Vec<Berth>,
-    /// Number of ticks begun. Each berth is taken once in each.
+    workers: Vec<Worker>,
+    /// Number of ticks begun. Each assignment is taken once in each.
     tick: AtomicU64,
     done: AtomicUsize,
     failed: AtomicBool,
@@ -180,20 +149,25 @@ impl Drop for Done<'_> {
 }
 
 impl Shared {
-    /// Computes a share, unless somebody else has taken it.
-    fn run(&self, index: usize, tick: u64) {
-        let berth = &self.berths[index];
-        if !berth.take(tick) {
+    fn stage(&self) -> RwLockReadGuard<'_, Stage> {
+        self.stage.read().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Computes a share, unless somebody else has taken it. A caller that holds the lock of the stage hands it over: to
+    /// take it twice on one thread may block for ever.
+    fn run<S: Deref<Target = Stage>>(&self, index: usize, tick: u64, stage: impl FnOnce() -> S) {
+        let worker = &self.workers[index];
+        if !worker.take(tick) {
             return;
         }
         let _done = Done(self);
-        let stage = self.stage.read().unwrap_or_else(PoisonError::into_inner);
-        let mut held = berth.lock();
-        let Held { share, results } = &mut *held;
-        share.run(&self.graph, &stage.view(), results);
+        let stage = stage();
+        let mut assignment = worker.lock();
+        let Assignment { share, results } = &mut *assignment;
+        share.run(&self.graph, &stage, results);
     }
 
-    /// Computes the share `index` in every tick until the crew is dismissed.
+    /// Computes the share `index` in every tick until the workers are dismissed.
     fn serve(&self, index: usize) {
         let mut seen = 0;
         loop {
@@ -203,7 +177,7 @@ impl Shared {
                 spins += 1;
                 std::hint::spin_loop();
                 if spins.is_multiple_of(64) && since.elapsed() > SPIN {
-                    let asleep = &self.berths[index].asleep;
+                    let asleep = &self.workers[index].asleep;
                     asleep.store(true, SeqCst);
                     // Looking again after the announcement: otherwise a tick begun in between would wake nobody.
                     if self.tick.load(SeqCst) == seen {
@@ -212,45 +186,45 @@ impl Shared {
                     asleep.store(false, SeqCst);
                 }
             }
-            // In this order: the crew is dismissed by `stop`, then by one more tick, in which nothing may be computed.
+            // In this order: the workers are dismissed by `stop`, then by one more tick, in which nothing may be computed.
             seen = self.tick.load(SeqCst);
             if self.stop.load(SeqCst) {
                 return;
             }
-            self.run(index, seen);
+            self.run(index, seen, || self.stage());
         }
     }
 }
 
-impl Berth {
+impl Worker {
     /// Takes the share for this tick. Returns `false` if somebody else has.
     fn take(&self, tick: u64) -> bool {
         self.taken.compare_exchange(tick - 1, tick, SeqCst, SeqCst).is_ok()
     }
 
-    fn lock(&self) -> MutexGuard<'_, Held> {
-        self.held.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock(&self) -> MutexGuard<'_, Assignment> {
+        self.assignment.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 /// The other threads of a run. They live as long as their simulator.
-struct Crew {
+struct Workers {
     shared: Arc<Shared>,
     threads: Vec<JoinHandle<()>>,
     wake: Vec<Thread>,
 }
 
-impl Crew {
+impl Workers {
     fn new(graph: &Arc<Graph>, shares: Vec<Share>) -> Self {
-        let berth = |mut share: Share| {
+        let worker = |mut share: Share| {
             let mut end = 0;
             for item in &mut share.items {
                 let start = end;
                 end += item.results.len() as u32;
                 item.results = Span { start, end };
             }
-            Berth {
-                held: Mutex::new(Held { share, results: vec![0.0; end as usize] }),
+            Worker {
+                assignment: Mutex::new(Assignment { share, results: vec![0.0; end as usize] }),
                 taken: AtomicU64::new(0),
                 asleep: AtomicBool::new(false),
             }
@@ -258,7 +232,7 @@ impl Crew {
         let shared = Arc::new(Shared {
             graph: graph.clone(),
             stage: RwLock::default(),
-            berths: shares.into_iter().map(berth).collect(),
+            workers: shares.into_iter().map(worker).collect(),
             tick: AtomicU64::new(0),
             done: AtomicUsize::new(0),
             failed: AtomicBool::new(false),
@@ -277,24 +251,24 @@ impl Crew {
             let thread = thread::Builder::new().name(format!("symbolt-{}", index + 1));
             thread.spawn(serve).ok()
         };
-        let threads: Vec<_> = (0..shared.berths.len()).map_while(start).collect();
+        let threads: Vec<_> = (0..shared.workers.len()).map_while(start).collect();
         // The first steps of a thread allocate. On a busy machine they would otherwise fall into a tick.
         starts.iter().take(threads.len()).for_each(drop);
         let wake = threads.iter().map(|thread| thread.thread().clone()).collect();
         Self { shared, threads, wake }
     }
 
-    fn stage(&self) -> RwLockWriteGuard<'_, Stage> {
-        self.shared.stage.write().unwrap_or_else(PoisonError::into_inner)
+    /// Exchanges the caller's stage with that of the workers.
+    fn swap(&self, stage: &mut Stage) {
+        std::mem::swap(
+            &mut *self.shared.stage.write().unwrap_or_else(PoisonError::into_inner),
+            stage,
+        );
     }
 
     /// Lends the values that parts read, and begins a tick: everybody may compute.
-    fn begin(&self, arenas: &mut Arenas, seeds: &mut Vec<Seed>, clock: Clock) -> u64 {
-        {
-            let mut stage = self.stage();
-            stage.swap(arenas, seeds);
-            stage.clock = clock;
-        }
+    fn begin(&self, stage: &mut Stage) -> u64 {
+        self.swap(stage);
         self.shared.done.store(0, SeqCst);
         self.shared.failed.store(false, SeqCst);
         let tick = self.shared.tick.fetch_add(1, SeqCst) + 1;
@@ -303,8 +277,8 @@ impl Crew {
     }
 
     fn wake(&self) {
-        for (thread, berth) in self.wake.iter().zip(&self.shared.berths) {
-            if berth.asleep.swap(false, SeqCst) {
+        for (thread, worker) in self.wake.iter().zip(&self.shared.workers) {
+            if worker.asleep.swap(false, SeqCst) {
                 thread.unpark();
             }
         }
@@ -314,28 +288,28 @@ impl Crew {
     ///
     /// # Panics
     /// If a node panicked on another thread.
-    fn finish(&self, tick: u64) {
+    fn finish(&self, tick: u64, stage: &Stage) {
         let shared = &self.shared;
-        (0..shared.berths.len()).for_each(|index| shared.run(index, tick));
+        (0..shared.workers.len()).for_each(|index| shared.run(index, tick, || stage));
         self.wait();
         assert!(!shared.failed.load(SeqCst), "a node panicked on another thread of the run");
     }
 
-    /// Copies the results of the crew's parts to their ranges in `results`.
+    /// Copies the results of the workers' parts to their ranges in `results`.
     fn collect(&self, graph: &Graph, results: &mut [Real]) {
-        for berth in &self.shared.berths {
-            let held = berth.lock();
-            for (part, item) in held.share.parts.iter().zip(&held.share.items) {
+        for worker in &self.shared.workers {
+            let assignment = worker.lock();
+            for (part, item) in assignment.share.parts.iter().zip(&assignment.share.items) {
                 let into = &mut results[graph.parts[*part as usize].results.of()];
-                into.copy_from_slice(&held.results[item.results.of()]);
+                into.copy_from_slice(&assignment.results[item.results.of()]);
             }
         }
     }
 
     /// Leaves out what nobody has begun, and waits for the rest.
     fn abandon(&self, tick: u64) {
-        for berth in &self.shared.berths {
-            if berth.take(tick) {
+        for worker in &self.shared.workers {
+            if worker.take(tick) {
                 self.shared.done.fetch_add(1, SeqCst);
             }
         }
@@ -344,7 +318,7 @@ impl Crew {
 
     fn wait(&self) {
         let mut spins = 0u32;
-        while self.shared.done.load(SeqCst) < self.shared.berths.len() {
+        while self.shared.done.load(SeqCst) < self.shared.workers.len() {
             spins += 1;
             std::hint::spin_loop();
             if spins.is_multiple_of(1024) {
@@ -354,7 +328,7 @@ impl Crew {
     }
 }
 
-impl Drop for Crew {
+impl Drop for Workers {
     fn drop(&mut self) {
         self.shared.stop.store(true, SeqCst);
         self.shared.tick.fetch_add(1, SeqCst);
@@ -367,56 +341,53 @@ impl Drop for Crew {
 }
 
 /// The shares of a run and the threads that compute them.
-pub(super) struct Team {
+pub(crate) struct Team {
     own: Share,
-    crew: Option<Crew>,
+    workers: Option<Workers>,
     /// For each part, the share and the index in it; `None` if another rank computes the part. Share 0 is `own`.
     places: Vec<Option<(u32, u32)>>,
 }
 
 impl Team {
     pub fn new(graph: &Arc<Graph>, rank: usize, threads: usize) -> Self {
-        let (mut shares, places) = deal(graph, rank, threads);
+        let (mut shares, places) = assign(graph, rank, threads);
         let own = shares.remove(0);
-        let crew = (!shares.is_empty()).then(|| Crew::new(graph, shares));
-        Self { own, crew, places }
+        let workers = (!shares.is_empty()).then(|| Workers::new(graph, shares));
+        Self { own, workers, places }
     }
 
-    /// Advances all parts, and calls `meanwhile` while the others compute. The results of each part go to its range in the
-    /// results of `arenas`.
+    /// Advances all parts, and calls `meanwhile` while the others compute. The results of each part go to its range in
+    /// `results`.
     ///
     /// If a node panics, all values come back first, so that the simulator can be reset and run again.
     pub fn advance<E>(
         &mut self,
         graph: &Graph,
-        (arenas, seeds, clock): (&mut Arenas, &mut Vec<Seed>, Clock),
-        meanwhile: impl FnOnce(&View<'_>, Rest<'_>) -> Result<(), E>,
+        stage: &mut Stage,
+        results: &mut [Real],
+        meanwhile: impl FnOnce(&Stage) -> Result<(), E>,
     ) -> Result<(), E> {
-        let Self { own, crew, .. } = self;
-        let mut results = std::mem::take(&mut arenas.results);
-        let begun = crew.as_ref().map(|crew| (crew, crew.begin(arenas, seeds, clock)));
+        let Self { own, workers, .. } = self;
+        let begun = workers.as_ref().map(|workers| (workers, workers.begin(stage)));
         let outcome = panic::catch_unwind(AssertUnwindSafe(|| {
-            let Some((crew, tick)) = begun else {
-                let (view, rest) = arenas.split(seeds, clock);
-                meanwhile(&view, rest)?;
-                own.run(graph, &view, &mut results);
+            let Some((workers, tick)) = begun else {
+                meanwhile(stage)?;
+                own.run(graph, stage, results);
                 return Ok(());
             };
-            let stage = crew.shared.stage.read().unwrap_or_else(PoisonError::into_inner);
-            let view = stage.view();
-            let outcome = meanwhile(&view, arenas.split(&[], clock).1);
-            own.run(graph, &view, &mut results);
-            crew.finish(tick);
+            let stage = workers.shared.stage();
+            let outcome = meanwhile(&stage);
+            own.run(graph, &stage, results);
+            workers.finish(tick, &stage);
             outcome
         }));
-        if let Some((crew, tick)) = begun {
+        if let Some((workers, tick)) = begun {
             match &outcome {
-                Ok(_) => crew.collect(graph, &mut results),
-                Err(_) => crew.abandon(tick),
+                Ok(_) => workers.collect(graph, results),
+                Err(_) => workers.abandon(tick),
             }
-            crew.stage().swap(arenas, seeds);
+            workers.swap(stage);
         }
-        arenas.results = results;
         outcome.unwrap_or_else(|cause| panic::resume_unwind(cause))
     }
 
@@ -424,8 +395,10 @@ impl Team {
     pub fn with_state<T>(&self, part: usize, read: impl FnOnce(&[Real]) -> T) -> Option<T> {
         let (share, index) = self.places[part]?;
         let of = |share: &Share| read(&share.state[share.items[index as usize].state.of()]);
-        Some(match (share.checked_sub(1), &self.crew) {
-            (Some(berth), Some(crew)) => of(&crew.shared.berths[berth as usize].lock().share),
+        Some(match (share.checked_sub(1), &self.workers) {
+            (Some(worker), Some(workers)) => {
+                of(&workers.shared.workers[worker as usize].lock().share)
+            }
             _ => of(&self.own),
         })
     }
@@ -436,18 +409,11 @@ impl Team {
         let set = |share: &mut Share| {
             share.state[share.items[index as usize].state.of()].copy_from_slice(state);
         };
-        match (share.checked_sub(1), &self.crew) {
-            (Some(berth), Some(crew)) => set(&mut crew.shared.berths[berth as usize].lock().share),
+        match (share.checked_sub(1), &self.workers) {
+            (Some(worker), Some(workers)) => {
+                set(&mut workers.shared.workers[worker as usize].lock().share)
+            }
             _ => set(&mut self.own),
         }
     }
-}
-
-/// What nodes without parts change in advance.
-pub(crate) struct Rest<'a> {
-    pub registered: &'a mut [Real],
-    pub reals: &'a mut [Real],
-    pub words: &'a mut [u32],
-    pub longs: &'a mut [u64],
-    pub scratch: &'a mut ScratchArena,
 }

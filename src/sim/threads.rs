@@ -18,7 +18,7 @@ const MIN_WORK: u64 = 6_000;
 
 impl Threads {
     /// Returns the number of threads for a graph with `parts` parts that do `work` in a tick.
-    pub(super) fn count(self, parts: usize, work: u64) -> usize {
+    pub(crate) fn count(self, parts: usize, work: u64) -> usize {
         let most = match self {
             Self::Serial => 1,
             Self::Auto if rayon::current_thread_index().is_some() => 1,

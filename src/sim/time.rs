@@ -3,8 +3,33 @@
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
 
-use super::error::ConfigError;
+/// A duration or a clock that cannot be used.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ConfigError {
+    /// A duration that is not a whole number of ticks.
+    #[error("{span} is not a whole number of ticks of {tick}; use a multiple of {tick}")]
+    Indivisible {
+        /// The duration given.
+        span: SimDuration,
+        /// The length of a tick.
+        tick: SimDuration,
+    },
+    /// A tick of zero length, or longer than a second.
+    #[error("a tick of {tick} is not usable; choose more than 0 and at most 1 s")]
+    BadTick {
+        /// The tick given.
+        tick: SimDuration,
+    },
+    /// A number of seconds that is negative, too large or not finite.
+    #[error("{seconds} s is not a duration; expected a finite number from 0 to 1e12")]
+    NotADuration {
+        /// The number given.
+        seconds: f64,
+    },
+}
 
 /// A duration of simulated time, in whole microseconds.
 ///
@@ -71,7 +96,7 @@ impl SimDuration {
     }
 
     /// Returns whether the duration is zero.
-    pub const fn is_zero(self) -> bool {
+    pub(crate) const fn is_zero(self) -> bool {
         self.micros == 0
     }
 }
@@ -132,7 +157,7 @@ impl Timebase {
     }
 
     /// Returns the simulated time of `ticks` ticks. Saturates at about 584,000 years.
-    pub fn span(&self, ticks: u64) -> SimDuration {
+    pub(crate) fn span(&self, ticks: u64) -> SimDuration {
         SimDuration::from_micros(ticks.saturating_mul(self.tick.micros))
     }
 }

@@ -1,14 +1,19 @@
 //! The world: a system outside the graph that runs in the same simulated time.
 
 use std::any::Any;
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::builder::{GraphBuilder, Scope};
+use super::draft::Body;
 use super::error::WorldError;
 use super::fingerprint::Fingerprint;
+use super::handle::NodePorts;
 use super::kind::Kind;
-use super::node::{Node, Real};
+use super::node::Node;
 use super::port::{AnyInput, AnyOutput, InputSpec, OutputSpec, PortDecl};
+use super::real::Real;
 use super::seed::Seed;
 use super::time::SimDuration;
 
@@ -114,6 +119,24 @@ impl Node for WorldLink {
     }
 
     fn fingerprint(&self, _hash: &mut Fingerprint) {}
+}
+
+impl GraphBuilder {
+    /// Adds the link to the world under `name`. A graph has at most one link.
+    #[track_caller]
+    pub fn world(&mut self, name: &str, link: WorldLink) -> NodePorts {
+        self.root().world(name, link)
+    }
+}
+
+impl Scope<'_> {
+    /// Adds the link to the world. A graph has at most one link.
+    #[track_caller]
+    pub fn world(&mut self, name: &str, link: WorldLink) -> NodePorts {
+        let mut ports = PortDecl::default();
+        link.declare(&mut ports);
+        self.push(name, Body::World(Arc::new(link)), ports)
+    }
 }
 
 /// A world for tests and examples. It shows a fixed script, one entry per period, and records every command.

@@ -79,6 +79,23 @@ fn a_reset_run_is_a_fresh_run() {
 }
 
 #[test]
+fn a_reset_after_a_restore_returns_to_the_seed_and_noise_of_the_run() {
+    let graph = everything();
+    let mut other = Simulator::new(graph.clone(), in_script(5)).expect("starts");
+    other.run_for(MS(9)).expect("runs");
+    let foreign = other.checkpoint().expect("it can be saved");
+    let quiet = || in_script(6).with_noise(0.5);
+    let mut fresh = Simulator::new(graph.clone(), quiet()).expect("starts");
+    fresh.run_for(MS(25)).expect("runs");
+    let expected = fresh.checkpoint().expect("it can be saved");
+    let mut sim = Simulator::new(graph, quiet()).expect("starts");
+    sim.restore(&foreign).expect("it fits");
+    sim.reset().expect("resets");
+    sim.run_for(MS(25)).expect("runs");
+    assert_eq!(sim.checkpoint().expect("it can be saved"), expected);
+}
+
+#[test]
 fn checkpoints_of_other_graphs_are_refused() {
     let mut graph = GraphBuilder::new();
     graph.node("counter", Counter);

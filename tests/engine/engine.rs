@@ -5,10 +5,12 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
+use symbolt::neurons::{Ensemble, LifSpec, Population, PopulationPlan};
 use symbolt::sim::{
     Add, AdvanceIo, Constant, EmitIo, Fingerprint, Graph, GraphBuilder, In, InputSpec, Node,
-    NodeFault, Out, OutputSpec, PortDecl, ProbeSpec, RunConfig, Scalar, ScriptedWorld, SimDuration,
-    SimError, Simulator, StepCx, Stimulus, StopReason, Synapse, Vector, WorldLink,
+    NodeFault, Out, OutputSpec, PortDecl, ProbeId, ProbeSpec, RunConfig, Scalar, ScriptedWorld,
+    Seed, SimDuration, SimError, Simulator, StepCx, Stimulus, StopReason, Synapse, Vector,
+    WorldLink,
 };
 
 use crate::counter::{Counter, MS, build, start};
@@ -79,6 +81,65 @@ fn several_sources_add_in_the_order_of_their_paths_whatever_the_order_of_adding(
     }
 }
 
+/// A node without ordinary outputs, which shows its input one tick later.
+struct Keeps;
+impl Node for Keeps {
+    fn declare(&self, ports: &mut PortDecl) {
+        ports.input("in", InputSpec::scalar().sum());
+        ports.output("kept", OutputSpec::scalar().registered());
+    }
+    fn fingerprint(&self, _hash: &mut Fingerprint) {}
+    fn advance(&self, _cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
+        let sum = io.inputs.scalar(0);
+        io.outputs.set(0, sum);
+        Ok(())
+    }
+}
+
+#[test]
+fn a_node_without_ordinary_outputs_gets_the_sum_of_all_its_sources() {
+    for sources in [1, 2, 3] {
+        let mut graph = GraphBuilder::new();
+        let node = graph.node("node", Keeps);
+        for number in 0..sources {
+            let one = graph.add(&format!("one_{number}"), Constant::scalar(1.0));
+            graph.connect(&one, &node.input("in"), Synapse::None);
+        }
+        let mut sim = start(&build(graph));
+        sim.run_for(MS(1)).expect("runs");
+        assert_eq!(sim.value(&node.output::<Scalar>("kept")), [sources as f32]);
+    }
+}
+
+#[test]
+fn one_description_is_built_in_two_modes() {
+    let describe = || {
+        let mut graph = GraphBuilder::new();
+        let half = graph.add("half", Constant::vector(&[0.5]));
+        let square = Ensemble::new(1).decode("square", 1, |x, out| out[0] = x[0] * x[0]);
+        let square = graph.add("square", square);
+        let sum = graph.add("sum", Add::vector(1));
+        graph.connect(&half, &square.input, Synapse::None);
+        graph.connect(&square.output("square"), &sum.input, Synapse::lowpass_ms(20));
+        let probe = graph.probe(&sum.output, ProbeSpec::default());
+        (graph, probe)
+    };
+    let (exact, spiking) =
+        (PopulationPlan::direct(), PopulationPlan::all(Population::Lif(LifSpec::default())));
+    let read = |graph: &GraphBuilder, probe: ProbeId<Vector>, plan: &PopulationPlan| -> Vec<f32> {
+        let sim = graph.run(plan, Seed::new(3), MS(200)).expect("runs");
+        sim.samples(&probe).iter().map(|(_, value)| value[0]).collect()
+    };
+    let (both, probe) = describe();
+    let found = [&exact, &spiking].map(|plan| read(&both, probe, plan));
+    for (found, plan) in found.iter().zip([&exact, &spiking]) {
+        let (alone, probe) = describe();
+        assert_eq!(*found, read(&alone, probe, plan));
+    }
+    assert!((found[0][199] - 0.25).abs() < 1e-4, "{}", found[0][199]);
+    assert!(found[0] != found[1] && (found[1][199] - 0.25).abs() < 0.1, "{}", found[1][199]);
+}
+
 #[test]
 fn a_filtered_loop_integrates() {
     let mut graph = GraphBuilder::new();
@@ -141,6 +202,29 @@ fn a_node_that_fails_ends_the_run() {
     let error = sim.run_for(MS(10)).expect_err("breaks");
     assert_eq!(error.to_string(), "`coil` failed in tick 4: the coil is hot");
     assert_eq!(sim.tick(), 4);
+}
+
+#[test]
+fn a_run_that_failed_within_a_tick_is_neither_saved_nor_continued() {
+    for how in ["fault", "nan"] {
+        let mut graph = GraphBuilder::new();
+        graph.node("coil", Breaks { at: 4, how });
+        graph.node("counter", Counter);
+        let mut sim = start(&build(graph));
+        sim.run_for(MS(3)).expect("runs");
+        let whole = sim.checkpoint().expect("it can be saved");
+        let why = sim.run_for(MS(10)).expect_err("breaks").to_string();
+        let expected =
+            format!("the run was interrupted in tick 4 ({why}); reset it or restore a checkpoint");
+        assert_eq!(sim.checkpoint().expect_err("half a tick").to_string(), expected);
+        assert_eq!(sim.run_for(MS(1)).expect_err("half a tick").to_string(), expected);
+        sim.restore(&whole).expect("it fits");
+        assert_eq!(sim.checkpoint().expect("it can be saved"), whole);
+        assert_eq!(sim.run_for(MS(10)).expect_err("breaks again").to_string(), why);
+        sim.reset().expect("resets");
+        sim.run_for(MS(3)).expect("runs");
+        assert_eq!(sim.checkpoint().expect("it can be saved"), whole);
+    }
 }
 
 #[test]

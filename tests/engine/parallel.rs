@@ -4,6 +4,7 @@
 
 use std::sync::Arc;
 
+use rand::RngExt;
 use symbolt::neurons::{Ensemble, LifSpec, Population, PopulationPlan};
 use symbolt::sim::{
     Apply, Constant, Fingerprint, Graph, GraphBuilder, InputSpec, Node, OutputSpec, Outputs,
@@ -35,8 +36,8 @@ fn run(sim: &mut Simulator, ms: u64) -> Bits {
 fn on_ranks<T: Send>(ranks: usize, each: impl Fn(Ranks) -> T + Sync) -> Vec<T> {
     let each = &each;
     std::thread::scope(|scope| {
-        let seats = Ranks::in_process(ranks).into_iter();
-        let threads: Vec<_> = seats.map(|seat| scope.spawn(move || each(seat))).collect();
+        let group = Ranks::in_process(ranks).into_iter();
+        let threads: Vec<_> = group.map(|ranks| scope.spawn(move || each(ranks))).collect();
         threads.into_iter().map(|thread| thread.join().expect("no panic")).collect()
     })
 }
@@ -70,7 +71,8 @@ fn all_standard_networks_have_the_same_bits_on_any_threads_and_ranks() {
         }
         for ranks in [1, 2, 3, 4] {
             // Each rank has two threads of its own.
-            let each = |seat| run(&mut start(standard(model, Some(seat)), Threads::Exactly(2)), 40);
+            let each =
+                |ranks| run(&mut start(standard(model, Some(ranks)), Threads::Exactly(2)), 40);
             let all = on_ranks(ranks, each);
             assert_eq!(all.len(), ranks);
             assert!(all.iter().all(|bits| *bits == serial), "{name} on {ranks} ranks");
@@ -127,8 +129,8 @@ fn the_planner_acts_in_its_world_with_the_same_bits_on_threads_and_ranks() {
     threads.run_for(SimDuration::from_millis(400)).expect("runs");
     let end = threads.checkpoint().expect("it can be saved");
     assert!(begun(&threads) > 0, "the planner acted");
-    let all = on_ranks(2, |seat| {
-        let mut sim = blocks(Some(&seat));
+    let all = on_ranks(2, |ranks| {
+        let mut sim = blocks(Some(&ranks));
         sim.run_for(SimDuration::from_millis(400)).expect("runs");
         (sim.checkpoint().expect("it can be saved"), begun(&sim))
     });
@@ -143,8 +145,8 @@ fn a_checkpoint_of_three_ranks_resumes_on_one_and_on_two() {
     let mut whole = start(standard(Model::Planner, None), Threads::Serial);
     run(&mut whole, 30);
     let expected = run(&mut whole, 30);
-    let saved = on_ranks(3, |seat| {
-        let mut sim = start(standard(Model::Planner, Some(seat)), Threads::Serial);
+    let saved = on_ranks(3, |ranks| {
+        let mut sim = start(standard(Model::Planner, Some(ranks)), Threads::Serial);
         run(&mut sim, 30);
         sim.checkpoint().expect("it can be saved")
     });
@@ -152,8 +154,8 @@ fn a_checkpoint_of_three_ranks_resumes_on_one_and_on_two() {
     let mut alone = start(standard(Model::Planner, None), Threads::Exactly(2));
     alone.restore(&saved[1]).expect("it fits");
     assert!(run(&mut alone, 30) == expected, "on one");
-    let two = on_ranks(2, |seat| {
-        let mut sim = start(standard(Model::Planner, Some(seat)), Threads::Serial);
+    let two = on_ranks(2, |ranks| {
+        let mut sim = start(standard(Model::Planner, Some(ranks)), Threads::Serial);
         sim.restore(&saved[2]).expect("it fits");
         run(&mut sim, 30)
     });
@@ -162,7 +164,7 @@ fn a_checkpoint_of_three_ranks_resumes_on_one_and_on_two() {
 
 #[test]
 fn recorded_spikes_and_sent_events_are_known_to_every_rank() {
-    let build = |seat: Option<Ranks>| {
+    let build = |ranks: Option<Ranks>| {
         let mut graph = GraphBuilder::new();
         let input = graph.add("input", Constant::vector(&[0.5; 70]));
         let map = symbolt::neurons::Ensemble::new(1).copies(70).identity("same");
@@ -170,33 +172,33 @@ fn recorded_spikes_and_sent_events_are_known_to_every_rank() {
         graph.connect(&input, &map.input, Synapse::None);
         let spikes = graph.probe_spikes("map/neurons");
         let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
-        let plan = seat.iter().fold(plan, |plan, seat| plan.shared(seat));
+        let plan = ranks.iter().fold(plan, |plan, ranks| plan.shared(ranks));
         (graph.build(Timebase::default(), &plan, Seed::new(1)).expect("builds"), spikes)
     };
-    let spikes = |seat: Option<Ranks>| {
-        let (graph, probe) = build(seat);
+    let spikes = |ranks: Option<Ranks>| {
+        let (graph, probe) = build(ranks);
         let mut sim = start(Arc::new(graph), Threads::Exactly(2));
         sim.run_for(SimDuration::from_millis(50)).expect("runs");
         sim.spikes(&probe).iter().map(|(t, n)| ((t * 1e3).round() as u64, n)).collect::<Vec<_>>()
     };
     let expected = spikes(None);
     assert!(expected.len() > 10_000, "{}", expected.len());
-    for found in on_ranks(3, |seat| spikes(Some(seat))) {
+    for found in on_ranks(3, |ranks| spikes(Some(ranks))) {
         assert!(found == expected);
     }
-    let events = |seat: Option<Ranks>| {
-        let mut sim = start(standard(Model::Bind, seat), Threads::Serial);
+    let events = |ranks: Option<Ranks>| {
+        let mut sim = start(standard(Model::Bind, ranks), Threads::Serial);
         sim.run_for(SimDuration::from_millis(20)).expect("runs");
         let (_, source) = sim.graph().event_sources().next().expect("a population");
         (0..source.units).filter(|unit| sim.event(source, *unit)).collect::<Vec<_>>()
     };
     let expected = events(None);
     assert!(expected.len() > 10);
-    for found in on_ranks(2, |seat| events(Some(seat.with_events()))) {
+    for found in on_ranks(2, |ranks| events(Some(ranks.with_events()))) {
         assert_eq!(found, expected);
     }
     // Unless they are sent, each rank knows only its own.
-    let own = on_ranks(2, |seat| events(Some(seat)));
+    let own = on_ranks(2, |ranks| events(Some(ranks)));
     assert!(own.iter().all(|own| !own.is_empty() && own.len() < expected.len()));
     assert_eq!(own.iter().map(Vec::len).sum::<usize>(), expected.len());
 }
@@ -206,8 +208,8 @@ fn each_rank_solves_its_share_and_no_more() {
     // Model::Large has ensembles of all kinds.
     let whole: usize = symbolt::neurons::neurons(&standard(Model::Large, None));
     for ranks in [2, 3, 4] {
-        let shares = on_ranks(ranks, |seat| {
-            let graph = standard(Model::Large, Some(seat));
+        let shares = on_ranks(ranks, |ranks| {
+            let graph = standard(Model::Large, Some(ranks));
             assert_eq!(symbolt::neurons::neurons(&graph), whole, "all are counted");
             symbolt::neurons::own_neurons(&graph)
         });
@@ -233,7 +235,7 @@ impl Node for Fails {
         ports.output("y", OutputSpec::vector(2).registered());
     }
     fn fingerprint(&self, _hash: &mut Fingerprint) {}
-    fn init(&self, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
+    fn init(&self, _cx: &StepCx<'_>, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
         state.reals.copy_from_slice(&[10.0, 20.0]);
     }
     fn parts(&self) -> Option<&dyn Parts> {
@@ -287,6 +289,8 @@ fn a_simulator_whose_node_panicked_can_be_reset_and_run_again() {
             let tick = || sim.run_for(SimDuration::from_millis(1));
             let caught = std::panic::catch_unwind(std::panic::AssertUnwindSafe(tick));
             assert!(caught.is_err(), "it panics on {threads} threads");
+            let text = sim.checkpoint().expect_err("half a tick").to_string();
+            assert!(text.contains("in tick 5 (a node or the world panicked)"), "{text}");
             sim.reset().expect("resets");
         }
     }
@@ -337,11 +341,74 @@ fn a_node_of_ones_own_advances_in_parts() {
     }
 }
 
+/// A node of four parts that shows random numbers: those of its start, and those of every tick.
+struct Draws;
+
+impl Node for Draws {
+    fn declare(&self, ports: &mut PortDecl) {
+        ports.output("start", OutputSpec::vector(4).registered());
+        ports.output("drawn", OutputSpec::vector(4).registered());
+    }
+    fn fingerprint(&self, _hash: &mut Fingerprint) {}
+    fn init(&self, cx: &StepCx<'_>, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
+        assert_eq!((cx.tick(), cx.dt_s(), cx.noise_scale()), (0, 1e-3, 1.0));
+        let mut rng = cx.rng();
+        state.reals.iter_mut().for_each(|value| *value = rng.random());
+    }
+    fn parts(&self) -> Option<&dyn Parts> {
+        Some(self)
+    }
+}
+
+impl Parts for Draws {
+    fn count(&self) -> usize {
+        4
+    }
+    fn part(&self, part: usize) -> PartSpec {
+        PartSpec { state: 1, results: 2, work: 1, rank: part, ..PartSpec::default() }
+    }
+    fn advance(&self, cx: &StepCx<'_>, _part: usize, io: &mut PartIo<'_>) {
+        io.results.copy_from_slice(&[io.state[0], cx.rng().random()]);
+    }
+    fn collect(&self, part: usize, results: &[Real], outputs: &mut Outputs<'_>) {
+        outputs.get_mut(0)[part] = results[0];
+        outputs.get_mut(1)[part] = results[1];
+    }
+}
+
+#[test]
+fn every_part_of_a_node_draws_random_numbers_of_its_own() {
+    let draw = |seed: u64, ranks: Option<Ranks>, threads| {
+        let mut graph = GraphBuilder::new();
+        let node = graph.node("node", Draws);
+        let plan = PopulationPlan::direct();
+        let plan = ranks.into_iter().fold(plan, |plan, ranks| plan.shared(&ranks));
+        let graph = graph.build(Timebase::default(), &plan, Seed::new(1)).expect("builds");
+        let run = RunConfig::seeded(Seed::new(seed)).with_threads(threads);
+        let mut sim = Simulator::new(graph.into(), run).expect("starts");
+        let mut all = Vec::new();
+        for _ in 0..3 {
+            sim.run_for(SimDuration::from_millis(1)).expect("runs");
+            all.extend_from_slice(sim.value(&node.output::<Vector>("drawn")));
+        }
+        all.extend_from_slice(sim.value(&node.output::<Vector>("start")));
+        all
+    };
+    let alone = draw(1, None, Threads::Serial);
+    let mut sorted = alone.clone();
+    sorted.sort_by(f32::total_cmp);
+    sorted.dedup();
+    assert_eq!(sorted.len(), 16, "no part, tick or start has the number of another: {alone:?}");
+    assert_eq!(draw(1, None, Threads::Exactly(3)), alone);
+    assert!(on_ranks(2, |ranks| draw(1, Some(ranks), Threads::Serial)).iter().all(|d| *d == alone));
+    assert!(draw(2, None, Threads::Serial).iter().zip(&alone).all(|(a, b)| a != b));
+}
+
 #[test]
 fn the_end_of_one_rank_is_an_error_of_the_others() {
-    let found = on_ranks(3, |seat| {
-        let rank = seat.rank();
-        let mut sim = start(standard(Model::Select, Some(seat)), Threads::Serial);
+    let found = on_ranks(3, |ranks| {
+        let rank = ranks.rank();
+        let mut sim = start(standard(Model::Select, Some(ranks)), Threads::Serial);
         let ms = if rank == 1 { 10 } else { 30 };
         sim.run_for(SimDuration::from_millis(ms)).map(|report| report.ticks)
     });
@@ -354,12 +421,12 @@ fn the_end_of_one_rank_is_an_error_of_the_others() {
 
 #[test]
 fn ranks_with_other_graphs_find_out_before_they_run() {
-    let found = on_ranks(2, |seat| {
-        let model = if seat.rank() == 0 { Model::Select } else { Model::Bind };
+    let found = on_ranks(2, |ranks| {
+        let model = if ranks.rank() == 0 { Model::Select } else { Model::Bind };
         let spec = Standard {
             dimensions: 64,
             population: Population::Lif(small()),
-            ranks: Some(seat),
+            ranks: Some(ranks),
             ..Standard::default()
         };
         spec.build(model).err().map(|error| error.to_string())
@@ -369,12 +436,12 @@ fn ranks_with_other_graphs_find_out_before_they_run() {
         assert!(error.contains("rank"), "{error}");
     }
     // As many populations, but with another seed: the first tick tells.
-    let found = on_ranks(2, |seat| {
-        let seed = Seed::new(seat.rank() as u64);
+    let found = on_ranks(2, |ranks| {
+        let seed = Seed::new(ranks.rank() as u64);
         let spec = Standard {
             dimensions: 64,
             population: Population::Lif(small()),
-            ranks: Some(seat),
+            ranks: Some(ranks),
             seed,
             ..Standard::default()
         };
@@ -390,16 +457,16 @@ fn ranks_with_other_graphs_find_out_before_they_run() {
 #[test]
 fn more_ranks_than_parts_are_of_no_harm() {
     let serial = run(&mut start(standard(Model::Channel, None), Threads::Serial), 10);
-    let all = on_ranks(9, |seat| {
-        run(&mut start(standard(Model::Channel, Some(seat)), Threads::Serial), 10)
+    let all = on_ranks(9, |ranks| {
+        run(&mut start(standard(Model::Channel, Some(ranks)), Threads::Serial), 10)
     });
     assert!(all.iter().all(|bits| *bits == serial));
 }
 
 /// A graph with one population on all ranks, and a node that can differ between them.
-fn with_signal(seat: &Ranks, function: fn(&Ranks, f64) -> Real) -> Simulator {
+fn with_signal(ranks: &Ranks, function: fn(&Ranks, f64) -> Real) -> Simulator {
     let mut graph = GraphBuilder::new();
-    let own = seat.clone();
+    let own = ranks.clone();
     let signal = graph.add("signal", Signal::scalar(move |time_s| function(&own, time_s)));
     let map = graph.add("map", Ensemble::new(1).copies(3).identity("same"));
     let input = graph.add("input", Constant::vector(&[0.5; 3]));
@@ -409,7 +476,7 @@ fn with_signal(seat: &Ranks, function: fn(&Ranks, f64) -> Real) -> Simulator {
         Apply::<Scalar, Scalar>::new(InputSpec::scalar(), OutputSpec::scalar(), |x, y| y[0] = x[0]),
     );
     graph.connect(&signal, &hold.input, Synapse::lowpass_ms(5));
-    let plan = PopulationPlan::all(Population::Lif(LifSpec::default())).shared(seat);
+    let plan = PopulationPlan::all(Population::Lif(LifSpec::default())).shared(ranks);
     let graph = graph.build(Timebase::default(), &plan, Seed::new(1)).expect("builds");
     start(graph.into(), Threads::Serial)
 }
@@ -423,12 +490,12 @@ fn each_names_the_other(errors: &[String], reason: &str) {
 
 #[test]
 fn ranks_with_other_values_stop() {
-    let found = on_ranks(2, |seat| {
-        let differs = |seat: &Ranks, time_s: f64| match seat.rank() {
+    let found = on_ranks(2, |ranks| {
+        let differs = |ranks: &Ranks, time_s: f64| match ranks.rank() {
             1 if time_s > 0.0195 => 1.0,
             _ => 0.5,
         };
-        let mut sim = with_signal(&seat, differs);
+        let mut sim = with_signal(&ranks, differs);
         let limit = SimDuration::from_millis(200);
         let error = sim.run_for(limit).expect_err("they differ");
         // Every value is compared within 64 ticks.
@@ -440,8 +507,8 @@ fn ranks_with_other_values_stop() {
 
 #[test]
 fn ranks_restore_one_checkpoint_or_none() {
-    let found = on_ranks(2, |seat| {
-        let mut sim = with_signal(&seat, |_, time_s| time_s as Real);
+    let found = on_ranks(2, |ranks| {
+        let mut sim = with_signal(&ranks, |_, time_s| time_s as Real);
         let (early, late) = [10, 10]
             .map(|ms| {
                 sim.run_for(SimDuration::from_millis(ms)).expect("runs");
@@ -450,7 +517,7 @@ fn ranks_restore_one_checkpoint_or_none() {
             .into();
         sim.restore(&early).expect("the same on both");
         assert_eq!(sim.tick(), 10);
-        let error = sim.restore(if seat.rank() == 0 { &early } else { &late });
+        let error = sim.restore(if ranks.rank() == 0 { &early } else { &late });
         let error = error.expect_err("they differ").to_string();
         // After the error both can go on.
         sim.restore(&late).expect("the same on both");
@@ -463,13 +530,13 @@ fn ranks_restore_one_checkpoint_or_none() {
 
 #[test]
 fn the_reason_why_one_rank_cannot_build_is_known_to_all() {
-    let found = on_ranks(3, |seat| {
-        let scale = if seat.rank() == 2 { -1.0 } else { 0.2 };
+    let found = on_ranks(3, |ranks| {
+        let scale = if ranks.rank() == 2 { -1.0 } else { 0.2 };
         let lif = LifSpec { scale, ..LifSpec::default() };
         let spec = Standard {
             dimensions: 64,
             population: Population::Lif(lif),
-            ranks: Some(seat),
+            ranks: Some(ranks),
             ..Standard::default()
         };
         spec.build(Model::Bind).err().map(|error| error.to_string()).expect("it cannot be built")

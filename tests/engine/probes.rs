@@ -110,6 +110,21 @@ fn spikes_are_found_by_module_and_events_of_own_nodes_are_recorded() {
 }
 
 #[test]
+fn functions_of_an_ensemble_are_found_by_name() {
+    let mut graph = GraphBuilder::new();
+    let twice = |x: &[f32], out: &mut [f32]| out[0] = 2.0 * x[0];
+    let point = graph.add("point", Ensemble::new(1).identity("same").decode("twice", 1, twice));
+    let half = graph.add("half", Constant::vector(&[0.5]));
+    graph.route(&half >> &point.input);
+    let probe = graph.probe_at::<Vector>("point.twice", ProbeSpec::default());
+    let sim = graph.run(&PopulationPlan::direct(), Seed::new(1), ms(2)).unwrap();
+    assert_eq!(sim.samples(&probe).last().unwrap().1[0], 1.0);
+    for name in ["point.twice", "point/neurons.twice"] {
+        assert_eq!(sim.value_of(sim.graph().output(name).unwrap()), [1.0]);
+    }
+}
+
+#[test]
 fn recorded_spikes_are_those_of_the_neurons() {
     let mut graph = describe();
     let probe = graph.probe_spikes("state/population");

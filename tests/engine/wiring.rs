@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use symbolt::neurons::{PathPattern, Population, PopulationPlan, SelectRule};
+use symbolt::neurons::{Ensemble, PathPattern, Population, PopulationPlan, SelectRule};
 use symbolt::sim::{
     Add, BuildError, BuildErrors, Constant, EmitIo, Fingerprint, Graph, GraphBuilder, In,
     InputSpec, Kind, LayerRequest, Module, Node, NodePorts, Noise, Out, OutputSpec, Pointer,
@@ -142,6 +142,44 @@ fn two_modules_of_one_name_are_one_fault_even_if_their_nodes_differ() {
     let mut graph = GraphBuilder::new();
     graph.add("twice", Twice);
     assert_eq!(duplicates(graph), ["twice"]);
+}
+
+#[test]
+fn names_of_ports_that_could_not_be_found_are_refused() {
+    struct Named(&'static str);
+    impl Node for Named {
+        fn declare(&self, ports: &mut PortDecl) {
+            ports.output(self.0, OutputSpec::scalar());
+        }
+        fn fingerprint(&self, _hash: &mut Fingerprint) {}
+    }
+    struct Exposes;
+    impl Module for Exposes {
+        type Ports = ();
+        fn expand(self, scope: &mut Scope<'_>) {
+            let one = scope.add("one", Constant::scalar(1.0));
+            scope.output("a.b", one);
+        }
+    }
+    let bad = |graph: GraphBuilder| match only(graph) {
+        (BuildError::BadPortName { node, port }, _) => (node, port),
+        (other, _) => panic!("{other}"),
+    };
+    for name in ["x.y", "x/y", ""] {
+        let mut graph = GraphBuilder::new();
+        graph.node("node", Named(name));
+        assert_eq!(bad(graph), ("node".into(), name.into()));
+    }
+    let mut graph = GraphBuilder::new();
+    graph.add("module", Exposes);
+    assert_eq!(bad(graph), ("module".into(), "a.b".into()));
+    let mut graph = GraphBuilder::new();
+    let point = graph.add("point", Ensemble::new(1).identity("x.y"));
+    let zero = graph.add("zero", Constant::vector(&[0.0]));
+    graph.connect(&zero, &point.input, Synapse::None);
+    let faults = faults(graph);
+    let refused = |fault: &BuildError| matches!(fault, BuildError::BadPortName { .. });
+    assert!(!faults.is_empty() && faults.iter().all(refused), "{faults:?}");
 }
 
 #[test]

@@ -71,8 +71,7 @@ fn apply(map: &dyn LinearMap, x: &[f32]) -> Vec<f32> {
     let (mut reals, mut complexes) =
         (vec![0.0; spec.reals], vec![Complex::default(); spec.complexes]);
     let mut out = vec![0.0; map.output_width()];
-    let mut scratch =
-        Scratch { reals: &mut reals, doubles: &mut [], complexes: &mut complexes, words: &mut [] };
+    let mut scratch = Scratch { reals: &mut reals, complexes: &mut complexes, words: &mut [] };
     map.apply_into(x, &mut out, &mut scratch);
     out
 }

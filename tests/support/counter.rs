@@ -35,7 +35,7 @@ impl Node for Counter {
     }
 
     fn fingerprint(&self, _hash: &mut Fingerprint) {}
-    fn init(&self, state: &mut StateMut<'_>, registered: &mut Outputs<'_>) {
+    fn init(&self, _cx: &StepCx<'_>, state: &mut StateMut<'_>, registered: &mut Outputs<'_>) {
         state.words[0] = 10;
         registered.set(1, 10.0);
     }

@@ -94,7 +94,7 @@ pub struct Standard {
     pub seed: Seed,
     /// Threads that compute the ticks of the run. The threads affect the run time but not the quality.
     pub threads: Threads,
-    /// Seat among the processes that share the network, if there are several. They must build and run it at the same time.
+    /// Rank among the processes that share the network, if there are several. They must build and run it at the same time.
     pub ranks: Option<Ranks>,
 }
 

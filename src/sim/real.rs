@@ -1,6 +1,12 @@
-//! Index ranges in the arenas.
+//! The number types of the engine, and ranges of numbers.
 
 use std::ops::Range;
+
+/// The number type of all signals.
+pub type Real = f32;
+
+/// A complex number in scratch memory.
+pub type Complex = rustfft::num_complex::Complex<f32>;
 
 /// A range with `u32` bounds, half the size of a `Range<usize>`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
