@@ -27,8 +27,8 @@ pub fn run(sigma: f32) -> Result<[Rate; 2], Box<dyn Error>> {
     let tray = graph.add("tray", Constant::pointer(things.space(), &tray));
     let noise = graph.add("noise", Noise::pointer(things.space(), sigma));
     let cleanup = graph.add("cleanup", CleanupMemory::new(&things, trays, best)?);
-    let with = graph.add("with", UnbindFixed::new(&things, shelves)?);
-    let without = graph.add("without", UnbindFixed::new(&things, shelves)?);
+    let with = graph.add("with", Linear::unbind(&things, shelves)?);
+    let without = graph.add("without", Linear::unbind(&things, shelves)?);
     graph.connect(&tray, &noise.input, Synapse::None);
     graph.connect(&noise.output, &cleanup.input, Synapse::None);
     graph.connect(&cleanup.output, &with.input, Synapse::None);

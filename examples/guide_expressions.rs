@@ -2,7 +2,6 @@
 
 use std::error::Error;
 
-use ndarray::array;
 use symbolt::prelude::*;
 use symbolt::sim::{Apply, InputSpec, OutputSpec, Signal};
 use symbolt::spa::Capacity;
@@ -80,7 +79,7 @@ fn a_gesture() -> Result<(), Box<dyn Error>> {
     graph.route(&angle >> &hand);
     graph.route(&hand >> &seen);
     graph.route(
-        (seen.output("place").transform(array![[0.0, -1.0], [1.0, 0.0]]) >> &turned)
+        (seen.output("place").transform([[0.0, -1.0], [1.0, 0.0]]) >> &turned)
             .via(Synapse::lowpass_ms(20)),
     );
     graph.route((&seen.output("area") >> &area).via(Synapse::lowpass_ms(20)));

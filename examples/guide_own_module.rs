@@ -22,11 +22,6 @@ struct Novelty<V: VocabTag> {
     items: usize,
 }
 
-struct NoveltyPorts<V: VocabTag> {
-    input: In<Pointer<V>>,
-    novelty: Out<Vector>,
-}
-
 impl<V: VocabTag> Novelty<V> {
     fn new(known: &Vocabulary<V>, names: &[&str]) -> Result<Self, VocabError> {
         let every = SelectRule::Threshold { level: 0.5 };
@@ -36,9 +31,9 @@ impl<V: VocabTag> Novelty<V> {
 }
 
 impl<V: VocabTag> Module for Novelty<V> {
-    type Ports = NoveltyPorts<V>;
+    type Ports = Ports<Pointer<V>, Vector>;
 
-    fn expand(self, scope: &mut Scope<'_>) -> NoveltyPorts<V> {
+    fn expand(self, scope: &mut Scope<'_>) -> Self::Ports {
         let memory = scope.add("memory", self.memory);
         let known = scope.add("known", Linear::rows(self.items, vec![1.0; self.items]));
         // A layer: the population plan decides how it is computed.
@@ -47,9 +42,9 @@ impl<V: VocabTag> Module for Novelty<V> {
         scope.connect(&memory.items, &known.input, Synapse::None);
         scope.connect(&known.output, &not.input, Synapse::None);
         scope.connect(&not.output, &output.input, FEED_FORWARD);
-        NoveltyPorts {
+        Ports {
             input: scope.input("input", memory.input),
-            novelty: scope.output("novelty", output.output),
+            output: scope.output("output", output.output),
         }
     }
 }
@@ -66,7 +61,7 @@ fn module() -> Result<(), Box<dyn Error>> {
         graph.connect(&seen, &novelty.input, Synapse::None);
         // Spikes are noisy: the probe filters what it records.
         let probe = ProbeSpec::default().filtered(Synapse::lowpass_ms(20));
-        let shown = graph.probe(&novelty.novelty, probe);
+        let shown = graph.probe(&novelty.output, probe);
 
         let plan = PopulationPlan::all(mode);
         let graph = graph.build(Timebase::default(), &plan, Seed::new(1))?;

@@ -126,7 +126,7 @@ fn rebuild() -> Result<(), Box<dyn Error>> {
     let goal = graph.add("goal", Constant::pointer(states.space(), &states.get("TEA_READY")?));
     let cause = graph.add("cause", AssociativeMemory::new(&states, &actions, causes, best)?);
     let deep = graph.add("deep", AssociativeMemory::new(&actions, &states, needs, best)?);
-    let unbind = graph.add("unbind", UnbindFixed::new(&states, "NEEDS")?);
+    let unbind = graph.add("unbind", Linear::unbind(&states, "NEEDS")?);
     let required = graph.add("required", CleanupMemory::new(&states, names, every)?);
     graph.connect(&goal, &cause.input, Synapse::None);
     graph.connect(&cause.output, &deep.input, Synapse::None);

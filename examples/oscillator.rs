@@ -20,10 +20,9 @@ pub fn run(plan: &PopulationPlan, seed: Seed) -> Result<[usize; 2], Box<dyn Erro
     let point = graph.add("point", ensemble);
     let kick = graph.add("kick", Signal::scalar(|t| if t < 0.1 { 1.0 } else { 0.0 }));
     let speed = graph.add("speed", Signal::scalar(|t| if t < 1.0 { 0.5 } else { 1.0 }));
-    graph.route(kick.transform(ndarray::array![[1.0], [0.0], [0.0]]) >> &point);
-    graph.route(speed.transform(ndarray::array![[0.0], [0.0], [1.0]]) >> &point);
-    let turned =
-        point.output("turned").transform(ndarray::array![[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]]);
+    graph.route(kick.transform([[1.0], [0.0], [0.0]]) >> &point);
+    graph.route(speed.transform([[0.0], [0.0], [1.0]]) >> &point);
+    let turned = point.output("turned").transform([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]]);
     graph.route((turned >> &point).via(Synapse::lowpass_ms(100)));
     let probe =
         graph.probe(&point.output("all"), ProbeSpec::default().filtered(Synapse::lowpass_ms(20)));

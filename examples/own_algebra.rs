@@ -5,7 +5,7 @@
 use std::error::Error;
 
 use symbolt::prelude::*;
-use symbolt::sim::{Fingerprint, Scratch, ScratchSpec};
+use symbolt::sim::{Fingerprint, Scratch};
 use symbolt::spa::{Algebra, LinearMap, ProductForm, VocabError, Workspace};
 
 /// Binds by `sqrt(D) a_i b_i`, which keeps norms. A pointer is its own inverse; this is exact if all of its components
@@ -27,10 +27,6 @@ impl LinearMap for Diagonal {
 
     fn output_width(&self) -> usize {
         self.0.len()
-    }
-
-    fn scratch(&self) -> ScratchSpec {
-        ScratchSpec::default()
     }
 
     fn fingerprint(&self, hash: &mut Fingerprint) {

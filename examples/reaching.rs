@@ -30,9 +30,9 @@ pub fn run(
     let start = graph
         .add("start", Stimulus::vector(&[0.3, 1.2]).from(SimDuration::from_millis(150), &[0.0; 2]));
     let target = graph.add("target", Constant::vector(&target));
-    let joints = ndarray::array![[1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [0.0, 0.0]];
-    let aim = ndarray::array![[0.0, 0.0], [0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
-    graph.route(start.transform(joints.clone()) >> &arm);
+    let joints = [[1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [0.0, 0.0]];
+    let aim = [[0.0, 0.0], [0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+    graph.route(start.transform(joints) >> &arm);
     graph.route(target.transform(aim) >> &arm);
     graph.route((arm.output("turned").transform(joints) >> &arm).via(Synapse::lowpass_ms(100)));
     let probe =

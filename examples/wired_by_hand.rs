@@ -45,9 +45,9 @@ pub fn run(plan: &PopulationPlan, seed: Seed) -> Result<Vec<[f32; 2]>, Box<dyn E
     let rules = graph.add("rules", rules?);
     let choice = graph.add("choice", BasalGanglia::new(table.len()));
     for (index, (_, part)) in table.into_iter().enumerate() {
-        let mut row = ndarray::Array2::zeros((table.len(), 1));
-        row[(index, 0)] = 1.0;
-        graph.route(b.dot(parts.get(part)?).transform(row) >> &choice.utilities);
+        let mut column = [[0.0]; 3];
+        column[index] = [1.0];
+        graph.route(b.dot(parts.get(part)?).transform(column) >> &choice.utilities);
     }
 
     let sim = graph.run(plan, seed, SimDuration::from_millis(200))?;

@@ -157,8 +157,8 @@ pub mod prelude {
         Timebase, Vector, VocabTag,
     };
     pub use crate::spa::{
-        AssociativeMemory, BasalGanglia, Bind, CleanupMemory, FlowExt, Gate, GoalBuffer, Routes,
-        Rules, State, Superpose, Unbind, UnbindFixed, Vocabulary, VocabularyBuilder, cosine, dot,
+        AssociativeMemory, BasalGanglia, Bind, CleanupMemory, FlowExt, Gate, GoalBuffer, Linear,
+        Ports, Routes, Rules, State, Superpose, Unbind, Vocabulary, VocabularyBuilder, cosine, dot,
     };
     pub use crate::task::planner::{Planner, PlannerSpec};
     pub use crate::task::{Domain, DomainBuilder, TaskError, Verdict};

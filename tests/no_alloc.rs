@@ -18,8 +18,8 @@ use symbolt::sim::{
     Synapse, Threads, Timebase, Vector, VocabTag,
 };
 use symbolt::spa::{
-    AssociativeMemory, Bind, CleanupMemory, Compare, FlowExt, Gate, GoalBuffer, Routes, Rules,
-    Superpose, Unbind, UnbindFixed, VocabularyBuilder,
+    AssociativeMemory, Bind, CleanupMemory, Compare, FlowExt, Gate, GoalBuffer, Linear, Routes,
+    Rules, Superpose, Unbind, VocabularyBuilder,
 };
 use symbolt::task::DomainBuilder;
 use symbolt::task::planner::{Planner, PlannerSpec, Unbinding};
@@ -137,7 +137,7 @@ fn graphs(plan: &PopulationPlan, counts: &mut Vec<(&'static str, usize)>) {
     let noise = graph.add("noise", Noise::pointer(space, 0.2));
     let bind = graph.add("bind", Bind::new(&vocabulary));
     let unbind = graph.add("unbind", Unbind::new(&vocabulary));
-    let fixed = graph.add("fixed", UnbindFixed::new(&vocabulary, "ROLE").expect("there"));
+    let fixed = graph.add("fixed", Linear::unbind(&vocabulary, "ROLE").expect("there"));
     let sum = graph.add("sum", Superpose::new(&vocabulary, &[1.0, 0.5]));
     let winner = SelectRule::WinnerTakeAll { level: 0.3 };
     let cleanup = graph

@@ -75,7 +75,7 @@ pub struct Capacity {
     /// Whether the roles are unitary, so that their inverse is exact.
     pub unitary_roles: bool,
     /// Neurons of the [`State`](super::State) that holds the sum; `None` for exact maths. The role is fixed, as in
-    /// [`UnbindFixed`](super::UnbindFixed), so unbinding takes no neurons.
+    /// [`Linear::unbind`](super::Linear::unbind), so unbinding takes no neurons.
     ///
     /// The radius of the state is the expected norm of the sum, the square root of `pairs + noise^2`; or the sum is
     /// scaled to a radius of 1. A smaller radius cuts the sum off. Only the numbers of neurons and of sub-dimensions

@@ -22,7 +22,7 @@
 //! |---|---|---|
 //! | [`State`] | represents a pointer; with a recurrent synapse, remembers it | `State` |
 //! | [`Bind`], [`Unbind`] | binds or unbinds two changing pointers | `Bind` |
-//! | [`UnbindFixed`] | unbinds a fixed role | `~` and `*` with a symbol |
+//! | [`Linear::unbind`] | unbinds a fixed role | `~` and `*` with a symbol |
 //! | [`Compare`] | the scalar product of two changing pointers | `Compare`, `dot` |
 //! | [`Multiply`], [`Weigh`] | multiplies two numbers, or a number and a pointer or vector | `Product` |
 //! | [`Superpose`] | adds pointers with weights | `Superposition`, `+` |
@@ -38,7 +38,7 @@
 //! | [`Sequence`] | steps through named pointers | |
 //! | [`Tape`] | writes pointers at the positions of a moving index, and reads them | |
 //! | [`Linear`] | applies a fixed linear map | transforms |
-//! | [`Reinterpret`] | passes a pointer on as one of another vocabulary | `reinterpret` |
+//! | [`Linear::reinterpret`] | passes a pointer on as one of another vocabulary | `reinterpret` |
 //!
 //! Every module filters the output of its populations with a synapse of 5 ms, unless its docs say otherwise. You can
 //! therefore connect its outputs without a synapse. The delay of a module is the same in every mode.
@@ -54,7 +54,7 @@
 //! use symbolt::neurons::SelectRule;
 //! use symbolt::prelude::*;
 //! use symbolt::sim::VocabTag;
-//! use symbolt::spa::{CleanupMemory, UnbindFixed, VocabularyBuilder, cosine};
+//! use symbolt::spa::{CleanupMemory, Linear, VocabularyBuilder, cosine};
 //!
 //! struct Things;
 //! impl VocabTag for Things {
@@ -68,7 +68,7 @@
 //!
 //! let mut graph = GraphBuilder::new();
 //! let scene = graph.add("scene", Constant::pointer(things.space(), &scene));
-//! let colour = graph.add("colour", UnbindFixed::new(&things, "COLOUR")?);
+//! let colour = graph.add("colour", Linear::unbind(&things, "COLOUR")?);
 //! let rule = SelectRule::WinnerTakeAll { level: 0.3 };
 //! let cleanup = graph.add("cleanup", CleanupMemory::new(&things, ["RED", "BLUE", "CIRCLE"], rule)?);
 //! graph.connect(&scene, &colour.input, Synapse::None);
@@ -115,13 +115,12 @@ pub use flow::{Flow, FlowExt, IntoFlow, Route, Routes, Rule, Rules, RulesPorts};
 pub(crate) use item_memory::dots;
 pub use item_memory::{ItemMemory, Match};
 pub use modules::{
-    AssociativeMemory, BasalGanglia, BasalGangliaPorts, Bind, BindPorts, CleanupMemory, Compare,
-    ComparePorts, DecodePairs, DecodePairsPorts, FEED_FORWARD, FactoredSimilarity,
-    FactoredSimilarityPorts, Gate, GatePorts, GoalBuffer, GoalBufferPorts, JointMemory,
-    JointMemoryPorts, Linear, LinearPorts, MemoryPorts, Multiply, MultiplyPorts, RECURRENT,
-    Reinterpret, ReinterpretPorts, ResonatorNetwork, ResonatorNetworkPorts, Selection,
-    SelectionPorts, Sequence, SequencePorts, State, StatePorts, Superpose, SuperposePorts, Tape,
-    TapePorts, Unbind, UnbindFixed, UnbindFixedPorts, UnbindPorts, Weigh, WeighPorts,
+    AssociativeMemory, BasalGanglia, BasalGangliaPorts, BilinearPorts, Bind, CleanupMemory,
+    Compare, DecodePairs, DecodePairsPorts, FEED_FORWARD, FactoredSimilarity,
+    FactoredSimilarityPorts, Gate, GatePorts, GoalBuffer, JointMemory, JointMemoryPorts, Linear,
+    MemoryPorts, Multiply, Ports, RECURRENT, ResonatorNetwork, ResonatorNetworkPorts, Selection,
+    SelectionPorts, Sequence, SequencePorts, State, Superpose, SuperposePorts, Tape, TapePorts,
+    Unbind, UnbindPorts, Weigh, WeighPorts,
 };
 pub use page::RunPage;
 pub use pairs::{Filler, PairDecoder};

@@ -72,11 +72,11 @@ pub struct Resonator {
 
 impl Resonator {
     /// Greatest number of rounds from one start; one round updates every factor once.
-    pub const ROUNDS: usize = 60;
+    const ROUNDS: usize = 60;
     /// Greatest number of starts. The first starts from the sum of all items, the others from random sums.
-    pub const STARTS: usize = 10;
+    const STARTS: usize = 10;
     /// Fit at which a factorisation is accepted without another start.
-    pub const ACCEPTED: Real = 0.5;
+    const ACCEPTED: Real = 0.5;
 
     /// Makes a resonator network for vectors of `dim` components. Each codebook is row-major, with `dim` numbers per
     /// item. At least two codebooks.
@@ -117,7 +117,7 @@ impl Resonator {
     /// Factors `pointer`. One call gives the same answer as any other with the same pointer. If a component is not
     /// finite, the fit is 0.
     ///
-    /// Costs at most [`STARTS`](Self::STARTS) x [`ROUNDS`](Self::ROUNDS) rounds. A round takes, for each of F codebooks,
+    /// Starts at most 10 times, for at most 60 rounds each, until the fit is at least 0.5. A round takes, for each of F codebooks,
     /// about 3 F transforms and two products per item and dimension. With three codebooks of 50 items in 1,024
     /// dimensions this is 0.2 ms.
     ///

@@ -9,9 +9,7 @@ use symbolt::sim::{
     PointerRef, PortDecl, ProbeSpec, Scalar, Scope, Seed, SimDuration, StepCx, Synapse, Timebase,
     Vector, VocabTag, WorldLink,
 };
-use symbolt::spa::{
-    Bind, CleanupMemory, Linear, Superpose, Unbind, UnbindFixed, Vocabulary, VocabularyBuilder,
-};
+use symbolt::spa::{Bind, CleanupMemory, Linear, Superpose, Unbind, Vocabulary, VocabularyBuilder};
 
 struct Parts;
 impl VocabTag for Parts {
@@ -205,7 +203,7 @@ fn every_module_names_its_inputs_as_in_its_port_struct() {
     let winner = SelectRule::WinnerTakeAll { level: 0.3 };
     let mut graph = GraphBuilder::new();
     graph.add("cleanup", CleanupMemory::new(&parts, ["NUT"], winner).expect("there"));
-    graph.add("fixed", UnbindFixed::new(&parts, "NUT").expect("there"));
+    graph.add("fixed", Linear::unbind(&parts, "NUT").expect("there"));
     graph.add("noise", Noise::scalar(0.1));
     graph.add("superpose", Superpose::new(&parts, &[1.0, 0.5]));
     let unfed: Vec<String> = faults(graph)

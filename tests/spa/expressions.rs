@@ -2,7 +2,6 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::precedence)]
 
-use ndarray::array;
 use symbolt::neurons::{Ensemble, LifSpec, SolvedModel};
 use symbolt::prelude::*;
 use symbolt::sim::{Module, Pointer, Scope, Signal};
@@ -81,10 +80,10 @@ fn vectors_are_added_transformed_weighed_and_cut() {
         .collect();
     let number = graph.add("number", Add::scalar());
     graph.route(2.0 * &a - [1.0, 1.0, 1.0] >> &outs[0]);
-    graph.route(a.transform(array![[1.0, 0.0, 1.0], [0.0, -1.0, 0.0]]) >> &outs[1]);
+    graph.route(a.transform([[1.0, 0.0, 1.0], [0.0, -1.0, 0.0]]) >> &outs[1]);
     graph.route((&a + &a).slice(1..3) >> &outs[2]);
     graph.route(&half * &a >> &outs[3]);
-    graph.route((&half * &half + 1.0).transform(array![[1.0], [-2.0]]) >> &outs[4]);
+    graph.route((&half * &half + 1.0).transform([[1.0], [-2.0]]) >> &outs[4]);
     graph.route(1.0 - a.component(2) >> &number);
     let sim = graph.run(&PopulationPlan::direct(), Seed::new(1), ms(60)).unwrap();
     let expected: [&[f32]; 5] =
@@ -106,7 +105,8 @@ fn a_pointer_is_translated_and_reinterpreted() {
     let seen = graph.add("seen", things.stimulus([(0, "0.5 * BLUE + CIRCLE")]).unwrap());
     let [word, same] = ["word", "same"].map(|name| graph.add(name, State::new(&words)));
     graph.route(seen.translate(&words) >> &word);
-    graph.route(seen.transform(ndarray::Array2::eye(64)).reinterpret(&words) >> &same);
+    let identity = (0..64).map(|at| std::array::from_fn::<f32, 64, _>(|i| f32::from(i == at)));
+    graph.route(seen.transform(identity).reinterpret(&words) >> &same);
     let sim = graph.run(&PopulationPlan::direct(), Seed::new(1), ms(60)).unwrap();
     let expected = words.parse("0.5 * BLUE + CIRCLE").unwrap();
     assert!(cosine(&sim.value(&word.output), &expected) > 0.99);
@@ -284,7 +284,7 @@ fn faults_of_maps_and_ensembles_say_what_is_expected() {
     let one = graph.add("one", Add::scalar());
     let (state, word) =
         (graph.add("state", State::new(&things)), graph.add("x", State::new(&other)));
-    graph.route(a.transform(array![[1.0, 2.0, 3.0]]) >> &two);
+    graph.route(a.transform([[1.0, 2.0, 3.0]]) >> &two);
     graph.route(a.slice(1..4) >> &two);
     graph.route(a.component(2) >> &one);
     graph.route(&a + [1.0, 2.0, 3.0] >> &number);
@@ -298,7 +298,7 @@ fn faults_of_maps_and_ensembles_say_what_is_expected() {
     let built = graph.build(Timebase::default(), &lif(), Seed::new(1));
     let all = built.err().map(|error| error.to_string()).unwrap_or_default();
     for expected in [
-        "`transform(a.out) >> two`: the matrix has 1 rows and 3 columns; expected at least one row, and 2 columns",
+        "`transform(a.out) >> two`: row 0 of the matrix has 3 columns; expected 2, as many",
         "`a.out[1..4] >> two`: there are no components 1..4",
         "`a.out[2] >> one`: there is no component 2; expected 0 to 1",
         "a constant has 3 dimensions; expected 2, those of a vector of 2",
@@ -387,10 +387,10 @@ fn a_scalar_product_with_a_constant_has_a_linear_map() {
     let a = graph.add("a", things.stimulus([(0, "RED")]).unwrap());
     let out = graph.add("out", Add::vector(2));
     let red = things.get("RED").unwrap();
-    graph.route(a.dot(red).transform(array![[1.0], [-2.0]]) >> &out);
+    graph.route(a.dot(red).transform([[1.0], [-2.0]]) >> &out);
     // Numbers have a map, too.
     let number = graph.add("number", Add::vector(2));
-    graph.route(0.5.transform(array![[1.0], [3.0]]) >> &number);
+    graph.route(0.5.transform([[1.0], [3.0]]) >> &number);
     // Owned pointers are operands like borrowed ones.
     let state = graph.add("state", State::new(&things));
     graph.route(things.parse("RED * BLUE").unwrap() * !things.parse("BLUE").unwrap() >> &state);
@@ -450,7 +450,7 @@ fn what_a_function_does_not_write_is_zero_in_every_mode() {
         );
         let apply = graph.add("apply", apply);
         graph.route(&input >> &apply);
-        graph.route(input.transform(array![[1.0]]) >> &ensemble);
+        graph.route(input.transform([[1.0]]) >> &ensemble);
         let smooth = ProbeSpec::default().filtered(Synapse::lowpass_ms(10));
         let decoded = graph.probe(&ensemble.output("f"), smooth);
         let sim = graph.run(&plan, Seed::new(1), ms(200)).unwrap();

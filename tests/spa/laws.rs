@@ -415,6 +415,18 @@ impl Algebra for Broken {
     }
 }
 
+#[test]
+fn a_convolution_computes_no_product_that_is_always_zero() {
+    for dim in 2..=33 {
+        let x = Case::of(&Hrr, dim, dim as u64);
+        let form = Hrr.product_form(dim);
+        assert_eq!(form.pairs, if dim % 2 == 0 { 2 * dim - 2 } else { 2 * dim - 1 });
+        for factors in [apply(&*form.left, &x.a), apply(&*form.right, &x.b)] {
+            assert!(factors.iter().all(|factor| factor.abs() > 1e-6), "{dim}: {factors:?}");
+        }
+    }
+}
+
 /// Numbers of dimensions of every kind: tiny, odd, prime, squares, powers of two.
 fn dims() -> impl Strategy<Value = usize> {
     prop_oneof![

@@ -4,15 +4,17 @@
 
 use std::sync::Arc;
 
-use symbolt::neurons::{PopulationPlan, SelectRule};
+use symbolt::neurons::{Layers, LifSpec, Population, PopulationPlan, Product, SelectRule};
 use symbolt::sim::{
-    Constant, Graph, GraphBuilder, Out, Pointer, ProbeId, ProbeSpec, RunConfig, Seed, SimDuration,
+    Add, Constant, Fingerprint, Graph, GraphBuilder, In, InputSpec, Module, Out, OutputSpec,
+    Pointer, ProbeId, ProbeSpec, RunConfig, Scalar, Scope, Scratch, ScratchSpec, Seed, SimDuration,
     Simulator, Stimulus, Synapse, Timebase, Vector, VocabTag,
 };
 use symbolt::spa::{
-    AssociativeMemory, Bind, CleanupMemory, Gate, GoalBuffer, MemoryPorts, Reinterpret, Selection,
-    Superpose, Unbind, UnbindFixed, VocabError, Vocabulary, VocabularyBuilder,
-    cosine_of_slices as cosine, norm,
+    Algebra, AssociativeMemory, BilinearPorts, Bind, CleanupMemory, FEED_FORWARD, FlowExt, Gate,
+    GoalBuffer, Hrr, Linear, LinearMap, MemoryPorts, ProductForm, Routes, Selection, Superpose,
+    Unbind, VocabError, Vocabulary, VocabularyBuilder, cosine_of_slices as cosine, norm,
+    random_pointer,
 };
 
 #[derive(Debug)]
@@ -88,7 +90,7 @@ fn bind_and_unbind_are_those_of_the_algebra_one_synapse_later() {
     let products = graph.output("bind/products.out").expect("there");
     let mut sim = Simulator::new(graph, RunConfig::default()).expect("starts");
     sim.run_for(SimDuration::from_millis(60)).expect("runs");
-    assert_eq!(sim.value_of(products).len(), 2 * DIM + 4);
+    assert_eq!(sim.value_of(products).len(), 2 * DIM - 2);
     let expected = v.parse("A * B").expect("read");
     let shown: Vec<f32> = sim.samples(&bound).iter().map(|(_, p)| cosine(&p, &expected)).collect();
     assert_eq!(shown.len(), 60);
@@ -106,7 +108,7 @@ fn a_fixed_unitary_role_unbinds_exactly_and_at_once() {
     let v = things();
     let mut graph = GraphBuilder::new();
     let bound = pointer(&mut graph, "bound", &v, "ROLE * (A + B)");
-    let unbind = graph.add("unbind", UnbindFixed::new(&v, "ROLE").expect("there"));
+    let unbind = graph.add("unbind", Linear::unbind(&v, "ROLE").expect("there"));
     graph.connect(&bound, &unbind.input, NONE);
     let out = graph.probe(&unbind.output, ProbeSpec::default());
     let sim = ran(graph, 1);
@@ -114,7 +116,7 @@ fn a_fixed_unitary_role_unbinds_exactly_and_at_once() {
     let expected = v.parse("A + B").expect("read");
     assert!(value.iter().zip(&*expected).all(|(x, y)| (x - y).abs() < 1e-5));
     assert!(norm(&value) > 1.0);
-    assert!(matches!(UnbindFixed::new(&v, "ROLL"), Err(VocabError::Unknown { .. })));
+    assert!(matches!(Linear::unbind(&v, "ROLL"), Err(VocabError::Unknown { .. })));
 }
 
 #[test]
@@ -316,13 +318,198 @@ fn reinterpreting_crosses_vocabularies_without_changing_a_number() {
     let a = pointer(&mut graph, "a", &v, "A");
     let across = graph.add(
         "across",
-        Reinterpret::<Pointer<Things>, Pointer<Names>>::new(
-            symbolt::sim::InputSpec::pointer(v.space()),
-            symbolt::sim::OutputSpec::pointer(n.space()),
-        ),
+        Linear::reinterpret(InputSpec::pointer(v.space()), OutputSpec::pointer(n.space())),
     );
     graph.connect(&a, &across.input, NONE);
     let out = graph.probe(&across.output, ProbeSpec::default());
     let sim = ran(graph, 1);
     assert_eq!(*sim.samples(&out).last().expect("there").1, *v.get("A").expect("there"));
+}
+
+/// A user's module for pointers of any vocabulary. One line makes its ports an operand and a target.
+struct Halved<V: VocabTag>(Vocabulary<V>);
+struct HalvedPorts<V: VocabTag> {
+    input: In<Pointer<V>>,
+    output: Out<Pointer<V>>,
+}
+symbolt::flow_ports!([V: VocabTag] HalvedPorts<V>, output: Pointer<V>, input: Pointer<V>);
+
+impl<V: VocabTag> Module for Halved<V> {
+    type Ports = HalvedPorts<V>;
+
+    fn expand(self, scope: &mut Scope<'_>) -> HalvedPorts<V> {
+        let half = scope.add("half", Superpose::new(&self.0, &[0.5]));
+        HalvedPorts {
+            input: scope.input("input", half.inputs[0].clone()),
+            output: scope.output("output", half.output),
+        }
+    }
+}
+
+/// The same for a number.
+struct Quarter;
+struct QuarterPorts {
+    output: Out<Scalar>,
+}
+symbolt::flow_ports!(QuarterPorts, output: Scalar);
+
+impl Module for Quarter {
+    type Ports = QuarterPorts;
+
+    fn expand(self, scope: &mut Scope<'_>) -> QuarterPorts {
+        let quarter = scope.add("quarter", Constant::scalar(0.25));
+        QuarterPorts { output: scope.output("output", quarter) }
+    }
+}
+
+#[test]
+#[allow(clippy::precedence)]
+fn a_module_of_your_own_has_every_operator_by_one_line() {
+    let v = things();
+    let mut graph = GraphBuilder::new();
+    let a = pointer(&mut graph, "a", &v, "2 * A");
+    let half = graph.add("half", Halved(v.clone()));
+    let quarter = graph.add("quarter", Quarter);
+    graph.route(&a >> &half);
+    let [a, b, role] = ["A", "B", "ROLE"].map(|name| v.get(name).expect("there"));
+    let pointers = [
+        ("A * ROLE", &half * role),
+        ("0.25 * A", &half * &quarter),
+        ("0.125 * A", 0.5 * (&quarter * &half)),
+        ("2 * A", 2.0 * &half),
+        ("A + B", &half + b),
+        ("A - B", &half - b),
+        ("-A", -&half),
+        ("~A", !&half),
+    ];
+    let numbers = [
+        (1.25, 1.0 + &quarter),
+        (0.75, 1.0 - &quarter),
+        (-0.75, &quarter - 1.0),
+        (-0.25, -&quarter),
+        (0.5, 2.0 * &quarter),
+        (1.0, half.dot(a)),
+    ];
+    let mut shown = Vec::new();
+    for (at, (text, flow)) in pointers.into_iter().enumerate() {
+        let out = graph.add(&format!("pointer{at}"), Add::pointer(v.space()));
+        graph.route(flow >> &out);
+        shown.push((text, out));
+    }
+    let mut told = Vec::new();
+    for (at, (expected, flow)) in numbers.into_iter().enumerate() {
+        let out = graph.add(&format!("number{at}"), Add::scalar());
+        graph.route(flow >> &out);
+        told.push((expected, out));
+    }
+    let sim = ran(graph, 60);
+    for (text, out) in shown {
+        let (found, expected) = (sim.value(&out.output), v.parse(text).expect("read"));
+        assert!(found.iter().zip(&*expected).all(|(x, y)| (x - y).abs() < 1e-3), "{text}");
+    }
+    for (expected, out) in told {
+        assert!((sim.value(&out.output)[0] - expected).abs() < 1e-3, "{expected}");
+    }
+}
+
+/// A map of a convolution with six more products, which have a factor that is always zero.
+struct Padded {
+    map: Box<dyn LinearMap>,
+    back: bool,
+}
+
+impl LinearMap for Padded {
+    fn input_width(&self) -> usize {
+        self.map.input_width() + if self.back { 6 } else { 0 }
+    }
+
+    fn output_width(&self) -> usize {
+        self.map.output_width() + if self.back { 0 } else { 6 }
+    }
+
+    fn scratch(&self) -> ScratchSpec {
+        self.map.scratch()
+    }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        self.map.fingerprint(hash);
+    }
+
+    fn apply_into(&self, input: &[f32], out: &mut [f32], scratch: &mut Scratch<'_>) {
+        if self.back {
+            // Two of the six are subtracted from the values of the spectrum at 0 and at D/2, which come last.
+            let (products, zeros) = input.split_at(self.map.input_width());
+            let mut products = products.to_vec();
+            let real = products.len() - 2;
+            products[real..].iter_mut().zip(zeros).for_each(|(value, zero)| *value -= zero);
+            self.map.apply_into(&products, out, scratch);
+        } else {
+            let (factors, zeros) = out.split_at_mut(self.map.output_width());
+            zeros.fill(0.0);
+            self.map.apply_into(input, factors, scratch);
+        }
+    }
+}
+
+struct Convolution(ProductForm);
+
+impl Module for Convolution {
+    type Ports = BilinearPorts<Vector>;
+
+    fn expand(self, scope: &mut Scope<'_>) -> BilinearPorts<Vector> {
+        let ProductForm { pairs, magnitude, left, right, back } = self.0;
+        let (into, from) = (InputSpec::vector, OutputSpec::vector);
+        let (d, n) = (left.input_width(), pairs);
+        let left = scope.add("left", Linear::new(into(d), from(n), left));
+        let right = scope.add("right", Linear::new(into(d), from(n), right));
+        let products = scope.product("products", Product::new(n).radius(magnitude));
+        let back = scope.add("back", Linear::new(into(n), from(d), back));
+        scope.connect(&left.output, &products.a, NONE);
+        scope.connect(&right.output, &products.b, NONE);
+        scope.connect(&products.output, &back.input, FEED_FORWARD);
+        BilinearPorts { a: left.input, b: right.input, output: back.output }
+    }
+}
+
+/// Returns the mean squared error of a convolution in spikes: of all components, and of the spectrum's two real values.
+fn errors(dim: usize, seed: u64, zeros: bool) -> [f64; 2] {
+    let draw = |index| random_pointer(dim, Seed::new(seed).derive_index("factor", index));
+    let (a, b, mut exact) = (draw(0), draw(1), vec![0.0; dim]);
+    Hrr.bind_into(&a, &b, &mut exact, &mut Hrr.scratch(dim));
+    let mut form = Hrr.product_form(dim);
+    if zeros {
+        let padded = |map, back| -> Box<dyn LinearMap> { Box::new(Padded { map, back }) };
+        form.pairs += 6;
+        form.left = padded(form.left, false);
+        form.right = padded(form.right, false);
+        form.back = padded(form.back, true);
+    }
+    let mut graph = GraphBuilder::new();
+    let convolution = graph.add("convolution", Convolution(form));
+    let (a, b) = (graph.add("a", Constant::vector(&a)), graph.add("b", Constant::vector(&b)));
+    graph.connect(&a, &convolution.a, NONE);
+    graph.connect(&b, &convolution.b, NONE);
+    let probe = graph.probe(&convolution.output, ProbeSpec::default());
+    let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    let sim = graph.run(&plan, Seed::new(seed), SimDuration::from_millis(200)).expect("runs");
+    let (mut all, mut real, mut ticks) = (0.0, 0.0, 0.0);
+    for (_, value) in sim.samples(&probe).iter().skip(50) {
+        let off: Vec<f64> = value.iter().zip(&exact).map(|(x, y)| f64::from(x - y)).collect();
+        let turned = off.iter().enumerate().map(|(at, v)| if at % 2 == 0 { *v } else { -v });
+        all += off.iter().map(|v| v * v).sum::<f64>();
+        real += off.iter().sum::<f64>().powi(2) + turned.sum::<f64>().powi(2);
+        ticks += 1.0;
+    }
+    [all / ticks, real / ticks]
+}
+
+#[test]
+fn leaving_out_the_products_with_zero_makes_a_convolution_in_spikes_no_worse() {
+    let mean = |zeros| {
+        let each: Vec<_> = (1..=20).map(|seed| errors(16, seed, zeros)).collect();
+        [0, 1].map(|which| each.iter().map(|e| e[which]).sum::<f64>() / 20.0)
+    };
+    let ([all, real], [padded, padded_real]) = (mean(false), mean(true));
+    println!("all {all:.5} {padded:.5}, real {real:.5} {padded_real:.5}");
+    assert!(all < padded && real < 0.8 * padded_real, "{all} {padded}, {real} {padded_real}");
 }

@@ -10,8 +10,10 @@ pub trait LinearMap: Send + Sync {
     /// Returns the length of the output.
     fn output_width(&self) -> usize;
 
-    /// Returns the size of the working memory that [`apply_into`](LinearMap::apply_into) needs.
-    fn scratch(&self) -> ScratchSpec;
+    /// Returns the size of the working memory that [`apply_into`](LinearMap::apply_into) needs (default: none).
+    fn scratch(&self) -> ScratchSpec {
+        ScratchSpec::default()
+    }
 
     /// Adds the identity of the map to `hash`: a name that no other kind of map has, and all numbers of the map.
     fn fingerprint(&self, hash: &mut Fingerprint);

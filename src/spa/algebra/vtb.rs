@@ -13,7 +13,7 @@
 use nalgebra::DMatrix;
 
 use super::{Algebra, LinearMap, ProductForm, Workspace};
-use crate::sim::{Fingerprint, Real, Scratch, ScratchSpec};
+use crate::sim::{Fingerprint, Real, Scratch};
 use crate::spa::error::VocabError;
 
 /// The algebra of vector-derived transformation binding (Gosmann and Eliasmith 2019).
@@ -182,10 +182,6 @@ impl LinearMap for Factor {
         self.rows.pow(3)
     }
 
-    fn scratch(&self) -> ScratchSpec {
-        ScratchSpec::default()
-    }
-
     fn fingerprint(&self, hash: &mut Fingerprint) {
         hash.text("VTB factor").number(self.rows as u64).number(u64::from(self.left));
     }
@@ -213,10 +209,6 @@ impl LinearMap for FromProducts {
         self.rows * self.rows
     }
 
-    fn scratch(&self) -> ScratchSpec {
-        ScratchSpec::default()
-    }
-
     fn fingerprint(&self, hash: &mut Fingerprint) {
         hash.text("VTB products").number(self.rows as u64);
     }
@@ -242,10 +234,6 @@ impl LinearMap for Times {
 
     fn output_width(&self) -> usize {
         self.fixed.len()
-    }
-
-    fn scratch(&self) -> ScratchSpec {
-        ScratchSpec::default()
     }
 
     fn fingerprint(&self, hash: &mut Fingerprint) {

@@ -1,11 +1,19 @@
 //! The kinds of values that expressions compute with: scalars, vectors, and pointers of a vocabulary.
 
-use super::lower::{Lowerer, Sum};
-use super::{Gates, Opening};
 use crate::sim::{
-    In, InputSpec, Kind, Out, OutputSpec, Pointer, Scalar, Scope, Space, Synapse, Vector, VocabTag,
+    In, InputSpec, Kind, Out, OutputSpec, Pointer, Real, Scalar, Scope, Space, Synapse, Vector,
+    VocabTag,
 };
-use crate::spa::modules::{Gate, WeightedRows};
+use crate::spa::modules::{Gate, GatePorts, Multiply, Weigh};
+
+/// Settings of the gates of pointers.
+#[doc(hidden)]
+#[derive(Clone, Copy)]
+pub struct Gates {
+    pub(super) radius: Real,
+    pub(super) synapse: Synapse,
+    pub(super) inhibition: Real,
+}
 
 /// A kind of value that expressions compute with: [`Scalar`], [`Vector`] and [`Pointer`].
 pub trait FlowKind: Kind + Sized {
@@ -35,26 +43,13 @@ pub trait FlowKind: Kind + Sized {
     #[doc(hidden)]
     fn shape_of_input(scope: &Scope<'_>, input: &In<Self>) -> Option<Self::Shape>;
 
-    /// Lets a sum pass while `open` is 1.
+    /// Adds a module that lets a value pass while `open` is 1.
     #[doc(hidden)]
-    fn gated(cx: &mut Gating<'_, '_, '_>, shape: &Self::Shape, sum: Sum<Self>) -> Sum<Self>;
-}
+    fn gate(scope: &mut Scope<'_>, shape: &Self::Shape, gates: Gates) -> GatePorts<Self>;
 
-/// Where a gate is added, and the scalar that opens it.
-#[doc(hidden)]
-pub struct Gating<'g, 's, 'b> {
-    pub(super) cx: &'g mut Lowerer<'s, 'b>,
-    pub(super) open: &'g Opening,
-}
-
-impl Gating<'_, '_, '_> {
-    /// Returns the constant of `sum` times `open`; `None` if the sum changes.
-    fn constant<K: FlowKind>(&mut self, shape: &K::Shape, sum: &Sum<K>) -> Option<Sum<K>> {
-        let values = sum.fixed(K::width(shape))?;
-        let specs = (InputSpec::scalar(), K::specs(shape).1);
-        let map = Box::new(WeightedRows::one(values));
-        Some(Sum::output(&self.cx.linear("constant", &self.open.by, specs, map)))
-    }
+    /// Activity of a chosen rule, over the activity at which the gate is fully open.
+    #[doc(hidden)]
+    const DRIVE: Real = 1.0;
 }
 
 impl FlowKind for Scalar {
@@ -84,8 +79,10 @@ impl FlowKind for Scalar {
         Some(())
     }
 
-    fn gated(cx: &mut Gating<'_, '_, '_>, (): &(), sum: Sum<Self>) -> Sum<Self> {
-        cx.cx.multiply(Sum::output(&cx.open.by), sum)
+    fn gate(scope: &mut Scope<'_>, (): &(), _: Gates) -> GatePorts<Self> {
+        let name = scope.free_name("multiply");
+        let product = scope.add(&name, Multiply::new());
+        GatePorts { input: product.b, open: product.a, output: product.output }
     }
 }
 
@@ -112,11 +109,10 @@ impl FlowKind for Vector {
         scope.width_of_input(input)
     }
 
-    fn gated(cx: &mut Gating<'_, '_, '_>, width: &usize, sum: Sum<Self>) -> Sum<Self> {
-        match cx.constant(width, &sum) {
-            Some(constant) => constant,
-            None => cx.cx.weigh(width, Sum::output(&cx.open.by), sum),
-        }
+    fn gate(scope: &mut Scope<'_>, width: &usize, _: Gates) -> GatePorts<Self> {
+        let name = scope.free_name("weigh");
+        let weigh = scope.add(&name, Weigh::vector(*width));
+        GatePorts { input: weigh.value, open: weigh.weight, output: weigh.output }
     }
 }
 
@@ -143,20 +139,13 @@ impl<V: VocabTag> FlowKind for Pointer<V> {
         scope.space_of_input(input)
     }
 
-    fn gated(cx: &mut Gating<'_, '_, '_>, space: &Space<V>, sum: Sum<Self>) -> Sum<Self> {
-        if let Some(constant) = cx.constant(space, &sum) {
-            return constant;
-        }
-        let Gating { cx, open } = cx;
-        let out = cx.one(space, sum);
-        let name = cx.scope.free_name("gate");
-        let Gates { radius, synapse, inhibition } = open.gates;
+    fn gate(scope: &mut Scope<'_>, space: &Space<V>, gates: Gates) -> GatePorts<Self> {
+        let Gates { radius, synapse, inhibition } = gates;
+        let name = scope.free_name("gate");
         let gate = Gate::in_space(space).radius(radius).synapse(synapse).inhibition(inhibition);
-        let gate = cx.scope.add(&name, gate);
-        cx.connect(&out, &gate.input);
-        // In neurons a chosen rule may have an activity of 0.9, which leaves a gate half closed.
-        let open = cx.one(&(), Sum::output(&open.by).scaled(2.0));
-        cx.scope.connect(&open, &gate.open, Synapse::None);
-        Sum::output(&gate.output)
+        scope.add(&name, gate)
     }
+
+    /// In neurons a chosen rule may have an activity of 0.9, which would leave the gate half closed.
+    const DRIVE: Real = 2.0;
 }

@@ -2,54 +2,51 @@
 
 use std::sync::Arc;
 
-use super::kinds::{FlowKind, Gating};
-use super::nodes::WeightedSum;
-use super::{Destination, Flow, Source};
+use super::kinds::FlowKind;
 use crate::sim::{
-    Constant, In, InputSpec, Kind, Module, Out, OutputSpec, Pointer, PortRef, Real, Scalar, Scope,
-    Space, Synapse, Vector, VocabTag,
+    Constant, In, InputSpec, Kind, Module, Out, OutputSpec, Pointer, Real, Scalar, Scope, Space,
+    Synapse, Vector, VocabTag,
 };
 use crate::spa::algebra::{Algebra, LinearMap};
 use crate::spa::modules::{
-    Bind, Compare, FEED_FORWARD, Inverse, Linear, LinearPorts, Multiply, Rows, Weigh, WeighPorts,
-    WeightedRows,
+    Bind, Compare, FEED_FORWARD, Inverse, Linear, Multiply, Rows, Superpose, Weigh, WeightedRows,
 };
 use crate::spa::vocabulary::Content;
 
 /// A weighted sum of outputs plus a constant.
 #[doc(hidden)]
 pub struct Sum<K: Kind> {
-    constant: Option<Vec<Real>>,
-    parts: Vec<(Out<K>, Real)>,
+    pub(super) constant: Option<Vec<Real>>,
+    pub(super) terms: Vec<(Out<K>, Real)>,
 }
 
 impl<K: Kind> Sum<K> {
     pub(super) fn zero() -> Self {
-        Self { constant: None, parts: Vec::new() }
+        Self { constant: None, terms: Vec::new() }
     }
 
     pub(super) fn constant(values: Vec<Real>) -> Self {
-        Self { constant: Some(values), parts: Vec::new() }
+        Self { constant: Some(values), terms: Vec::new() }
     }
 
     pub(super) fn output(out: &Out<K>) -> Self {
-        Self { constant: None, parts: vec![(out.clone(), 1.0)] }
+        Self { constant: None, terms: vec![(out.clone(), 1.0)] }
     }
 
     pub(super) fn scaled(mut self, factor: Real) -> Self {
         self.constant.iter_mut().flatten().for_each(|value| *value *= factor);
-        self.parts.iter_mut().for_each(|(_, weight)| *weight *= factor);
+        self.terms.iter_mut().for_each(|(_, weight)| *weight *= factor);
         self
     }
 
     /// Returns the values of a constant; `None` if the sum changes.
     pub(super) fn fixed(&self, width: usize) -> Option<Vec<Real>> {
         let zeros = || vec![0.0; width];
-        self.parts.is_empty().then(|| self.constant.clone().unwrap_or_else(zeros))
+        self.terms.is_empty().then(|| self.constant.clone().unwrap_or_else(zeros))
     }
 
-    fn is_zero(&self) -> bool {
-        self.parts.is_empty() && self.constant.iter().flatten().all(|value| *value == 0.0)
+    pub(super) fn is_zero(&self) -> bool {
+        self.terms.is_empty() && self.constant.iter().flatten().all(|value| *value == 0.0)
     }
 }
 
@@ -59,7 +56,7 @@ pub struct Lowerer<'s, 'b> {
     pub(super) scope: &'s mut Scope<'b>,
     text: String,
     /// Synapse on the outputs of bare layers.
-    bare: Synapse,
+    pub(super) bare: Synapse,
 }
 
 impl<'s, 'b> Lowerer<'s, 'b> {
@@ -86,7 +83,7 @@ impl<'s, 'b> Lowerer<'s, 'b> {
         (input, output): (InputSpec<A>, OutputSpec<B>),
         map: Box<dyn LinearMap>,
     ) -> Out<B> {
-        let node: LinearPorts<A, B> = self.add(name, Linear::new(input, output, map));
+        let node = self.add(name, Linear::new(input, output, map));
         self.connect(from, &node.input);
         node.output
     }
@@ -97,15 +94,6 @@ impl<'s, 'b> Lowerer<'s, 'b> {
         self.scope.add(&name, module)
     }
 
-    /// Returns the shape of an expression; `None` if only its target determines it.
-    pub(super) fn shape<K: FlowKind>(&self, flow: &Flow<K>) -> Option<K::Shape> {
-        let known = flow.sources.iter().find_map(|source| match source {
-            Source::Output(out) => K::shape_of(self.scope, out),
-            Source::Shape(shape) => Some(shape.clone()),
-        });
-        known.or_else(K::only_shape)
-    }
-
     /// Returns one output that carries the sum.
     pub(super) fn one<K: FlowKind>(&mut self, shape: &K::Shape, sum: Sum<K>) -> Out<K> {
         let width = K::width(shape);
@@ -113,18 +101,16 @@ impl<'s, 'b> Lowerer<'s, 'b> {
             return self.add("constant", Constant::of(K::specs(shape).1, &values));
         }
         let constant = sum.constant.filter(|values| values.iter().any(|value| *value != 0.0));
-        if let ([(out, 1.0)], None) = (&*sum.parts, &constant) {
+        if let ([(out, 1.0)], None) = (&*sum.terms, &constant) {
             return out.clone();
         }
-        let (input, output) = K::specs(shape);
-        let weights = sum.parts.iter().map(|(_, weight)| *weight).collect();
+        let weights = sum.terms.iter().map(|(_, weight)| *weight).collect();
         let constant = constant.unwrap_or_else(|| vec![0.0; width]);
-        let name = self.scope.free_name("sum");
-        let node = self.scope.node(&name, WeightedSum { input, output, weights, constant });
-        for (index, (from, _)) in sum.parts.iter().enumerate() {
-            self.connect(from, &node.input(&format!("in{index}")));
+        let node = self.add("sum", Superpose { specs: K::specs(shape), weights, constant });
+        for ((from, _), input) in sum.terms.iter().zip(&node.inputs) {
+            self.connect(from, input);
         }
-        node.output("out")
+        node.output
     }
 
     /// Adds two sums of one shape.
@@ -144,7 +130,7 @@ impl<'s, 'b> Lowerer<'s, 'b> {
             }
             (a, b) => a.or(b),
         };
-        Sum { constant, parts: [a.parts, b.parts].concat() }
+        Sum { constant, terms: [a.terms, b.terms].concat() }
     }
 
     fn algebra<V: VocabTag>(&mut self, space: &Space<V>) -> Option<Arc<dyn Algebra>> {
@@ -167,7 +153,7 @@ impl<'s, 'b> Lowerer<'s, 'b> {
     }
 
     /// Checks that a constant has the width of the shape and is finite.
-    fn fits<K: FlowKind>(&mut self, shape: &K::Shape, constant: &[Real]) -> bool {
+    pub(super) fn fits<K: FlowKind>(&mut self, shape: &K::Shape, constant: &[Real]) -> bool {
         if let Some(wrong) = constant.iter().find(|value| !value.is_finite()) {
             self.refuse(&format!("a constant has the number {wrong}; expected finite numbers"));
             return false;
@@ -252,28 +238,24 @@ impl<'s, 'b> Lowerer<'s, 'b> {
 
     pub(super) fn dot<V: VocabTag>(
         &mut self,
-        a: &Flow<Pointer<V>>,
-        b: &Flow<Pointer<V>>,
+        space: &Space<V>,
+        a: Sum<Pointer<V>>,
+        b: Sum<Pointer<V>>,
     ) -> Sum<Scalar> {
-        let Some(space) = self.shape(a).or_else(|| self.shape(b)) else {
-            self.refuse("the scalar product of two constants; expected an output on one side");
-            return Sum::zero();
-        };
-        let (a, b) = ((a.lower)(self, &space), (b.lower)(self, &space));
-        let (fixed, changing) = match (self.fixed(&space, &a), self.fixed(&space, &b)) {
+        let (fixed, changing) = match (self.fixed(space, &a), self.fixed(space, &b)) {
             (Ok(Some(fixed)), Ok(_)) => (fixed, b),
             (Ok(None), Ok(Some(fixed))) => (fixed, a),
             (Ok(None), Ok(None)) => {
-                let (a, b) = (self.one(&space, a), self.one(&space, b));
-                let dot = self.add("dot", Compare::in_space(&space));
+                let (a, b) = (self.one(space, a), self.one(space, b));
+                let dot = self.add("dot", Compare::in_space(space));
                 self.connect(&a, &dot.a);
                 self.connect(&b, &dot.b);
                 return Sum::output(&dot.output);
             }
             _ => return Sum::zero(),
         };
-        let from = self.one(&space, changing);
-        let specs = (InputSpec::pointer(&space), OutputSpec::scalar());
+        let from = self.one(space, changing);
+        let specs = (InputSpec::pointer(space), OutputSpec::scalar());
         Sum::output(&self.linear("dot", &from, specs, Box::new(Rows::one(fixed))))
     }
 
@@ -297,8 +279,7 @@ impl<'s, 'b> Lowerer<'s, 'b> {
             }
             Ok(None) => {
                 let value = self.one(shape, value);
-                let weigh = K::weigh(shape);
-                let weigh: WeighPorts<K> = self.add("weigh", weigh);
+                let weigh = self.add("weigh", K::weigh(shape));
                 self.connect(&number, &weigh.weight);
                 self.connect(&value, &weigh.value);
                 Sum::output(&weigh.output)
@@ -317,51 +298,6 @@ impl<'s, 'b> Lowerer<'s, 'b> {
         self.connect(&a, &product.a);
         self.connect(&b, &product.b);
         Sum::output(&product.output)
-    }
-
-    /// Lowers an expression, and connects it to its destination.
-    pub(super) fn finish<K: FlowKind>(&mut self, flow: &Flow<K>, to: &Destination<'_, K>) {
-        let shape = self.shape(flow).or_else(|| K::shape_of_input(self.scope, to.input));
-        // A faulty handle is reported when it is connected.
-        let Some(shape) = shape else {
-            if let Some(Source::Output(out)) = flow.sources.first() {
-                self.scope.connect(out, to.input, to.via);
-            }
-            return;
-        };
-        let bare = |port: &PortRef| self.scope.needs_synapse(port);
-        let (mut via, all_bare) = (to.via, !flow.leaves.is_empty() && flow.leaves.iter().all(bare));
-        if all_bare && to.open.is_none() {
-            self.bare = if via == Synapse::None { FEED_FORWARD } else { via };
-            via = Synapse::None;
-        }
-        let mut sum = (flow.lower)(self, &shape);
-        if sum.constant.as_ref().is_some_and(|values| !self.fits::<K>(&shape, values)) {
-            return;
-        }
-        if let Some(open) = to.open {
-            if sum.parts.is_empty() {
-                via = to.after_gate(open);
-            }
-            sum = K::gated(&mut Gating { cx: self, open }, &shape, sum);
-        }
-        if self.scope.adds(to.input) {
-            let before = sum.parts.len();
-            sum.parts.retain(|(out, weight)| {
-                let plain = *weight == 1.0;
-                if plain {
-                    let bare = self.scope.needs_synapse(&out.port) && via == Synapse::None;
-                    self.scope.connect(out, to.input, if bare { self.bare } else { via });
-                }
-                !plain
-            });
-            if sum.parts.len() < before && sum.is_zero() {
-                return;
-            }
-        }
-        let out = self.one(&shape, sum);
-        let bare = self.scope.needs_synapse(&out.port) && via == Synapse::None;
-        self.scope.connect(&out, to.input, if bare { self.bare } else { via });
     }
 }
 
@@ -383,36 +319,4 @@ impl Weighable for Vector {
     fn weigh(width: &usize) -> Weigh<Self> {
         Weigh::vector(*width)
     }
-}
-
-/// Picks one component of a vector as a number.
-pub(super) fn pick(
-    cx: &mut Lowerer<'_, '_>,
-    from: &Out<Vector>,
-    index: usize,
-    of: usize,
-) -> Out<Scalar> {
-    let mut row = vec![0.0; of];
-    row[index] = 1.0;
-    cx.linear(
-        "chosen",
-        from,
-        (InputSpec::vector(of), OutputSpec::scalar()),
-        Box::new(Rows::one(row)),
-    )
-}
-
-/// Adds a number to one component of a vector.
-pub(super) fn place(
-    cx: &mut Lowerer<'_, '_>,
-    sum: Sum<Scalar>,
-    index: usize,
-    to: (&In<Vector>, usize),
-) {
-    let mut column = vec![0.0; to.1];
-    column[index] = 1.0;
-    let from = cx.one(&(), sum);
-    let specs = (InputSpec::scalar(), OutputSpec::vector(to.1));
-    let out = cx.linear("utility", &from, specs, Box::new(WeightedRows::one(column)));
-    cx.scope.connect(&out, to.0, Synapse::None);
 }

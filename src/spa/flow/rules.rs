@@ -8,10 +8,15 @@
 //! neurons. Constants and numbers are scaled by the activity. The synapse of [`Route::via`] follows the gate of a
 //! pointer; for a constant it takes the place of the 5 ms.
 
-use super::lower::{self, Lowerer};
-use super::{Flow, Gates, IntoFlow, Opening, Route};
-use crate::sim::{Module, Out, Real, Scalar, Scope, Synapse, Vector};
-use crate::spa::modules::{BasalGanglia, FEED_FORWARD};
+use super::expression::{Flow, IntoFlow};
+use super::kinds::Gates;
+use super::lower::Lowerer;
+use super::route::{Opening, Route};
+use crate::sim::{
+    EmitIo, Fingerprint, In, InputSpec, Module, Node, Out, OutputSpec, PortDecl, Real, Scalar,
+    Scope, StepCx, Synapse, Vector,
+};
+use crate::spa::modules::{BasalGanglia, FEED_FORWARD, Slice};
 
 /// A set of action rules.
 ///
@@ -159,9 +164,9 @@ impl Rules {
         self
     }
 
-    /// Sets the current that closes the gates, as a share (0 to 1) of the default: see [`Gate::inhibition`].
-    ///
-    /// [`Gate::inhibition`]: crate::spa::Gate::inhibition
+    /// Sets the current that closes the gates, as a share (0 to 1) of the default, which silences every neuron for pointers
+    /// of up to the radius. With less, a pointer far beyond the radius leaks through a closed gate. In direct mode all
+    /// gates close. A number outside the range is a fault when the graph is built.
     pub fn inhibition(mut self, share: Real) -> Self {
         self.gates.inhibition = share;
         self
@@ -183,14 +188,13 @@ impl Module for Rules {
 
     fn expand(self, scope: &mut Scope<'_>) -> RulesPorts {
         let count = self.rules.len();
-        let choice = scope.add("choice", BasalGanglia::new(count.max(1)));
-        let sum = scope.add("utilities", crate::sim::Add::vector(count.max(1)));
-        scope.connect(&sum.output, &choice.utilities, Synapse::None);
         if count == 0 {
             scope.refuse("there are no rules; expected at least one");
-            let zero = scope.add("nothing", crate::sim::Constant::vector(&[0.0]));
-            scope.connect(&zero, &sum.input, Synapse::None);
         }
+        let choice = scope.add("choice", BasalGanglia::new(count.max(1)));
+        let utilities = scope.node("utilities", Collected(count.max(1)));
+        let all: Out<Vector> = utilities.output("out");
+        scope.connect(&all, &choice.utilities, Synapse::None);
         let mut names: Vec<String> = Vec::new();
         for (index, rule) in self.rules.into_iter().enumerate() {
             let name = rule.name.clone();
@@ -204,18 +208,18 @@ impl Module for Rules {
                 scope.refuse(format!("the rule `{name}`: {taken}; choose another name"));
                 continue;
             }
-            let part = RulePart {
+            let lowered = LoweredRule {
                 rule,
                 index,
                 count,
-                utilities: sum.input.clone(),
+                utility: utilities.input(&format!("in{index}")),
                 chosen: choice.chosen.clone(),
                 gates: self.gates,
             };
-            scope.add(&name, part);
+            scope.add(&name, lowered);
         }
         RulesPorts {
-            utilities: scope.output("utilities", sum.output),
+            utilities: scope.output("utilities", all),
             chosen: scope.output("chosen", choice.chosen),
             names,
         }
@@ -223,31 +227,54 @@ impl Module for Rules {
 }
 
 /// One rule inside its set.
-struct RulePart {
+struct LoweredRule {
     rule: Rule,
     index: usize,
     count: usize,
-    utilities: crate::sim::In<Vector>,
+    utility: In<Scalar>,
     chosen: Out<Vector>,
     gates: Gates,
 }
 
-impl Module for RulePart {
+impl Module for LoweredRule {
     type Ports = ();
 
     fn expand(self, scope: &mut Scope<'_>) {
-        let Self { rule, index, count, utilities, chosen, gates } = self;
+        let Self { rule, index, count, utility, chosen, gates } = self;
         let mut cx = Lowerer::new(scope, &rule.utility.text);
-        let utility = (rule.utility.lower)(&mut cx, &());
-        lower::place(&mut cx, utility, index, (&utilities, count));
+        let sum = (rule.utility.lower)(&mut cx, &());
+        let own = cx.one(&(), sum);
+        cx.connect(&own, &utility);
         if rule.routes.is_empty() {
             return;
         }
-        let by = lower::pick(&mut cx, &chosen, index, count);
+        let specs = (InputSpec::vector(count), OutputSpec::scalar());
+        let map = Box::new(Slice { from: count, range: index..index + 1 });
+        let by = cx.linear("chosen", &chosen, specs, map);
         let open = Opening { by, gates };
         for route in rule.routes {
             let name = scope.free_name(&route.name);
             scope.add(&name, Gated { route, open: open.clone() });
+        }
+    }
+}
+
+/// Collects so many numbers into a vector. Costs no tick.
+struct Collected(usize);
+
+impl Node for Collected {
+    fn declare(&self, ports: &mut PortDecl) {
+        for index in 0..self.0 {
+            ports.input(&format!("in{index}"), InputSpec::scalar().optional());
+        }
+        ports.output("out", OutputSpec::vector(self.0));
+    }
+
+    fn fingerprint(&self, _hash: &mut Fingerprint) {}
+
+    fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
+        for (index, out) in io.outputs.get_mut(0).iter_mut().enumerate() {
+            *out = io.inputs.get(index)[0];
         }
     }
 }

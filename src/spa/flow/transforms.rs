@@ -2,10 +2,9 @@
 
 use std::ops::Range;
 
-use ndarray::Array2;
-
+use super::expression::{Flow, IntoFlow, Level, Source};
+use super::kinds::FlowKind;
 use super::lower::{Lowerer, Sum};
-use super::{Flow, FlowKind, IntoFlow, Level, Source};
 use crate::sim::{Pointer, Real, Scalar, Space, Vector, VocabTag};
 use crate::spa::algebra::LinearMap;
 use crate::spa::modules::{Rows, Slice, Spread};
@@ -24,20 +23,26 @@ pub trait FlowExt: IntoFlow + Sized {
         let (a, b) = (self.into_flow(), other.into_flow());
         let text = format!("dot({}, {})", a.text, b.text);
         let leaves = [&*a.leaves, &*b.leaves].concat();
-        Flow::new(text, Level::Atom, (Vec::new(), leaves), move |cx, _| cx.dot(&a, &b))
+        Flow::new(text, Level::Atom, (Vec::new(), leaves), move |cx, _| {
+            let Some(space) = a.shape(cx.scope).or_else(|| b.shape(cx.scope)) else {
+                cx.refuse("the scalar product of two constants; expected an output on one side");
+                return Sum::zero();
+            };
+            let (a, b) = ((a.lower)(cx, &space), (b.lower)(cx, &space));
+            cx.dot(&space, a, b)
+        })
     }
 
-    /// Returns the product of a matrix with the value: one component per row. The matrix has one column per component
-    /// of the value; anything else is a fault when the graph is built.
+    /// Returns the product of a matrix, given by its rows, with the value: one component per row. Each row has one number
+    /// per component of the value; anything else is a fault when the graph is built.
     ///
     /// ```
-    /// use ndarray::array;
     /// use symbolt::prelude::*;
     ///
     /// let mut graph = GraphBuilder::new();
     /// let position = graph.add("position", Constant::vector(&[1.0, 2.0]));
     /// let turned = graph.add("turned", Add::vector(2));
-    /// graph.route(position.transform(array![[0.0, -1.0], [1.0, 0.0]]) >> &turned);
+    /// graph.route(position.transform([[0.0, -1.0], [1.0, 0.0]]) >> &turned);
     /// let height = graph.add("height", Add::scalar());
     /// graph.route(0.5 * position.component(1) >> &height);
     /// let sim = graph.run(&PopulationPlan::direct(), Seed::new(1), SimDuration::from_millis(1))?;
@@ -45,19 +50,19 @@ pub trait FlowExt: IntoFlow + Sized {
     /// assert_eq!(*sim.value(&height.output), [1.0]);
     /// # Ok::<(), symbolt::sim::SimError>(())
     /// ```
-    fn transform(self, matrix: Array2<Real>) -> Flow<Vector> {
-        by_matrix(self.into_flow(), matrix)
+    fn transform(self, rows: impl IntoIterator<Item: AsRef<[Real]>>) -> Flow<Vector> {
+        by_matrix(self.into_flow(), rows)
     }
 
     /// Returns the components in `range`. A range beyond the value, or an empty one, is a fault when the graph is built.
     fn slice(self, range: Range<usize>) -> Flow<Vector> {
-        part(self.into_flow(), range)
+        sliced(self.into_flow(), range)
     }
 
     /// Returns component number `index`, counted from 0. A component that the value does not have is a fault when the
     /// graph is built.
     fn component(self, index: usize) -> Flow<Scalar> {
-        one_of(self.into_flow(), index)
+        component_of(self.into_flow(), index)
     }
 
     /// Returns the same numbers as a pointer of `vocabulary`. Another number of dimensions is a fault when the graph is
@@ -89,7 +94,7 @@ fn mapped<A: FlowKind, B: FlowKind>(
     let sources = shape.into_iter().map(Source::Shape).collect();
     let leaves = inner.leaves.clone();
     Flow::new(text, Level::Atom, (sources, leaves), move |cx: &mut Lowerer<'_, '_>, to| {
-        let Some(from) = cx.shape(&inner) else {
+        let Some(from) = inner.shape(cx.scope) else {
             cx.refuse("the map of a constant; expected an output");
             return Sum::zero();
         };
@@ -107,24 +112,31 @@ fn mapped<A: FlowKind, B: FlowKind>(
     })
 }
 
-fn by_matrix<A: FlowKind>(inner: Flow<A>, matrix: Array2<Real>) -> Flow<Vector> {
+fn by_matrix<A: FlowKind>(
+    inner: Flow<A>,
+    rows: impl IntoIterator<Item: AsRef<[Real]>>,
+) -> Flow<Vector> {
     let text = format!("transform({})", inner.text);
-    let (rows, columns) = matrix.dim();
-    mapped(inner, (text, "transform"), Some(rows), move |from, _| {
+    let rows: Vec<Vec<Real>> = rows.into_iter().map(|row| row.as_ref().to_vec()).collect();
+    mapped(inner, (text, "transform"), Some(rows.len()), move |from, _| {
         let width = A::width(from);
-        if columns != width || rows == 0 {
+        if rows.is_empty() {
+            return Err("the matrix has no rows; expected at least one".into());
+        }
+        if let Some((at, row)) = rows.iter().enumerate().find(|(_, row)| row.len() != width) {
+            let columns = row.len();
             return Err(format!(
-                "the matrix has {rows} rows and {columns} columns; expected at least one row, and {width} columns, as many as the value has components"
+                "row {at} of the matrix has {columns} columns; expected {width}, as many as the value has components"
             ));
         }
-        if let Some(wrong) = matrix.iter().find(|value| !value.is_finite()) {
+        if let Some(wrong) = rows.iter().flatten().find(|value| !value.is_finite()) {
             return Err(format!("the matrix has the number {wrong}; expected finite numbers"));
         }
-        Ok(Box::new(Rows { matrix: matrix.iter().copied().collect(), dim: width }))
+        Ok(Box::new(Rows { matrix: rows.concat(), dim: width }))
     })
 }
 
-fn part<A: FlowKind>(inner: Flow<A>, range: Range<usize>) -> Flow<Vector> {
+fn sliced<A: FlowKind>(inner: Flow<A>, range: Range<usize>) -> Flow<Vector> {
     let Range { start, end } = range;
     let text = format!("{}[{start}..{end}]", inner.within(Level::Atom));
     // The width of a range that will be refused must not matter.
@@ -140,7 +152,7 @@ fn part<A: FlowKind>(inner: Flow<A>, range: Range<usize>) -> Flow<Vector> {
     })
 }
 
-fn one_of<A: FlowKind>(inner: Flow<A>, index: usize) -> Flow<Scalar> {
+fn component_of<A: FlowKind>(inner: Flow<A>, index: usize) -> Flow<Scalar> {
     let text = format!("{}[{index}]", inner.within(Level::Atom));
     mapped(inner, (text, "component"), None, move |from, ()| {
         let width = A::width(from);

@@ -228,32 +228,6 @@ impl ItemMemory {
         found.into_iter().map(|s| s.best).collect()
     }
 
-    /// Finds all stored vectors whose dot product with `query` is at least `level`, in the order of their indices.
-    ///
-    /// The result is empty if a component of `query` is not finite. Costs as much as [`best`](Self::best), plus one
-    /// exact dot product for each vector that may reach the level.
-    ///
-    /// # Panics
-    /// If `query` does not have `dim` components.
-    pub fn above(&self, query: &[Real], level: Real) -> Vec<Match> {
-        let mut found = Vec::new();
-        let screens = [self.screen(query)];
-        if screens[0].is_none() {
-            return found;
-        }
-        let mut group = Group::<1>::new(&[0], &screens, self.lines);
-        group.screening.best[0] = level;
-        let mut visit = |hit: Hit<'_>| {
-            let exact = self.look(hit.row, query);
-            if exact.similarity >= level {
-                found.push(exact);
-            }
-        };
-        let (codes, facts) = (&self.codes, &self.facts);
-        kernel::screen_block(codes, facts, &group.codes, &mut group.screening, &mut visit);
-        found
-    }
-
     fn look(&self, row: usize, query: &[Real]) -> Match {
         let mut similarity = [0.0];
         dots(&self.rows[row * self.dim..(row + 1) * self.dim], query, &mut similarity);
@@ -417,18 +391,6 @@ mod tests {
         let rows = [&other[..], &one[..], &one[..]].concat();
         let memory = ItemMemory::new(rows, 100);
         assert_eq!(memory.map(|m| m.best(&one).map(|f| f.index)), Ok(Some(1)));
-    }
-
-    #[test]
-    fn all_items_above_a_level_are_found() {
-        let memory = memory(400, 96);
-        let query = random_pointer(96, Seed::new(77));
-        let mut all = vec![0.0; 400];
-        memory.similarities_into(&query, &mut all);
-        let expected: Vec<usize> = (0..400).filter(|i| all[*i] >= 0.1).collect();
-        let found: Vec<usize> = memory.above(&query, 0.1).iter().map(|m| m.index).collect();
-        assert!(expected.len() > 10, "{}", expected.len());
-        assert_eq!(found, expected);
     }
 
     #[test]

@@ -8,8 +8,12 @@
 
 use super::FEED_FORWARD;
 use super::linear::Linear;
+use super::maps::{Pooled, Spread};
 use crate::neurons::{LayerPorts, Layers, Map};
-use crate::sim::{Add, Constant, In, Module, Out, Real, Scope, Synapse, Vector};
+use crate::sim::{
+    Add, Constant, In, InputSpec, Module, Out, OutputSpec, Real, Scope, Synapse, Vector,
+};
+use crate::spa::algebra::LinearMap;
 
 const AMPA: Synapse = Synapse::lowpass_ms(2);
 const GABA: Synapse = Synapse::lowpass_ms(8);
@@ -21,7 +25,7 @@ const GABA: Synapse = Synapse::lowpass_ms(8);
 /// by Stewart, Choo and Eliasmith (2010).
 ///
 /// Synapses on the way: 2 ms for excitation, 8 ms for inhibition, 5 ms to the thalamus and 5 ms on the output.
-/// Connections between all pairs of actions cost O(actions^2) per tick.
+/// A tick costs O(actions), and as much again for each action whose thalamus is not silent.
 pub struct BasalGanglia {
     actions: usize,
 }
@@ -34,13 +38,6 @@ pub struct BasalGangliaPorts {
     pub chosen: Out<Vector>,
     /// Output of the thalamus: `chosen` before its synapse. Every connection from it needs a synapse.
     pub thalamus: Out<Vector>,
-}
-
-/// Returns a square matrix with `own + all` on its diagonal and `all` elsewhere.
-fn mixing(actions: usize, own: Real, all: Real) -> Vec<Real> {
-    (0..actions * actions)
-        .map(|i| all + if i / actions == i % actions { own } else { 0.0 })
-        .collect()
 }
 
 impl BasalGanglia {
@@ -68,22 +65,27 @@ impl Module for BasalGanglia {
         let utilities = scope.add("utilities", Add::vector(n));
         let bias = scope.add("bias", Constant::vector(&vec![1.0; n]));
         scope.connect(&bias, &thalamus.input, FEED_FORWARD);
-        let mut weigh = |name: &str, from: &Out<Vector>, to: &In<Vector>, own, all, via| {
-            let map = scope.add(name, Linear::rows(n, mixing(n, own, all)));
+        let mut weigh = |name: &str, from: &Out<Vector>, to: &In<Vector>, map, via| {
+            let map =
+                scope.add(name, Linear::new(InputSpec::vector(n), OutputSpec::vector(n), map));
             scope.connect(from, &map.input, via);
             scope.connect(&map.output, to, Synapse::None);
         };
-        weigh("into_d1", &utilities.output, &d1.input, 1.2, 0.0, Synapse::None);
-        weigh("into_d2", &utilities.output, &d2.input, 0.8, 0.0, Synapse::None);
-        weigh("into_stn", &utilities.output, &stn.input, 1.0, 0.0, Synapse::None);
-        weigh("d1_gpi", &d1.output, &gpi.input, -1.0, 0.0, GABA);
-        weigh("d2_gpe", &d2.output, &gpe.input, -1.0, 0.0, GABA);
-        weigh("stn_gpi", &stn.output, &gpi.input, 0.0, 0.9, AMPA);
-        weigh("stn_gpe", &stn.output, &gpe.input, 0.0, 0.9, AMPA);
-        weigh("gpe_gpi", &gpe.output, &gpi.input, -0.3, 0.0, GABA);
-        weigh("gpe_stn", &gpe.output, &stn.input, -1.0, 0.0, GABA);
-        weigh("gpi_thalamus", &gpi.output, &thalamus.input, -3.0, 0.0, FEED_FORWARD);
-        weigh("rivals", &thalamus.output, &thalamus.input, 1.0, -1.0, GABA);
+        let own = |factor| -> Box<dyn LinearMap> { Box::new(Spread { from: n, to: n, factor }) };
+        let pooled = |weight, others| -> Box<dyn LinearMap> {
+            Box::new(Pooled { weights: vec![weight; n], others })
+        };
+        weigh("into_d1", &utilities.output, &d1.input, own(1.2), Synapse::None);
+        weigh("into_d2", &utilities.output, &d2.input, own(0.8), Synapse::None);
+        weigh("into_stn", &utilities.output, &stn.input, own(1.0), Synapse::None);
+        weigh("d1_gpi", &d1.output, &gpi.input, own(-1.0), GABA);
+        weigh("d2_gpe", &d2.output, &gpe.input, own(-1.0), GABA);
+        weigh("stn_gpi", &stn.output, &gpi.input, pooled(0.9, false), AMPA);
+        weigh("stn_gpe", &stn.output, &gpe.input, pooled(0.9, false), AMPA);
+        weigh("gpe_gpi", &gpe.output, &gpi.input, own(-0.3), GABA);
+        weigh("gpe_stn", &gpe.output, &stn.input, own(-1.0), GABA);
+        weigh("gpi_thalamus", &gpi.output, &thalamus.input, own(-3.0), FEED_FORWARD);
+        weigh("rivals", &thalamus.output, &thalamus.input, pooled(-1.0, true), GABA);
         let chosen = scope.add("chosen", Add::vector(n));
         scope.connect(&thalamus.output, &chosen.input, FEED_FORWARD);
         BasalGangliaPorts {

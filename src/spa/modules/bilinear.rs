@@ -3,14 +3,15 @@
 //! Only the products need neurons. The delay is the synapse behind them.
 
 use super::FEED_FORWARD;
-use super::linear::{Linear, Spread};
+use super::linear::Linear;
+use super::maps::{Rows, Spread};
+use super::ports::BilinearPorts;
 use crate::neurons::{Layers, Product};
 use crate::sim::{
     In, InputSpec, Kind, Module, Out, OutputSpec, Pointer, Real, Scalar, Scope, Space, Synapse,
     Vector, VocabTag,
 };
 use crate::spa::algebra::ProductForm;
-use crate::spa::modules::Rows;
 use crate::spa::vocabulary::Vocabulary;
 
 /// Components of a random unit pointer lie within this many standard deviations. Factors of products are scaled so
@@ -24,13 +25,6 @@ pub(crate) struct Bilinear<A: Kind, B: Kind, C: Kind> {
     pub output: OutputSpec<C>,
     pub form: ProductForm,
     pub synapse: Synapse,
-}
-
-/// Ports of a [`Bilinear`].
-pub(crate) struct BilinearPorts<A: Kind, B: Kind, C: Kind> {
-    pub a: In<A>,
-    pub b: In<B>,
-    pub output: Out<C>,
 }
 
 impl<A: Kind, B: Kind, C: Kind> Module for Bilinear<A, B, C> {
@@ -67,16 +61,6 @@ pub struct Compare<V: VocabTag> {
     synapse: Synapse,
 }
 
-/// Ports of a [`Compare`].
-pub struct ComparePorts<V: VocabTag> {
-    /// First pointer; takes one connection.
-    pub a: In<Pointer<V>>,
-    /// Second pointer; takes one connection.
-    pub b: In<Pointer<V>>,
-    /// Scalar product of the two pointers.
-    pub output: Out<Scalar>,
-}
-
 impl<V: VocabTag> Compare<V> {
     /// Makes a module that compares pointers of `vocabulary` with a norm of about 1.
     pub fn new(vocabulary: &Vocabulary<V>) -> Self {
@@ -95,9 +79,9 @@ impl<V: VocabTag> Compare<V> {
 }
 
 impl<V: VocabTag> Module for Compare<V> {
-    type Ports = ComparePorts<V>;
+    type Ports = BilinearPorts<Pointer<V>, Pointer<V>, Scalar>;
 
-    fn expand(self, scope: &mut Scope<'_>) -> ComparePorts<V> {
+    fn expand(self, scope: &mut Scope<'_>) -> Self::Ports {
         let dim = self.space.width();
         let factor = filling(dim);
         let form = ProductForm {
@@ -109,8 +93,7 @@ impl<V: VocabTag> Module for Compare<V> {
         };
         let (a, b) = (InputSpec::pointer(&self.space), InputSpec::pointer(&self.space));
         let output = OutputSpec::scalar();
-        let ports = Bilinear { a, b, output, form, synapse: self.synapse }.expand(scope);
-        ComparePorts { a: ports.a, b: ports.b, output: ports.output }
+        Bilinear { a, b, output, form, synapse: self.synapse }.expand(scope)
     }
 }
 
@@ -118,17 +101,6 @@ impl<V: VocabTag> Module for Compare<V> {
 pub struct Multiply {
     radius: Real,
     synapse: Synapse,
-}
-
-/// Ports of a [`Multiply`].
-#[derive(Debug, Clone)]
-pub struct MultiplyPorts {
-    /// First factor; takes one connection.
-    pub a: In<Scalar>,
-    /// Second factor; takes one connection.
-    pub b: In<Scalar>,
-    /// Product of the two factors.
-    pub output: Out<Scalar>,
 }
 
 impl Default for Multiply {
@@ -158,9 +130,9 @@ impl Multiply {
 }
 
 impl Module for Multiply {
-    type Ports = MultiplyPorts;
+    type Ports = BilinearPorts<Scalar>;
 
-    fn expand(self, scope: &mut Scope<'_>) -> MultiplyPorts {
+    fn expand(self, scope: &mut Scope<'_>) -> BilinearPorts<Scalar> {
         let same = || Box::new(Spread { from: 1, to: 1, factor: 1.0 });
         let form = ProductForm {
             pairs: 1,
@@ -170,8 +142,7 @@ impl Module for Multiply {
             back: same(),
         };
         let (a, b, output) = (InputSpec::scalar(), InputSpec::scalar(), OutputSpec::scalar());
-        let ports = Bilinear { a, b, output, form, synapse: self.synapse }.expand(scope);
-        MultiplyPorts { a: ports.a, b: ports.b, output: ports.output }
+        Bilinear { a, b, output, form, synapse: self.synapse }.expand(scope)
     }
 }
 

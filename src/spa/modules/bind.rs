@@ -1,40 +1,31 @@
-//! Binding and unbinding of two changing pointers, or of a changing pointer with a fixed role.
+//! Binding and unbinding of two changing pointers.
 //!
 //! Two changing pointers are bound by a linear map of each, a layer of products, and a linear map of the products.
-//! Holographic reduced representations need 2 D + 4 products (Plate 1995, in the half spectrum). The delay of the
-//! module is the synapse of the layer. Binding with a fixed vector is linear and costs no tick.
+//! Holographic reduced representations need 2 D - 2 products for even D and 2 D - 1 for odd D (Plate 1995, in the half
+//! spectrum). The delay of the module is the synapse of the layer.
 
 use std::sync::Arc;
 
 use super::FEED_FORWARD;
 use super::bilinear::Bilinear;
-use super::linear::{Linear, LinearPorts};
+use super::linear::Linear;
+use super::maps::Inverse;
+use super::ports::BilinearPorts;
 use crate::sim::{
-    Fingerprint, In, InputSpec, Module, Out, OutputSpec, Pointer, Real, Scope, Scratch,
-    ScratchSpec, Space, Synapse, VocabTag,
+    In, InputSpec, Module, Out, OutputSpec, Pointer, Scope, Space, Synapse, VocabTag,
 };
-use crate::spa::algebra::{Algebra, LinearMap};
-use crate::spa::error::VocabError;
+use crate::spa::algebra::Algebra;
 use crate::spa::vocabulary::Vocabulary;
 
 /// Binds two changing pointers: `out = a (*) b`, one synapse (5 ms) later.
 ///
 /// In neurons, a layer of products computes the binding. [`Hrr`](crate::spa::Hrr) with an even number D of dimensions
-/// needs 2 D + 4 products.
+/// needs 2 D - 2 products. To bind or unbind a fixed pointer, [`Linear::unbind`] and
+/// [expressions](crate::spa::flow) need none.
 pub struct Bind<V: VocabTag> {
     space: Space<V>,
     algebra: Arc<dyn Algebra>,
     synapse: Synapse,
-}
-
-/// Ports of a [`Bind`].
-pub struct BindPorts<V: VocabTag> {
-    /// First pointer; takes one connection.
-    pub a: In<Pointer<V>>,
-    /// Second pointer; takes one connection.
-    pub b: In<Pointer<V>>,
-    /// Binding of the two pointers.
-    pub output: Out<Pointer<V>>,
 }
 
 impl<V: VocabTag> Bind<V> {
@@ -55,14 +46,13 @@ impl<V: VocabTag> Bind<V> {
 }
 
 impl<V: VocabTag> Module for Bind<V> {
-    type Ports = BindPorts<V>;
+    type Ports = BilinearPorts<Pointer<V>>;
 
-    fn expand(self, scope: &mut Scope<'_>) -> BindPorts<V> {
+    fn expand(self, scope: &mut Scope<'_>) -> BilinearPorts<Pointer<V>> {
         let (a, b) = (InputSpec::pointer(&self.space), InputSpec::pointer(&self.space));
         let output = OutputSpec::pointer(&self.space);
         let form = self.algebra.product_form(self.space.width());
-        let ports = Bilinear { a, b, output, form, synapse: self.synapse }.expand(scope);
-        BindPorts { a: ports.a, b: ports.b, output: ports.output }
+        Bilinear { a, b, output, form, synapse: self.synapse }.expand(scope)
     }
 }
 
@@ -96,41 +86,13 @@ impl<V: VocabTag> Unbind<V> {
     }
 }
 
-/// The algebra's inverse as a linear map.
-pub(crate) struct Inverse {
-    pub algebra: Arc<dyn Algebra>,
-    pub dim: usize,
-}
-
-impl LinearMap for Inverse {
-    fn input_width(&self) -> usize {
-        self.dim
-    }
-
-    fn output_width(&self) -> usize {
-        self.dim
-    }
-
-    fn scratch(&self) -> ScratchSpec {
-        ScratchSpec::default()
-    }
-
-    fn fingerprint(&self, hash: &mut Fingerprint) {
-        hash.text("inverse").text(self.algebra.name());
-    }
-
-    fn apply_into(&self, input: &[Real], out: &mut [Real], _scratch: &mut Scratch<'_>) {
-        self.algebra.inverse_into(input, out);
-    }
-}
-
 impl<V: VocabTag> Module for Unbind<V> {
     type Ports = UnbindPorts<V>;
 
     fn expand(self, scope: &mut Scope<'_>) -> UnbindPorts<V> {
         let space = self.bind.space.clone();
         let map = Inverse { algebra: self.bind.algebra.clone(), dim: space.width() };
-        let inverse: LinearPorts<Pointer<V>, Pointer<V>> = scope.add(
+        let inverse = scope.add(
             "inverse",
             Linear::new(InputSpec::pointer(&space), OutputSpec::pointer(&space), Box::new(map)),
         );
@@ -141,41 +103,5 @@ impl<V: VocabTag> Module for Unbind<V> {
             role: scope.input("role", inverse.input),
             output: scope.output("output", bind.output),
         }
-    }
-}
-
-/// Unbinds a fixed role from a changing pointer: `out = bound (*) inverse(role)`.
-///
-/// This is a linear map: it needs no neurons and costs no tick of delay.
-pub struct UnbindFixed<V: VocabTag> {
-    space: Space<V>,
-    map: Box<dyn LinearMap>,
-}
-
-/// Ports of an [`UnbindFixed`].
-pub type UnbindFixedPorts<V> = LinearPorts<Pointer<V>, Pointer<V>>;
-
-impl<V: VocabTag> UnbindFixed<V> {
-    /// Makes a module that unbinds `role`, an expression over `vocabulary`.
-    ///
-    /// # Errors
-    /// As for [`Vocabulary::parse`]: an invalid expression, or a name that the vocabulary does not have.
-    pub fn new(vocabulary: &Vocabulary<V>, role: &str) -> Result<Self, VocabError> {
-        let role = vocabulary.parse(role)?;
-        let mut inverse = vec![0.0; vocabulary.dim()];
-        vocabulary.algebra().inverse_into(&role, &mut inverse);
-        Ok(Self {
-            space: vocabulary.space().clone(),
-            map: vocabulary.algebra().bind_with(&inverse),
-        })
-    }
-}
-
-impl<V: VocabTag> Module for UnbindFixed<V> {
-    type Ports = UnbindFixedPorts<V>;
-
-    fn expand(self, scope: &mut Scope<'_>) -> UnbindFixedPorts<V> {
-        Linear::new(InputSpec::pointer(&self.space), OutputSpec::pointer(&self.space), self.map)
-            .expand(scope)
     }
 }

@@ -195,7 +195,6 @@ pub struct JointMemory<V: VocabTag> {
     similarity: FactoredSimilarity<V>,
     cleaned: Option<Real>,
     level: Real,
-    joint: Real,
     synapse: Synapse,
 }
 
@@ -216,8 +215,7 @@ impl<V: VocabTag> JointMemory<V> {
     /// Items of another number of dimensions are a fault when the graph is built.
     pub fn new(vocabulary: &Vocabulary<V>, items: Arc<FactoredItems>, conditions: usize) -> Self {
         let similarity = FactoredSimilarity::new(vocabulary, items, conditions);
-        let joint = conditions as Real - SLACK;
-        Self { similarity, cleaned: None, level: LEVEL, joint, synapse: FEED_FORWARD }
+        Self { similarity, cleaned: None, level: LEVEL, synapse: FEED_FORWARD }
     }
 
     /// Sets the similarity at which an item meets a condition (default 0.65). A level that is not finite is a fault
@@ -239,13 +237,6 @@ impl<V: VocabTag> JointMemory<V> {
         self
     }
 
-    /// Sets the sum of the channels at which an item meets all conditions (default: the number of conditions less 0.6).
-    /// Spiking channels fluctuate around 1. A level that is not finite is a fault when the graph is built.
-    pub fn joint_level(mut self, level: Real) -> Self {
-        self.joint = level;
-        self
-    }
-
     /// Replaces the synapse on the outputs of all thresholds (default 5 ms).
     pub fn synapse(mut self, synapse: Synapse) -> Self {
         self.synapse = synapse;
@@ -256,7 +247,7 @@ impl<V: VocabTag> JointMemory<V> {
 /// Default similarity at which an item meets a condition. It is nearer to 1 than to 0, because most items should not
 /// be found.
 const LEVEL: Real = 0.65;
-/// By how much the sum of the channels may fall short of the number of conditions.
+/// By how much the sum of the channels, which fluctuate in spikes, may fall short of the number of conditions.
 const SLACK: Real = 0.6;
 
 impl<V: VocabTag> Module for JointMemory<V> {
@@ -271,7 +262,7 @@ impl<V: VocabTag> Module for JointMemory<V> {
             Some(_) => FactoredSimilarity { items: Arc::new(items.alone()), ..self.similarity },
         };
         let similarity = scope.add("similarity", similarity);
-        let joint = scope.select("joint", threshold(count, self.joint));
+        let joint = scope.select("joint", threshold(count, conditions as Real - SLACK));
         let found = scope.add("items", Add::vector(count));
         scope.connect(&joint.output, &found.input, self.synapse);
         let mut channels = Vec::with_capacity(conditions);

@@ -1,11 +1,15 @@
 //! A gate: lets a pointer pass while a scalar is 1, and silences it while the scalar is 0.
 
+use super::ports::GatePorts;
 use super::{FEED_FORWARD, population};
 use crate::neurons::{GatedPorts, Layers};
-use crate::sim::{Add, In, Module, Out, Pointer, Real, Scalar, Scope, Space, Synapse, VocabTag};
+use crate::sim::{Add, Module, Pointer, Real, Scope, Space, Synapse, VocabTag};
 use crate::spa::vocabulary::Vocabulary;
 
-/// A gate: lets a pointer pass while it is open, one synapse (5 ms) later.
+/// A gate: lets a pointer pass while it is open, one synapse (5 ms) later. Its input adds any number of connections.
+///
+/// A sum at `open` below 0 counts as 0, and a sum above 1 as 1. In direct mode, values between 0 and 1 scale the
+/// pointer; neurons respond more steeply.
 ///
 /// Pointers are typed by vocabulary. A gate of `Parts` takes a pointer of `Parts`:
 ///
@@ -53,17 +57,6 @@ pub struct Gate<V: VocabTag> {
     inhibition: Real,
 }
 
-/// Ports of a [`Gate`].
-pub struct GatePorts<V: VocabTag> {
-    /// Pointer to let pass; adds any number of connections.
-    pub input: In<Pointer<V>>,
-    /// Gate: 1 is open, 0 is closed. Adds any number of connections; a sum below 0 counts as 0, and a sum above 1 as
-    /// 1. In direct mode, values between 0 and 1 scale the pointer; neurons respond more steeply.
-    pub open: In<Scalar>,
-    /// Pointer that has passed.
-    pub output: Out<Pointer<V>>,
-}
-
 impl<V: VocabTag> Gate<V> {
     /// Makes a gate for pointers of `vocabulary` with a norm of up to 1.
     pub fn new(vocabulary: &Vocabulary<V>) -> Self {
@@ -82,10 +75,8 @@ impl<V: VocabTag> Gate<V> {
         self
     }
 
-    /// Sets the current that closes the gate, as a share (0 to 1) of the default, which silences every neuron for pointers
-    /// of up to the radius. With less, a pointer far beyond the radius leaks through the closed gate. Direct mode ignores
-    /// this: its gates close. A number outside the range is a fault when the graph is built.
-    pub fn inhibition(mut self, share: Real) -> Self {
+    /// Sets the current that closes the gate, as a share of the default: see [`Rules::inhibition`](crate::spa::Rules).
+    pub(crate) fn inhibition(mut self, share: Real) -> Self {
         self.inhibition = share;
         self
     }
@@ -98,9 +89,9 @@ impl<V: VocabTag> Gate<V> {
 }
 
 impl<V: VocabTag> Module for Gate<V> {
-    type Ports = GatePorts<V>;
+    type Ports = GatePorts<Pointer<V>>;
 
-    fn expand(self, scope: &mut Scope<'_>) -> GatePorts<V> {
+    fn expand(self, scope: &mut Scope<'_>) -> GatePorts<Pointer<V>> {
         let layer = population(&self.space, self.radius).inhibition(self.inhibition);
         let gated: GatedPorts<Pointer<V>> = scope.represent_gated("population", layer);
         let output = scope.add("output", Add::pointer(&self.space));

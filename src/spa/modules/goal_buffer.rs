@@ -1,12 +1,14 @@
 //! A goal buffer: a memory that stores its input while its gate is open and holds it afterwards.
 
+use super::ports::GatePorts;
+use super::superpose::Superpose;
 use super::{FEED_FORWARD, Gate, RECURRENT, population};
 use crate::neurons::{LayerPorts, Layers};
-use crate::sim::{Add, In, Module, Out, Pointer, Real, Scalar, Scope, Space, Synapse, VocabTag};
-use crate::spa::modules::linear::Superpose;
+use crate::sim::{Add, Module, Pointer, Real, Scope, Space, Synapse, VocabTag};
 use crate::spa::vocabulary::Vocabulary;
 
-/// A gated memory for one pointer.
+/// A gated memory for one pointer. Its input takes one connection; while `open` is 1 it is stored, while `open` is 0 the
+/// stored pointer is held.
 ///
 /// A population holds its value through a recurrent synapse (100 ms). While the gate is open, ten times the difference
 /// between input and held value drives the population. The output then follows the input within two feed-forward
@@ -17,24 +19,15 @@ use crate::spa::vocabulary::Vocabulary;
 /// the full drive, the loop of gate and memory would then ring and store the previous value with the opposite sign.
 ///
 /// The radius is 3, because the drive passes through the population that also holds the value. Direct mode clamps at
-/// the radius; neurons saturate there. With a smaller radius, storing takes longer.
+/// the radius; neurons saturate there.
 pub struct GoalBuffer<V: VocabTag> {
     space: Space<V>,
-    radius: Real,
     synapse: Synapse,
-    recurrent: Synapse,
     retention: Real,
 }
 
-/// Ports of a [`GoalBuffer`].
-pub struct GoalBufferPorts<V: VocabTag> {
-    /// Pointer to store while the gate is open; takes one connection.
-    pub input: In<Pointer<V>>,
-    /// Gate: 1 stores the input, 0 holds the stored value; adds any number of connections.
-    pub open: In<Scalar>,
-    /// Pointer that the memory holds.
-    pub output: Out<Pointer<V>>,
-}
+/// Greatest norm that the population represents.
+const RADIUS: Real = 3.0;
 
 /// Greatest factor by which the difference between input and memory drives the memory.
 const MAX_GAIN: f64 = 10.0;
@@ -42,31 +35,13 @@ const MAX_GAIN: f64 = 10.0;
 impl<V: VocabTag> GoalBuffer<V> {
     /// Makes a memory for pointers of `vocabulary` with a norm of about 1.
     pub fn new(vocabulary: &Vocabulary<V>) -> Self {
-        Self {
-            space: vocabulary.space().clone(),
-            radius: 3.0,
-            synapse: FEED_FORWARD,
-            recurrent: RECURRENT,
-            retention: 1.0,
-        }
-    }
-
-    /// Replaces the radius (default 3). Anything but a finite number above 0 is a fault when the graph is built.
-    pub fn radius(mut self, radius: Real) -> Self {
-        self.radius = radius;
-        self
+        Self { space: vocabulary.space().clone(), synapse: FEED_FORWARD, retention: 1.0 }
     }
 
     /// Replaces the feed-forward synapse of the gate and the output (default 5 ms). Slower synapses also weaken the
     /// drive.
     pub fn synapse(mut self, synapse: Synapse) -> Self {
         self.synapse = synapse;
-        self
-    }
-
-    /// Replaces the recurrent synapse that holds the value (default 100 ms).
-    pub fn recurrent(mut self, recurrent: Synapse) -> Self {
-        self.recurrent = recurrent;
         self
     }
 
@@ -87,7 +62,7 @@ impl<V: VocabTag> GoalBuffer<V> {
     /// With memory m, gate g, input u and gain G, `tau_r m' = G g` and `tau_f g' = u - m - g`. The damping ratio of
     /// this system is `sqrt(tau_r / (G tau_f)) / 2`, which is 0.707 for the gain chosen here.
     fn gain(&self) -> Real {
-        let gain = match (self.recurrent, self.synapse) {
+        let gain = match (RECURRENT, self.synapse) {
             (Synapse::Lowpass { tau: slow }, Synapse::Lowpass { tau: fast }) => {
                 slow.as_secs_f64() / (2.0 * fast.as_secs_f64())
             }
@@ -98,27 +73,24 @@ impl<V: VocabTag> GoalBuffer<V> {
 }
 
 impl<V: VocabTag> Module for GoalBuffer<V> {
-    type Ports = GoalBufferPorts<V>;
+    type Ports = GatePorts<Pointer<V>>;
 
-    fn expand(self, scope: &mut Scope<'_>) -> GoalBufferPorts<V> {
+    fn expand(self, scope: &mut Scope<'_>) -> GatePorts<Pointer<V>> {
         let gain = self.gain();
-        let layer = population(&self.space, self.radius);
+        let layer = population(&self.space, RADIUS);
         let held: LayerPorts<Pointer<V>> = scope.represent("held", layer);
         let memory = scope.add("memory", Add::pointer(&self.space));
         let output = scope.add("output", Add::pointer(&self.space));
-        let difference =
-            scope.add("difference", Superpose::<V>::weights(&self.space, &[1.0, -1.0]));
-        let gate = scope.add(
-            "gate",
-            Gate::<V>::in_space(&self.space).radius(self.radius).synapse(self.synapse),
-        );
-        let drive = scope.add("drive", Superpose::<V>::weights(&self.space, &[gain]));
-        scope.connect(&held.output, &memory.input, self.recurrent);
+        let difference = scope.add("difference", Superpose::in_space(&self.space, &[1.0, -1.0]));
+        let gate = scope
+            .add("gate", Gate::<V>::in_space(&self.space).radius(RADIUS).synapse(self.synapse));
+        let drive = scope.add("drive", Superpose::in_space(&self.space, &[gain]));
+        scope.connect(&held.output, &memory.input, RECURRENT);
         scope.connect(&held.output, &output.input, self.synapse);
         if self.retention == 1.0 {
             scope.connect(&memory.output, &held.input, Synapse::None);
         } else {
-            let leak = Superpose::<V>::weights(&self.space, &[self.retention]);
+            let leak = Superpose::in_space(&self.space, &[self.retention]);
             let leak = scope.add("leak", leak);
             scope.connect(&memory.output, &leak.inputs[0], Synapse::None);
             scope.connect(&leak.output, &held.input, Synapse::None);
@@ -127,7 +99,7 @@ impl<V: VocabTag> Module for GoalBuffer<V> {
         scope.connect(&difference.output, &gate.input, Synapse::None);
         scope.connect(&gate.output, &drive.inputs[0], Synapse::None);
         scope.connect(&drive.output, &held.input, Synapse::None);
-        GoalBufferPorts {
+        GatePorts {
             input: scope.input("input", difference.inputs[0].clone()),
             open: scope.input("open", gate.open),
             output: scope.output("output", output.output),

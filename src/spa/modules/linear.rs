@@ -1,31 +1,22 @@
-//! Linear nodes: fixed maps, matrices, weighted sums and changes of vocabulary. They cost no tick.
+//! Linear nodes: fixed maps between ports. They cost no tick.
 
-use std::ops::Range;
-
+use super::maps::{Rows, Sparse, Spread, WeightedRows};
+use super::ports::Ports;
 use crate::sim::{
-    AnyInput, AnyOutput, EmitIo, Fingerprint, In, InputSpec, Kind, Module, Node, Out, OutputSpec,
-    Pointer, PointerRef, PortDecl, Real, Scalar, Scope, Scratch, ScratchSpec, Space, StepCx,
-    Vector, VocabTag,
+    AnyInput, AnyOutput, EmitIo, Fingerprint, InputSpec, Kind, Module, Node, OutputSpec, Pointer,
+    PointerRef, PortDecl, Real, Scalar, Scope, Space, StepCx, Vector, VocabTag,
 };
 use crate::spa::algebra::LinearMap;
-use crate::spa::item_memory::dots;
+use crate::spa::error::VocabError;
 use crate::spa::vocabulary::Vocabulary;
 
-/// A node that applies a fixed linear map, without a tick of delay.
+/// A node that applies a fixed linear map, without a tick of delay. Its input takes one connection.
 pub struct Linear<A: Kind, B: Kind> {
     input: InputSpec<A>,
     output: OutputSpec<B>,
     map: Box<dyn LinearMap>,
     /// Fault in the numbers that the map was made from.
     fault: Option<String>,
-}
-
-/// Input and output of a [`Linear`].
-pub struct LinearPorts<A: Kind, B: Kind> {
-    /// Input of the map; takes one connection.
-    pub input: In<A>,
-    /// Output of the map.
-    pub output: Out<B>,
 }
 
 impl<A: Kind, B: Kind> Linear<A, B> {
@@ -38,6 +29,40 @@ impl<A: Kind, B: Kind> Linear<A, B> {
     pub(super) fn with_fault(mut self, fault: Option<String>) -> Self {
         self.fault = fault;
         self
+    }
+
+    /// Makes a node that passes values on unchanged, as another kind of port or a pointer of another vocabulary.
+    /// Different widths are a fault when the graph is built.
+    ///
+    /// Use it to connect ports of different vocabularies on purpose; a direct connection does not compile.
+    pub fn reinterpret(input: InputSpec<A>, output: OutputSpec<B>) -> Self {
+        let (from, to) = widths(&input, &output);
+        let fault = (from != to).then(|| {
+            format!(
+                "the input has width {from} but the output has width {to}; expected equal widths"
+            )
+        });
+        Self::new(input, output, Box::new(Spread { from, to, factor: 1.0 })).with_fault(fault)
+    }
+}
+
+/// Returns the widths of an input and an output.
+fn widths<A: Kind, B: Kind>(input: &InputSpec<A>, output: &OutputSpec<B>) -> (usize, usize) {
+    (AnyInput::from(input.clone()).width(), AnyOutput::from(output.clone()).width())
+}
+
+impl<V: VocabTag> Linear<Pointer<V>, Pointer<V>> {
+    /// Makes a node that unbinds `role`, an expression over `vocabulary`: `out = bound (*) inverse(role)`.
+    ///
+    /// # Errors
+    /// As for [`Vocabulary::parse`]: an invalid expression, or a name that the vocabulary does not have.
+    pub fn unbind(vocabulary: &Vocabulary<V>, role: &str) -> Result<Self, VocabError> {
+        let role = vocabulary.parse(role)?;
+        let mut inverse = vec![0.0; vocabulary.dim()];
+        vocabulary.algebra().inverse_into(&role, &mut inverse);
+        let map = vocabulary.algebra().bind_with(&inverse);
+        let space = vocabulary.space();
+        Ok(Self::new(InputSpec::pointer(space), OutputSpec::pointer(space), map))
     }
 }
 
@@ -159,6 +184,48 @@ impl Linear<Vector, Vector> {
         Self::new(InputSpec::vector(count), OutputSpec::vector(width), Box::new(map))
             .with_fault(fault)
     }
+
+    /// Makes a node that takes `from` numbers and gives `to` numbers. Each weight is the position of an input, the
+    /// position of an output, and a factor; factors of the same pair add up.
+    ///
+    /// An input of zero costs nothing. Each other input costs O(its weights) per tick. A position outside the vectors is
+    /// a fault when the graph is built.
+    ///
+    /// ```
+    /// use symbolt::prelude::*;
+    /// use symbolt::spa::Linear;
+    ///
+    /// let mut graph = GraphBuilder::new();
+    /// let input = graph.add("input", Constant::vector(&[1.0, 2.0, 3.0]));
+    /// let sums = graph.add("sums", Linear::sparse(3, 2, [(0, 0, 1.0), (2, 0, 1.0), (1, 1, -1.0)]));
+    /// graph.connect(&input, &sums.input, Synapse::None);
+    /// let probe = graph.probe(&sums.output, ProbeSpec::default());
+    /// let graph = graph.build(Timebase::default(), &PopulationPlan::default(), Seed::new(1))?;
+    /// let mut sim = Simulator::new(graph.into(), RunConfig::default())?;
+    /// sim.run_for(SimDuration::from_millis(1))?;
+    /// assert_eq!(sim.samples(&probe).last().expect("one tick").1, [4.0, -2.0]);
+    /// # Ok::<(), symbolt::sim::SimError>(())
+    /// ```
+    pub fn sparse(
+        from: usize,
+        to: usize,
+        weights: impl IntoIterator<Item = (usize, usize, Real)>,
+    ) -> Self {
+        let mut columns = vec![Vec::new(); from];
+        let mut fault = None;
+        for (input, output, factor) in weights {
+            match columns.get_mut(input) {
+                Some(column) if output < to => column.push((output as u32, factor)),
+                _ => {
+                    fault = Some(format!(
+                        "the weight from {input} to {output} is outside the node; it has {from} inputs and {to} outputs, counted from 0"
+                    ));
+                }
+            }
+        }
+        let map = Sparse { to, columns };
+        Self::new(InputSpec::vector(from), OutputSpec::vector(to), Box::new(map)).with_fault(fault)
+    }
 }
 
 impl Linear<Vector, Scalar> {
@@ -176,10 +243,7 @@ impl<A: Kind, B: Kind> Node for Linear<A, B> {
         if let Some(fault) = &self.fault {
             ports.fault(fault.clone());
         }
-        let (takes, gives) = (
-            AnyInput::from(self.input.clone()).width(),
-            AnyOutput::from(self.output.clone()).width(),
-        );
+        let (takes, gives) = widths(&self.input, &self.output);
         if (takes, gives) != (self.map.input_width(), self.map.output_width()) {
             ports.fault(format!(
                 "the map takes {} and gives {} numbers; the ports take {takes} and give {gives}; expected equal widths",
@@ -203,274 +267,10 @@ impl<A: Kind, B: Kind> Node for Linear<A, B> {
 }
 
 impl<A: Kind, B: Kind> Module for Linear<A, B> {
-    type Ports = LinearPorts<A, B>;
+    type Ports = Ports<A, B>;
 
-    fn expand(self, scope: &mut Scope<'_>) -> LinearPorts<A, B> {
+    fn expand(self, scope: &mut Scope<'_>) -> Ports<A, B> {
         let node = scope.leaf(self);
-        LinearPorts {
-            input: scope.input("input", node.input("in")),
-            output: scope.output("output", node.output("out")),
-        }
-    }
-}
-
-/// The dot products of a vector with the rows of a matrix.
-pub(crate) struct Rows {
-    pub matrix: Vec<Real>,
-    pub dim: usize,
-}
-
-impl Rows {
-    /// Makes the map of one row.
-    pub fn one(row: Vec<Real>) -> Self {
-        Self { dim: row.len(), matrix: row }
-    }
-}
-
-impl LinearMap for Rows {
-    fn input_width(&self) -> usize {
-        self.dim
-    }
-
-    fn output_width(&self) -> usize {
-        self.matrix.len() / self.dim.max(1)
-    }
-
-    fn scratch(&self) -> ScratchSpec {
-        ScratchSpec::default()
-    }
-
-    fn fingerprint(&self, hash: &mut Fingerprint) {
-        hash.text("rows").reals(&self.matrix);
-    }
-
-    fn apply_into(&self, input: &[Real], out: &mut [Real], _scratch: &mut Scratch<'_>) {
-        dots(&self.matrix, input, out);
-    }
-}
-
-/// A weighted sum of the rows of a matrix.
-pub(crate) struct WeightedRows {
-    matrix: Vec<Real>,
-    dim: usize,
-}
-
-impl WeightedRows {
-    /// Makes the map of one row.
-    pub fn one(row: Vec<Real>) -> Self {
-        Self { dim: row.len(), matrix: row }
-    }
-}
-
-impl LinearMap for WeightedRows {
-    fn input_width(&self) -> usize {
-        self.matrix.len() / self.dim.max(1)
-    }
-
-    fn output_width(&self) -> usize {
-        self.dim
-    }
-
-    fn scratch(&self) -> ScratchSpec {
-        ScratchSpec::default()
-    }
-
-    fn fingerprint(&self, hash: &mut Fingerprint) {
-        hash.text("weighted rows").reals(&self.matrix);
-    }
-
-    fn apply_into(&self, input: &[Real], out: &mut [Real], _scratch: &mut Scratch<'_>) {
-        out.fill(0.0);
-        for (row, weight) in self.matrix.chunks_exact(self.dim).zip(input) {
-            if *weight != 0.0 {
-                for (sum, value) in out.iter_mut().zip(row) {
-                    *sum += weight * value;
-                }
-            }
-        }
-    }
-}
-
-/// Scales a vector, or spreads one number over a vector.
-pub(crate) struct Spread {
-    pub from: usize,
-    pub to: usize,
-    pub factor: Real,
-}
-
-impl LinearMap for Spread {
-    fn input_width(&self) -> usize {
-        self.from
-    }
-
-    fn output_width(&self) -> usize {
-        self.to
-    }
-
-    fn scratch(&self) -> ScratchSpec {
-        ScratchSpec::default()
-    }
-
-    fn fingerprint(&self, hash: &mut Fingerprint) {
-        hash.text("spread").number(self.from as u64).number(self.to as u64).reals(&[self.factor]);
-    }
-
-    fn apply_into(&self, input: &[Real], out: &mut [Real], _scratch: &mut Scratch<'_>) {
-        match input {
-            [one] => out.fill(self.factor * one),
-            _ => out.iter_mut().zip(input).for_each(|(to, from)| *to = self.factor * from),
-        }
-    }
-}
-
-/// Takes consecutive components of a vector.
-pub(crate) struct Slice {
-    pub from: usize,
-    pub range: Range<usize>,
-}
-
-impl LinearMap for Slice {
-    fn input_width(&self) -> usize {
-        self.from
-    }
-
-    fn output_width(&self) -> usize {
-        self.range.len()
-    }
-
-    fn scratch(&self) -> ScratchSpec {
-        ScratchSpec::default()
-    }
-
-    fn fingerprint(&self, hash: &mut Fingerprint) {
-        let Range { start, end } = self.range;
-        hash.text("slice").number(self.from as u64).number(start as u64).number(end as u64);
-    }
-
-    fn apply_into(&self, input: &[Real], out: &mut [Real], _scratch: &mut Scratch<'_>) {
-        out.copy_from_slice(&input[self.range.clone()]);
-    }
-}
-
-/// Adds pointers of one vocabulary, each with a weight. Needs no neurons and no tick of delay. Computing it takes
-/// O(weights x dimensions) per tick.
-///
-/// [`State`](super::State) represents a sum in neurons.
-pub struct Superpose<V: VocabTag> {
-    space: Space<V>,
-    weights: Vec<Real>,
-}
-
-/// Ports of a [`Superpose`].
-pub struct SuperposePorts<V: VocabTag> {
-    /// Inputs, one per weight; each takes one connection.
-    pub inputs: Vec<In<Pointer<V>>>,
-    /// Weighted sum of the inputs.
-    pub output: Out<Pointer<V>>,
-}
-
-impl<V: VocabTag> Superpose<V> {
-    /// Makes a module that adds pointers of `vocabulary`, one per weight.
-    ///
-    /// A weight that is not finite is a fault when the graph is built.
-    pub fn new(vocabulary: &Vocabulary<V>, weights: &[Real]) -> Self {
-        Self::weights(vocabulary.space(), weights)
-    }
-
-    pub(crate) fn weights(space: &Space<V>, weights: &[Real]) -> Self {
-        Self { space: space.clone(), weights: weights.to_vec() }
-    }
-}
-
-impl<V: VocabTag> Node for Superpose<V> {
-    fn declare(&self, ports: &mut PortDecl) {
-        if let Some(at) = self.weights.iter().position(|w| !w.is_finite()) {
-            ports.fault(format!("weight {at} is {}; expected a finite number", self.weights[at]));
-        }
-        for index in 0..self.weights.len() {
-            let spec = InputSpec::<Pointer<V>>::pointer(&self.space);
-            ports.input(&format!("in{index}"), spec);
-        }
-        ports.output("out", OutputSpec::<Pointer<V>>::pointer(&self.space));
-    }
-
-    fn fingerprint(&self, hash: &mut Fingerprint) {
-        hash.reals(&self.weights);
-    }
-
-    fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
-        let output = io.outputs.get_mut(0);
-        output.fill(0.0);
-        for (index, weight) in self.weights.iter().enumerate() {
-            for (sum, value) in output.iter_mut().zip(io.inputs.get(index)) {
-                *sum += weight * value;
-            }
-        }
-    }
-}
-
-impl<V: VocabTag> Module for Superpose<V> {
-    type Ports = SuperposePorts<V>;
-
-    fn expand(self, scope: &mut Scope<'_>) -> SuperposePorts<V> {
-        let count = self.weights.len();
-        let node = scope.leaf(self);
-        SuperposePorts {
-            inputs: (0..count)
-                .map(|i| scope.input(&format!("inputs[{i}]"), node.input(&format!("in{i}"))))
-                .collect(),
-            output: scope.output("output", node.output("out")),
-        }
-    }
-}
-
-/// Passes values on unchanged, as another kind of port or a pointer of another vocabulary.
-///
-/// Use it to connect ports of different vocabularies on purpose; a direct connection does not compile. Costs no tick.
-pub struct Reinterpret<A: Kind, B: Kind> {
-    input: InputSpec<A>,
-    output: OutputSpec<B>,
-}
-
-/// Input and output of a [`Reinterpret`].
-pub type ReinterpretPorts<A, B> = LinearPorts<A, B>;
-
-impl<A: Kind, B: Kind> Reinterpret<A, B> {
-    /// Makes a node from one kind of port to another. Different widths are a fault when the graph is built.
-    pub fn new(input: InputSpec<A>, output: OutputSpec<B>) -> Self {
-        Self { input, output }
-    }
-}
-
-impl<A: Kind, B: Kind> Node for Reinterpret<A, B> {
-    fn declare(&self, ports: &mut PortDecl) {
-        let (takes, gives) = (
-            AnyInput::from(self.input.clone()).width(),
-            AnyOutput::from(self.output.clone()).width(),
-        );
-        if takes != gives {
-            ports.fault(format!(
-                "the input has width {takes} but the output has width {gives}; expected equal widths"
-            ));
-        }
-        ports.input("in", self.input.clone()).output("out", self.output.clone());
-    }
-
-    fn fingerprint(&self, _hash: &mut Fingerprint) {}
-
-    fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
-        io.outputs.get_mut(0).copy_from_slice(io.inputs.get(0));
-    }
-}
-
-impl<A: Kind, B: Kind> Module for Reinterpret<A, B> {
-    type Ports = ReinterpretPorts<A, B>;
-
-    fn expand(self, scope: &mut Scope<'_>) -> ReinterpretPorts<A, B> {
-        let node = scope.leaf(self);
-        LinearPorts {
-            input: scope.input("input", node.input("in")),
-            output: scope.output("output", node.output("out")),
-        }
+        Ports::of(scope, &node)
     }
 }

@@ -1,12 +1,13 @@
 //! A population that represents one pointer and, with a recurrent synapse, remembers it.
 
+use super::ports::Ports;
+use super::superpose::Superpose;
 use super::{FEED_FORWARD, population};
 use crate::neurons::{LayerPorts, Layers};
-use crate::sim::{Add, In, Module, Out, Pointer, Real, Scope, Space, Synapse, VocabTag};
-use crate::spa::modules::linear::Superpose;
+use crate::sim::{Add, Module, Pointer, Real, Scope, Space, Synapse, VocabTag};
 use crate::spa::vocabulary::Vocabulary;
 
-/// A population that represents one pointer, one synapse (5 ms) later.
+/// A population that represents one pointer, one synapse (5 ms) later. Its input adds any number of connections.
 ///
 /// With a [`recurrent`](Self::recurrent) synapse it is an integrator: it remembers its input.
 pub struct State<V: VocabTag> {
@@ -15,14 +16,6 @@ pub struct State<V: VocabTag> {
     synapse: Synapse,
     recurrent: Option<Synapse>,
     retention: Real,
-}
-
-/// Ports of a [`State`].
-pub struct StatePorts<V: VocabTag> {
-    /// Pointer to represent; adds any number of connections.
-    pub input: In<Pointer<V>>,
-    /// Represented pointer, one synapse later.
-    pub output: Out<Pointer<V>>,
 }
 
 impl<V: VocabTag> State<V> {
@@ -83,9 +76,9 @@ impl<V: VocabTag> State<V> {
 }
 
 impl<V: VocabTag> Module for State<V> {
-    type Ports = StatePorts<V>;
+    type Ports = Ports<Pointer<V>>;
 
-    fn expand(self, scope: &mut Scope<'_>) -> StatePorts<V> {
+    fn expand(self, scope: &mut Scope<'_>) -> Ports<Pointer<V>> {
         let layer = population(&self.space, self.radius);
         let held: LayerPorts<Pointer<V>> = scope.represent("population", layer);
         let output = scope.add("output", Add::pointer(&self.space));
@@ -95,14 +88,14 @@ impl<V: VocabTag> Module for State<V> {
                 scope.connect(&held.output, &held.input, recurrent);
             }
             Some(recurrent) => {
-                let leak = Superpose::<V>::weights(&self.space, &[self.retention]);
+                let leak = Superpose::in_space(&self.space, &[self.retention]);
                 let leak = scope.add("leak", leak);
                 scope.connect(&held.output, &leak.inputs[0], recurrent);
                 scope.connect(&leak.output, &held.input, Synapse::None);
             }
             None => {}
         }
-        StatePorts {
+        Ports {
             input: scope.input("input", held.input),
             output: scope.output("output", output.output),
         }

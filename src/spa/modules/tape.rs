@@ -4,6 +4,7 @@
 //! (`INDEX * stack + a`) loses a part of everything each time: a population of radius 1 takes 1 / sqrt 2 off per push.
 //! Here nothing that is stored is touched again.
 
+use super::superpose::Superpose;
 use super::{
     Bind, CleanupMemory, DecodePairs, FEED_FORWARD, Gate, Linear, Sequence, Unbind, population,
 };
@@ -13,7 +14,6 @@ use crate::sim::{
     Vector, VocabTag,
 };
 use crate::spa::error::VocabError;
-use crate::spa::modules::linear::Superpose;
 use crate::spa::vocabulary::Vocabulary;
 
 /// A memory for a list of pointers: `P1 * a + P2 * b + ...` with the positions P1, P2, ....
@@ -42,7 +42,7 @@ use crate::spa::vocabulary::Vocabulary;
 /// The population that holds the tape has a radius of 1.1 sqrt n for n positions. Its recurrent synapse has 500 ms: the
 /// noise of spikes then moves the tape 25 times less than with the usual 100 ms, and an item is written through the same
 /// synapse, so that the population never represents more than the tape. A cleanup memory of the positions removes the
-/// noise of the index before it is bound. Unbinding takes 2 D + 4 products. With known items, each item at each position
+/// noise of the index before it is bound. Unbinding takes 2 D - 2 products. With known items, each item at each position
 /// takes 24 neurons by the default [`LifSpec`](crate::neurons::LifSpec): 16 decode it, 8 wait for the index.
 ///
 /// # Delay
@@ -155,18 +155,6 @@ impl<V: VocabTag> Tape<V> {
         self.items = Some(Items { decode, values });
         Ok(self)
     }
-
-    /// Sets the greatest length of the tape that is represented unchanged (default: 1.1 times the square root of the
-    /// number of positions). Anything but a finite number above 0 is a fault when the graph is built.
-    pub fn radius(mut self, radius: Real) -> Self {
-        self.radius = radius;
-        self
-    }
-
-    /// Returns the names of the positions.
-    pub fn positions(&self) -> &[String] {
-        &self.positions
-    }
 }
 
 impl<V: VocabTag> Module for Tape<V> {
@@ -182,7 +170,7 @@ impl<V: VocabTag> Module for Tape<V> {
         let gate = scope.add("gate", Gate::new(vocabulary).radius(GATED));
         // Through the synapse that holds the tape, a pulse adds its duration over the time constant.
         let gain = (HOLDING.as_secs_f64() / WRITING.as_secs_f64()) as Real;
-        let drive = scope.add("drive", Superpose::<V>::weights(space, &[gain]));
+        let drive = scope.add("drive", Superpose::in_space(space, &[gain]));
         scope.connect(&index.output, &bind.a, none);
         scope.connect(&bind.output, &gate.input, none);
         scope.connect(&gate.output, &drive.inputs[0], none);
@@ -198,9 +186,9 @@ impl<V: VocabTag> Module for Tape<V> {
             None => {
                 // The products take pointers with a norm of about 1.
                 let weight = self.radius.recip();
-                let shrunk = scope.add("shrunk", Superpose::<V>::weights(space, &[weight]));
+                let shrunk = scope.add("shrunk", Superpose::in_space(space, &[weight]));
                 let unbind = scope.add("unbind", Unbind::new(vocabulary).synapse(READING));
-                let read = scope.add("read", Superpose::<V>::weights(space, &[self.radius]));
+                let read = scope.add("read", Superpose::in_space(space, &[self.radius]));
                 scope.connect(&memory.output, &shrunk.inputs[0], none);
                 scope.connect(&shrunk.output, &unbind.bound, none);
                 scope.connect(&index.output, &unbind.role, none);

@@ -9,8 +9,8 @@ use crate::sim::{
     Scalar, Scope, Synapse, VocabTag, WorldLink,
 };
 use crate::spa::{
-    AssociativeMemory, CleanupMemory, FEED_FORWARD, Flow, FlowExt, MemoryPorts, Multiply, Routes,
-    Rules, RulesPorts, State, StatePorts, VocabError, Vocabulary,
+    AssociativeMemory, CleanupMemory, FEED_FORWARD, Flow, FlowExt, MemoryPorts, Multiply, Ports,
+    Routes, Rules, RulesPorts, State, VocabError, Vocabulary,
 };
 
 /// Radius of memories and channels. With parts of 16 of 256 dimensions at a radius of 1, three times as large, rules follow each
@@ -65,19 +65,19 @@ impl Module for Kept {
 
 /// The memories of the planner, by the names that the rules have for them.
 struct Memories {
-    ctrl: StatePorts<Control>,
-    switch: StatePorts<Signals>,
-    sig: StatePorts<Signals>,
-    m_goal: StatePorts<Base>,
-    i_goal: StatePorts<Base>,
-    effect: StatePorts<Base>,
-    precon: StatePorts<Base>,
-    place: StatePorts<Base>,
-    action: StatePorts<Acts>,
-    get_precon: StatePorts<Acts>,
-    push: StatePorts<Acts>,
-    stack: StatePorts<Acts>,
-    premotor: StatePorts<Acts>,
+    ctrl: Ports<Pointer<Control>>,
+    switch: Ports<Pointer<Signals>>,
+    sig: Ports<Pointer<Signals>>,
+    m_goal: Ports<Pointer<Base>>,
+    i_goal: Ports<Pointer<Base>>,
+    effect: Ports<Pointer<Base>>,
+    precon: Ports<Pointer<Base>>,
+    place: Ports<Pointer<Base>>,
+    action: Ports<Pointer<Acts>>,
+    get_precon: Ports<Pointer<Acts>>,
+    push: Ports<Pointer<Acts>>,
+    stack: Ports<Pointer<Acts>>,
+    premotor: Ports<Pointer<Acts>>,
     gate: KeptPorts,
 }
 
@@ -212,7 +212,7 @@ fn rules(
         Some(Part::Index) => 1.5 * stack,
         _ => 1.5 * (stack * index),
     };
-    let higher = |pointer: &StatePorts<Acts>| match part {
+    let higher = |pointer: &Ports<Pointer<Acts>>| match part {
         Some(Part::Index) => 1.0 * pointer,
         _ => pointer * !index,
     };

@@ -8,7 +8,7 @@ use crate::sim::{
 };
 use crate::spa::{
     AssociativeMemory, BasalGanglia, CleanupMemory, Gate, Linear, RECURRENT, State, Unbind,
-    UnbindFixed, Vocabulary,
+    Vocabulary,
 };
 use crate::task::TaskError;
 use crate::task::domain::Domain;
@@ -108,7 +108,7 @@ fn unbind(
             unbind.output
         }
         Unbinding::Fixed => {
-            let unbind = graph.add("unbind", UnbindFixed::new(states, PRECONDITION)?);
+            let unbind = graph.add("unbind", Linear::unbind(states, PRECONDITION)?);
             graph.connect(deep, &unbind.input, Synapse::None);
             unbind.output
         }

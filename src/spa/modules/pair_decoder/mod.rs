@@ -35,6 +35,8 @@ const GAIN: Real = 2.0;
 const REACH: Real = LEVEL + 1.2 / GAIN;
 /// Number of neurons per item, as a fraction of those of a function.
 const SHARE: Real = 0.16;
+/// Recurrent synapse, which averages the weights. 20 to 50 ms decode equally well.
+const AVERAGING: Synapse = Synapse::lowpass_ms(30);
 /// Inhibition per weight in excess of 1.
 const INHIBITION: Real = 4.0;
 /// Greatest sum of the weights of a role that neurons represent.
@@ -45,7 +47,7 @@ const NEGLIGIBLE: Real = 1e-5;
 /// Decodes all fillers of a sum `ROLE1 * FILLER1 + ROLE2 * FILLER2 + ...` at once.
 ///
 /// The roles are known. Every filler is one of the items, which all roles share. A role that the sum lacks gets no
-/// weight. [`UnbindFixed`](crate::spa::UnbindFixed) with a cleanup reads one role and takes all other pairs for noise;
+/// weight. [`Linear::unbind`](crate::spa::Linear::unbind) with a cleanup reads one role and takes all other pairs for noise;
 /// this module explains all pairs together and reads more of them.
 ///
 /// | port | kind | what it is |
@@ -67,7 +69,7 @@ const NEGLIGIBLE: Real = 1e-5;
 /// # Delay
 /// The outputs need no synapse. Most fillers are read after 100 ms, the rest within 300 ms, because decisions about one
 /// role change the evidence for the others. All of these times are proportional to the
-/// [`recurrent`](Self::recurrent) synapse.
+/// recurrent synapse, which has 30 ms.
 ///
 /// # Cost
 /// Roles x items x 16 neurons, and 100 neurons per role, by the default [`LifSpec`](crate::neurons::LifSpec). Few items
@@ -107,8 +109,6 @@ pub struct DecodePairs<V: VocabTag> {
     pairs: Vec<Real>,
     scale: Real,
     cancellation: Real,
-    size: Real,
-    recurrent: Synapse,
 }
 
 /// Ports of a [`DecodePairs`].
@@ -145,15 +145,7 @@ impl<V: VocabTag> DecodePairs<V> {
                 algebra.bind_into(role, item, pair, &mut work);
             }
         }
-        Ok(Self {
-            space: vocabulary.space().clone(),
-            items,
-            pairs,
-            scale: 1.0,
-            cancellation: 1.0,
-            size: 1.0,
-            recurrent: Synapse::lowpass_ms(30),
-        })
+        Ok(Self { space: vocabulary.space().clone(), items, pairs, scale: 1.0, cancellation: 1.0 })
     }
 
     /// Sets the weight of each pair in the sum (default 1; errors of up to 20% do little harm).
@@ -162,21 +154,6 @@ impl<V: VocabTag> DecodePairs<V> {
     /// and tell the decoder by this method. Anything but a finite number above 0 is a fault when the graph is built.
     pub fn scale(mut self, weight: Real) -> Self {
         self.scale = weight;
-        self
-    }
-
-    /// Multiplies the number of neurons per item by `share` (above 0; the default is 1). Half as many neurons
-    /// read 93% where the default reads 98%.
-    pub fn size(mut self, share: Real) -> Self {
-        self.size = share;
-        self
-    }
-
-    /// Replaces the recurrent synapse, which averages the weights (default 30 ms).
-    ///
-    /// Longer synapses average more noise; 20 to 50 ms decode equally well. Without a synapse the graph does not build.
-    pub fn recurrent(mut self, recurrent: Synapse) -> Self {
-        self.recurrent = recurrent;
         self
     }
 
@@ -211,20 +188,20 @@ impl<V: VocabTag> Module for DecodePairs<V> {
     type Ports = DecodePairsPorts<V>;
 
     fn expand(self, scope: &mut Scope<'_>) -> DecodePairsPorts<V> {
-        let Self { space, items, pairs, scale, cancellation, size, recurrent } = self;
+        let Self { space, items, pairs, scale, cancellation } = self;
         let (roles, count) = (pairs.len() / items.len(), items.len() / space.width());
         let lengths = pairs.chunks_exact(space.width()).map(|pair| norm(pair).powi(2)).collect();
         let compare = Compare { space: space.clone(), count, pairs, lengths, scale, cancellation };
         let compare = scope.node("compare", compare);
         let weight = |evidence: Real| (GAIN * (evidence - LEVEL)).clamp(0.0, 1.0);
-        let layer = Map::each(roles * count, weight).above(LEVEL).radius(REACH).size(SHARE * size);
+        let layer = Map::each(roles * count, weight).above(LEVEL).radius(REACH).size(SHARE);
         let chosen: LayerPorts<Vector> = scope.map("items", layer);
         let weights = scope.add("weights", Add::vector(roles * count));
         let read = scope.node("read", Read { space, roles, items });
         let excess = Map::each(roles, |total| INHIBITION * (total - 1.0).max(0.0));
         let excess: LayerPorts<Vector> = scope.map("excess", excess.above(1.0).radius(MAX_TOTAL));
         scope.connect::<Vector>(&compare.output("out"), &chosen.input, Synapse::None);
-        scope.connect(&chosen.output, &weights.input, recurrent);
+        scope.connect(&chosen.output, &weights.input, AVERAGING);
         scope.connect(&weights.output, &compare.input("weights"), Synapse::None);
         scope.connect(&weights.output, &read.input("weights"), Synapse::None);
         scope.connect(&read.output("totals"), &excess.input, Synapse::None);

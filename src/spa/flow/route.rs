@@ -1,0 +1,185 @@
+//! Routes: expressions with the inputs that they flow into.
+
+use super::expression::{Flow, Source};
+use super::kinds::{FlowKind, Gates};
+use super::lower::{Lowerer, Sum};
+use crate::sim::{GraphBuilder, In, InputSpec, Module, Out, PortRef, Scalar, Scope, Synapse};
+use crate::spa::modules::{FEED_FORWARD, WeightedRows};
+
+/// Something with one input: a target of `>>`.
+pub trait Sink {
+    /// Kind of the input.
+    type Kind: FlowKind;
+
+    /// Returns the input.
+    fn sink(&self) -> In<Self::Kind>;
+}
+
+impl<K: FlowKind> Sink for &In<K> {
+    type Kind = K;
+
+    fn sink(&self) -> In<K> {
+        (*self).clone()
+    }
+}
+
+/// The scalar that opens a way, and the gates on it.
+#[derive(Clone)]
+pub(super) struct Opening {
+    pub by: Out<Scalar>,
+    pub gates: Gates,
+}
+
+type LowerRoute = dyn FnOnce(&mut Lowerer<'_, '_>, Synapse, Option<&Opening>);
+
+/// An expression with the input that it flows into.
+#[must_use = "a route does nothing until `route` or a rule adds it to a graph"]
+pub struct Route {
+    text: String,
+    pub(super) name: String,
+    via: Synapse,
+    lower: Box<LowerRoute>,
+}
+
+impl Route {
+    #[doc(hidden)]
+    pub fn new<K: FlowKind>(flow: Flow<K>, to: In<K>) -> Self {
+        let target = to.port.name();
+        Self {
+            text: format!("{} >> {}", flow.text, target.strip_suffix(".input").unwrap_or(&target)),
+            // The name of one of several inputs, such as `inputs[0]`, has characters that a path has not.
+            name: format!("to.{}", target.replace('/', ".").replace('[', "-").replace(']', "")),
+            via: Synapse::None,
+            lower: Box::new(move |cx, via, open| cx.finish(&flow, &to, via, open)),
+        }
+    }
+
+    /// Names the scope of the route's nodes. The default is `to.` and the name of the input.
+    pub fn named(mut self, name: &str) -> Self {
+        self.name = name.into();
+        self
+    }
+
+    /// Puts a synapse on the connection into the input. The default is none, because modules filter their outputs.
+    /// It replaces the 5 ms of bare layers, if the expression has no other outputs. For a constant that a
+    /// [rule](super::Rules) lets pass, none stands for 5 ms.
+    pub fn via(mut self, synapse: Synapse) -> Self {
+        self.via = synapse;
+        self
+    }
+
+    /// Returns the route as it is written.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Adds the nodes to a scope. If there is an opening, the flow passes while its scalar is 1.
+    pub(super) fn lower(self, scope: &mut Scope<'_>, open: Option<&Opening>) {
+        let mut cx = Lowerer::new(scope, &self.text);
+        (self.lower)(&mut cx, self.via, open);
+    }
+}
+
+impl std::fmt::Debug for Route {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.text)
+    }
+}
+
+impl Module for Route {
+    type Ports = ();
+
+    fn expand(self, scope: &mut Scope<'_>) {
+        self.lower(scope, None);
+    }
+}
+
+/// Adds routes to a graph or a scope.
+pub trait Routes {
+    /// Adds the nodes and connections of a route. Faults are reported when the graph is built; they quote the route.
+    fn route(&mut self, route: Route);
+}
+
+impl Routes for Scope<'_> {
+    #[track_caller]
+    fn route(&mut self, route: Route) {
+        let name = self.free_name(&route.name);
+        self.add(&name, route);
+    }
+}
+
+impl Routes for GraphBuilder {
+    #[track_caller]
+    fn route(&mut self, route: Route) {
+        self.root().route(route);
+    }
+}
+
+impl Lowerer<'_, '_> {
+    /// Lowers an expression, and connects it to an input.
+    fn finish<K: FlowKind>(
+        &mut self,
+        flow: &Flow<K>,
+        to: &In<K>,
+        mut via: Synapse,
+        open: Option<&Opening>,
+    ) {
+        let shape = flow.shape(self.scope).or_else(|| K::shape_of_input(self.scope, to));
+        // A faulty handle is reported when it is connected.
+        let Some(shape) = shape else {
+            if let Some(Source::Output(out)) = flow.sources.first() {
+                self.scope.connect(out, to, via);
+            }
+            return;
+        };
+        let bare = |port: &PortRef| self.scope.needs_synapse(port);
+        let all_bare = !flow.leaves.is_empty() && flow.leaves.iter().all(bare);
+        if all_bare && open.is_none() {
+            self.bare = if via == Synapse::None { FEED_FORWARD } else { via };
+            via = Synapse::None;
+        }
+        let mut sum = (flow.lower)(self, &shape);
+        if sum.constant.as_ref().is_some_and(|values| !self.fits::<K>(&shape, values)) {
+            return;
+        }
+        if let Some(open) = open {
+            // A constant has the synapse of a gate, unless the route has its own.
+            if sum.terms.is_empty() && via == Synapse::None {
+                via = open.gates.synapse;
+            }
+            sum = self.gated(&shape, sum, open);
+        }
+        if self.scope.adds(to) {
+            let before = sum.terms.len();
+            let (plain, scaled): (Vec<_>, Vec<_>) =
+                sum.terms.into_iter().partition(|(_, weight)| *weight == 1.0);
+            sum.terms = scaled;
+            plain.iter().for_each(|(out, _)| self.into_input(out, to, via));
+            if sum.terms.len() < before && sum.is_zero() {
+                return;
+            }
+        }
+        let out = self.one(&shape, sum);
+        self.into_input(&out, to, via);
+    }
+
+    fn into_input<K: FlowKind>(&mut self, out: &Out<K>, to: &In<K>, via: Synapse) {
+        let bare = self.scope.needs_synapse(&out.port) && via == Synapse::None;
+        self.scope.connect(out, to, if bare { self.bare } else { via });
+    }
+
+    /// Lets a sum pass while its opening is 1.
+    fn gated<K: FlowKind>(&mut self, shape: &K::Shape, sum: Sum<K>, open: &Opening) -> Sum<K> {
+        if let Some(values) = sum.fixed(K::width(shape)) {
+            let specs = (InputSpec::scalar(), K::specs(shape).1);
+            let map = Box::new(WeightedRows::one(values));
+            return Sum::output(&self.linear("constant", &open.by, specs, map));
+        }
+        let value = self.one(shape, sum);
+        let gate = K::gate(self.scope, shape, open.gates);
+        self.connect(&value, &gate.input);
+        let by = self.one(&(), Sum::output(&open.by).scaled(K::DRIVE));
+        self.connect(&by, &gate.open);
+        Sum::output(&gate.output)
+    }
+}
