@@ -7,8 +7,8 @@
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
+use symbolt::robot::{SkillOutcome, SkillReport};
 use symbolt::sim::Seed;
-use symbolt::task::event::{SkillOutcome, SkillReport};
 use symbolt::task::execute::{EpisodeSpec, Perturbation, episode};
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::{Planner, PlannerSpec};

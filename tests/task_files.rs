@@ -3,8 +3,8 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 #![cfg(feature = "physics")]
 
+use symbolt::robot::SkillReport;
 use symbolt::sim::Seed;
-use symbolt::task::event::SkillReport;
 use symbolt::task::execute::EpisodeSpec;
 use symbolt::task::scene::{BodyId, Scene};
 use symbolt::task::tasks::file::{DataTask, TaskFile};

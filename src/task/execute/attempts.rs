@@ -6,8 +6,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::robot::SkillOutcome;
 use crate::task::domain::Pose;
-use crate::task::event::{RecoveryKind, SkillOutcome};
+use crate::task::event::RecoveryKind;
 
 /// What is tried: an action with its parameters, or a detour with its part.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

@@ -95,8 +95,9 @@ use crate::sim::{
 };
 use crate::task::domain::{Grounding, Sensing, StateId};
 use crate::task::error::TaskError;
-use crate::task::event::{Ended, EpisodeReport, Event, Ignore, Observer, SceneFrame};
+use crate::task::event::{Ended, EpisodeReport, Event, Ignore, Observer};
 use crate::task::planner::Decider;
+use crate::task::scene::SceneFrame;
 pub use crate::task::tasks::Perturbation;
 use crate::task::tasks::{self, Task};
 pub use activity::{ActivityRecorder, ModuleSamples};

@@ -1,7 +1,7 @@
 //! The demonstrator and the judge. Both look at the geometry of the scene alone.
 
 use super::scene::{DRAWER, HALF_M, INSIDE_M, OPEN_M};
-use crate::task::event::SkillReport;
+use crate::robot::SkillReport;
 use crate::task::robot::vector::{add, scale, sub};
 use crate::task::scene::Scene;
 use crate::task::skill::Target;

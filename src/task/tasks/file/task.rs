@@ -57,7 +57,7 @@ impl DataTask {
         };
         file.faults().map_err(|f| fault(&f.field, f.problem, f.expected))?;
         let task = Self(Arc::new(Inner { shapes: Shapes::of(&file), file }));
-        let checked = task.scene(Seed::new(0)).and_then(|spec| spec.check());
+        let checked = task.scene(Seed::new(0)).and_then(|spec| Ok(spec.check()?));
         checked.map_err(|error| match error {
             TaskError::Setting { name, value, expected } => fault(name, value, expected.into()),
             TaskError::Range { name, value, least, most } => {
