@@ -72,16 +72,14 @@
 
 mod act;
 mod activity;
-mod attempts;
 mod choose;
 mod demonstrate;
 mod guess;
 mod live;
 mod log;
-mod means;
 mod mind;
 mod recorder;
-mod recover;
+mod recovery;
 mod relational;
 mod senses;
 mod world;

@@ -71,7 +71,7 @@ impl Shower {
             }
         }
         let mut open = Vec::new();
-        for (number, relation) in all.into_iter().enumerate() {
+        for (number, relation) in all.iter().copied().enumerate() {
             if !wanted[number] || !ready(relation) {
                 continue;
             }

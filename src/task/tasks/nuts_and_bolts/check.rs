@@ -235,6 +235,6 @@ impl NutsAndBolts {
             let Rule { name, value, expected, .. } = *rule;
             return Err(TaskError::Setting { name, value: value(self), expected });
         }
-        start::parts(self, 0, Seed::new(0)).map(|_| ())
+        start::parts(self, Seed::new(0)).map(|_| ())
     }
 }
