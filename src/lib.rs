@@ -135,6 +135,7 @@ pub mod guide;
 pub mod neurons;
 #[cfg(feature = "physics")]
 pub mod report;
+pub mod robot;
 pub mod sim;
 pub mod spa;
 pub mod study;

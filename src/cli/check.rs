@@ -67,7 +67,7 @@ fn inspect(bytes: &[u8], path: &Path) -> Result<Value, TaskError> {
         let scene = Snapshot::parse(bytes, name)?;
         return Ok(json!({"kind": "scene", "objects": scene.objects.len()}));
     }
-    if let Some(task) = header.as_ref().and_then(task_of) {
+    if let Some(task) = header.as_ref().map(task_of).transpose()?.flatten() {
         allow(Limit::SETTINGS)?;
         if task.name() == NutsAndBolts::default().name() {
             let spec = NutsAndBolts::parse(bytes, name)?;
@@ -131,20 +131,20 @@ impl<'de> Deserialize<'de> for Head {
 }
 
 /// Returns the task that has most of these settings; `None` if no task has the first.
-fn task_of(Head { keys, .. }: &Head) -> Option<Arc<dyn Task>> {
+fn task_of(Head { keys, .. }: &Head) -> Result<Option<Arc<dyn Task>>, TaskError> {
     let known = |task: &Arc<dyn Task>| {
         let own = task.settings();
         let known = keys.iter().filter(|key| own.get(*key).is_some()).count();
         keys.first().and_then(|first| own.get(first)).map_or(0, |_| known)
     };
     let mut best: Option<(usize, Arc<dyn Task>)> = None;
-    for task in tasks::all() {
+    for task in tasks::all()? {
         let known = known(&task);
         if known > best.as_ref().map_or(0, |(most, _)| *most) {
             best = Some((known, task));
         }
     }
-    best.map(|(_, task)| task)
+    Ok(best.map(|(_, task)| task))
 }
 
 /// Returns whether a file has a single line, as a recording of one snapshot does.

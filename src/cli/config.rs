@@ -2,7 +2,7 @@
 
 use anyhow::Error;
 use serde_json::{Value, json};
-use symbolt::task::tasks;
+use symbolt::task::{TaskError, tasks};
 
 use super::Outcome;
 use super::args::ConfigArgs;
@@ -11,7 +11,7 @@ use super::output::{Grid, emit, emit_json};
 pub(crate) fn config(args: &ConfigArgs) -> Result<Outcome, Error> {
     let out = args.out.place()?;
     if args.task.listed() {
-        out.write(&table())?;
+        out.write(&table()?)?;
         return Ok(Outcome::Done);
     }
     out.write(&format!("{:#}\n", args.task.task()?.settings()))?;
@@ -21,21 +21,21 @@ pub(crate) fn config(args: &ConfigArgs) -> Result<Outcome, Error> {
 /// Prints the tasks.
 pub(crate) fn list(as_json: bool) -> Result<Outcome, Error> {
     if as_json {
-        let all = tasks::all();
+        let all = tasks::all()?;
         let task = |task: &std::sync::Arc<dyn tasks::Task>| json!({"name": task.name(), "description": task.description()});
         let lines: Vec<Value> = all.iter().map(task).collect();
         emit_json(&lines)?;
         return Ok(Outcome::Done);
     }
-    emit(&table())?;
+    emit(&table()?)?;
     Ok(Outcome::Done)
 }
 
 /// Returns the table of the tasks.
-fn table() -> String {
+fn table() -> Result<String, TaskError> {
     let mut grid = Grid::new(&["task", "the robot has to"]);
-    for task in tasks::all() {
+    for task in tasks::all()? {
         grid.row([task.name().to_owned(), task.description().to_owned()]);
     }
-    grid.to_string()
+    Ok(grid.to_string())
 }

@@ -19,8 +19,8 @@ use super::page::base64;
 use super::trace::MAX_EPISODE_S;
 use crate::files::npz::{NpzError, NpzReader, NpzWriter};
 use crate::task::TaskError;
-use crate::task::event::SceneFrame;
 use crate::task::execute::ActivityRecorder;
+use crate::task::scene::SceneFrame;
 
 /// The arrays of a run's recorded episode.
 #[derive(Debug, Clone, PartialEq)]

@@ -95,7 +95,8 @@ impl RunFacts {
             false => tasks::by_name(&self.task)?.with_settings(settings.as_bytes(), "run.json")?,
         };
         let scene = task.scene(Seed::new(self.scene_seed))?;
-        scene.check().map(|()| scene)
+        scene.check()?;
+        Ok(scene)
     }
 
     /// Name and version of the format.

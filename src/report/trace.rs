@@ -7,7 +7,8 @@ use std::fmt::Write as _;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use crate::task::event::{Decided, Ended, EpisodeReport, Event, Observer, SkillReport, Touched};
+use crate::robot::SkillReport;
+use crate::task::event::{Decided, Ended, EpisodeReport, Event, Observer, Touched};
 
 /// How an episode ended.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -203,7 +204,8 @@ pub(super) fn unfinished(lines: &[Line], episodes: Option<usize>) -> Option<Stri
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::task::event::{Recovery, RecoveryKind, SkillOutcome};
+    use crate::robot::SkillOutcome;
+    use crate::task::event::{Recovery, RecoveryKind};
 
     /// Two episodes in the older format, with skills on lines of their own.
     const OLD: &str = r#"{"episode":0,"decision":{"asked_s":0.0,"took_ms":3.0,"holds":["A"],"action":"PUT","begun":false}}

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use crate::robot::SkillOutcome;
 use crate::study::statistics::Rate;
-use crate::task::event::{Ended, EpisodeReport, SkillOutcome};
+use crate::task::event::{Ended, EpisodeReport};
 
 /// Counts and measurements over several episodes.
 #[derive(Debug, Clone, PartialEq, Default)]

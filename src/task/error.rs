@@ -7,6 +7,7 @@ use thiserror::Error;
 
 use crate::files::FileError;
 use crate::neurons::SolvedFileError;
+use crate::robot::RobotError;
 use crate::sim::{BuildErrors, SimError};
 use crate::spa::VocabError;
 
@@ -217,6 +218,19 @@ pub enum TaskError {
         /// What the planner was doing at the limit, such as `recognising the goal`.
         doing: String,
     },
+}
+
+impl From<RobotError> for TaskError {
+    fn from(error: RobotError) -> Self {
+        match error {
+            RobotError::Setting { name, value, expected } => {
+                Self::Setting { name, value, expected }
+            }
+            RobotError::Range { name, value, least, most } => {
+                Self::Range { name, value, least, most }
+            }
+        }
+    }
 }
 
 fn near(nearest: &Option<String>) -> String {

@@ -268,22 +268,25 @@ fn texts() -> Vec<Format> {
 
 fn settings() -> Vec<Format> {
     let files = [
-        &include_bytes!("../../src/task/tasks/files/flange.json")[..],
+        &include_bytes!("../../src/task/tasks/files/cup.json")[..],
+        include_bytes!("../../src/task/tasks/files/drawer.json"),
+        include_bytes!("../../src/task/tasks/files/flange.json"),
+        include_bytes!("../../src/task/tasks/files/movable-jig.json"),
         include_bytes!("../../src/task/tasks/files/sorting.json"),
         include_bytes!("../../src/task/tasks/files/table-setting.json"),
         include_bytes!("../../src/task/tasks/files/tower.json"),
     ];
     let files = files.map(<[u8]>::to_vec).to_vec();
-    let plain: Vec<String> = tasks::all().iter().map(|task| task.settings().to_string()).collect();
+    let tasks = tasks::all().expect("all are valid");
+    let plain: Vec<String> = tasks.iter().map(|task| task.settings().to_string()).collect();
     let plain = plain.into_iter().map(String::into_bytes).collect();
     let nuts = json!(NutsAndBolts::default()).to_string().into_bytes();
-    let tasks = tasks::all();
     let mut any = format("settings", 2, plain, move |bytes| {
         tasks.iter().filter(|task| task.with_settings(bytes, "x").is_ok()).count() > 0
     });
     any.sound = false;
     vec![
-        format("task file", 4, files, |bytes| DataTask::parse(bytes, "x").is_ok()),
+        format("task file", 7, files, |bytes| DataTask::parse(bytes, "x").is_ok()),
         format("nuts and bolts", 12, vec![nuts], |bytes| NutsAndBolts::parse(bytes, "x").is_ok()),
         any,
     ]

@@ -5,10 +5,11 @@ use std::sync::Arc;
 
 use serde_json::Value;
 use symbolt::files::ResultFolder;
+use symbolt::robot::{SkillOutcome, SkillReport};
 use symbolt::sim::Seed;
 use symbolt::study::catalogue::{Options, find};
 use symbolt::study::experiment::{Run, Shard};
-use symbolt::task::event::{Event, SkillOutcome, SkillReport};
+use symbolt::task::event::Event;
 use symbolt::task::execute::{
     EpisodeSpec, demonstrate, demonstrate_observed, episode, episode_observed,
 };

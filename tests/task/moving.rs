@@ -7,21 +7,45 @@
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
+use symbolt::robot::{SkillOutcome, SkillReport};
 use symbolt::sim::Seed;
-use symbolt::task::event::{SkillOutcome, SkillReport};
 use symbolt::task::execute::{EpisodeSpec, Perturbation, episode};
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::{Planner, PlannerSpec};
 use symbolt::task::robot::BodyFrame;
 use symbolt::task::scene::{BodyId, Scene, SceneSpec};
 use symbolt::task::skill::{Robot, Target};
-use symbolt::task::tasks::cup::Cup;
-use symbolt::task::tasks::drawer::Drawer;
-use symbolt::task::tasks::nuts_and_bolts::{MovableJig, NutsAndBolts};
+use symbolt::task::tasks::file::{DataTask, Quantity, Region};
 use symbolt::task::tasks::{self, Task};
 use symbolt::task::{Grounding, Pose, SnapshotEvent, demonstrate};
 
 const JIG: BodyId = BodyId::Fixture(0);
+
+const CUP: &str = include_str!("../src/task/tasks/files/cup.json");
+const DRAWER: &str = include_str!("../src/task/tasks/files/drawer.json");
+const MOVABLE: &str = include_str!("../src/task/tasks/files/movable-jig.json");
+
+fn file(text: &str) -> DataTask {
+    DataTask::parse(text.as_bytes(), "task.json").expect("it is valid")
+}
+
+/// Returns the drawer task with one or two blocks.
+fn drawer(blocks: usize) -> DataTask {
+    let mut file = file(DRAWER).file().clone();
+    if blocks == 2 {
+        file.parts[1].starts[0].count = 2;
+        let inside = &mut file.goal[0];
+        inside.quantity = Quantity::AtLeast(2);
+        let [first, second] = [-0.022, 0.022].map(|y| {
+            let mut place = inside.places[0];
+            place.position[1] = y;
+            place
+        });
+        inside.places = vec![first, second];
+        inside.within_m[1] = Some(0.02);
+    }
+    DataTask::new(file).expect("it is valid")
+}
 
 fn built(task: &dyn Task, seed: u64) -> Scene {
     Scene::new(task.scene(Seed::new(seed)).expect("it can be drawn")).expect("it can be built")
@@ -72,7 +96,7 @@ fn distance(a: &Pose, b: &Pose) -> f64 {
 #[test]
 fn a_drawer_is_opened_filled_and_closed_by_friction_alone() {
     for blocks in [1, 2] {
-        let task = Drawer { blocks, ..Drawer::default() };
+        let task = drawer(blocks);
         let scene = built(&task, 1);
         assert_eq!((scene.joint_counts(), scene.sliders()), ((9, 0), 1));
         let shown = demonstrate(&task, 1, Seed::new(1)).expect("it can be shown");
@@ -96,7 +120,7 @@ fn a_drawer_is_opened_filled_and_closed_by_friction_alone() {
 
 #[test]
 fn a_drawer_goes_no_farther_than_its_guide_and_not_beside_it() {
-    let task = Drawer::default();
+    let task = drawer(1);
     let mut scene = built(&task, 2);
     let at = scene.body_frame(0).expect("there");
     let to = |by: [f64; 3]| {
@@ -120,7 +144,7 @@ fn a_drawer_goes_no_farther_than_its_guide_and_not_beside_it() {
 
 #[test]
 fn an_open_drawer_with_everything_in_it_is_not_solved() {
-    let task = Drawer::default();
+    let task = drawer(1);
     let mut scene = built(&task, 3);
     let inside = |scene: &Scene| {
         let [x, y, z] = scene.part(0).expect("there").position;
@@ -143,7 +167,7 @@ fn an_open_drawer_with_everything_in_it_is_not_solved() {
 
 #[test]
 fn a_target_may_say_the_whole_orientation_or_nothing_about_it() {
-    let task = Drawer::default();
+    let task = drawer(1);
     for angle in [0.3f64, 1.1] {
         let mut scene = built(&task, 4);
         let (sin, cos) = (angle / 2.0).sin_cos();
@@ -166,16 +190,16 @@ fn a_target_may_say_the_whole_orientation_or_nothing_about_it() {
 
 #[test]
 fn a_jig_takes_along_what_lies_in_it_and_its_places_follow() {
-    let task = MovableJig::default();
+    let task = file(MOVABLE);
     let mut scene = built(&task, 1);
     let [pocket, hole] = [0, 1].map(|i| scene.landmark(i).expect("there"));
     assert_ne!(pocket, built(&task, 2).landmark(0).expect("there"), "another place in each scene");
     // A nut is put into the pocket by another hand.
-    let half = task.assembly.part.nut_height_m / 2.0;
     let [x, y, z] = pocket.position;
-    scene.disturb(0, &Pose { position: [x, y, z + half + 1e-3], ..pocket });
+    scene.disturb(0, &Pose { position: [x, y, z + 0.009], ..pocket });
     rest(&mut scene);
-    assert_eq!(task.assembly.assembly(&scene).nut_in_pocket, Some(0));
+    let held = |scene: &Scene| task.judge(scene).achieved;
+    assert_eq!(held(&scene), ["nut in the pocket: part 0, jig_0"]);
     assert_eq!(scene.carried(0), [0]);
     let bystander = scene.part(1).expect("there");
     let before = scene.body(JIG).expect("it moves");
@@ -183,8 +207,8 @@ fn a_jig_takes_along_what_lies_in_it_and_its_places_follow() {
     assert!(distance(&before, &pose) > 5e-3 && scene.room_for(JIG, &pose));
     scene.displace(JIG, &pose);
     rest(&mut scene);
-    assert_eq!(scene.body(JIG), Some(pose));
-    assert_eq!(task.assembly.assembly(&scene).nut_in_pocket, Some(0));
+    assert!(distance(&scene.body(JIG).expect("it moves"), &pose) < 1e-9);
+    assert_eq!(held(&scene), ["nut in the pocket: part 0, jig_0"]);
     let moved = [0, 1].map(|i| scene.landmark(i).expect("there"));
     assert!(distance(&moved[0], &pocket) > 5e-3);
     assert!((distance(&moved[0], &moved[1]) - distance(&pocket, &hole)).abs() < 1e-9);
@@ -201,9 +225,20 @@ fn a_jig_takes_along_what_lies_in_it_and_its_places_follow() {
 /// The places of this jig never differ, so that states learned in the scene's frame hold.
 #[test]
 fn a_hand_that_moves_the_jig_during_an_episode_takes_along_what_lies_in_it() {
-    let assembly = NutsAndBolts::default();
-    let task =
-        MovableJig { assembly, blocks: 0, spread_m: 0.0, spread_deg: 0.0, ..MovableJig::default() };
+    let mut still = file(MOVABLE).file().clone();
+    still.parts.truncate(2);
+    for part in &mut still.parts {
+        part.starts[0].count = 1;
+    }
+    let region = Region {
+        low: [0.47, -0.16],
+        high: None,
+        yaw_deg: [0.0; 2],
+        ..still.perturbations[0].to.clone()
+    };
+    still.references[0].starts[0].region = Some(region.clone());
+    still.perturbations[0].to = region;
+    let task = DataTask::new(still).expect("it is valid");
     let shown = demonstrate(&task, 2, Seed::new(1)).expect("it can be shown");
     assert_eq!(shown.solved, 2, "{:?}", shown.skills);
     let domain = learn(&shown.recording, &Settings::default()).expect("it teaches").domain;
@@ -236,7 +271,7 @@ fn the_tasks_are_demonstrated_in_scenes_that_differ() {
 
 #[test]
 fn a_cup_upside_down_over_the_cube_is_not_filled() {
-    let task = Cup::default();
+    let task = file(CUP);
     let mut scene = built(&task, 1);
     let pose = scene.part(0).expect("there");
     let [x, y, z] = pose.position;
@@ -254,7 +289,7 @@ fn a_cup_upside_down_over_the_cube_is_not_filled() {
 #[test]
 fn landmarks_and_guides_without_a_body_are_refused() {
     let refused = |change: fn(&mut SceneSpec)| {
-        let mut spec = Drawer::default().scene(Seed::new(1)).expect("drawn");
+        let mut spec = drawer(1).scene(Seed::new(1)).expect("drawn");
         change(&mut spec);
         Scene::new(spec).map(|_| ()).expect_err("it is refused").to_string()
     };
@@ -269,9 +304,6 @@ fn landmarks_and_guides_without_a_body_are_refused() {
     for (name, message) in cases {
         assert!(message.starts_with(&format!("`{name}` is ")), "{name}: {message}");
     }
-    assert!(Cup { friction: 0.0, ..Cup::default() }.check().is_err());
-    assert!(Drawer { blocks: 3, ..Drawer::default() }.check().is_err());
-    assert!(MovableJig { block_kind: "nut".into(), ..MovableJig::default() }.check().is_err());
 }
 
 #[test]

@@ -15,6 +15,7 @@ use symbolt::task::learn::{Settings, learn_relational};
 use symbolt::task::planner::PlannerBuild;
 use symbolt::task::relational::RelationalDomain;
 use symbolt::task::tasks::Task;
+use symbolt::task::tasks::file::DataTask;
 use symbolt::task::{Sensing, tasks};
 
 use std::sync::Arc;
@@ -60,6 +61,19 @@ fn a_drawer_is_opened_filled_and_closed_as_it_was_shown() {
     assert!(put[1].reference.as_ref().is_some_and(|r| r.starts_with("drawer")), "{put:?}");
 }
 
+/// The file is one that knows nothing of the built-in tasks.
+#[test]
+fn a_box_with_a_sliding_lid_is_learned_from_a_file_and_done() {
+    let text = include_bytes!("fixtures/tasks/box-with-lid.json");
+    let task: Arc<dyn Task> = Arc::new(DataTask::parse(text, "lid.json").expect("it is valid"));
+    let domain = learned(&*task, 5, &Sensing::default(), Seed::new(1));
+    let report = episode(&task, &domain, Sensing::default(), 100);
+    assert!(report.solved && !report.false_goal(), "{report:?}");
+    let put: Vec<_> = report.decisions.iter().filter_map(|d| d.chosen.as_ref()).collect();
+    let objects: Vec<&str> = put.iter().map(|chosen| chosen.object.as_str()).collect();
+    assert_eq!(objects, ["lid_0", "cube_0", "lid_0"], "{report:?}");
+}
+
 #[test]
 #[ignore = "long statistics: 40 demonstrations and 80 episodes"]
 fn tasks_are_done_in_scenes_unlike_those_shown() {
@@ -76,7 +90,7 @@ fn tasks_are_done_in_scenes_unlike_those_shown() {
     let demos = number("DEMOS").unwrap_or(5.0) as usize;
     let seed = Seed::new(number("SEED").unwrap_or(1.0) as u64);
     let of = number("EPISODES").unwrap_or(10.0) as u64;
-    let all = tasks::all();
+    let all = tasks::all().expect("all are valid");
     assert_eq!(all.len(), 8);
     for task in all.iter().filter(|t| only.as_ref().is_none_or(|o| o == t.name())) {
         let domain = learned(&**task, demos, &sensing, seed);

@@ -7,8 +7,9 @@ use std::f64::consts::{FRAC_PI_3, FRAC_PI_6};
 use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
+use symbolt::robot::{SkillOutcome, SkillReport};
 use symbolt::sim::{RunConfig, Seed, SimDuration, SimError, Simulator};
-use symbolt::task::event::{Doing, Ended, EpisodeReport, RecoveryKind, SkillOutcome, SkillReport};
+use symbolt::task::event::{Doing, Ended, EpisodeReport, RecoveryKind};
 use symbolt::task::execute::{EpisodeSpec, EpisodeWorld, Perturbation, episode};
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::{Planner, PlannerSpec};

@@ -10,8 +10,8 @@ use super::rest::{draw, fits, rest};
 use super::spec::{Count, Job, Kind, Lie, Quota, Rule, Spec, Start};
 use super::truth::{Extent, Need};
 use super::{Resting, Run, Stage};
+use crate::robot::pose::quaternion_array;
 use crate::sim::Seed;
-use crate::task::domain::pose::quaternion_array;
 use crate::task::domain::{ObjectPose, Pose, Snapshot};
 
 /// Two objects on one reference object cannot be closer than this, in metres.

@@ -9,9 +9,9 @@ use super::explore::explore;
 use super::run::RuleRun;
 use super::truth::{Explored, Extent, Need, TrueAction, TrueGoal, TrueState, Truth, Turn};
 use super::{Run, Stage, World};
+use crate::robot::pose::quaternion_array;
 use crate::sim::Seed;
 use crate::task::domain::Pose;
-use crate::task::domain::pose::quaternion_array;
 
 /// How many objects of a kind there are.
 #[derive(Debug, Clone, Copy)]

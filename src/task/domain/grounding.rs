@@ -5,9 +5,9 @@
 use nalgebra::Vector3;
 
 use super::distance::{PAPER_EXPONENT, check_exponent, p_distance};
-use super::pose::Pose;
 use super::recording::Snapshot;
 use super::tolerance::{Directions, Offset, PLAY, Pool, between, predictive, tilt, up_axis};
+use crate::robot::Pose;
 use crate::task::domain::{Domain, LearnedState, Origin, State, StateId, WorldState};
 use crate::task::error::TaskError;
 

@@ -33,7 +33,6 @@ mod file;
 pub(crate) mod grounding;
 mod ids;
 mod operator;
-pub(crate) mod pose;
 mod provenance;
 pub(crate) mod recording;
 pub(crate) mod reference;
@@ -52,7 +51,6 @@ pub(crate) use file::fields;
 pub use grounding::{Classifier, GaussianGate, Grounded, Grounding, MIN_DISTINCT};
 pub use ids::{ActionId, StateId};
 pub use operator::{Evidence, Operator, Parameter};
-pub use pose::{Pose, mean_orientation, rotation_between};
 pub use provenance::{KindClusters, Provenance};
 pub use recording::{Demonstration, Labels, ObjectPose, Recording, Snapshot, SnapshotEvent};
 pub(crate) use reference::obstacles;
@@ -63,6 +61,7 @@ pub use tolerance::Offset;
 pub use verdict::{Commitment, Obstacle, Rules, Verdict};
 pub use world::WorldState;
 
+pub use crate::robot::{Pose, mean_orientation, rotation_between};
 use crate::spa::nearest_name;
 use crate::task::error::TaskError;
 

@@ -6,8 +6,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
-use super::pose::{Pose, quaternion_array};
 use super::recording::{Demonstration, Recording, Snapshot};
+use crate::robot::pose::{Pose, quaternion_array};
 use crate::sim::Seed;
 use crate::task::error::TaskError;
 

@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::pose::Pose;
 use super::tolerance::WILD_RAD;
+use crate::robot::Pose;
 
 /// A state that an object of one kind can be in.
 #[derive(Debug, Clone, PartialEq)]

@@ -22,7 +22,7 @@
 
 use nalgebra::Vector3;
 
-use super::pose::Pose;
+use crate::robot::Pose;
 
 /// Standard deviations in the three directions: in height and sideways in metres, and of the tilt about each horizontal
 /// axis in radians.

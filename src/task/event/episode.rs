@@ -5,21 +5,8 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use super::recovery::Recovery;
-use super::skill::{SkillOutcome, SkillReport, Touch};
-use crate::task::domain::{Obstacle, Offset, Pose};
-
-/// A picture frame: the poses of robot and parts at one moment.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SceneFrame {
-    /// Simulated time, in seconds.
-    pub t: f64,
-    /// Joint angles, in radians.
-    pub angles: [f64; 7],
-    /// Distance of each finger from the middle of the gripper, in metres.
-    pub fingers: [f64; 2],
-    /// Poses of all parts in the scene's order, then of the movable fixtures.
-    pub parts: Vec<Pose>,
-}
+use crate::robot::{Pose, SkillOutcome, SkillReport, Touch};
+use crate::task::domain::{Obstacle, Offset};
 
 /// One decision of the planner graph, with the skill that followed it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

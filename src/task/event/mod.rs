@@ -7,6 +7,7 @@
 //! To count dropped parts:
 //!
 //! ```
+//! use symbolt::robot::SkillOutcome;
 //! use symbolt::task::event::{Event, Observer};
 //!
 //! #[derive(Default)]
@@ -14,7 +15,7 @@
 //! impl Observer for Drops {
 //!     fn observe(&mut self, event: &Event<'_>) {
 //!         if let Event::SkillEnded { report, .. } = event {
-//!             self.0 += usize::from(report.outcome == symbolt::task::event::SkillOutcome::Dropped);
+//!             self.0 += usize::from(report.outcome == SkillOutcome::Dropped);
 //!         }
 //!     }
 //! }
@@ -22,13 +23,14 @@
 
 mod episode;
 mod recovery;
-mod skill;
 
+use crate::robot::SkillReport;
 use crate::sim::SimView;
+#[cfg(feature = "physics")]
+use crate::task::scene::SceneFrame;
 
-pub use episode::{Chosen, Decided, Ended, EpisodeReport, InNoState, SceneFrame, Touched};
+pub use episode::{Chosen, Decided, Ended, EpisodeReport, InNoState, Touched};
 pub use recovery::{Recovery, RecoveryKind};
-pub use skill::{SkillOutcome, SkillReport, Touch};
 
 /// An event. Times are in simulated seconds, counted from the moment at which the parts have settled on the table.
 #[derive(Clone, Copy)]
@@ -68,7 +70,7 @@ pub enum Event<'a> {
     },
     /// A skill has ended.
     ///
-    /// In a demonstration, a skill that cannot begin ([`SkillOutcome::Unreachable`]) sends this event without a
+    /// In a demonstration, a skill that cannot begin ([`Unreachable`](crate::robot::SkillOutcome::Unreachable)) sends this event without a
     /// [`Event::SkillBegan`]. A skill that is still running when its episode reaches a limit does not send this event.
     SkillEnded {
         /// Time of the event.
@@ -93,6 +95,7 @@ pub enum Event<'a> {
     /// The planner graph has reached a decision.
     Decided(&'a Decided),
     /// A picture frame was taken.
+    #[cfg(feature = "physics")]
     Framed(&'a SceneFrame),
     /// An episode has ended.
     EpisodeEnded(&'a EpisodeReport),

@@ -5,28 +5,22 @@
 //!    by the task's grasps, those that failed last; then by any other grasp.
 //! 2. Another order: the graph is asked again as if the action were done already. What it decides then is carried out
 //!    if its preconditions hold in fact.
-//! 3. The detours of [`recover`](super::recover).
+//! 3. The detours of [`recovery`](super::recovery).
 //!
 //! If nothing is left, the episode ends.
 
 use rand::RngExt;
 
-use super::attempts::{Attempt, Means, What};
 use super::live::{Live, Phase, REST, Tools};
-use super::means;
 use super::mind::{Choice, Choices, Seen};
-use super::recover::{Detour, View, Wanted, clearing, detours};
+use super::recovery::attempts::{Attempt, Means, What};
+use super::recovery::{Wanted, places};
 use crate::task::domain::{ActionId, Obstacle, Pose};
 use crate::task::event::{Ended, Recovery, RecoveryKind};
 use crate::task::skill::{self, Grasp, Target};
 
 /// Number of other orders that are asked for before a detour.
 const ORDERS: usize = 3;
-/// Speed above which a part is not at rest, in metres per second.
-const MOVES_M_S: f64 = 0.02;
-/// Number of detours of an episode, and more for each part.
-const DETOURS: (usize, usize) = (6, 3);
-
 /// A family of means.
 type Family = fn(usize) -> Means;
 
@@ -87,41 +81,8 @@ impl Live {
         self.recover(tools, &seen, None)
     }
 
-    fn view<'v>(&'v self, seen: &'v Seen) -> View<'v> {
-        let Self { scene, in_no_state, homes, .. } = self;
-        View { scene, seen, in_no_state, homes }
-    }
-
-    /// Recovers where no action can be carried out, or where the planner is stuck; ends the episode if nothing is left.
-    pub fn recover(&mut self, tools: &Tools<'_>, seen: &Seen, stuck: Option<Obstacle>) -> Phase {
-        let view = self.view(seen);
-        let mut in_the_way = match stuck {
-            Some(Obstacle::NothingCauses { state }) => tools.mind.in_the_way(state, &self.memory),
-            _ => Vec::new(),
-        };
-        // A pin may have to be lifted out of its ring, or the ring off the pin.
-        in_the_way.sort_by_key(|(part, _)| {
-            self.attempts.tries(&What::detour(RecoveryKind::Clear, *part))
-        });
-        let mut all = clearing(&view, &in_the_way);
-        // What was wanted can be wrong if the graph is stuck for another reason.
-        all.extend(detours(&view, &self.wanted, true));
-        self.pretended.clear();
-        for detour in all {
-            if let Some(phase) = self.detour(tools, &detour) {
-                return phase;
-            }
-        }
-        let mut parts = 0..self.scene.part_count();
-        match parts.any(|part| self.scene.part_speed(part) > MOVES_M_S) {
-            // A part that still falls or rolls may come to be in a state, or be lost.
-            true => Phase::Rest { left: REST },
-            false => Phase::Over(self.given_up(stuck)),
-        }
-    }
-
     /// Returns how the episode ends if nothing is left to try.
-    fn given_up(&self, stuck: Option<Obstacle>) -> Ended {
+    pub fn given_up(&self, stuck: Option<Obstacle>) -> Ended {
         let objects = self.lost();
         match (&self.impossible, stuck) {
             (None, _) if !objects.is_empty() => Ended::Lost { objects },
@@ -135,7 +96,7 @@ impl Live {
     /// Returns the ids of the parts that fell off the table.
     pub fn lost(&self) -> Vec<String> {
         let lost = (0..self.scene.part_count()).filter(|part| self.scene.lost(*part));
-        lost.map(|part| means::name(&self.scene, part)).collect()
+        lost.map(|part| places::name(&self.scene, part)).collect()
     }
 
     /// Begins the first choice that works. With `careful`, choices at whose target another part lies wrongly are left
@@ -156,7 +117,7 @@ impl Live {
                 if !careful && !left.contains(&choice.what) {
                     continue;
                 }
-                let name = means::name(&self.scene, choice.part);
+                let name = places::name(&self.scene, choice.part);
                 let mut skip = |why: String, untried: bool, jammed: bool| {
                     skipped.push(Skipped { what: choice.what.clone(), why, untried, jammed });
                 };
@@ -165,11 +126,11 @@ impl Live {
                     skip(why, false, how.is_about_target());
                     continue;
                 }
-                let view = self.view(seen);
+                let plight = self.plight(seen);
                 let wide = self.attempts.occupied(&choice.what) > 0;
-                let wrong = view.wrongly_at(&Wanted::of(choice, String::new(), false), wide);
+                let wrong = plight.wrongly_at(&Wanted::of(choice, String::new(), false), wide);
                 if let Some(other) = wrong.first().filter(|_| careful) {
-                    let other = view.name(*other);
+                    let other = plight.name(*other);
                     skip(format!("{other} lies wrongly where {name} is to be put"), true, false);
                     continue;
                 }
@@ -199,7 +160,7 @@ impl Live {
     }
 
     /// Begins to take a part and put it at a target, by the task's grasps or by any other. Returns the grasp.
-    fn begin(
+    pub fn begin(
         &mut self,
         tools: &Tools<'_>,
         what: &What,
@@ -224,14 +185,14 @@ impl Live {
     }
 
     /// Remembers an attempt that begins.
-    fn note(&mut self, what: &What, means: Means, detour: bool) {
+    pub fn note(&mut self, what: &What, means: Means, detour: bool) {
         let start = self.scene.part(what.part).unwrap_or(Pose::at([0.0; 3]));
         self.attempts.begin(Attempt::begun(what.clone(), means, start, detour));
     }
 
     /// Describes how a choice differs from what was tried before; `None` if it is the decided action as usual.
     fn recovery(&self, choice: &Choice, means: Means, skipped: &[Skipped]) -> Option<Recovery> {
-        let object = means::name(&self.scene, choice.part);
+        let object = places::name(&self.scene, choice.part);
         let attempt = self.attempts.tries(&choice.what) + 1;
         let recovery =
             |kind, why: String| Some(Recovery { kind, object: object.clone(), why, attempt });
@@ -250,7 +211,7 @@ impl Live {
         let last =
             self.attempts.last().filter(|a| !a.detour && a.what.action == choice.what.action);
         if let Some((last, how)) = last.and_then(|a| Some((a, a.failure()?))) {
-            let why = format!("{} {}", means::name(&self.scene, last.what.part), how.text());
+            let why = format!("{} {}", places::name(&self.scene, last.what.part), how.text());
             if last.what != choice.what {
                 return recovery(differs(&last.what), why);
             }
@@ -263,65 +224,6 @@ impl Live {
             }
             _ => None,
         }
-    }
-
-    /// Takes out a part that lies wrongly at a wanted target.
-    fn reseat(&mut self, tools: &Tools<'_>, seen: &Seen) -> Option<Phase> {
-        let view = self.view(seen);
-        let first = |d: &Detour| d.kind == RecoveryKind::Reseat && view.in_no_state[d.part];
-        let all: Vec<Detour> =
-            detours(&view, &self.wanted, false).into_iter().filter(first).collect();
-        all.iter().find_map(|detour| self.detour(tools, detour))
-    }
-
-    /// Begins a detour; `None` if it is not possible or was tried often enough.
-    fn detour(&mut self, tools: &Tools<'_>, detour: &Detour) -> Option<Phase> {
-        let Detour { kind, part, ref why, .. } = *detour;
-        let what = What::detour(kind, part);
-        let start = self.scene.part(part)?;
-        let most = DETOURS.0 + DETOURS.1 * self.scene.part_count();
-        if self.attempts.detours() >= most || !self.attempts.may_detour(&what, &start) {
-            return None;
-        }
-        let begun = match kind {
-            RecoveryKind::Push => self.push(&what, &start),
-            _ => self.move_away(tools, &what, detour.strict),
-        };
-        let means = begun?;
-        let object = means::name(&self.scene, part);
-        let attempt = self.attempts.tries(&what) + 1;
-        self.note(&what, means, true);
-        if let Some(decided) = self.log.decisions.last_mut() {
-            decided.recovery = Some(Recovery { kind, object, why: why.clone(), attempt });
-        }
-        self.pretended.clear();
-        self.wanted.clear();
-        self.impossible = None;
-        Some(Phase::Act)
-    }
-
-    /// Begins to put a part at a free place.
-    fn move_away(&mut self, tools: &Tools<'_>, what: &What, strict: bool) -> Option<Means> {
-        let places = means::free_places(&self.scene, what.part, &self.homes, strict);
-        for any in [false, true] {
-            for place in &places {
-                if let Some(means) = self.begin(tools, what, what.part, *place, any) {
-                    return Some(means);
-                }
-            }
-        }
-        None
-    }
-
-    /// Begins to push a part.
-    fn push(&mut self, what: &What, start: &Pose) -> Option<Means> {
-        let pushes = skill::pushes(&self.scene, what.part);
-        let usable = self.attempts.usable(what, start, pushes.len(), Means::Push);
-        let first = usable.into_iter().find(|index| {
-            let push = &pushes[*index];
-            self.robot.begin_push(&self.scene, push).is_ok()
-        });
-        first.map(Means::Push)
     }
 
     /// Draws whether and when the next skill drops its part, from the seed and the number of skills so far.

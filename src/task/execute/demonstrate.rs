@@ -4,10 +4,11 @@
 //! executor know the demonstrations only from this recording.
 
 use super::recorder::Recorder;
+use crate::robot::{SkillReport, Touch};
 use crate::sim::{Seed, warn_if_unoptimised};
 use crate::task::domain::{Demonstration, Recording, Sensing, SnapshotEvent};
 use crate::task::error::TaskError;
-use crate::task::event::{Event, Ignore, Observer, SkillReport, Touch, Touched};
+use crate::task::event::{Event, Ignore, Observer, Touched};
 use crate::task::scene::Scene;
 use crate::task::skill::Robot;
 use crate::task::tasks::{Demonstrator, Task};

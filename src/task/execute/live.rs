@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::attempts::{Attempts, near};
 use super::log::Log;
 use super::mind::{Memory, Mind, Seen};
 use super::recorder::Recorder;
-use super::recover::Wanted;
+use super::recovery::Wanted;
+use super::recovery::attempts::{Attempts, near};
 use super::{EpisodeSpec, senses};
 use crate::sim::{Real, Seed};
 use crate::task::domain::{ActionId, Obstacle, Pose, StateId, Verdict, WorldState};

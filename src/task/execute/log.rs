@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::task::event::{Decided, SceneFrame, SkillReport, Touched};
+use crate::robot::SkillReport;
+use crate::task::event::{Decided, Touched};
+use crate::task::scene::SceneFrame;
 
 /// What has happened so far.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]

@@ -8,8 +8,8 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::attempts::{Attempts, What};
 use super::choose;
+use super::recovery::attempts::{Attempts, What};
 use crate::task::domain::{ActionId, Classifier, Grounding, Pose, Snapshot, StateId, WorldState};
 use crate::task::error::TaskError;
 use crate::task::event::{Chosen, InNoState};

@@ -72,16 +72,14 @@
 
 mod act;
 mod activity;
-mod attempts;
 mod choose;
 mod demonstrate;
 mod guess;
 mod live;
 mod log;
-mod means;
 mod mind;
 mod recorder;
-mod recover;
+mod recovery;
 mod relational;
 mod senses;
 mod world;
@@ -95,8 +93,9 @@ use crate::sim::{
 };
 use crate::task::domain::{Grounding, Sensing, StateId};
 use crate::task::error::TaskError;
-use crate::task::event::{Ended, EpisodeReport, Event, Ignore, Observer, SceneFrame};
+use crate::task::event::{Ended, EpisodeReport, Event, Ignore, Observer};
 use crate::task::planner::Decider;
+use crate::task::scene::SceneFrame;
 pub use crate::task::tasks::Perturbation;
 use crate::task::tasks::{self, Task};
 pub use activity::{ActivityRecorder, ModuleSamples};

@@ -6,10 +6,10 @@ use std::time::{Duration, Instant};
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use super::attempts::{Attempts, What};
 use super::guess::{UNSEEN_M, assumed, is_loose};
 use super::mind::{Belief, Choice, Choices, Memory, Mind, Remembered, Seen};
 use super::recorder::Recorder;
+use super::recovery::attempts::{Attempts, What};
 use super::world::EpisodeWorld;
 use super::{Episode, EpisodeSpec, Teller, senses};
 use crate::sim::{RunConfig, Seed, SimError, Simulator, StopReason, WorldError};

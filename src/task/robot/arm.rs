@@ -15,7 +15,7 @@ use nalgebra::{Matrix6, SMatrix, SVector, Vector6};
 use rapier3d::math::{Pose as Frame, Rotation, Vector};
 
 use super::frame::{frame_of, pose_of};
-use crate::task::domain::Pose;
+use crate::robot::Pose;
 
 /// Number of the arm's joints.
 pub(crate) const JOINTS: usize = 7;

@@ -6,7 +6,7 @@ use std::ops::Mul;
 use rapier3d::math::{Pose as Frame, Rotation, Vector};
 use serde::{Deserialize, Serialize};
 
-use crate::task::domain::Pose;
+use crate::robot::Pose;
 
 pub(crate) fn frame_of(pose: &Pose) -> Frame {
     let [x, y, z, w] = pose.orientation;

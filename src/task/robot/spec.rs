@@ -2,15 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::task::error::TaskError;
-
-/// Returns an error for the first number outside its range. Each entry holds name, number, least and greatest value.
-pub(crate) fn in_range(numbers: &[(&'static str, f64, f64, f64)]) -> Result<(), TaskError> {
-    match numbers.iter().find(|(_, value, least, most)| !(least..=most).contains(&value)) {
-        Some(&(name, value, least, most)) => Err(TaskError::Range { name, value, least, most }),
-        None => Ok(()),
-    }
-}
+use crate::robot::{RobotError, in_range};
 
 /// The gripper: two fingers that close towards each other.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -37,8 +29,8 @@ impl GripperSpec {
     /// Checks the numbers.
     ///
     /// # Errors
-    /// [`TaskError::Range`], naming the setting.
-    pub fn check(&self) -> Result<(), TaskError> {
+    /// [`RobotError::Range`], naming the setting.
+    pub fn check(&self) -> Result<(), RobotError> {
         in_range(&[
             ("gripper.force_n", self.force_n, 0.1, 1e3),
             ("gripper.friction", self.friction, 1e-3, 10.0),
@@ -98,8 +90,8 @@ impl ArmSpec {
     /// Checks the numbers for physics steps of `step_ms` milliseconds.
     ///
     /// # Errors
-    /// [`TaskError::Range`] or [`TaskError::Setting`], naming the setting.
-    pub fn check(&self, step_ms: u64) -> Result<(), TaskError> {
+    /// [`RobotError::Range`] or [`RobotError::Setting`], naming the setting.
+    pub fn check(&self, step_ms: u64) -> Result<(), RobotError> {
         let gain = 1e3 / step_ms.max(1) as f64;
         in_range(&[
             ("arm.position_gain", self.position_gain, 1.0, gain),
@@ -114,7 +106,7 @@ impl ArmSpec {
             ("arm.alarm_m", self.alarm_m, 1e-3, 0.1),
         ])?;
         match self.torque_nm.iter().find(|t| !(0.0..=1e4).contains(*t)) {
-            Some(bad) => Err(TaskError::Setting {
+            Some(bad) => Err(RobotError::Setting {
                 name: "arm.torque_nm",
                 value: bad.to_string(),
                 expected: "0 to 10000 for each joint",

@@ -16,6 +16,8 @@
 //!
 //! This module knows no task: neither the purpose of the bodies nor what the robot should do with them.
 
+mod frame;
+mod furnish;
 mod lost;
 mod moving;
 mod outline;
@@ -25,6 +27,7 @@ mod rest;
 mod shapes;
 mod spec;
 
+pub use frame::SceneFrame;
 pub use outline::{Body, KindOutline, Mesh, Outline};
 pub use physics::Scene;
 pub use spec::{

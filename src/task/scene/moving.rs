@@ -1,66 +1,17 @@
 //! Bodies that move without the robot: fixtures that another hand moves, landmarks attached to a body, and the sliders
 //! of parts.
 
-use rapier3d::dynamics::{
-    GenericJointBuilder, ImpulseJointHandle, JointAxesMask, JointAxis, MotorModel,
-    RigidBodyBuilder, RigidBodyHandle,
-};
-use rapier3d::geometry::{ColliderBuilder, ColliderHandle};
-use rapier3d::math::{Pose as Frame, Rotation, Vector};
-use rapier3d::prelude::{PhysicsWorld, QueryFilter};
+use rapier3d::geometry::ColliderHandle;
+use rapier3d::math::{Pose as Frame, Vector};
+use rapier3d::prelude::QueryFilter;
 
 use super::physics::Scene;
-use super::shapes;
-use super::spec::{BodyId, SceneSpec, Slider};
-use crate::task::domain::Pose;
+use super::spec::BodyId;
+use crate::robot::Pose;
 use crate::task::robot::frame::{frame_of, pose_of};
 
 /// Height above the table at which the room for a fixture is tested, in metres. A fixture touches the table.
 const ABOVE_M: f64 = 1e-3;
-/// Damping of a slider that is strong enough to reach the limit of its friction at once, in newton seconds per metre.
-const SLIDER_DAMPING: f64 = 2e3;
-
-/// Adds the movable fixtures.
-pub(super) fn fixtures(
-    physics: &mut PhysicsWorld,
-    spec: &SceneSpec,
-) -> Vec<Option<RigidBodyHandle>> {
-    let mut add = |fixture: &super::Fixture| {
-        fixture.movable.as_ref()?;
-        let body = physics.insert_body(RigidBodyBuilder::fixed().pose(fixture.frame.frame()));
-        for shape in shapes::hulls(&fixture.pieces) {
-            let collider = ColliderBuilder::new(shape).friction(fixture.friction);
-            physics.insert_collider(collider, Some(body));
-        }
-        Some(body)
-    };
-    spec.fixtures.iter().map(&mut add).collect()
-}
-
-/// Adds the joint of a slider between `base`, or the table, and a part's body.
-pub(super) fn guide(
-    physics: &mut PhysicsWorld,
-    slider: &Slider,
-    base: Option<RigidBodyHandle>,
-    part: RigidBodyHandle,
-) -> ImpulseJointHandle {
-    let base = base.unwrap_or_else(|| physics.insert_body(RigidBodyBuilder::fixed()));
-    let (at, from) = (*physics.bodies[part].position(), *physics.bodies[base].position());
-    let along = Frame::from_rotation(Rotation::from_rotation_arc(
-        Vector::X,
-        Vector::from(slider.axis).normalize(),
-    ));
-    let data = GenericJointBuilder::new(JointAxesMask::LOCKED_PRISMATIC_AXES)
-        .local_frame1(from.inv_mul(&at) * along)
-        .local_frame2(along)
-        .limits(JointAxis::LinX, slider.range_m)
-        .motor_model(JointAxis::LinX, MotorModel::ForceBased)
-        .set_motor(JointAxis::LinX, 0.0, 0.0, 0.0, SLIDER_DAMPING)
-        .motor_max_force(JointAxis::LinX, slider.friction_n)
-        .contacts_enabled(false)
-        .build();
-    physics.insert_impulse_joint(base, part, data)
-}
 
 /// A part's slider as it is now.
 #[derive(Debug, Clone, Copy, PartialEq)]

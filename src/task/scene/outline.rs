@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::shapes;
 use super::spec::{Fixture, Look, Piece, SceneSpec};
-use crate::task::domain::Pose;
+use crate::robot::Pose;
 use crate::task::robot::arm::{self, JOINTS};
 use crate::task::robot::bodies;
 use crate::task::robot::frame::pose_of;

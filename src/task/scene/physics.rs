@@ -32,17 +32,17 @@ use rapier3d::dynamics::{
     FrictionModel, ImpulseJointHandle, IntegrationParameters, JointAxis, MultibodyJointHandle,
     RigidBodyBuilder, RigidBodyHandle, SpringCoefficients,
 };
-use rapier3d::geometry::{ColliderBuilder, ColliderHandle, SharedShape};
+use rapier3d::geometry::{ColliderHandle, SharedShape};
 use rapier3d::math::{Pose as Frame, Vector};
 use rapier3d::prelude::{PhysicsWorld, QueryFilter};
 use serde::{Deserialize, Serialize};
 
+use super::frame::SceneFrame;
 use super::spec::{BodyKind, Handling, SceneSpec};
-use super::{moving, shapes};
+use super::{furnish, shapes};
+use crate::robot::Pose;
+use crate::robot::RobotError;
 use crate::sim::SimDuration;
-use crate::task::domain::Pose;
-use crate::task::error::TaskError;
-use crate::task::event::SceneFrame;
 use crate::task::robot::arm::{self, Angles, JOINTS};
 use crate::task::robot::bodies::{self, RobotBodies};
 use crate::task::robot::frame::{frame_of, pose_of};
@@ -82,13 +82,13 @@ impl Scene {
     ///
     /// # Errors
     /// As [`SceneSpec::check`].
-    pub fn new(spec: SceneSpec) -> Result<Self, TaskError> {
+    pub fn new(spec: SceneSpec) -> Result<Self, RobotError> {
         spec.check()?;
         let mut physics = PhysicsWorld::new();
         physics.gravity = Vector::new(0.0, 0.0, -9.81);
         physics.integration_parameters = parameters(&spec);
-        furnish(&mut physics, &spec);
-        let movable = moving::fixtures(&mut physics, &spec);
+        furnish::still(&mut physics, &spec);
+        let movable = furnish::movable(&mut physics, &spec);
         let robot = bodies::build_robot(&mut physics, &spec.arm, &spec.gripper);
         let (parts, wall) = (Vec::new(), Duration::ZERO);
         let mut scene = Self { spec, physics, robot, parts, movable, steps: 0, wall };
@@ -126,7 +126,7 @@ impl Scene {
         activation.time_until_sleep = 0.3;
         let slider = part.slider.map(|slider| {
             let base = slider.fixture.and_then(|fixture| self.movable[fixture]);
-            moving::guide(&mut self.physics, &slider, base, body)
+            furnish::guide(&mut self.physics, &slider, base, body)
         });
         self.parts.push(PartBody { kind: part.kind, body, collider, slider });
     }
@@ -486,16 +486,5 @@ fn parameters(spec: &SceneSpec) -> IntegrationParameters {
         normalized_max_corrective_velocity: 1.0,
         normalized_allowed_linear_error: 2e-4,
         ..IntegrationParameters::default()
-    }
-}
-
-/// Adds the table, its rim and the fixtures that never move.
-fn furnish(physics: &mut PhysicsWorld, spec: &SceneSpec) {
-    let table = shapes::table(&spec.table).into_iter().map(|piece| (piece, spec.table.friction));
-    let fixtures = spec.fixtures.iter().filter(|fixture| fixture.movable.is_none());
-    let fixtures = fixtures.flat_map(|f| shapes::fixture(f).map(|piece| (piece, f.friction)));
-    for ((at, shape), friction) in table.chain(fixtures) {
-        let collider = ColliderBuilder::new(shape).position(at).friction(friction);
-        physics.insert_collider(collider, None);
     }
 }

@@ -6,7 +6,7 @@ use rapier3d::math::Vector;
 
 use super::physics::CONTACT_M;
 use super::spec::{BodyKind, Fixture, Handling, Look, Part, Piece, SceneSpec, Slider, cuboid};
-use crate::task::domain::Pose;
+use crate::robot::Pose;
 use crate::task::robot::{BodyFrame, Turn};
 use crate::task::scene::Scene;
 

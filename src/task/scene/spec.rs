@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use serde::{Deserialize, Serialize};
 
 use super::shapes::has_volume;
-use crate::task::domain::Pose;
-use crate::task::error::TaskError;
+use crate::robot::Pose;
+use crate::robot::RobotError;
 use crate::task::robot::{ArmSpec, BodyFrame, GripperSpec};
 
 /// A convex piece of a body: its corners in the body's frame, in metres.
@@ -401,11 +401,11 @@ impl SceneSpec {
     /// Checks that the scene can be built. This computes the hulls of all pieces, in well below a millisecond.
     ///
     /// # Errors
-    /// [`TaskError::Setting`] or [`TaskError::Range`], with the setting, its value and what is expected.
-    pub fn check(&self) -> Result<(), TaskError> {
+    /// [`RobotError::Setting`] or [`RobotError::Range`], with the setting, its value and what is expected.
+    pub fn check(&self) -> Result<(), RobotError> {
         if let Some(rule) = RULES.iter().find(|rule| !(rule.holds)(self)) {
             let Rule { name, value, expected, .. } = *rule;
-            return Err(TaskError::Setting { name, value: value(self), expected });
+            return Err(RobotError::Setting { name, value: value(self), expected });
         }
         self.gripper.check()?;
         self.arm.check(self.step_ms)

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_4, PI, TAU};
 use rapier3d::math::{Matrix, Pose as Frame, Rotation, Vector};
 use serde::{Deserialize, Serialize};
 
-use crate::task::domain::Pose;
+use crate::robot::Pose;
 use crate::task::robot::frame::frame_of;
 use crate::task::scene::Symmetry;
 

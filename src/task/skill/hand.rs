@@ -3,9 +3,10 @@
 
 use rapier3d::math::Vector;
 
-use super::controller::{RAISE_M, Robot, Skill, Stage, TOUCH_N};
+use super::drive::{Drive, RAISE_M};
+use super::picking::{Skill, Stage, TOUCH_N};
 use super::reach;
-use crate::task::event::SkillOutcome;
+use crate::robot::SkillOutcome;
 use crate::task::robot::arm::{self, HOME};
 use crate::task::robot::path::Path;
 use crate::task::scene::physics::Scene;
@@ -18,7 +19,7 @@ const FREE_M: f64 = 0.004;
 impl Skill {
     /// After lifting: checks that the part is in the hand, measures how it lies, and plans the way to the
     /// target.
-    pub(super) fn look_into_hand(&mut self, scene: &Scene, robot: &mut Robot) {
+    pub(super) fn look_into_hand(&mut self, scene: &Scene, robot: &mut Drive) {
         let forces = scene.pad_forces(self.part);
         let in_hand = self.measure(scene);
         let moved = self.in_hand.map(|was| (in_hand.translation - was.translation).length());
@@ -31,7 +32,7 @@ impl Skill {
         let held = scene.frame().fingers.into_iter().fold(0.0, f64::max);
         let release_m = scene.handling(self.part).release_m.max(held + FREE_M);
         self.opening = self.opening.min(release_m);
-        let (part, angles, opening) = (self.part, robot.angles(), self.opening);
+        let (part, angles, opening) = (self.part, &robot.angles, self.opening);
         match reach::plan_placing(scene, angles, part, &self.target, &in_hand, opening) {
             Some(placing) => {
                 self.carry_s = placing.carry.iter().map(Path::duration_s).sum();
@@ -49,7 +50,7 @@ impl Skill {
 
     /// Before lowering: measures how the part lies in the hand now, checks that the target is free, and plans
     /// the way down.
-    pub(super) fn aim(&mut self, scene: &Scene, robot: &mut Robot) {
+    pub(super) fn aim(&mut self, scene: &Scene, robot: &mut Drive) {
         let in_hand = self.measure(scene);
         self.in_hand = Some(in_hand);
         if let Some(placing) = &self.placing
@@ -62,29 +63,29 @@ impl Skill {
             return;
         }
         let tool = self.placing.as_ref().map(|p| p.part * in_hand);
-        match tool.and_then(|t| Path::line_to(robot.angles(), &t, &scene.spec().arm)) {
+        match tool.and_then(|t| Path::line_to(&robot.angles, &t, &scene.spec().arm)) {
             Some(path) => self.go(Stage::Lower(path)),
             None => self.fail(SkillOutcome::Unreachable),
         }
     }
 
     /// Moves the open hand away: back along the hand, or up if the arm has hit something or the part was lost.
-    pub(super) fn leave(&mut self, scene: &Scene, robot: &mut Robot) {
+    pub(super) fn leave(&mut self, scene: &Scene, robot: &mut Drive) {
         let arm = &scene.spec().arm;
-        let back = -(arm::tool(robot.angles()).rotation * Vector::Z);
+        let back = -(arm::tool(&robot.angles).rotation * Vector::Z);
         let up = Vector::Z * RAISE_M;
         // A part between the open fingers would be dragged along by a tilted hand that moves up.
         let away = matches!(
             self.failure,
             Some(SkillOutcome::Blocked | SkillOutcome::Dropped | SkillOutcome::TimedOut)
         );
-        let path = Path::line(robot.angles(), back * reach::BACK_M, arm)
+        let path = Path::line(&robot.angles, back * reach::BACK_M, arm)
             .filter(|_| !away)
-            .or_else(|| Path::line(robot.angles(), up, arm))
-            .or_else(|| Path::line(robot.angles(), back * 0.04, arm));
+            .or_else(|| Path::line(&robot.angles, up, arm))
+            .or_else(|| Path::line(&robot.angles, back * 0.04, arm));
         match path {
             Some(path) => self.go(Stage::Retreat(path)),
-            None => self.go(Stage::Retreat(Path::joints(robot.angles(), &HOME, arm, false))),
+            None => self.go(Stage::Retreat(Path::joints(&robot.angles, &HOME, arm, false))),
         }
     }
 }

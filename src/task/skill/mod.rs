@@ -3,7 +3,7 @@
 //! A [`Robot`] runs one skill at a time. [`Robot::begin`] takes a part, a list of [`Grasp`]s and a
 //! [`Target`] with its [`Facing`]. It searches for collision-free paths and refuses at once if there are none. Each
 //! [`Robot::step`] then advances the skill and the physics by one step. In the last step, [`Stepped::ended`]
-//! holds the [`SkillReport`](crate::task::event::SkillReport).
+//! holds the [`SkillReport`](crate::robot::SkillReport).
 //!
 //! | phase | the robot | possible failures |
 //! |---|---|---|
@@ -25,7 +25,7 @@
 //! robot slides it straight along its guide to the target, and opens the hand.
 //!
 //! Every wait has a limit in simulated time, and a whole skill may last 60 s. After any failure the robot
-//! opens the hand, raises it and settles. The [`SkillOutcome`](crate::task::event::SkillOutcome) names the
+//! opens the hand, raises it and settles. The [`SkillOutcome`](crate::robot::SkillOutcome) names the
 //! failure.
 //!
 //! Parts come to rest on edge, upside down, leaning, close to the rim or to each other. For these, there are skills that
@@ -45,8 +45,10 @@
 
 mod antipodal;
 mod controller;
+mod drive;
 mod grasp;
 mod hand;
+mod picking;
 mod push;
 mod pushing;
 mod reach;

@@ -1,12 +1,12 @@
-//! The controller of a push: reach, approach, push, retreat and settle.
+//! A push in progress: reach, approach, push, retreat and settle.
 
 use rapier3d::math::{Pose as Frame, Vector};
 use serde::{Deserialize, Serialize};
 
-use super::controller::{RAISE_M, REST_S, Robot, is_settled};
+use super::drive::{Drive, RAISE_M, REST_S, is_settled};
 use super::push::Push;
 use super::reach;
-use crate::task::event::{SkillOutcome, SkillReport};
+use crate::robot::{SkillOutcome, SkillReport};
 use crate::task::robot::arm::{self, Angles, HOME};
 use crate::task::robot::path::Path;
 use crate::task::scene::physics::Scene;
@@ -41,29 +41,19 @@ const PUSH_M_S: f64 = 0.035;
 /// A part that has moved less than this, in metres, and turned less than this, in radians, has not moved.
 const MOVED: (f64, f64) = (0.004, 0.1);
 
-impl Robot {
-    /// Begins a push. The skill ends with [`SkillOutcome::Placed`] if the part has moved or turned, with
-    /// [`SkillOutcome::Missed`] if it has not, and with [`SkillOutcome::Blocked`] if it has not because the arm hit
-    /// something.
-    ///
-    /// # Errors
-    /// A report with [`SkillOutcome::Unreachable`] if there is no such part, it is lost or slides on a guide, or the
-    /// arm has no collision-free path. In that case nothing has moved.
-    pub fn begin_push(&mut self, scene: &Scene, push: &Push) -> Result<(), SkillReport> {
+impl Pushing {
+    /// Plans a push from the present posture; `None` if its directions are impossible or there is no collision-free
+    /// path.
+    pub fn plan(scene: &Scene, robot: &Drive, push: &Push) -> Option<Self> {
         let part = push.part;
-        let unreachable =
-            SkillReport { part, outcome: SkillOutcome::Unreachable, picked: false, slip_m: 0.0 };
-        if part >= scene.part_count() || scene.lost(part) || scene.slider(part).is_some() {
-            return Err(unreachable);
-        }
-        let tool = push.tool(push.from).ok_or(unreachable)?;
+        let tool = push.tool(push.from)?;
         let shift = Vector::from(push.to) - Vector::from(push.from);
         if !shift.is_finite() {
-            return Err(unreachable);
+            return None;
         }
         let from = |angles: &Angles| reach::plan_push(scene, angles, part, &tool, shift);
-        let (escape, plan) = self.plan_from_here(scene, from).ok_or(unreachable)?;
-        self.start_push(Pushing {
+        let (escape, plan) = robot.plan_from_here(scene, from)?;
+        Some(Self {
             part,
             stage: Stage::Reach(escape.into_iter().chain(plan.reach).collect()),
             approach: plan.approach,
@@ -72,12 +62,9 @@ impl Robot {
             time_s: 0.0,
             calm_s: 0.0,
             blocked: false,
-        });
-        Ok(())
+        })
     }
-}
 
-impl Pushing {
     fn go(&mut self, stage: Stage) {
         self.stage = stage;
         self.time_s = 0.0;
@@ -100,13 +87,13 @@ impl Pushing {
     pub fn advance(
         &mut self,
         scene: &Scene,
-        robot: &mut Robot,
+        robot: &mut Drive,
         strained: bool,
         speeds: &mut Angles,
         dt: f64,
     ) -> bool {
         self.time_s += dt;
-        robot.set_opening(0.0);
+        robot.opening = 0.0;
         if strained && !matches!(self.stage, Stage::Settle) {
             robot.hold(scene);
             self.blocked = true;
@@ -148,8 +135,8 @@ impl Pushing {
     }
 
     /// Moves the hand away: back along the fingers, or up.
-    fn retreat(&mut self, scene: &Scene, robot: &Robot) {
-        let (arm_spec, angles) = (&scene.spec().arm, robot.angles());
+    fn retreat(&mut self, scene: &Scene, robot: &Drive) {
+        let (arm_spec, angles) = (&scene.spec().arm, &robot.angles);
         let back = arm::tool(angles).rotation * -Vector::Z * reach::BACK_M;
         let path = Path::line(angles, back, arm_spec)
             .or_else(|| Path::line(angles, Vector::Z * RAISE_M, arm_spec))

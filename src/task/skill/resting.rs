@@ -7,7 +7,7 @@ use rapier3d::math::{Pose as Frame, Rotation, Vector};
 use super::grasp::{Facing, Grasp, Target};
 use super::solid::Solid;
 use super::{any_grasps, reach};
-use crate::task::domain::Pose;
+use crate::robot::Pose;
 use crate::task::robot::arm::HOME;
 use crate::task::robot::frame::{frame_of, pose_of};
 use crate::task::scene::BodyId;

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use crate::robot::SkillReport;
 use crate::sim::Seed;
 use crate::task::domain::Pose;
 use crate::task::error::TaskError;
-use crate::task::event::SkillReport;
 use crate::task::scene::{BodyId, Scene, SceneSpec};
 use crate::task::skill::{Grasp, Target};
 

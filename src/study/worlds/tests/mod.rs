@@ -8,7 +8,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rand::RngExt;
 
 use super::*;
-use crate::task::domain::pose::quaternion_array;
+use crate::robot::pose::quaternion_array;
 
 fn iso(pose: &Pose) -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::from(pose.position), pose.rotation())

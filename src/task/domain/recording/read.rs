@@ -8,8 +8,8 @@ use serde::Deserialize;
 
 use super::{Demonstration, Labels, ObjectPose, Recording, Snapshot, SnapshotEvent};
 use crate::files::{Limit, read_file};
+use crate::robot::Pose;
 use crate::task::domain::check::MAX_NAME;
-use crate::task::domain::pose::Pose;
 use crate::task::error::{InputFault, TaskError, json_problem};
 
 /// One line of the file.

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::WORLD;
 use super::format::{
     GraspData, LookData, Meddling, Orientation, PartKind, Place, Quantity, Reference, Region,
-    Relation, Shape, Start, TaskFile,
+    Relation, Shape, SliderData, Start, TaskFile,
 };
 use super::frames::dot;
 use crate::task::robot::reaches_table;
@@ -91,6 +91,7 @@ impl TaskFile {
             ("parts", self.parts.len(), 64),
             ("references", self.references.len(), 64),
             ("goal", self.goal.len(), 64),
+            ("conditions", self.conditions.len(), 64),
             ("perturbations", self.perturbations.len(), 64),
             ("parts[].starts", self.parts.iter().map(|p| starts(&p.starts)).sum(), 128),
             ("references[].starts", self.references.iter().map(|r| starts(&r.starts)).sum(), 128),
@@ -122,9 +123,10 @@ impl TaskFile {
         for (i, reference) in self.references.iter().enumerate() {
             at_most(format!("references[{i}].landmarks"), reference.landmarks.len(), 64)?;
         }
-        for (i, relation) in self.goal.iter().enumerate() {
-            at_most(format!("goal[{i}].places"), relation.places.len(), 256)?;
-            at_most(format!("goal[{i}].after"), relation.after.len(), 64)?;
+        for (at, relation) in self.named_relations() {
+            at_most(format!("{at}.places"), relation.places.len(), 256)?;
+            at_most(format!("{at}.after"), relation.after.len(), 64)?;
+            at_most(format!("{at}.needs"), relation.needs.len(), 64)?;
         }
         Ok(())
     }
@@ -146,9 +148,9 @@ impl TaskFile {
             self.check_reference(reference, i, &format!("references[{i}]"))?;
         }
         demand(!self.goal.is_empty(), "goal", "an empty list", "at least one relation")?;
-        distinct("goal[].name", self.goal.iter().map(|relation| relation.name.as_str()))?;
-        for (i, relation) in self.goal.iter().enumerate() {
-            self.check_relation(relation, &format!("goal[{i}]"))?;
+        distinct("goal[].name", self.relations().map(|relation| relation.name.as_str()))?;
+        for (at, relation) in self.named_relations() {
+            self.check_relation(relation, &at)?;
         }
         self.check_orders()?;
         let corners = self.aside;
@@ -159,6 +161,13 @@ impl TaskFile {
             self.check_meddling(meddling, &format!("perturbations[{i}]"))?;
         }
         Ok(())
+    }
+
+    /// Returns all relations, each with its place in the file.
+    fn named_relations(&self) -> impl Iterator<Item = (String, &Relation)> {
+        let goal = self.goal.iter().enumerate().map(|(i, r)| (format!("goal[{i}]"), r));
+        let conditions = self.conditions.iter().enumerate();
+        goal.chain(conditions.map(|(i, r)| (format!("conditions[{i}]"), r)))
     }
 
     fn check_part(&self, part: &PartKind, at: &str) -> Checked {
@@ -176,6 +185,7 @@ impl TaskFile {
         in_range(format!("{at}.handling.fold"), f64::from(handling.fold), [1.0, 360.0])?;
         in_range(format!("{at}.handling.fall_m"), handling.fall_m, [0.0, 1.0])?;
         in_range(format!("{at}.handling.rise_m"), handling.rise_m, [0.0, 1.0])?;
+        in_range(format!("{at}.handling.clear_m"), handling.clear_m, [0.0, 1.0])?;
         in_range(format!("{at}.handling.in_the_way_m"), handling.in_the_way_m, [0.0, 1.0])?;
         let stroke = [0.0, self.gripper.stroke_m];
         in_range(format!("{at}.handling.release_m"), handling.release_m, stroke)?;
@@ -190,8 +200,14 @@ impl TaskFile {
         }
         let starts = format!("{at}.starts");
         demand(!part.starts.is_empty(), &starts, "an empty list", "at least one start")?;
+        if let Some(slider) = &part.slider {
+            check_slider(slider, &format!("{at}.slider"))?;
+        }
         for (i, start) in part.starts.iter().enumerate() {
             self.check_start(start, self.references.len(), &format!("{starts}[{i}]"))?;
+            let alone = part.slider.is_none() || (start.on.is_none() && !start.heap);
+            let expected = "a `region` without `heap` for a part that slides";
+            demand(alone, format!("{starts}[{i}]"), "a start on others", expected)?;
             if let Some(on) = &start.on {
                 let fine = |p: &&PartKind| p.starts.first().is_some_and(|s| s.region.is_some());
                 let below = self.parts.iter().filter(fine).map(|p| p.kind.as_str());
@@ -282,8 +298,9 @@ impl TaskFile {
         for (i, place) in relation.places.iter().enumerate() {
             check_place(place, relation.orientation, &format!("{places}[{i}]"))?;
         }
-        let fine = relation.within_m.iter().all(|v| (1e-5..=1.0).contains(v));
-        demand(fine, format!("{at}.within_m"), relation.within_m, "0.00001 to 1 for each axis")?;
+        let fine = relation.within_m.iter().flatten().all(|v| (1e-5..=1.0).contains(v));
+        let expected = "0.00001 to 1, or null, for each axis";
+        demand(fine, format!("{at}.within_m"), relation.within_m, expected)?;
         in_range(format!("{at}.within_deg"), relation.within_deg, [0.1, 180.0])?;
         let starts = |named: &[Start]| named.iter().map(|start| start.count).sum::<usize>();
         let parts = self.parts.iter().filter(|part| part.kind == relation.part);
@@ -299,37 +316,43 @@ impl TaskFile {
         demand((1..=count).contains(&asked), format!("{at}.for"), asked, expected)
     }
 
-    /// Checks that `after` names relations and leads in no circle.
+    /// Checks that `after` names relations of the goal and `needs` conditions, and that they lead in no circle.
     fn check_orders(&self) -> Checked {
-        let names: Vec<&str> = self.goal.iter().map(|relation| relation.name.as_str()).collect();
-        let mut done: BTreeSet<&str> = BTreeSet::new();
-        for (i, relation) in self.goal.iter().enumerate() {
-            for after in &relation.after {
-                one_of(format!("goal[{i}].after"), after, &names)?;
+        let names = |of: &'_ [Relation]| of.iter().map(|r| r.name.clone()).collect::<Vec<_>>();
+        let (goals, conditions) = (names(&self.goal), names(&self.conditions));
+        for (at, relation) in self.named_relations() {
+            for (field, given, choices) in
+                [("after", &relation.after, &goals), ("needs", &relation.needs, &conditions)]
+            {
+                let choices: Vec<&str> = choices.iter().map(String::as_str).collect();
+                given
+                    .iter()
+                    .try_for_each(|name| one_of(format!("{at}.{field}"), name, &choices))?;
             }
         }
-        for _ in &self.goal {
-            let ready = |r: &&Relation| r.after.iter().all(|name| done.contains(name.as_str()));
-            let now: Vec<&str> = self.goal.iter().filter(ready).map(|r| r.name.as_str()).collect();
+        let mut done: BTreeSet<&str> = BTreeSet::new();
+        for _ in self.relations() {
+            let ready = |r: &&Relation| {
+                r.after.iter().chain(&r.needs).all(|name| done.contains(name.as_str()))
+            };
+            let now: Vec<&str> = self.relations().filter(ready).map(|r| r.name.as_str()).collect();
             done.extend(now);
         }
-        let stuck = names.iter().position(|name| !done.contains(name));
-        match stuck {
-            Some(i) => {
-                let after = &self.goal[i].after;
-                demand(
-                    false,
-                    format!("goal[{i}].after"),
-                    after,
-                    "relations that do not wait for this one",
-                )
-            }
-            None => Ok(()),
-        }
+        let stuck = self.named_relations().find(|(_, r)| !done.contains(r.name.as_str()));
+        stuck.map_or(Ok(()), |(at, relation)| {
+            let (field, given) = match relation.after.is_empty() {
+                true => ("needs", &relation.needs),
+                false => ("after", &relation.after),
+            };
+            let expected = "relations that do not wait for this one";
+            demand(false, format!("{at}.{field}"), given, expected)
+        })
     }
 
     fn check_meddling(&self, meddling: &Meddling, at: &str) -> Checked {
-        let kinds: Vec<&str> = self.parts.iter().map(|part| part.kind.as_str()).collect();
+        // Another hand takes no part off its guide.
+        let free = self.parts.iter().filter(|part| part.slider.is_none());
+        let kinds: Vec<&str> = free.map(|part| part.kind.as_str()).collect();
         let movable = self.references.iter().filter(|r| r.movable).map(|r| r.name.as_str());
         let choices: Vec<&str> = kinds.into_iter().chain(movable).collect();
         one_of(format!("{at}.moves"), &meddling.moves, &choices)?;
@@ -392,6 +415,15 @@ fn check_shape(shape: &Shape, at: &str) -> Checked {
     }
 }
 
+fn check_slider(slider: &SliderData, at: &str) -> Checked {
+    is_direction(format!("{at}.axis"), slider.axis)?;
+    let [least, most] = slider.range_m;
+    let fine = (-1.0..=0.0).contains(&least) && (0.0..=1.0).contains(&most) && least < most;
+    let expected = "-1 to 0, then 0 to 1, and not both 0";
+    demand(fine, format!("{at}.range_m"), slider.range_m, expected)?;
+    in_range(format!("{at}.friction_n"), slider.friction_n, [0.0, 1e3])
+}
+
 fn check_grasp(grasp: &GraspData, stroke: [f64; 2], at: &str) -> Checked {
     is_direction(format!("{at}.approach"), grasp.approach)?;
     is_direction(format!("{at}.closing"), grasp.closing)?;
@@ -402,6 +434,7 @@ fn check_grasp(grasp: &GraspData, stroke: [f64; 2], at: &str) -> Checked {
         in_range(openings.clone(), *opening, stroke)?;
     }
     in_range(format!("{at}.beyond_m"), grasp.beyond_m, [-0.1, 0.1])?;
+    in_range(format!("{at}.most_deg"), grasp.most_deg, [0.0, 180.0])?;
     let fine = !grasp.tilts_deg.is_empty() && grasp.tilts_deg.iter().all(|t| t.abs() <= 90.0);
     demand(
         fine,

@@ -1,7 +1,8 @@
 //! The demonstrator: brings about the next relation of the goal, and moves parts out of the way first.
 //!
-//! A relation is open if it does not hold and everything in its `after` does. The seed draws the order of open
-//! relations and of equal places, anew for each demonstration.
+//! A relation is open if it does not hold and everything in its `after` and `needs` does. A condition must also be needed
+//! by a relation that does not hold. The seed draws the order of open relations and of equal places, anew for each
+//! demonstration.
 
 use rand::RngExt;
 
@@ -10,8 +11,8 @@ use super::frames::{Level, arc, dot};
 use super::relation::{Held, Seen, Sight};
 use super::shape::Extent;
 use super::task::DataTask;
+use crate::robot::{SkillOutcome, SkillReport};
 use crate::sim::Seed;
-use crate::task::event::{SkillOutcome, SkillReport};
 use crate::task::robot::vector::scale;
 use crate::task::robot::{BodyFrame, Turn, reaches_table};
 use crate::task::scene::Scene;
@@ -33,6 +34,8 @@ const TOUCH_M: f64 = 2e-3;
 
 /// A relation that is still to be brought about at one of `places`.
 struct Open<'f> {
+    /// Number of the relation, with the goal's first.
+    number: usize,
     relation: &'f Relation,
     key: f64,
     places: Vec<(Level, Option<usize>, Place)>,
@@ -50,16 +53,26 @@ impl Shower {
 
     /// Returns the open relations, in the drawn order.
     fn open<'f>(&self, sight: &Sight<'f>, held: &[Vec<Held>]) -> Vec<Open<'f>> {
-        let goal = &sight.file.goal;
-        let holds: Vec<bool> = goal.iter().map(|relation| sight.holds(relation)).collect();
+        let all: Vec<&Relation> = sight.file.relations().collect();
+        let holds: Vec<bool> = all.iter().map(|relation| sight.holds(relation)).collect();
         let ready = |relation: &Relation| {
-            goal.iter()
+            let first = || relation.after.iter().chain(&relation.needs);
+            all.iter()
                 .zip(&holds)
-                .all(|(other, holds)| *holds || !relation.after.contains(&other.name))
+                .all(|(other, holds)| *holds || !first().any(|n| *n == other.name))
         };
+        let goals = sight.file.goal.len();
+        let mut wanted: Vec<bool> = (0..all.len()).map(|n| n < goals && !holds[n]).collect();
+        for _ in goals..all.len() {
+            for number in goals..all.len() {
+                let needs =
+                    |other: usize| wanted[other] && all[other].needs.contains(&all[number].name);
+                wanted[number] = !holds[number] && (0..all.len()).any(needs);
+            }
+        }
         let mut open = Vec::new();
-        for (number, relation) in goal.iter().enumerate() {
-            if holds[number] || !ready(relation) {
+        for (number, relation) in all.iter().copied().enumerate() {
+            if !wanted[number] || !ready(relation) {
                 continue;
             }
             let instances = sight.instances(relation);
@@ -81,11 +94,12 @@ impl Shower {
                 for instance in 0..instances.len() {
                     if !held[number].iter().any(|h| h.instance == instance) {
                         let places = places(Some(instance));
-                        open.push(Open { relation, key: key(instance), places });
+                        open.push(Open { number, relation, key: key(instance), places });
                     }
                 }
             } else {
-                open.push(Open { relation, key: key(held[number].len()), places: places(None) });
+                let (key, places) = (key(held[number].len()), places(None));
+                open.push(Open { number, relation, key, places });
             }
         }
         open.sort_by(|a, b| a.key.total_cmp(&b.key));
@@ -94,23 +108,29 @@ impl Shower {
 
     /// Returns the first step that nothing prevents; otherwise a step that moves a part out of the way.
     fn step(&self, sight: &Sight<'_>, so_far: &[SkillReport]) -> Option<Step> {
-        let held: Vec<Vec<Held>> = sight.file.goal.iter().map(|r| sight.held(r)).collect();
-        let used = |part: usize| held.iter().flatten().any(|h| h.part == part);
+        let held: Vec<Vec<Held>> = sight.file.relations().map(|r| sight.held(r)).collect();
+        let goals = sight.file.goal.len();
+        let used = |part: usize| holds_any(&held[..goals], part);
         let refused = |part: usize| refusals(so_far, part);
         let (mut in_the_way, mut stuck) = (None, Vec::new());
-        for Open { relation, places, .. } in self.open(sight, &held) {
-            let kind = sight.kind(&relation.part);
-            let fit = sight.parts.iter().filter(|s| Some(s.kind) == kind && !used(s.part));
+        for Open { number, relation, places, .. } in self.open(sight, &held) {
+            let fit = fit(sight, &held, number, relation).into_iter();
+            // What was demanded first is not in the way, even if the part goes into it.
+            let before: Vec<usize> = (sight.file.relations().zip(&held))
+                .filter(|(other, _)| relation.after.contains(&other.name))
+                .flat_map(|(_, held)| held.iter().map(|h| h.part))
+                .collect();
             let (mut parts, others): (Vec<&Seen>, Vec<&Seen>) =
                 fit.partition(|seen| refused(seen.part) < REFUSALS);
-            parts.sort_by_key(|seen| refused(seen.part));
+            parts.sort_by_key(|seen| (used(seen.part), refused(seen.part)));
             // A part that cannot be brought here as it lies may be taken up better elsewhere.
-            stuck.extend(others.iter().map(|seen| seen.part));
+            stuck.extend(others.iter().filter(|s| s.slid_m.is_none()).map(|seen| seen.part));
             for seen in parts {
                 if let Some(top) = sight.parts.iter().find(|other| lies_on(other, seen)) {
                     in_the_way.get_or_insert(top.part);
                     continue;
                 }
+                let places = possible(sight, relation, seen, &places);
                 let places = roomy_first(sight, seen, &places);
                 let from = refused(seen.part) % places.len().max(1);
                 let turned = places[from..].iter().chain(&places[..from]);
@@ -118,8 +138,13 @@ impl Shower {
                     let (target, frame) = target(sight, relation, place, level, seen);
                     let extent = Extent::of(&sight.shapes.corners[seen.kind], &frame);
                     let obstacle = sight.parts.iter().find(|other| {
+                        // The space of a drawer includes what lies in it.
+                        let slides = seen.slid_m.is_some() || other.slid_m.is_some();
                         let counts = other.part != seen.part && Some(other.part) != *own;
-                        counts && extent.meets(&other.extent, TOUCH_M)
+                        counts
+                            && !slides
+                            && !before.contains(&other.part)
+                            && extent.meets(&other.extent, TOUCH_M)
                     });
                     match obstacle {
                         None => return Some(Step { part: seen.part, target }),
@@ -173,6 +198,53 @@ impl Demonstrator for Shower {
     }
 }
 
+fn holds_any(held: &[Vec<Held>], part: usize) -> bool {
+    held.iter().flatten().any(|h| h.part == part)
+}
+
+/// Returns the parts that may be brought to a place of a relation, given the parts that hold each relation.
+fn fit<'s>(
+    sight: &'s Sight<'_>,
+    held: &[Vec<Held>],
+    number: usize,
+    relation: &Relation,
+) -> Vec<&'s Seen> {
+    let goals = sight.file.goal.len();
+    // What is needed for a while may undo what the goal asks for, such as a lid that is put aside.
+    let kept = if number < goals { &held[..goals] } else { &held[number..=number] };
+    let is_free = |seen: &Seen| !holds_any(kept, seen.part);
+    let own = |condition: &Relation| {
+        relation.needs.contains(&condition.name) && condition.part == relation.part
+    };
+    let needed: Vec<&[Vec<Held>]> = (sight.file.conditions.iter().zip(held[goals..].chunks(1)))
+        .filter(|(condition, _)| own(condition))
+        .map(|(_, held)| held)
+        .collect();
+    let kind = sight.kind(&relation.part);
+    let parts = sight.parts.iter().filter(|seen| Some(seen.kind) == kind && is_free(seen));
+    parts.filter(|seen| needed.iter().all(|held| holds_any(held, seen.part))).collect()
+}
+
+/// Returns the places to which a part may go. Where its position does not matter, they are where the part is now.
+fn possible(
+    sight: &Sight<'_>,
+    relation: &Relation,
+    seen: &Seen,
+    places: &[(Level, Option<usize>, Place)],
+) -> Vec<(Level, Option<usize>, Place)> {
+    let here = |(level, own, mut place): (Level, Option<usize>, Place)| {
+        let now = level.local(seen.frame.position);
+        for (i, _) in relation.within_m.iter().enumerate().filter(|(_, within)| within.is_none()) {
+            place.position[i] = now[i];
+        }
+        (level, own, place)
+    };
+    let may_go = |(level, _, place): &(Level, Option<usize>, Place)| {
+        sight.may_go(seen, level.point(place.position))
+    };
+    places.iter().copied().map(here).filter(may_go).collect()
+}
+
 /// Returns places with no other part within the distance in which parts of this kind block them, then the others.
 fn roomy_first(
     sight: &Sight<'_>,
@@ -199,8 +271,10 @@ fn refusals(so_far: &[SkillReport], part: usize) -> usize {
     since.filter(|report| report.part == part).count()
 }
 
+/// Returns whether a part must be moved before another can be taken. What lies on a part that slides moves along.
 fn lies_on(other: &Seen, seen: &Seen) -> bool {
-    other.part != seen.part && other.extent.is_on(&seen.extent)
+    let slides = other.slid_m.is_some() || seen.slid_m.is_some();
+    other.part != seen.part && !slides && other.extent.is_on(&seen.extent)
 }
 
 /// Returns the target of a part at a place, and a frame in which the part stands there.
@@ -213,6 +287,9 @@ fn target(
 ) -> (Target, BodyFrame) {
     let now = seen.frame.turn.apply([0.0, 0.0, 1.0]);
     let mut position = level.point(place.position);
+    if seen.slid_m.is_some() {
+        return (Target::anyhow(position), BodyFrame { position, ..seen.frame });
+    }
     let flips = sight.file.parts[seen.kind].handling.flips;
     let axis = level.direction(place.z_axis);
     let nearest = if flips && dot(now, axis) < 0.0 { scale(axis, -1.0) } else { axis };

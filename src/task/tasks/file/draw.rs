@@ -155,7 +155,7 @@ impl<'f> Drawing<'f> {
     fn draw_reference(&mut self, kind: usize, start: &Start, rng: &mut impl Rng) -> Option<()> {
         let region = start.region.as_ref()?;
         let reference = &self.file.references[kind];
-        let places: usize = self.file.goal.iter().map(|relation| relation.places.len()).sum();
+        let places: usize = self.file.relations().map(|relation| relation.places.len()).sum();
         let corners = self.shapes.references[kind].iter().map(Vec::len).sum::<usize>();
         let (frame, room) = (0..PLACES).find_map(|_| {
             self.spend(corners + places)?;
@@ -190,6 +190,12 @@ impl<'f> Drawing<'f> {
             return Some(frame);
         }
         let region = item.start.region.as_ref()?;
+        if self.file.parts[item.kind].slider.is_some() {
+            // It belongs to its reference, which keeps the distances.
+            let frame = draw_in(region, &self.base(&region.of)?, &[], 1, rng);
+            self.taken.push(Extent::of(corners, &frame));
+            return Some(frame);
+        }
         let turns = self.file.parts[item.kind].handling.turns;
         let own = self.file.references.iter().position(|r| r.name == region.of);
         for _ in 0..PLACES {
@@ -238,7 +244,7 @@ impl<'f> Drawing<'f> {
     /// Returns whether the arm reaches all places of the goal in the frame of this reference.
     fn goal_is_in_reach(&self, name: &str, frame: &BodyFrame) -> bool {
         let level = Level::of(frame);
-        let relations = self.file.goal.iter().filter(|relation| relation.reference == name);
+        let relations = self.file.relations().filter(|relation| relation.reference == name);
         relations.flat_map(|relation| &relation.places).all(|place| {
             let [x, y, _] = level.point(place.position);
             reaches_table([x, y])

@@ -27,6 +27,10 @@ pub struct TaskFile {
     /// Relations that must all hold at the end. Their order is the order in which `judge` names them; `after` says
     /// what must be done before what.
     pub goal: Vec<Relation>,
+    /// Relations that need not hold at the end, but while others are brought about: those that name them in
+    /// [`Relation::needs`]. An open drawer is such a condition.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub conditions: Vec<Relation>,
     /// Area of the table in which the demonstrator puts down parts that are in the way: the corner with the smaller
     /// coordinates first.
     pub aside: [[f64; 2]; 2],
@@ -68,6 +72,25 @@ pub struct PartKind {
     pub grasps: Vec<GraspData>,
     /// Where parts of this kind start, and how many there are.
     pub starts: Vec<Start>,
+    /// The guide along which parts of this kind slide, like a drawer; parts without one move freely.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slider: Option<SliderData>,
+}
+
+/// A straight guide. The robot takes a part on it and slides it; the part neither turns nor leaves the guide. See
+/// [`Slider`](crate::task::scene::Slider).
+///
+/// The part starts at coordinate 0, with its origin exactly at the place that is drawn in the region. If the region lies
+/// in the frame of a movable reference with a shape, this reference carries the guide. Otherwise the table does.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SliderData {
+    /// Direction of positive coordinates, in the part's frame.
+    pub axis: [f64; 3],
+    /// Least and greatest coordinate: at most 0 and at least 0.
+    pub range_m: [f64; 2],
+    /// Friction of the guide, in newtons.
+    pub friction_n: f64,
 }
 
 /// A convex piece of a body, or several that form a ring.
@@ -143,6 +166,10 @@ pub struct HandlingData {
     /// Greatest height above its place from which the part may fall if the hand cannot reach lower.
     #[serde(default)]
     pub fall_m: f64,
+    /// Distance that the arm keeps from everything else on its way, where it finds such a way: for parts that a touch
+    /// would push over.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub clear_m: f64,
 }
 
 /// Colours in pictures.
@@ -179,6 +206,10 @@ pub struct GraspData {
     /// Turns of `approach` about `closing` that are tried, in this order.
     #[serde(default = "untilted")]
     pub tilts_deg: Vec<f64>,
+    /// Greatest angle between the direction in which the hand points and straight down. With more than 60 degrees the
+    /// hand may also come from the side, but not from behind the part.
+    #[serde(default = "steep_deg", skip_serializing_if = "is_steep")]
+    pub most_deg: f64,
     /// Repetition about an axis; no repetition if it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub around: Option<Around>,
@@ -295,8 +326,10 @@ pub struct Relation {
     pub reference: String,
     /// Places in the reference's frame, one of which the part takes.
     pub places: Vec<Place>,
-    /// Greatest deviation of the part's origin from its place along each axis of the reference's frame.
-    pub within_m: [f64; 3],
+    /// Greatest deviation of the part's origin from its place along each axis of the reference's frame; `null` where
+    /// the position does not matter. There the demonstrator leaves the part where it is: a cup that need only stand
+    /// upright is turned over in place.
+    pub within_m: [Option<f64>; 3],
     /// Which directions of the part matter.
     #[serde(default)]
     pub orientation: Orientation,
@@ -309,6 +342,17 @@ pub struct Relation {
     /// Names of the relations that must hold before a part is brought here.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub after: Vec<String>,
+    /// Names of the conditions that must hold while a part is brought here. If a condition is about parts of the same
+    /// kind, only a part for which it holds is brought here.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub needs: Vec<String>,
+}
+
+impl TaskFile {
+    /// Returns the relations of the goal, then the conditions.
+    pub(super) fn relations(&self) -> impl Iterator<Item = &Relation> {
+        self.goal.iter().chain(&self.conditions)
+    }
 }
 
 /// A place in a reference's frame.
@@ -416,4 +460,16 @@ fn drop_m() -> f64 {
 
 fn within_deg() -> f64 {
     5.0
+}
+
+fn steep_deg() -> f64 {
+    60.0
+}
+
+fn is_steep(most_deg: &f64) -> bool {
+    *most_deg == steep_deg()
+}
+
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }

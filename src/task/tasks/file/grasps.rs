@@ -8,13 +8,15 @@ use crate::task::robot::vector::{add, scale, sub, unit};
 use crate::task::robot::{BodyFrame, FINGER_TIP_M, Turn};
 use crate::task::skill::Grasp;
 
-/// Least downward component of the approach: 60 degrees from straight down.
-const DOWN: f64 = 0.5;
+/// Approaches up to this angle from straight down come from above, the others from the side, in degrees.
+const STEEP_DEG: f64 = 60.0;
+/// Least component of an approach from the side that points away from the arm's base.
+const OUTWARDS: f64 = -0.3;
 /// Approaches whose angles from straight down fall into the same range of this size are equally good, in degrees.
 const EQUAL_DEG: f64 = 15.0;
 
 /// Returns the grasps for a part at `frame`: first those with the first tilt of each family, and among these the
-/// steeper ones.
+/// steeper ones. Those from the side come last, the ones that point away from the arm's base first.
 pub(super) fn grasps(families: &[GraspData], frame: &BodyFrame) -> Vec<Grasp> {
     let rounds = families.iter().map(|family| family.tilts_deg.len()).max().unwrap_or(0);
     let mut all = Vec::new();
@@ -26,9 +28,13 @@ pub(super) fn grasps(families: &[GraspData], frame: &BodyFrame) -> Vec<Grasp> {
                 found.extend(family_at(family, *tilt, *opening_m, frame));
             }
         }
-        found.sort_by_key(|grasp| {
-            let angle = (-grasp.approach[2]).clamp(-1.0, 1.0).acos().to_degrees();
-            (angle / EQUAL_DEG) as i32
+        let rank = |grasp: &Grasp| match off_deg(grasp.approach) {
+            angle if angle <= STEEP_DEG => ((angle / EQUAL_DEG) as i32, 0.0),
+            _ => (i32::MAX, -outwards(grasp.approach, frame)),
+        };
+        found.sort_by(|a, b| {
+            let (a, b) = (rank(a), rank(b));
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
         });
         for grasp in found {
             // Half a turn about the axis of a symmetric family gives the same grasp as the other sense of closing.
@@ -38,6 +44,17 @@ pub(super) fn grasps(families: &[GraspData], frame: &BodyFrame) -> Vec<Grasp> {
         }
     }
     all
+}
+
+/// Returns the angle between an approach and straight down, in degrees.
+fn off_deg(approach: [f64; 3]) -> f64 {
+    (-approach[2]).clamp(-1.0, 1.0).acos().to_degrees()
+}
+
+/// Returns the component of an approach that points from the arm's base to a part.
+fn outwards(approach: [f64; 3], frame: &BodyFrame) -> f64 {
+    let [x, y, _] = frame.position;
+    dot(approach, unit([x, y, 0.0]))
 }
 
 fn is_same(a: &Grasp, b: &Grasp) -> bool {
@@ -57,7 +74,10 @@ fn family_at(family: &GraspData, tilt_deg: f64, opening_m: f64, frame: &BodyFram
     for k in 0..times {
         let turn = frame.turn * Turn::about(axis, TAU * f64::from(k) / f64::from(times));
         let approach = turn.apply(tilted);
-        if approach[2] > -DOWN {
+        if -approach[2] < family.most_deg.to_radians().cos() {
+            continue;
+        }
+        if off_deg(approach) > STEEP_DEG && outwards(approach, frame) < OUTWARDS {
             continue;
         }
         let tips = add(frame.position, turn.apply(family.at));
@@ -84,6 +104,7 @@ mod tests {
             closing: [1.0, 0.0, 0.0],
             openings_m: vec![0.02],
             tilts_deg: vec![0.0, 40.0],
+            most_deg: 60.0,
             around: Some(Around { axis: [0.0, 0.0, 1.0], times: 2 }),
         };
         let upright = grasps(std::slice::from_ref(&side), &BodyFrame::at([0.4, 0.0, 0.012]));

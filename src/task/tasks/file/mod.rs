@@ -14,6 +14,7 @@
 //! | `parts` | kinds of movable parts: shape, density, friction, handling, look, grasps and starts ([`PartKind`]) |
 //! | `references` | kinds of things that stay where they are: shape, look and starts ([`Reference`]) |
 //! | `goal` | relations between parts and references ([`Relation`]) |
+//! | `conditions` | relations that must hold only while others are brought about |
 //! | `aside` | area in which the demonstrator puts parts that are in the way |
 //! | `perturbations` | what another hand may do ([`Meddling`]) |
 //! | `table`, `gripper`, `arm`, `step_ms` | settings of the scene; those of nuts and bolts if they are left out |
@@ -23,8 +24,12 @@
 //!
 //! A **grasp** is data in the frame of the part ([`GraspData`]): the point to which the tips of the fingers go, the
 //! direction in which the hand points, the direction along which the fingers close, and how far they open before.
-//! `around` repeats it about an axis and `tilts_deg` tilts the hand. A grasp is used whenever the hand points downwards, at most 60 degrees from
-//! straight down. Give grasps for each side on which the part can come to rest.
+//! `around` repeats it about an axis and `tilts_deg` tilts the hand. A grasp is used whenever the hand points downwards,
+//! at most `most_deg` from straight down. Give grasps for each side on which the part can come to rest.
+//!
+//! A part with a **slider** ([`SliderData`]) moves along a straight guide, like a drawer or a sliding lid. Its states are
+//! places along the guide: a relation says that the drawer is open. What the drawer must be only for a while is a
+//! condition, which other relations name in `needs`.
 //!
 //! A **start** ([`Start`]) is an area of the table or of a reference, or the top of another part. A layout is drawn
 //! anew until all parts and references keep their distances, lie inside the rim, and the arm reaches all places of the
@@ -32,7 +37,8 @@
 //!
 //! A **relation** ([`Relation`]) says that parts of one kind stand at places in the frame of a reference, of another
 //! part or of the world, and for how many: for `each` reference, for `one`, or `{"at_least": 4}`. `after` names the
-//! relations that must hold before. Relations that do not name each other may be brought about in any order.
+//! relations that must hold before. Relations that do not name each other may be brought about in any order. `z_axis`
+//! and `x_axis` of a place turn the part over or lay it down; `null` in `within_m` leaves it where it is.
 //!
 //! ```
 //! use symbolt::task::tasks::Task;
@@ -85,7 +91,7 @@ use serde_json::Value;
 
 pub use format::{
     Around, GraspData, HandlingData, LandmarkData, LookData, Meddling, Orientation, PartKind,
-    Place, Quantity, Reference, Region, Relation, Shape, Start, TaskFile,
+    Place, Quantity, Reference, Region, Relation, Shape, SliderData, Start, TaskFile,
 };
 pub use task::DataTask;
 

@@ -4,10 +4,11 @@ use std::f64::consts::TAU;
 
 use super::draw::Shapes;
 use super::format::{HandlingData, Orientation, Place, Quantity, Relation, TaskFile};
-use super::frames::{Level, angle_deg};
+use super::frames::{Level, angle_deg, dot};
 use super::shape::Extent;
 use crate::task::domain::Pose;
 use crate::task::robot::BodyFrame;
+use crate::task::robot::vector::{scale, sub, unit};
 use crate::task::scene::Scene;
 
 /// A part as it lies now.
@@ -19,6 +20,8 @@ pub(super) struct Seen {
     pub kind: usize,
     pub frame: BodyFrame,
     pub extent: Extent,
+    /// Coordinate on its guide, in metres; `None` for a part that moves freely.
+    pub slid_m: Option<f64>,
 }
 
 /// A part at a place of a relation.
@@ -43,6 +46,8 @@ pub(super) struct Sight<'f> {
 
 /// Height below which a part has left the table, in metres.
 const GONE_M: f64 = -0.05;
+/// Distance from a guide at which a place still belongs to it, in metres.
+const BESIDE_M: f64 = 0.005;
 
 impl<'f> Sight<'f> {
     pub fn of(file: &'f TaskFile, shapes: &'f Shapes, scene: &Scene) -> Self {
@@ -50,7 +55,7 @@ impl<'f> Sight<'f> {
         let parts = kinds.filter_map(|(part, kind)| {
             let frame = scene.body_frame(part).filter(|f| f.position[2] > GONE_M)?;
             let extent = Extent::of(shapes.corners.get(kind)?, &frame);
-            Some(Seen { part, kind, frame, extent })
+            Some(Seen { part, kind, frame, extent, slid_m: scene.slid_m(part) })
         });
         Self { file, shapes, parts: parts.collect(), references: references(file, scene) }
     }
@@ -91,6 +96,20 @@ impl<'f> Sight<'f> {
         held
     }
 
+    /// Returns whether a part may be brought to a point of the scene: a part on a guide only along it.
+    pub fn may_go(&self, seen: &Seen, to: [f64; 3]) -> bool {
+        let slider = self.file.parts[seen.kind].slider;
+        slider.zip(seen.slid_m).is_none_or(|(slider, at_m)| {
+            let axis = unit(seen.frame.turn.apply(slider.axis));
+            let way = sub(to, seen.frame.position);
+            let along = dot(way, axis);
+            let beside = sub(way, scale(axis, along));
+            let [least, most] = slider.range_m;
+            dot(beside, beside).sqrt() <= BESIDE_M
+                && (least - BESIDE_M..=most + BESIDE_M).contains(&(at_m + along))
+        })
+    }
+
     /// Returns whether a relation holds as often as it must.
     pub fn holds(&self, relation: &Relation) -> bool {
         let held = self.held(relation);
@@ -120,7 +139,9 @@ fn stands(
     handling: &HandlingData,
 ) -> bool {
     let at = level.local(frame.position);
-    let near = (0..3).all(|i| (at[i] - place.position[i]).abs() <= relation.within_m[i]);
+    let off_m: [f64; 3] = std::array::from_fn(|i| (at[i] - place.position[i]).abs());
+    let near =
+        off_m.iter().zip(relation.within_m).all(|(off, most)| most.is_none_or(|m| *off <= m));
     let off =
         |own: [f64; 3], wanted: [f64; 3]| angle_deg(frame.turn.apply(own), level.direction(wanted));
     let axis = || {

@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 
 use super::demonstrator::Shower;
 use super::draw::{self, Layout, Shapes};
-use super::format::{LandmarkData, LookData, Quantity, Reference, TaskFile};
+use super::format::{LandmarkData, LookData, PartKind, Quantity, Reference, Start, TaskFile};
 use super::grasps;
 use super::relation::Sight;
 use super::shape::Extent;
@@ -15,9 +15,9 @@ use crate::sim::Seed;
 use crate::task::domain::Pose;
 use crate::task::error::{InputFault, TaskError, json_problem};
 use crate::task::robot::BodyFrame;
-use crate::task::robot::vector::add;
+use crate::task::robot::vector::{add, unit};
 use crate::task::scene::{
-    BodyId, BodyKind, Fixture, Handling, Landmark, Look, Part, Scene, SceneSpec, Symmetry,
+    BodyId, BodyKind, Fixture, Handling, Landmark, Look, Part, Scene, SceneSpec, Slider, Symmetry,
 };
 use crate::task::skill::Grasp;
 use crate::task::tasks::{Demonstrator, Judgement, Perturbation, Task};
@@ -57,7 +57,7 @@ impl DataTask {
         };
         file.faults().map_err(|f| fault(&f.field, f.problem, f.expected))?;
         let task = Self(Arc::new(Inner { shapes: Shapes::of(&file), file }));
-        let checked = task.scene(Seed::new(0)).and_then(|spec| spec.check());
+        let checked = task.scene(Seed::new(0)).and_then(|spec| Ok(spec.check()?));
         checked.map_err(|error| match error {
             TaskError::Setting { name, value, expected } => fault(name, value, expected.into()),
             TaskError::Range { name, value, least, most } => {
@@ -128,7 +128,7 @@ impl Inner {
                 release_m: part.handling.release_m,
                 in_the_way_m: part.handling.in_the_way_m,
                 fall_m: part.handling.fall_m,
-                ..Handling::default()
+                clear_m: part.handling.clear_m,
             },
             look: part.look.look(),
         });
@@ -157,6 +157,35 @@ impl Inner {
             }
         }
         (fixtures, landmarks)
+    }
+
+    /// Returns the number of the first fixture of a kind of reference.
+    fn first_fixture(&self, layout: &Layout, reference: usize) -> usize {
+        let before = layout.references[..reference].iter().zip(&self.shapes.references);
+        before.filter(|(_, shape)| !shape.is_empty()).map(|(frames, _)| frames.len()).sum()
+    }
+
+    /// Returns the parts in the order of the file, which is that of the layout.
+    fn parts(&self, layout: &Layout) -> Vec<Part> {
+        let kinds = self.file.parts.iter();
+        let starts = kinds.flat_map(|kind| kind.starts.iter().map(move |start| (kind, start)));
+        let each = starts.flat_map(|pair| std::iter::repeat_n(pair, pair.1.count));
+        let part =
+            |((kind, start), (number, frame)): ((&PartKind, &Start), &(usize, BodyFrame))| {
+                let slider = kind.slider.map(|slider| Slider {
+                    fixture: start.region.as_ref().and_then(|region| {
+                        let named =
+                            self.file.references.iter().position(|r| r.name == region.of)?;
+                        let carries = self.file.references[named].movable;
+                        carries.then(|| self.first_fixture(layout, named))
+                    }),
+                    axis: unit(slider.axis),
+                    range_m: slider.range_m,
+                    friction_n: slider.friction_n,
+                });
+                Part { kind: *number, frame: *frame, slider }
+            };
+        each.zip(&layout.parts).map(part).collect()
     }
 
     /// Returns the number of parts of one kind.
@@ -241,7 +270,7 @@ impl Task for DataTask {
         let (fixtures, landmarks) = self.0.furniture(&layout);
         Ok(SceneSpec {
             kinds: self.0.kinds(),
-            parts: layout.parts.iter().map(|(kind, frame)| Part::free(*kind, *frame)).collect(),
+            parts: self.0.parts(&layout),
             fixtures,
             landmarks,
             table: file.table,
@@ -286,10 +315,11 @@ impl Task for DataTask {
         Judgement { solved: goal.iter().all(|relation| sight.holds(relation)), achieved }
     }
 
-    /// Counts one action for each part that the goal asks for, and one for each part that starts on another.
+    /// Counts one action for each part that the goal and the conditions ask for, and one for each part that starts on
+    /// another.
     fn min_actions(&self) -> usize {
         let file = &self.0.file;
-        let asked = file.goal.iter().map(|relation| match relation.quantity {
+        let asked = file.relations().map(|relation| match relation.quantity {
             Quantity::Each => self.0.instances(&relation.reference),
             Quantity::One => 1,
             Quantity::AtLeast(least) => least,
@@ -316,9 +346,7 @@ impl Task for DataTask {
                 parts.map(|(part, _)| BodyId::Part(part)).collect()
             }
             (None, Some(moved)) => {
-                let before = layout.references[..moved].iter().enumerate();
-                let shaped = before.filter(|(kind, _)| !shapes.references[*kind].is_empty());
-                let first: usize = shaped.map(|(_, frames)| frames.len()).sum();
+                let first = self.0.first_fixture(&layout, moved);
                 (first..first + layout.references[moved].len()).map(BodyId::Fixture).collect()
             }
             (None, None) => Vec::new(),

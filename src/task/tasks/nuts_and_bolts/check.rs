@@ -202,13 +202,6 @@ fn leaves_room(s: &NutsAndBolts) -> bool {
     has_room_around(s, [s.jig.pocket, s.jig.hole])
 }
 
-/// Returns whether the jig can stand with its pocket and its hole at `places`: within reach, inside the rim and away
-/// from the parts.
-pub(super) fn can_stand(s: &NutsAndBolts, places: [[f64; 2]; 2]) -> bool {
-    let fits = |at: &[f64; 2]| inside(*at, s.table.rim, 0.03) && reaches_table(*at);
-    places.iter().all(fits) && has_room_around(s, places)
-}
-
 fn has_room_around(s: &NutsAndBolts, places: [[f64; 2]; 2]) -> bool {
     let part = &s.part;
     let around = part.across_flats_m + s.jig.wall_m + part.shaft_length_m + part.head_height_m;
@@ -242,6 +235,6 @@ impl NutsAndBolts {
             let Rule { name, value, expected, .. } = *rule;
             return Err(TaskError::Setting { name, value: value(self), expected });
         }
-        start::parts(self, 0, Seed::new(0)).map(|_| ())
+        start::parts(self, Seed::new(0)).map(|_| ())
     }
 }

@@ -8,11 +8,10 @@
 
 use rand::RngExt;
 
-use super::judge::places;
 use super::scene::{BOLT, NUT};
 use super::settings::NutsAndBolts;
+use crate::robot::{SkillOutcome, SkillReport};
 use crate::sim::Seed;
-use crate::task::event::{SkillOutcome, SkillReport};
 use crate::task::scene::Scene;
 use crate::task::skill::Target;
 use crate::task::tasks::{Demonstrator, Step};
@@ -38,7 +37,6 @@ impl Demonstrator for Rules {
             return None;
         }
         let NutsAndBolts { jig, part, .. } = &self.settings;
-        let [pocket, hole] = places(scene)?;
         let put = |part, [x, y]: [f64; 2], z| Step { part, target: Target::upright([x, y, z]) };
         if let (Some(nut), Some(bolt)) = (assembly.nut_in_pocket, assembly.bolt_in_hole) {
             let [x, y, _] = scene.part(nut)?.position;
@@ -55,8 +53,8 @@ impl Demonstrator for Rules {
         let nut = assembly.nut_in_pocket.is_none().then(|| free(NUT)).flatten();
         let bolt = assembly.bolt_in_hole.is_none().then(|| free(BOLT)).flatten();
         let nut_z = jig.pocket_floor_m + part.nut_height_m / 2.0;
-        let put_nut = nut.map(|nut| put(nut, pocket, nut_z));
-        let put_bolt = bolt.map(|bolt| put(bolt, hole, jig.hole_top_m));
+        let put_nut = nut.map(|nut| put(nut, jig.pocket, nut_z));
+        let put_bolt = bolt.map(|bolt| put(bolt, jig.hole, jig.hole_top_m));
         if self.nut_first { put_nut.or(put_bolt) } else { put_bolt.or(put_nut) }
     }
 }

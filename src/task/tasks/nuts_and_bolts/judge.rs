@@ -18,13 +18,6 @@ pub struct Assembly {
     pub bolt_in_nut: Option<usize>,
 }
 
-/// Returns where the jig's pocket and hole are now.
-pub(super) fn places(scene: &Scene) -> Option<[[f64; 2]; 2]> {
-    let place =
-        |landmark| scene.landmark(landmark).map(|pose| [pose.position[0], pose.position[1]]);
-    Some([place(0)?, place(1)?])
-}
-
 /// Greatest deviation from the expected height, in metres.
 const HEIGHT_M: f64 = 1e-3;
 
@@ -33,7 +26,6 @@ impl NutsAndBolts {
     pub fn assembly(&self, scene: &Scene) -> Assembly {
         let mut found = Assembly::default();
         let (part, jig) = (&self.part, &self.jig);
-        let Some([pocket, hole]) = places(scene) else { return found };
         let near = |pose: &Pose, at: [f64; 2], within: f64| {
             (pose.position[0] - at[0]).hypot(pose.position[1] - at[1]) <= within
         };
@@ -49,11 +41,11 @@ impl NutsAndBolts {
             let flat = up.abs() > 0.99;
             // A nut's flats can come closer to the wall than its corners.
             let play = jig.pocket_clearance_m + 0.14 * part.across_flats_m / 2.0;
-            if *kind == NUT && flat && level(pose, nut_z) && near(pose, pocket, play) {
+            if *kind == NUT && flat && level(pose, nut_z) && near(pose, jig.pocket, play) {
                 found.nut_in_pocket = Some(index);
             }
             let play = 2.0 * jig.hole_clearance_m;
-            let hangs = up > 0.99 && level(pose, jig.hole_top_m) && near(pose, hole, play);
+            let hangs = up > 0.99 && level(pose, jig.hole_top_m) && near(pose, jig.hole, play);
             if *kind == BOLT && hangs {
                 found.bolt_in_hole = Some(index);
             }

@@ -1,8 +1,7 @@
 //! The nut-and-bolt task: put a nut and a bolt into a jig, then put the bolt through the nut (section II.C of
 //! the paper).
 //!
-//! [`NutsAndBolts`] holds the settings and is the [`Task`](crate::task::tasks::Task). [`MovableJig`] is the task with
-//! a jig that stands elsewhere in every scene.
+//! [`NutsAndBolts`] holds the settings and is the [`Task`](crate::task::tasks::Task).
 //! [`SyntheticDemonstrations`] draws recordings of the task without physics.
 //!
 //! | file | contents |
@@ -11,7 +10,6 @@
 //! | `shapes`, `scene`, `start` | shapes of parts and jig, the scene, and where the parts begin |
 //! | `grasps` | the grasps for nuts and bolts |
 //! | `demonstrator`, `judge` | how the task is shown, and when it is solved |
-//! | `movable` | the task with a movable jig and with parts that are not needed |
 //! | [`synthetic`] | recordings drawn from a seed without physics |
 
 #[cfg(feature = "physics")]
@@ -22,8 +20,6 @@ mod demonstrator;
 mod grasps;
 #[cfg(feature = "physics")]
 mod judge;
-#[cfg(feature = "physics")]
-mod movable;
 #[cfg(feature = "physics")]
 mod scene;
 #[cfg(feature = "physics")]
@@ -38,8 +34,6 @@ mod task;
 
 #[cfg(feature = "physics")]
 pub use judge::Assembly;
-#[cfg(feature = "physics")]
-pub use movable::MovableJig;
 #[cfg(feature = "physics")]
 pub use settings::{JigSpec, MAX_OF_A_KIND, NutsAndBolts, PartSpec, TableSettings};
 pub use synthetic::{Order, SyntheticDemonstrations, SyntheticRecording};

@@ -66,7 +66,7 @@ pub(super) fn spec(settings: &NutsAndBolts, seed: Seed) -> Result<SceneSpec, Tas
                 BOLT_LOOK,
             ),
         ],
-        parts: start::parts(settings, 0, seed)?,
+        parts: start::parts(settings, seed)?,
         fixtures: vec![
             fixture(shapes::pocket_block(jig, part), jig.pocket),
             fixture(shapes::hole_block(jig, part), jig.hole),

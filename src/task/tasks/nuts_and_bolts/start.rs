@@ -4,7 +4,6 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use rand::{Rng, RngExt};
 
-use super::movable::BLOCK;
 use super::scene::{BOLT, NUT};
 use super::settings::NutsAndBolts;
 use crate::sim::Seed;
@@ -12,18 +11,14 @@ use crate::task::error::TaskError;
 use crate::task::robot::{BodyFrame, Turn};
 use crate::task::scene::Part;
 
-/// Draws the parts: nuts, then bolts, then `blocks` blocks.
+/// Draws the parts: nuts, then bolts.
 ///
 /// # Errors
 /// [`TaskError::Setting`] if no attempt finds room for all parts.
-pub(super) fn parts(
-    settings: &NutsAndBolts,
-    blocks: usize,
-    seed: Seed,
-) -> Result<Vec<Part>, TaskError> {
+pub(super) fn parts(settings: &NutsAndBolts, seed: Seed) -> Result<Vec<Part>, TaskError> {
     let mut rng = seed.derive("scene", "drop").rng();
     // The places of the first parts can leave no room for the last part. In that case, start again.
-    (0..200).find_map(|_| draw(settings, blocks, &mut rng)).ok_or_else(|| TaskError::Setting {
+    (0..200).find_map(|_| draw(settings, &mut rng)).ok_or_else(|| TaskError::Setting {
         name: "table.spacing_m",
         value: settings.table.spacing_m.to_string(),
         expected: "a spacing that leaves room for all parts",
@@ -31,8 +26,8 @@ pub(super) fn parts(
 }
 
 /// Draws all places once; `None` if a part finds no room.
-fn draw(settings: &NutsAndBolts, blocks: usize, rng: &mut impl Rng) -> Option<Vec<Part>> {
-    let kinds = [(NUT, settings.nuts), (BOLT, settings.bolts), (BLOCK, blocks)];
+fn draw(settings: &NutsAndBolts, rng: &mut impl Rng) -> Option<Vec<Part>> {
+    let kinds = [(NUT, settings.nuts), (BOLT, settings.bolts)];
     let kinds = kinds.into_iter().flat_map(|(kind, count)| std::iter::repeat_n(kind, count));
     let table = &settings.table;
     let [low, high] = table.drop;
@@ -51,7 +46,7 @@ fn draw(settings: &NutsAndBolts, blocks: usize, rng: &mut impl Rng) -> Option<Ve
         let tilt = table.drop_tilt_deg.to_radians() * rng.random::<f64>();
         let towards = TAU * rng.random::<f64>();
         let lying = match kind {
-            NUT | BLOCK => Turn::about_z(roll),
+            NUT => Turn::about_z(roll),
             _ => Turn::about_y(FRAC_PI_2) * Turn::about_z(roll),
         };
         let axis = [towards.cos(), towards.sin(), 0.0];

@@ -12,9 +12,9 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
+use crate::robot::pose::quaternion_array;
 use crate::sim::Seed;
 use crate::task::domain::Pose;
-use crate::task::domain::pose::quaternion_array;
 use crate::task::domain::{Demonstration, Labels, ObjectPose, Recording, Snapshot, SnapshotEvent};
 use crate::task::error::TaskError;
 

@@ -19,7 +19,12 @@ const FALL_M: f64 = 0.004;
 const ALIKE: f64 = 0.25;
 
 /// Returns whether a part in this pose lies as parts of its kind lay when they were found: its axis is equally steep.
-pub(super) fn lies_well(scene: &Scene, part: usize, pose: &Pose, homes: &[Option<Pose>]) -> bool {
+pub(in crate::task::execute) fn lies_well(
+    scene: &Scene,
+    part: usize,
+    pose: &Pose,
+    homes: &[Option<Pose>],
+) -> bool {
     let flips = scene.kind(part).is_some_and(|kind| kind.handling.symmetry.flips);
     let steepness = |pose: &Pose| {
         let z = (pose.rotation() * nalgebra::Vector3::z()).z;
@@ -34,7 +39,7 @@ pub(super) fn lies_well(scene: &Scene, part: usize, pose: &Pose, homes: &[Option
 /// Returns targets at which a part can be put down: where it was found, if no other part is near, then other places in
 /// the order of [`skill::free_places`]. With `strict`, the part lies at all of them as it was found, and places near
 /// where it was found come first.
-pub(super) fn free_places(
+pub(in crate::task::execute) fn free_places(
     scene: &Scene,
     part: usize,
     homes: &[Option<Pose>],
@@ -81,7 +86,7 @@ pub(super) fn free_places(
 }
 
 /// Returns the id of a part: its kind and its number among the parts of this kind, lost ones included.
-pub(super) fn name(scene: &Scene, part: usize) -> String {
+pub(in crate::task::execute) fn name(scene: &Scene, part: usize) -> String {
     let Some(kind) = scene.kinds().nth(part) else { return format!("part_{part}") };
     let number = scene.kinds().take(part).filter(|own| *own == kind).count();
     let name = scene.kind(part).map_or("part", |kind| &kind.name);

@@ -6,12 +6,13 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::robot::SkillOutcome;
 use crate::task::domain::Pose;
-use crate::task::event::{RecoveryKind, SkillOutcome};
+use crate::task::event::RecoveryKind;
 
 /// What is tried: an action with its parameters, or a detour with its part.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct What {
+pub(in crate::task::execute) struct What {
     /// Name of the operator, or of the kind of detour.
     pub action: String,
     /// Index of the part in the scene.
@@ -31,7 +32,7 @@ impl What {
 
 /// The means of an attempt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) enum Means {
+pub(in crate::task::execute) enum Means {
     /// A grasp of the task, by its index.
     Task(usize),
     /// A grasp that the skill library found, by its index.
@@ -49,7 +50,7 @@ impl Means {
 
 /// How an attempt ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) enum How {
+pub(in crate::task::execute) enum How {
     /// The part is where it was to be.
     Done,
     /// The part was put down, but is not in the state that the action achieves.
@@ -100,7 +101,7 @@ impl How {
 
 /// One attempt.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Attempt {
+pub(in crate::task::execute) struct Attempt {
     pub what: What,
     pub means: Means,
     /// Pose of the part at the beginning.
@@ -126,7 +127,7 @@ impl Attempt {
 
 /// All attempts of an episode, in order.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Attempts {
+pub(in crate::task::execute) struct Attempts {
     all: Vec<Attempt>,
 }
 
@@ -138,7 +139,7 @@ const NEAR: (f64, f64) = (0.008, 0.2);
 const DETOURS: usize = 3;
 
 /// Returns whether two poses count as the same.
-pub(super) fn near(a: &Pose, b: &Pose) -> bool {
+pub(in crate::task::execute) fn near(a: &Pose, b: &Pose) -> bool {
     a.distance(b) < NEAR.0 && a.rotation().angle_to(&b.rotation()) < NEAR.1
 }
 

@@ -1,0 +1,105 @@
+//! Begins detours.
+
+use super::attempts::{Means, What};
+use super::{Detour, Plight, detours, places};
+use crate::task::domain::{Obstacle, Pose};
+use crate::task::event::{Recovery, RecoveryKind};
+use crate::task::execute::live::{Live, Phase, REST, Tools};
+use crate::task::execute::mind::Seen;
+use crate::task::skill;
+
+/// Speed above which a part is not at rest, in metres per second.
+const MOVES_M_S: f64 = 0.02;
+/// Number of detours of an episode, and more for each part.
+const DETOURS: (usize, usize) = (6, 3);
+
+impl Live {
+    /// Returns what the recoveries know of the scene.
+    pub fn plight<'v>(&'v self, seen: &'v Seen) -> Plight<'v> {
+        let Self { scene, in_no_state, homes, wanted, .. } = self;
+        Plight { scene, seen, in_no_state, homes, wanted, in_the_way: &[], stuck: false }
+    }
+
+    /// Recovers where no action can be carried out, or where the planner is stuck; ends the episode if nothing is left.
+    pub fn recover(&mut self, tools: &Tools<'_>, seen: &Seen, stuck: Option<Obstacle>) -> Phase {
+        let mut in_the_way = match stuck {
+            Some(Obstacle::NothingCauses { state }) => tools.mind.in_the_way(state, &self.memory),
+            _ => Vec::new(),
+        };
+        // A pin may have to be lifted out of its ring, or the ring off the pin.
+        in_the_way.sort_by_key(|(part, _)| {
+            self.attempts.tries(&What::detour(RecoveryKind::Clear, *part))
+        });
+        let all = detours(&Plight { in_the_way: &in_the_way, stuck: true, ..self.plight(seen) });
+        self.pretended.clear();
+        for detour in all {
+            if let Some(phase) = self.detour(tools, &detour) {
+                return phase;
+            }
+        }
+        let mut parts = 0..self.scene.part_count();
+        match parts.any(|part| self.scene.part_speed(part) > MOVES_M_S) {
+            // A part that still falls or rolls may come to be in a state, or be lost.
+            true => Phase::Rest { left: REST },
+            false => Phase::Over(self.given_up(stuck)),
+        }
+    }
+
+    /// Takes out a part that lies wrongly at a wanted target.
+    pub fn reseat(&mut self, tools: &Tools<'_>, seen: &Seen) -> Option<Phase> {
+        let plight = self.plight(seen);
+        let first = |d: &Detour| d.kind == RecoveryKind::Reseat && plight.in_no_state[d.part];
+        let all: Vec<Detour> = detours(&plight).into_iter().filter(first).collect();
+        all.iter().find_map(|detour| self.detour(tools, detour))
+    }
+
+    /// Begins a detour; `None` if it is not possible or was tried often enough.
+    fn detour(&mut self, tools: &Tools<'_>, detour: &Detour) -> Option<Phase> {
+        let Detour { kind, part, ref why, .. } = *detour;
+        let what = What::detour(kind, part);
+        let start = self.scene.part(part)?;
+        let most = DETOURS.0 + DETOURS.1 * self.scene.part_count();
+        if self.attempts.detours() >= most || !self.attempts.may_detour(&what, &start) {
+            return None;
+        }
+        let begun = match kind {
+            RecoveryKind::Push => self.push(&what, &start),
+            _ => self.move_away(tools, &what, detour.strict),
+        };
+        let means = begun?;
+        let object = places::name(&self.scene, part);
+        let attempt = self.attempts.tries(&what) + 1;
+        self.note(&what, means, true);
+        if let Some(decided) = self.log.decisions.last_mut() {
+            decided.recovery = Some(Recovery { kind, object, why: why.clone(), attempt });
+        }
+        self.pretended.clear();
+        self.wanted.clear();
+        self.impossible = None;
+        Some(Phase::Act)
+    }
+
+    /// Begins to put a part at a free place.
+    fn move_away(&mut self, tools: &Tools<'_>, what: &What, strict: bool) -> Option<Means> {
+        let places = places::free_places(&self.scene, what.part, &self.homes, strict);
+        for any in [false, true] {
+            for place in &places {
+                if let Some(means) = self.begin(tools, what, what.part, *place, any) {
+                    return Some(means);
+                }
+            }
+        }
+        None
+    }
+
+    /// Begins to push a part.
+    fn push(&mut self, what: &What, start: &Pose) -> Option<Means> {
+        let pushes = skill::pushes(&self.scene, what.part);
+        let usable = self.attempts.usable(what, start, pushes.len(), Means::Push);
+        let first = usable.into_iter().find(|index| {
+            let push = &pushes[*index];
+            self.robot.begin_push(&self.scene, push).is_ok()
+        });
+        first.map(Means::Push)
+    }
+}
