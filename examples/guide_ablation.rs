@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use symbolt::files::ResultFolder;
 use symbolt::prelude::*;
 use symbolt::study::experiment::{
-    Cell, Experiment, Measure, Reading, Run, Shard, TrialOutcome, outcome,
+    About, Cell, Experiment, Measure, Reading, Run, Shard, TrialOutcome, outcome,
 };
 use symbolt::task::event::Ignore;
 use symbolt::task::planner::Part;
@@ -66,12 +66,12 @@ fn compute_otherwise() -> Result<(), Box<dyn Error>> {
 struct GateAblation;
 
 impl Experiment for GateAblation {
-    fn name(&self) -> &'static str {
-        "gate"
-    }
-
-    fn question(&self) -> &'static str {
-        "Is the first action at the motor output a right one?"
+    fn about(&self) -> About {
+        About {
+            name: "gate",
+            question: "Is the first action at the motor output a right one?",
+            revision: 1,
+        }
     }
 
     fn settings(&self) -> Value {

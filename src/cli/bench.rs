@@ -1,9 +1,10 @@
 //! `symbolt bench`: the speed and quality of a standard network.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Error};
+use clap::Args;
 use serde_json::{Map, Value, json};
 use symbolt::files::{Overwrite, check_output, write_atomic};
 use symbolt::neurons::{Population, SelectRule, SolvedModel};
@@ -12,10 +13,51 @@ use symbolt::study::standard::{Built, Measured, Model, Standard};
 use symbolt::task::TaskError;
 use symbolt::task::planner::Unbinding;
 
-use super::Outcome;
-use super::args::{BadArgument, BenchArgs};
+use super::end::{BadArgument, Outcome};
+use super::options::{Common, number, whole};
 use super::output::{Grid, Progress, emit, emit_json, use_threads};
-use super::ranks;
+use super::{rank, ranks};
+
+#[derive(Debug, Clone, Args)]
+#[command(next_line_help = true, allow_negative_numbers = true)]
+pub(crate) struct BenchArgs {
+    /// Network: bind, state, memory, select, channel, planner, large or brain
+    pub model: String,
+    #[command(flatten)]
+    pub common: Common,
+    /// Mode of the layers: direct, rate or lif (spiking)
+    #[arg(long, default_value = "lif")]
+    pub mode: String,
+    /// Factor by which to multiply the neurons of every ensemble
+    #[arg(long, default_value_t = 1.0, value_name = "FACTOR", value_parser = number::<f64>)]
+    pub neurons_scale: f64,
+    /// Dimensions of the pointers
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = whole::<usize>)]
+    pub dimensions: usize,
+    /// Simulated time in seconds, 0.3 to 3600
+    #[arg(long, default_value_t = 1.0, value_name = "SECONDS", value_parser = number::<f64>)]
+    pub sim_seconds: f64,
+    /// Number of runs; the median one is reported
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = whole::<usize>)]
+    pub runs: usize,
+    /// Unbinding of the network `planner`: products (neurons)
+    /// or fixed (a linear map)
+    #[arg(verbatim_doc_comment, long, value_name = "WAY", default_value = "products")]
+    pub unbinding: String,
+    /// Selection of the network `memory`: winner, accumulators
+    /// or threshold
+    #[arg(verbatim_doc_comment, long, value_name = "RULE", default_value = "winner")]
+    pub choice: String,
+    /// File to write the solved populations to; it must not exist
+    #[arg(long, value_name = "FILE", conflicts_with = "load")]
+    pub save: Option<PathBuf>,
+    /// Replace the file of --save if it exists
+    #[arg(long, requires = "save")]
+    pub force: bool,
+    /// File to read the solved populations from
+    #[arg(long, value_name = "FILE")]
+    pub load: Option<PathBuf>,
+}
 
 pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
     let model: Model = args.model.parse()?;
@@ -41,7 +83,7 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
     }
     let overwrite = if args.force { Overwrite::Allowed } else { Overwrite::Never };
     match args.save.as_deref() {
-        Some(_) if ranks::own().is_some() => {
+        Some(_) if rank::own().is_some() => {
             let problem = "--save: several processes share the network, and none has all of it; save it in one process";
             return Err(BadArgument(problem.into()).into());
         }
@@ -60,7 +102,7 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
         choice: choice("choice", &args.choice, &CHOICES)?,
         sim_ms: (args.sim_seconds * 1e3).round() as u64,
         seed: Seed::new(args.common.seed),
-        ranks: ranks::own().cloned(),
+        ranks: rank::own().cloned(),
         ..Standard::default()
     };
     ranks::check_alike(args.load.as_deref())?;
@@ -121,7 +163,7 @@ fn ready(args: &BenchArgs, spec: &Standard, model: Model) -> Result<Ready, Error
     }
     let built = spec.build(model).map_err(|error| scaled(error, args.neurons_scale))?;
     let peak_mb = peak_rss_mb();
-    if ranks::own().is_some() {
+    if rank::own().is_some() {
         return Ok(Ready { built, load_s: None, peak_mb });
     }
     let bytes = built.solved().encode()?;
@@ -180,7 +222,7 @@ fn summary(
         "exchanged_values": measured.exchanged_values,
         "dimensions": args.dimensions,
         "threads": rayon::current_num_threads(),
-        "ranks": ranks::own().map_or(1, |ranks| ranks.ranks()),
+        "ranks": rank::own().map_or(1, |ranks| ranks.ranks()),
         "build_s": measured.build_s,
         "load_s": load_s,
         "wall_per_sim_s": measured.run_s / measured.sim_s,

@@ -1,10 +1,11 @@
 //! `symbolt check`: checks a recording, scene, scene configuration, domain or model of solved populations.
 
 use std::fmt::Formatter;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::Error;
+use clap::Args;
 use serde::de::{Deserialize, Deserializer, IgnoredAny, MapAccess, Visitor};
 use serde_json::{Value, json};
 use symbolt::files::{Limit, read_file};
@@ -15,10 +16,19 @@ use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
 use symbolt::task::tasks::{self, Task};
 use symbolt::task::{Recording, Snapshot, TaskError};
 
-use super::Outcome;
-use super::args::CheckArgs;
 use super::domain::AnyDomain;
+use super::end::Outcome;
+use super::options::Common;
 use super::output::{emit, emit_json, facts};
+
+#[derive(Debug, Clone, Args)]
+#[command(next_line_help = true, allow_negative_numbers = true)]
+pub(crate) struct CheckArgs {
+    /// File to check; - for standard input
+    pub file: PathBuf,
+    #[command(flatten)]
+    pub common: Common,
+}
 
 pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Error> {
     let bytes = read_file(&args.file, Limit::ANY)?;

@@ -1,12 +1,22 @@
 //! `symbolt config`: the settings of a task, and the list of tasks.
 
 use anyhow::Error;
+use clap::Args;
 use serde_json::{Value, json};
 use symbolt::task::{TaskError, tasks};
 
-use super::Outcome;
-use super::args::ConfigArgs;
+use super::end::Outcome;
+use super::options::{OutFile, TaskArgs};
 use super::output::{Grid, emit, emit_json};
+
+#[derive(Debug, Clone, Args)]
+#[command(next_line_help = true, allow_negative_numbers = true)]
+pub(crate) struct ConfigArgs {
+    #[command(flatten)]
+    pub task: TaskArgs,
+    #[command(flatten)]
+    pub out: OutFile,
+}
 
 pub(crate) fn config(args: &ConfigArgs) -> Result<Outcome, Error> {
     let out = args.out.place()?;

@@ -2,25 +2,119 @@
 
 use std::ffi::OsString;
 use std::io::{IsTerminal, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::Error;
-use clap::CommandFactory;
+use clap::Args;
 use clap::parser::ValueSource;
 use indicatif::{ProgressBar, ProgressStyle};
 use symbolt::files::{FileError, Overwrite, ResultFolder};
 use symbolt::sim::Seed;
-use symbolt::study::catalogue::{Options, all, find};
+use symbolt::study::catalogue::{Options, TAKES_RECORDING, all, find};
 use symbolt::study::experiment::{Origin, Plan, Results, Row, Run, Shard, ShardChoice, Status};
 use symbolt::study::statistics::{FEW_TRIALS, Statistic};
 use symbolt::task::event::{Event, Observer};
 
-use super::Outcome;
-use super::args::{BadArgument, Cli, Common, ExperimentArgs, MergeArgs};
+use super::end::{BadArgument, Outcome};
 use super::folder::not_standard_output;
 use super::missing::described;
+use super::options::{Common, whole};
 use super::output::{Grid, emit, emit_json, use_threads, wrapped};
+
+/// Options that shards of an experiment and their merge must agree on.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct TrialArgs {
+    /// Trials of each cell
+    /// [default: the experiment's own number; to merge, the shards' number]
+    #[arg(verbatim_doc_comment, long, value_name = "N", value_parser = whole::<u64>)]
+    pub trials: Option<u64>,
+    /// Recording for the experiment `threshold`, beside its own scene
+    /// [default: nut_bolt_pybullet.jsonl in $SYMBOLT_RECORDINGS, if found]
+    #[arg(verbatim_doc_comment, long, value_name = "FILE")]
+    pub recording: Option<PathBuf>,
+    /// Folder of PDDL problems for the experiment `ipc`
+    #[arg(long, value_name = "FOLDER")]
+    pub problems: Option<PathBuf>,
+}
+
+impl TrialArgs {
+    /// # Errors
+    /// For `--problems -`, since elsewhere `-` means standard input.
+    pub fn options(&self, common: &Common) -> Result<Options, BadArgument> {
+        if self.problems.as_deref().is_some_and(|folder| folder.as_os_str() == "-") {
+            let expected = "a folder; for a folder of this name write ./-";
+            return Err(BadArgument::range("--problems", "-", expected));
+        }
+        let known = || {
+            let folder = PathBuf::from(std::env::var_os("SYMBOLT_RECORDINGS")?);
+            Some(folder.join("nut_bolt_pybullet.jsonl")).filter(|path| path.is_file())
+        };
+        let (seed, recording) = (Seed::new(common.seed), self.recording.clone().or_else(known));
+        Ok(Options { seed, trials: self.trials, recording, problems: self.problems.clone() })
+    }
+
+    /// Refuses a recording that is named for an experiment that would not read it.
+    ///
+    /// # Errors
+    /// For `--recording` with any experiment but `threshold`.
+    pub fn recording_is_used(&self, experiment: &str) -> Result<(), BadArgument> {
+        match &self.recording {
+            Some(path) if experiment != TAKES_RECORDING => {
+                let expected = "absent; only the experiment `threshold` takes a recording";
+                Err(BadArgument::range("--recording", path.display(), expected))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+#[derive(Debug, Clone, Args)]
+#[command(next_line_help = true, allow_negative_numbers = true)]
+pub(crate) struct ExperimentArgs {
+    /// Experiment to run; without it, experiments are listed
+    pub name: Option<String>,
+    #[command(flatten)]
+    pub common: Common,
+    #[command(flatten)]
+    pub trials: TrialArgs,
+    /// Folder of trials and results; an earlier run in it is resumed
+    /// [default: experiments/NAME]
+    #[arg(verbatim_doc_comment, long, value_name = "FOLDER")]
+    pub out: Option<PathBuf>,
+    /// Delete the folder's trials and start again
+    #[arg(long)]
+    pub force: bool,
+    /// Keep the intact trials of a damaged journal and run the others again
+    #[arg(long, conflicts_with = "force")]
+    pub salvage: bool,
+    /// Run only one part of the trials, such as 2/4; auto takes the part from
+    /// Slurm, Open MPI or HyperQueue, auto/8 takes its number in 8 parts
+    #[arg(verbatim_doc_comment, long, value_name = "I/N")]
+    pub shard: Option<String>,
+}
+
+#[derive(Debug, Clone, Args)]
+#[command(next_line_help = true, allow_negative_numbers = true)]
+pub(crate) struct MergeArgs {
+    /// Experiment
+    pub name: String,
+    /// Folders of the shards
+    pub folders: Vec<PathBuf>,
+    #[command(flatten)]
+    pub common: Common,
+    #[command(flatten)]
+    pub trials: TrialArgs,
+    /// Folder for the merged experiment
+    #[arg(long, value_name = "FOLDER", required_unless_present = "status")]
+    pub out: Option<PathBuf>,
+    /// Replace the trials in that folder
+    #[arg(long)]
+    pub force: bool,
+    /// Merge nothing; list the missing trials of each shard and cell
+    #[arg(long, conflicts_with_all = ["out", "force"])]
+    pub status: bool,
+}
 
 pub(crate) fn experiment(args: &ExperimentArgs) -> Result<Outcome, Error> {
     let Some(name) = &args.name else {
@@ -172,9 +266,9 @@ fn status(args: &MergeArgs) -> Result<Outcome, Error> {
 
 /// Returns whether the command line of `symbolt merge` has this option.
 fn was_given(option: &str) -> bool {
-    let matches = Cli::command().try_get_matches_from(std::env::args_os());
-    let source = matches.ok().and_then(|all| all.subcommand_matches("merge")?.value_source(option));
-    source == Some(ValueSource::CommandLine)
+    let merge = MergeArgs::augment_args(clap::Command::new("merge"));
+    let matches = merge.try_get_matches_from(std::env::args_os().skip(1));
+    matches.is_ok_and(|all| all.value_source(option) == Some(ValueSource::CommandLine))
 }
 
 fn show(common: &Common, results: &Results) -> Result<(), Error> {

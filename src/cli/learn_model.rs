@@ -1,14 +1,37 @@
 //! `symbolt learn-model`: an action model in PDDL from trajectories.
 
+use std::path::PathBuf;
+
 use anyhow::Error;
+use clap::Args;
 use serde_json::{Value, json};
 use symbolt::files::{Limit, read_file};
 use symbolt::task::strips::learn::{LearnedAction, LearnedModel, Rule, learn};
 use symbolt::task::strips::{Bodies, Domain, Literal, Shown, Trajectory};
 
-use super::Outcome;
-use super::args::{BadArgument, LearnModelArgs};
+use super::end::{BadArgument, Outcome};
+use super::options::{Common, OutFile};
 use super::output::{Place, Progress, counted, emit, emit_json, use_threads, warn};
+
+#[derive(Debug, Clone, Args)]
+#[command(next_line_help = true, allow_negative_numbers = true)]
+pub(crate) struct LearnModelArgs {
+    /// PDDL domain with types, predicates and the actions' parameters;
+    /// preconditions and effects are not used; - for standard input
+    #[arg(verbatim_doc_comment)]
+    pub domain: PathBuf,
+    /// Trajectories of SAM or AMLGym; - for standard input
+    #[arg(required = true)]
+    pub trajectories: Vec<PathBuf>,
+    #[command(flatten)]
+    pub common: Common,
+    /// Keep every precondition that always held (safe action model
+    /// learning); by default the evidence for each is weighed
+    #[arg(verbatim_doc_comment, long)]
+    pub safe: bool,
+    #[command(flatten)]
+    pub out: OutFile,
+}
 
 pub(crate) fn learn_model(args: &LearnModelArgs) -> Result<Outcome, Error> {
     let out = args.out.place()?;

@@ -6,6 +6,7 @@ mod check;
 mod classify;
 mod config;
 mod domain;
+mod end;
 mod experiment;
 mod figures;
 mod folder;
@@ -18,6 +19,7 @@ mod options;
 mod output;
 mod pddl;
 mod plan;
+mod rank;
 mod ranks;
 mod record;
 mod relational;
@@ -30,32 +32,98 @@ mod threshold;
 mod watch;
 
 use std::ffi::OsString;
-use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::Error;
-use clap::{CommandFactory, Parser};
+use clap::{Args, CommandFactory, Parser, Subcommand};
 use symbolt::files::FileError;
-use symbolt::neurons::{SolvedFileError, UnknownMode};
+use symbolt::neurons::UnknownMode;
 use symbolt::spa::VocabError;
-use symbolt::study::experiment::ShardError;
-use symbolt::study::standard::UnknownModel;
 use symbolt::task::TaskError;
-use symbolt::task::pddl::WriteFault;
-use symbolt::task::regression::GoalSetError;
-use symbolt::task::strips::learn::LearnError;
-use symbolt::task::strips::{GroundFault, PddlFault};
 
-use args::{BadArgument, Cli, Command};
-use ranks::Ended;
+pub(crate) use end::Outcome;
+use end::{BadArgument, Ended, code, sentence};
 
-/// The result of a command that ran to its end.
-pub(crate) enum Outcome {
-    /// The command succeeded.
-    Done,
-    /// The command failed, for the reason in this sentence.
-    Failed(String),
+/// Learns symbols from demonstrations of a robot's task and plans with them.
+#[derive(Debug, Parser)]
+#[command(
+    name = "symbolt",
+    version,
+    disable_help_subcommand = true,
+    override_usage = "symbolt [OPTIONS OF run]\n       symbolt <COMMAND> [OPTIONS]",
+    after_help = "Without a command, `symbolt` does what `symbolt run` does: it records\n\
+                  demonstrations, learns from them, runs an episode, and writes the folder out/.\n\
+                  `symbolt COMMAND --help` lists the options of a command and their defaults."
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+/// Makes the enum of all commands, and the call of the chosen one.
+macro_rules! commands {
+    ($($(#[$help:meta])* $name:ident($args:path) => $run:path,)*) => {
+        #[derive(Debug, Subcommand)]
+        enum Command {
+            $($(#[$help])* $name($args),)*
+        }
+
+        fn dispatch(cli: Cli) -> Result<Outcome, Error> {
+            match cli.command {
+                $(Command::$name(args) => $run(&args),)*
+            }
+        }
+    };
+}
+
+// A new command is a file of its own, with its arguments, and a line here, in the order of `--help`.
+commands! {
+    /// Record demonstrations, learn from them, run episodes (default)
+    Run(args::RunArgs) => run::run,
+    /// Record demonstrations or a single scene, with or without physics
+    Record(record::RecordArgs) => record::record,
+    /// Learn states and actions from a recording
+    Learn(args::LearnArgs) => learn::learn,
+    /// Print the state of every object in a recording or scene
+    Classify(args::ClassifyArgs) => classify::classify,
+    /// Print the next action in a scene, the plan, and the decision time
+    Plan(args::PlanArgs) => plan::plan,
+    /// Print every action that is possible in a scene
+    Actions(args::ActionsArgs) => framed::actions,
+    /// Write a learned domain and a scene as PDDL
+    Pddl(pddl::PddlArgs) => pddl::pddl,
+    /// Learn an action model in PDDL from state-action trajectories
+    LearnModel(learn_model::LearnModelArgs) => learn_model::learn_model,
+    /// Rename states and actions in place, or to a new file with --out
+    Rename(rename::RenameArgs) => rename::rename,
+    /// Check a recording, scene, scene settings, domain or model file
+    Check(check::CheckArgs) => check::check,
+    /// Measure the speed and quality of a standard network of neurons
+    Bench(bench::BenchArgs) => bench::bench,
+    /// Write an HTML page about a run or experiments
+    Report(report::ReportArgs) => report::make,
+    /// Run or resume an experiment and print its table
+    Experiment(experiment::ExperimentArgs) => experiment::experiment,
+    /// Merge the shards of an experiment
+    Merge(experiment::MergeArgs) => experiment::merged,
+    /// Print the default settings of a task, for use with --config
+    Config(config::ConfigArgs) => config::config,
+    /// Print a completion script for a shell
+    Completions(CompletionsArgs) => completions,
+}
+
+#[derive(Debug, Clone, Args)]
+struct CompletionsArgs {
+    /// Shell
+    shell: clap_complete::Shell,
+}
+
+fn completions(args: &CompletionsArgs) -> Result<Outcome, Error> {
+    let mut text = Vec::new();
+    clap_complete::generate(args.shell, &mut Cli::command(), "symbolt", &mut text);
+    output::emit(&String::from_utf8_lossy(&text))?;
+    Ok(Outcome::Done)
 }
 
 /// Runs the command line. Returns 0 on success, 1 if the command failed, 2 for bad usage or input.
@@ -74,14 +142,14 @@ pub(crate) fn main() -> ExitCode {
             let error = with_options(error, &command);
             Ended { code: code(&error), sentence: Some(sentence(&error)) }
         }
-        Err(usage) if ranks::own().is_none() => usage.exit(),
+        Err(usage) if rank::own().is_none() => usage.exit(),
         Err(usage) if usage.use_stderr() => {
             let text = usage.to_string();
             let sentence = text.trim_start_matches("error: ").trim_end().to_owned();
             Ended { code: 2, sentence: Some(sentence) }
         }
         Err(help) => {
-            if ranks::leads() {
+            if rank::leads() {
                 // If standard output is closed, nobody reads it.
                 let _ = help.print();
             }
@@ -144,84 +212,4 @@ fn with_options(error: Error, command: &str) -> Error {
         _ => None,
     };
     named.map_or(error, Error::from)
-}
-
-/// Joins an error and its causes in one sentence, without repetitions.
-fn sentence(error: &Error) -> String {
-    error.chain().map(ToString::to_string).fold(String::new(), |text, cause| {
-        match (text.is_empty(), text.contains(&cause)) {
-            (true, _) => cause,
-            (_, true) => text,
-            _ => format!("{text}: {cause}"),
-        }
-    })
-}
-
-fn complain(sentence: &str) {
-    // If standard error is closed, the message is lost.
-    let _ = writeln!(std::io::stderr(), "symbolt: {sentence}");
-}
-
-/// Returns the exit code for an error: 2 if an argument or an input file is to blame, 1 otherwise.
-fn code(error: &Error) -> u8 {
-    if error.is::<UnknownMode>() || error.is::<UnknownModel>() || error.is::<BadArgument>() {
-        return 2;
-    }
-    if error.is::<SolvedFileError>()
-        || error.is::<PddlFault>()
-        || error.is::<GroundFault>()
-        || error.is::<WriteFault>()
-        || error.is::<LearnError>()
-        || error.is::<ShardError>()
-    {
-        return 2;
-    }
-    if let Some(fault) = error.downcast_ref::<GoalSetError>() {
-        let late = matches!(fault, GoalSetError::Sim(_) | GoalSetError::Unreachable { .. });
-        return if late { 1 } else { 2 };
-    }
-    if let Some(file) = error.downcast_ref::<FileError>() {
-        return file_code(file);
-    }
-    match error.downcast_ref::<TaskError>() {
-        Some(TaskError::File(file)) => file_code(file),
-        Some(TaskError::Sim(_) | TaskError::Undecided { .. }) | None => 1,
-        Some(_) => 2,
-    }
-}
-
-fn file_code(error: &FileError) -> u8 {
-    match error {
-        FileError::Io { what: "read", .. }
-        | FileError::Exists { .. }
-        | FileError::TooLarge { .. }
-        | FileError::TooManyEntries { .. } => 2,
-        _ => 1,
-    }
-}
-
-fn dispatch(cli: Cli) -> Result<Outcome, Error> {
-    match cli.command {
-        Command::Run(args) => run::run(&args),
-        Command::Record(args) => record::record(&args),
-        Command::Learn(args) => learn::learn(&args),
-        Command::Classify(args) => classify::classify(&args),
-        Command::Plan(args) => plan::plan(&args),
-        Command::Actions(args) => framed::actions(&args),
-        Command::Pddl(args) => pddl::pddl(&args),
-        Command::LearnModel(args) => learn_model::learn_model(&args),
-        Command::Rename(args) => rename::rename(&args),
-        Command::Check(args) => check::check(&args),
-        Command::Bench(args) => bench::bench(&args),
-        Command::Report(args) => report::make(&args),
-        Command::Experiment(args) => experiment::experiment(&args),
-        Command::Merge(args) => experiment::merged(&args),
-        Command::Config(args) => config::config(&args),
-        Command::Completions { shell } => {
-            let mut text = Vec::new();
-            clap_complete::generate(shell, &mut Cli::command(), "symbolt", &mut text);
-            output::emit(&String::from_utf8_lossy(&text))?;
-            Ok(Outcome::Done)
-        }
-    }
 }

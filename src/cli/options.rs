@@ -18,8 +18,8 @@ use symbolt::task::tasks::nuts_and_bolts::{NutsAndBolts, Order, SyntheticDemonst
 use symbolt::task::tasks::{self, Task};
 use symbolt::task::{Commitment, GaussianGate, Grounding, Sensing, TaskError};
 
-use super::args::BadArgument;
-use super::ranks;
+use super::end::BadArgument;
+use super::rank;
 
 /// Options of nearly every command.
 #[derive(Debug, Clone, Args)]
@@ -123,7 +123,7 @@ impl PlannerArgs {
             PlannerKind::Chain => PopulationPlan::all(mode),
             PlannerKind::GoalSets => populations(&mode)?,
         };
-        let (spec, plan, seed) = (self.spec(), ranks::shared(plan), Seed::new(seed));
+        let (spec, plan, seed) = (self.spec(), rank::shared(plan), Seed::new(seed));
         Ok(PlannerBuild { kind, spec, plan, seed })
     }
 

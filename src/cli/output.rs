@@ -2,6 +2,7 @@
 
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
+use std::thread::available_parallelism;
 use std::time::Duration;
 
 use anyhow::{Context, Error};
@@ -9,14 +10,15 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::Value;
 use symbolt::files::{Overwrite, check_output, write_atomic};
 
-use super::args::{BadArgument, Common, OutFile};
-use super::ranks;
+use super::end::BadArgument;
+use super::options::{Common, OutFile};
+use super::rank::{leads, own};
 
 pub(crate) use super::table::{Grid, section, unbroken, wrapped};
 
 /// Writes a result to standard output in one call. Of several processes that share a command only the first writes.
 pub(crate) fn emit(text: &str) -> Result<(), Error> {
-    if !ranks::leads() {
+    if !leads() {
         return Ok(());
     }
     let write = || {
@@ -88,7 +90,7 @@ pub(crate) struct Progress {
 impl Progress {
     pub fn new(common: &Common) -> Self {
         let terminal = std::io::stderr().is_terminal();
-        let quiet = common.quiet || !ranks::leads();
+        let quiet = common.quiet || !leads();
         let bar = (terminal && !quiet).then(|| {
             let bar = ProgressBar::new_spinner();
             if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {msg}") {
@@ -142,9 +144,21 @@ pub(crate) fn use_threads(common: &Common) -> Result<(), Error> {
     if common.threads > 1024 {
         return Err(BadArgument::range("--threads", common.threads, "0 to 1024").into());
     }
-    ranks::warn_of_binding(common.threads);
+    warn_of_binding(common.threads);
     rayon::ThreadPoolBuilder::new().num_threads(common.threads).build_global()?;
     Ok(())
+}
+
+/// Warns if this process shares the command and may use fewer cores than `threads`, the number that the user asked for.
+fn warn_of_binding(threads: usize) {
+    let cores = available_parallelism().map_or(threads, usize::from);
+    if own().is_some() && leads() && threads > cores {
+        warn(&format!(
+            "--threads is {threads}, but this process may use {} only; \
+             Open MPI binds processes to cores unless it is started as `mpirun --bind-to none`",
+            counted(cores, "core")
+        ));
+    }
 }
 
 /// Formats a length given in metres as millimetres, without the unit.

@@ -1,6 +1,9 @@
 //! `symbolt pddl`: a learned domain and a scene as PDDL.
 
+use std::path::PathBuf;
+
 use anyhow::Error;
+use clap::Args;
 use serde_json::json;
 use symbolt::files::{Overwrite, ResultFolder, check_output, write_atomic};
 use symbolt::task::domain::Rules;
@@ -9,13 +12,36 @@ use symbolt::task::planner::strips_problem;
 use symbolt::task::relational::{Problem, RelationalDomain};
 use symbolt::task::{Classifier, Domain, Snapshot, TaskError, WorldState};
 
-use super::Outcome;
-use super::args::{BadArgument, PddlArgs};
 use super::domain::AnyDomain;
+use super::end::{BadArgument, Outcome};
 use super::folder::not_standard_output;
 use super::framed::{look, wanted};
+use super::options::{Common, GroundingArgs};
 use super::output::{Progress, counted, emit, emit_json, use_threads, warn};
 use super::plan::{count, wanted_state};
+
+#[derive(Debug, Clone, Args)]
+#[command(next_line_help = true, allow_negative_numbers = true)]
+pub(crate) struct PddlArgs {
+    /// Learned domain; - for standard input
+    pub domain: PathBuf,
+    /// Scene, a file with one JSON object; - for standard input
+    #[arg(long, value_name = "FILE")]
+    pub scene: PathBuf,
+    /// State to reach [default: the goal of the demonstrations]
+    #[arg(long, value_name = "STATE")]
+    pub goal: Option<String>,
+    /// Folder for domain.pddl and problem.pddl
+    #[arg(long, value_name = "FOLDER")]
+    pub out: PathBuf,
+    /// Replace the files if they exist
+    #[arg(long)]
+    pub force: bool,
+    #[command(flatten)]
+    pub common: Common,
+    #[command(flatten)]
+    pub grounding: GroundingArgs,
+}
 
 /// The files that the command writes.
 const FILES: [&str; 2] = ["domain.pddl", "problem.pddl"];

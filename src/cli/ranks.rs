@@ -1,35 +1,15 @@
-//! One command in several processes: the rank of this process, and how all of them end together.
+//! One command in several processes: they must be alike, and they end together.
 
 use std::path::Path;
 use std::process::ExitCode;
-use std::sync::OnceLock;
-use std::thread;
 
 use anyhow::{Context, Error};
 use symbolt::files::{Limit, read_file};
-use symbolt::neurons::{PopulationPlan, solver_signature};
-use symbolt::sim::{Fingerprint, Ranks, launched};
+use symbolt::neurons::solver_signature;
+use symbolt::sim::{Fingerprint, launched};
 
-use super::args::BadArgument;
-
-/// The rank of this process, if the command is shared.
-static RANKS: OnceLock<Ranks> = OnceLock::new();
-
-/// Returns the rank of this process, if several processes share the command.
-pub(crate) fn own() -> Option<&'static Ranks> {
-    RANKS.get()
-}
-
-/// Returns whether this process writes: it is alone, or the first.
-pub(crate) fn leads() -> bool {
-    own().is_none_or(|ranks| ranks.rank() == 0)
-}
-
-/// Shares the neurons of a plan among the processes that share the command.
-pub(crate) fn shared(plan: PopulationPlan) -> PopulationPlan {
-    // The first process records the spikes of all.
-    own().into_iter().fold(plan, |plan, ranks| plan.shared(&ranks.clone().with_events()))
-}
+use super::end::{BadArgument, Ended, complain};
+use super::rank::{leads, own};
 
 /// Checks that all processes run the same program with the same arguments, and that their processors solve decoders to the
 /// same bits, unless the populations come from the file `load`. The simulator checks in every tick whether they also run
@@ -62,18 +42,6 @@ pub(crate) fn check_alike(load: Option<&Path>) -> Result<(), Error> {
         }
     }
     Ok(())
-}
-
-/// Warns if this process shares the command and may use fewer cores than `threads`, the number that the user asked for.
-pub(crate) fn warn_of_binding(threads: usize) {
-    let cores = thread::available_parallelism().map_or(threads, usize::from);
-    if own().is_some() && leads() && threads > cores {
-        super::output::warn(&format!(
-            "--threads is {threads}, but this process may use {} only; \
-             Open MPI binds processes to cores unless it is started as `mpirun --bind-to none`",
-            super::output::counted(cores, "core")
-        ));
-    }
 }
 
 fn hash_of(bytes: &[u8]) -> u64 {
@@ -110,7 +78,7 @@ pub(crate) fn together(command: &str, main: impl FnOnce() -> Ended) -> ExitCode 
         }
     };
     let rank = session.ranks().rank();
-    let _ = RANKS.set(session.ranks());
+    super::rank::set(session.ranks());
     let message = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
         eprintln!("symbolt: rank {rank} panicked; all ranks end");
@@ -118,7 +86,7 @@ pub(crate) fn together(command: &str, main: impl FnOnce() -> Ended) -> ExitCode 
     }));
     let Ended { code, sentence } = main();
     let failure = sentence.map(|sentence| Failure { code, sentence });
-    ExitCode::from(session.end(failure, super::complain))
+    ExitCode::from(session.end(failure, complain))
 }
 
 /// Runs `main` and returns its exit code. Without the feature `mpi` processes share nothing.
@@ -132,22 +100,4 @@ pub(crate) fn together(command: &str, main: impl FnOnce() -> Ended) -> ExitCode 
         ));
     }
     main().tell()
-}
-
-/// How a command ended.
-pub(crate) struct Ended {
-    /// Exit code.
-    pub code: u8,
-    /// What to say on standard error.
-    pub sentence: Option<String>,
-}
-
-impl Ended {
-    /// Says the sentence, if there is one, and returns the exit code.
-    fn tell(self) -> ExitCode {
-        if let Some(sentence) = self.sentence {
-            super::complain(&sentence);
-        }
-        ExitCode::from(self.code)
-    }
 }

@@ -1,17 +1,40 @@
 //! `symbolt record`: demonstrations or a single scene, in physics or from the generator without physics.
 
 use anyhow::Error;
+use clap::Args;
 use serde_json::{Value, json};
 use symbolt::sim::Seed;
 use symbolt::task::execute::demonstrate_sensed;
 use symbolt::task::scene::Scene;
 use symbolt::task::{Recorder, Sensing, Snapshot};
 
-use super::Outcome;
-use super::args::{BadArgument, RecordArgs, SensingArgs, demonstrated};
 use super::config;
+use super::end::{BadArgument, Outcome};
+use super::options::{Common, DemoArgs, OutFile, SensingArgs, SyntheticArgs, demonstrated};
 use super::output::{Place, Progress, emit, emit_json, facts, use_threads, wrapped};
 use super::watch::ProgressLine;
+
+#[derive(Debug, Clone, Args)]
+#[command(next_line_help = true, allow_negative_numbers = true)]
+pub(crate) struct RecordArgs {
+    #[command(flatten)]
+    pub common: Common,
+    #[command(flatten)]
+    pub demos: DemoArgs,
+    /// Generate the demonstrations without physics, which is much faster
+    #[arg(long)]
+    pub kinematic: bool,
+    #[command(flatten)]
+    pub synthetic: SyntheticArgs,
+    /// Write a single scene with all parts on the table, no demonstrations
+    #[arg(long, conflicts_with = "demos")]
+    pub scene: bool,
+    /// Write the names of actions to `next_action`; needs --kinematic
+    #[arg(long)]
+    pub labels: bool,
+    #[command(flatten)]
+    pub out: OutFile,
+}
 
 pub(crate) fn record(args: &RecordArgs) -> Result<Outcome, Error> {
     let out = args.out.place()?;

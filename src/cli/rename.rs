@@ -1,14 +1,36 @@
 //! `symbolt rename`: your own names for learned states and actions.
 
+use std::path::PathBuf;
+
 use anyhow::Error;
+use clap::Args;
 use serde_json::json;
 use symbolt::files::Overwrite;
 
-use super::Outcome;
-use super::args::{BadArgument, RenameArgs};
 use super::domain::AnyDomain;
+use super::end::{BadArgument, Outcome};
+use super::options::Common;
 use super::output::{Place, emit, emit_json};
 use super::{learn, relational};
+
+#[derive(Debug, Clone, Args)]
+#[command(next_line_help = true, allow_negative_numbers = true)]
+pub(crate) struct RenameArgs {
+    /// Learned domain; - for standard input
+    pub domain: PathBuf,
+    /// Old and new name of a state or action
+    #[arg(required = true, value_name = "OLD=NEW")]
+    pub names: Vec<String>,
+    #[command(flatten)]
+    pub common: Common,
+    /// File to write; it must not exist; - for standard output
+    /// [default: the domain file itself, which is replaced]
+    #[arg(verbatim_doc_comment, long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Replace the file of --out if it exists
+    #[arg(long)]
+    pub force: bool,
+}
 
 pub(crate) fn rename(args: &RenameArgs) -> Result<Outcome, Error> {
     let from_input = args.domain.as_os_str() == "-";

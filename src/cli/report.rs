@@ -1,15 +1,27 @@
 //! `symbolt report`: an HTML page about a run or experiments.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::Error;
+use clap::Args;
 use serde_json::json;
 use symbolt::files::{FileError, Overwrite, ResultFolder, check_output, read_beginning};
 use symbolt::report::{TITLE, report};
 
-use super::Outcome;
-use super::args::{BadArgument, ReportArgs};
+use super::end::{BadArgument, Outcome};
+use super::options::{Common, OutFile};
 use super::output::{Place, emit, emit_json, warn};
+
+#[derive(Debug, Clone, Args)]
+#[command(next_line_help = true, allow_negative_numbers = true)]
+pub(crate) struct ReportArgs {
+    /// Folder of a run, of an experiment, or of several experiments' folders
+    pub folder: PathBuf,
+    #[command(flatten)]
+    pub common: Common,
+    #[command(flatten)]
+    pub out: OutFile,
+}
 
 /// The name of the page in the folder that it shows.
 pub(crate) const NAME: &str = "report.html";

@@ -31,9 +31,9 @@ use super::args::{BadArgument, Method, RunArgs};
 use super::figures::Figures;
 use super::learn::AnyLearned;
 use super::output::{Progress, counted, emit, emit_json, use_threads};
-use super::ranks;
 use super::watch::ProgressLine;
 use super::{config, folder, plan, report};
+use super::{rank, ranks};
 
 /// Time between two frames of the recorded episode, in simulated milliseconds.
 const FRAME_MS: u64 = 40;
@@ -50,7 +50,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     check_dimensions(args, &*task)?;
     use_threads(&args.common)?;
     ranks::check_alike(None)?;
-    let folder = ranks::leads().then(|| folder::open(args)).transpose()?;
+    let folder = rank::leads().then(|| folder::open(args)).transpose()?;
     let begun = Instant::now();
     let progress = Progress::new(&args.common);
     let seed = Seed::new(args.common.seed);
@@ -355,7 +355,7 @@ fn episodes(
         others.collect::<Result<Vec<_>, TaskError>>()
     };
     let in_order = || (0..all).filter(rest).map(other).collect();
-    let (recorded, others) = match (all, ranks::own()) {
+    let (recorded, others) = match (all, rank::own()) {
         // Alone, the episode has all threads for its ticks. Ranks must run their episodes in the same order.
         (1, _) => (recorded(), Ok(Vec::new())),
         (_, Some(_)) => (recorded(), in_order()),

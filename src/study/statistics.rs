@@ -168,7 +168,7 @@ impl Mean {
     /// Computes the mean of differences between two binary outcomes or probabilities, each from -1 to 1. The interval
     /// is computed with one added difference of either sign, so that it has a width even if all differences are zero
     /// (Bonett and Price 2012, for paired proportions).
-    pub fn of_differences(values: impl Iterator<Item = f64> + Clone) -> Self {
+    pub(super) fn of_differences(values: impl Iterator<Item = f64> + Clone) -> Self {
         let plain = Self::of(values.clone());
         let n = plain.n as f64 + 2.0;
         let numbers = values.filter(|v| !v.is_nan());

@@ -176,11 +176,11 @@ pub fn exact_stack(spec: &TapeSpec, seed: Seed) -> Result<usize, VocabError> {
 /// Number of neurons per dimension of the population that holds the tape, for [`populations`].
 ///
 /// 25 read 5 of 8 plans back whole, 50 read 8 of 8. 100 are twice what is needed, and hold 20 actions: 8 of 8.
-pub const HELD_PER_DIMENSION: usize = 100;
+pub(super) const HELD_PER_DIMENSION: usize = 100;
 /// Number of neurons per product that binds, for [`populations`].
 ///
 /// 25 read 8 of 8 plans back whole with 50 neurons per dimension of the tape. 50 are twice that.
-pub const PER_PRODUCT: usize = 50;
+pub(super) const PER_PRODUCT: usize = 50;
 
 /// Returns spiking populations for [`run_tape`]: more neurons than usual hold the tape, fewer bind. With 512 dimensions, 200
 /// actions and 15 of them on the tape they are 310,600 neurons.

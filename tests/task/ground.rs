@@ -70,7 +70,7 @@ fn roll(
 }
 
 /// Learns a world from five demonstrations.
-fn learned(name: &str) -> (Box<dyn World>, RelationalDomain) {
+fn learned(name: &str) -> (World, RelationalDomain) {
     let world = worlds::named(name).expect("it exists");
     let teach = |seed| {
         let recording = world.record(5, Seed::new(seed));
@@ -81,7 +81,7 @@ fn learned(name: &str) -> (Box<dyn World>, RelationalDomain) {
 }
 
 /// Returns the layout of a test scene in which `fits` holds.
-fn scene(world: &dyn World, domain: &RelationalDomain, fits: impl Fn(&Layout) -> bool) -> Layout {
+fn scene(world: &World, domain: &RelationalDomain, fits: impl Fn(&Layout) -> bool) -> Layout {
     let grounder = Grounder::new(domain);
     let drawn = (0..50).map(|n| world.begin(Seed::new(9).derive_index("test", n), Stage::Test));
     let mut layouts = drawn.map(|run| grounder.layout(&run.snapshot()));
@@ -98,7 +98,7 @@ fn decide(ground: &GroundProblem, now: &Situation) -> String {
 #[test]
 fn objects_of_a_kind_that_is_nobodys_reference_share_their_facts_and_actions() {
     let (world, domain) = learned("conveyor");
-    let layout = scene(&*world, &domain, |l| l.objects.len() >= 4);
+    let layout = scene(&world, &domain, |l| l.objects.len() >= 4);
     let problem = Problem::new(&domain, &layout).expect("a problem");
     let start = layout.situation();
     let ground = problem.ground(&start).expect("it compiles");
@@ -121,14 +121,14 @@ fn what_is_in_the_way_is_moved_first_as_a_subgoal() {
             &*o.kind == kind && located.fact.is_some_and(|f| f.reference.is_some())
         })
     };
-    let blocked = scene(&*world, &domain, |l| on_base(l, "yellow"));
+    let blocked = scene(&world, &domain, |l| on_base(l, "yellow"));
     let problem = Problem::new(&domain, &blocked).expect("a problem");
     let start = blocked.situation();
     let ground = problem.ground(&start).expect("it compiles");
     let clear = ground.domain().states().iter().position(|s| s.name.starts_with("NO_YELLOW"));
     assert!(clear.is_some(), "{:?}", ground.domain());
     assert!(decide(&ground, &start).contains("YELLOW"));
-    let free = scene(&*world, &domain, |l| !on_base(l, "yellow"));
+    let free = scene(&world, &domain, |l| !on_base(l, "yellow"));
     let problem = Problem::new(&domain, &free).expect("a problem");
     let start = free.situation();
     let ground = problem.ground(&start).expect("it compiles");
@@ -247,7 +247,7 @@ fn what_keeps_a_fact_from_holding_is_told_with_its_reference() {
 #[test]
 fn four_holes_are_filled_one_after_another() {
     let (world, domain) = learned("flange");
-    let layout = scene(&*world, &domain, |_| true);
+    let layout = scene(&world, &domain, |_| true);
     let problem = Problem::new(&domain, &layout).expect("a problem");
     let start = layout.situation();
     let ground = problem.ground(&start).expect("it compiles");
@@ -268,7 +268,7 @@ fn four_holes_are_filled_one_after_another() {
 #[test]
 fn a_need_that_no_object_can_fulfil_is_dropped_and_the_rest_is_kept() {
     let (world, domain) = learned("nuts_nut_first");
-    let layout = scene(&*world, &domain, |_| true);
+    let layout = scene(&world, &domain, |_| true);
     let problem = Problem::new(&domain, &layout).expect("a problem");
     let mut start = layout.situation();
     let whole = problem.ground(&start).expect("it compiles");
@@ -295,7 +295,7 @@ impl VocabTag for Parts {
 #[test]
 fn pointers_are_products_of_roles_and_identities_and_stay_apart() {
     let (world, domain) = learned("cup_stack");
-    let layout = scene(&*world, &domain, |_| true);
+    let layout = scene(&world, &domain, |_| true);
     let problem = Problem::new(&domain, &layout).expect("a problem");
     let ground = problem.ground(&layout.situation()).expect("it compiles");
     let planner = planner(&ground);
@@ -349,7 +349,7 @@ fn pointers_are_products_of_roles_and_identities_and_stay_apart() {
 #[test]
 fn pointers_of_too_few_dimensions_are_refused_and_enough_are_chosen() {
     let (world, domain) = learned("table_knife_first");
-    let layout = scene(&*world, &domain, |_| true);
+    let layout = scene(&world, &domain, |_| true);
     let problem = Problem::new(&domain, &layout).expect("a problem");
     let ground = problem.ground(&layout.situation()).expect("it compiles");
     let d = ground.domain();
@@ -377,7 +377,7 @@ struct Agreement {
 }
 
 /// Compares plans in random situations: each is reached from a test scene by random moves that the operators allow.
-fn compare(world: &dyn World, seeds: u64, scenes: u64, walks: u64) -> Agreement {
+fn compare(world: &World, seeds: u64, scenes: u64, walks: u64) -> Agreement {
     let mut found = Agreement::default();
     let (mut built_ms, mut size) = (0.0f64, (0, 0, 0));
     for seed in 1..=seeds {
@@ -432,7 +432,7 @@ fn compare(world: &dyn World, seeds: u64, scenes: u64, walks: u64) -> Agreement 
 
 /// Prints a plan that failed.
 fn tell(
-    world: &dyn World,
+    world: &World,
     problem: &Problem<'_>,
     ground: &GroundProblem,
     start: &Situation,
@@ -462,7 +462,7 @@ fn the_graph_agrees_with_the_reference_planner() {
     let only = std::env::var("WORLD").ok();
     let mut all = Agreement::default();
     for world in worlds::all().iter().filter(|w| only.as_ref().is_none_or(|o| o == w.name())) {
-        let own = compare(&**world, 2, 3, 6);
+        let own = compare(world, 2, 3, 6);
         all.situations += own.situations;
         all.reached += own.reached;
         all.as_short += own.as_short;
@@ -513,7 +513,7 @@ fn facts_that_exclude_each_other_hold_together_in_no_situation_and_most_such_pai
     for world in worlds::all() {
         let name = world.name();
         let (world, domain) = learned(name);
-        let layout = scene(&*world, &domain, |layout| Problem::new(&domain, layout).is_ok());
+        let layout = scene(&world, &domain, |layout| Problem::new(&domain, layout).is_ok());
         let problem = Problem::new(&domain, &layout).expect("checked");
         let Ok(ground) = problem.ground(&layout.situation()) else { continue };
         let facts = ground.domain().states().len();

@@ -17,14 +17,14 @@ use symbolt::task::relational::{
 };
 use symbolt::task::strips::{self, Bodies, Fact, Grounded, Literal, Term, validate};
 
-fn learned(world: &dyn World) -> Option<RelationalDomain> {
+fn learned(world: &World) -> Option<RelationalDomain> {
     let recording = world.record(5, Seed::new(2));
     let learned = learn_relational(&recording, &Settings::default()).ok()?;
     Some(learned.domain).filter(|domain| !domain.goals.is_empty())
 }
 
 /// Returns the scene in which a test of a world begins.
-fn scene(world: &dyn World, domain: &RelationalDomain) -> Layout {
+fn scene(world: &World, domain: &RelationalDomain) -> Layout {
     let run = world.begin(Seed::new(9), Stage::Test);
     Grounder::new(domain).layout(&run.snapshot())
 }
@@ -124,8 +124,8 @@ fn undecided(domain: &RelationalDomain) -> Vec<(usize, usize)> {
 fn the_actions_are_the_moves_in_every_reachable_situation() {
     let (mut compared, mut all) = (0, [0; 2]);
     for world in worlds::all() {
-        let Some(domain) = learned(&*world) else { continue };
-        let layout = scene(&*world, &domain);
+        let Some(domain) = learned(&world) else { continue };
+        let layout = scene(&world, &domain);
         let now = layout.situation();
         let Ok(problem) = Problem::new(&domain, &layout) else { continue };
         for (dropped, strict) in [(Vec::new(), true), (undecided(&domain), false)] {
@@ -150,8 +150,8 @@ fn the_actions_are_the_moves_in_every_reachable_situation() {
 #[test]
 fn a_writer_that_forgets_what_an_action_ends_is_found_out() {
     let world = worlds::named("nuts").expect("a world");
-    let domain = learned(&*world).expect("it teaches");
-    let layout = scene(&*world, &domain);
+    let domain = learned(&world).expect("it teaches");
+    let layout = scene(&world, &domain);
     let problem = Problem::new(&domain, &layout).expect("a problem");
     let now = layout.situation();
     let written = of_relational(&problem, &[], &now, "nuts").expect("it is written");
@@ -186,8 +186,8 @@ fn calls(domain: &strips::Domain, written: &Written, moves: &[Move]) -> Vec<Stri
 fn plans_of_the_symbolic_planner_are_valid_in_pddl_and_plans_in_pddl_reach_the_goal() {
     let mut counts = [0; 2];
     for world in worlds::all() {
-        let Some(domain) = learned(&*world) else { continue };
-        let layout = scene(&*world, &domain);
+        let Some(domain) = learned(&world) else { continue };
+        let layout = scene(&world, &domain);
         let now = layout.situation();
         let Ok(problem) = Problem::new(&domain, &layout) else { continue };
         let (Some(plan), false) = (problem.plan(&now, &[]), problem.lacking(&now) == 0) else {
@@ -245,7 +245,7 @@ fn a_domain_of_the_papers_method_is_written_without_arguments() {
 fn the_command_writes_both_files_or_none() {
     let folder = tempfile::tempdir().expect("a folder");
     let world = worlds::named("nuts").expect("a world");
-    let domain = learned(&*world).expect("it teaches");
+    let domain = learned(&world).expect("it teaches");
     let run = world.begin(Seed::new(9), Stage::Test);
     let scene = run.snapshot().to_json().expect("plain data");
     let file = |name: &str| folder.path().join(name);

@@ -5,7 +5,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use symbolt::sim::Seed;
-use symbolt::study::worlds::{self, Rates, Trial, World, episodes, evaluate};
+use symbolt::study::worlds::{self, Planning, Rates, Trial, World, episodes, evaluate};
 use symbolt::task::Sensing;
 use symbolt::task::learn::{Settings, learn, learn_relational};
 use symbolt::task::relational::{
@@ -30,21 +30,21 @@ impl Total {
 }
 
 fn trial(demos: usize, episodes: usize, sensing: Sensing, seed: u64) -> Trial {
-    Trial { demos, episodes, sensing, seed: Seed::new(seed) }
+    Trial { demos, episodes, planner: Planning::Symbolic, sensing, seed: Seed::new(seed) }
 }
 
 /// Worlds that few demonstrations can teach. The bins need hundreds.
-fn tasks() -> Vec<Box<dyn World>> {
+fn tasks() -> Vec<World> {
     let tasks: Vec<_> = worlds::all().into_iter().filter(|w| w.name() != "bins").collect();
     assert_eq!(tasks.len(), 19);
     tasks
 }
 
-fn total(worlds: &[Box<dyn World>], trials: &[Trial]) -> Total {
+fn total(worlds: &[World], trials: &[Trial]) -> Total {
     let mut total = Total::default();
     for world in worlds {
         for trial in trials {
-            let found = evaluate(&**world, trial).expect("the sensing is valid");
+            let found = evaluate(world, trial).expect("the sensing is valid");
             total.solved += found.solved();
             total.of += found.outcomes.len();
             total.states = total.states.plus(&found.states.states);
@@ -93,7 +93,7 @@ fn marks_of_tasks_with_noise_of_one_millimetre_and_one_degree() {
 #[test]
 fn bins_have_four_states_whatever_the_heights_in_their_heaps() {
     let world = worlds::named("bins").expect("it exists");
-    let found = evaluate(&*world, &trial(300, 2, Sensing::default(), 1)).expect("valid");
+    let found = evaluate(&world, &trial(300, 2, Sensing::default(), 1)).expect("valid");
     assert_eq!((found.states.states.said, found.states.states.found), (4, 4), "{found:?}");
     assert!(found.states.poses.due > 2_000 && found.states.poses.recall() >= 0.95, "{found:?}");
     assert_eq!(found.solved(), 2);
@@ -106,10 +106,10 @@ fn a_learner_without_frames_solves_no_task_whose_jig_moves() {
     let trial = trial(5, 5, Sensing::default(), 1);
     let recording = world.record(trial.demos, trial.seed);
     let framed = learn_relational(&recording, &Settings::default()).expect("it teaches").domain;
-    assert_eq!(episodes(&*world, &framed, &trial).0.iter().filter(|o| o.solved).count(), 5);
+    assert_eq!(episodes(&world, &framed, &trial).0.iter().filter(|o| o.solved).count(), 5);
     let flat = learn(&recording, &Settings::default()).expect("it teaches").domain;
     let flat = RelationalDomain::from_domain(&flat).expect("it has geometry");
-    assert_eq!(episodes(&*world, &flat, &trial).0.iter().filter(|o| o.solved).count(), 0);
+    assert_eq!(episodes(&world, &flat, &trial).0.iter().filter(|o| o.solved).count(), 0);
 }
 
 fn learned(world: &str, demos: usize) -> RelationalDomain {

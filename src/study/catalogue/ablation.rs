@@ -7,7 +7,7 @@ use super::Options;
 use crate::neurons::{LifSpec, Population, PopulationPlan};
 use crate::sim::{Seed, SimDuration};
 use crate::study::experiment::{
-    Axis, Cell, Experiment, Figure, Mark, Measure, Reading, Results, Row, Series, Style,
+    About, Axis, Cell, Experiment, Figure, Measure, Reading, Results, Row, Series, Style,
     TrialOutcome, outcome,
 };
 use crate::task::TaskError;
@@ -126,16 +126,12 @@ fn decide(planner: &Planner, worlds: &[WorldState]) -> Result<(f64, f64), TaskEr
 }
 
 impl Experiment for Ablation {
-    fn name(&self) -> &'static str {
-        "ablation"
-    }
-
-    fn question(&self) -> &'static str {
-        "How often does the reference planner accept the planner's decisions if a part is removed or changed, and how long do they take?"
-    }
-
-    fn revision(&self) -> u32 {
-        3
+    fn about(&self) -> About {
+        About {
+            name: "ablation",
+            question: "How often does the reference planner accept the planner's decisions if a part is removed or changed, and how long do they take?",
+            revision: 3,
+        }
     }
 
     fn settings(&self) -> Value {
@@ -145,9 +141,9 @@ impl Experiment for Ablation {
     fn cells(&self) -> Vec<Cell> {
         let readings = || {
             vec![
-                Reading::new(Measure::Share(1), json!({"what": "accepted"})),
-                Reading::new(Measure::Auxiliary, json!({})),
-                Reading::new(Measure::Mean, json!({"what": "ms a decision"})),
+                Reading::what(Measure::Share(1), "accepted"),
+                Reading::count(),
+                Reading::what(Measure::Mean, "ms a decision"),
             ]
         };
         let cell = |v: &Variant| {
@@ -183,10 +179,7 @@ impl Experiment for Ablation {
             .clone()
             .map(|row| Some(format!("{}: {}", text(row, "change")?, text(row, "to")?)))
             .collect::<Option<Vec<String>>>()?;
-        let marks = accepted.enumerate().map(|(at, row)| {
-            let bar = Some(row.statistic.interval95().map(|v| 100.0 * v));
-            Mark { x: 100.0 * row.statistic.value(), y: at as f64, bar }
-        });
+        let marks = accepted.enumerate().map(|(at, row)| row.percent(at as f64).across());
         Some(Figure {
             title: "Decisions that the reference planner accepts, with 95% intervals".into(),
             x: Axis::from_to("accepted (%)", 0.0, 102.0),

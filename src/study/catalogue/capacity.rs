@@ -25,7 +25,7 @@ use super::Options;
 use crate::sim::{Real, Seed};
 use crate::spa::{Algebra, Hrr, PairDecoder, dot, dots, draw_pointer, norm};
 use crate::study::experiment::{
-    Axis, Cell, Experiment, Figure, Mark, Measure, Reading, Results, Row, Series, Style,
+    About, Axis, Cell, Experiment, Figure, Mark, Measure, Reading, Results, Row, Series, Style,
     TrialOutcome, outcome,
 };
 use crate::task::TaskError;
@@ -134,16 +134,12 @@ impl Size {
 }
 
 impl Experiment for Capacity {
-    fn name(&self) -> &'static str {
-        "capacity"
-    }
-
-    fn question(&self) -> &'static str {
-        "How often is the right filler decoded from a sum of bound pairs, and how often is it predicted to be?"
-    }
-
-    fn revision(&self) -> u32 {
-        2
+    fn about(&self) -> About {
+        About {
+            name: "capacity",
+            question: "How often is the right filler decoded from a sum of bound pairs, and how often is it predicted to be?",
+            revision: 2,
+        }
     }
 
     fn settings(&self) -> Value {
@@ -184,13 +180,11 @@ impl Experiment for Capacity {
     fn figure(&self, results: &Results) -> Option<Figure> {
         let mut series = Vec::new();
         for (colour, bound) in [8, 16].into_iter().enumerate() {
-            let of = |row: &&Row| {
-                row.is("bound", &json!(bound))
-                    && row.is("items", &json!(64))
-                    && row.number("sigma") == Some(0.0)
-                    && row.is("roles", &json!("gaussian"))
+            let of = |reading: &str| {
+                json!({
+                    "bound": bound, "items": 64, "sigma": 0.0, "roles": "gaussian", "reading": reading,
+                })
             };
-            let rows = || results.rows.iter().filter(of);
             let mut add = |name: &str, marks: Vec<Mark>, style| {
                 let name = format!("{bound} pairs, {name}");
                 series.push(Series { colour: Some(colour), ..Series::new(name, marks, style) });
@@ -198,20 +192,14 @@ impl Experiment for Capacity {
             let drawn =
                 [("best", Style::Line), ("linear", Style::Rings), ("prediction", Style::Dashed)];
             for (reading, style) in drawn {
-                let mark = |row: &Row| {
-                    let bar = Some(row.statistic.interval95().map(|v| 100.0 * v));
-                    let y = 100.0 * row.statistic.value();
-                    Some(Mark { x: row.number("dimensions")?.log2(), y, bar })
-                };
-                let own = rows().filter(|row| row.is("reading", &json!(reading)));
-                add(reading, own.filter_map(mark).collect(), style);
+                let mark = |row: &Row| Some(row.percent(row.number("dimensions")?.log2()));
+                add(reading, results.marks(&of(reading), mark), style);
             }
             let mark = |row: &Row| {
                 let y = 100.0 * row.number("large_d_formula")?;
                 Some(Mark { x: row.number("dimensions")?.log2(), y, bar: None })
             };
-            let own = rows().filter(|row| row.is("reading", &json!("linear")));
-            add("large-D formula", own.filter_map(mark).collect(), Style::Dotted);
+            add("large-D formula", results.marks(&of("linear"), mark), Style::Dotted);
         }
         Some(Figure {
             title: "Right filler out of 64 items, no noise".into(),

@@ -11,14 +11,11 @@ use serde_json::{Value, json};
 use super::Options;
 use crate::sim::Seed;
 use crate::study::experiment::{
-    Axis, Cell, Experiment, Figure, MAX_READINGS, Mark, Measure, Reading, Results, Series, Style,
-    TrialOutcome, outcome,
+    About, Axis, Cell, Experiment, Figure, MAX_READINGS, Mark, Measure, Reading, Results, Series,
+    Style, TrialOutcome, outcome,
 };
 use crate::task::TaskError;
-use crate::task::domain::Domain;
-use crate::task::domain::Pose;
-use crate::task::domain::Recording;
-use crate::task::domain::{Classifier, Grounding};
+use crate::task::domain::{Classifier, Domain, Grounding, Pose, Recording};
 use crate::task::execute::demonstrate;
 use crate::task::learn::{PAPER_EXPONENT, Settings, learn};
 use crate::task::tasks::nuts_and_bolts::NutsAndBolts;
@@ -111,12 +108,12 @@ impl Clusters {
 }
 
 impl Experiment for Clusters {
-    fn name(&self) -> &'static str {
-        "figure-3"
-    }
-
-    fn question(&self) -> &'static str {
-        "How many states of nut and bolt are found in five demonstrations with one of each?"
+    fn about(&self) -> About {
+        About {
+            name: "figure-3",
+            question: "How many states of nut and bolt are found in five demonstrations with one of each?",
+            revision: 1,
+        }
     }
 
     fn settings(&self) -> Value {
@@ -129,7 +126,7 @@ impl Experiment for Clusters {
             (Measure::Mean, "states of the bolt"),
             (Measure::Rate, "two and three, each true to the scene"),
         ];
-        let readings = readings.map(|(m, what)| Reading::new(m, json!({"what": what})));
+        let readings = readings.map(|(m, what)| Reading::what(m, what));
         vec![Cell::new(json!({}), self.trials, readings.into())]
     }
 
@@ -220,16 +217,12 @@ impl Classification {
 }
 
 impl Experiment for Classification {
-    fn name(&self) -> &'static str {
-        "figure-4"
-    }
-
-    fn question(&self) -> &'static str {
-        "Which state is an unseen pose in, by the paper's rule and by ours?"
-    }
-
-    fn revision(&self) -> u32 {
-        2
+    fn about(&self) -> About {
+        About {
+            name: "figure-4",
+            question: "Which state is an unseen pose in, by the paper's rule and by ours?",
+            revision: 2,
+        }
     }
 
     fn settings(&self) -> Value {
@@ -245,7 +238,7 @@ impl Experiment for Classification {
                 let mut readings: Vec<Reading> = said
                     .map(|said| Reading::new(Measure::Share(total), json!({"said": said})))
                     .collect();
-                readings.push(Reading::new(Measure::Auxiliary, json!({})));
+                readings.push(Reading::count());
                 cells.push(Cell::new(json!({"rule": rule, "truth": truth}), self.trials, readings));
             }
         }
@@ -269,15 +262,10 @@ impl Experiment for Classification {
                 .iter()
                 .rev()
                 .enumerate()
-                .filter_map(|(at, truth)| {
-                    let row = results.rows.iter().find(|row| {
-                        row.is("rule", &json!(rule))
-                            && row.is("truth", &json!(truth))
-                            && row.is("said", &json!(truth))
-                    })?;
+                .flat_map(|(at, truth)| {
                     let shift = if rule == RULES[0] { 0.12 } else { -0.12 };
-                    let bar = Some(row.statistic.interval95().map(|v| 100.0 * v));
-                    Some(Mark { x: 100.0 * row.statistic.value(), y: at as f64 + shift, bar })
+                    let wanted = json!({"rule": rule, "truth": truth, "said": truth});
+                    results.marks(&wanted, |row| Some(row.percent(at as f64 + shift).across()))
                 })
                 .collect();
             Series::new(name, marks, Style::Points)

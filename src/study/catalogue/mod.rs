@@ -14,6 +14,7 @@ mod tape;
 #[cfg(feature = "physics")]
 mod thresholds;
 mod timing;
+mod worlds;
 
 use std::path::PathBuf;
 
@@ -44,7 +45,7 @@ impl Default for Options {
 pub fn all() -> Vec<(&'static str, &'static str)> {
     // Only a recording or a folder can make an experiment fail, and the default options have none.
     let made = makers().into_iter().filter_map(|make| make(&Options::default()).ok());
-    made.map(|e| (e.name(), e.question())).collect()
+    made.map(|e| (e.about().name, e.about().question)).collect()
 }
 
 /// The only experiment that uses [`Options::recording`].
@@ -78,6 +79,7 @@ fn makers() -> Vec<Make> {
         |o| Ok(Box::new(goal_sets::Tangled::new(o))),
         |o| Ok(Box::new(goal_sets::Ipc::new(o)?)),
         |o| Ok(Box::new(stack_planner::StackPlans::new(o))),
+        |o| Ok(Box::new(worlds::Worlds::new(o))),
     ]
 }
 
@@ -95,7 +97,7 @@ pub fn find(name: &str, options: &Options) -> Result<Box<dyn Experiment>, TaskEr
     }
     // Search with default options, which is cheap. With a recording, an experiment may read it and learn from it.
     let plain = Options::default();
-    let has_name = |make: &Make| make(&plain).is_ok_and(|made| made.name() == name);
+    let has_name = |make: &Make| make(&plain).is_ok_and(|made| made.about().name == name);
     match makers().into_iter().find(has_name) {
         Some(make) => {
             if let Some(folder) = options.problems.as_deref().filter(|_| name != TAKES_PROBLEMS) {

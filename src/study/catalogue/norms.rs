@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::Options;
 use crate::sim::Seed;
 use crate::study::experiment::{
-    Axis, Cell, Experiment, Figure, Mark, Measure, Reading, Results, Row, Series, Style,
+    About, Axis, Cell, Experiment, Figure, Mark, Measure, Reading, Results, Row, Series, Style,
     TrialOutcome, outcome,
 };
 use crate::task::TaskError;
@@ -39,12 +39,12 @@ const TIGHT: f64 = 0.05;
 const BROAD: f64 = 0.5;
 
 impl Experiment for Distances {
-    fn name(&self) -> &'static str {
-        "figure-1a"
-    }
-
-    fn question(&self) -> &'static str {
-        "How far apart are 6-D states that are alike in k dimensions, by the Euclidean norm and by p = -3?"
+    fn about(&self) -> About {
+        About {
+            name: "figure-1a",
+            question: "How far apart are 6-D states that are alike in k dimensions, by the Euclidean norm and by p = -3?",
+            revision: 1,
+        }
     }
 
     fn settings(&self) -> Value {
@@ -69,8 +69,8 @@ impl Experiment for Distances {
 
     fn figure(&self, results: &Results) -> Option<Figure> {
         let series = EXPONENTS.map(|p| {
-            let own = results.rows.iter().filter(|row| row.number("p") == Some(p));
-            let marks = own.filter_map(|row| logarithmic(row.number("tight")?, row)).collect();
+            let mark = |row: &Row| row.median(row.number("tight")?, f64::log10);
+            let marks = results.marks(&json!({"p": p}), mark);
             Series::new(format!("p = {p}"), marks, Style::Line)
         });
         Some(Figure {
@@ -80,12 +80,6 @@ impl Experiment for Distances {
             series: series.into(),
         })
     }
-}
-
-/// Returns a row's median for a logarithmic axis, with the 5% and 95% quantiles as error bar.
-fn logarithmic(x: f64, row: &Row) -> Option<Mark> {
-    let [low, middle, high] = row.statistic.quantiles()?;
-    Some(Mark { x, y: middle.log10(), bar: Some([low.log10(), high.log10()]) })
 }
 
 /// Figure 1C: knives on a cart or beside plates. A knife's 8-D state is relative to the cart, the nearest plate and the
@@ -207,16 +201,12 @@ fn example<R: Rng>(rng: &mut R) -> [Vec<[f64; 8]>; 2] {
 }
 
 impl Experiment for TableSetting {
-    fn name(&self) -> &'static str {
-        "figure-1c"
-    }
-
-    fn question(&self) -> &'static str {
-        "Knives on a cart or beside plates: are distances within a group smaller than between groups?"
-    }
-
-    fn revision(&self) -> u32 {
-        2
+    fn about(&self) -> About {
+        About {
+            name: "figure-1c",
+            question: "Knives on a cart or beside plates: are distances within a group smaller than between groups?",
+            revision: 2,
+        }
     }
 
     fn settings(&self) -> Value {
@@ -270,13 +260,11 @@ impl Experiment for TableSetting {
         let names = ["between groups", "beside plates", "on the cart"];
         let series = EXPONENTS.map(|p| {
             let mark = |(at, pairs): (usize, &&str)| {
-                let of = |row: &&Row| row.number("p") == Some(p) && row.is("pairs", &json!(pairs));
-                let row = results.rows.iter().find(of)?;
                 let y = at as f64 + if p > 0.0 { 0.12 } else { -0.12 };
-                let Mark { y: x, bar, .. } = logarithmic(0.0, row)?;
-                Some(Mark { x, y, bar })
+                let mark = |row: &Row| row.median(y, f64::log10).map(Mark::across);
+                results.marks(&json!({"p": p, "pairs": pairs}), mark)
             };
-            let marks = names.iter().enumerate().filter_map(mark).collect();
+            let marks = names.iter().enumerate().flat_map(mark).collect();
             Series::new(format!("p = {p}"), marks, Style::Points)
         });
         Some(Figure {

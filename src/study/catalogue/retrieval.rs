@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::Options;
 use crate::sim::{Real, Seed, SimDuration};
-use crate::study::experiment::{Cell, Experiment, Measure, Reading, TrialOutcome};
+use crate::study::experiment::{About, Cell, Experiment, Measure, Reading, TrialOutcome};
 use crate::study::retrieval::{
     Method, Network, NetworkSpec, Query, Reach, Roles, Score, World, WorldSpec, exact, predicted,
 };
@@ -85,12 +85,12 @@ fn in_spikes(
 }
 
 impl Experiment for Retrieval {
-    fn name(&self) -> &'static str {
-        "retrieval"
-    }
-
-    fn question(&self) -> &'static str {
-        "How well are objects found by place and goal, and actions by object and effect?"
+    fn about(&self) -> About {
+        About {
+            name: "retrieval",
+            question: "How well are objects found by place and goal, and actions by object and effect?",
+            revision: 1,
+        }
     }
 
     fn settings(&self) -> Value {
@@ -132,7 +132,7 @@ impl Experiment for Retrieval {
                                     json!({"of": what, "rate": rate}),
                                 )
                             };
-                            let count = || Reading::new(Measure::Auxiliary, json!({}));
+                            let count = || Reading::count();
                             [share(1, "precision"), count(), share(3, "recall"), count()]
                         });
                     cells.push(Cell::new(settings, self.trials, readings.collect()));

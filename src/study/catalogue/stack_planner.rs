@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::Options;
 use crate::neurons::{LifSpec, Population};
 use crate::sim::Seed;
-use crate::study::experiment::{Cell, Experiment, Measure, Reading, TrialOutcome, outcome};
+use crate::study::experiment::{About, Cell, Experiment, Measure, Reading, TrialOutcome, outcome};
 use crate::study::stack_planner::{Kitchen, StackPlanner, StackSpec};
 use crate::task::TaskError;
 
@@ -31,12 +31,12 @@ impl StackPlans {
 }
 
 impl Experiment for StackPlans {
-    fn name(&self) -> &'static str {
-        "stack-planner"
-    }
-
-    fn question(&self) -> &'static str {
-        "How often and how fast does the rebuilt planner of 2016 reach its goal, and how long are the plans that it can hold?"
+    fn about(&self) -> About {
+        About {
+            name: "stack-planner",
+            question: "How often and how fast does the rebuilt planner of 2016 reach its goal, and how long are the plans that it can hold?",
+            revision: 2,
+        }
     }
 
     fn settings(&self) -> Value {
@@ -44,21 +44,16 @@ impl Experiment for StackPlans {
         json!({"dimensions": self.spec.dimensions, "limit_ms": limit_ms})
     }
 
-    fn revision(&self) -> u32 {
-        2
-    }
-
     fn cells(&self) -> Vec<Cell> {
         let readings = || {
-            let reading = |measure, what: &str| Reading::new(measure, json!({"what": what}));
             vec![
-                reading(Measure::Rate, "goal reached"),
-                reading(Measure::Rate, "whole plan on the stack when acting begins"),
-                reading(Measure::Mean, "its actions on the stack, from the top"),
-                reading(Measure::Mean, "its actions done before it acts on another plan"),
-                reading(Measure::Mean, "last action (ms), if reached"),
-                reading(Measure::Rate, "exactly the shortest plan, if reached"),
-                reading(Measure::Mean, "episodes, if reached"),
+                Reading::what(Measure::Rate, "goal reached"),
+                Reading::what(Measure::Rate, "whole plan on the stack when acting begins"),
+                Reading::what(Measure::Mean, "its actions on the stack, from the top"),
+                Reading::what(Measure::Mean, "its actions done before it acts on another plan"),
+                Reading::what(Measure::Mean, "last action (ms), if reached"),
+                Reading::what(Measure::Rate, "exactly the shortest plan, if reached"),
+                Reading::what(Measure::Mean, "episodes, if reached"),
             ]
         };
         let cells = KITCHENS.iter().flat_map(|(kitchen, _, actions)| {

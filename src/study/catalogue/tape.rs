@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::Options;
 use crate::sim::Seed;
 use crate::study::experiment::{
-    Axis, Cell, Experiment, Figure, Mark, Measure, Reading, Results, Row, Series, Style,
+    About, Axis, Cell, Experiment, Figure, Measure, Reading, Results, Row, Series, Style,
     TrialOutcome, outcome,
 };
 use crate::study::tape::{
@@ -45,12 +45,12 @@ const DEPTHS: [usize; 5] = [5, 7, 10, 15, 20];
 const SIZES: [(usize, usize); 2] = [(256, 20), (512, 200)];
 
 impl Experiment for Depths {
-    fn name(&self) -> &'static str {
-        "tape"
-    }
-
-    fn question(&self) -> &'static str {
-        "How often is a whole plan read back from a tape, and from a stack that shifts?"
+    fn about(&self) -> About {
+        About {
+            name: "tape",
+            question: "How often is a whole plan read back from a tape, and from a stack that shifts?",
+            revision: 1,
+        }
     }
 
     fn settings(&self) -> Value {
@@ -74,8 +74,8 @@ impl Experiment for Depths {
                         "method": name, "dimensions": dimensions, "actions": actions, "depth": depth,
                     });
                     let readings = vec![
-                        Reading::new(Measure::Rate, json!({"what": "whole plans"})),
-                        Reading::new(Measure::Mean, json!({"what": "actions read right"})),
+                        Reading::what(Measure::Rate, "whole plans"),
+                        Reading::what(Measure::Mean, "actions read right"),
                     ];
                     cells.push(Cell::new(settings, self.trials, readings));
                 }
@@ -108,16 +108,10 @@ impl Experiment for Depths {
             for ((name, _), style) in
                 METHODS.into_iter().zip([Style::Dashed, Style::Dotted, Style::Line, Style::Rings])
             {
-                let of = |row: &&Row| {
-                    row.is("method", &json!(name))
-                        && row.is("dimensions", &json!(dimensions))
-                        && row.is("what", &json!("whole plans"))
-                };
-                let mark = |row: &Row| {
-                    let bar = Some(row.statistic.interval95().map(|v| 100.0 * v));
-                    Some(Mark { x: row.number("depth")?, y: 100.0 * row.statistic.value(), bar })
-                };
-                let marks: Vec<Mark> = results.rows.iter().filter(of).filter_map(mark).collect();
+                let wanted =
+                    json!({"method": name, "dimensions": dimensions, "what": "whole plans"});
+                let mark = |row: &Row| Some(row.percent(row.number("depth")?));
+                let marks = results.marks(&wanted, mark);
                 let name = format!("{name}, D = {dimensions}, {actions} actions");
                 series.push(Series { colour: Some(colour), ..Series::new(name, marks, style) });
             }

@@ -9,13 +9,11 @@ use super::clusters::{DEMOS, Once, part_poses, poses, scene, shown, truth};
 use crate::files::{Limit, read_file};
 use crate::sim::Seed;
 use crate::study::experiment::{
-    Axis, Cell, Experiment, Figure, Mark, Measure, Reading, Results, Row, Series, Style,
+    About, Axis, Cell, Experiment, Figure, Measure, Reading, Results, Row, Series, Style,
     TrialOutcome, outcome,
 };
 use crate::task::TaskError;
-use crate::task::domain::Domain;
-use crate::task::domain::Recording;
-use crate::task::domain::{Classifier, Grounding};
+use crate::task::domain::{Classifier, Domain, Grounding, Recording};
 use crate::task::learn::{Dendrogram, PAPER_EXPONENT, Settings, learn};
 
 /// Numbers of poses in a batch.
@@ -147,16 +145,12 @@ impl Thresholds {
 }
 
 impl Experiment for Thresholds {
-    fn name(&self) -> &'static str {
-        "threshold"
-    }
-
-    fn question(&self) -> &'static str {
-        "Which clustering thresholds find the true states of a batch of poses, and does the automatic threshold?"
-    }
-
-    fn revision(&self) -> u32 {
-        3
+    fn about(&self) -> About {
+        About {
+            name: "threshold",
+            question: "Which clustering thresholds find the true states of a batch of poses, and does the automatic threshold?",
+            revision: 3,
+        }
     }
 
     fn settings(&self) -> Value {
@@ -180,7 +174,7 @@ impl Experiment for Thresholds {
                     (Measure::ClusteredRate(pool), "the paper's 1.169 mm is perfect"),
                     (Measure::Auxiliary, "the set of demonstrations that it is drawn from"),
                 ];
-                let readings = readings.map(|(m, what)| Reading::new(m, json!({"what": what})));
+                let readings = readings.map(|(m, what)| Reading::what(m, what));
                 let settings = json!({"source": source, "kind": kind, "batch": batch});
                 cells.push(Cell::new(settings, self.trials, readings.into()));
             }
@@ -239,17 +233,9 @@ impl Experiment for Thresholds {
                 ("lowest perfect threshold (mm)", "lowest"),
                 ("highest perfect threshold (mm)", "highest"),
             ] {
-                let of = |row: &&Row| {
-                    row.is("what", &json!(what))
-                        && row.is("source", &json!(source))
-                        && row.is("kind", &json!(kind))
-                };
-                let mark = |row: &Row| {
-                    let [low, middle, high] =
-                        row.statistic.quantiles()?.map(|v| v.max(1e-6).log10());
-                    Some(Mark { x: row.number("batch")?, y: middle, bar: Some([low, high]) })
-                };
-                let marks = results.rows.iter().filter(of).filter_map(mark).collect();
+                let wanted = json!({"what": what, "source": source, "kind": kind});
+                let mark = |row: &Row| row.median(row.number("batch")?, |v| v.max(1e-6).log10());
+                let marks = results.marks(&wanted, mark);
                 let name = format!("{name} for a {kind}, {source}");
                 series.push(Series::new(name, marks, Style::Line));
             }

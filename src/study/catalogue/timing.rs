@@ -7,7 +7,7 @@ use super::ablation::{GOAL, TABLE, lif};
 use crate::neurons::{Population, PopulationPlan};
 use crate::sim::Seed;
 use crate::study::experiment::{
-    Axis, Cell, Experiment, Figure, Mark, Measure, Reading, Results, Row, Series, Style,
+    About, Axis, Cell, Experiment, Figure, Mark, Measure, Reading, Results, Row, Series, Style,
     TrialOutcome, outcome,
 };
 use crate::task::TaskError;
@@ -28,12 +28,12 @@ impl Timing {
 }
 
 impl Experiment for Timing {
-    fn name(&self) -> &'static str {
-        "timing"
-    }
-
-    fn question(&self) -> &'static str {
-        "How many simulated ms do a decision and a plan of three steps take?"
+    fn about(&self) -> About {
+        About {
+            name: "timing",
+            question: "How many simulated ms do a decision and a plan of three steps take?",
+            revision: 2,
+        }
     }
 
     fn settings(&self) -> Value {
@@ -43,11 +43,11 @@ impl Experiment for Timing {
     fn cells(&self) -> Vec<Cell> {
         let readings = || {
             vec![
-                Reading::new(Measure::Mean, json!({"what": "first decision (ms)"})),
-                Reading::new(Measure::Mean, json!({"what": "second decision (ms)"})),
-                Reading::new(Measure::Mean, json!({"what": "third decision (ms)"})),
-                Reading::new(Measure::Mean, json!({"what": "whole plan (ms)"})),
-                Reading::new(Measure::Rate, json!({"what": "three steps to the goal"})),
+                Reading::what(Measure::Mean, "first decision (ms)"),
+                Reading::what(Measure::Mean, "second decision (ms)"),
+                Reading::what(Measure::Mean, "third decision (ms)"),
+                Reading::what(Measure::Mean, "whole plan (ms)"),
+                Reading::what(Measure::Rate, "three steps to the goal"),
             ]
         };
         MODES.map(|mode| Cell::new(json!({"mode": mode}), self.trials, readings())).into()
@@ -67,10 +67,6 @@ impl Experiment for Timing {
         Ok(outcome([first, second, third, all, if complete { 1.0 } else { 0.0 }]))
     }
 
-    fn revision(&self) -> u32 {
-        2
-    }
-
     fn figure(&self, results: &Results) -> Option<Figure> {
         // The first row of the table is at the top.
         let timed = || results.rows.iter().rev().filter(|row| row.statistic.quantiles().is_some());
@@ -78,10 +74,8 @@ impl Experiment for Timing {
             let text = |key| row.settings.get(key)?.as_str();
             Some(format!("{}, {}", text("what")?.trim_end_matches(" (ms)"), text("mode")?))
         };
-        let marks = timed().enumerate().filter_map(|(at, row)| {
-            let [low, middle, high] = row.statistic.quantiles()?;
-            Some(Mark { x: middle, y: at as f64, bar: Some([low, high]) })
-        });
+        let mark = |(at, row): (usize, &Row)| row.median(at as f64, |ms| ms).map(Mark::across);
+        let marks = timed().enumerate().filter_map(mark);
         let (marks, name_of) = (marks.collect(), timed().map(name));
         Some(Figure {
             title: "Simulated time to an answer (median, 5 to 95% of the seeds)".into(),

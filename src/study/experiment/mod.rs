@@ -86,6 +86,16 @@ impl Reading {
         };
         Self { settings, measure }
     }
+
+    /// Creates a reading that is told from the cell's others by the setting `what`.
+    pub fn what(measure: Measure, what: &str) -> Self {
+        Self::new(measure, serde_json::json!({"what": what}))
+    }
+
+    /// Creates a count for other readings to refer to ([`Measure::Auxiliary`]).
+    pub fn count() -> Self {
+        Self { settings: Map::new(), measure: Measure::Auxiliary }
+    }
 }
 
 /// A combination of settings, tried many times.
@@ -165,19 +175,24 @@ impl fmt::Display for Cell {
     }
 }
 
+/// What an experiment is called and what it asks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct About {
+    /// Name on the command line.
+    pub name: &'static str,
+    /// Question, in one sentence.
+    pub question: &'static str,
+    /// Revision of the code, from 1. It must increase with every change after which a trial with the same settings and seed has
+    /// another outcome. A journal of another revision is not resumed.
+    pub revision: u32,
+}
+
 /// A question that many trials answer.
 pub trait Experiment: Send + Sync {
-    /// Returns the name on the command line.
-    fn name(&self) -> &'static str;
-    /// Returns the question, in one sentence.
-    fn question(&self) -> &'static str;
+    /// Returns the name, the question and the revision.
+    fn about(&self) -> About;
     /// Returns all settings that outcomes depend on, except the seed, the cells and the number of trials.
     fn settings(&self) -> Value;
-    /// Returns the revision of the code. It must increase with every change after which a trial with the same settings
-    /// and seed has another outcome. A journal of another revision is not resumed.
-    fn revision(&self) -> u32 {
-        1
-    }
     /// Returns the cells.
     fn cells(&self) -> Vec<Cell>;
     /// Runs a trial of a cell, one of [`cells`](Self::cells), which says by its settings what to do

@@ -2,6 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
+use super::Mark;
 use crate::study::statistics::Statistic;
 
 /// The table of a finished experiment.
@@ -36,9 +37,29 @@ impl Row {
     pub fn is(&self, setting: &str, value: &Value) -> bool {
         self.settings.get(setting) == Some(value)
     }
+
+    /// Returns the point of a figure at `x` whose height is the value in percent, with the 95% interval.
+    pub fn percent(&self, x: f64) -> Mark {
+        let bar = Some(self.statistic.interval95().map(|v| 100.0 * v));
+        Mark { x, y: 100.0 * self.statistic.value(), bar }
+    }
+
+    /// Returns the point of a figure at `x` whose height is the scaled median, with the 5% and 95% quantiles. `None` for a
+    /// rate.
+    pub fn median(&self, x: f64, scale: impl Fn(f64) -> f64) -> Option<Mark> {
+        let [low, y, high] = self.statistic.quantiles()?.map(scale);
+        Some(Mark { x, y, bar: Some([low, high]) })
+    }
 }
 
 impl Results {
+    /// Returns the points that `mark` makes of the rows whose settings have all values of the JSON object `wanted`.
+    pub fn marks(&self, wanted: &Value, mark: impl Fn(&Row) -> Option<Mark>) -> Vec<Mark> {
+        let wanted: Vec<_> = wanted.as_object().into_iter().flatten().collect();
+        let own = |row: &&Row| wanted.iter().all(|(setting, value)| row.is(setting, value));
+        self.rows.iter().filter(own).filter_map(mark).collect()
+    }
+
     /// Returns the object that `--json` prints and `results.json` holds.
     pub fn to_json(&self) -> Value {
         let cells: Vec<Value> = self

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::journal::{CellSettings, Header, Journal, Record, Settings};
-use super::{Cell, Experiment, MAX_READINGS, Measure, Results, Row, Shard, TrialOutcome};
+use super::{About, Cell, Experiment, MAX_READINGS, Measure, Results, Row, Shard, TrialOutcome};
 use crate::files::{FileError, Overwrite, ResultFolder, write_atomic};
 use crate::sim::Seed;
 use crate::study::statistics::{Mean, Rate, Statistic};
@@ -79,14 +79,14 @@ impl<'a> Run<'a> {
         let shard = [self.shard.index, self.shard.of];
         let widths = self.cells.iter().map(|cell| cell.readings.len());
         let width = widths.max().unwrap_or(0).min(MAX_READINGS);
-        Header::new(self.experiment.name(), self.seed.value(), self.settings(), shard, width)
+        Header::new(self.experiment.about().name, self.seed.value(), self.settings(), shard, width)
     }
 
     fn settings(&self) -> Settings {
         let cell = |cell: &Cell| CellSettings { cell: cell.settings.clone(), trials: cell.trials };
         Settings {
             experiment: self.experiment.settings(),
-            revision: self.experiment.revision(),
+            revision: self.experiment.about().revision,
             cells: self.cells.iter().map(cell).collect(),
         }
     }
@@ -229,7 +229,7 @@ impl<'a> Run<'a> {
         };
         settings["seed"] = json!(self.seed.value());
         settings["trials"] = json!(self.cells.iter().map(|cell| cell.trials).max());
-        let (name, question) = (self.experiment.name(), self.experiment.question());
+        let About { name, question, .. } = self.experiment.about();
         Results { name, question, settings, rows }
     }
 
@@ -290,12 +290,8 @@ mod tests {
     struct Coin;
 
     impl Experiment for Coin {
-        fn name(&self) -> &'static str {
-            "coin"
-        }
-
-        fn question(&self) -> &'static str {
-            "How often is the seed even?"
+        fn about(&self) -> About {
+            About { name: "coin", question: "How often is the seed even?", revision: 1 }
         }
 
         fn settings(&self) -> Value {

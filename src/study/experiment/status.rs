@@ -75,7 +75,7 @@ pub struct ShardStatus {
 
 impl ShardStatus {
     /// Returns whether a merge needs this shard to run once more: trials are missing, or its folder cannot be read.
-    pub fn must_run(&self) -> bool {
+    fn must_run(&self) -> bool {
         self.done < self.trials
             || match self.state {
                 ShardState::Damaged | ShardState::Unreadable => true,

@@ -81,16 +81,15 @@ pub fn breakfast(wanted: Breakfast) -> Result<PlanningProblem, TaskError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::problems::{Distance, distance};
+    use crate::study::problems::Distance;
 
     #[test]
     fn breakfasts_have_their_sizes_and_lengths() {
         for (name, wanted) in Breakfast::ALL {
-            let made = breakfast(wanted).expect("a problem").grounded;
-            assert_eq!((made.fluents.len(), made.operators.len()), (18, 14), "{name}");
-            let start = made.start.iter().copied().collect();
-            let found = distance(&made, &start, 100_000);
-            assert_eq!(found, Distance::Steps(wanted.shortest()), "{name}");
+            let made = breakfast(wanted).expect("a problem");
+            let size = (made.grounded.fluents.len(), made.grounded.operators.len());
+            assert_eq!(size, (18, 14), "{name}");
+            assert_eq!(made.distance(100_000), Distance::Steps(wanted.shortest()), "{name}");
         }
     }
 }

@@ -5,11 +5,11 @@ use std::ops::RangeInclusive;
 
 use rand::{Rng, RngExt};
 
-use super::{Distance, PlanningProblem, distance};
+use super::{Distance, PlanningProblem, outside};
 use crate::task::TaskError;
 
 /// Lengths of shortest plans that the generator finds.
-pub const CHORES: RangeInclusive<usize> = 5..=18;
+const CHORES: RangeInclusive<usize> = 5..=18;
 
 /// Most households that are drawn.
 const TRIES: usize = 2_000;
@@ -36,15 +36,13 @@ struct Device {
 /// # Errors
 /// [`TaskError::Range`] if `length` is not in [`CHORES`].
 pub fn chores(length: usize, rng: &mut impl Rng) -> Result<PlanningProblem, TaskError> {
-    let [least, most] = [*CHORES.start() as f64, *CHORES.end() as f64];
-    let refused = TaskError::Range { name: "length", value: length as f64, least, most };
+    let refused = outside("length", length, CHORES);
     if !CHORES.contains(&length) {
         return Err(refused);
     }
     for _ in 0..TRIES {
         let drawn = draw(rng)?;
-        let start = drawn.grounded.start.iter().copied().collect();
-        if distance(&drawn.grounded, &start, STATES) == Distance::Steps(length) {
+        if drawn.distance(STATES) == Distance::Steps(length) {
             return Ok(drawn);
         }
     }
@@ -146,9 +144,10 @@ mod tests {
     fn households_are_large_and_full_of_threats() {
         for length in [10, 12, 15] {
             for seed in 0..3 {
-                let made = chores(length, &mut Seed::new(seed).rng()).expect("a problem").grounded;
+                let made = chores(length, &mut Seed::new(seed).rng()).expect("a problem");
+                assert_eq!(made.distance(STATES), Distance::Steps(length));
+                let made = made.grounded;
                 let start: BTreeSet<usize> = made.start.iter().copied().collect();
-                assert_eq!(distance(&made, &start, STATES), Distance::Steps(length));
                 let rules = Regression::new(&made);
                 let threats: usize = rules.operators.iter().map(|o| o.threatens.len()).sum();
                 assert!(threats >= 6, "{threats}");

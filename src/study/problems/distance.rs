@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeSet, HashSet};
 
+use super::PlanningProblem;
 use crate::task::strips::Grounded;
 
 /// How far a goal is.
@@ -26,6 +27,13 @@ fn bits(fluents: impl IntoIterator<Item = usize>, words: usize) -> State {
 
 fn contains(state: &[u64], all: &[u64]) -> bool {
     state.iter().zip(all).all(|(state, all)| state & all == *all)
+}
+
+impl PlanningProblem {
+    /// Finds how far the goal is from the start. Otherwise as [`distance`].
+    pub fn distance(&self, most: usize) -> Distance {
+        distance(&self.grounded, &self.grounded.start.iter().copied().collect(), most)
+    }
 }
 
 /// Finds how far the goal of a problem is from a state, a set of positions of fluents. It looks at no more than `most`

@@ -9,7 +9,7 @@ use crate::task::TaskError;
 use crate::task::strips::{Bodies, Domain, Problem};
 
 /// Greatest number of problems in a folder.
-pub const MAX_PROBLEMS: usize = 2_000;
+const MAX_PROBLEMS: usize = 2_000;
 /// Folders within folders that are looked at. Messages and documentation name it.
 const DEPTH: usize = 3;
 /// Greatest number of entries of a folder.

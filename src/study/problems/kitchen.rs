@@ -1,6 +1,6 @@
 //! The kitchen of Blouw, Eliasmith and Tripp (2016), and kitchens with more threats.
 
-use super::PlanningProblem;
+use super::{PlanningProblem, outside};
 use crate::task::TaskError;
 
 /// A kitchen with a kettle, a tap and a socket.
@@ -29,8 +29,7 @@ impl Kitchen {
     pub fn problem(self, actions: usize) -> Result<PlanningProblem, TaskError> {
         let most = self.most_actions();
         if !(2..=most).contains(&actions) {
-            let (least, most) = (2.0, most as f64);
-            return Err(TaskError::Range { name: "actions", value: actions as f64, least, most });
+            return Err(outside("actions", actions, 2..=most));
         }
         // The first situations of both kitchens are the same, counted from the whole plan.
         let begin = match most - actions {
@@ -96,9 +95,7 @@ mod tests {
             let kitchen = Kitchen { put_back, one_fuse };
             for actions in 2..=kitchen.most_actions() {
                 let made = kitchen.problem(actions).expect("a problem");
-                let start: BTreeSet<usize> = made.grounded.start.iter().copied().collect();
-                let found = distance(&made.grounded, &start, 1000);
-                assert_eq!(found, Distance::Steps(actions), "{kitchen:?}");
+                assert_eq!(made.distance(1000), Distance::Steps(actions), "{kitchen:?}");
                 checked += 1;
             }
             assert!(kitchen.problem(1).is_err());

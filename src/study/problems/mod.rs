@@ -13,11 +13,10 @@
 //!
 //! ```
 //! use symbolt::sim::Seed;
-//! use symbolt::study::problems::{Distance, distance, tangled};
+//! use symbolt::study::problems::{Distance, tangled};
 //!
 //! let problem = tangled(6, &mut Seed::new(1).rng())?;
-//! let start = problem.grounded.start.iter().copied().collect();
-//! assert_eq!(distance(&problem.grounded, &start, 10_000), Distance::Steps(6));
+//! assert_eq!(problem.distance(10_000), Distance::Steps(6));
 //! # Ok::<(), symbolt::task::TaskError>(())
 //! ```
 
@@ -31,15 +30,22 @@ mod shuffle;
 mod tangled;
 
 pub use breakfast::{Breakfast, breakfast};
-pub use chores::{CHORES, chores};
+pub(super) use chores::chores;
 pub use distance::{Distance, distance};
-pub use folder::{MAX_PROBLEMS, ProblemFiles, problems_in};
+pub(super) use folder::{ProblemFiles, problems_in};
 pub use kitchen::Kitchen;
-pub use packing::packing;
+pub(super) use packing::packing;
 pub use tangled::{TANGLED, tangled};
+
+use std::ops::RangeInclusive;
 
 use crate::task::TaskError;
 use crate::task::strips::{Bodies, Domain, Grounded, Problem, validate};
+
+fn outside(name: &'static str, value: usize, range: RangeInclusive<usize>) -> TaskError {
+    let [least, most] = [*range.start() as f64, *range.end() as f64];
+    TaskError::Range { name, value: value as f64, least, most }
+}
 
 /// A problem with its domain, grounded.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -79,7 +85,7 @@ impl PlanningProblem {
     ///
     /// # Panics
     /// If an operator is outside the problem.
-    pub fn valid_length(&self, plan: impl IntoIterator<Item = usize>) -> Option<usize> {
+    pub(crate) fn valid_length(&self, plan: impl IntoIterator<Item = usize>) -> Option<usize> {
         let operators = &self.grounded.operators;
         let plan: Vec<&str> = plan.into_iter().map(|a| operators[a].name.as_str()).collect();
         validate(&self.domain, &self.problem, plan.iter().copied()).ok().map(|_| plan.len())

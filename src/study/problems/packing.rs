@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use rand::Rng;
 use rand::seq::SliceRandom;
 
-use super::PlanningProblem;
+use super::{PlanningProblem, outside};
 use crate::task::TaskError;
 
 /// Draws a problem of packing things into a box, each in its place. A thing blocks the way to all places deeper in the box,
@@ -18,8 +18,7 @@ use crate::task::TaskError;
 /// [`TaskError::Range`] if `things` is not 2 to 20.
 pub fn packing(things: usize, rng: &mut impl Rng) -> Result<PlanningProblem, TaskError> {
     if !(2..=20).contains(&things) {
-        let value = things as f64;
-        return Err(TaskError::Range { name: "things", value, least: 2.0, most: 20.0 });
+        return Err(outside("things", things, 2..=20));
     }
     let mut order: Vec<usize> = (0..things).collect();
     order.shuffle(rng);
@@ -51,7 +50,7 @@ pub fn packing(things: usize, rng: &mut impl Rng) -> Result<PlanningProblem, Tas
 mod tests {
     use super::*;
     use crate::sim::Seed;
-    use crate::study::problems::{Distance, distance};
+    use crate::study::problems::Distance;
 
     /// Counts the orders of all actions that are valid plans.
     fn valid_orders(made: &PlanningProblem, plan: &mut Vec<usize>) -> usize {
@@ -75,8 +74,7 @@ mod tests {
         for things in 2..=5 {
             let made = packing(things, &mut Seed::new(things as u64).rng()).expect("a problem");
             assert_eq!(valid_orders(&made, &mut Vec::new()), 1, "{things}");
-            let start = made.grounded.start.iter().copied().collect();
-            assert_eq!(distance(&made.grounded, &start, 1000), Distance::Steps(things));
+            assert_eq!(made.distance(1000), Distance::Steps(things));
         }
         assert!(packing(1, &mut Seed::new(1).rng()).is_err());
     }

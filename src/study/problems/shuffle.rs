@@ -81,7 +81,7 @@ impl PlanningProblem {
 mod tests {
     use super::*;
     use crate::sim::Seed;
-    use crate::study::problems::{Distance, Kitchen, distance};
+    use crate::study::problems::{Distance, Kitchen};
 
     #[test]
     fn a_shuffled_kitchen_is_the_same_kitchen() {
@@ -92,8 +92,7 @@ mod tests {
             let (made, kept) = (&other.grounded, &plain.grounded);
             assert_eq!(made.fluents.len(), kept.fluents.len());
             assert_eq!(made.operators.len(), kept.operators.len());
-            let start = made.start.iter().copied().collect();
-            assert_eq!(distance(made, &start, 1000), Distance::Steps(5));
+            assert_eq!(other.distance(1000), Distance::Steps(5));
             // What is printed is read again as the same problem.
             let (domain, problem) = (other.domain.to_string(), other.problem.to_string());
             assert_eq!(PlanningProblem::parse(&domain, &problem).expect("PDDL"), other);
@@ -113,8 +112,7 @@ mod tests {
         let plain = PlanningProblem::parse(domain, problem).expect("a problem");
         for seed in 0..5 {
             let other = plain.shuffled(&mut Seed::new(seed).rng()).expect("a problem");
-            let start = other.grounded.start.iter().copied().collect();
-            assert_eq!(distance(&other.grounded, &start, 100), Distance::Steps(3));
+            assert_eq!(other.distance(100), Distance::Steps(3));
             assert_ne!(other.problem.init, plain.problem.init);
         }
     }

@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 use rand::seq::IndexedRandom;
 use rand::{Rng, RngExt};
 
-use super::PlanningProblem;
+use super::{PlanningProblem, outside};
 use crate::task::TaskError;
 
 /// Lengths of shortest plans that the generator finds.
@@ -86,8 +86,7 @@ fn explore(start: u32, actions: &[Action]) -> Vec<(u32, usize)> {
 /// # Errors
 /// [`TaskError::Range`] if `length` is not in [`TANGLED`].
 pub fn tangled(length: usize, rng: &mut impl Rng) -> Result<PlanningProblem, TaskError> {
-    let [least, most] = [*TANGLED.start() as f64, *TANGLED.end() as f64];
-    let refused = TaskError::Range { name: "length", value: length as f64, least, most };
+    let refused = outside("length", length, TANGLED);
     if !TANGLED.contains(&length) {
         return Err(refused);
     }
@@ -146,7 +145,7 @@ mod tests {
 
     use super::*;
     use crate::sim::Seed;
-    use crate::study::problems::{Distance, distance};
+    use crate::study::problems::Distance;
     use crate::task::strips::Grounded;
 
     /// Whether some plan of at most `depth` actions reaches the goal, depth first.
@@ -178,9 +177,8 @@ mod tests {
     fn long_ones_are_as_far_as_a_search_of_the_grounded_problem_says() {
         for length in [10, 12, 15, 16] {
             let made = tangled(length, &mut Seed::new(3).rng()).expect("a problem");
-            let start = made.grounded.start.iter().copied().collect();
-            assert_eq!(distance(&made.grounded, &start, 5000), Distance::Steps(length));
-            assert_eq!(distance(&made.grounded, &start, 10), Distance::Unknown);
+            assert_eq!(made.distance(5000), Distance::Steps(length));
+            assert_eq!(made.distance(10), Distance::Unknown);
         }
         for length in [0, 1, 17, usize::MAX] {
             assert!(tangled(length, &mut Seed::new(1).rng()).is_err());

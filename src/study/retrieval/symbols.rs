@@ -130,7 +130,7 @@ impl Symbols {
     }
 
     /// Returns the actions as the 2016 paper makes them: `THING * norm(object) + EFFECT * effect`.
-    pub fn actions_of_pointers(
+    pub(super) fn actions_of_pointers(
         &self,
         world: &World,
         objects: &FactoredItems,

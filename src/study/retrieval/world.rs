@@ -121,7 +121,7 @@ impl World {
     }
 
     /// Returns the objects that a query asks for, in order.
-    pub fn objects_of(&self, query: &Query) -> Vec<usize> {
+    pub(super) fn objects_of(&self, query: &Query) -> Vec<usize> {
         let fits = |[places, goals]: &[Vec<usize>; 2]| {
             places.binary_search(&query.place).is_ok() && goals.binary_search(&query.goal).is_ok()
         };
@@ -129,7 +129,7 @@ impl World {
     }
 
     /// Returns the actions that a query asks for, in order: those with the effect and one of the objects.
-    pub fn actions_of(&self, query: &Query) -> Vec<usize> {
+    pub(super) fn actions_of(&self, query: &Query) -> Vec<usize> {
         let objects = self.objects_of(query);
         let fits = |[object, effect]: [usize; 2]| {
             effect == query.effect && objects.binary_search(&object).is_ok()

@@ -1,14 +1,11 @@
 //! Worlds in which parts are fitted into fixtures and into each other.
 
-use super::spec::{Count, Kind, Lie, Quota, Rule, Spec, Start, anywhere, area, at, spot, turned};
+use super::spec::{
+    Count, Kind, Lie, Quota, Spec, Start, anywhere, area, at, on_table, spot, turned,
+};
 use super::truth::{Need, Turn};
 
 const UP: [f64; 3] = [0.0, 0.0, 1.0];
-
-/// A part lies anywhere on the table.
-fn on_table(name: &'static str, kind: &'static str, height: f64) -> Rule {
-    area(name, kind, at(-0.1, 0.3, height), [0.25, 0.25])
-}
 
 /// Fixed places for a nut and a bolt, or one jig with both.
 enum Jig {
@@ -16,8 +13,8 @@ enum Jig {
     Anywhere,
 }
 
-fn nuts(name: &'static str, description: &'static str, count: Count, jig: Jig) -> Spec {
-    let spec = Spec::new(name, description);
+fn nuts(name: &'static str, count: Count, jig: Jig) -> Spec {
+    let spec = Spec::new(name);
     let (spec, pocket, hole) = match jig {
         Jig::Fixed => {
             let pocket = Kind::fixture("nut_pocket", Start::Fixed(at(0.31, -0.22, 0.044)));
@@ -51,9 +48,10 @@ fn nuts(name: &'static str, description: &'static str, count: Count, jig: Jig) -
     .goal("BOLT_IN_NUT", 1)
 }
 
+/// Four bolts go into a flange that stands anywhere; a cover needs all four.
 fn flange() -> Spec {
     let holes = [[0.06, 0.06], [-0.06, 0.06], [-0.06, -0.06], [0.06, -0.06]];
-    Spec::new("flange", "Four bolts go into a flange that stands anywhere; a cover needs all four.")
+    Spec::new("flange")
         .kinds([
             Kind::fixture("flange", anywhere([0.3, 0.6], [-0.3, 0.3], 0.05)).radius(0.14),
             Kind::part(
@@ -76,33 +74,32 @@ fn flange() -> Spec {
         .goal("COVER_ON_FLANGE", 1)
 }
 
+/// A keyed peg fits into a holder in one orientation only, and then takes a keyed cap.
 fn keyed_peg() -> Spec {
-    Spec::new(
-        "keyed_peg",
-        "A keyed peg fits into a holder in one orientation only, and then takes a keyed cap.",
-    )
-    .kinds([
-        Kind::fixture("holder", anywhere([0.3, 0.6], [-0.3, 0.3], 0.03)).radius(0.1),
-        Kind::part("peg", Count::Any(1, 2), Start::In("PEG_ON_TABLE")).lie(Lie::Side),
-        Kind::part("cap", Count::Any(1, 2), Start::In("CAP_ON_TABLE")),
-    ])
-    .states([
-        on_table("PEG_ON_TABLE", "peg", 0.02),
-        on_table("CAP_ON_TABLE", "cap", 0.01),
-        spot("PEG_IN_HOLDER", "peg", "holder", &[turned(at(0.02, -0.01, 0.04), UP, 35.0)])
-            .turn(Turn::Full),
-        spot("CAP_ON_PEG", "cap", "peg", &[turned(at(0.0, 0.0, 0.05), UP, 90.0)])
-            .turn(Turn::Full)
-            .needs(&[Need::Reference("PEG_IN_HOLDER")]),
-    ])
-    .job("PEG_IN_HOLDER", Quota::Total(1))
-    .job("CAP_ON_PEG", Quota::Total(1))
-    .goal("CAP_ON_PEG", 1)
+    Spec::new("keyed_peg")
+        .kinds([
+            Kind::fixture("holder", anywhere([0.3, 0.6], [-0.3, 0.3], 0.03)).radius(0.1),
+            Kind::part("peg", Count::Any(1, 2), Start::In("PEG_ON_TABLE")).lie(Lie::Side),
+            Kind::part("cap", Count::Any(1, 2), Start::In("CAP_ON_TABLE")),
+        ])
+        .states([
+            on_table("PEG_ON_TABLE", "peg", 0.02),
+            on_table("CAP_ON_TABLE", "cap", 0.01),
+            spot("PEG_IN_HOLDER", "peg", "holder", &[turned(at(0.02, -0.01, 0.04), UP, 35.0)])
+                .turn(Turn::Full),
+            spot("CAP_ON_PEG", "cap", "peg", &[turned(at(0.0, 0.0, 0.05), UP, 90.0)])
+                .turn(Turn::Full)
+                .needs(&[Need::Reference("PEG_IN_HOLDER")]),
+        ])
+        .job("PEG_IN_HOLDER", Quota::Total(1))
+        .job("CAP_ON_PEG", Quota::Total(1))
+        .goal("CAP_ON_PEG", 1)
 }
 
+/// Three parts go from a conveyor that stands anywhere into a pallet.
 fn conveyor() -> Spec {
     let seats = [at(-0.08, 0.0, 0.02), at(0.0, 0.0, 0.02), at(0.08, 0.0, 0.02)];
-    Spec::new("conveyor", "Three parts go from a conveyor that stands anywhere into a pallet.")
+    Spec::new("conveyor")
         .kinds([
             Kind::fixture("conveyor", anywhere([-0.2, 0.0], [0.2, 0.4], 0.1)).radius(0.35),
             Kind::fixture("pallet", Start::Fixed(at(0.6, -0.3, 0.02))).radius(0.15),
@@ -123,31 +120,11 @@ fn conveyor() -> Spec {
 }
 
 pub(super) fn worlds() -> Vec<Spec> {
-    let first = nuts(
-        "nuts_nut_first",
-        "Nuts and bolts by a demonstrator who always begins with the nut, which is only a habit.",
-        Count::Any(1, 1),
-        Jig::Fixed,
-    );
+    let first = nuts("nuts_nut_first", Count::Any(1, 1), Jig::Fixed);
     vec![
-        nuts(
-            "nuts",
-            "A nut goes into its pocket, a bolt into its hole, and the bolt into the nut.",
-            Count::Any(1, 1),
-            Jig::Fixed,
-        ),
-        nuts(
-            "nuts_distractors",
-            "Nuts and bolts with three of each in demonstrations and one of each in tests.",
-            Count::Differs { shown: (3, 3), test: (1, 1) },
-            Jig::Fixed,
-        ),
-        nuts(
-            "nuts_jig_anywhere",
-            "Nuts and bolts with a jig that is moved and turned from run to run.",
-            Count::Any(1, 2),
-            Jig::Anywhere,
-        ),
+        nuts("nuts", Count::Any(1, 1), Jig::Fixed),
+        nuts("nuts_distractors", Count::Differs { shown: (3, 3), test: (1, 1) }, Jig::Fixed),
+        nuts("nuts_jig_anywhere", Count::Any(1, 2), Jig::Anywhere),
         first.habit("NUT_IN_POCKET", "BOLT_IN_HOLE"),
         flange(),
         keyed_peg(),

@@ -7,13 +7,14 @@ fn in_bin(name: &'static str, kind: &'static str, bin: &'static str, depth_m: f6
     area(name, kind, at(0.0, 0.0, 0.015), [0.11, 0.09]).of(bin).depth(depth_m)
 }
 
+/// A heap of screws and washers is sorted into two bins.
 fn sorting() -> Spec {
     let bin = |name| Kind::fixture(name, anywhere([0.3, 0.9], [-0.5, 0.5], 0.02)).radius(0.16);
     let part = |name, state| {
         let count = Count::Differs { shown: (2, 4), test: (3, 5) };
         Kind::part(name, count, Start::In(state)).lie(Lie::Tumbled)
     };
-    Spec::new("sorting", "A heap of screws and washers is sorted into two bins.")
+    Spec::new("sorting")
         .kinds([
             Kind::fixture("tray", anywhere([-0.3, 0.0], [-0.3, 0.3], 0.02)).radius(0.16),
             bin("screw_bin"),
@@ -41,21 +42,18 @@ fn bins() -> Spec {
     let origin = |name, kind| area(name, kind, at(0.45, -0.25, 0.02), [0.2, 0.15]).depth(0.06);
     let target = |name, kind| area(name, kind, at(0.45, 0.2, 0.02), [0.2, 0.15]).depth(0.05);
     let part = |name, state| Kind::part(name, Count::Any(1, 3), Start::In(state)).lie(Lie::Tumbled);
-    Spec::new(
-        "bins",
-        "Two kinds of parts are moved from a full bin to another; no bin is recorded.",
-    )
-    .kinds([part("gear", "GEAR_IN_ORIGIN"), part("ring", "RING_IN_ORIGIN")])
-    .states([
-        origin("GEAR_IN_ORIGIN", "gear"),
-        origin("RING_IN_ORIGIN", "ring"),
-        target("GEAR_IN_TARGET", "gear"),
-        target("RING_IN_TARGET", "ring"),
-    ])
-    .job("GEAR_IN_TARGET", Quota::EachObject)
-    .job("RING_IN_TARGET", Quota::EachObject)
-    .goal_each("GEAR_IN_TARGET", "gear")
-    .goal_each("RING_IN_TARGET", "ring")
+    Spec::new("bins")
+        .kinds([part("gear", "GEAR_IN_ORIGIN"), part("ring", "RING_IN_ORIGIN")])
+        .states([
+            origin("GEAR_IN_ORIGIN", "gear"),
+            origin("RING_IN_ORIGIN", "ring"),
+            target("GEAR_IN_TARGET", "gear"),
+            target("RING_IN_TARGET", "ring"),
+        ])
+        .job("GEAR_IN_TARGET", Quota::EachObject)
+        .job("RING_IN_TARGET", Quota::EachObject)
+        .goal_each("GEAR_IN_TARGET", "gear")
+        .goal_each("RING_IN_TARGET", "ring")
 }
 
 pub(super) fn worlds() -> Vec<Spec> {

@@ -1,11 +1,7 @@
 //! Worlds in which objects are stacked.
 
-use super::spec::{Count, Kind, Quota, Rule, Spec, Start, anywhere, area, at, spot};
+use super::spec::{Count, Kind, Quota, Rule, Spec, Start, anywhere, area, at, on_table, spot};
 use super::truth::{Need, Turn};
-
-fn on_table(name: &'static str, kind: &'static str, height: f64) -> Rule {
-    area(name, kind, at(-0.1, 0.3, height), [0.25, 0.25])
-}
 
 /// A block rests on another object, aligned with it.
 fn on_top(name: &'static str, kind: &'static str, below: &'static str, height: f64) -> Rule {
@@ -13,9 +9,9 @@ fn on_top(name: &'static str, kind: &'static str, below: &'static str, height: f
 }
 
 /// A tower of three blocks on a base; `clear` adds needs of the lowest block.
-fn tower(name: &'static str, description: &'static str, count: Count, clear: &[Need]) -> Spec {
+fn tower(name: &'static str, count: Count, clear: &[Need]) -> Spec {
     let block = |kind, state| Kind::part(kind, count, Start::In(state));
-    Spec::new(name, description)
+    Spec::new(name)
         .kinds([
             Kind::fixture("base", anywhere([0.3, 0.6], [-0.3, 0.3], 0.01)),
             block("red", "RED_ON_TABLE"),
@@ -38,26 +34,22 @@ fn tower(name: &'static str, description: &'static str, count: Count, clear: &[N
 }
 
 fn tower_blocked() -> Spec {
-    tower(
-        "tower_blocked",
-        "A tower whose base may carry another block, which must be moved away first.",
-        Count::Any(1, 1),
-        &[Need::Clear("YELLOW_ON_BASE")],
-    )
-    .kinds([Kind::part(
-        "yellow",
-        Count::Any(1, 1),
-        Start::Either("YELLOW_ON_BASE", "YELLOW_ON_TABLE"),
-    )])
-    .states([
-        on_table("YELLOW_ON_TABLE", "yellow", 0.02),
-        on_top("YELLOW_ON_BASE", "yellow", "base", 0.03),
-    ])
-    .job("YELLOW_ON_TABLE", Quota::Empty("YELLOW_ON_BASE"))
+    tower("tower_blocked", Count::Any(1, 1), &[Need::Clear("YELLOW_ON_BASE")])
+        .kinds([Kind::part(
+            "yellow",
+            Count::Any(1, 1),
+            Start::Either("YELLOW_ON_BASE", "YELLOW_ON_TABLE"),
+        )])
+        .states([
+            on_table("YELLOW_ON_TABLE", "yellow", 0.02),
+            on_top("YELLOW_ON_BASE", "yellow", "base", 0.03),
+        ])
+        .job("YELLOW_ON_TABLE", Quota::Empty("YELLOW_ON_BASE"))
 }
 
+/// Three equal cups are stacked, so object and reference have one kind.
 fn cup_stack() -> Spec {
-    Spec::new("cup_stack", "Three equal cups are stacked, so object and reference have one kind.")
+    Spec::new("cup_stack")
         .kinds([Kind::part("cup", Count::Any(3, 3), Start::In("CUP_ON_TABLE")).radius(0.045)])
         .states([
             area("CUP_ON_TABLE", "cup", at(0.1, 0.1, 0.05), [0.3, 0.3]).turn(Turn::Axis),
@@ -68,14 +60,5 @@ fn cup_stack() -> Spec {
 }
 
 pub(super) fn worlds() -> Vec<Spec> {
-    vec![
-        tower(
-            "tower",
-            "A red, a green and a blue block are stacked on a base in this order.",
-            Count::Any(1, 2),
-            &[],
-        ),
-        tower_blocked(),
-        cup_stack(),
-    ]
+    vec![tower("tower", Count::Any(1, 2), &[]), tower_blocked(), cup_stack()]
 }

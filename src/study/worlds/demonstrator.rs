@@ -7,16 +7,16 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::rest::draw;
-use super::run::{At, RuleRun, pose};
+use super::run::{At, Run, pose};
 use super::spec::Quota;
 use crate::task::domain::Pose;
 
 /// Maximum number of draws of a free target.
 const DRAWS: usize = 300;
 
-impl RuleRun {
-    /// The demonstrator's next move.
-    pub(super) fn next_move(&mut self) -> Option<(Arc<str>, Pose)> {
+impl Run {
+    /// Returns the demonstrator's next move, as an object's id and a target pose; `None` once no job is left.
+    pub fn next_move(&mut self) -> Option<(Arc<str>, Pose)> {
         self.complete_jobs();
         let mut rng = self.seed.derive_index("demonstrator", self.moves).rng();
         let mut open: Vec<(usize, Vec<(usize, At)>)> = (0..self.duties.len())
@@ -78,29 +78,14 @@ impl RuleRun {
     fn candidates(&self, job: usize) -> Vec<(usize, At)> {
         let to = self.spec.jobs[job].to;
         let Some(rule) = self.rule(to) else { return Vec::new() };
-        let state = &self.spec.rules[rule].state;
-        let mut found = Vec::new();
-        for body in self.of_kind(state.kind) {
-            let serves = match self.duties[job].quota {
-                Quota::Empty(from) => self.is_in(body, from),
-                _ => !self.is_in(body, to),
-            };
-            if !serves {
-                continue;
-            }
-            for on in self.references(rule) {
-                let each = matches!(self.duties[job].quota, Quota::EachReference);
-                if each && self.count(to, on) > 0 {
-                    continue;
-                }
-                for place in 0..state.places.len() {
-                    let at = At { rule, on, place };
-                    if self.allowed(body, at) {
-                        found.push((body, at));
-                    }
-                }
-            }
-        }
+        let quota = self.duties[job].quota;
+        let serves = |(body, at): &(usize, At)| match quota {
+            Quota::Empty(from) => self.is_in(*body, from),
+            Quota::EachReference if self.count(to, at.on) > 0 => false,
+            _ => !self.is_in(*body, to),
+        };
+        let mut found = self.moves_into(rule);
+        found.retain(serves);
         found
     }
 

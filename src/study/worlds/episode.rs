@@ -17,19 +17,12 @@ pub struct Outcome {
     pub refused: usize,
 }
 
-impl Outcome {
-    /// Returns whether the planner held the goal for reached or was stuck although the goal is not reached.
-    pub fn gave_up(&self) -> bool {
-        self.stopped && !self.solved
-    }
-}
-
 /// Carries out moves until the planner stops or `most` moves were tried.
 ///
 /// `plan` gets the scene as sensed and returns an object's id and a target pose, or `None` to stop. It is asked again
 /// after each move. Errors of sensing are drawn from `seed` and the number of the question.
 pub fn carry_out(
-    run: &mut dyn Run,
+    run: &mut Run,
     most: usize,
     sensing: &Sensing,
     seed: Seed,

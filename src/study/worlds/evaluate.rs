@@ -1,9 +1,9 @@
 //! Scores the relational learner in a world: what it learned against the truth, and its plans move by move.
 
-use super::{
-    Need, NeedScore, Outcome, Rates, SaidState, Stage, StateScore, World, carry_out, score_needs,
-    score_states,
-};
+use super::episode::{Outcome, carry_out};
+use super::explore::explore;
+use super::score::{NeedScore, Rates, SaidState, StateScore, score_needs, score_states};
+use super::{Need, Planning, Stage, World};
 use crate::sim::Seed;
 use crate::task::TaskError;
 use crate::task::domain::Sensing;
@@ -19,6 +19,8 @@ pub struct Trial {
     pub demos: usize,
     /// Number of test scenes.
     pub episodes: usize,
+    /// Planner of the tests.
+    pub planner: Planning,
     /// Errors of the poses, in the demonstrations and in the tests.
     pub sensing: Sensing,
     /// Seed of the demonstrations, the tests and the sensing.
@@ -50,13 +52,13 @@ impl Evaluation {
 }
 
 /// Moves that an episode may take.
-const MOST_MOVES: usize = 60;
+pub(in crate::study) const MOST_MOVES: usize = 60;
 
 /// Learns from demonstrations in a world, scores what was learned, and plans in test scenes.
 ///
 /// # Errors
 /// As [`Sensing::check`].
-pub fn evaluate(world: &dyn World, trial: &Trial) -> Result<Evaluation, TaskError> {
+pub fn evaluate(world: &World, trial: &Trial) -> Result<Evaluation, TaskError> {
     trial.sensing.check()?;
     let shown = world.show(trial.demos, trial.seed);
     let recording = trial.sensing.apply_recording(&shown.recording, trial.seed);
@@ -100,7 +102,7 @@ pub fn evaluate(world: &dyn World, trial: &Trial) -> Result<Evaluation, TaskErro
 /// Plans in test scenes of a world and carries out the plans move by move, with a new plan after each move. Returns the
 /// outcomes, and why episodes failed.
 pub fn episodes(
-    world: &dyn World,
+    world: &World,
     domain: &RelationalDomain,
     trial: &Trial,
 ) -> (Vec<Outcome>, Vec<String>) {
@@ -112,12 +114,12 @@ pub fn episodes(
         let mut last: Option<Layout> = None;
         let mut trouble = None;
         let mut tried: Vec<(usize, usize)> = Vec::new();
-        let outcome = carry_out(&mut *run, MOST_MOVES, &trial.sensing, seed, |scene| {
+        let outcome = carry_out(&mut run, MOST_MOVES, &trial.sensing, seed, |scene| {
             let layout = match &last {
                 Some(before) => grounder.layout_after(before, scene),
                 None => grounder.layout(scene),
             };
-            let step = next(domain, &layout, &mut tried);
+            let step = next(domain, &layout, &mut tried, trial);
             last = Some(layout);
             step.unwrap_or_else(|reason| {
                 trouble = Some(reason);
@@ -148,24 +150,12 @@ fn next(
     domain: &RelationalDomain,
     layout: &Layout,
     tried: &mut Vec<(usize, usize)>,
+    trial: &Trial,
 ) -> Result<Step, String> {
     let problem = Problem::new(domain, layout).map_err(|e| e.to_string())?;
-    let situation = layout.situation();
     let avoid: Vec<usize> = tried.iter().filter(|(_, n)| *n >= 2).map(|(i, _)| *i).collect();
-    let Some(plan) = problem.plan(&situation, &avoid) else {
-        let states: Vec<String> = layout
-            .objects
-            .iter()
-            .zip(&layout.located)
-            .map(|(o, l)| {
-                let name = l.fact.map_or("none", |f| &domain.states[f.state].name[..]);
-                format!("{} {name}", o.id)
-            })
-            .collect();
-        return Err(format!("no plan from {}", states.join(", ")));
-    };
-    let Some(first) = plan.first() else { return Ok(None) };
-    let m = first.action;
+    let first = trial.planner.first(&problem, layout, &avoid, trial.seed)?;
+    let Some(m) = first else { return Ok(None) };
     match tried.iter_mut().find(|(i, _)| *i == m.object) {
         Some((_, n)) => *n += 1,
         None => tried.push((m.object, 1)),
@@ -174,20 +164,20 @@ fn next(
     Ok(Some((layout.objects[m.object].id.to_string(), target.pose)))
 }
 
-fn score_operators(world: &dyn World, domain: &RelationalDomain, out: &mut Evaluation) {
-    let (truth, explored) = (world.truth(), world.explore());
+fn score_operators(world: &World, domain: &RelationalDomain, out: &mut Evaluation) {
     let name = |state: usize| out.states.names.get(&domain.states[state].name).copied();
-    for (action, explored) in truth.actions.iter().zip(&explored) {
-        let own = domain.operators.iter().find(|o| name(o.to) == Some(action.to));
+    for (job, always) in world.0.jobs.iter().zip(explore(&world.0)) {
+        let own = domain.operators.iter().find(|o| name(o.to) == Some(job.to));
         let (required, undecided) = match own {
             Some(operator) => stated(operator, &name),
             None => (Vec::new(), Vec::new()),
         };
-        let NeedScore { rates, wrong, missed, .. } =
-            score_needs(action, explored, &required, &undecided);
+        let demanded: Vec<Need> = world.0.needs_of(job.to).collect();
+        let NeedScore { rates, wrong, missed } =
+            score_needs(&demanded, &always, &required, &undecided);
         out.needs = out.needs.plus(&rates);
-        out.wrong.extend(wrong.into_iter().map(|n| (action.to, n)));
-        out.missed.extend(missed.into_iter().map(|n| (action.to, n)));
+        out.wrong.extend(wrong.into_iter().map(|n| (job.to, n)));
+        out.missed.extend(missed.into_iter().map(|n| (job.to, n)));
     }
 }
 

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::run::{At, RuleRun, pose};
+use super::Stage;
+use super::run::{At, Run, pose};
 use super::spec::Spec;
-use super::truth::{Explored, Need};
-use super::{Run, Stage};
+use super::truth::Need;
 use crate::sim::Seed;
 use crate::task::domain::Pose;
 
@@ -22,47 +22,29 @@ const MOVES: usize = 50;
 /// Probability that a move is the demonstrator's.
 const DEMONSTRATED: f64 = 0.4;
 
-/// What has held so far at each possible application of an action.
-struct Record {
-    to: &'static str,
-    always: Option<BTreeSet<Need>>,
-    from: BTreeSet<&'static str>,
-    after: Option<BTreeSet<&'static str>>,
-    count: usize,
-}
-
-pub(super) fn explore(spec: &Arc<Spec>) -> Vec<Explored> {
-    let record = |to| Record { to, always: None, from: BTreeSet::new(), after: None, count: 0 };
-    let mut records: Vec<Record> = spec.jobs.iter().map(|job| record(job.to)).collect();
+/// Returns for each job the needs that were met whenever a move of the job was possible. Such a need may be asserted:
+/// either the world demands it, or it follows from what the world demands.
+pub(super) fn explore(spec: &Arc<Spec>) -> Vec<BTreeSet<Need>> {
+    let mut always = vec![None; spec.jobs.len()];
     for walk in 0..WALKS {
         for stage in [Stage::Demonstration(0), Stage::Demonstration(1), Stage::Test] {
             let seed = Seed::new(walk).derive(spec.name, "explore");
             let mut rng = seed.derive("walk", "moves").rng();
-            let mut run = RuleRun::begin(spec.clone(), seed, stage);
-            let mut seen = BTreeSet::new();
+            let mut run = Run::begin(spec.clone(), seed, stage);
             for _ in 0..MOVES {
-                let states = run.bodies.iter().filter_map(|b| b.at);
-                seen.extend(states.map(|at| spec.rules[at.rule].state.name));
                 let demonstrated = rng.random::<f64>() < DEMONSTRATED;
-                let next = if demonstrated { run.next() } else { None };
+                let next = if demonstrated { run.next_move() } else { None };
                 let wander = || run.legal_move(&mut rng);
                 let Some((object, target)) = next.or_else(wander) else { break };
-                run.note(&mut records, &seen);
+                run.note(&mut always);
                 run.act(&object, &target);
             }
         }
     }
-    let explored = |r: Record| Explored {
-        to: r.to,
-        always: r.always.into_iter().flatten().collect(),
-        origins: r.from.into_iter().collect(),
-        after: r.after.into_iter().flatten().collect(),
-        situations: r.count,
-    };
-    records.into_iter().map(explored).collect()
+    always.into_iter().map(Option::unwrap_or_default).collect()
 }
 
-impl RuleRun {
+impl Run {
     /// Draws a state that is possible now, and a move into it.
     fn legal_move(&self, rng: &mut ChaCha8Rng) -> Option<(Arc<str>, Pose)> {
         let mut rules: Vec<usize> = (0..self.spec.rules.len()).collect();
@@ -79,39 +61,28 @@ impl RuleRun {
         None
     }
 
-    /// All objects that the rules let enter a state, with the places, but not the places that they are at.
+    /// The allowed moves into a state, but not those to the place that the object is at.
     fn entries(&self, rule: usize) -> Vec<(usize, At)> {
-        let state = &self.spec.rules[rule].state;
-        let mut found = Vec::new();
-        for body in self.of_kind(state.kind) {
-            for on in self.references(rule) {
-                for place in 0..state.places.len() {
-                    let at = At { rule, on, place };
-                    if self.bodies[body].at != Some(at) && self.allowed(body, at) {
-                        found.push((body, at));
-                    }
-                }
-            }
-        }
+        let mut found = self.moves_into(rule);
+        found.retain(|(body, at)| self.bodies[*body].at != Some(*at));
         found
     }
 
-    /// Notes, for each action, what holds in the situations in which it is possible now. `seen` are the states that
-    /// objects have been in.
-    fn note(&self, records: &mut [Record], seen: &BTreeSet<&'static str>) {
-        for record in records {
-            let Some(rule) = self.rule(record.to) else { continue };
+    /// Keeps, for each job, the needs that are met in all situations in which it is possible now.
+    fn note(&self, always: &mut [Option<BTreeSet<Need>>]) {
+        for (job, always) in self.spec.jobs.iter().zip(always) {
+            let Some(rule) = self.rule(job.to) else { continue };
             for (body, at) in self.entries(rule) {
                 if !self.vacant(Some(body), self.kind(body).radius_m, at, &self.place(at))
                     && self.spec.rules[rule].state.is_spot()
                 {
                     continue;
                 }
-                record.count += 1;
-                let from = self.bodies[body].at.map(|at| self.spec.rules[at.rule].state.name);
-                record.from.extend(from);
-                keep_common(&mut record.always, self.literals(body, at.on));
-                keep_common(&mut record.after, seen.clone());
+                let now = self.literals(body, at.on);
+                match always {
+                    None => *always = Some(now),
+                    Some(always) => always.retain(|need| now.contains(need)),
+                }
             }
         }
     }
@@ -144,13 +115,5 @@ impl RuleRun {
             }
         }
         found
-    }
-}
-
-/// Removes from `common` what is not in `now`; `None` stands for everything.
-fn keep_common<T: Ord>(common: &mut Option<BTreeSet<T>>, now: BTreeSet<T>) {
-    match common {
-        None => *common = Some(now),
-        Some(common) => common.retain(|item| now.contains(item)),
     }
 }

@@ -31,7 +31,7 @@
 //!
 //! * An action is named by the state that its object enters. A place of a spot holds one object; this is not listed
 //!   among the needs.
-//! * A target within the tolerance of a place is accepted. Where the tolerance is at most [`TIGHT_M`], the object snaps
+//! * A target within the tolerance of a place is accepted. Where the tolerance is at most 5 mm, the object snaps
 //!   into the place. Otherwise it rests where it was put. On a table it also turns flat, and in a heap it rests at a
 //!   height that the hand does not choose.
 //! * A placement by hand is off by about 0.2 mm and 0.2 degrees. Objects that nobody touches keep their pose exactly.
@@ -41,9 +41,14 @@
 //!
 //! # Carrying out and scoring
 //!
-//! [`carry_out`] runs an episode, with [`Sensing`](crate::task::Sensing) if it should be imperfect. [`World::show`]
-//! records demonstrations with the true state of each pose, for [`score_states`]. [`World::explore`] finds what always
-//! holds when an action is possible, for [`score_needs`].
+//! [`evaluate`] demonstrates a world, learns it, compares what was learned with the truth, and carries out plans move by
+//! move, with [`Sensing`](crate::task::Sensing) if it should be imperfect. The moves are decided by the symbolic planner
+//! unless [`Planning`] says otherwise. A stated need is right if it held whenever random legal moves, mistakes included, made
+//! the action possible.
+//!
+//! `symbolt experiment worlds` ([`catalogue`](crate::study::catalogue)) runs [`evaluate`], so that anybody can repeat what is
+//! said of the learner. It is an experiment and not test support because its rates belong in a table with intervals, and need
+//! more episodes than a test has time for.
 //!
 //! ```
 //! use symbolt::sim::Seed;
@@ -51,7 +56,7 @@
 //!
 //! for world in worlds::all() {
 //!     let mut run = world.begin(Seed::new(1), Stage::Test);
-//!     while let Some((object, target)) = run.next() {
+//!     while let Some((object, target)) = run.next_move() {
 //!         assert!(run.act(&object, &target), "{}", world.name());
 //!     }
 //!     assert!(run.solved());
@@ -66,25 +71,30 @@ mod demonstrator;
 mod episode;
 mod evaluate;
 mod explore;
-mod kitchen;
+mod planning;
 mod rest;
 mod run;
 mod score;
 mod spec;
+mod table;
 #[cfg(test)]
 mod tests;
 mod truth;
 
-use std::fmt::Debug;
 use std::sync::Arc;
 
-pub use episode::{Outcome, carry_out};
+pub use episode::Outcome;
+pub(super) use evaluate::MOST_MOVES;
 pub use evaluate::{Evaluation, Trial, episodes, evaluate};
-pub use score::{NeedScore, Rates, SaidState, StateScore, score_needs, score_states};
-pub use truth::{Explored, Extent, Need, TIGHT_M, TrueAction, TrueGoal, TrueState, Truth, Turn};
+pub use planning::Planning;
+pub use run::Run;
+pub use score::{Rates, StateScore};
+pub use truth::Need;
+
+use spec::Spec;
 
 use crate::sim::Seed;
-use crate::task::domain::{Demonstration, Labels, Pose, Recording, Snapshot, SnapshotEvent};
+use crate::task::domain::{Demonstration, Labels, Recording, Snapshot, SnapshotEvent};
 
 /// The purpose of a run. It determines the number of objects and how they lie at the beginning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -96,25 +106,22 @@ pub enum Stage {
 }
 
 /// A task with known truth.
-pub trait World: Debug + Send + Sync {
-    /// Returns the name of the world, in snake case.
-    fn name(&self) -> &'static str;
+#[derive(Debug, Clone)]
+pub struct World(Arc<Spec>);
 
-    /// Returns the task and its difficulty, in one sentence.
-    fn description(&self) -> &'static str;
+impl World {
+    /// Returns the name of the world, in snake case.
+    pub fn name(&self) -> &'static str {
+        self.0.name
+    }
 
     /// Begins a run in a scene drawn from `seed`. Runs with the same seed and stage are equal to the bit.
-    fn begin(&self, seed: Seed, stage: Stage) -> Box<dyn Run>;
-
-    /// Returns the truth, for scoring.
-    fn truth(&self) -> Truth;
-
-    /// Explores the world with random legal moves, mistakes included, and returns what always held when an action was
-    /// possible, in the order of [`Truth::actions`]. Takes milliseconds.
-    fn explore(&self) -> Vec<Explored>;
+    pub fn begin(&self, seed: Seed, stage: Stage) -> Run {
+        Run::begin(self.0.clone(), seed, stage)
+    }
 
     /// Records demonstrations, with snapshots at the start, at each contact and release, and at the end.
-    fn record(&self, demos: usize, seed: Seed) -> Recording {
+    pub fn record(&self, demos: usize, seed: Seed) -> Recording {
         self.show(demos, seed).recording
     }
 
@@ -123,7 +130,7 @@ pub trait World: Debug + Send + Sync {
         let mut shown = Shown::default();
         for number in 0..demos {
             let mut run = self.begin(seed, Stage::Demonstration(number));
-            shown.film(number as u64, run.as_mut());
+            shown.film(number as u64, &mut run);
         }
         shown
     }
@@ -131,44 +138,24 @@ pub trait World: Debug + Send + Sync {
 
 /// The true state of an object.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Resting {
+struct Resting {
     /// Name of the state.
-    pub state: &'static str,
+    state: &'static str,
     /// Id of the reference object; `None` in the world frame.
-    pub reference: Option<Arc<str>>,
+    reference: Option<Arc<str>>,
     /// Index of the place in [`TrueState::places`].
-    pub place: usize,
-}
-
-/// A run of a world: a scene that moves change.
-pub trait Run {
-    /// Returns the current poses of all objects. `number` is the number of accepted moves; there is no event.
-    fn snapshot(&self) -> Snapshot;
-
-    /// Returns the true state of each object, in the order of [`Run::snapshot`]; `None` for a fixture without states.
-    fn resting(&self) -> Vec<Option<Resting>>;
-
-    /// Moves an object to a target pose in the world frame and returns whether the world accepted the move. A refused
-    /// move changes nothing. An accepted move ends at a resting pose near the target.
-    fn act(&mut self, object: &str, target: &Pose) -> bool;
-
-    /// Returns whether the goal is reached.
-    fn solved(&self) -> bool;
-
-    /// Returns the demonstrator's next move, as an object's id and a target pose; `None` once no job is
-    /// left.
-    fn next(&mut self) -> Option<(Arc<str>, Pose)>;
+    place: usize,
 }
 
 /// A recording with the truth behind it, for scoring. A learner must see only the recording.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Shown {
+struct Shown {
     /// The recording.
-    pub recording: Recording,
+    recording: Recording,
     /// True state of each object, by demonstration, snapshot and object; `None` for a fixture without states.
-    pub states: Vec<Vec<Vec<Option<Resting>>>>,
+    states: Vec<Vec<Vec<Option<Resting>>>>,
     /// The action that begins after a snapshot, named by the state that the object enters.
-    pub labels: Labels,
+    labels: Labels,
 }
 
 /// Maximum number of moves in one demonstration.
@@ -179,10 +166,10 @@ const SNAPSHOT_S: f64 = 1.5;
 
 impl Shown {
     /// Lets the demonstrator act and adds the snapshots.
-    fn film(&mut self, number: u64, run: &mut dyn Run) {
+    fn film(&mut self, number: u64, run: &mut Run) {
         let mut snapshots: Vec<Snapshot> = Vec::new();
         let (mut states, mut labels) = (Vec::new(), Vec::new());
-        let mut take = |run: &dyn Run, event, object: Option<&str>| {
+        let mut take = |run: &Run, event, object: Option<&str>| {
             let mut snapshot = run.snapshot();
             snapshot.number = snapshots.len() as u64;
             snapshot.time_s = Some(SNAPSHOT_S * snapshots.len() as f64);
@@ -196,7 +183,7 @@ impl Shown {
         take(run, SnapshotEvent::Start, None);
         labels.push(None);
         for _ in 0..MAX_MOVES {
-            let Some((object, target)) = run.next() else { break };
+            let Some((object, target)) = run.next_move() else { break };
             take(run, SnapshotEvent::Contact, Some(&object));
             run.act(&object, &target);
             labels.push(take(run, SnapshotEvent::Release, Some(&object)));
@@ -211,15 +198,15 @@ impl Shown {
 }
 
 /// Returns all worlds, in a fixed order.
-pub fn all() -> Vec<Box<dyn World>> {
-    [assembly::worlds(), blocks::worlds(), kitchen::worlds(), containers::worlds(), bins::worlds()]
+pub fn all() -> Vec<World> {
+    [assembly::worlds(), blocks::worlds(), table::worlds(), containers::worlds(), bins::worlds()]
         .into_iter()
         .flatten()
-        .map(spec::Spec::boxed)
+        .map(|spec| World(Arc::new(spec)))
         .collect()
 }
 
 /// Returns the world called `name`, if there is one.
-pub fn named(name: &str) -> Option<Box<dyn World>> {
+pub fn named(name: &str) -> Option<World> {
     all().into_iter().find(|world| world.name() == name)
 }

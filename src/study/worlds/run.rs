@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use super::rest::{draw, fits, rest};
 use super::spec::{Count, Job, Kind, Lie, Quota, Rule, Spec, Start};
 use super::truth::{Extent, Need};
-use super::{Resting, Run, Stage};
+use super::{Resting, Stage};
 use crate::robot::pose::quaternion_array;
 use crate::sim::Seed;
 use crate::task::domain::{ObjectPose, Pose, Snapshot};
@@ -49,14 +49,14 @@ pub(super) struct Duty {
     pub done: bool,
 }
 
-/// A run of a world given by a [`Spec`].
+/// A run of a world: a scene that moves change.
 #[derive(Debug)]
-pub(super) struct RuleRun {
-    pub spec: Arc<Spec>,
-    pub seed: Seed,
-    pub bodies: Vec<Body>,
-    pub duties: Vec<Duty>,
-    pub moves: u64,
+pub struct Run {
+    pub(super) spec: Arc<Spec>,
+    pub(super) seed: Seed,
+    pub(super) bodies: Vec<Body>,
+    pub(super) duties: Vec<Duty>,
+    pub(super) moves: u64,
 }
 
 pub(super) fn isometry(pose: &Pose) -> Isometry3<f64> {
@@ -68,8 +68,8 @@ pub(super) fn pose(isometry: &Isometry3<f64>) -> Pose {
     Pose { position: [t.x, t.y, t.z], orientation: quaternion_array(&isometry.rotation) }
 }
 
-impl RuleRun {
-    pub fn begin(spec: Arc<Spec>, seed: Seed, stage: Stage) -> Self {
+impl Run {
+    pub(super) fn begin(spec: Arc<Spec>, seed: Seed, stage: Stage) -> Self {
         let seed = match stage {
             Stage::Demonstration(number) => {
                 seed.derive(spec.name, "demonstration").derive_index("number", number as u64)
@@ -165,15 +165,15 @@ impl RuleRun {
         start
     }
 
-    pub fn rule(&self, state: &str) -> Option<usize> {
+    pub(super) fn rule(&self, state: &str) -> Option<usize> {
         self.spec.rules.iter().position(|r| r.state.name == state)
     }
 
-    pub fn of_kind<'a>(&'a self, kind: &'a str) -> impl Iterator<Item = usize> + 'a {
+    pub(super) fn of_kind<'a>(&'a self, kind: &'a str) -> impl Iterator<Item = usize> + 'a {
         (0..self.bodies.len()).filter(move |b| self.kind(*b).name == kind)
     }
 
-    pub fn kind(&self, body: usize) -> &Kind {
+    pub(super) fn kind(&self, body: usize) -> &Kind {
         &self.spec.kinds[self.bodies[body].kind]
     }
 
@@ -182,26 +182,40 @@ impl RuleRun {
         Some(&self.spec.rules[self.bodies[body].at?.rule])
     }
 
-    pub fn is_in(&self, body: usize, state: &str) -> bool {
+    pub(super) fn is_in(&self, body: usize, state: &str) -> bool {
         self.rule_of(body).is_some_and(|r| r.state.name == state)
     }
 
     /// The objects in a state; with `on`, only those relative to that reference object.
-    pub fn count(&self, state: &str, on: Option<usize>) -> usize {
+    pub(super) fn count(&self, state: &str, on: Option<usize>) -> usize {
         let here = |b: &Body| on.is_none() || b.at.and_then(|at| at.on) == on;
         (0..self.bodies.len()).filter(|b| self.is_in(*b, state) && here(&self.bodies[*b])).count()
     }
 
     /// All reference objects that a rule's state can have.
-    pub fn references(&self, rule: usize) -> Vec<Option<usize>> {
+    pub(super) fn references(&self, rule: usize) -> Vec<Option<usize>> {
         match self.spec.rules[rule].state.frame {
             None => vec![None],
             Some(kind) => self.of_kind(kind).map(Some).collect(),
         }
     }
 
+    /// All places in a rule's state, for each of its reference objects.
+    fn places(&self, rule: usize) -> impl Iterator<Item = At> + use<> {
+        let places = self.spec.rules[rule].state.places.len();
+        let of = move |on| (0..places).map(move |place| At { rule, on, place });
+        self.references(rule).into_iter().flat_map(of)
+    }
+
+    /// All moves into a rule's state that the rules allow.
+    pub(super) fn moves_into(&self, rule: usize) -> Vec<(usize, At)> {
+        let of = |body| self.places(rule).map(move |at| (body, at));
+        let moves = self.of_kind(self.spec.rules[rule].state.kind).flat_map(of);
+        moves.filter(|(body, at)| self.allowed(*body, *at)).collect()
+    }
+
     /// The pose of a place in the world.
-    pub fn place(&self, at: At) -> Isometry3<f64> {
+    pub(super) fn place(&self, at: At) -> Isometry3<f64> {
         let local = isometry(&self.spec.rules[at.rule].state.places[at.place]);
         at.on.map_or(local, |on| self.bodies[on].pose * local)
     }
@@ -221,7 +235,7 @@ impl RuleRun {
 
     /// Whether no footprint overlaps that of an object of radius `radius_m` at `pose`. The object itself, what it
     /// carries, and what it would rest on are left out.
-    pub fn clear(
+    pub(super) fn clear(
         &self,
         body: Option<usize>,
         radius_m: f64,
@@ -240,7 +254,7 @@ impl RuleRun {
     }
 
     /// Whether a place is free for an object at `pose`.
-    pub fn vacant(
+    pub(super) fn vacant(
         &self,
         body: Option<usize>,
         radius_m: f64,
@@ -284,7 +298,7 @@ impl RuleRun {
     }
 
     /// Whether the rules let an object enter a state, wherever exactly it is put.
-    pub fn allowed(&self, body: usize, at: At) -> bool {
+    pub(super) fn allowed(&self, body: usize, at: At) -> bool {
         let kind = self.kind(body);
         let loaded = || self.bodies.iter().any(|b| b.at.and_then(|at| at.on) == Some(body));
         if !kind.movable || (!kind.carries && loaded()) {
@@ -308,17 +322,13 @@ impl RuleRun {
             if candidate.state.kind != self.kind(body).name {
                 continue;
             }
-            for on in self.references(rule) {
-                for place in 0..candidate.state.places.len() {
-                    let at = At { rule, on, place };
-                    let local = self.place(at).inverse() * target;
-                    let radius_m = self.kind(body).radius_m;
-                    if fits(&candidate.state, &local)
-                        && self.allowed(body, at)
-                        && self.vacant(Some(body), radius_m, at, target)
-                    {
-                        found.push((local.translation.vector.norm(), at));
-                    }
+            for at in self.places(rule) {
+                let local = self.place(at).inverse() * target;
+                if fits(&candidate.state, &local)
+                    && self.allowed(body, at)
+                    && self.vacant(Some(body), self.kind(body).radius_m, at, target)
+                {
+                    found.push((local.translation.vector.norm(), at));
                 }
             }
         }
@@ -358,8 +368,9 @@ impl RuleRun {
     }
 }
 
-impl Run for RuleRun {
-    fn snapshot(&self) -> Snapshot {
+impl Run {
+    /// Returns the current poses of all objects. `number` is the number of accepted moves; there is no event.
+    pub fn snapshot(&self) -> Snapshot {
         let object = |body: &Body| ObjectPose {
             id: body.id.clone(),
             kind: self.spec.kinds[body.kind].name.into(),
@@ -372,7 +383,8 @@ impl Run for RuleRun {
         }
     }
 
-    fn resting(&self) -> Vec<Option<Resting>> {
+    /// Returns the true state of each object, in the order of [`Run::snapshot`]; `None` for a fixture without states.
+    pub(super) fn resting(&self) -> Vec<Option<Resting>> {
         let resting = |at: At| Resting {
             state: self.spec.rules[at.rule].state.name,
             reference: at.on.map(|on| self.bodies[on].id.clone()),
@@ -381,7 +393,9 @@ impl Run for RuleRun {
         self.bodies.iter().map(|body| body.at.map(resting)).collect()
     }
 
-    fn act(&mut self, object: &str, target: &Pose) -> bool {
+    /// Moves an object to a target pose in the world frame and returns whether the world accepted the move. A refused
+    /// move changes nothing. An accepted move ends at a resting pose near the target.
+    pub fn act(&mut self, object: &str, target: &Pose) -> bool {
         let Some(body) = self.bodies.iter().position(|b| *b.id == *object) else { return false };
         let target = isometry(target);
         let Some(at) = self.targets(body, &target).first().copied() else { return false };
@@ -394,7 +408,8 @@ impl Run for RuleRun {
         true
     }
 
-    fn solved(&self) -> bool {
+    /// Returns whether the goal is reached.
+    pub fn solved(&self) -> bool {
         self.spec.goal.iter().all(|goal| {
             let Some(state) = self.rule(goal.state).map(|r| &self.spec.rules[r].state) else {
                 return false;
@@ -409,9 +424,5 @@ impl Run for RuleRun {
                 }
             }
         })
-    }
-
-    fn next(&mut self) -> Option<(Arc<str>, Pose)> {
-        self.next_move()
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::Shown;
-use super::truth::{Explored, Need, TrueAction};
+use super::truth::Need;
 
 /// Counts behind a precision and a recall.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -117,8 +117,6 @@ pub fn score_states(shown: &Shown, said: &[Vec<Vec<Option<SaidState>>>]) -> Stat
 pub struct NeedScore {
     /// Precision of the required needs, and recall of required plus undecided needs.
     pub rates: Rates,
-    /// Number of required needs that the world demands directly: they are among [`TrueAction::needs`].
-    pub demanded: usize,
     /// Required needs that the world does not demand, not even indirectly.
     pub wrong: Vec<Need>,
     /// Needs that the world demands and that are neither required nor undecided.
@@ -127,25 +125,24 @@ pub struct NeedScore {
 
 /// Scores the needs that a learner states for an action, in the true states' names.
 ///
-/// A required need is right if it was met whenever the exploration found the action possible. A need of the action is
-/// found if a required or undecided need says the same or more, see [`Need::says`].
+/// A required need is right if it was met whenever the exploration found the action possible (`always`). A need that the
+/// world demands is found if a required or undecided need says the same or more, see [`Need::says`].
 pub fn score_needs(
-    action: &TrueAction,
-    explored: &Explored,
+    demanded: &[Need],
+    always: &BTreeSet<Need>,
     required: &[Need],
     undecided: &[Need],
 ) -> NeedScore {
     let mut score = NeedScore::default();
     for need in required {
         score.rates.said += 1;
-        score.demanded += usize::from(action.needs.iter().any(|demanded| demanded.says(need)));
-        if explored.always.iter().any(|always| always.says(need)) {
+        if always.iter().any(|always| always.says(need)) {
             score.rates.right += 1;
         } else {
             score.wrong.push(*need);
         }
     }
-    for need in &action.needs {
+    for need in demanded {
         score.rates.due += 1;
         if required.iter().chain(undecided).any(|said| said.says(need)) {
             score.rates.found += 1;

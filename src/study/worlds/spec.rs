@@ -1,16 +1,11 @@
 //! Worlds as data: kinds of objects, states, rules, and the demonstrator's jobs.
 
 use std::f64::consts::PI;
-use std::sync::Arc;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::explore::explore;
-use super::run::RuleRun;
-use super::truth::{Explored, Extent, Need, TrueAction, TrueGoal, TrueState, Truth, Turn};
-use super::{Run, Stage, World};
+use super::truth::{Extent, Need, TrueGoal, TrueState, Turn};
 use crate::robot::pose::quaternion_array;
-use crate::sim::Seed;
 use crate::task::domain::Pose;
 
 /// How many objects of a kind there are.
@@ -109,7 +104,6 @@ pub(super) struct Trigger {
 #[derive(Debug, Clone)]
 pub(super) struct Spec {
     pub name: &'static str,
-    pub description: &'static str,
     pub kinds: Vec<Kind>,
     pub rules: Vec<Rule>,
     pub jobs: Vec<Job>,
@@ -158,6 +152,11 @@ pub(super) fn area(name: &'static str, kind: &'static str, centre: Pose, half_m:
     rule.state.turn = Turn::Free;
     rule.state.extent = Extent::Area { half_m, depth_m: 0.0 };
     rule
+}
+
+/// A state anywhere on the table of the worlds whose parts lie loose.
+pub(super) fn on_table(name: &'static str, kind: &'static str, height: f64) -> Rule {
+    area(name, kind, at(-0.1, 0.3, height), [0.25, 0.25])
 }
 
 impl Rule {
@@ -238,10 +237,9 @@ pub(super) fn anywhere(x: [f64; 2], y: [f64; 2], z: f64) -> Start {
 }
 
 impl Spec {
-    pub fn new(name: &'static str, description: &'static str) -> Self {
+    pub fn new(name: &'static str) -> Self {
         Self {
             name,
-            description,
             kinds: Vec::new(),
             rules: Vec::new(),
             jobs: Vec::new(),
@@ -303,50 +301,9 @@ impl Spec {
         self
     }
 
-    pub fn boxed(self) -> Box<dyn World> {
-        Box::new(RuleWorld(Arc::new(self)))
-    }
-}
-
-/// A world given by a [`Spec`].
-#[derive(Debug)]
-struct RuleWorld(Arc<Spec>);
-
-impl World for RuleWorld {
-    fn name(&self) -> &'static str {
-        self.0.name
-    }
-
-    fn description(&self) -> &'static str {
-        self.0.description
-    }
-
-    fn begin(&self, seed: Seed, stage: Stage) -> Box<dyn Run> {
-        Box::new(RuleRun::begin(self.0.clone(), seed, stage))
-    }
-
-    fn explore(&self) -> Vec<Explored> {
-        explore(&self.0)
-    }
-
-    fn truth(&self) -> Truth {
-        let spec = &self.0;
-        let action = |job: &Job| {
-            let rule = spec.rules.iter().find(|r| r.state.name == job.to)?;
-            let triggered = spec.triggers.iter().filter(|t| t.when == job.to);
-            Some(TrueAction {
-                to: job.to,
-                kind: rule.state.kind,
-                needs: rule.needs.iter().chain(&rule.reach).copied().collect(),
-                side_effects: triggered.map(|t| t.then).collect(),
-                in_place: job.in_place,
-            })
-        };
-        Truth {
-            states: spec.rules.iter().map(|r| r.state.clone()).collect(),
-            actions: spec.jobs.iter().filter_map(action).collect(),
-            habits: spec.habits.clone(),
-            goal: spec.goal.clone(),
-        }
+    /// What the world demands of a move into a state.
+    pub fn needs_of(&self, state: &str) -> impl Iterator<Item = Need> {
+        let rules = self.rules.iter().filter(move |rule| rule.state.name == state);
+        rules.flat_map(|rule| rule.needs.iter().chain(&rule.reach).copied())
     }
 }

@@ -1,4 +1,4 @@
-//! The truth about a world: states, needs of actions, habits and the goal. It serves scoring; a learner must not see it.
+//! The truth about a world: states, needs of actions and the goal. It serves scoring; a learner must not see it.
 
 use crate::task::domain::Pose;
 
@@ -100,40 +100,6 @@ impl Need {
     }
 }
 
-/// An action of the demonstrator: an object is moved into a state.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TrueAction {
-    /// State that the object enters.
-    pub to: &'static str,
-    /// Kind of the moved object.
-    pub kind: &'static str,
-    /// Conditions that the world demands.
-    pub needs: Vec<Need>,
-    /// States that other objects enter because of the action, although no hand moves them.
-    pub side_effects: Vec<&'static str>,
-    /// Whether the position is left open: the object is only turned, wherever it lies.
-    pub in_place: bool,
-}
-
-/// What an exploration found about an action.
-///
-/// A need that always held may be asserted: either the world demands it, or it follows from what the world demands. A
-/// need that did not always hold must not be asserted.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Explored {
-    /// State that the object enters.
-    pub to: &'static str,
-    /// Needs that were met whenever the action was possible.
-    pub always: Vec<Need>,
-    /// States from which an object can enter the state.
-    pub origins: Vec<&'static str>,
-    /// States that some object had always been in before the action was possible, at least when the run began. An order
-    /// of actions that is not among these is not needed.
-    pub after: Vec<&'static str>,
-    /// Number of situations in which the action was possible.
-    pub situations: usize,
-}
-
 /// One condition of a goal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TrueGoal {
@@ -144,30 +110,4 @@ pub struct TrueGoal {
     pub each: Option<&'static str>,
     /// The least number of objects in the state.
     pub at_least: usize,
-}
-
-/// What is true about a world.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Truth {
-    /// All states, shown or not.
-    pub states: Vec<TrueState>,
-    /// The demonstrator's actions, one for each state that a hand moves objects into.
-    pub actions: Vec<TrueAction>,
-    /// Habits of the demonstrator: the first state is always completed before an object enters the second, but the
-    /// world does not demand it.
-    pub habits: Vec<(&'static str, &'static str)>,
-    /// Conditions of the goal, all of which must hold, in an order in which they can be completed.
-    pub goal: Vec<TrueGoal>,
-}
-
-impl Truth {
-    /// Returns the state called `name`.
-    pub fn state(&self, name: &str) -> Option<&TrueState> {
-        self.states.iter().find(|s| s.name == name)
-    }
-
-    /// Returns the action that moves an object into the state called `to`.
-    pub fn action(&self, to: &str) -> Option<&TrueAction> {
-        self.actions.iter().find(|a| a.to == to)
-    }
 }

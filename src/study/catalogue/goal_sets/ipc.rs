@@ -4,11 +4,9 @@ use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
-use super::{
-    Options, REVISION, Setup, begun_at, by_rules, first_action, number, reading, unmet, world,
-};
+use super::{Options, REVISION, Setup, begun_at, by_rules, first_action, number, unmet, world};
 use crate::sim::Seed;
-use crate::study::experiment::{Cell, Experiment, Measure, TrialOutcome, outcome};
+use crate::study::experiment::{About, Cell, Experiment, Measure, Reading, TrialOutcome, outcome};
 use crate::study::problems::{ProblemFiles, problems_in};
 use crate::task::TaskError;
 
@@ -36,12 +34,12 @@ impl Ipc {
 }
 
 impl Experiment for Ipc {
-    fn name(&self) -> &'static str {
-        "ipc"
-    }
-
-    fn question(&self) -> &'static str {
-        "How often does the planner of goal sets solve each problem in a folder of PDDL files (--problems)?"
+    fn about(&self) -> About {
+        About {
+            name: "ipc",
+            question: "How often does the planner of goal sets solve each problem in a folder of PDDL files (--problems)?",
+            revision: REVISION,
+        }
     }
 
     fn settings(&self) -> Value {
@@ -53,21 +51,17 @@ impl Experiment for Ipc {
         settings
     }
 
-    fn revision(&self) -> u32 {
-        REVISION
-    }
-
     fn cells(&self) -> Vec<Cell> {
         let readings = || {
             vec![
-                reading(Measure::Rate, "valid in time"),
-                reading(Measure::Mean, "actions"),
-                reading(Measure::Mean, "planning (ms)"),
-                reading(Measure::Rate, "too large or unreachable"),
-                reading(Measure::Share(5), "begun with an unmet precondition"),
-                reading(Measure::Auxiliary, ""),
-                reading(Measure::Rate, "valid, rules without neurons"),
-                reading(Measure::Mean, "actions, rules without neurons"),
+                Reading::what(Measure::Rate, "valid in time"),
+                Reading::what(Measure::Mean, "actions"),
+                Reading::what(Measure::Mean, "planning (ms)"),
+                Reading::what(Measure::Rate, "too large or unreachable"),
+                Reading::what(Measure::Share(5), "begun with an unmet precondition"),
+                Reading::count(),
+                Reading::what(Measure::Rate, "valid, rules without neurons"),
+                Reading::what(Measure::Mean, "actions, rules without neurons"),
             ]
         };
         let cell = |p: &ProblemFiles| {

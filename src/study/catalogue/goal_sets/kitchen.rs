@@ -3,12 +3,11 @@
 use serde_json::{Value, json};
 
 use super::{
-    Options, REVISION, Setup, begun_at, first_action, last_action, number, rates, reading, unmet,
-    world,
+    Options, REVISION, Setup, begun_at, first_action, last_action, number, rates, unmet, world,
 };
 use crate::sim::Seed;
 use crate::study::experiment::{
-    Cell, Experiment, Figure, Measure, Reading, Results, TrialOutcome, outcome,
+    About, Cell, Experiment, Figure, Measure, Reading, Results, TrialOutcome, outcome,
 };
 use crate::study::problems::{Kitchen, PlanningProblem};
 use crate::task::TaskError;
@@ -41,14 +40,14 @@ impl Kitchens {
 /// Readings of a problem that needs a known number of actions.
 pub(super) fn readings() -> Vec<Reading> {
     vec![
-        reading(Measure::Rate, REACHED),
-        reading(Measure::Rate, "reached with the fewest actions"),
-        reading(Measure::Rate, AS_PLANNED),
-        reading(Measure::Rate, "reached in time"),
-        reading(Measure::Share(5), "begun with an unmet precondition"),
-        reading(Measure::Auxiliary, ""),
-        reading(Measure::Mean, "last action begins (ms)"),
-        reading(Measure::Mean, "first action begins (ms)"),
+        Reading::what(Measure::Rate, REACHED),
+        Reading::what(Measure::Rate, "reached with the fewest actions"),
+        Reading::what(Measure::Rate, AS_PLANNED),
+        Reading::what(Measure::Rate, "reached in time"),
+        Reading::what(Measure::Share(5), "begun with an unmet precondition"),
+        Reading::count(),
+        Reading::what(Measure::Mean, "last action begins (ms)"),
+        Reading::what(Measure::Mean, "first action begins (ms)"),
     ]
 }
 
@@ -90,20 +89,16 @@ pub(super) fn shuffled(
 const ORDERS: [(&str, bool); 2] = [("as written", false), ("random", true)];
 
 impl Experiment for Kitchens {
-    fn name(&self) -> &'static str {
-        "kitchen"
-    }
-
-    fn question(&self) -> &'static str {
-        "How often and how fast does the planner of goal sets boil water, with 2 to 5 actions left?"
+    fn about(&self) -> About {
+        About {
+            name: "kitchen",
+            question: "How often and how fast does the planner of goal sets boil water, with 2 to 5 actions left?",
+            revision: REVISION,
+        }
     }
 
     fn settings(&self) -> Value {
         settings(&self.setup)
-    }
-
-    fn revision(&self) -> u32 {
-        REVISION
     }
 
     fn cells(&self) -> Vec<Cell> {

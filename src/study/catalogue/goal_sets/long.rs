@@ -7,7 +7,7 @@ use super::{
     Options, REVISION, RULES_VALID, Setup, VALID, rates, readings_of_length, trial_of_length,
 };
 use crate::sim::Seed;
-use crate::study::experiment::{Cell, Experiment, Figure, Results, TrialOutcome};
+use crate::study::experiment::{About, Cell, Experiment, Figure, Results, TrialOutcome};
 use crate::study::problems::{Breakfast, Kitchen, PlanningProblem, breakfast, chores};
 use crate::task::TaskError;
 
@@ -53,20 +53,16 @@ fn draw(cell: &Cell, shortest: usize, seed: Seed) -> Result<PlanningProblem, Tas
 }
 
 impl Experiment for LongPlans {
-    fn name(&self) -> &'static str {
-        "long-plans"
-    }
-
-    fn question(&self) -> &'static str {
-        "How often, how fast and how well does the planner of goal sets plan 6 to 16 actions?"
+    fn about(&self) -> About {
+        About {
+            name: "long-plans",
+            question: "How often, how fast and how well does the planner of goal sets plan 6 to 16 actions?",
+            revision: REVISION,
+        }
     }
 
     fn settings(&self) -> Value {
         self.setup.settings()
-    }
-
-    fn revision(&self) -> u32 {
-        REVISION
     }
 
     fn cells(&self) -> Vec<Cell> {
@@ -96,11 +92,9 @@ impl Experiment for LongPlans {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeSet;
-
     use super::*;
     use crate::neurons::Population;
-    use crate::study::problems::{Distance, distance};
+    use crate::study::problems::Distance;
 
     #[test]
     fn every_cell_has_the_length_that_it_says_and_its_rules_find_plans() {
@@ -109,9 +103,8 @@ mod tests {
         assert_eq!(long.cells().len(), 10);
         for cell in long.cells() {
             let shortest = cell.number("shortest").expect("a number") as usize;
-            let made = draw(&cell, shortest, Seed::new(4)).expect("a problem").grounded;
-            let start: BTreeSet<usize> = made.start.iter().copied().collect();
-            assert_eq!(distance(&made, &start, 200_000), Distance::Steps(shortest), "{cell}");
+            let made = draw(&cell, shortest, Seed::new(4)).expect("a problem");
+            assert_eq!(made.distance(200_000), Distance::Steps(shortest), "{cell}");
             // In 20 ms nothing is planned, and the rules without neurons take no simulated time.
             let done = long.trial(&cell, Seed::new(4)).expect("a trial");
             assert_eq!((done[0], done[6]), (0.0, 1.0), "{cell}");

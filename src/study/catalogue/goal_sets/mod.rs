@@ -17,10 +17,9 @@ use super::Options;
 use crate::neurons::{LifSpec, Population};
 use crate::sim::{Seed, SimDuration};
 use crate::study::experiment::{
-    Axis, Figure, Mark, Measure, Reading, Results, Series, Style, TrialOutcome, outcome,
+    Axis, Figure, Measure, Reading, Results, Row, Series, Style, TrialOutcome, outcome,
 };
 use crate::study::problems::PlanningProblem;
-use crate::study::statistics::Statistic;
 use crate::task::TaskError;
 use crate::task::regression::{
     Course, GoalSetError, GoalSetSpec, Regression, SearchSpec, StripsWorld, pursue, search,
@@ -120,24 +119,20 @@ fn unmet(course: &Course) -> [f64; 2] {
     [unmet as f64, course.begun.len() as f64]
 }
 
-fn reading(measure: Measure, what: &str) -> Reading {
-    Reading::new(measure, json!({"what": what}))
-}
-
 const VALID: &str = "valid plans";
 const RULES_VALID: &str = "valid, rules without neurons";
 
 /// Readings of problems whose shortest plan is known.
 fn readings_of_length() -> Vec<Reading> {
     vec![
-        reading(Measure::Rate, VALID),
-        reading(Measure::Mean, "length / shortest"),
-        reading(Measure::Mean, "planning (ms)"),
-        reading(Measure::Mean, "new starts"),
-        reading(Measure::Share(5), "begun with an unmet precondition"),
-        reading(Measure::Auxiliary, ""),
-        reading(Measure::Rate, RULES_VALID),
-        reading(Measure::Mean, "length / shortest, rules without neurons"),
+        Reading::what(Measure::Rate, VALID),
+        Reading::what(Measure::Mean, "length / shortest"),
+        Reading::what(Measure::Mean, "planning (ms)"),
+        Reading::what(Measure::Mean, "new starts"),
+        Reading::what(Measure::Share(5), "begun with an unmet precondition"),
+        Reading::count(),
+        Reading::what(Measure::Rate, RULES_VALID),
+        Reading::what(Measure::Mean, "length / shortest, rules without neurons"),
     ]
 }
 
@@ -183,19 +178,8 @@ fn rates(
     series: impl IntoIterator<Item = (String, Value)>,
 ) -> Figure {
     let (setting, label) = axis;
-    let marks = |wanted: &Value| {
-        let wanted = wanted.as_object();
-        let own = results
-            .rows
-            .iter()
-            .filter(|row| wanted.is_some_and(|w| w.iter().all(|(key, value)| row.is(key, value))));
-        let mark = |row: &crate::study::experiment::Row| {
-            let Statistic::Rate(rate) = row.statistic else { return None };
-            let bar = rate.interval95().map(|end| 100.0 * end);
-            Some(Mark { x: row.number(setting)?, y: 100.0 * rate.share(), bar: Some(bar) })
-        };
-        own.filter_map(mark).collect()
-    };
+    let mark = |row: &Row| Some(row.percent(row.number(setting)?));
+    let marks = |wanted: &Value| results.marks(wanted, mark);
     let series =
         series.into_iter().map(|(name, wanted)| Series::new(name, marks(&wanted), Style::Line));
     Figure {

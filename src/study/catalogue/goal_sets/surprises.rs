@@ -7,11 +7,11 @@ use rand::seq::IndexedRandom;
 use serde_json::{Value, json};
 
 use super::kitchen::{REACHED, SLOTS};
-use super::{
-    Options, REVISION, Setup, begun_at, last_action, number, rates, reading, unmet, world,
-};
+use super::{Options, REVISION, Setup, begun_at, last_action, number, rates, unmet, world};
 use crate::sim::Seed;
-use crate::study::experiment::{Cell, Experiment, Figure, Measure, Results, TrialOutcome, outcome};
+use crate::study::experiment::{
+    About, Cell, Experiment, Figure, Measure, Reading, Results, TrialOutcome, outcome,
+};
 use crate::study::problems::{Distance, Kitchen, PlanningProblem, distance};
 use crate::task::TaskError;
 use crate::task::regression::Course;
@@ -76,12 +76,12 @@ fn hand(problem: &PlanningProblem, course: &Course, seed: Seed) -> Option<(u64, 
 }
 
 impl Experiment for Surprises {
-    fn name(&self) -> &'static str {
-        "surprises"
-    }
-
-    fn question(&self) -> &'static str {
-        "How often does the planner of goal sets boil water if actions fail and another hand changes something?"
+    fn about(&self) -> About {
+        About {
+            name: "surprises",
+            question: "How often does the planner of goal sets boil water if actions fail and another hand changes something?",
+            revision: REVISION,
+        }
     }
 
     fn settings(&self) -> Value {
@@ -90,20 +90,16 @@ impl Experiment for Surprises {
         settings
     }
 
-    fn revision(&self) -> u32 {
-        REVISION
-    }
-
     fn cells(&self) -> Vec<Cell> {
         let readings = || {
             vec![
-                reading(Measure::Rate, REACHED),
-                reading(Measure::Share(2), "begun with an unmet precondition"),
-                reading(Measure::Auxiliary, ""),
-                reading(Measure::Mean, "last action begins (ms)"),
-                reading(Measure::Mean, "new starts"),
-                reading(Measure::Mean, "actions that failed"),
-                reading(Measure::Rate, "another hand changed something"),
+                Reading::what(Measure::Rate, REACHED),
+                Reading::what(Measure::Share(2), "begun with an unmet precondition"),
+                Reading::count(),
+                Reading::what(Measure::Mean, "last action begins (ms)"),
+                Reading::what(Measure::Mean, "new starts"),
+                Reading::what(Measure::Mean, "actions that failed"),
+                Reading::what(Measure::Rate, "another hand changed something"),
             ]
         };
         let mut cells = Vec::new();

@@ -7,7 +7,7 @@ use super::{
     Options, REVISION, RULES_VALID, Setup, VALID, rates, readings_of_length, trial_of_length,
 };
 use crate::sim::Seed;
-use crate::study::experiment::{Cell, Experiment, Figure, Results, TrialOutcome};
+use crate::study::experiment::{About, Cell, Experiment, Figure, Results, TrialOutcome};
 use crate::study::problems::tangled;
 use crate::task::TaskError;
 
@@ -29,20 +29,16 @@ impl Tangled {
 }
 
 impl Experiment for Tangled {
-    fn name(&self) -> &'static str {
-        "tangled"
-    }
-
-    fn question(&self) -> &'static str {
-        "How often does the planner of goal sets solve random domains, by the length of the shortest plan?"
+    fn about(&self) -> About {
+        About {
+            name: "tangled",
+            question: "How often does the planner of goal sets solve random domains, by the length of the shortest plan?",
+            revision: REVISION,
+        }
     }
 
     fn settings(&self) -> Value {
         self.setup.settings()
-    }
-
-    fn revision(&self) -> u32 {
-        REVISION
     }
 
     fn cells(&self) -> Vec<Cell> {

@@ -4,9 +4,11 @@ use serde_json::{Value, json};
 
 use super::blind::at_random;
 use super::kitchen::{LIMIT_MS, REACHED, SLOTS, outcome_of, readings, settings, shuffled};
-use super::{Options, REVISION, Setup, number, rates, reading, world};
+use super::{Options, REVISION, Setup, number, rates, world};
 use crate::sim::Seed;
-use crate::study::experiment::{Cell, Experiment, Figure, Measure, Results, TrialOutcome};
+use crate::study::experiment::{
+    About, Cell, Experiment, Figure, Measure, Reading, Results, TrialOutcome,
+};
 use crate::study::problems::{Kitchen, PlanningProblem, packing};
 use crate::task::TaskError;
 
@@ -52,26 +54,22 @@ fn draw(kind: Kind, actions: usize, seed: Seed) -> Result<PlanningProblem, TaskE
 }
 
 impl Experiment for Threats {
-    fn name(&self) -> &'static str {
-        "threats"
-    }
-
-    fn question(&self) -> &'static str {
-        "How often does the planner of goal sets find the right order, with the veto on threatened goals and without it?"
+    fn about(&self) -> About {
+        About {
+            name: "threats",
+            question: "How often does the planner of goal sets find the right order, with the veto on threatened goals and without it?",
+            revision: REVISION,
+        }
     }
 
     fn settings(&self) -> Value {
         settings(&self.setup)
     }
 
-    fn revision(&self) -> u32 {
-        REVISION
-    }
-
     fn cells(&self) -> Vec<Cell> {
         let mut readings = readings();
         // Instead of the time of the first action.
-        readings[7] = reading(Measure::Rate, "valid, operators chosen at random");
+        readings[7] = Reading::what(Measure::Rate, "valid, operators chosen at random");
         let mut cells = Vec::new();
         for (problem, _, lengths) in KINDS {
             for actions in lengths {

@@ -30,7 +30,7 @@ use self::world::{ATOMS, D, STRUCTURES, Structure};
 use super::Options;
 use crate::sim::Seed;
 use crate::study::experiment::{
-    Axis, Cell, Experiment, Figure, MAX_READINGS, Mark, Measure, Reading, Results, Row, Series,
+    About, Axis, Cell, Experiment, Figure, MAX_READINGS, Mark, Measure, Reading, Results, Series,
     Style, TrialOutcome,
 };
 use crate::task::TaskError;
@@ -68,21 +68,14 @@ impl Structures {
 const DECODERS: [&str; 2] = ["paper", "best"];
 
 impl Experiment for Structures {
-    fn name(&self) -> &'static str {
-        self.name
-    }
-
-    fn question(&self) -> &'static str {
-        match self.decoders {
+    fn about(&self) -> About {
+        let question = match self.decoders {
             [true, _] => {
                 "How often does a planner take three right actions in a row, by noise and structure of the states' pointers?"
             }
             _ => "At which noise does our decoder alone fail to plan three right actions?",
-        }
-    }
-
-    fn revision(&self) -> u32 {
-        2
+        };
+        About { name: self.name, question, revision: 2 }
     }
 
     fn settings(&self) -> Value {
@@ -118,14 +111,8 @@ impl Experiment for Structures {
 
     fn figure(&self, results: &Results) -> Option<Figure> {
         let marks = |decoder: &str, structure: Structure| -> Vec<Mark> {
-            let of = |row: &&Row| {
-                row.is("decoder", &json!(decoder)) && row.is("structure", &json!(structure as u64))
-            };
-            let mark = |row: &Row| {
-                let bar = Some(row.statistic.interval95().map(|v| 100.0 * v));
-                Some(Mark { x: row.number("sigma")?, y: 100.0 * row.statistic.value(), bar })
-            };
-            results.rows.iter().filter(of).filter_map(mark).collect()
+            let wanted = json!({"decoder": decoder, "structure": structure as u64});
+            results.marks(&wanted, |row| Some(row.percent(row.number("sigma")?)))
         };
         let mut series = Vec::new();
         for (decoder, whose) in DECODERS.iter().zip(["paper's decoder", "our decoder"]) {

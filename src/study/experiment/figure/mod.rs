@@ -60,6 +60,13 @@ pub struct Mark {
     pub bar: Option<[f64; 2]>,
 }
 
+impl Mark {
+    /// Returns the point with its coordinates exchanged, for a vertical axis of categories.
+    pub fn across(self) -> Self {
+        Self { x: self.y, y: self.x, ..self }
+    }
+}
+
 /// The style in which a series is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Style {

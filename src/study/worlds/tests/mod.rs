@@ -4,39 +4,49 @@ mod scoring;
 
 use std::collections::HashSet;
 
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use rand::RngExt;
 
+use super::episode::carry_out;
+use super::run::{isometry as iso, pose};
+use super::score::{SaidState, score_needs, score_states};
+use super::spec::Rule;
+use super::truth::{Extent, TrueState};
 use super::*;
+use crate::robot::Pose;
 use crate::robot::pose::quaternion_array;
 
-fn iso(pose: &Pose) -> Isometry3<f64> {
-    Isometry3::from_parts(Translation3::from(pose.position), pose.rotation())
-}
-
-fn pose(iso: &Isometry3<f64>) -> Pose {
-    let t = iso.translation.vector;
-    Pose { position: [t.x, t.y, t.z], orientation: quaternion_array(&iso.rotation) }
+fn body(run: &Run, id: &str) -> usize {
+    run.bodies.iter().position(|body| &*body.id == id).unwrap()
 }
 
 /// Whether the object is in the state.
-fn is_in(run: &dyn Run, object: &str, state: &str) -> bool {
-    let index = run.snapshot().objects.iter().position(|o| &*o.id == object).unwrap();
-    run.resting()[index].as_ref().is_some_and(|r| r.state == state)
+fn is_in(run: &Run, object: &str, state: &str) -> bool {
+    run.is_in(body(run, object), state)
+}
+
+/// The pose of an object.
+fn find(run: &Run, object: &str) -> Isometry3<f64> {
+    run.bodies[body(run, object)].pose
 }
 
 fn stages() -> [Stage; 3] {
     [Stage::Demonstration(0), Stage::Demonstration(1), Stage::Test]
 }
 
-fn of(name: &str) -> Box<dyn World> {
+fn of(name: &str) -> World {
     named(name).unwrap_or_else(|| panic!("no world {name}"))
 }
 
+impl World {
+    fn state(&self, name: &str) -> &TrueState {
+        &self.0.rules.iter().find(|rule| rule.state.name == name).unwrap().state
+    }
+}
+
 /// Every target that puts an object of the state's kind exactly into the state.
-fn targets(world: &dyn World, run: &dyn Run, state: &str) -> Vec<(Arc<str>, Pose)> {
-    let truth = world.truth();
-    let state = truth.state(state).unwrap();
+fn targets(world: &World, run: &Run, state: &str) -> Vec<(Arc<str>, Pose)> {
+    let state = world.state(state);
     let scene = run.snapshot();
     let frames: Vec<(Option<&str>, Isometry3<f64>)> = match state.frame {
         None => vec![(None, Isometry3::identity())],
@@ -58,32 +68,26 @@ fn targets(world: &dyn World, run: &dyn Run, state: &str) -> Vec<(Arc<str>, Pose
 }
 
 #[test]
-fn there_are_twenty_worlds_and_their_truths_are_consistent() {
+fn there_are_twenty_worlds_that_name_only_their_own_kinds_and_states() {
     let worlds = all();
     assert_eq!(worlds.len(), 20);
-    let names: HashSet<&str> = worlds.iter().map(|w| w.name()).collect();
+    let names: HashSet<&str> = worlds.iter().map(World::name).collect();
     assert_eq!(names.len(), worlds.len());
     for world in &worlds {
-        let (name, truth) = (world.name(), world.truth());
-        assert!(world.description().ends_with('.'), "{name}");
-        assert!(!truth.goal.is_empty() && !truth.actions.is_empty(), "{name}");
-        let kinds: HashSet<Arc<str>> = (world.begin(Seed::new(1), Stage::Demonstration(0)))
-            .snapshot()
-            .objects
-            .iter()
-            .map(|o| o.kind.clone())
-            .collect();
-        for state in &truth.states {
+        let (name, spec) = (world.name(), &world.0);
+        assert!(!spec.goal.is_empty() && !spec.jobs.is_empty(), "{name}");
+        let kinds: HashSet<&str> = spec.kinds.iter().map(|kind| kind.name).collect();
+        for Rule { state, .. } in &spec.rules {
             assert!(kinds.contains(state.kind), "{name}: {}", state.kind);
             assert!(state.frame.is_none_or(|f| kinds.contains(f)), "{name}: {:?}", state.frame);
         }
-        let needs = truth.actions.iter().flat_map(|a| a.needs.iter().map(Need::state));
-        let sides = truth.actions.iter().flat_map(|a| a.side_effects.iter().copied());
-        let habits = truth.habits.iter().flat_map(|(a, b)| [*a, *b]);
-        let goals = truth.goal.iter().map(|g| g.state);
-        let own = truth.actions.iter().map(|a| a.to);
+        let needs = spec.rules.iter().flat_map(|r| r.needs.iter().chain(&r.reach).map(Need::state));
+        let sides = spec.triggers.iter().flat_map(|t| [t.when, t.then, t.otherwise]);
+        let habits = spec.habits.iter().flat_map(|(a, b)| [*a, *b]);
+        let goals = spec.goal.iter().map(|g| g.state);
+        let own = spec.jobs.iter().map(|job| job.to);
         for state in needs.chain(sides).chain(habits).chain(goals).chain(own) {
-            assert!(truth.state(state).is_some(), "{name}: {state}");
+            assert!(spec.rules.iter().any(|rule| rule.state.name == state), "{name}: {state}");
         }
     }
 }
@@ -96,7 +100,7 @@ fn the_demonstrator_solves_every_world() {
                 let mut run = world.begin(Seed::new(seed), stage);
                 assert!(!run.solved(), "{} {seed} {stage:?}", world.name());
                 let mut moves = 0;
-                while let Some((object, target)) = run.next() {
+                while let Some((object, target)) = run.next_move() {
                     assert!(run.act(&object, &target), "{} {seed}: {object}", world.name());
                     moves += 1;
                     assert!(moves < 60, "{} {seed}", world.name());
@@ -155,13 +159,13 @@ fn a_move_against_an_order_that_the_world_needs_is_refused_and_changes_nothing()
         let world = of(name);
         for seed in 0..4 {
             let mut run = world.begin(Seed::new(seed), Stage::Demonstration(0));
-            let targets = targets(world.as_ref(), run.as_ref(), state);
+            let targets = targets(&world, &run, state);
             assert!(!targets.is_empty(), "{name}");
             for (object, target) in targets {
                 let before = run.snapshot();
                 if run.act(&object, &target) {
                     // A cap cannot stay on a peg that lies on its side: it ends beside it.
-                    assert!(!is_in(run.as_ref(), &object, state), "{name}: {object} into {state}");
+                    assert!(!is_in(&run, &object, state), "{name}: {object} into {state}");
                     assert_eq!(name, "keyed_peg");
                 } else {
                     assert_eq!(run.snapshot(), before, "{name}");
@@ -175,20 +179,17 @@ fn a_move_against_an_order_that_the_world_needs_is_refused_and_changes_nothing()
 fn every_need_of_every_action_is_enforced() {
     // At the beginning no action with needs can be carried out at any exact target; the demonstrator can do it later.
     for world in all() {
-        let truth = world.truth();
-        for action in truth.actions.iter().filter(|a| !a.needs.is_empty()) {
+        for action in world.0.jobs.iter().filter(|job| world.0.needs_of(job.to).next().is_some()) {
             let (mut refused, mut accepted) = (0, 0);
             for seed in 0..4 {
                 let mut run = world.begin(Seed::new(seed), Stage::Demonstration(0));
-                if !targets(world.as_ref(), run.as_ref(), action.to).iter().any(
-                    |(object, target)| {
-                        run.act(object, target) && is_in(run.as_ref(), object, action.to)
-                    },
-                ) {
+                if !targets(&world, &run, action.to).iter().any(|(object, target)| {
+                    run.act(object, target) && is_in(&run, object, action.to)
+                }) {
                     refused += 1;
                 }
                 let mut run = world.begin(Seed::new(seed), Stage::Demonstration(0));
-                while let Some((object, target)) = run.next() {
+                while let Some((object, target)) = run.next_move() {
                     run.act(&object, &target);
                 }
                 accepted += usize::from(run.solved());
@@ -202,16 +203,13 @@ fn every_need_of_every_action_is_enforced() {
 fn a_target_within_the_tolerance_is_accepted_and_one_outside_is_refused() {
     let (mut off, mut tilted) = (0, 0);
     for world in all() {
-        let truth = world.truth();
+        let jobs = &world.0.jobs;
         let mut run = world.begin(Seed::new(3), Stage::Demonstration(0));
-        while let Some((object, target)) = run.next() {
+        while let Some((object, target)) = run.next_move() {
             let scene = run.snapshot();
             let kind = &scene.objects.iter().find(|o| o.id == object).unwrap().kind;
-            let spots = truth.actions.iter().all(|a| {
-                a.kind != &**kind
-                    || matches!(truth.state(a.to).unwrap().extent, Extent::Spot { .. })
-            });
-            if spots && !truth.actions.iter().any(|a| a.in_place) {
+            let mut own = jobs.iter().map(|job| world.state(job.to)).filter(|s| *s.kind == **kind);
+            if own.all(TrueState::is_spot) && !jobs.iter().any(|job| job.in_place) {
                 let mut far = target;
                 far.position[0] += 0.035;
                 far.position[2] += 0.03;
@@ -238,16 +236,13 @@ fn a_target_within_the_tolerance_is_accepted_and_one_outside_is_refused() {
 fn nobody_moves_fixtures_or_what_carries_something() {
     let world = of("tower");
     let mut run = world.begin(Seed::new(2), Stage::Test);
-    let find = |run: &dyn Run, id: &str| {
-        run.snapshot().objects.iter().find(|o| &*o.id == id).unwrap().pose
-    };
-    let away = targets(world.as_ref(), run.as_ref(), "RED_ON_TABLE")[0].1;
+    let away = targets(&world, &run, "RED_ON_TABLE")[0].1;
     assert!(!run.act("base_0", &away));
     assert!(!run.act("nobody", &away));
-    while let Some((object, target)) = run.next() {
+    while let Some((object, target)) = run.next_move() {
         run.act(&object, &target);
     }
-    let red = find(run.as_ref(), "red_0").position[2];
+    let red = find(&run, "red_0").translation.z;
     let loaded = if red > 0.035 { "red_0" } else { "red_1" };
     let mut moved = away;
     moved.position = [-0.34, 0.06, 0.02];
@@ -286,20 +281,17 @@ fn what_nobody_touches_stays_exactly_and_placements_scatter() {
 fn the_content_moves_with_the_drawer_and_cannot_be_taken_out_of_a_closed_one() {
     let world = of("drawer");
     let mut run = world.begin(Seed::new(1), Stage::Test);
-    let find = |run: &dyn Run, id: &str| {
-        iso(&run.snapshot().objects.iter().find(|o| &*o.id == id).unwrap().pose)
-    };
-    let table = find(run.as_ref(), "box_0");
+    let table = find(&run, "box_0");
     let mut closed = false;
-    while let Some((object, target)) = run.next() {
-        let before = find(run.as_ref(), "drawer_0").inverse() * find(run.as_ref(), "box_0");
-        let was = find(run.as_ref(), "box_0");
+    while let Some((object, target)) = run.next_move() {
+        let before = find(&run, "drawer_0").inverse() * find(&run, "box_0");
+        let was = find(&run, "box_0");
         closed = &*object == "drawer_0";
         assert!(run.act(&object, &target));
         if closed && was != table {
-            let after = find(run.as_ref(), "drawer_0").inverse() * find(run.as_ref(), "box_0");
+            let after = find(&run, "drawer_0").inverse() * find(&run, "box_0");
             assert!((before.translation.vector - after.translation.vector).norm() < 1e-9);
-            let moved = find(run.as_ref(), "box_0").translation.vector - was.translation.vector;
+            let moved = find(&run, "box_0").translation.vector - was.translation.vector;
             assert!((moved.norm() - 0.24).abs() < 2e-3, "{moved}");
         }
     }
@@ -311,17 +303,14 @@ fn the_content_moves_with_the_drawer_and_cannot_be_taken_out_of_a_closed_one() {
 fn the_gate_follows_the_button() {
     let world = of("gate");
     let mut run = world.begin(Seed::new(4), Stage::Test);
-    let gate = |run: &dyn Run| {
-        let scene = run.snapshot();
-        scene.objects.iter().find(|o| &*o.kind == "gate").unwrap().pose.position[2]
-    };
-    let weight = run.snapshot().objects.iter().find(|o| &*o.kind == "weight").unwrap().pose;
-    assert!((gate(run.as_ref()) - 0.1).abs() < 1e-3);
-    let on = targets(world.as_ref(), run.as_ref(), "WEIGHT_ON_BUTTON")[0].1;
+    let gate = |run: &Run| find(run, "gate_0").translation.z;
+    let weight = pose(&find(&run, "weight_0"));
+    assert!((gate(&run) - 0.1).abs() < 1e-3);
+    let on = targets(&world, &run, "WEIGHT_ON_BUTTON")[0].1;
     assert!(run.act("weight_0", &on));
-    assert!((gate(run.as_ref()) - 0.3).abs() < 1e-3);
+    assert!((gate(&run) - 0.3).abs() < 1e-3);
     assert!(run.act("weight_0", &weight));
-    assert!((gate(run.as_ref()) - 0.1).abs() < 1e-3);
+    assert!((gate(&run) - 0.1).abs() < 1e-3);
 }
 
 #[test]
@@ -373,7 +362,7 @@ fn the_order_varies_unless_it_is_a_habit() {
     // A habit is not a need: the world accepts the other order.
     let world = of("nuts_nut_first");
     let mut run = world.begin(Seed::new(1), Stage::Test);
-    let (bolt, hole) = targets(world.as_ref(), run.as_ref(), "BOLT_IN_HOLE")[0].clone();
+    let (bolt, hole) = targets(&world, &run, "BOLT_IN_HOLE")[0].clone();
     assert!(run.act(&bolt, &hole));
 }
 
@@ -400,18 +389,11 @@ fn heaps_fill_their_bins_and_vary_by_centimetres() {
 
 #[test]
 fn objects_do_not_overlap_when_a_run_begins() {
-    let specs = [
-        assembly::worlds(),
-        blocks::worlds(),
-        kitchen::worlds(),
-        containers::worlds(),
-        bins::worlds(),
-    ];
     let mut checked = 0;
-    for spec in specs.into_iter().flatten().map(Arc::new) {
+    for world in all() {
         for seed in 0..40 {
             for stage in stages() {
-                let run = run::RuleRun::begin(spec.clone(), Seed::new(seed), stage);
+                let run = world.begin(Seed::new(seed), stage);
                 for (index, body) in run.bodies.iter().enumerate() {
                     let heap = body.at.is_some_and(|at| {
                         let extent = run.spec.rules[at.rule].state.extent;
@@ -421,7 +403,7 @@ fn objects_do_not_overlap_when_a_run_begins() {
                         let on = body.at.and_then(|at| at.on);
                         let radius = run.kind(index).radius_m;
                         let clear = run.clear(Some(index), radius, on, &body.pose);
-                        assert!(clear, "{} {seed} {stage:?}: {}", spec.name, body.id);
+                        assert!(clear, "{} {seed} {stage:?}: {}", world.name(), body.id);
                         checked += 1;
                     }
                 }

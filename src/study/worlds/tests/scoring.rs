@@ -1,49 +1,39 @@
+use std::collections::BTreeSet;
+
+use super::super::explore::explore;
 use super::*;
+use crate::robot::Pose;
 use crate::task::domain::Sensing;
+
+/// What the world demands of a move into a state, and what an exploration always found.
+fn needs(world: &World, state: &str) -> (Vec<Need>, BTreeSet<Need>) {
+    let at = world.0.jobs.iter().position(|job| job.to == state).unwrap();
+    (world.0.needs_of(state).collect(), explore(&world.0).swap_remove(at))
+}
 
 #[test]
 fn an_exploration_confirms_every_need_and_rejects_habits_and_distractors() {
     for world in all() {
-        let (truth, explored) = (world.truth(), world.explore());
-        assert_eq!(explored.len(), truth.actions.len());
-        for (action, explored) in truth.actions.iter().zip(&explored) {
-            let place = format!("{}: {}", world.name(), action.to);
-            assert_eq!(explored.to, action.to);
-            assert!(explored.situations >= 30, "{place}: {}", explored.situations);
-            assert!(!explored.origins.is_empty(), "{place}");
-            for need in &action.needs {
-                let confirmed = explored.always.iter().any(|always| always.says(need));
-                assert!(confirmed, "{place}: {need:?} is not in {:?}", explored.always);
+        let explored = explore(&world.0);
+        assert_eq!(explored.len(), world.0.jobs.len());
+        for (job, always) in world.0.jobs.iter().zip(&explored) {
+            let place = format!("{}: {}", world.name(), job.to);
+            assert!(!always.is_empty(), "{place} was never possible");
+            for need in world.0.needs_of(job.to) {
+                let confirmed = always.iter().any(|always| always.says(&need));
+                assert!(confirmed, "{place}: {need:?} is not in {always:?}");
             }
             // A part that was always on the table in demonstrations is not needed there.
             let table = |n: &Need| matches!(n, Need::Somewhere(s) if s.ends_with("_ON_TABLE"));
             if world.name().starts_with("nuts") {
-                assert!(!explored.always.iter().any(table), "{place}: {:?}", explored.always);
+                assert!(!always.iter().any(table), "{place}: {always:?}");
             }
         }
-        for (first, then) in &truth.habits {
-            let explored = explored.iter().find(|e| e.to == *then).unwrap();
-            assert!(!explored.after.contains(first));
-            assert!(!explored.always.iter().any(|n| n.state() == *first
+        for (first, then) in &world.0.habits {
+            let (_, always) = needs(&world, then);
+            assert!(!always.iter().any(|n| n.state() == *first
                 && !matches!(n, Need::Nowhere(_) | Need::Clear(_))));
         }
-    }
-}
-
-#[test]
-fn an_exploration_finds_the_orders_that_are_needed() {
-    let needed = [
-        ("tower", "BLUE_ON_GREEN", "RED_ON_BASE"),
-        ("flange", "COVER_ON_FLANGE", "BOLT_IN_FLANGE"),
-        ("drawer", "BOX_IN_DRAWER", "DRAWER_OPEN"),
-        ("gate", "PARCEL_BEHIND_GATE", "WEIGHT_ON_BUTTON"),
-        ("cup_turned", "BALL_IN_CUP", "CUP_UPRIGHT"),
-    ];
-    for (name, then, first) in needed {
-        let explored = of(name).explore();
-        let after = |to| &explored.iter().find(|e| e.to == to).unwrap().after;
-        assert!(after(then).contains(&first), "{name}: {:?}", after(then));
-        assert!(!after(first).contains(&then), "{name}: {:?}", after(first));
     }
 }
 
@@ -78,27 +68,19 @@ fn the_truth_scores_full_marks_and_errors_cost() {
 
 #[test]
 fn needs_are_scored_by_what_the_world_demands() {
-    let world = of("nuts_distractors");
-    let (truth, explored) = (world.truth(), world.explore());
-    let action = truth.action("BOLT_IN_NUT").unwrap();
-    let explored = explored.iter().find(|e| e.to == "BOLT_IN_NUT").unwrap();
-    let full = score_needs(action, explored, &action.needs, &[]);
+    let (demanded, always) = needs(&of("nuts_distractors"), "BOLT_IN_NUT");
+    let full = score_needs(&demanded, &always, &demanded, &[]);
     assert_eq!((full.rates.precision(), full.rates.recall(), full.rates.due), (1.0, 1.0, 2));
-    assert_eq!(full.demanded, 2);
     let distracted = [Need::Object("BOLT_IN_HOLE"), Need::Somewhere("NUT_ON_TABLE")];
-    let score = score_needs(action, explored, &distracted, &[]);
+    let score = score_needs(&demanded, &always, &distracted, &[]);
     assert_eq!((score.rates.right, score.rates.said, score.rates.found), (1, 2, 1));
     assert_eq!(score.wrong, [Need::Somewhere("NUT_ON_TABLE")]);
     assert_eq!(score.missed, [Need::Reference("NUT_IN_POCKET")]);
-    let open = score_needs(action, explored, &distracted[..1], &action.needs[1..]);
+    let open = score_needs(&demanded, &always, &distracted[..1], &demanded[1..]);
     assert_eq!((open.rates.precision(), open.rates.recall()), (1.0, 1.0));
     // An order of habit is wrong to assert.
-    let world = of("nuts_nut_first");
-    let truth = world.truth();
-    let action = truth.action("BOLT_IN_HOLE").unwrap();
-    let explored = world.explore();
-    let explored = explored.iter().find(|e| e.to == "BOLT_IN_HOLE").unwrap();
-    let score = score_needs(action, explored, &[Need::Somewhere("NUT_IN_POCKET")], &[]);
+    let (demanded, always) = needs(&of("nuts_nut_first"), "BOLT_IN_HOLE");
+    let score = score_needs(&demanded, &always, &[Need::Somewhere("NUT_IN_POCKET")], &[]);
     assert_eq!(score.rates.precision(), 0.0);
 }
 
@@ -109,17 +91,17 @@ fn an_episode_is_judged_by_the_world() {
     // The demonstrator's moves of an equal run are a plan.
     let mut planner = world.begin(Seed::new(1), Stage::Test);
     let mut run = world.begin(Seed::new(1), Stage::Test);
-    let outcome = carry_out(run.as_mut(), 20, &exact, Seed::new(1), |_| {
-        let (object, target) = planner.next()?;
+    let outcome = carry_out(&mut run, 20, &exact, Seed::new(1), |_| {
+        let (object, target) = planner.next_move()?;
         planner.act(&object, &target);
         Some((object.as_ref().to_owned(), target))
     });
     assert_eq!(outcome, Outcome { solved: true, stopped: true, accepted: 3, refused: 0 });
     let mut run = world.begin(Seed::new(1), Stage::Test);
-    let outcome = carry_out(run.as_mut(), 20, &exact, Seed::new(1), |_| None);
-    assert!(outcome.gave_up());
+    let outcome = carry_out(&mut run, 20, &exact, Seed::new(1), |_| None);
+    assert!(outcome.stopped && !outcome.solved);
     let mut run = world.begin(Seed::new(1), Stage::Test);
     let nowhere = |_: &Snapshot| Some(("nut_0".to_owned(), Pose::at([9.0, 9.0, 9.0])));
-    let outcome = carry_out(run.as_mut(), 20, &exact, Seed::new(1), nowhere);
+    let outcome = carry_out(&mut run, 20, &exact, Seed::new(1), nowhere);
     assert_eq!(outcome, Outcome { solved: false, stopped: false, accepted: 0, refused: 20 });
 }

@@ -10,13 +10,14 @@ fn on_cart(name: &'static str, kind: &'static str, height: f64) -> Rule {
     area(name, kind, at(0.0, 0.0, height), CART).of("cart")
 }
 
-fn table(name: &'static str, description: &'static str) -> Spec {
+/// Each plate, wherever it stands, gets a fork, a knife and a cup.
+fn table(name: &'static str) -> Spec {
     let part = |kind, state, radius_m| {
         Kind::part(kind, Count::Like { kind: "plate", more: 1 }, Start::In(state)).radius(radius_m)
     };
     let plates = Count::Differs { shown: (2, 3), test: (1, 4) };
     let plate = Kind::fixture("plate", anywhere([-0.3, 0.9], [-0.6, 0.6], 0.01));
-    Spec::new(name, description)
+    Spec::new(name)
         .kinds([
             Kind::fixture("cart", anywhere([-1.2, -0.9], [-0.4, 0.4], 0.3)).radius(0.3),
             plate.count(plates).radius(0.23),
@@ -44,10 +45,11 @@ fn table(name: &'static str, description: &'static str) -> Spec {
         .goal_each("CUP_BEHIND", "plate")
 }
 
+/// Cups are turned over where they stand, and then filled.
 fn cup_turned() -> Spec {
     let centre = at(0.0, 0.2, 0.05);
     let table = [0.3, 0.25];
-    Spec::new("cup_turned", "Cups are turned over where they stand, and then filled.")
+    Spec::new("cup_turned")
         .kinds([
             Kind::part("cup", Count::Any(1, 2), Start::In("CUP_UPSIDE_DOWN")).radius(0.045),
             Kind::part("ball", Count::Like { kind: "cup", more: 1 }, Start::In("BALL_ON_TABLE"))
@@ -71,12 +73,9 @@ fn cup_turned() -> Spec {
 }
 
 pub(super) fn worlds() -> Vec<Spec> {
-    let knives = table(
-        "table_knife_first",
-        "Table setting by a demonstrator who always begins with the knives, which is only a habit.",
-    );
+    let knives = table("table_knife_first");
     vec![
-        table("table", "Each plate, wherever it stands, gets a fork, a knife and a cup."),
+        table("table"),
         knives.habit("KNIFE_RIGHT", "FORK_LEFT").habit("KNIFE_RIGHT", "CUP_BEHIND"),
         cup_turned(),
     ]

@@ -1,0 +1,108 @@
+//! How a command ends: its outcome, its faults, and the exit codes.
+
+use std::fmt::Display;
+use std::io::Write;
+use std::process::ExitCode;
+
+use anyhow::Error;
+use symbolt::files::FileError;
+use symbolt::neurons::{SolvedFileError, UnknownMode};
+use symbolt::study::experiment::ShardError;
+use symbolt::study::standard::UnknownModel;
+use symbolt::task::TaskError;
+use symbolt::task::pddl::WriteFault;
+use symbolt::task::regression::GoalSetError;
+use symbolt::task::strips::learn::LearnError;
+use symbolt::task::strips::{GroundFault, PddlFault};
+
+/// The result of a command that ran to its end.
+pub(crate) enum Outcome {
+    /// The command succeeded.
+    Done,
+    /// The command failed, for the reason in this sentence.
+    Failed(String),
+}
+
+/// A sentence on a well-formed argument that the command cannot use.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub(crate) struct BadArgument(pub String);
+
+impl BadArgument {
+    /// Builds the sentence for a value outside the range of its option.
+    pub fn range(option: &str, value: impl Display, expected: &str) -> Self {
+        Self(format!("{option} {value}: must be {expected}"))
+    }
+}
+
+/// How a command ended.
+pub(crate) struct Ended {
+    /// Exit code.
+    pub code: u8,
+    /// What to say on standard error.
+    pub sentence: Option<String>,
+}
+
+impl Ended {
+    /// Says the sentence, if there is one, and returns the exit code.
+    pub fn tell(self) -> ExitCode {
+        if let Some(sentence) = self.sentence {
+            complain(&sentence);
+        }
+        ExitCode::from(self.code)
+    }
+}
+
+/// Joins an error and its causes in one sentence, without repetitions.
+pub(crate) fn sentence(error: &Error) -> String {
+    error.chain().map(ToString::to_string).fold(String::new(), |text, cause| {
+        match (text.is_empty(), text.contains(&cause)) {
+            (true, _) => cause,
+            (_, true) => text,
+            _ => format!("{text}: {cause}"),
+        }
+    })
+}
+
+pub(crate) fn complain(sentence: &str) {
+    // If standard error is closed, the message is lost.
+    let _ = writeln!(std::io::stderr(), "symbolt: {sentence}");
+}
+
+/// Returns the exit code for an error: 2 if an argument or an input file is to blame, 1 otherwise.
+pub(crate) fn code(error: &Error) -> u8 {
+    if error.is::<UnknownMode>() || error.is::<UnknownModel>() || error.is::<BadArgument>() {
+        return 2;
+    }
+    if error.is::<SolvedFileError>()
+        || error.is::<PddlFault>()
+        || error.is::<GroundFault>()
+        || error.is::<WriteFault>()
+        || error.is::<LearnError>()
+        || error.is::<ShardError>()
+    {
+        return 2;
+    }
+    if let Some(fault) = error.downcast_ref::<GoalSetError>() {
+        let late = matches!(fault, GoalSetError::Sim(_) | GoalSetError::Unreachable { .. });
+        return if late { 1 } else { 2 };
+    }
+    if let Some(file) = error.downcast_ref::<FileError>() {
+        return file_code(file);
+    }
+    match error.downcast_ref::<TaskError>() {
+        Some(TaskError::File(file)) => file_code(file),
+        Some(TaskError::Sim(_) | TaskError::Undecided { .. }) | None => 1,
+        Some(_) => 2,
+    }
+}
+
+fn file_code(error: &FileError) -> u8 {
+    match error {
+        FileError::Io { what: "read", .. }
+        | FileError::Exists { .. }
+        | FileError::TooLarge { .. }
+        | FileError::TooManyEntries { .. } => 2,
+        _ => 1,
+    }
+}

@@ -1,0 +1,146 @@
+//! `worlds`: twenty kinematic tasks with known truth, learned from demonstrations and carried out.
+//!
+//! A trial demonstrates a task, learns it, and carries it out in one test scene. The episodes of most cells are planned by the
+//! symbolic planner, which is no part of the learner: they tell whether the learned states and actions suffice. The cells of
+//! `goal-sets` are planned by the network, in direct mode.
+
+use serde_json::{Value, json};
+
+use super::Options;
+use crate::sim::Seed;
+use crate::study::experiment::{
+    About, Axis, Cell, Experiment, Figure, Measure, Reading, Results, Row, Series, Style,
+    TrialOutcome, outcome,
+};
+use crate::study::worlds::{self, Planning, Trial, World, evaluate};
+use crate::task::TaskError;
+use crate::task::domain::Sensing;
+
+/// The experiment.
+pub(super) struct Worlds {
+    worlds: Vec<World>,
+    trials: u64,
+}
+
+impl Worlds {
+    pub fn new(options: &Options) -> Self {
+        Self { worlds: worlds::all(), trials: options.trials.unwrap_or(20) }
+    }
+}
+
+/// Standard deviation of all poses by name, in metres and degrees.
+const NOISES: [(&str, [f64; 2]); 2] = [("none", [0.0; 2]), ("1 mm, 1 degree", [1e-3, 1.0])];
+
+/// Planner, number of demonstrations and noise of the cells of a world.
+const SETTINGS: [(&str, usize, &str); 4] = [
+    ("symbolic", 5, NOISES[0].0),
+    ("symbolic", 10, NOISES[0].0),
+    ("symbolic", 10, NOISES[1].0),
+    ("goal-sets", 5, NOISES[0].0),
+];
+
+/// The settings of the world `bins`, where a learner needs hundreds of demonstrations to tell heaps of any height apart.
+const BINS: [(&str, usize, &str); 1] = [("symbolic", 300, NOISES[0].0)];
+
+const SOLVED: &str = "solved";
+
+impl Experiment for Worlds {
+    fn about(&self) -> About {
+        About {
+            name: "worlds",
+            question: "How often is a task with known truth learned and carried out, planned by the symbolic planner or by that of goal sets, and is what was learned true?",
+            revision: 1,
+        }
+    }
+
+    fn settings(&self) -> Value {
+        json!({"moves": worlds::MOST_MOVES, "mode_of_goal-sets": "direct"})
+    }
+
+    fn cells(&self) -> Vec<Cell> {
+        let readings = || {
+            vec![
+                Reading::what(Measure::Rate, SOLVED),
+                Reading::what(Measure::Share(2), "poses whose state is right"),
+                Reading::count(),
+                Reading::what(Measure::Share(4), "conditions found"),
+                Reading::count(),
+                Reading::what(Measure::Share(6), "required conditions that are true"),
+                Reading::count(),
+                Reading::what(Measure::Mean, "poses with the wrong reference object"),
+            ]
+        };
+        let cells = self.worlds.iter().flat_map(|world| {
+            let own = if world.name() == "bins" { &BINS[..] } else { &SETTINGS };
+            own.iter().map(|(planner, demos, noise)| {
+                json!({
+                    "world": world.name(), "planner": planner, "demonstrations": demos, "noise": noise,
+                })
+            })
+        });
+        cells.map(|settings| Cell::new(settings, self.trials, readings())).collect()
+    }
+
+    fn trial(&self, cell: &Cell, seed: Seed) -> Result<TrialOutcome, TaskError> {
+        let choices: Vec<_> = self.worlds.iter().map(|world| (world.name(), world)).collect();
+        let world = cell.choice("world", &choices)?;
+        let [pose_noise_m, pose_noise_deg] = cell.choice("noise", &NOISES)?;
+        let trial = Trial {
+            demos: cell.number("demonstrations")? as usize,
+            episodes: 1,
+            planner: cell.choice("planner", &Planning::ALL)?,
+            sensing: Sensing { pose_noise_m, pose_noise_deg, ..Sensing::default() },
+            seed,
+        };
+        let found = evaluate(world, &trial)?;
+        let (poses, needs) = (found.states.poses, found.needs);
+        let counts = [poses.found, poses.due, needs.found, needs.due, needs.right, needs.said];
+        let [right, of, held, due, is, said] = counts.map(|count| count as f64);
+        let wrong = found.states.wrong_references as f64;
+        Ok(outcome([found.solved() as f64, right, of, held, due, is, said, wrong]))
+    }
+
+    fn figure(&self, results: &Results) -> Option<Figure> {
+        let names: Vec<String> =
+            self.worlds.iter().rev().map(|world| world.name().to_owned()).collect();
+        let series = SETTINGS.into_iter().enumerate().map(|(at, (planner, demos, noise))| {
+            let wanted = json!({
+                "planner": planner, "demonstrations": demos, "noise": noise, "what": SOLVED,
+            });
+            let shift = 0.2 * (1.5 - at as f64);
+            let at = |row: &Row| names.iter().position(|name| row.is("world", &json!(name)));
+            let mark = |row: &Row| Some(row.percent(at(row)? as f64 + shift).across());
+            let marks = results.marks(&wanted, mark);
+            let name = format!("{planner}, {demos} demonstrations, noise {noise}");
+            Series::new(name, marks, Style::Points)
+        });
+        let series = series.collect();
+        Some(Figure {
+            title: "Test scenes solved, with 95% intervals".into(),
+            x: Axis::from_to("solved (%)", 0.0, 102.0),
+            y: Axis::named(names),
+            series,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_world_is_solved_by_either_planner_from_five_demonstrations() {
+        let experiment = Worlds::new(&Options::default());
+        let cells = experiment.cells();
+        assert_eq!(cells.len(), 19 * SETTINGS.len() + BINS.len());
+        let few = cells.iter().filter(|cell| cell.number("demonstrations").ok() == Some(5.0));
+        let mut solved = 0;
+        for cell in few {
+            let done = experiment.trial(cell, Seed::new(1)).expect("a trial");
+            solved += done[0] as usize;
+            assert!(done[2] > 30.0 && done[1] / done[2] > 0.9, "{cell}: {done:?}");
+            assert_eq!(done[5], done[6], "{cell}: a required condition is wrong");
+        }
+        assert!(solved >= 2 * 19 - 1, "{solved}");
+    }
+}
