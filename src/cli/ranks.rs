@@ -8,7 +8,7 @@ use symbolt::files::{Limit, read_file};
 use symbolt::neurons::solver_signature;
 use symbolt::sim::{Fingerprint, launched};
 
-use super::end::{BadArgument, Ended, complain};
+use super::end::{BadArgument, Ended};
 pub(crate) use super::seat::{leads, seat};
 
 /// Checks that all processes run the same program with the same arguments, and that their processors solve decoders to the
@@ -86,7 +86,7 @@ pub(crate) fn together(command: &str, main: impl FnOnce() -> Ended) -> ExitCode 
     }));
     let Ended { code, sentence } = main();
     let failure = sentence.map(|sentence| Failure { code, sentence });
-    ExitCode::from(session.end(failure, complain))
+    ExitCode::from(session.end(failure, super::end::complain))
 }
 
 /// Runs `main` and returns its exit code. Without the feature `mpi` processes share nothing.

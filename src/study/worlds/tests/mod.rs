@@ -13,6 +13,7 @@ use super::score::{SaidState, score_needs, score_states};
 use super::spec::Rule;
 use super::truth::{Extent, TrueState};
 use super::*;
+use crate::task::domain::Pose;
 use crate::task::domain::pose::quaternion_array;
 
 fn body(run: &Run, id: &str) -> usize {
