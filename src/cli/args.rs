@@ -6,8 +6,7 @@ use clap::Args;
 
 pub(crate) use super::end::BadArgument;
 pub(crate) use super::options::{
-    Common, DemoArgs, GroundingArgs, Method, OutFile, PlannerArgs, SensingArgs, TaskArgs, number,
-    whole,
+    Common, DemoArgs, GroundingArgs, Method, OutFile, PlannerArgs, number, whole,
 };
 
 #[derive(Debug, Clone, Args)]

@@ -8,8 +8,8 @@ use symbolt::files::{Limit, read_file};
 use symbolt::neurons::solver_signature;
 use symbolt::sim::{Fingerprint, launched};
 
-use super::end::{BadArgument, Ended, complain};
-use super::rank::{leads, own};
+use super::end::{BadArgument, Ended};
+use super::rank::own;
 
 /// Checks that all processes run the same program with the same arguments, and that their processors solve decoders to the
 /// same bits, unless the populations come from the file `load`. The simulator checks in every tick whether they also run
@@ -86,7 +86,7 @@ pub(crate) fn together(command: &str, main: impl FnOnce() -> Ended) -> ExitCode 
     }));
     let Ended { code, sentence } = main();
     let failure = sentence.map(|sentence| Failure { code, sentence });
-    ExitCode::from(session.end(failure, complain))
+    ExitCode::from(session.end(failure, super::end::complain))
 }
 
 /// Runs `main` and returns its exit code. Without the feature `mpi` processes share nothing.

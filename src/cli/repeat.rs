@@ -63,16 +63,14 @@ impl RunArgs {
 
 #[cfg(test)]
 mod tests {
-    use clap::Parser;
+    use clap::{Args, FromArgMatches};
 
-    use crate::cli::args::{Cli, Command};
+    use super::*;
 
     fn command(args: &[&str]) -> String {
-        let line = ["symbolt", "run"].iter().chain(args);
-        match Cli::parse_from(line).command {
-            Command::Run(args) => args.command(),
-            other => panic!("{other:?}"),
-        }
+        let line = ["run"].iter().chain(args);
+        let matches = RunArgs::augment_args(clap::Command::new("run")).get_matches_from(line);
+        RunArgs::from_arg_matches(&matches).expect("arguments of run").command()
     }
 
     #[test]

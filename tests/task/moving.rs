@@ -21,9 +21,9 @@ use symbolt::task::{Grounding, Pose, SnapshotEvent, demonstrate};
 
 const JIG: BodyId = BodyId::Fixture(0);
 
-const CUP: &str = include_str!("../src/task/tasks/files/cup.json");
-const DRAWER: &str = include_str!("../src/task/tasks/files/drawer.json");
-const MOVABLE: &str = include_str!("../src/task/tasks/files/movable-jig.json");
+const CUP: &str = include_str!("../../src/task/tasks/files/cup.json");
+const DRAWER: &str = include_str!("../../src/task/tasks/files/drawer.json");
+const MOVABLE: &str = include_str!("../../src/task/tasks/files/movable-jig.json");
 
 fn file(text: &str) -> DataTask {
     DataTask::parse(text.as_bytes(), "task.json").expect("it is valid")

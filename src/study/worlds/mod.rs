@@ -120,6 +120,11 @@ impl World {
         Run::begin(self.0.clone(), seed, stage)
     }
 
+    /// Returns whether the world demands something of an action, beyond a free place.
+    pub(super) fn demands(&self) -> bool {
+        self.0.jobs.iter().any(|job| self.0.needs_of(job.to).next().is_some())
+    }
+
     /// Records demonstrations, with snapshots at the start, at each contact and release, and at the end.
     pub fn record(&self, demos: usize, seed: Seed) -> Recording {
         self.show(demos, seed).recording
