@@ -64,7 +64,7 @@ fn a_drawer_is_opened_filled_and_closed_as_it_was_shown() {
 /// The file is one that knows nothing of the built-in tasks.
 #[test]
 fn a_box_with_a_sliding_lid_is_learned_from_a_file_and_done() {
-    let text = include_bytes!("fixtures/tasks/box-with-lid.json");
+    let text = include_bytes!("../fixtures/tasks/box-with-lid.json");
     let task: Arc<dyn Task> = Arc::new(DataTask::parse(text, "lid.json").expect("it is valid"));
     let domain = learned(&*task, 5, &Sensing::default(), Seed::new(1));
     let report = episode(&task, &domain, Sensing::default(), 100);
