@@ -28,6 +28,11 @@ impl Default for Fingerprint {
 }
 
 impl Fingerprint {
+    /// Continues another hash.
+    pub(crate) fn continued(hash: u64) -> Self {
+        Self(hash)
+    }
+
     /// Adds a text.
     pub fn text(&mut self, text: &str) -> &mut Self {
         self.number(text.len() as u64);
