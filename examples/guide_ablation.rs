@@ -39,7 +39,7 @@ fn leave_out() -> Result<(), TaskError> {
 
 fn compute_otherwise() -> Result<(), Box<dyn Error>> {
     let domain = tea()?;
-    let few = LifSpec { per_item: 10, ..LifSpec::default() };
+    let few = LifSpec::tuned(Tuning { per_item: 10, ..Tuning::default() });
     let plan = PopulationPlan::all(Population::Lif(LifSpec::default()))
         .with("planner/required/**".parse()?, Population::Lif(few))
         .with("planner/motor_gate/**".parse()?, Population::Direct);

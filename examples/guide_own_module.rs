@@ -63,7 +63,7 @@ fn module() -> Result<(), Box<dyn Error>> {
         let probe = ProbeSpec::default().filtered(Synapse::lowpass_ms(20));
         let shown = graph.probe(&novelty.output, probe);
 
-        let plan = PopulationPlan::all(mode);
+        let plan = PopulationPlan::all(mode.clone());
         let graph = graph.build(Timebase::default(), &plan, Seed::new(1))?;
         let mut sim = Simulator::new(graph.into(), RunConfig::default())?;
         sim.run_for(SimDuration::from_millis(200))?;

@@ -60,7 +60,7 @@
 //!
 //! # What it is not for
 //!
-//! - General neural networks: there are no learning rules for synapses, no neuron types besides LIF and its rate, and
+//! - General neural networks: there are no learning rules for synapses, no neuron models besides LIF, its rate and your own, and
 //!   no GPU backend.
 //! - Existing Nengo models: they have to be rewritten. The README compares the names.
 //! - Perception: the learner and the planner receive poses of objects, not images.
@@ -151,7 +151,9 @@ mod readme {}
 
 /// Names that nearly every program needs: `use symbolt::prelude::*;`.
 pub mod prelude {
-    pub use crate::neurons::{Ensemble, LifSpec, Population, PopulationPlan, SelectRule};
+    pub use crate::neurons::{
+        Ensemble, LifSpec, Population, PopulationPlan, SelectRule, Tuning,
+    };
     pub use crate::sim::{
         Add, Constant, GraphBuilder, In, Module, Noise, Out, Pointer, ProbeSpec, RunConfig, Scalar,
         Scope, Seed, SimDuration, Simulator, Stimulus, StopReason, Synapse, Threads, TimeSeries,

@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 mod bank;
 
 use bank::Bank;
-use symbolt::neurons::{Ensemble, LifSpec, Population, PopulationPlan, SelectRule};
+use symbolt::neurons::{Ensemble, LifSpec, Population, PopulationPlan, SelectRule, Tuning};
 use symbolt::sim::{
     Constant, GraphBuilder, Noise, ProbeSpec, RunConfig, Scalar, Seed, SimDuration, Simulator,
     Synapse, Threads, Timebase, Vector, VocabTag,
@@ -78,7 +78,7 @@ fn main() {
 fn nothing_allocates_in_a_tick() {
     // The threads of the build allocate in their first steps.
     rayon::broadcast(|_| ());
-    let small = LifSpec { scale: 0.2, ..LifSpec::default() };
+    let small = LifSpec::tuned(Tuning { scale: 0.2, ..Tuning::default() });
     let mut counts = Vec::new();
     for population in [Population::Direct, Population::Rate(small), Population::Lif(small)] {
         graphs(&PopulationPlan::all(population), &mut counts);

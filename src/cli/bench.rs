@@ -7,7 +7,7 @@ use anyhow::{Context, Error};
 use clap::Args;
 use serde_json::{Map, Value, json};
 use symbolt::files::{Overwrite, check_output, write_atomic};
-use symbolt::neurons::{Population, SelectRule, SolvedModel};
+use symbolt::neurons::{Population, SelectRule, SolvedModel, Tuning};
 use symbolt::sim::{Seed, SimDuration};
 use symbolt::study::standard::{Built, Measured, Model, Standard};
 use symbolt::task::TaskError;
@@ -61,10 +61,8 @@ pub(crate) struct BenchArgs {
 
 pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
     let model: Model = args.model.parse()?;
-    let mut population: Population = args.mode.parse()?;
-    if let Population::Lif(spec) | Population::Rate(spec) = &mut population {
-        spec.scale = args.neurons_scale;
-    }
+    let population: Population = args.mode.parse()?;
+    let population = population.tuned(|usual| Tuning { scale: args.neurons_scale, ..usual });
     if !(0.3..=3600.0).contains(&args.sim_seconds) {
         let problem = BadArgument::range("--sim-seconds", args.sim_seconds, "0.3 to 3600");
         return Err(problem.into());

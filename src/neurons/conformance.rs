@@ -6,13 +6,14 @@
 //! earlier or later.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use ndarray::{Array2, Ix1, Ix2};
 
-use super::bank::{Bank, Draft, Ensemble, Firing, Shape};
-use super::decode::Points;
-use super::model::Lif;
-use super::tuning::Neurons;
+use super::bank::{Bank, Draft, LaidOut, Shape, Solved};
+use super::draw::Neurons;
+use super::models::Lif;
+use super::solve::Points;
 use crate::files::npz::NpzReader;
 use crate::sim::{Real, SimDuration, lowpass_decay};
 
@@ -86,7 +87,7 @@ impl<'a> Exact<'a> {
             let along: f64 = encoder.iter().zip(value).map(|(e, v)| e * v).sum();
             let current = neurons.gains[neuron] * along + neurons.biases[neuron];
             let (v, r) = (&mut self.voltages[neuron], &mut self.refractory[neuron]);
-            fired.push(lif.step(DT_S, current, v, r));
+            fired.push(lif.step_exactly(DT_S, current, v, r));
             if fired[neuron] {
                 let row = &decoders[neuron * outputs..][..*outputs];
                 out.iter_mut().zip(row).for_each(|(out, d)| *out += d / DT_S);
@@ -97,14 +98,14 @@ impl<'a> Exact<'a> {
 }
 
 /// The same ensemble as a bank.
-fn bank(population: &Population) -> Bank {
+fn bank(population: &Population, lif: Lif) -> Bank {
     let Population { neurons, decoders, outputs, .. } = population;
     let shape =
         Shape { ensembles: 1, neurons: neurons.count(), dims: neurons.dims, outputs: *outputs };
     let points = Points { values: Vec::new(), wanted: Vec::new(), outputs: *outputs };
     let draft = Draft { neurons: neurons.clone(), radius: 1.0, points };
-    let ensemble = Ensemble::lay_out(&draft, decoders, shape, 1.0 / DT_S);
-    Bank::assemble(&Lif::default(), DT_S, (shape, Firing::Spikes), &[ensemble])
+    let ensemble = LaidOut::lay_out(&draft, decoders, (&lif, DT_S), shape);
+    Bank::new(Arc::new(Solved::assemble(shape, &[ensemble])), Arc::new(lif), DT_S)
 }
 
 const FIXTURES: [&str; 3] = ["scalar", "square", "pointer_part"];
@@ -167,12 +168,11 @@ fn shifts(ours: &Array2<u8>, theirs: &Array2<u8>) -> Vec<(usize, usize, usize)> 
     all
 }
 
-/// Runs a fixture in banks. `tune` may change the banks first, to make a wrong variant.
-fn in_banks(fixture: &Fixture, tune: impl Fn(&mut Bank)) -> ([Array2<u8>; 2], [Array2<f64>; 2]) {
+/// Runs a fixture in banks of neurons.
+fn in_banks(fixture: &Fixture, lif: Lif) -> ([Array2<u8>; 2], [Array2<f64>; 2]) {
     let decay = lowpass_decay(SimDuration::from_millis(5), DT_S);
-    let mut banks = fixture.populations.each_ref().map(bank);
-    banks.iter_mut().for_each(tune);
-    let mut states = banks.each_ref().map(|bank| vec![0.0 as Real; bank.state_len()]);
+    let banks = fixture.populations.each_ref().map(|population| bank(population, lif));
+    let mut states = banks.each_ref().map(|bank| vec![0.0 as Real; bank.state_of(1)]);
     let mut held = vec![0.0 as Real; fixture.middle.ncols()];
     let mut said = held.clone();
     let mut out = vec![0.0; fixture.output.ncols()];
@@ -204,7 +204,7 @@ fn in_the_hot_loop_at_most_one_spike_in_ten_thousand_shifts() {
     let (mut all, mut moved) = (0, 0);
     for name in FIXTURES {
         let fixture = fixture(name);
-        let (spikes, values) = in_banks(&fixture, |_| {});
+        let (spikes, values) = in_banks(&fixture, Lif::default());
         let mut first_shift = TICKS;
         for (place, spikes) in spikes.iter().enumerate() {
             let theirs = &fixture.populations[place].spikes;
@@ -240,7 +240,7 @@ fn in_the_hot_loop_at_most_one_spike_in_ten_thousand_shifts() {
 fn a_refractory_period_a_tenth_too_long_would_be_caught() {
     // The wrong variant: so many spikes are late that the spike trains no longer match one to one.
     let fixture = fixture("scalar");
-    let (spikes, _) = in_banks(&fixture, |bank| bank.lengthen_refractory_period(1.1));
+    let (spikes, _) = in_banks(&fixture, Lif { tau_ref_s: 0.0022, ..Lif::default() });
     let count = |spikes: &Array2<u8>| spikes.iter().filter(|s| **s == 1).count();
     let (ours, theirs) = (count(&spikes[0]), count(&fixture.populations[0].spikes));
     assert!(ours + 100 < theirs, "{ours} {theirs}");

@@ -2,20 +2,18 @@
 
 use std::any::Any;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use crate::sim::{
     Graph, Lengths, Lowering, LoweringFault, Node, PendingLayer, Ranks, Real, Timebase,
 };
 
-use super::bank::{Bank, Firing};
-use super::direct::{DirectMap, DirectProduct, DirectRepresent, DirectSelect};
-use super::ensemble::{DirectEnsemble, Ensemble, NeuralEnsemble};
-use super::layer::{Map, Product, Represent, Select};
-use super::parted::Deal;
-use super::plan::{Population, PopulationPlan};
-use super::population::{Maker, Neural, NeuralProduct, Refusal};
-use super::selection::NeuralSelect;
-use super::solved::{Kept, SolvedModel, Unfit};
+use super::bank::{Bank, Deal, Solved};
+use super::builder::PopulationBuilder;
+use super::layers::{Layer, Populated, Request};
+use super::plan::PopulationPlan;
+use super::solved::SolvedModel;
+use super::tuning::TuningError;
 
 impl Lowering for PopulationPlan {
     fn lower(
@@ -36,33 +34,17 @@ impl Lowering for PopulationPlan {
         let mut nodes = Vec::with_capacity(layers.len());
         let deal = Deal::new(self.ranks.as_ref());
         for layer in layers {
-            let solved = self.solved.as_deref();
-            let (reason, choices) = match lower_one(
-                self.population(layer.path),
-                (solved, &deal),
-                layer,
-                time.dt_s(),
-            ) {
-                Ok(node) => {
-                    nodes.push(node);
-                    continue;
-                }
-                Err(Refused::Unknown) => (
-                    "populations cannot compute this layer".into(),
-                    ["Represent", "Map", "Product", "Select", "Ensemble"].map(String::from).into(),
-                ),
-                Err(Refused::Population(Refusal::Tuning(error))) => (error.to_string(), Vec::new()),
-                Err(Refused::Population(Refusal::Unfit(Unfit::Missing))) => {
-                    let paths = solved.iter().flat_map(|s| s.paths()).map(String::from).collect();
-                    ("the solved model has no such layer".into(), paths)
-                }
-                Err(Refused::Population(Refusal::Unfit(Unfit::Mismatch))) => {
-                    let reason = "the solved model's population was made from another seed, tick, tuning, \
-                                  size or function; expected a model solved for this graph";
-                    (reason.into(), Vec::new())
-                }
+            let request: &dyn Any = layer.request;
+            let node = match request.downcast_ref::<Request>() {
+                Some(Request(layer_of)) => self.node(layer, &**layer_of, &deal, time.dt_s()),
+                None => Err(("only layers of the module `neurons` can be computed".into(), Vec::new())),
             };
-            faults.push(LoweringFault { path: layer.path.into(), reason, choices });
+            match node {
+                Ok(node) => nodes.push(node),
+                Err((reason, choices)) => {
+                    faults.push(LoweringFault { path: layer.path.into(), reason, choices });
+                }
+            }
         }
         if let Some(ranks) = &self.ranks {
             agree(ranks, &mut nodes, &mut faults);
@@ -75,13 +57,37 @@ impl Lowering for PopulationPlan {
     }
 }
 
+/// Why a layer cannot become a node, and valid choices.
+type Fault = (String, Vec<String>);
+
+impl PopulationPlan {
+    /// Makes the node of one layer, in its mode.
+    fn node(
+        &self,
+        asked: &PendingLayer<'_>,
+        layer: &dyn Layer,
+        deal: &Deal,
+        dt_s: f64,
+    ) -> Result<Box<dyn Node>, Fault> {
+        let (path, seed, solved) = (asked.path, asked.seed, self.solved.as_deref());
+        let Some(spec) = &self.population(path).spec() else { return Ok(layer.direct()) };
+        let builder = PopulationBuilder { spec, dt_s, path, seed, solved, deal };
+        let node = layer.neural(&builder).map_err(|error| {
+            let paths = || solved.iter().flat_map(|s| s.paths()).map(String::from).collect();
+            let choices = if error == TuningError::Missing { paths() } else { Vec::new() };
+            (error.to_string(), choices)
+        })?;
+        Ok(Box::new(node))
+    }
+}
+
 /// Lets all ranks use the same current to close a gate: the greatest that an ensemble needs, whoever owns it. A fault of
 /// one rank becomes a fault of all.
 fn agree(ranks: &Ranks, nodes: &mut [Box<dyn Node>], faults: &mut Vec<LoweringFault>) {
     let mut banks: Vec<&mut Bank> = nodes
         .iter_mut()
-        .filter_map(|node| (&mut **node as &mut dyn Any).downcast_mut::<Neural>())
-        .filter_map(Neural::bank_mut)
+        .filter_map(|node| (&mut **node as &mut dyn Any).downcast_mut::<Populated>())
+        .flat_map(Populated::banks_mut)
         .collect();
     let failed = |rank: usize, reason: String| LoweringFault {
         path: format!("the part of rank {rank}"),
@@ -125,87 +131,23 @@ fn agree(ranks: &Ranks, nodes: &mut [Box<dyn Node>], faults: &mut Vec<LoweringFa
     }
 }
 
-enum Refused {
-    Unknown,
-    Population(Refusal),
-}
-
-impl From<Refusal> for Refused {
-    fn from(refusal: Refusal) -> Self {
-        Self::Population(refusal)
-    }
-}
-
-/// Makes the node of one layer: one branch per layer, one arm per mode.
-fn lower_one(
-    population: Population,
-    (solved, deal): (Option<&SolvedModel>, &Deal),
-    layer: &PendingLayer<'_>,
-    dt_s: f64,
-) -> Result<Box<dyn Node>, Refused> {
-    let request: &dyn Any = layer.request;
-    let (path, seed) = (layer.path, layer.seed);
-    let maker = match &population {
-        Population::Direct => None,
-        Population::Rate(spec) => Some((spec, Firing::Rates)),
-        Population::Lif(spec) => Some((spec, Firing::Spikes)),
-    };
-    let maker = maker.map(|(spec, firing)| Maker { spec, firing, dt_s, path, seed, solved, deal });
-    if let Some(layer) = request.downcast_ref::<Represent>() {
-        Ok(match maker {
-            None => Box::new(DirectRepresent(layer.clone())),
-            Some(maker) => Box::new(maker.represent(layer)?),
-        })
-    } else if let Some(layer) = request.downcast_ref::<Map>() {
-        Ok(match maker {
-            None => Box::new(DirectMap(layer.clone())),
-            Some(maker) => Box::new(maker.map(layer)?),
-        })
-    } else if let Some(layer) = request.downcast_ref::<Product>() {
-        Ok(match maker {
-            None => Box::new(DirectProduct(layer.clone())),
-            Some(maker) => Box::new(maker.product(layer)?),
-        })
-    } else if let Some(layer) = request.downcast_ref::<Select>() {
-        Ok(match maker {
-            None => Box::new(DirectSelect(layer.clone())),
-            Some(maker) => Box::new(maker.select(layer)?),
-        })
-    } else if let Some(layer) = request.downcast_ref::<Ensemble>() {
-        Ok(match maker {
-            None => Box::new(DirectEnsemble(layer.clone())),
-            Some(maker) => Box::new(maker.ensemble(layer)?),
-        })
-    } else {
-        Err(Refused::Unknown)
-    }
-}
-
-/// Returns the banks of a node, if it is a population.
-fn banks(part: &dyn Any) -> Option<Vec<Kept>> {
-    if let Some(node) = part.downcast_ref::<Neural>() {
-        Some(node.kept())
-    } else if let Some(node) = part.downcast_ref::<NeuralProduct>() {
-        Some(node.kept())
-    } else if let Some(node) = part.downcast_ref::<NeuralSelect>() {
-        Some(node.kept())
-    } else {
-        part.downcast_ref::<NeuralEnsemble>().map(NeuralEnsemble::kept)
-    }
+/// Returns what the populations of a graph were solved to, with the paths of their layers.
+fn populations(graph: &Graph) -> impl Iterator<Item = (&str, &Arc<Solved>)> {
+    let layers = graph.nodes().filter_map(|(path, part)| Some((path, part.downcast_ref()?)));
+    layers.flat_map(|(path, layer): (_, &Populated)| layer.solved().map(move |s| (path, s)))
 }
 
 /// Returns the number of neurons in `graph`, those of all ranks together. Layers in direct mode have none.
 pub fn neurons(graph: &Graph) -> usize {
-    let banks = graph.nodes().filter_map(|(_, part)| banks(part)).flatten();
-    banks.map(|kept| kept.bank.shape.ensembles * kept.bank.shape.neurons).sum()
+    let shapes = populations(graph).map(|(_, solved)| solved.shape);
+    shapes.map(|shape| shape.ensembles * shape.neurons).sum()
 }
 
 /// Returns the number of neurons in `graph` that this process solved and advances: all of them, unless several ranks
 /// share the graph.
 pub fn own_neurons(graph: &Graph) -> usize {
-    let banks = graph.nodes().filter_map(|(_, part)| banks(part)).flatten();
-    let own = |bank: &Bank| bank.own.as_ref().map_or(bank.shape.ensembles, Vec::len);
-    banks.map(|kept| own(&kept.bank) * kept.bank.shape.neurons).sum()
+    let own = |solved: &Solved| solved.own.as_ref().map_or(solved.shape.ensembles, Vec::len);
+    populations(graph).map(|(_, solved)| own(solved) * solved.shape.neurons).sum()
 }
 
 impl SolvedModel {
@@ -214,13 +156,11 @@ impl SolvedModel {
     ///
     /// Shares memory with the graph: nothing is copied.
     pub fn of(graph: &Graph) -> Self {
-        let mut layers = BTreeMap::new();
-        for (path, part) in graph.nodes() {
-            let Some(kept) = banks(part) else { continue };
-            if kept.iter().all(|kept| kept.bank.own.is_none()) {
-                layers.insert(path.to_owned(), kept);
-            }
+        let mut layers = BTreeMap::<String, Vec<_>>::new();
+        for (path, solved) in populations(graph) {
+            layers.entry(path.to_owned()).or_default().push(solved.clone());
         }
+        layers.retain(|_, solved| solved.iter().all(|solved| solved.own.is_none()));
         Self { layers }
     }
 }

@@ -23,10 +23,14 @@
 //!
 //! - [`Population::Direct`]: the exact function;
 //! - [`Population::Rate`]: firing rates of neurons, with the decoding error of a population but without spikes;
-//! - [`Population::Lif`]: spiking leaky integrate-and-fire neurons.
+//! - [`Population::Lif`]: spiking leaky integrate-and-fire neurons;
+//! - [`Population::Neurons`]: neurons of any [`NeuronModel`], such as one of your own.
 //!
-//! [`LifSpec`] sets the number and tuning of the neurons, and [`Lif`] their time constants. A [`SolvedModel`] keeps
-//! neurons and decoders, so that later runs do not solve for them again.
+//! [`Tuning`] sets the number of the neurons and the ranges from which they are drawn. A [`SolvedModel`] keeps neurons
+//! and decoders, so that later runs do not solve for them again.
+//!
+//! A new neuron model implements [`NeuronModel`], a new kind of layer implements [`Layer`]. Nothing else knows them one
+//! by one.
 //!
 //! # Example
 //!
@@ -66,37 +70,37 @@
 //! # What this module does not do
 //!
 //! - It knows no symbols: semantic pointers and their algebra are in the module `spa`, which builds on this one.
-//! - It has one neuron model, [`Lif`], and no learning rules: decoders are solved when the graph is built.
+//! - It has the neuron models [`Lif`] and [`LifRate`], and no learning rules: decoders are solved when the graph is
+//!   built.
 //! - Ensembles cannot be connected neuron to neuron. All connections carry decoded values.
 //! - It reads no Nengo models. For equal parameters, spikes and decoded values agree with those of Nengo; the tests
 //!   check this. The random draws of the two programs differ.
 
 mod bank;
+mod builder;
 #[cfg(test)]
 mod conformance;
-mod decode;
-mod dense;
-mod direct;
-mod ensemble;
-mod layer;
+mod draw;
+mod layers;
 mod lower;
-mod model;
-mod parted;
+mod models;
+mod pattern;
 mod plan;
-mod population;
-mod selection;
+mod solve;
 mod solved;
 #[cfg(test)]
 mod theory;
 mod tuning;
 
-pub use ensemble::{Ensemble, EnsemblePorts};
-pub use layer::{
-    GatedPorts, LayerPorts, Layers, Map, Product, ProductPorts, Represent, ScalarFunction, Select,
-    SelectPorts, SelectRule,
+pub use bank::{Ensembles, Work};
+pub use builder::{Components, Keep, Onset, Owner, PopulationBuilder, solver_signature};
+pub use layers::{
+    Circuit, Ensemble, EnsemblePorts, GatedPorts, Items, Layer, LayerPorts, Layers, Map, Populated,
+    Product, ProductPorts, Represent, ScalarFunction, Select, SelectPorts, SelectRule, Through,
 };
 pub use lower::{neurons, own_neurons};
-pub use model::{Lif, TuningError};
-pub use plan::{LifSpec, PathPattern, PatternError, Population, PopulationPlan, UnknownMode};
-pub use population::solver_signature;
+pub use models::{Block, Firing, Lif, LifRate, NeuronModel, Start, Variable};
+pub use pattern::{PathPattern, PatternError};
+pub use plan::{LifSpec, NeuronSpec, Population, PopulationPlan, UnknownMode};
 pub use solved::{SolvedError, SolvedFileError, SolvedModel};
+pub use tuning::{Tuning, TuningError};

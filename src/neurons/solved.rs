@@ -9,34 +9,13 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use rand::RngExt;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::bank::{Bank, Consts, Firing, Shape, rests};
+use super::bank::{Shape, Solved};
+use super::tuning::TuningError;
 use crate::files::{FileError, Limit, read_file};
-use crate::sim::{Real, Seed};
-
-/// A population with the fingerprint of everything it was solved from.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Kept {
-    pub bank: Arc<Bank>,
-    pub fingerprint: u64,
-}
-
-impl Kept {
-    /// Writes the states at the start of a run: parts of the given lengths, one after another. Random voltages between
-    /// rest and threshold keep neurons from firing in synchrony. They do not depend on the parts.
-    pub fn init(&self, state: &mut [Real], parts: impl IntoIterator<Item = usize>) {
-        let mut rng = Seed::new(self.fingerprint).derive("", "voltages").rng();
-        let mut rest = state;
-        for part in parts {
-            let (own, after) = rest.split_at_mut(part);
-            own[..part / 2].iter_mut().for_each(|v| *v = rng.random());
-            rest = after;
-        }
-    }
-}
+use crate::sim::Real;
 
 /// The solved populations of a graph, by the paths of their layers.
 ///
@@ -81,7 +60,7 @@ impl Kept {
 /// ```
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SolvedModel {
-    pub(super) layers: BTreeMap<String, Vec<Kept>>,
+    pub(super) layers: BTreeMap<String, Vec<Arc<Solved>>>,
 }
 
 /// An error in the content of a solved model's file.
@@ -97,7 +76,7 @@ pub enum SolvedError {
         reason: String,
     },
     /// A file of another version of the format.
-    #[error("the file has version {found} of the format; expected version {VERSION}")]
+    #[error("the file has version {found} of the format; expected version 1 or {VERSION}")]
     Version {
         /// Version of the file.
         found: u64,
@@ -150,17 +129,8 @@ pub enum SolvedFileError {
     },
 }
 
-/// Why a layer cannot take its population from a solved model.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Unfit {
-    /// The model has no layer of this path.
-    Missing,
-    /// The model's population has another fingerprint or shape.
-    Mismatch,
-}
-
 const FORMAT: &str = "symbolt-solved";
-const VERSION: u64 = 1;
+const VERSION: u64 = 2;
 
 /// Maximum length of the first line, in bytes. A layer takes about 250.
 const MAX_HEADER: usize = 4 << 20;
@@ -200,10 +170,13 @@ struct Beginning {
 struct Entry {
     fingerprint: u64,
     shape: Shape,
-    firing: Firing,
+    /// Files of version 1 repeat here what is in the fingerprint: the output and constants of the neuron model.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    firing: Option<String>,
     silencing: Real,
     quiet: Real,
-    constants: Consts,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    constants: Option<BTreeMap<String, Real>>,
 }
 
 impl Entry {
@@ -229,7 +202,7 @@ impl SolvedModel {
 
     /// Returns the number of neurons in all layers.
     pub fn neurons(&self) -> usize {
-        let shapes = self.layers.values().flatten().map(|kept| kept.bank.shape);
+        let shapes = self.layers.values().flatten().map(|solved| solved.shape);
         shapes.map(|shape| shape.ensembles * shape.neurons).sum()
     }
 
@@ -240,18 +213,18 @@ impl SolvedModel {
     pub fn encode(&self) -> Result<Vec<u8>, SolvedError> {
         let mut payload = Vec::new();
         let mut entries = BTreeMap::new();
-        for (path, kept) in &self.layers {
-            let entry = |kept: &Kept| Entry {
-                fingerprint: kept.fingerprint,
-                shape: kept.bank.shape,
-                firing: kept.bank.firing,
-                silencing: kept.bank.silencing,
-                quiet: kept.bank.quiet,
-                constants: kept.bank.consts,
+        for (path, solved) in &self.layers {
+            let entry = |solved: &Arc<Solved>| Entry {
+                fingerprint: solved.fingerprint,
+                shape: solved.shape,
+                firing: None,
+                silencing: solved.silencing,
+                quiet: solved.quiet,
+                constants: None,
             };
-            entries.insert(path.clone(), kept.iter().map(entry).collect());
-            for Kept { bank, .. } in kept {
-                for part in [&bank.encoders, &bank.biases, &bank.decoders] {
+            entries.insert(path.clone(), solved.iter().map(entry).collect());
+            for solved in solved {
+                for part in [&solved.encoders, &solved.biases, &solved.decoders] {
                     payload.extend(part.iter().flat_map(|v| v.to_le_bytes()));
                 }
             }
@@ -301,7 +274,7 @@ impl SolvedModel {
         if start.format != FORMAT {
             return Err(not_one(format!("its format is `{}`", start.format)));
         }
-        if start.version != VERSION {
+        if !(1..=VERSION).contains(&start.version) {
             return Err(SolvedError::Version { found: start.version });
         }
         let header: Header =
@@ -332,43 +305,38 @@ impl SolvedModel {
         };
         let mut layers = BTreeMap::new();
         for (path, entries) in header.layers {
-            let mut kept = Vec::with_capacity(entries.len());
+            let mut solved = Vec::with_capacity(entries.len());
             for entry in entries {
                 let Some([encoders, biases, decoders]) = entry.lengths() else {
                     return Err(SolvedError::Shape { path });
                 };
-                let (encoders, biases) = (take(encoders), take(biases));
-                let bank = Bank {
+                solved.push(Arc::new(Solved {
                     shape: entry.shape,
-                    firing: entry.firing,
-                    rests: rests(entry.shape, &encoders, &biases),
-                    own: None,
-                    encoders,
-                    biases,
+                    fingerprint: entry.fingerprint,
+                    encoders: take(encoders),
+                    biases: take(biases),
                     decoders: take(decoders),
                     silencing: entry.silencing,
                     quiet: entry.quiet,
-                    consts: entry.constants,
-                };
-                kept.push(Kept { bank: Arc::new(bank), fingerprint: entry.fingerprint });
+                    own: None,
+                }));
             }
-            layers.insert(path, kept);
+            layers.insert(path, solved);
         }
         Ok(Self { layers })
     }
 
-    /// Returns the population of the layer at `path` that has this fingerprint, shape, output and constants.
+    /// Returns the population of the layer at `path` that has this fingerprint and shape.
     pub(super) fn find(
         &self,
         path: &str,
         fingerprint: u64,
-        form: (Shape, Firing, Consts),
-    ) -> Result<Kept, Unfit> {
-        let kept = self.layers.get(path).ok_or(Unfit::Missing)?;
-        let fits = |kept: &&Kept| {
-            kept.fingerprint == fingerprint
-                && (kept.bank.shape, kept.bank.firing, kept.bank.consts) == form
+        shape: Shape,
+    ) -> Result<Arc<Solved>, TuningError> {
+        let solved = self.layers.get(path).ok_or(TuningError::Missing)?;
+        let fits = |solved: &&Arc<Solved>| {
+            (solved.fingerprint, solved.shape) == (fingerprint, shape)
         };
-        kept.iter().find(fits).cloned().ok_or(Unfit::Mismatch)
+        solved.iter().find(fits).cloned().ok_or(TuningError::Mismatch)
     }
 }

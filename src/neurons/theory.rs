@@ -1,9 +1,11 @@
 //! Compares populations with theory: the drift of a memory, and the error of spiking decoding for growing ensembles.
 
-use super::bank::{Bank, Draft, Firing, Shape};
-use super::decode::{self, Points};
-use super::model::Lif;
-use super::tuning::{Neurons, either_way};
+use std::sync::Arc;
+
+use super::bank::{Bank, Draft, Recipe, Shape};
+use super::draw::{Neurons, either_way};
+use super::models::{Lif, LifRate, NeuronModel};
+use super::solve::{self, Points};
 use crate::sim::{Real, Seed};
 use rand::RngExt;
 
@@ -22,18 +24,19 @@ fn points() -> Points {
 }
 
 /// One ensemble of one dimension that decodes the identity.
-fn bank(count: usize, seed: Seed, firing: Firing) -> Bank {
+fn bank(count: usize, seed: Seed, model: impl NeuronModel) -> Bank {
     let shape = Shape { ensembles: 1, neurons: count, dims: 1, outputs: 1 };
     let draft =
         |_, seed| Ok(Draft { neurons: neurons(count, seed), radius: 1.0, points: points() });
-    Bank::build(&Lif::default(), DT_S, shape, (firing, 0.1), (seed, None), draft).expect("solvable")
+    let recipe = Recipe { seed, ..Recipe::of(&model, DT_S, shape) };
+    Bank::new(Arc::new(recipe.solve(draft).expect("solvable")), Arc::new(model), DT_S)
 }
 
 /// The mean decoded value of the ensemble of [`bank`] at a constant input, from the closed form of the rates.
 fn said(count: usize, seed: Seed) -> impl Fn(f64) -> f64 {
     let neurons = neurons(count, seed.derive_index("ensemble", 0));
     let lif = Lif::default();
-    let decoders = decode::solve(&lif, &neurons, &points(), 0.1).expect("solvable");
+    let decoders = solve::solve(&lif, &neurons, &points(), 0.1).expect("solvable");
     move |x| {
         (0..count)
             .map(|n| {
@@ -48,7 +51,7 @@ fn said(count: usize, seed: Seed) -> impl Fn(f64) -> f64 {
 fn held(bank: &Bank, start: f64) -> f64 {
     let decay = (-DT_S / 0.1f64).exp() as Real;
     let (mut state, mut value, mut out) =
-        (vec![0.0; bank.state_len()], start as Real, [0.0 as Real]);
+        (vec![0.0; bank.state_of(1)], start as Real, [0.0 as Real]);
     // The neurons settle for 100 ms before the recurrent synapse takes over.
     for tick in 0..1_100 {
         bank.step(0, (&[value], 1.0), &mut state, &mut out);
@@ -66,8 +69,8 @@ fn a_memory_drifts_by_the_error_of_its_decoding() {
     let starts = [-0.7, -0.3, 0.1, 0.45, 0.8];
     let (mut moved, mut of_large) = (0.0f64, 0.0f64);
     for seed in (0..5).map(Seed::new) {
-        let (rates, spikes) = (bank(50, seed, Firing::Rates), bank(50, seed, Firing::Spikes));
-        let large = bank(400, seed, Firing::Rates);
+        let (rates, spikes) = (bank(50, seed, LifRate::default()), bank(50, seed, Lif::default()));
+        let large = bank(400, seed, LifRate::default());
         let f = said(50, seed);
         for start in starts {
             let mut x = start;
@@ -89,11 +92,11 @@ fn a_memory_drifts_by_the_error_of_its_decoding() {
 
 /// Mean square error of a constant that is decoded from spikes and filtered by a synapse of 10 ms.
 fn spiking_error(count: usize, seed: Seed) -> f64 {
-    let bank = bank(count, seed, Firing::Spikes);
+    let bank = bank(count, seed, Lif::default());
     let decay = (-DT_S / 0.01f64).exp() as Real;
     let mut square = 0.0;
     for value in [-0.8, -0.35, 0.2, 0.55] {
-        let (mut state, mut out, mut filtered) = (vec![0.0; bank.state_len()], [0.0], 0.0 as Real);
+        let (mut state, mut out, mut filtered) = (vec![0.0; bank.state_of(1)], [0.0], 0.0 as Real);
         for tick in 0..400 {
             bank.step(0, (&[value], 1.0), &mut state, &mut out);
             filtered = decay * filtered + (1.0 - decay) * out[0];

@@ -1,131 +1,147 @@
-//! Tuning of neurons: encoders, gains and biases, and the evaluation points of pointers.
-//!
-//! Intercepts for pointers follow the distribution of the cosine between random directions. Each neuron then
-//! fires for about the same share of the values that occur (Gosmann and Eliasmith, "Optimizing semantic pointer
-//! representations for symbol-like processing in spiking neural networks", 2016).
+//! The tuning of populations: how many neurons a layer gets, and the ranges that they are drawn from.
 
-use std::ops::RangeInclusive;
+use thiserror::Error;
 
-use rand::{Rng, RngExt};
-use rand_distr::{Distribution, StandardNormal};
-
-use super::model::{Lif, TuningError};
-
-/// The neurons of one ensemble. At a value x within the unit ball, a neuron with unit encoder e gets the current
-/// `gain (e . x) + bias`. `encoders` has one row of `dims` numbers per neuron.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Neurons {
-    pub dims: usize,
-    pub encoders: Vec<f64>,
-    pub gains: Vec<f64>,
-    pub biases: Vec<f64>,
+/// Why a layer cannot get a population.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum TuningError {
+    /// A setting outside its range.
+    #[error("`{name}` is {value}; expected {expected}")]
+    Setting {
+        /// Name of the setting.
+        name: &'static str,
+        /// The value that was given.
+        value: String,
+        /// The values that are allowed.
+        expected: String,
+    },
+    /// A decoder solve that failed.
+    #[error("cannot solve for the decoders of {neurons} neurons; use a larger `regularisation`")]
+    Unsolvable {
+        /// Number of neurons in the ensemble.
+        neurons: usize,
+    },
+    /// The [`SolvedModel`](super::SolvedModel) of the plan does not have the layer.
+    #[error("the solved model has no such layer")]
+    Missing,
+    /// The [`SolvedModel`](super::SolvedModel) of the plan has another population for the layer.
+    #[error(
+        "the solved model's population was made from another seed, tick, tuning, size or function; \
+         expected a model solved for this graph"
+    )]
+    Mismatch,
 }
 
-impl Neurons {
-    pub fn count(&self) -> usize {
-        self.gains.len()
-    }
-
-    /// Draws neurons: encoders and intercepts from the given functions, maximum rates uniformly from `max_rates`.
-    pub fn draw<R: Rng>(
-        lif: &Lif,
-        (count, dims): (usize, usize),
-        max_rates: RangeInclusive<f64>,
-        rng: &mut R,
-        mut encoder: impl FnMut(&mut R, &mut [f64]),
-        mut intercept: impl FnMut(&mut R) -> f64,
-    ) -> Result<Self, TuningError> {
-        let mut all = Self {
-            dims,
-            encoders: vec![0.0; count * dims],
-            gains: Vec::with_capacity(count),
-            biases: Vec::with_capacity(count),
-        };
-        let (low, high) = (*max_rates.start(), *max_rates.end());
-        for row in all.encoders.chunks_exact_mut(dims) {
-            encoder(rng, row);
-            let rate = low + (high - low) * rng.random::<f64>();
-            let (gain, bias) = lif.gain_bias(rate, intercept(rng))?;
-            all.gains.push(gain);
-            all.biases.push(bias);
-        }
-        Ok(all)
-    }
+pub(crate) fn refuse(
+    name: &'static str,
+    value: impl ToString,
+    expected: impl ToString,
+) -> TuningError {
+    TuningError::Setting { name, value: value.to_string(), expected: expected.to_string() }
 }
 
-/// Draws a direction uniformly from the sphere.
-pub(crate) fn on_sphere<R: Rng>(rng: &mut R, out: &mut [f64]) {
-    loop {
-        out.iter_mut().for_each(|v| *v = StandardNormal.sample(rng));
-        let length = out.iter().map(|v| v * v).sum::<f64>().sqrt();
-        if length > 1e-9 {
-            out.iter_mut().for_each(|v| *v /= length);
-            return;
-        }
-    }
+/// The number of neurons that a layer gets, and the ranges from which they are drawn, for any
+/// [`NeuronModel`](super::NeuronModel). The standard networks of `symbolt bench` use the defaults.
+///
+/// Ranges are checked when the graph is built. A fault names the path of the layer. Besides the ranges below, an
+/// ensemble must have 1 to 10,000 neurons.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tuning {
+    /// Range of maximum rates, in Hz: above 0, and possible for the neuron model. Each neuron draws its rate
+    /// uniformly. Default: 200 to 400.
+    pub max_rates: [f64; 2],
+    /// Range of intercepts for neurons of one dimension: at least -1 and below 1. Each neuron draws its intercept
+    /// uniformly. Default: -1 to 0.9.
+    ///
+    /// Selections and [`Map::above`](super::Map::above) draw intercepts above their level. Pointers draw them from the
+    /// distribution of cosines between random directions (Gosmann and Eliasmith, "Optimizing semantic pointer
+    /// representations for symbol-like processing in spiking neural networks", 2016).
+    pub intercepts: [f64; 2],
+    /// Number of neurons per dimension of a pointer. Default: 50.
+    pub per_dimension: usize,
+    /// Greatest number of dimensions in one ensemble of a pointer. Each ensemble gets the greatest divisor of the
+    /// width of the pointer up to this number. Default: 16.
+    pub sub_dimensions: usize,
+    /// Number of neurons per component of a function or of a represented vector. Default: 100.
+    pub per_function: usize,
+    /// Number of neurons per product. Each of its two squares gets half of them. Default: 200.
+    pub per_product: usize,
+    /// Number of neurons per item of a selection. Default: 50. [`few_per_item`](Self::few_per_item) tunes 1 to 4.
+    pub per_item: usize,
+    /// Mean distance of the intercepts of a selection from its level, as a fraction of the range of utilities (at least
+    /// 0, finite). Default: 0.1. With 0 all neurons of an item begin to fire at the level, as few neurons must.
+    pub item_spread: f64,
+    /// Regularisation of the decoder solve, as a fraction of the greatest rate (above 0, finite). Default: 0.1.
+    ///
+    /// Decoders are `(A^T A + m s^2 I)^-1 A^T F`. A holds the rates and F the target values at m evaluation points; s
+    /// is this number times the greatest rate (Eliasmith and Anderson 2003, chapter 2; `reg` of Nengo's `LstsqL2`).
+    pub regularisation: f64,
+    /// Factor on all numbers of neurons (above 0). Default: 1.
+    pub scale: f64,
 }
 
-/// Draws 1 or -1.
-#[cfg(test)]
-pub(crate) fn either_way<R: Rng>(rng: &mut R, out: &mut [f64]) {
-    out.fill(if rng.random::<bool>() { 1.0 } else { -1.0 });
-}
-
-/// Draws the cosine between two random directions in `dims` dimensions. At most 0.95, so that every neuron fires for
-/// some values.
-pub(crate) fn cosine<R: Rng>(rng: &mut R, dims: usize) -> f64 {
-    let first: f64 = StandardNormal.sample(rng);
-    let rest: f64 = (1..dims)
-        .map(|_| {
-            let v: f64 = StandardNormal.sample(rng);
-            v * v
-        })
-        .sum();
-    (first / (first * first + rest).sqrt().max(1e-12)).clamp(-0.999, 0.95)
-}
-
-/// Draws a part of a random unit pointer: `out.len()` of its `total` dimensions.
-pub(crate) fn part_of_pointer<R: Rng>(rng: &mut R, out: &mut [f64], total: usize) {
-    let rest: f64 = (out.len()..total)
-        .map(|_| {
-            let v: f64 = StandardNormal.sample(rng);
-            v * v
-        })
-        .sum();
-    out.iter_mut().for_each(|v| *v = StandardNormal.sample(rng));
-    let own: f64 = out.iter().map(|v| v * v).sum();
-    let length = (own + rest).sqrt().max(1e-12);
-    out.iter_mut().for_each(|v| *v /= length);
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::sim::Seed;
-
-    #[test]
-    fn cosines_have_the_variance_of_random_directions() {
-        // The mean square is 1 / dims. With 20,000 draws it is off by 4 standard errors for fewer than one seed
-        // in 10,000.
-        let mut rng = Seed::new(1).rng();
-        for dims in [2, 18, 258] {
-            let mean: f64 = (0..20_000).map(|_| cosine(&mut rng, dims).powi(2)).sum::<f64>() / 2e4;
-            let expected = 1.0 / dims as f64;
-            assert!((mean - expected).abs() < 0.05 * expected + 0.005, "{dims}: {mean} {expected}");
+impl Default for Tuning {
+    fn default() -> Self {
+        Self {
+            max_rates: [200.0, 400.0],
+            intercepts: [-1.0, 0.9],
+            per_dimension: 50,
+            sub_dimensions: 16,
+            per_function: 100,
+            per_product: 200,
+            per_item: 50,
+            item_spread: 0.1,
+            regularisation: 0.1,
+            scale: 1.0,
         }
     }
+}
 
-    #[test]
-    fn parts_of_pointers_have_their_share_of_the_length() {
-        let mut rng = Seed::new(2).rng();
-        let mut part = [0.0; 16];
-        let mean: f64 = (0..5_000)
-            .map(|_| {
-                part_of_pointer(&mut rng, &mut part, 256);
-                part.iter().map(|v| v * v).sum::<f64>()
-            })
-            .sum::<f64>()
-            / 5e3;
-        assert!((mean - 16.0 / 256.0).abs() < 2e-3, "{mean}");
+/// Greatest number of neurons in one ensemble. The decoder solve for more would need gigabytes of memory.
+const MAX_NEURONS: f64 = 10_000.0;
+
+impl Tuning {
+    /// Returns the default tuning with few neurons per item of a selection: a single neuron is a threshold. Meant for 1 to
+    /// 4, which are also stepped faster; 0 is a fault when the graph is built. The maximum rates hold for every layer
+    /// with this tuning, so a plan should give it to the selections of a memory alone, by their path.
+    ///
+    /// All neurons begin to fire at the level, and their maximum rate of 480 Hz is near the refractory limit of the
+    /// default [`Lif`](super::Lif): soon above the level they have nearly the same rate. The output of an item then
+    /// fluctuates little around 1 behind a synapse of 5 ms.
+    pub fn few_per_item(per_item: usize) -> Self {
+        Self { per_item, item_spread: 0.0, max_rates: [480.0, 480.0], ..Self::default() }
+    }
+
+    /// Checks the ranges from which neurons are drawn. An invalid range then fails for every seed.
+    pub(super) fn check(&self) -> Result<(), TuningError> {
+        let rising = |[low, high]: [f64; 2]| low <= high;
+        let said = |[low, high]: [f64; 2]| format!("{low} to {high}");
+        if !(rising(self.max_rates) && self.max_rates[0] > 0.0) {
+            let expected = "two rates in rising order, above 0";
+            return Err(refuse("max_rates", said(self.max_rates), expected));
+        }
+        if !(self.item_spread.is_finite() && self.item_spread >= 0.0) {
+            return Err(refuse("item_spread", self.item_spread, "a finite number of at least 0"));
+        }
+        if !(rising(self.intercepts) && self.intercepts[0] >= -1.0 && self.intercepts[1] < 1.0) {
+            let expected = "two numbers in rising order, at least -1 and below 1";
+            return Err(refuse("intercepts", said(self.intercepts), expected));
+        }
+        if !(self.regularisation.is_finite() && self.regularisation > 0.0) {
+            let expected = "a finite number above 0";
+            return Err(refuse("regularisation", self.regularisation, expected));
+        }
+        Ok(())
+    }
+
+    /// Scales a number of neurons in one ensemble.
+    pub(super) fn count(&self, neurons: f64) -> Result<usize, TuningError> {
+        let count = (neurons * self.scale).round();
+        if (1.0..=MAX_NEURONS).contains(&count) {
+            Ok(count as usize)
+        } else {
+            Err(refuse("neurons", format!("{count} per ensemble"), format!("1 to {MAX_NEURONS}")))
+        }
     }
 }

@@ -28,6 +28,11 @@ impl Default for Fingerprint {
 }
 
 impl Fingerprint {
+    /// Continues another hash.
+    pub(crate) fn continued(hash: u64) -> Self {
+        Self(hash)
+    }
+
     /// Adds a text.
     pub fn text(&mut self, text: &str) -> &mut Self {
         self.number(text.len() as u64);
@@ -39,6 +44,11 @@ impl Fingerprint {
     pub fn number(&mut self, number: u64) -> &mut Self {
         self.0 = fnv1a(self.0, &number.to_le_bytes());
         self
+    }
+
+    /// Adds the bits of a number.
+    pub fn real(&mut self, value: f64) -> &mut Self {
+        self.number(value.to_bits())
     }
 
     /// Adds the bits of several numbers. Costs one multiplication per number.

@@ -42,14 +42,14 @@
 use statrs::distribution::{Beta, Continuous, ContinuousCDF, Normal};
 
 use super::vocabulary::Vocabulary;
-use crate::neurons::LifSpec;
+use crate::neurons::Tuning;
 use crate::sim::VocabTag;
 use crate::spa::item_memory::dots;
 
 /// A superposition of bound pairs from which one filler is decoded.
 ///
 /// ```
-/// use symbolt::neurons::LifSpec;
+/// use symbolt::neurons::Tuning;
 /// use symbolt::spa::Capacity;
 ///
 /// let five_of_hundred = Capacity { dimensions: 256, pairs: 5, items: 100, ..Capacity::default() };
@@ -57,7 +57,7 @@ use crate::spa::item_memory::dots;
 /// assert_eq!(five_of_hundred.dimensions_for(0.999), Some(178));
 ///
 /// // A population of spiking neurons holds the sum.
-/// let held = Capacity { dimensions: 192, neurons: Some(LifSpec::default()), ..five_of_hundred };
+/// let held = Capacity { dimensions: 192, neurons: Some(Tuning::default()), ..five_of_hundred };
 /// assert!(held.reliability() > 0.999);
 /// assert_eq!(held.neurons_for(0.999), Some(15));
 /// ```
@@ -79,8 +79,9 @@ pub struct Capacity {
     ///
     /// The radius of the state is the expected norm of the sum, the square root of `pairs + noise^2`; or the sum is
     /// scaled to a radius of 1. A smaller radius cuts the sum off. Only the numbers of neurons and of sub-dimensions
-    /// count. Rates, time constants, intercepts and regularisation are taken to be the defaults, and the synapse 5 ms.
-    pub neurons: Option<LifSpec>,
+    /// count. Rates, intercepts and regularisation are taken to be the defaults, those of spiking [`Lif`](crate::neurons::Lif)
+    /// neurons, and the synapse 5 ms.
+    pub neurons: Option<Tuning>,
 }
 
 impl Default for Capacity {
@@ -100,7 +101,7 @@ const POPULATION_NOISE: [[f64; 4]; 5] = [
 ];
 
 /// Returns the squared norm of the noise that a population adds to a pointer of norm 1.
-fn population_noise(neurons: &LifSpec, dimensions: usize) -> f64 {
+fn population_noise(neurons: &Tuning, dimensions: usize) -> f64 {
     let most = neurons.sub_dimensions.clamp(1, dimensions.max(1));
     let of_one = (1..=most).rev().find(|d| dimensions.is_multiple_of(*d)).unwrap_or(1) as f64;
     let per = neurons.per_dimension as f64 * neurons.scale;
@@ -241,7 +242,7 @@ impl Capacity {
     pub fn neurons_for(&self, reliability: f64) -> Option<usize> {
         let neurons = self.neurons.unwrap_or_default();
         let enough = |per_dimension| {
-            let neurons = Some(LifSpec { per_dimension, ..neurons });
+            let neurons = Some(Tuning { per_dimension, ..neurons });
             reliability < 1.0 && Self { neurons, ..*self }.reliability() >= reliability
         };
         least(MOST_NEURONS, enough)
@@ -319,7 +320,7 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
 
     use super::*;
-    use crate::neurons::{Population, PopulationPlan};
+    use crate::neurons::{LifSpec, Population, PopulationPlan, Tuning};
     use crate::sim::{GraphBuilder, ProbeSpec, Real, Seed, Signal, SimDuration, Synapse};
     use crate::spa::{Algebra, Hrr, State, VocabularyBuilder, random_pointer};
 
@@ -387,7 +388,7 @@ mod tests {
 
     /// Mean squared error of a population at right angles to unit pointers, which change every 40 ms, over their squared
     /// length in its output.
-    fn measured_noise(dim: usize, spec: LifSpec) -> f64 {
+    fn measured_noise(dim: usize, spec: Tuning) -> f64 {
         struct Things;
         impl VocabTag for Things {
             const NAME: &'static str = "things";
@@ -405,7 +406,7 @@ mod tests {
         graph.connect(&given, &held.input, Synapse::None);
         let every = ProbeSpec::every(SimDuration::from_millis(40));
         let probe = graph.probe(&held.output, every);
-        let plan = PopulationPlan::all(Population::Lif(spec));
+        let plan = PopulationPlan::all(Population::Lif(LifSpec::tuned(spec)));
         let sim = graph.run(&plan, Seed::new(1), SimDuration::from_millis(1_600)).unwrap();
         let samples = sim.samples(&probe);
         let error = |(pointer, held): (&Vec<Real>, &[Real])| {
@@ -419,12 +420,12 @@ mod tests {
     #[test]
     fn a_population_adds_the_noise_that_the_table_says() {
         for (dim, sub_dimensions, per_dimension) in [(64, 16, 20), (64, 4, 10), (60, 12, 20)] {
-            let spec = LifSpec { sub_dimensions, per_dimension, ..LifSpec::default() };
+            let spec = Tuning { sub_dimensions, per_dimension, ..Tuning::default() };
             let (measured, said) = (measured_noise(dim, spec), population_noise(&spec, dim));
             let ratio = measured / said;
             assert!((0.8..1.25).contains(&ratio), "{dim} {sub_dimensions}: {measured} {said}");
             // With half the neurons the table must say something else.
-            let half = LifSpec { per_dimension: per_dimension / 2, ..spec };
+            let half = Tuning { per_dimension: per_dimension / 2, ..spec };
             assert!(population_noise(&half, dim) > 1.8 * measured);
         }
     }

@@ -9,7 +9,7 @@
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::neurons::{LifSpec, PatternError, Population, PopulationPlan, SolvedModel};
+use crate::neurons::{LifSpec, PatternError, Population, PopulationPlan, SolvedModel, Tuning};
 use crate::sim::{
     GraphBuilder, PointerRef, Real, Seed, Signal, SimDuration, Simulator, Stimulus, Synapse,
     Timebase, VocabTag,
@@ -188,13 +188,14 @@ pub(super) const PER_PRODUCT: usize = 50;
 /// # Errors
 /// None that is known: the path in it is valid.
 pub fn populations() -> Result<PopulationPlan, TaskError> {
-    let lif = LifSpec { per_product: PER_PRODUCT, ..LifSpec::default() };
-    let held = LifSpec { per_dimension: HELD_PER_DIMENSION, ..lif };
+    let usual = Tuning { per_product: PER_PRODUCT, ..Tuning::default() };
+    let held = Tuning { per_dimension: HELD_PER_DIMENSION, ..usual };
+    let of = |tuning| Population::Lif(LifSpec::tuned(tuning));
     let path = "tape/held".parse().map_err(|error: PatternError| VocabError::BadVector {
         name: "tape".into(),
         reason: error.to_string(),
     })?;
-    Ok(PopulationPlan::all(Population::Lif(lif)).with(path, Population::Lif(held)))
+    Ok(PopulationPlan::all(of(usual)).with(path, of(held)))
 }
 
 /// What a network read back.

@@ -438,7 +438,7 @@ fn the_planner_guides_have_the_defaults_of_the_planner() {
         let row = rows(&timings).into_iter().find(|row| row[0] == format!("`{name}`"));
         assert_eq!(row.expect(name)[1], ms(wait), "{name}");
     }
-    let lif = LifSpec::default();
+    let lif = Tuning::default();
     let numbers = format!(
         "`per_dimension` ({}), `per_item` ({}), `per_product` ({}) and `per_function` ({})",
         lif.per_dimension, lif.per_item, lif.per_product, lif.per_function

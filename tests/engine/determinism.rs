@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use symbolt::neurons::{LayerPorts, Layers, LifSpec, Map, Population, PopulationPlan};
+use symbolt::neurons::{LayerPorts, Layers, LifSpec, Map, Population, PopulationPlan, Tuning};
 use symbolt::sim::{
     Add, Constant, Graph, GraphBuilder, InputSpec, Module, Noise, OutputSpec, ProbeSpec, Real,
     RunConfig, Scalar, Scope, ScriptedWorld, Seed, SimDuration, SimError, Simulator, Synapse,
@@ -139,7 +139,8 @@ fn described(of: &Parameters) -> Arc<Graph> {
 #[test]
 fn checkpoints_are_refused_by_a_graph_with_any_other_parameter() {
     let lif = |spec| PopulationPlan::all(Population::Lif(spec));
-    let usual = LifSpec { per_function: 20, ..LifSpec::default() };
+    let tuning = Tuning { per_function: 20, ..Tuning::default() };
+    let usual = LifSpec::tuned(tuning);
     let rate = PopulationPlan::all(Population::Rate(usual));
     let same = |plan: &PopulationPlan| Parameters {
         given: 0.3,
@@ -161,7 +162,7 @@ fn checkpoints_are_refused_by_a_graph_with_any_other_parameter() {
             Parameters { slope: 0.9, ..same(&plan) },
             Parameters { seed: 2, ..same(&plan) },
         ];
-        let faster = LifSpec { max_rates: [201.0, 400.0], ..usual };
+        let faster = LifSpec::tuned(Tuning { max_rates: [201.0, 400.0], ..tuning });
         let plans = [PopulationPlan::direct(), rate.clone(), lif(usual), lif(faster)];
         others.extend(plans.iter().filter(|other| **other != plan).map(same));
         assert!(others.len() >= 7);

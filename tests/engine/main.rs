@@ -2,6 +2,8 @@
 
 #[path = "../support/counter.rs"]
 mod counter;
+#[path = "../support/rectified.rs"]
+mod rectified;
 #[path = "../support/things.rs"]
 mod things;
 

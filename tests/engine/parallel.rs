@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use rand::RngExt;
-use symbolt::neurons::{Ensemble, LifSpec, Population, PopulationPlan};
+use symbolt::neurons::{Ensemble, LifSpec, Population, PopulationPlan, Tuning};
 use symbolt::sim::{
     Apply, Constant, Fingerprint, Graph, GraphBuilder, InputSpec, Node, OutputSpec, Outputs,
     PartIo, PartSpec, Parts, PortDecl, Ranks, Real, RunConfig, Scalar, Seed, Signal, SimDuration,
@@ -43,7 +43,7 @@ fn on_ranks<T: Send>(ranks: usize, each: impl Fn(Ranks) -> T + Sync) -> Vec<T> {
 }
 
 fn small() -> LifSpec {
-    LifSpec { scale: 0.2, ..LifSpec::default() }
+    LifSpec::tuned(Tuning { scale: 0.2, ..Tuning::default() })
 }
 
 fn standard(model: Model, ranks: Option<Ranks>) -> Arc<Graph> {
@@ -532,7 +532,7 @@ fn ranks_restore_one_checkpoint_or_none() {
 fn the_reason_why_one_rank_cannot_build_is_known_to_all() {
     let found = on_ranks(3, |ranks| {
         let scale = if ranks.rank() == 2 { -1.0 } else { 0.2 };
-        let lif = LifSpec { scale, ..LifSpec::default() };
+        let lif = LifSpec::tuned(Tuning { scale, ..Tuning::default() });
         let spec = Standard {
             dimensions: 64,
             population: Population::Lif(lif),

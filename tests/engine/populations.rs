@@ -4,10 +4,13 @@
 
 use std::sync::Arc;
 
-use symbolt::neurons::{Lif, LifSpec, Population, PopulationPlan, SelectRule};
+use symbolt::neurons::{
+    Ensemble, GatedPorts, LayerPorts, Layers, Lif, LifSpec, Map, NeuronSpec, Population,
+    PopulationPlan, Represent, SelectRule, SolvedModel, Tuning,
+};
 use symbolt::sim::{
-    Constant, GraphBuilder, Pointer, ProbeId, ProbeSpec, Real, RunConfig, Seed, SimDuration,
-    Simulator, Stimulus, Synapse, Threads, Timebase,
+    Constant, GraphBuilder, InputSpec, Module, OutputSpec, Pointer, ProbeId, ProbeSpec, Real,
+    RunConfig, Scope, Seed, SimDuration, Simulator, Stimulus, Synapse, Threads, Timebase, Vector,
 };
 use symbolt::spa::{
     BasalGanglia, Bind, CleanupMemory, GoalBuffer, State, cosine_of_slices as cosine,
@@ -16,6 +19,7 @@ use symbolt::study::standard::{Model, Standard};
 use symbolt::task::planner::{Planner, PlannerSpec, Unbinding};
 use symbolt::task::{Domain, DomainBuilder, WorldState, acceptable_answers};
 
+use crate::rectified::Rectified;
 use crate::things::{Things, lif, rate, vocabulary};
 
 type Probes = [ProbeId<Pointer<Things>>; 2];
@@ -205,18 +209,18 @@ fn invalid_population_settings_are_refused_with_the_layers_path() {
     };
     type Change = fn(&mut LifSpec);
     let cases: [(&str, Change); 12] = [
-        ("`neurons` is 0", |s| s.per_dimension = 0),
-        ("`neurons` is", |s| s.scale = f64::NAN),
+        ("`neurons` is 0", |s| s.tuning.per_dimension = 0),
+        ("`neurons` is", |s| s.tuning.scale = f64::NAN),
         ("`tau_rc_s` is -0.02", |s| s.model = Lif { tau_rc_s: -0.02, ..Lif::default() }),
         ("`tau_ref_s` is NaN", |s| s.model.tau_ref_s = f64::NAN),
-        ("refractory limit of 500 Hz", |s| s.max_rates = [400.0, 600.0]),
-        ("`max_rates` is -1 to -1", |s| s.max_rates = [-1.0, -1.0]),
+        ("refractory limit of 500 Hz", |s| s.tuning.max_rates = [400.0, 600.0]),
+        ("`max_rates` is -1 to -1", |s| s.tuning.max_rates = [-1.0, -1.0]),
         ("refractory period of 0.0005 s", |s| s.model.tau_ref_s = 0.0005),
         ("`tick` is 0.001 s; expected at most 0.25", |s| s.model.tau_rc_s = 0.002),
-        ("`intercepts` is -1.5 to 0.9", |s| s.intercepts = [-1.5, 0.9]),
-        ("`intercepts` is -1 to 1", |s| s.intercepts = [-1.0, 1.0]),
-        ("`regularisation` is 0", |s| s.regularisation = 0.0),
-        ("`regularisation` is inf", |s| s.regularisation = f64::INFINITY),
+        ("`intercepts` is -1.5 to 0.9", |s| s.tuning.intercepts = [-1.5, 0.9]),
+        ("`intercepts` is -1 to 1", |s| s.tuning.intercepts = [-1.0, 1.0]),
+        ("`regularisation` is 0", |s| s.tuning.regularisation = 0.0),
+        ("`regularisation` is inf", |s| s.tuning.regularisation = f64::INFINITY),
     ];
     for (message, change) in cases {
         let said = refused(change);
@@ -405,4 +409,150 @@ fn the_planner_in_neurons_decides_as_the_reference_planner_does_over_20_seeds() 
         println!("{unbinding:?}: {accepted} of 640 accepted; not: {others:#?}");
         assert!(accepted >= 634, "{accepted}");
     }
+}
+
+/// A module of a single layer.
+struct Alone<F>(F);
+
+impl<P, F: FnOnce(&mut Scope<'_>) -> P> Module for Alone<F> {
+    type Ports = P;
+
+    fn expand(self, scope: &mut Scope<'_>) -> P {
+        (self.0)(scope)
+    }
+}
+
+/// Runs a layer for 300 ms at a constant input. Returns its filtered output, or why it cannot be built.
+fn settled(
+    plan: &PopulationPlan,
+    input: &[Real],
+    layer: impl FnOnce(&mut Scope<'_>) -> LayerPorts<Vector>,
+) -> Result<Vec<Real>, String> {
+    let mut graph = GraphBuilder::new();
+    let given = graph.add("given", Constant::vector(input));
+    let layer = graph.add("alone", Alone(layer));
+    graph.connect(&given, &layer.input, Synapse::None);
+    let spec = ProbeSpec::default().filtered(Synapse::lowpass_ms(20));
+    let probe = graph.probe(&layer.output, spec);
+    let sim = graph.run(plan, Seed::new(1), SimDuration::from_millis(300));
+    let sim = sim.map_err(|error| error.to_string())?;
+    Ok(sim.samples(&probe).last().expect("recorded").1.to_vec())
+}
+
+#[test]
+fn a_vector_is_limited_alike_in_every_mode() {
+    let represent = |input: &[Real], radius: Real| {
+        let width = input.len();
+        [PopulationPlan::direct(), rate(), lif()].map(|plan| {
+            settled(&plan, input, |scope| {
+                let ports = (InputSpec::vector(width), OutputSpec::vector(width));
+                scope.represent("represent", Represent::new(ports.0, ports.1, radius))
+            })
+            .expect("runs")
+        })
+    };
+    // Each component is within the radius, although their norm is 3.6.
+    for found in represent(&[0.9; 16], 1.0) {
+        assert!(found.iter().all(|v| (v - 0.9).abs() < 0.06), "{found:?}");
+    }
+    // A component beyond the radius is cut off, and the others stay as they are.
+    for found in represent(&[3.0, -0.2], 1.0) {
+        assert!((1.0 - 1e-6..1.8).contains(&found[0]) && (found[1] + 0.2).abs() < 0.06, "{found:?}");
+    }
+}
+
+#[test]
+fn a_function_that_is_not_finite_within_the_radius_is_refused() {
+    let root = |plan: &PopulationPlan, map: Map| {
+        settled(plan, &[0.49], |scope| scope.map("root", map))
+    };
+    for plan in [rate(), lif()] {
+        let refused = root(&plan, Map::each(1, Real::sqrt)).expect_err("it has no negative roots");
+        assert!(refused.contains("alone/root") && refused.contains("`function` is NaN at -0.99"));
+        let found = root(&plan, Map::each(1, Real::sqrt).above(0.0)).expect("it runs above 0");
+        assert!((found[0] - 0.7).abs() < 0.06, "{found:?}");
+    }
+    let exact = root(&PopulationPlan::direct(), Map::each(1, Real::sqrt)).expect("exact maths");
+    assert!((exact[0] - 0.7).abs() < 1e-4, "{exact:?}");
+}
+
+#[test]
+fn the_outputs_of_an_ensemble_are_found_by_path() {
+    let mut graph = GraphBuilder::new();
+    let square = |x: &[Real], out: &mut [Real]| out[0] = x[0] * x[0];
+    let number = graph.add("number", Ensemble::new(1).identity("itself").decode("square", 1, square));
+    let given = graph.add("given", Constant::vector(&[0.5]));
+    graph.connect(&given, &number.input, Synapse::None);
+    graph.probe_at::<Vector>("number.square", ProbeSpec::default());
+    let plan = PopulationPlan::direct();
+    let sim = graph.run(&plan, Seed::new(1), SimDuration::from_millis(5)).expect("runs");
+    for (name, value) in [("number.itself", 0.5), ("number.square", 0.25)] {
+        let output = sim.graph().output(name).expect("it is there");
+        assert_eq!(sim.value_of(output), [value], "{name}");
+        let inner = sim.graph().output(&name.replace('.', "/neurons.")).expect("it is there");
+        assert_eq!(sim.value_of(inner), [value], "{name}");
+    }
+}
+
+/// [`Rectified`] is written in a file of its own, and no list names it.
+#[test]
+fn a_neuron_model_that_the_crate_does_not_know_runs_in_every_layer() {
+    let plan = |scale| {
+        let tuning = Tuning { scale, ..Tuning::default() };
+        PopulationPlan::all(Population::Neurons(NeuronSpec::new(Rectified, tuning)))
+    };
+    let squared = |plan: &PopulationPlan| {
+        settled(plan, &[0.8, -0.3], |scope| scope.map("squares", Map::each(2, |x| x * x)))
+            .expect("runs")
+    };
+    for plan in [PopulationPlan::direct(), rate(), lif(), plan(1.0)] {
+        let found = squared(&plan);
+        assert!((found[0] - 0.64).abs() < 0.05 && (found[1] - 0.09).abs() < 0.05, "{found:?}");
+    }
+    let found = squared(&plan(0.03));
+    assert!((found[0] - 0.64).abs() > 0.02, "three neurons are too few: {found:?}");
+    // Products of pointers, a contest and a memory.
+    let (mut sim, probes) = two_modules(&plan(1.0));
+    run(&mut sim, 300);
+    let parts = vocabulary(64);
+    let (bound, clean) = (parts.parse("A * B").expect("sound"), parts.get("C").expect("there"));
+    let last = |probe: &ProbeId<Pointer<Things>>| {
+        sim.samples(probe).last().expect("recorded").1.to_vec()
+    };
+    assert!(cosine(&last(&probes[0]), &bound) > 0.95, "{}", cosine(&last(&probes[0]), &bound));
+    assert!(cosine(&last(&probes[1]), &clean) > 0.99, "{}", cosine(&last(&probes[1]), &clean));
+    // Its spikes are seen from outside.
+    let sources: Vec<_> = sim.graph().event_sources().map(|(_, of)| of).collect();
+    let fired = |of: &symbolt::sim::EventSource| (0..of.units).any(|unit| sim.event(*of, unit));
+    assert!(sources.iter().any(fired));
+    // Its populations are saved and loaded, and are not those of other neurons.
+    let solved = SolvedModel::of(sim.graph());
+    let loaded = SolvedModel::decode(&solved.encode().expect("plain data")).expect("sound");
+    let (mut again, same) = two_modules(&plan(1.0).solved(loaded.clone()));
+    run(&mut again, 300);
+    assert_eq!(all(&again, &same[0]), all(&sim, &probes[0]));
+    let of_others = settled(&lif().solved(loaded), &[0.1], |scope| {
+        scope.map("other", Map::each(1, |x| x))
+    });
+    assert!(of_others.is_err_and(|error| error.contains("no such layer")));
+}
+
+#[test]
+fn a_gate_closes_in_neurons_of_another_model() {
+    let mut graph = GraphBuilder::new();
+    let given = graph.add("given", Constant::vector(&[0.7]));
+    let open = Stimulus::scalar(1.0).from(SimDuration::from_millis(200), &[0.0]);
+    let open = graph.add("open", open);
+    let gate = graph.add("gate", Alone(|scope: &mut Scope<'_>| -> GatedPorts<Vector> {
+        let layer = Represent::new(InputSpec::vector(1), OutputSpec::vector(1), 1.0);
+        scope.represent_gated("gate", layer)
+    }));
+    graph.connect(&given, &gate.input, Synapse::None);
+    graph.connect(&open, &gate.open, Synapse::None);
+    let probe = graph.probe(&gate.output, ProbeSpec::default().filtered(Synapse::lowpass_ms(20)));
+    let plan = PopulationPlan::all(Population::neurons(Rectified));
+    let sim = graph.run(&plan, Seed::new(1), SimDuration::from_millis(500)).expect("runs");
+    let at = |ms: usize| sim.samples(&probe).get(ms - 1).expect("recorded").1[0];
+    assert!((at(200) - 0.7).abs() < 0.05, "{}", at(200));
+    assert!(at(500).abs() < 1e-4, "{}", at(500));
 }

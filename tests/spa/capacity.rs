@@ -220,7 +220,7 @@ fn sampled_in_neurons(size: &Capacity, populations: u64, sums: u64) -> f64 {
         let held = graph.add("held", State::new(&things).radius(radius));
         graph.connect(&given, &held.input, Synapse::None);
         let probe = graph.probe(&held.output, ProbeSpec::every(SimDuration::from_millis(MS)));
-        let plan = PopulationPlan::all(Population::Lif(spec));
+        let plan = PopulationPlan::all(Population::Lif(LifSpec::tuned(spec)));
         let sim = graph.run(&plan, seed, SimDuration::from_millis(MS * sums)).unwrap();
         let samples = sim.samples(&probe);
         assert_eq!(samples.len() as u64, sums);
@@ -236,7 +236,7 @@ fn configuration_in_neurons(index: u64) -> (Capacity, f64) {
     let dimensions = size.dimensions_for(wanted).expect("possible") as f64 * 1.2;
     let size = Capacity { dimensions: (dimensions as usize).next_multiple_of(16), ..size };
     let per_dimension = size.neurons_for(wanted).expect("possible").max(5);
-    let neurons = Some(LifSpec { per_dimension, ..LifSpec::default() });
+    let neurons = Some(Tuning { per_dimension, ..Tuning::default() });
     (Capacity { neurons, ..size }, wanted)
 }
 
@@ -263,7 +263,7 @@ fn a_sum_that_neurons_hold_is_decoded_about_as_predicted() {
     assert!(off.abs() < 0.06, "{off}");
     // A prediction that forgets the neurons must be caught.
     let (size, _) = configuration_in_neurons(2);
-    let few = LifSpec { per_dimension: 2, ..LifSpec::default() };
+    let few = Tuning { per_dimension: 2, ..Tuning::default() };
     let few = Capacity { neurons: Some(few), ..size };
     let share = sampled_in_neurons(&few, 1, 400);
     assert!(Capacity { neurons: None, ..few }.reliability() > share + 0.1, "{share}");
@@ -280,8 +280,8 @@ fn a_sum_that_neurons_hold_is_decoded_as_predicted_in_ten_configurations() {
 #[test]
 fn without_neurons_nothing_is_decoded() {
     for spec in [
-        LifSpec { per_dimension: 0, ..LifSpec::default() },
-        LifSpec { scale: f64::NAN, ..LifSpec::default() },
+        Tuning { per_dimension: 0, ..Tuning::default() },
+        Tuning { scale: f64::NAN, ..Tuning::default() },
     ] {
         let capacity = Capacity { neurons: Some(spec), ..Capacity::default() };
         assert_eq!(capacity.reliability(), 0.0);
@@ -297,7 +297,7 @@ fn absurd_settings_have_a_reliability_between_0_and_1() {
         Capacity { noise: 1e200, ..of },
         Capacity { noise: f64::NAN, items: 0, ..of },
         Capacity { dimensions: most, pairs: most, items: most, ..of },
-        Capacity { neurons: Some(LifSpec { scale: -1.0, ..LifSpec::default() }), ..of },
+        Capacity { neurons: Some(Tuning { scale: -1.0, ..Tuning::default() }), ..of },
     ] {
         assert_eq!(capacity.reliability(), 0.0, "{capacity:?}");
         assert_eq!((capacity.dimensions_for(1.0), capacity.neurons_for(1.0)), (None, None));

@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use symbolt::neurons::{LifSpec, Population, PopulationPlan};
+use symbolt::neurons::{LifSpec, Population, PopulationPlan, Tuning};
 use symbolt::prelude::*;
 use symbolt::spa::{FactoredItems, FactoredSimilarity, JointMemory, Linear};
 use symbolt::study::retrieval::{
@@ -171,7 +171,7 @@ fn answered(spec: &NetworkSpec, queries: usize, seed: u64) -> (Score, usize) {
 #[test]
 fn one_neuron_an_item_finds_objects_and_actions_in_spikes() {
     // The default of 50 neurons per dimension takes longer.
-    let lif = LifSpec { per_dimension: 30, ..LifSpec::default() };
+    let lif = LifSpec::tuned(Tuning { per_dimension: 30, ..Tuning::default() });
     let spec = NetworkSpec {
         dimensions: 160,
         reach: Reach::Actions,
@@ -198,7 +198,7 @@ fn one_neuron_an_item_finds_objects_and_actions_in_spikes() {
 
 #[test]
 fn cleaned_conditions_leave_no_crosstalk_even_in_few_dimensions() {
-    let lif = LifSpec { per_dimension: 30, ..LifSpec::default() };
+    let lif = LifSpec::tuned(Tuning { per_dimension: 30, ..Tuning::default() });
     let spec = NetworkSpec {
         dimensions: 48,
         conditions: Some(lif),
@@ -214,7 +214,7 @@ fn cleaned_conditions_leave_no_crosstalk_even_in_few_dimensions() {
 
 #[test]
 fn a_spread_of_intercepts_is_refused_if_it_is_not_a_number() {
-    let bad = LifSpec { item_spread: f64::NAN, ..LifSpec::few_per_item(1) };
+    let bad = LifSpec::tuned(Tuning { item_spread: f64::NAN, ..Tuning::few_per_item(1) });
     let mut graph = GraphBuilder::new();
     let rule = symbolt::neurons::SelectRule::Threshold { level: 0.5 };
     graph.add("choice", symbolt::spa::Selection::new(3, rule));

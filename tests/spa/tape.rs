@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use symbolt::neurons::{LifSpec, Population, PopulationPlan};
+use symbolt::neurons::{LifSpec, Population, PopulationPlan, Tuning};
 use symbolt::sim::{Seed, VocabTag};
 use symbolt::spa::{Tape, VocabError, VocabularyBuilder};
 use symbolt::study::tape::{
@@ -61,7 +61,8 @@ fn a_tape_refuses_items_that_the_vocabulary_lacks() {
 #[test]
 fn a_network_writes_and_reads_a_plan_in_every_mode() {
     let spec = TapeSpec { dimensions: 64, actions: 12, depth: 3, ..TapeSpec::default() };
-    let lif = LifSpec { per_product: 60, per_dimension: 60, ..LifSpec::default() };
+    let tuning = Tuning { per_product: 60, per_dimension: 60, ..Tuning::default() };
+    let lif = LifSpec::tuned(tuning);
     let modes = [
         ("direct", PopulationPlan::direct()),
         ("rate", PopulationPlan::all(Population::Rate(lif))),
@@ -74,7 +75,7 @@ fn a_network_writes_and_reads_a_plan_in_every_mode() {
         assert_eq!(read.neurons == 0, mode == "direct");
     }
     // The wrong variant: products that are silent write nothing.
-    let silent = LifSpec { scale: 0.02, ..lif };
+    let silent = LifSpec::tuned(Tuning { scale: 0.02, ..tuning });
     let plan = PopulationPlan::all(Population::Lif(lif))
         .with("tape/bind/**".parse().expect("a path"), Population::Lif(silent));
     let read = run_tape(&spec, &plan, Seed::new(3)).expect("runs");

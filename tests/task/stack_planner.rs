@@ -4,7 +4,7 @@
 
 use std::collections::BTreeSet;
 
-use symbolt::neurons::{LifSpec, Population};
+use symbolt::neurons::{LifSpec, Population, Tuning};
 use symbolt::prelude::*;
 use symbolt::study::stack_planner::{Kitchen, Part, StackCourse, StackPlanner, StackSpec};
 
@@ -83,9 +83,14 @@ fn in_direct_mode_no_push_leaks_and_it_begins_with_the_wrong_action() {
 fn one_graph_runs_in_every_mode() {
     let kitchen = Kitchen::chain(2).expect("two actions");
     let limit = SimDuration::from_millis(300);
-    let rate = Population::Rate(LifSpec { scale: 0.2, ..LifSpec::default() });
+    let rate = Population::Rate(LifSpec::tuned(Tuning { scale: 0.2, ..Tuning::default() }));
     for population in [Population::Direct, rate] {
-        let spec = StackSpec { dimensions: 64, population, limit, ..StackSpec::default() };
+        let spec = StackSpec {
+            dimensions: 64,
+            population: population.clone(),
+            limit,
+            ..StackSpec::default()
+        };
         let planner = built(&kitchen, &spec, 1);
         assert_eq!(planner.neurons() == 0, population == Population::Direct);
         let course = planner.run().expect("a run");

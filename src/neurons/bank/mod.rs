@@ -4,15 +4,16 @@
 //!
 //! A bank is a structure of arrays. The array of encoders, each times gain / radius, is ordered by ensemble, then by
 //! group of 32 neurons (8 if the ensemble has one dimension), then by dimension. Encoding therefore reads memory from
-//! front to back. Biases, voltages and refractory times have one array each. Neurons that never fire pad every ensemble
-//! to whole groups. Ensembles of 1 to 4 neurons with one dimension and one output are not padded: they stand side by
-//! side, and a group holds the neurons of eight ensembles (`few.rs`).
+//! front to back. Biases have one array. The state is cut into the blocks in which neurons are stepped; a block holds
+//! the first variable of its neurons (of spiking neurons the voltages), then the second, and so on. Neurons without
+//! effect pad every ensemble to whole groups. Ensembles of 1 to 4 neurons with one dimension and one output are not
+//! padded: they stand side by side, and a block holds the neurons of eight ensembles (`few.rs`).
 //!
 //! # Passes
 //!
-//! One pass over a block of neurons computes currents. A second pass computes voltages and a mask of the neurons that
-//! fired. A third pass decodes. With several outputs it adds only the decoders of the neurons that fired
-//! (event-driven). With one output it adds all decoders under the mask, which costs less than finding the neurons that
+//! One pass over a block of neurons computes currents. A second pass, by the neuron model, computes their activity. A
+//! third pass decodes. With several outputs it adds only the decoders of the neurons that are active (event-driven).
+//! With one output of spikes it adds all decoders times the activity, which costs less than finding the neurons that
 //! fired. The loop skips resting ensembles that their input cannot wake. Skipping does not change the bits.
 //!
 //! # Memory traffic
@@ -39,28 +40,25 @@
 
 mod few;
 mod loops;
+mod parts;
 #[cfg(test)]
 mod tests;
+
+use std::ops::Range;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use self::few::few;
-use self::loops::{Work, rates, spikes};
-use super::decode::{self, Points};
-use super::model::{Lif, TuningError, refuse};
-use super::tuning::Neurons;
+use super::draw::Neurons;
+use super::models::{Firing, NeuronModel, Variable};
+use super::solve::{self, Points};
+use super::tuning::{TuningError, refuse};
 use crate::sim::{Real, Seed};
 
-/// The kind of output that a bank's neurons send.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum Firing {
-    /// Spikes. A spike counts as a rate of 1 / dt for one tick.
-    Spikes,
-    /// Firing rates, in Hz.
-    Rates,
-}
+pub use loops::Work;
+pub use parts::Ensembles;
+pub(crate) use parts::{Cut, Deal};
 
 /// The number of ensembles in a bank, and the size of each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -84,45 +82,14 @@ pub(crate) struct Draft {
     pub points: Points,
 }
 
-/// Constants that the loops take from the neuron model and the tick.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Consts {
-    dt: Real,
-    per_tau: Real,
-    tau_rc: Real,
-    tau_ref: Real,
-}
-
-impl Consts {
-    pub fn new(lif: &Lif, dt_s: f64) -> Self {
-        Self {
-            dt: dt_s as Real,
-            per_tau: (1.0 / lif.tau_rc_s) as Real,
-            tau_rc: lif.tau_rc_s as Real,
-            tau_ref: lif.tau_ref_s as Real,
-        }
-    }
-}
-
-/// Ensembles of equal shape with all their parameters.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Bank {
-    pub(super) shape: Shape,
-    pub(super) firing: Firing,
-    pub(super) encoders: Vec<Real>,
-    pub(super) biases: Vec<Real>,
-    pub(super) decoders: Vec<Real>,
-    /// Magnitude of the negative current that silences every neuron.
-    pub(super) silencing: Real,
-    /// The silencing current silences every neuron for inputs of at most this squared norm.
-    pub(super) quiet: Real,
-    /// For each ensemble, the input below which no neuron gets a current above 0. Follows from the other fields.
-    pub(super) rests: Vec<Real>,
-    pub(super) consts: Consts,
-    /// The ensembles that the other fields hold, in rising order; `None` for all. The others belong to other ranks.
-    pub(super) own: Option<Vec<usize>>,
-}
+/// Neurons encoded together in ensembles of one dimension: the width of the widest registers in use.
+const NARROW: usize = 8;
+/// Neurons encoded together in ensembles of several dimensions.
+const WIDE: usize = 32;
+/// Greatest number of neurons in ensembles that share a block.
+const FEW: usize = 4;
+/// Neurons in one block: their currents stay in the first-level cache between passes.
+const BLOCK: usize = 128;
 
 impl Shape {
     /// Number of neurons in one group of encoders.
@@ -134,13 +101,13 @@ impl Shape {
         }
     }
 
-    /// Returns whether several ensembles share a group.
-    pub(super) fn is_few(&self) -> bool {
+    /// Returns whether several ensembles share a block.
+    fn is_few(&self) -> bool {
         self.neurons <= FEW && self.dims == 1 && self.outputs == 1
     }
 
     /// Number of neurons in one ensemble, including those that pad its last group.
-    pub(super) fn padded(&self) -> usize {
+    pub fn padded(&self) -> usize {
         self.neurons.next_multiple_of(self.lanes())
     }
 
@@ -149,64 +116,103 @@ impl Shape {
         let lanes = self.lanes();
         (neuron / lanes * self.dims + dimension) * lanes + neuron % lanes
     }
+
+    /// Returns the block of a neuron among so many ensembles, as a range of neurons with their padding.
+    fn block(&self, ensembles: usize, neuron: usize) -> Range<usize> {
+        let per = self.padded();
+        // Neurons that are cut into blocks together, and the length of a block.
+        let (row, block) =
+            if self.is_few() { (ensembles * per, NARROW * per) } else { (per, BLOCK) };
+        let start = neuron - neuron % row % block;
+        start..(start + block).min(neuron / row * row + row)
+    }
+
+    /// Returns the blocks of so many ensembles.
+    fn blocks(self, ensembles: usize) -> impl Iterator<Item = Range<usize>> {
+        let all = ensembles * self.padded();
+        let from = move |start: usize| (start < all).then(|| self.block(ensembles, start));
+        std::iter::successors(from(0), move |before| from(before.end))
+    }
+
+    /// Number of ensembles that must not be parted.
+    fn group(&self) -> usize {
+        if self.is_few() { NARROW } else { 1 }
+    }
 }
 
-/// Neurons encoded together in ensembles of one dimension: the width of the widest registers in use.
-pub(super) const NARROW: usize = 8;
-/// Neurons encoded together in ensembles of several dimensions.
-const WIDE: usize = 32;
-/// Greatest number of neurons in ensembles that share a group.
-const FEW: usize = 4;
-/// Neurons in one block: their currents stay in the first-level cache between passes.
-const BLOCK: usize = 128;
+/// The numbers of a bank that were drawn and solved for.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Solved {
+    pub shape: Shape,
+    /// Hash of everything that determines the other numbers.
+    pub fingerprint: u64,
+    pub encoders: Vec<Real>,
+    pub biases: Vec<Real>,
+    pub decoders: Vec<Real>,
+    /// Magnitude of the negative current that silences every neuron.
+    pub silencing: Real,
+    /// The silencing current silences every neuron for inputs of at most this squared norm.
+    pub quiet: Real,
+    /// The ensembles that the other fields hold, in rising order; `None` for all. The others belong to other ranks.
+    pub own: Option<Vec<usize>>,
+}
 
-/// Longest tick, in membrane time constants. Up to it, the series of the decay is accurate to 1e-6.
-const MAX_TICK: f64 = 0.25;
+/// What a bank is solved from, besides its drafts.
+pub(crate) struct Recipe<'a> {
+    pub model: &'a dyn NeuronModel,
+    pub dt_s: f64,
+    pub shape: Shape,
+    pub regularisation: f64,
+    pub seed: Seed,
+    pub fingerprint: u64,
+    /// The ensembles to solve for; `None` for all.
+    pub own: Option<Vec<usize>>,
+}
 
-impl Bank {
+#[cfg(test)]
+impl<'a> Recipe<'a> {
+    /// A recipe of the default regularisation and a fixed seed.
+    pub fn of(model: &'a dyn NeuronModel, dt_s: f64, shape: Shape) -> Self {
+        let (seed, fingerprint, own) = (Seed::new(1), 0, None);
+        Self { model, dt_s, shape, regularisation: 0.1, seed, fingerprint, own }
+    }
+}
+
+impl Recipe<'_> {
     /// Draws the neurons of a bank and solves for their decoders.
     ///
     /// `draft` makes one ensemble from its index and seed. Ensembles are solved in parallel; the result does not
-    /// depend on the number of threads. Only the ensembles in `own` are made, or all if it is `None`; an ensemble does not
-    /// depend on the others.
-    pub fn build(
-        lif: &Lif,
-        dt_s: f64,
-        shape: Shape,
-        (firing, regularisation): (Firing, f64),
-        (seed, own): (Seed, Option<Vec<usize>>),
+    /// depend on the number of threads. An ensemble does not depend on the others.
+    pub fn solve(
+        self,
         draft: impl Fn(usize, Seed) -> Result<Draft, TuningError> + Sync,
-    ) -> Result<Self, TuningError> {
-        lif.check()?;
+    ) -> Result<Solved, TuningError> {
+        let Self { model, shape, seed, .. } = self;
         if shape.neurons == 0 || shape.ensembles == 0 || shape.dims == 0 {
             return Err(refuse("neurons", shape.neurons, "at least 1 per ensemble"));
         }
-        if dt_s > lif.tau_ref_s && firing == Firing::Spikes {
-            let expected = format!("at most the refractory period of {} s", lif.tau_ref_s);
-            return Err(refuse("tick", format!("{dt_s} s"), expected));
-        }
-        if dt_s > MAX_TICK * lif.tau_rc_s {
-            let expected = format!("at most {MAX_TICK} of tau_rc ({} s)", MAX_TICK * lif.tau_rc_s);
-            return Err(refuse("tick", format!("{dt_s} s"), expected));
-        }
-        if !(regularisation.is_finite() && regularisation > 0.0) {
-            return Err(refuse("regularisation", regularisation, "a finite number above 0"));
-        }
-        let per_spike = if firing == Firing::Spikes { 1.0 / dt_s } else { 1.0 };
         let all = || (0..shape.ensembles).collect();
-        let solved: Vec<Ensemble> = own
+        let solved: Vec<LaidOut> = self
+            .own
             .clone()
             .unwrap_or_else(all)
             .into_par_iter()
             .map(|index| {
                 let draft = draft(index, seed.derive_index("ensemble", index as u64))?;
-                let decoders = decode::solve(lif, &draft.neurons, &draft.points, regularisation)?;
-                Ok(Ensemble::lay_out(&draft, &decoders, shape, per_spike))
+                let decoders =
+                    solve::solve(model, &draft.neurons, &draft.points, self.regularisation)?;
+                Ok(LaidOut::lay_out(&draft, &decoders, (model, self.dt_s), shape))
             })
             .collect::<Result<_, TuningError>>()?;
-        Ok(Self { own, ..Self::assemble(lif, dt_s, (shape, firing), &solved) })
+        Ok(Solved {
+            own: self.own,
+            fingerprint: self.fingerprint,
+            ..Solved::assemble(shape, &solved)
+        })
     }
+}
 
+impl Solved {
     /// Returns a copy that holds only the ensembles in `own`.
     pub fn only(&self, own: Vec<usize>) -> Self {
         let per = self.shape.padded();
@@ -217,69 +223,128 @@ impl Bank {
             encoders: pick(&self.encoders, per * self.shape.dims),
             biases: pick(&self.biases, per),
             decoders: pick(&self.decoders, per * self.shape.outputs),
-            rests: pick(&self.rests, 1),
             own: Some(own),
             ..*self
         }
     }
 
     /// Joins the ensembles' arrays, one ensemble after another.
-    pub(super) fn assemble(
-        lif: &Lif,
-        dt_s: f64,
-        (shape, firing): (Shape, Firing),
-        solved: &[Ensemble],
-    ) -> Self {
-        let join = |part: fn(&Ensemble) -> &Vec<Real>| -> Vec<Real> {
+    pub fn assemble(shape: Shape, solved: &[LaidOut]) -> Self {
+        let join = |part: fn(&LaidOut) -> &Vec<Real>| -> Vec<Real> {
             solved.iter().flat_map(|e| part(e).iter().copied()).collect()
         };
-        let (encoders, biases) = (join(|e| &e.encoders), join(|e| &e.biases));
         Self {
             shape,
-            firing,
-            rests: rests(shape, &encoders, &biases),
-            encoders,
-            biases,
+            fingerprint: 0,
+            encoders: join(|e| &e.encoders),
+            biases: join(|e| &e.biases),
             decoders: join(|e| &e.decoders),
             silencing: solved.iter().map(|e| e.silencing).fold(0.0, Real::max),
             quiet: solved.iter().map(|e| e.quiet).fold(Real::MAX, Real::min),
-            consts: Consts::new(lif, dt_s),
             own: None,
         }
     }
 
-    /// Returns whether a neuron of a range of ensembles fired in the tick that left this state of the range. Only then is
-    /// more than one refractory period left.
-    pub fn spiked(&self, state: &[Real], neuron: usize) -> bool {
-        let (each, per) = (self.shape.neurons, self.shape.padded());
-        let refractory = &state[state.len() / 2..];
-        refractory[neuron / each * per + neuron % each] > self.consts.tau_ref
+    /// Returns, for each ensemble, the input below which no neuron gets a current above `level`.
+    ///
+    /// It is minus infinity unless the ensemble has one dimension and only positive encoders.
+    fn rests(&self, level: Real) -> Vec<Real> {
+        let per = self.shape.padded();
+        if self.shape.dims > 1 || level == Real::NEG_INFINITY {
+            return vec![Real::NEG_INFINITY; self.biases.len() / per];
+        }
+        let least = |(encoders, biases): (&[Real], &[Real])| {
+            let below = |(encoder, bias): (&Real, &Real)| {
+                let at = (level - bias) / encoder;
+                match (*encoder > 0.0, *bias < level) {
+                    // The input at which the current is `level`, less an allowance for rounding.
+                    (true, _) => at - 1e-3 * (1.0 + at.abs()),
+                    (false, true) if *encoder == 0.0 => Real::INFINITY,
+                    _ => Real::NEG_INFINITY,
+                }
+            };
+            encoders.iter().zip(biases).map(below).fold(Real::INFINITY, Real::min)
+        };
+        self.encoders.chunks_exact(per).zip(self.biases.chunks_exact(per)).map(least).collect()
     }
+}
 
-    /// Number of neurons in all ensembles that spike: all of them, or none in rate mode.
-    pub fn spiking(&self) -> usize {
-        self.spiking_of(self.shape.ensembles)
-    }
+/// Ensembles of equal shape: their numbers, and the model by which they are stepped.
+#[derive(Debug, Clone)]
+pub(crate) struct Bank {
+    pub solved: Arc<Solved>,
+    model: Arc<dyn NeuronModel>,
+    dt_s: f64,
+    firing: Firing,
+    variables: Vec<Variable>,
+    /// For each ensemble, the input below which no neuron leaves its rest.
+    rests: Vec<Real>,
+    /// As in [`Solved`], or greater if the banks of other ranks need more.
+    pub silencing: Real,
+    /// As in [`Solved`], or less if the banks of other ranks bear less.
+    pub quiet: Real,
+}
 
-    /// Number of neurons that spike in so many ensembles.
-    pub fn spiking_of(&self, ensembles: usize) -> usize {
-        match self.firing {
-            Firing::Spikes => ensembles * self.shape.neurons,
-            Firing::Rates => 0,
+impl Bank {
+    pub fn new(solved: Arc<Solved>, model: Arc<dyn NeuronModel>, dt_s: f64) -> Self {
+        let level = model.rest_below() as Real;
+        Self {
+            dt_s,
+            firing: model.firing(),
+            variables: model.state(),
+            rests: solved.rests(level),
+            silencing: solved.silencing,
+            quiet: if level == Real::NEG_INFINITY { -1.0 } else { solved.quiet },
+            model,
+            solved,
         }
     }
 
-    /// Length of the state of all ensembles: all voltages, then all refractory times. 0 in rate mode.
-    pub fn state_len(&self) -> usize {
-        self.state_of(self.shape.ensembles)
+    pub fn shape(&self) -> Shape {
+        self.solved.shape
+    }
+
+    /// Returns whether some current silences every neuron, so that a gate can close.
+    pub fn falls_silent(&self) -> bool {
+        self.quiet >= 0.0
+    }
+
+    /// Writes the states of all parts at the start of a run. `parts` are their places in `state`, one after another. The
+    /// values do not depend on the parts.
+    pub fn init(&self, state: &mut [Real], parts: impl Iterator<Item = Range<usize>> + Clone) {
+        let (shape, count) = (self.shape(), self.variables.len());
+        for (index, variable) in self.variables.iter().enumerate() {
+            let mut rng = Seed::new(self.solved.fingerprint).derive("", variable.name).rng();
+            for part in parts.clone() {
+                let own = &mut state[part];
+                for block in shape.blocks(own.len() / count / shape.padded()) {
+                    let of_block = &mut own[block.start * count + index * block.len()..];
+                    of_block[..block.len()].fill_with(|| variable.start.draw(&mut rng));
+                }
+            }
+        }
+    }
+
+    /// Returns whether a neuron of a range of ensembles fired in the tick that left this state of the range.
+    pub fn spiked(&self, state: &[Real], neuron: usize) -> bool {
+        let Firing::Spikes { trace, above } = self.firing else { return false };
+        let (shape, count) = (self.shape(), self.variables.len());
+        let neuron = neuron / shape.neurons * shape.padded() + neuron % shape.neurons;
+        let block = shape.block(state.len() / count / shape.padded(), neuron);
+        state[block.start * count + trace * block.len() + neuron - block.start] > above
+    }
+
+    /// Number of neurons that spike in so many ensembles: all of them, or none if their activity is a rate.
+    pub fn spiking_of(&self, ensembles: usize) -> usize {
+        match self.firing {
+            Firing::Spikes { .. } => ensembles * self.shape().neurons,
+            Firing::Rates => 0,
+        }
     }
 
     /// Length of the state of so many ensembles.
     pub fn state_of(&self, ensembles: usize) -> usize {
-        match self.firing {
-            Firing::Spikes => 2 * ensembles * self.shape.padded(),
-            Firing::Rates => 0,
-        }
+        self.variables.len() * ensembles * self.shape().padded()
     }
 
     /// Steps the ensembles from `first` on by one tick. This process must own them.
@@ -293,36 +358,33 @@ impl Bank {
         state: &mut [Real],
         out: &mut [Real],
     ) {
-        let (shape, padded) = (self.shape, self.shape.padded());
+        let (solved, shape, padded) = (&*self.solved, self.shape(), self.shape().padded());
         let shift = -self.silencing * (1.0 - open.clamp(0.0, 1.0));
-        let (voltages, refractory) = state.split_at_mut(state.len() / 2);
-        let first = match &self.own {
+        let first = match &solved.own {
             None => first,
             Some(own) => own.partition_point(|ensemble| *ensemble < first),
         };
         let count = values.len() / shape.dims;
         let at = |per: usize| first * per..(first + count) * per;
         let work = Work {
-            consts: self.consts,
+            dt_s: self.dt_s as Real,
             shape,
+            variables: self.variables.len(),
+            spikes: self.firing != Firing::Rates,
             shift,
             quiet: if shift <= -self.silencing { self.quiet } else { -1.0 },
             rests: &self.rests[at(1)],
-            encoders: &self.encoders[at(padded * shape.dims)],
-            biases: &self.biases[at(padded)],
-            decoders: &self.decoders[at(padded * shape.outputs)],
+            encoders: &solved.encoders[at(padded * shape.dims)],
+            biases: &solved.biases[at(padded)],
+            decoders: &solved.decoders[at(padded * shape.outputs)],
             values,
         };
-        match self.firing {
-            Firing::Rates => rates(&work, out),
-            Firing::Spikes if shape.is_few() => few(&work, voltages, refractory, out),
-            Firing::Spikes => spikes(&work, voltages, refractory, out),
-        }
+        self.model.step_ensembles(&work, state, out);
     }
 }
 
 /// One ensemble in the layout of the hot loop.
-pub(super) struct Ensemble {
+pub(crate) struct LaidOut {
     encoders: Vec<Real>,
     biases: Vec<Real>,
     decoders: Vec<Real>,
@@ -330,16 +392,23 @@ pub(super) struct Ensemble {
     quiet: Real,
 }
 
-impl Ensemble {
-    /// Lays out one ensemble. `solved` holds the decoders of rates in Hz, one row per neuron. `per_spike` is the rate
-    /// that one unit of output stands for: 1 / dt for a spike, 1 for a rate.
-    pub(super) fn lay_out(draft: &Draft, solved: &[f64], shape: Shape, per_spike: f64) -> Self {
+impl LaidOut {
+    /// Lays out one ensemble. `solved` holds the decoders of rates in Hz, one row per neuron.
+    pub fn lay_out(
+        draft: &Draft,
+        solved: &[f64],
+        (model, dt_s): (&dyn NeuronModel, f64),
+        shape: Shape,
+    ) -> Self {
         let (dims, count, padded) = (shape.dims, shape.neurons, shape.padded());
+        // The rate that one unit of activity stands for.
+        let unit = if model.firing() == Firing::Rates { 1.0 } else { 1.0 / dt_s };
+        let level = Some(model.rest_below()).filter(|level| level.is_finite()).unwrap_or(0.0);
         let neurons = &draft.neurons;
         let mut encoders = vec![0.0; padded * dims];
         let mut decoders = vec![0.0; padded * shape.outputs];
-        // A negative current keeps the padding neurons from ever firing.
-        let mut biases = vec![-1.0; padded];
+        // Such a current keeps the padding neurons from ever firing.
+        let mut biases = vec![level.min(0.0) as Real - 1.0; padded];
         let mut silencing = 0.0f64;
         for neuron in 0..count {
             let gain = neurons.gains[neuron] / draft.radius;
@@ -349,33 +418,14 @@ impl Ensemble {
             }
             biases[neuron] = neurons.biases[neuron] as Real;
             for k in 0..shape.outputs {
-                let decoder = solved[neuron * shape.outputs + k] * per_spike;
+                let decoder = solved[neuron * shape.outputs + k] * unit;
                 decoders[neuron * shape.outputs + k] = decoder as Real;
             }
-            silencing = silencing.max(2.0 * (neurons.gains[neuron] + neurons.biases[neuron].abs()));
+            let most = neurons.gains[neuron] + neurons.biases[neuron].abs();
+            silencing = silencing.max(2.0 * most - level.min(0.0));
         }
-        // A neuron of gain g and bias b gets at most g |x| / radius + |b| - 2 (g + |b|).
+        // A neuron of gain g and bias b gets at most g |x| / radius + |b| - 2 (g + |b|) + level, if level is below 0.
         let quiet = (1.9 * draft.radius).powi(2) as Real;
         Self { encoders, biases, decoders, silencing: silencing as Real, quiet }
     }
-}
-
-/// Returns, for each ensemble, the input below which no neuron gets a current above 0.
-///
-/// It is minus infinity unless the ensemble has one dimension and only positive encoders.
-pub(super) fn rests(shape: Shape, encoders: &[Real], biases: &[Real]) -> Vec<Real> {
-    let per = shape.padded();
-    if shape.dims > 1 {
-        return vec![Real::NEG_INFINITY; biases.len() / per];
-    }
-    let least = |(encoders, biases): (&[Real], &[Real])| {
-        let below = |(encoder, bias): (&Real, &Real)| match (*encoder > 0.0, *bias < 0.0) {
-            // The input at which the current is 0, less an allowance for rounding.
-            (true, _) => -bias / encoder - 1e-3 * (1.0 + (bias / encoder).abs()),
-            (false, true) if *encoder == 0.0 => Real::INFINITY,
-            _ => Real::NEG_INFINITY,
-        };
-        encoders.iter().zip(biases).map(below).fold(Real::INFINITY, Real::min)
-    };
-    encoders.chunks_exact(per).zip(biases.chunks_exact(per)).map(least).collect()
 }

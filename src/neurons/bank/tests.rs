@@ -3,7 +3,8 @@
 use rand::RngExt;
 
 use super::*;
-use crate::neurons::tuning::on_sphere;
+use crate::neurons::draw::on_sphere;
+use crate::neurons::models::Lif;
 
 /// Three ensembles of 50 neurons: in one dimension all fire only above 0.1, in two dimensions their encoders are
 /// random directions.
@@ -22,20 +23,22 @@ fn bank(dims: usize) -> Bank {
         let points = Points { wanted: values.clone(), values, outputs: dims };
         Ok(Draft { neurons, radius: 1.0, points })
     };
-    Bank::build(&lif, 0.001, shape, (Firing::Spikes, 0.1), (Seed::new(1), None), draft)
-        .unwrap_or_else(|error| panic!("{error}"))
+    built(shape, draft)
 }
 
-impl Bank {
-    pub(in crate::neurons) fn lengthen_refractory_period(&mut self, factor: Real) {
-        self.consts.tau_ref *= factor;
-    }
+fn built(
+    shape: Shape,
+    draft: impl Fn(usize, Seed) -> Result<Draft, TuningError> + Sync,
+) -> Bank {
+    let solved = Recipe::of(&Lif::default(), 0.001, shape).solve(draft);
+    let solved = solved.unwrap_or_else(|error| panic!("{error}"));
+    Bank::new(Arc::new(solved), Arc::new(Lif::default()), 0.001)
 }
 
 /// Outputs and states of a bank over 300 ticks: driven, silenced, driven again.
 fn trace(bank: &Bank) -> Vec<u32> {
-    let dims = bank.shape.dims;
-    let (mut state, mut out) = (vec![0.0; bank.state_len()], vec![0.0; 3 * dims]);
+    let dims = bank.shape().dims;
+    let (mut state, mut out) = (vec![0.0; bank.state_of(3)], vec![0.0; 3 * dims]);
     let mut all = Vec::new();
     for tick in 0..300 {
         let open = if (100..200).contains(&tick) { 0.0 } else { 1.0 };
@@ -72,7 +75,7 @@ fn an_ensemble_passed_over_though_it_fires_would_be_caught() {
 fn spikes_come_at_the_rate_of_the_closed_form() {
     let bank = bank(1);
     let lif = Lif::default();
-    let (mut state, mut out) = (vec![0.0; bank.state_len()], vec![0.0; 3]);
+    let (mut state, mut out) = (vec![0.0; bank.state_of(3)], vec![0.0; 3]);
     let mut spikes = vec![0u32; 150];
     let (ticks, value) = (4_000, 0.6);
     for _ in 0..ticks {
@@ -83,8 +86,8 @@ fn spikes_come_at_the_rate_of_the_closed_form() {
     }
     let mut firing = 0;
     for (n, count) in spikes.iter().enumerate() {
-        let at = n / 50 * bank.shape.padded() + n % 50;
-        let current = bank.encoders[at] * value + bank.biases[at];
+        let at = n / 50 * bank.shape().padded() + n % 50;
+        let current = bank.solved.encoders[at] * value + bank.solved.biases[at];
         let expected = lif.rate(f64::from(current)) * ticks as f64 * 1e-3;
         assert!((f64::from(*count) - expected).abs() <= 1.5, "{n}: {count} {expected}");
         firing += usize::from(*count > 20);
@@ -104,14 +107,13 @@ fn few_per_ensemble(neurons: usize) -> Bank {
         let points = Points { wanted: vec![1.0; 100], values, outputs: 1 };
         Ok(Draft { neurons: drawn, radius: 1.0, points })
     };
-    Bank::build(&lif, 0.001, shape, (Firing::Spikes, 0.1), (Seed::new(1), None), draft)
-        .unwrap_or_else(|error| panic!("{error}"))
+    built(shape, draft)
 }
 
 /// Returns how often each neuron of the bank fires in 2 s, and the mean output of each ensemble.
 fn fired(bank: &Bank) -> (Vec<u32>, Vec<Real>) {
-    let count = bank.shape.neurons * 21;
-    let (mut state, mut out) = (vec![0.0; bank.state_len()], vec![0.0; 21]);
+    let count = bank.shape().neurons * 21;
+    let (mut state, mut out) = (vec![0.0; bank.state_of(21)], vec![0.0; 21]);
     let (mut spikes, mut means) = (vec![0u32; count], vec![0.0; 21]);
     let values: Vec<Real> = (0..21).map(|i| 0.05 * i as Real + 0.02).collect();
     for _ in 0..2_000 {
@@ -129,11 +131,11 @@ fn few_neurons_fire_at_the_rate_of_the_closed_form_and_are_decoded_as_one() {
     let lif = Lif::default();
     for neurons in [1, 2, 4] {
         let bank = few_per_ensemble(neurons);
-        assert_eq!(bank.state_len(), 2 * 21 * neurons);
+        assert_eq!(bank.state_of(21), 2 * 21 * neurons);
         let (spikes, means) = fired(&bank);
         for (neuron, spikes) in spikes.iter().enumerate() {
             let value = 0.05 * (neuron / neurons) as Real + 0.02;
-            let current = bank.encoders[neuron] * value + bank.biases[neuron];
+            let current = bank.solved.encoders[neuron] * value + bank.solved.biases[neuron];
             let expected = 2.0 * lif.rate(f64::from(current));
             assert!((f64::from(*spikes) - expected).abs() <= 1.5, "{neuron}: {spikes} {expected}");
         }
@@ -141,8 +143,9 @@ fn few_neurons_fire_at_the_rate_of_the_closed_form_and_are_decoded_as_one() {
         assert!(means[12..].iter().all(|mean| (mean - 1.0).abs() < 0.45), "{means:?}");
         // The wrong variant: neurons read the input of their neighbour.
         let mut wrong = bank.clone();
-        wrong.encoders.rotate_left(1);
-        wrong.biases[0] = 1.1;
+        let numbers = Arc::make_mut(&mut wrong.solved);
+        numbers.encoders.rotate_left(1);
+        numbers.biases[0] = 1.1;
         assert!(fired(&wrong).0 != spikes);
         // What rests is passed over without a change of bits.
         let slow = Bank { rests: vec![Real::NEG_INFINITY; 21], ..bank.clone() };

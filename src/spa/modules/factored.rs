@@ -165,8 +165,8 @@ impl LinearMap for Combination {
 /// of the matches are found after 18 ms, 93% after 24 ms, and all that are found at all after 32 ms (one run).
 ///
 /// # Cost
-/// [`LifSpec::per_item`](crate::neurons::LifSpec::per_item) neurons per item and threshold. With
-/// [`LifSpec::few_per_item`](crate::neurons::LifSpec::few_per_item) one neuron is enough, and a large memory in which
+/// [`Tuning::per_item`](crate::neurons::Tuning::per_item) neurons per item and threshold. With
+/// [`Tuning::few_per_item`](crate::neurons::Tuning::few_per_item) one neuron is enough, and a large memory in which
 /// few items fire is fast. The similarities cost what [`FactoredSimilarity`] costs.
 ///
 /// ```

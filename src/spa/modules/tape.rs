@@ -43,7 +43,7 @@ use crate::spa::vocabulary::Vocabulary;
 /// noise of spikes then moves the tape 25 times less than with the usual 100 ms, and an item is written through the same
 /// synapse, so that the population never represents more than the tape. A cleanup memory of the positions removes the
 /// noise of the index before it is bound. Unbinding takes 2 D - 2 products. With known items, each item at each position
-/// takes 24 neurons by the default [`LifSpec`](crate::neurons::LifSpec): 16 decode it, 8 wait for the index.
+/// takes 24 neurons by the default [`Tuning`](crate::neurons::Tuning): 16 decode it, 8 wait for the index.
 ///
 /// # Delay
 /// Item and index should be there 30 ms before `write` rises. After the index has moved, `output` follows in 60 ms. Decoding

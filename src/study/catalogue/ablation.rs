@@ -4,7 +4,7 @@ use rand::RngExt;
 use serde_json::{Value, json};
 
 use super::Options;
-use crate::neurons::{LifSpec, Population, PopulationPlan};
+use crate::neurons::{LifSpec, Population, PopulationPlan, Tuning};
 use crate::sim::{Seed, SimDuration};
 use crate::study::experiment::{
     About, Axis, Cell, Experiment, Figure, Measure, Reading, Results, Row, Series, Style,
@@ -44,7 +44,7 @@ impl Ablation {
         let spec = PlannerSpec::default();
         let spiking = PopulationPlan::all(lif());
         let small =
-            |scale| PopulationPlan::all(Population::Lif(LifSpec { scale, ..LifSpec::default() }));
+            |scale| PopulationPlan::all(Population::Lif(LifSpec::tuned(Tuning { scale, ..Tuning::default() })));
         let mut variants = Vec::new();
         let mut add = |name, value: String, spec, plan: &PopulationPlan| {
             variants.push(Variant { name, value, spec, plan: plan.clone() });

@@ -63,7 +63,7 @@ impl NetworkSpec {
         let Some(conditions) = self.conditions else { return Ok(PopulationPlan::direct()) };
         let few = Population::Lif(LifSpec::few_per_item(self.per_item));
         let plan =
-            PopulationPlan::all(Population::Lif(conditions)).with("objects/**".parse()?, few);
+            PopulationPlan::all(Population::Lif(conditions)).with("objects/**".parse()?, few.clone());
         match self.reach {
             Reach::Objects => Ok(plan),
             Reach::Actions => Ok(plan.with("actions/**".parse()?, few)),

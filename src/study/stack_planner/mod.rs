@@ -25,7 +25,7 @@ use std::sync::Arc;
 
 pub use kitchen::Kitchen;
 
-use crate::neurons::{LifSpec, Population, PopulationPlan, SolvedModel};
+use crate::neurons::{LifSpec, Population, PopulationPlan, SolvedModel, Tuning};
 use crate::sim::{
     Graph, Pointer, ProbeId, ProbeSpec, RunConfig, Seed, SimDuration, Simulator, Threads, Timebase,
     Vector,
@@ -127,7 +127,7 @@ impl StackPlanner {
         let stack = graph.probe(&stack, recent);
         let (names, steps) = (symbols.names_of_actions(kitchen)?, kitchen.steps());
         let phases = Phases::new(rules.names());
-        let plan = populations(spec.population)?;
+        let plan = populations(spec.population.clone())?;
         let graph = graph.build(Timebase::default(), &plan, seed)?.into();
         let limit_ms = spec.limit.as_micros() / 1000;
         Ok(Self { graph, world, chosen, stack, names, steps, phases, limit_ms, seed })
@@ -245,12 +245,7 @@ fn inside(sim: &Simulator) -> Option<&StackWorld> {
 
 /// Returns the populations: those of the default, with 250 neurons for the gate, as in the original.
 fn populations(population: Population) -> Result<PopulationPlan, TaskError> {
-    let wide = |spec: LifSpec| LifSpec { per_function: 250, ..spec };
-    let gate = match population {
-        Population::Rate(spec) => Population::Rate(wide(spec)),
-        Population::Lif(spec) => Population::Lif(wide(spec)),
-        other => other,
-    };
+    let gate = population.clone().tuned(|usual| Tuning { per_function: 250, ..usual });
     // The pattern always parses.
     let plan = PopulationPlan::all(population);
     Ok(match "gate/population".parse() {

@@ -178,7 +178,7 @@ impl Standard {
     /// [`TaskError::Setting`] for fewer than 300 ms; [`TaskError::Vocabulary`] or [`TaskError::Build`] if the number of
     /// dimensions or the population is invalid.
     pub fn build(&self, model: Model) -> Result<Built, TaskError> {
-        self.build_by(model, &PopulationPlan::all(self.population))
+        self.build_by(model, &PopulationPlan::all(self.population.clone()))
     }
 
     /// Builds `model` with solved populations.
@@ -190,7 +190,7 @@ impl Standard {
         model: Model,
         solved: impl Into<Arc<SolvedModel>>,
     ) -> Result<Built, TaskError> {
-        self.build_by(model, &PopulationPlan::all(self.population).solved(solved))
+        self.build_by(model, &PopulationPlan::all(self.population.clone()).solved(solved))
     }
 
     fn build_by(&self, model: Model, plan: &PopulationPlan) -> Result<Built, TaskError> {

@@ -10,7 +10,7 @@ use super::memory::Layout;
 use super::moments::{Moment, Moments, Step};
 use super::rules::Regression;
 use super::world::{Begun, StripsWorld};
-use crate::neurons::{LifSpec, PatternError, Population, PopulationPlan};
+use crate::neurons::{PatternError, Population, PopulationPlan, Tuning};
 use crate::sim::{
     Constant, GraphBuilder, InputSpec, OutputSpec, ProbeSpec, RunConfig, Seed, SimDuration,
     SimError, Simulator, Synapse, Timebase, Vector, WorldLink,
@@ -132,23 +132,24 @@ impl Course {
 
 /// Returns the populations with which the planner is measured: units of twenty neurons, and more for sums and the race.
 ///
-/// A unit of [`LifSpec::default`] is too noisy: its decoders are less regularised and it fires less.
+/// A unit of [`Tuning::default`] is too noisy: its decoders are less regularised and it fires less.
 ///
 /// # Errors
 /// None for the groups of [`GoalSetGraph`]; the type is that of all patterns.
 pub fn populations(population: &Population) -> Result<PopulationPlan, PatternError> {
-    let of = |spec: LifSpec| match population {
-        Population::Direct => Population::Direct,
-        Population::Rate(_) => Population::Rate(spec),
-        Population::Lif(_) => Population::Lif(spec),
-    };
-    let (Population::Rate(spec) | Population::Lif(spec)) = population else {
+    if *population == Population::Direct {
         return Ok(PopulationPlan::direct());
-    };
-    let unit = LifSpec { per_item: 20, regularisation: 1.0, max_rates: [300.0, 450.0], ..*spec };
-    let race = LifSpec { per_item: 100, ..*spec };
-    let plan = PopulationPlan::all(of(unit)).with("**/analog".parse()?, of(*spec));
-    Ok(plan.with("**/race".parse()?, of(race)))
+    }
+    let of = |change: fn(Tuning) -> Tuning| population.clone().tuned(change);
+    let unit = of(|usual| Tuning {
+        per_item: 20,
+        regularisation: 1.0,
+        max_rates: [300.0, 450.0],
+        ..usual
+    });
+    let race = of(|usual| Tuning { per_item: 100, ..usual });
+    let plan = PopulationPlan::all(unit).with("**/analog".parse()?, population.clone());
+    Ok(plan.with("**/race".parse()?, race))
 }
 
 /// Plans and acts until the goal holds or the time is over.

@@ -72,7 +72,7 @@ const NEGLIGIBLE: Real = 1e-5;
 /// recurrent synapse, which has 30 ms.
 ///
 /// # Cost
-/// Roles x items x 16 neurons, and 100 neurons per role, by the default [`LifSpec`](crate::neurons::LifSpec). Few items
+/// Roles x items x 16 neurons, and 100 neurons per role, by the default [`Tuning`](crate::neurons::Tuning). Few items
 /// have evidence above the level, and the rest is silent and costs almost nothing. The network of the table has 67,136
 /// neurons, and its state 6,400. Otherwise a tick costs roles x items x dimensions products. The bound items take 4 bytes
 /// per product.

@@ -55,13 +55,8 @@ impl Setup {
 
     /// Returns the settings that outcomes depend on.
     fn settings(&self) -> Value {
-        let mode = match self.population {
-            Population::Direct => "direct",
-            Population::Rate(_) => "rate",
-            Population::Lif(_) => "lif",
-        };
         json!({
-            "mode": mode, "slots": self.slots, "limit_ms": self.limit_ms, "motor_lock_ms": LOCK_MS,
+            "mode": self.population.to_string(), "slots": self.slots, "limit_ms": self.limit_ms, "motor_lock_ms": LOCK_MS,
         })
     }
 
@@ -76,7 +71,7 @@ impl Setup {
         let spec = GoalSetSpec {
             slots: self.slots,
             limit: SimDuration::from_millis(self.limit_ms),
-            population: self.population,
+            population: self.population.clone(),
             ablated: ablated.iter().map(|group| (*group).to_owned()).collect(),
         };
         pursue(&problem.grounded, world, &spec, seed).map_err(refused)

@@ -1,10 +1,9 @@
 //! Banks in parts: the ensembles that are stepped together, and the rank that owns them.
 
 use std::ops::Range;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
-use super::bank::{Bank, Shape};
-use super::solved::Kept;
+use super::{Bank, Shape};
 use crate::sim::{PartSpec, Ranks, Real};
 
 /// Work of one part: about six microseconds per tick. That is little enough to share a bank evenly, and so long that the
@@ -38,8 +37,7 @@ impl Deal {
 
     /// Cuts a bank into parts of a multiple of `unit` ensembles, and deals them out.
     pub fn cut(&self, shape: Shape, unit: usize) -> Cut {
-        let group = if shape.is_few() { super::bank::NARROW } else { unit };
-        let each = (PART / work(shape, 1)).max(1).next_multiple_of(group);
+        let each = (PART / work(shape, 1)).max(1).next_multiple_of(shape.group().max(unit));
         let parts = shape.ensembles.div_ceil(each);
         let of = |part: usize| each.min(shape.ensembles - part * each);
         let owners = (0..parts).map(|part| self.next(work(shape, of(part)))).collect();
@@ -80,54 +78,46 @@ fn work(shape: Shape, ensembles: usize) -> usize {
     (ensembles * shape.padded() * (14 + shape.dims)).div_ceil(15)
 }
 
-/// A bank that is advanced in parts.
+/// Ensembles of neurons of equal shape, which are advanced in parts.
+/// [`PopulationBuilder`](crate::neurons::PopulationBuilder) makes them.
 #[derive(Debug, Clone)]
-pub(crate) struct Parted {
-    pub kept: Kept,
-    pub cut: Cut,
+pub struct Ensembles {
+    pub(crate) bank: Bank,
+    pub(crate) cut: Cut,
 }
 
-impl Parted {
-    pub fn bank(&self) -> &Bank {
-        &self.kept.bank
-    }
-
-    /// Returns the bank, to be changed before anything else shares it.
-    pub fn bank_mut(&mut self) -> Option<&mut Bank> {
-        Arc::get_mut(&mut self.kept.bank)
-    }
-
+impl Ensembles {
     /// Number of parts.
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.cut.owners.len()
     }
 
     /// Returns the ensembles of a part.
-    pub fn ensembles(&self, part: usize) -> Range<usize> {
+    pub(crate) fn ensembles(&self, part: usize) -> Range<usize> {
         let start = part * self.cut.each;
-        start..(start + self.cut.each).min(self.bank().shape.ensembles)
+        start..(start + self.cut.each).min(self.bank.shape().ensembles)
     }
 
-    /// Returns the sizes of a part with `results` results for each ensemble.
-    pub fn spec(&self, part: usize, results: usize) -> PartSpec {
-        let (shape, ensembles) = (self.bank().shape, self.ensembles(part).len());
+    /// Returns the sizes of a part, without results.
+    pub(crate) fn spec(&self, part: usize) -> PartSpec {
+        let (shape, ensembles) = (self.bank.shape(), self.ensembles(part).len());
         PartSpec {
-            state: self.bank().state_of(ensembles),
-            results: results * ensembles,
-            units: self.bank().spiking_of(ensembles),
+            state: self.bank.state_of(ensembles),
+            results: 0,
+            units: self.bank.spiking_of(ensembles),
             work: work(shape, ensembles),
             rank: self.cut.owners[part] as usize,
         }
     }
 
     /// Steps a part. `values` and `out` are those of its ensembles.
-    pub fn step(&self, part: usize, values: (&[Real], Real), state: &mut [Real], out: &mut [Real]) {
-        self.bank().step(part * self.cut.each, values, state, out);
-    }
-
-    /// Writes the states of all parts at the start of a run.
-    pub fn init(&self, state: &mut [Real]) {
-        let states = (0..self.count()).map(|part| self.bank().state_of(self.ensembles(part).len()));
-        self.kept.init(state, states);
+    pub(crate) fn step(
+        &self,
+        part: usize,
+        values: (&[Real], Real),
+        state: &mut [Real],
+        out: &mut [Real],
+    ) {
+        self.bank.step(part * self.cut.each, values, state, out);
     }
 }

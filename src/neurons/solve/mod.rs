@@ -6,13 +6,14 @@
 //! Cholesky factorisation ([`dense`]) solves the system, in single precision if that is accurate enough, and otherwise
 //! in double precision.
 
-use multiversion::multiversion;
+mod dense;
+
 use ndarray::linalg::general_mat_mul;
 use ndarray::{Array1, Array2, NdFloat};
 
-use super::dense;
-use super::model::{Lif, TuningError};
-use super::tuning::Neurons;
+use super::draw::Neurons;
+use super::models::NeuronModel;
+use super::tuning::TuningError;
 
 /// Evaluation points and the target values there.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,7 +30,7 @@ pub(crate) trait Precision: NdFloat {
     fn of(value: f64) -> Self;
     fn double(self) -> f64;
     /// Replaces currents by firing rates.
-    fn rates(lif: &Lif, currents: &mut [Self]);
+    fn rates(model: &dyn NeuronModel, currents: &mut [Self]);
 }
 
 impl Precision for f64 {
@@ -41,10 +42,8 @@ impl Precision for f64 {
         self
     }
 
-    fn rates(lif: &Lif, currents: &mut [Self]) {
-        for current in currents {
-            *current = lif.rate(*current);
-        }
+    fn rates(model: &dyn NeuronModel, currents: &mut [Self]) {
+        model.rates(currents);
     }
 }
 
@@ -57,33 +56,10 @@ impl Precision for f32 {
         f64::from(self)
     }
 
-    fn rates(lif: &Lif, currents: &mut [Self]) {
-        rates_f32(lif.tau_ref_s as f32, lif.tau_rc_s as f32, currents);
+    fn rates(model: &dyn NeuronModel, currents: &mut [Self]) {
+        model.rates_single(currents);
     }
 }
-
-/// Computes [`Lif::rate`] of many currents in wide instructions, with a relative error of about 1e-5.
-///
-/// The logarithm is split. The exponent gives one part. The mantissa q lies between the square roots of 1/2 and 2; the
-/// series of `2 artanh((q - 1) / (q + 1))` gives its logarithm.
-#[multiversion(targets("x86_64+avx2+fma", "x86_64+avx2", "x86_64+sse4.1"))]
-fn rates_f32(tau_ref: f32, tau_rc: f32, currents: &mut [f32]) {
-    for current in currents {
-        let over = if *current - 1.0 > 1e-6 { *current - 1.0 } else { 1e-6 };
-        let bits = ((1.0 + over) / over).to_bits().wrapping_sub(ROOT_HALF);
-        let exponent = bits.cast_signed() >> 23;
-        let q = f32::from_bits((bits & 0x007f_ffff).wrapping_add(ROOT_HALF));
-        let s = (q - 1.0) / (q + 1.0);
-        let square = s * s;
-        let series = 1.0 / 5.0 + square * (1.0 / 7.0 + square * (1.0 / 9.0));
-        let mantissa = 2.0 * s * (1.0 + square * (1.0 / 3.0 + square * series));
-        let log = exponent as f32 * std::f32::consts::LN_2 + mantissa;
-        *current = if *current > 1.0 { 1.0 / (tau_ref + tau_rc * log) } else { 0.0 };
-    }
-}
-
-/// Bits of the square root of 1/2.
-const ROOT_HALF: u32 = 0x3f35_04f3;
 
 /// Adds the product `a b` to `out`. Row by row where `a` is so narrow or short that blocks would not pay.
 fn add_product<T: Precision>(a: &Array2<T>, b: &Array2<T>, out: &mut Array2<T>) {
@@ -98,7 +74,11 @@ fn add_product<T: Precision>(a: &Array2<T>, b: &Array2<T>, out: &mut Array2<T>) 
 }
 
 /// Returns the neurons' rates at the points, one row per point: the matrix A.
-pub(crate) fn rates<T: Precision>(lif: &Lif, neurons: &Neurons, values: &[f64]) -> Array2<T> {
+pub(crate) fn rates<T: Precision>(
+    model: &dyn NeuronModel,
+    neurons: &Neurons,
+    values: &[f64],
+) -> Array2<T> {
     let (dims, count) = (neurons.dims, neurons.count());
     let points = values.len() / dims;
     let gained = Array2::from_shape_fn((dims, count), |(k, n)| {
@@ -111,7 +91,7 @@ pub(crate) fn rates<T: Precision>(lif: &Lif, neurons: &Neurons, values: &[f64]) 
     add_product(&values, &gained, &mut out);
     for mut point in out.rows_mut() {
         if let Some(currents) = point.as_slice_mut() {
-            T::rates(lif, currents);
+            T::rates(model, currents);
         }
     }
     out
@@ -137,25 +117,25 @@ const SINGLE: f64 = 1e6;
 /// Costs about `m n^2 + n^3 / 3` operations for n neurons and m points. Single precision is twice as fast; it is used
 /// if its rounding errors are small beside the effect of the regularisation.
 pub(crate) fn solve(
-    lif: &Lif,
+    model: &dyn NeuronModel,
     neurons: &Neurons,
     points: &Points,
     regularisation: f64,
 ) -> Result<Vec<f64>, TuningError> {
     if neurons.count() as f64 <= SINGLE * regularisation.powi(2) {
-        solve_in::<f32>(lif, neurons, points, regularisation)
+        solve_in::<f32>(model, neurons, points, regularisation)
     } else {
-        solve_in::<f64>(lif, neurons, points, regularisation)
+        solve_in::<f64>(model, neurons, points, regularisation)
     }
 }
 
 fn solve_in<T: Precision>(
-    lif: &Lif,
+    model: &dyn NeuronModel,
     neurons: &Neurons,
     points: &Points,
     regularisation: f64,
 ) -> Result<Vec<f64>, TuningError> {
-    let at = rates::<T>(lif, neurons, &points.values);
+    let at = rates::<T>(model, neurons, &points.values);
     let (m, count) = at.dim();
     let greatest = greatest(&at).double();
     let noise = (regularisation * greatest).powi(2) * m as f64;
@@ -181,7 +161,8 @@ mod tests {
     use rand::RngExt;
 
     use super::*;
-    use crate::neurons::tuning::either_way;
+    use crate::neurons::draw::either_way;
+    use crate::neurons::models::Lif;
     use crate::sim::Seed;
 
     fn scalar(count: usize, seed: u64) -> (Lif, Neurons) {

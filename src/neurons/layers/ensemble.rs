@@ -5,18 +5,15 @@ use std::sync::Arc;
 
 use rand::{Rng, RngExt};
 
-use super::bank::{Draft, Shape};
-use super::decode::Points;
-use super::layer::check_radius;
-use super::model::refuse;
-use super::parted::Parted;
-use super::population::{Maker, Refusal, count, rows};
-use super::solved::Kept;
-use super::tuning::{Neurons, cosine, on_sphere};
+use super::{Circuit, Layer, Layers, Populated, check_radius};
+use crate::neurons::bank::{Draft, Shape};
+use crate::neurons::builder::{PopulationBuilder, not_finite};
+use crate::neurons::draw::on_sphere;
+use crate::neurons::solve::Points;
+use crate::neurons::tuning::{TuningError, refuse};
 use crate::sim::{
-    AdvanceIo, Fingerprint, In, InputSpec, LayerRequest, Module, Node, NodeFault, NodePorts, Out,
-    OutputSpec, Outputs, PartIo, PartSpec, Parts, PortDecl, Real, Scope, ScratchSpec, Seed,
-    StateMut, StepCx, Vector,
+    AdvanceIo, Fingerprint, In, InputSpec, Module, Node, NodeFault, NodePorts, Out, OutputSpec,
+    Outputs, PortDecl, Real, Scope, ScratchSpec, Seed, StepCx, Vector,
 };
 
 /// Greatest number of components of the input and of all outputs.
@@ -37,7 +34,7 @@ struct Decoded {
 /// All functions read the same neurons: each costs decoders, but no further neurons. It is also a module, which adds
 /// the layer as its node `neurons`.
 ///
-/// In neurons, an ensemble has [`LifSpec::per_function`](super::LifSpec::per_function) neurons per dimension times
+/// In neurons, an ensemble has [`Tuning::per_function`](crate::neurons::Tuning::per_function) neurons per dimension times
 /// [`size`](Self::size). Encoders are random directions. Evaluation points are drawn evenly from the ball of the
 /// radius, and intercepts from the distribution of one of its coordinates, so that neurons fire where values are
 /// (Gosmann and Eliasmith 2016). Direct mode computes the functions exactly, without a radius. Solving costs
@@ -171,7 +168,7 @@ impl Ensemble {
         let mut from = 0;
         for (index, Decoded { width, .. }) in self.functions.iter().enumerate() {
             let decoded = decoded.chunks_exact(self.outputs());
-            let out = &mut outputs.get_mut(index)[rows(copies.clone(), *width)];
+            let out = &mut outputs.get_mut(index)[copies.start * width..copies.end * width];
             for (out, row) in out.chunks_exact_mut(*width).zip(decoded) {
                 out.copy_from_slice(&row[from..from + width]);
             }
@@ -180,7 +177,7 @@ impl Ensemble {
     }
 }
 
-impl LayerRequest for Ensemble {
+impl Node for Ensemble {
     fn declare(&self, ports: &mut PortDecl) {
         check_radius(self.radius, ports);
         if self.functions.is_empty() {
@@ -192,14 +189,38 @@ impl LayerRequest for Ensemble {
         let wide = |width: usize| width.saturating_mul(self.copies).min(MOST_COMPONENTS);
         ports.input("in", InputSpec::vector(wide(self.dims)).sum().at_advance());
         for Decoded { name, width, .. } in &self.functions {
-            let good = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
-            if !name.chars().all(good) {
+            let good = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
+            if name.is_empty() || !name.chars().all(good) {
                 ports.fault(format!(
                     "`{name}` is not a valid name of a function; use one or more of the characters a-z, A-Z, 0-9, `_` and `-`"
                 ));
             }
             ports.output(name, OutputSpec::vector(wide(*width)).registered().filtered_only());
         }
+        let reals = self.outputs().saturating_mul(self.copies).min(MOST_COMPONENTS);
+        ports.scratch(ScratchSpec { reals, ..ScratchSpec::default() });
+    }
+
+    /// Hashes the functions' values at random points, because functions themselves cannot be hashed.
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        let mut rng = Seed::new(0).derive("", "fingerprint").rng();
+        let (mut point, mut out) = (vec![0.0; self.dims], vec![0.0; self.outputs()]);
+        for _ in 0..128 {
+            in_ball(&mut rng, &mut point);
+            let value: Vec<Real> = point.iter().map(|v| *v as Real * self.radius).collect();
+            self.compute(&value, &mut out);
+            hash.reals(&out);
+        }
+    }
+
+    fn advance(&self, _cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
+        let decoded = &mut io.scratch.reals[..self.outputs() * self.copies];
+        let values = io.inputs.get(0).chunks_exact(self.dims);
+        for (value, out) in values.zip(decoded.chunks_exact_mut(self.outputs())) {
+            self.compute(value, out);
+        }
+        self.distribute(0..self.copies, decoded, &mut io.outputs);
+        Ok(())
     }
 }
 
@@ -207,13 +228,12 @@ impl Module for Ensemble {
     type Ports = EnsemblePorts;
 
     fn expand(self, scope: &mut Scope<'_>) -> EnsemblePorts {
-        let names: Vec<String> = self.functions.iter().map(|own| own.name.clone()).collect();
-        let node = scope.layer("neurons", self);
-        scope.input("input", node.input::<Vector>("in"));
-        for name in names {
-            scope.output(&name, node.output::<Vector>(&name));
+        let names: Vec<String> = self.functions.iter().map(|decoded| decoded.name.clone()).collect();
+        let EnsemblePorts { input, node } = scope.ensemble("neurons", self);
+        for name in &names {
+            scope.output(name, node.output::<Vector>(name));
         }
-        EnsemblePorts::of(node)
+        EnsemblePorts { input: scope.input("input", input), node }
     }
 }
 
@@ -224,109 +244,23 @@ fn in_ball<R: Rng>(rng: &mut R, out: &mut [f64]) {
     out.iter_mut().for_each(|value| *value *= length);
 }
 
-/// The node of exact functions.
-pub(super) struct DirectEnsemble(pub Ensemble);
-
-impl Node for DirectEnsemble {
-    fn declare(&self, ports: &mut PortDecl) {
-        self.0.declare(ports);
-        let reals = self.0.outputs().saturating_mul(self.0.copies).min(MOST_COMPONENTS);
-        ports.scratch(ScratchSpec { reals, ..ScratchSpec::default() });
+impl Layer for Ensemble {
+    fn direct(&self) -> Box<dyn Node> {
+        Box::new(self.clone())
     }
 
-    /// Hashes the functions' values at random points, because functions themselves cannot be hashed.
-    fn fingerprint(&self, hash: &mut Fingerprint) {
-        let mut rng = Seed::new(0).derive("", "fingerprint").rng();
-        let (mut point, mut out) = (vec![0.0; self.0.dims], vec![0.0; self.0.outputs()]);
-        for _ in 0..128 {
-            in_ball(&mut rng, &mut point);
-            let value: Vec<Real> = point.iter().map(|v| *v as Real * self.0.radius).collect();
-            self.0.compute(&value, &mut out);
-            hash.reals(&out);
+    fn neural(&self, builder: &PopulationBuilder<'_>) -> Result<Populated, TuningError> {
+        if let Some(reason) = self.too_wide() {
+            return Err(refuse("copies", reason, "a smaller ensemble"));
         }
-    }
-
-    fn advance(&self, _cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
-        let decoded = &mut io.scratch.reals[..self.0.outputs() * self.0.copies];
-        let values = io.inputs.get(0).chunks_exact(self.0.dims);
-        for (value, out) in values.zip(decoded.chunks_exact_mut(self.0.outputs())) {
-            self.0.compute(value, out);
-        }
-        self.0.distribute(0..self.0.copies, decoded, &mut io.outputs);
-        Ok(())
-    }
-}
-
-/// The node of ensembles of neurons: one bank.
-pub(super) struct NeuralEnsemble {
-    layer: Ensemble,
-    bank: Parted,
-}
-
-impl NeuralEnsemble {
-    pub fn kept(&self) -> Vec<Kept> {
-        vec![self.bank.kept.clone()]
-    }
-}
-
-impl Node for NeuralEnsemble {
-    fn declare(&self, ports: &mut PortDecl) {
-        self.layer.declare(ports);
-    }
-
-    fn fingerprint(&self, hash: &mut Fingerprint) {
-        hash.number(self.bank.kept.fingerprint);
-    }
-
-    fn init(&self, _cx: &StepCx<'_>, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
-        self.bank.init(state.reals);
-    }
-
-    fn parts(&self) -> Option<&dyn Parts> {
-        Some(self)
-    }
-
-    fn units(&self) -> usize {
-        self.bank.bank().spiking()
-    }
-}
-
-impl Parts for NeuralEnsemble {
-    fn count(&self) -> usize {
-        self.bank.count()
-    }
-
-    fn part(&self, part: usize) -> PartSpec {
-        self.bank.spec(part, self.layer.outputs())
-    }
-
-    fn advance(&self, _cx: &StepCx<'_>, part: usize, io: &mut PartIo<'_>) {
-        let own = rows(self.bank.ensembles(part), self.layer.dims);
-        self.bank.step(part, (&io.inputs.get(0)[own], 1.0), io.state, io.results);
-    }
-
-    fn collect(&self, part: usize, results: &[Real], outputs: &mut Outputs<'_>) {
-        self.layer.distribute(self.bank.ensembles(part), results, outputs);
-    }
-
-    fn event(&self, _part: usize, state: &[Real], neuron: usize) -> bool {
-        self.bank.bank().spiked(state, neuron)
-    }
-}
-
-impl Maker<'_> {
-    pub(super) fn ensemble(&self, layer: &Ensemble) -> Result<NeuralEnsemble, Refusal> {
-        if let Some(reason) = layer.too_wide() {
-            return Err(refuse("copies", reason, "a smaller ensemble").into());
-        }
-        let (dims, outputs) = (layer.dims, layer.outputs());
-        let per = self.spec.per_function as f64 * dims as f64 * f64::from(layer.size);
-        let neurons = count(per, self.spec.scale)?;
-        let shape = Shape { ensembles: layer.copies, neurons, dims, outputs };
+        let (dims, outputs) = (self.dims, self.outputs());
+        let per = builder.tuning().per_function as f64 * dims as f64 * f64::from(self.size);
+        let neurons = builder.tuning().count(per)?;
+        let shape = Shape { ensembles: self.copies, neurons, dims, outputs };
         let points = (neurons * 3 / 2).clamp(500, 3_000);
-        let radius = f64::from(layer.radius);
+        let radius = f64::from(self.radius);
         // The same points for all copies: their functions are computed, checked and hashed once.
-        let mut rng = self.seed.derive("", "points").rng();
+        let mut rng = builder.seed.derive("", "points").rng();
         let mut values = vec![0.0; points * dims];
         let mut wanted = Vec::with_capacity(points * outputs);
         let (mut argument, mut out) = (vec![0.0; dims], vec![0.0 as Real; outputs]);
@@ -335,29 +269,28 @@ impl Maker<'_> {
             for (to, from) in argument.iter_mut().zip(&*value) {
                 *to = (from * radius) as Real;
             }
-            layer.compute(&argument, &mut out);
+            self.compute(&argument, &mut out);
             if let Some(wrong) = out.iter().find(|value| !value.is_finite()) {
-                let given = format!("{wrong} at {argument:?}");
-                return Err(refuse("function", given, "finite values within the radius").into());
+                return Err(not_finite(f64::from(*wrong), argument));
             }
             wanted.extend(out.iter().map(|value| f64::from(*value)));
         }
         let marks: Vec<f64> = wanted.iter().copied().chain([radius]).collect();
-        let bank = self.bank((shape, self.deal.cut(shape, 1)), "ensemble", &marks, |_, seed| {
-            let drawn = match dims {
-                1 => self.scalar(neurons, seed)?,
-                _ => Neurons::draw(
-                    &self.spec.model,
-                    (neurons, dims),
-                    self.max_rates(),
-                    &mut seed.rng(),
-                    on_sphere,
-                    |rng| cosine(rng, dims + 2),
-                )?,
+        let cut = builder.deal.cut(shape, 1);
+        let ensembles = builder.bank((shape, cut), "ensemble", &marks, |_, seed| {
+            let neurons = match dims {
+                1 => builder.scalar(neurons, seed)?,
+                _ => builder.directions((neurons, dims), &mut seed.rng())?,
             };
             let (values, wanted) = (values.clone(), wanted.clone());
-            Ok(Draft { neurons: drawn, radius, points: Points { values, wanted, outputs } })
+            Ok(Draft { neurons, radius, points: Points { values, wanted, outputs } })
         })?;
-        Ok(NeuralEnsemble { layer: layer.clone(), bank })
+        Ok(Populated::new(self.direct(), ensembles, self.clone()))
+    }
+}
+
+impl Circuit for Ensemble {
+    fn collect(&self, copies: Range<usize>, decoded: &[Real], outputs: &mut Outputs<'_>) {
+        self.distribute(copies, decoded, outputs);
     }
 }

@@ -1,0 +1,299 @@
+//! Builds the populations of a layer: draws neurons and solves for their decoders, or takes them from a solved model.
+
+use std::ops::RangeInclusive;
+use std::sync::Arc;
+
+use rand::{Rng, RngExt};
+use rand_chacha::ChaCha8Rng;
+
+use super::bank::{Bank, Cut, Deal, Draft, Ensembles, Recipe, Shape};
+use super::draw::{Neurons, cosine, on_sphere, part_of_pointer};
+use super::models::NeuronModel;
+use super::plan::NeuronSpec;
+use super::solve::Points;
+use super::solved::SolvedModel;
+use super::tuning::{Tuning, TuningError, refuse};
+use crate::sim::{Fingerprint, Seed, fnv1a};
+
+/// Builds the populations of one layer, for [`Layer::neural`](super::Layer::neural).
+pub struct PopulationBuilder<'a> {
+    pub(super) spec: &'a NeuronSpec,
+    pub(super) dt_s: f64,
+    pub(super) path: &'a str,
+    pub(super) seed: Seed,
+    /// Source of populations that are already solved.
+    pub(super) solved: Option<&'a SolvedModel>,
+    /// Deals out the parts of the populations among ranks.
+    pub(super) deal: &'a Deal,
+}
+
+/// Ensembles of one dimension, one for each component of a vector.
+#[derive(Debug, Clone, Copy)]
+pub struct Components {
+    /// Number of components.
+    pub width: usize,
+    /// Number of neurons in an ensemble, before [`Tuning::scale`].
+    pub neurons: f64,
+    /// Greatest magnitude of a component.
+    pub radius: f64,
+    /// Where neurons begin to fire.
+    pub onset: Onset,
+    /// Which ensembles stay together.
+    pub keep: Keep,
+}
+
+/// Where the neurons of [`Components`] begin to fire.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Onset {
+    /// At [`Tuning::intercepts`], in both directions.
+    Anywhere,
+    /// Evenly between a level and 0.95 of the radius. Neurons are silent below the level, which `level / radius` limits
+    /// to -0.99 to 0.9.
+    Above(f64),
+    /// Most of them just above a level: at a mean distance, as a fraction of the radius.
+    JustAbove {
+        /// The level.
+        level: f64,
+        /// The mean distance.
+        mean: f64,
+    },
+}
+
+/// Which ensembles of a population are advanced together, and by the same process.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Keep {
+    /// Groups of so many.
+    Groups(usize),
+    /// All of them. [`PopulationBuilder::owner`] chooses the process.
+    All(Owner),
+}
+
+/// The process that advances a population as a whole.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Owner(u32);
+
+/// Number of evaluation points for functions of one number.
+const SCALAR_POINTS: usize = 300;
+/// Radius of a pointer's ensemble, in units of the usual norm of the part that it represents.
+const POINTER_ROOM: f64 = 1.2;
+
+/// The error for a function whose value cannot be decoded.
+pub(super) fn not_finite(value: f64, at: impl std::fmt::Debug) -> TuningError {
+    refuse("function", format!("{value} at {at:?}"), "finite values within the radius")
+}
+
+impl PopulationBuilder<'_> {
+    /// Returns the tuning that the plan gives to the layer.
+    pub fn tuning(&self) -> &Tuning {
+        &self.spec.tuning
+    }
+
+    /// Returns the neuron model that the plan gives to the layer.
+    pub fn model(&self) -> &dyn NeuronModel {
+        &*self.spec.model
+    }
+
+    /// Returns the length of a tick, in seconds.
+    pub fn dt_s(&self) -> f64 {
+        self.dt_s
+    }
+
+    /// Returns a process for populations of so many neurons that stay whole: that with the least work.
+    pub fn owner(&self, neurons: usize) -> Owner {
+        Owner(self.deal.whole(neurons))
+    }
+
+    /// Builds ensembles that compute a function of their component each. `role` tells the populations of a layer apart.
+    ///
+    /// # Errors
+    /// [`TuningError`] if the tuning is invalid, or if the function is not finite within the radius.
+    pub fn components(
+        &self,
+        role: &str,
+        of: &Components,
+        function: &(dyn Fn(f64) -> f64 + Sync),
+    ) -> Result<Ensembles, TuningError> {
+        let radius = of.radius;
+        let neurons = self.tuning().count(of.neurons)?;
+        let shape = Shape { ensembles: of.width, neurons, dims: 1, outputs: 1 };
+        let cut = match of.keep {
+            Keep::Groups(unit) => self.deal.cut(shape, unit),
+            Keep::All(Owner(owner)) => self.deal.uncut(shape, owner),
+        };
+        let low = match of.onset {
+            Onset::Anywhere => -1.0,
+            Onset::Above(level) | Onset::JustAbove { level, .. } => {
+                (level / radius).clamp(-0.99, 0.9)
+            }
+        };
+        let point = |i| low + (1.0 - low) * (f64::from(i) + 0.5) / f64::from(SCALAR_POINTS as u32);
+        let values: Vec<f64> = (0..SCALAR_POINTS as u32).map(point).collect();
+        let wanted: Vec<f64> = values.iter().map(|v| function(v * radius)).collect();
+        if let Some((value, at)) = wanted.iter().zip(&values).find(|(v, _)| !v.is_finite()) {
+            return Err(not_finite(*value, (at * radius) as f32));
+        }
+        let own_marks = match of.onset {
+            Onset::Anywhere => vec![radius],
+            Onset::Above(_) => vec![low, radius, 1.0],
+            // 0 by default, as before the mean could be chosen: stored populations keep their fingerprints.
+            Onset::JustAbove { mean, .. } => {
+                vec![low, radius, mean - Tuning::default().item_spread]
+            }
+        };
+        let marks: Vec<f64> = wanted.iter().copied().chain(own_marks).collect();
+        self.bank((shape, cut), role, &marks, |_, seed| {
+            let neurons = match of.onset {
+                Onset::Anywhere => self.scalar(neurons, seed)?,
+                Onset::Above(_) => {
+                    self.upward(neurons, seed, |share| low + (0.95 - low) * share)?
+                }
+                Onset::JustAbove { mean, .. } => {
+                    self.upward(neurons, seed, |share| (low - (1.0 - share).ln() * mean).min(0.95))?
+                }
+            };
+            let points = Points { values: values.clone(), wanted: wanted.clone(), outputs: 1 };
+            Ok(Draft { neurons, radius, points })
+        })
+    }
+
+    /// Builds the ensembles of a pointer, each of several dimensions.
+    ///
+    /// # Errors
+    /// [`TuningError`] if the tuning is invalid.
+    pub fn pointer(&self, width: usize, radius: f64) -> Result<Ensembles, TuningError> {
+        let tuning = self.tuning();
+        let most = tuning.sub_dimensions.clamp(1, width);
+        let dims = (1..=most).rev().find(|d| width.is_multiple_of(*d)).unwrap_or(1);
+        let neurons = tuning.count(tuning.per_dimension as f64 * dims as f64)?;
+        let shape = Shape { ensembles: width / dims, neurons, dims, outputs: dims };
+        // Usual norm of a part of a unit pointer. The ensemble represents norms up to 1.2 times that.
+        let usual = (dims as f64 / width as f64).sqrt();
+        let ball = radius * usual * POINTER_ROOM;
+        let points = (neurons * 3 / 2).clamp(300, 2_000);
+        let cut = self.deal.cut(shape, 1);
+        self.bank((shape, cut), "pointer", &[ball, usual, points as f64], |_, seed| {
+            let mut rng = seed.rng();
+            let neurons = self.directions((neurons, dims), &mut rng)?;
+            let mut values = vec![0.0; points * dims];
+            for value in values.chunks_exact_mut(dims) {
+                part_of_pointer(&mut rng, value, width);
+                let amplitude = POINTER_ROOM * rng.random::<f64>();
+                let scale = amplitude / (usual * POINTER_ROOM);
+                value.iter_mut().for_each(|v| *v *= scale);
+            }
+            let wanted = values.iter().map(|v| v * ball).collect();
+            Ok(Draft { neurons, radius: ball, points: Points { values, wanted, outputs: dims } })
+        })
+    }
+
+    /// Solves for the own part of a bank, or takes it from the solved model. `marks` are the numbers that distinguish
+    /// this bank from other banks of the same role. They enter its fingerprint.
+    pub(super) fn bank(
+        &self,
+        (shape, cut): (Shape, Cut),
+        role: &str,
+        marks: &[f64],
+        draft: impl Fn(usize, Seed) -> Result<Draft, TuningError> + Sync,
+    ) -> Result<Ensembles, TuningError> {
+        let NeuronSpec { model, tuning } = self.spec;
+        model.check(self.dt_s)?;
+        tuning.check()?;
+        // A rate that is not possible fails for every seed.
+        model.gain_bias(tuning.max_rates[1], 0.0)?;
+        let (fingerprint, own) = (self.fingerprint(shape, role, marks), cut.own(shape.ensembles));
+        let solved = match (self.solved, own) {
+            (Some(solved), None) => solved.find(self.path, fingerprint, shape)?,
+            (Some(solved), Some(own)) => {
+                Arc::new(solved.find(self.path, fingerprint, shape)?.only(own))
+            }
+            (None, own) => {
+                let (dt_s, regularisation) = (self.dt_s, tuning.regularisation);
+                let seed = self.seed.derive("", role);
+                let model = &**model;
+                let recipe = Recipe { model, dt_s, shape, regularisation, seed, fingerprint, own };
+                Arc::new(recipe.solve(draft)?)
+            }
+        };
+        Ok(Ensembles { bank: Bank::new(solved, model.clone(), self.dt_s), cut })
+    }
+
+    /// Hashes everything that determines the tuning and the decoders.
+    fn fingerprint(&self, shape: Shape, role: &str, marks: &[f64]) -> u64 {
+        let NeuronSpec { model, tuning } = self.spec;
+        let mut hash = Fingerprint::continued(fnv1a(self.seed.value(), role.as_bytes()));
+        model.fingerprint(hash.real(self.dt_s));
+        hash.real(tuning.regularisation);
+        for number in tuning.max_rates.iter().chain(&tuning.intercepts).chain(marks) {
+            hash.real(*number);
+        }
+        for size in [shape.ensembles, shape.neurons, shape.dims, shape.outputs] {
+            hash.number(size as u64);
+        }
+        hash.value()
+    }
+
+    fn max_rates(&self) -> RangeInclusive<f64> {
+        self.tuning().max_rates[0]..=self.tuning().max_rates[1]
+    }
+
+    /// Draws neurons whose encoders are random directions. Intercepts follow the distribution of a coordinate of a random
+    /// direction.
+    pub(super) fn directions<R: Rng>(
+        &self,
+        (count, dims): (usize, usize),
+        rng: &mut R,
+    ) -> Result<Neurons, TuningError> {
+        let (model, rates) = (&*self.spec.model, self.max_rates());
+        Neurons::draw(model, (count, dims), rates, rng, on_sphere, |rng| cosine(rng, dims + 2))
+    }
+
+    /// Draws neurons of one dimension. Half of them have the encoder 1, the other half -1.
+    ///
+    /// The range of intercepts is cut into as many equal parts as there are pairs of neurons; each pair draws its
+    /// intercepts from one part. This leaves less distortion than independent draws.
+    pub(super) fn scalar(&self, count: usize, seed: Seed) -> Result<Neurons, TuningError> {
+        let [low, high] = self.tuning().intercepts;
+        let (mut signs, mut parts) = (0..count, 0..count);
+        let half = count.div_ceil(2) as f64;
+        Neurons::draw(
+            &*self.spec.model,
+            (count, 1),
+            self.max_rates(),
+            &mut seed.rng(),
+            |_, out| out.fill(if signs.next().unwrap_or(0).is_multiple_of(2) { 1.0 } else { -1.0 }),
+            |rng| {
+                let part = (parts.next().unwrap_or(0) / 2) as f64;
+                low + (high - low) * (part + rng.random::<f64>()) / half
+            },
+        )
+    }
+
+    /// Draws neurons of one dimension with the encoder 1. `intercept` makes intercepts from numbers between 0 and 1.
+    fn upward(
+        &self,
+        count: usize,
+        seed: Seed,
+        intercept: impl Fn(f64) -> f64,
+    ) -> Result<Neurons, TuningError> {
+        let up = |_: &mut ChaCha8Rng, out: &mut [f64]| out.fill(1.0);
+        let (model, rates) = (&*self.spec.model, self.max_rates());
+        Neurons::draw(model, (count, 1), rates, &mut seed.rng(), up, |rng| intercept(rng.random()))
+    }
+}
+
+/// Returns a number that differs between processors on which decoders are solved to different bits: a hash of the decoders
+/// of a small bank. Takes some milliseconds.
+///
+/// Ranks that solve the same graph on processors of different kinds compare it at the start
+/// ([`Ranks::differs`](crate::sim::Ranks::differs)).
+pub fn solver_signature() -> u64 {
+    let spec = &NeuronSpec::default();
+    let (dt_s, path, seed, deal) = (0.001, "signature", Seed::new(1), &Deal::new(None));
+    let builder = PopulationBuilder { spec, dt_s, path, seed, solved: None, deal };
+    let mut hash = Fingerprint::default();
+    // Large enough for the matrix kernels that the processor chooses.
+    if let Ok(Ensembles { bank, .. }) = builder.pointer(32, 1.0) {
+        hash.reals(&bank.solved.decoders);
+    }
+    hash.value()
+}

@@ -1,0 +1,230 @@
+//! The node of every layer in neurons: its populations, and the circuit that wires them to inputs and outputs.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use crate::neurons::bank::{Bank, Ensembles, Solved};
+use crate::sim::{
+    Fingerprint, Node, Outputs, PartIo, PartSpec, Parts, PortDecl, Real, ScratchSpec, StateMut,
+    StateSpec, StepCx,
+};
+
+/// How the populations of a layer compute a tick. The default feeds the rows of the first input to the first
+/// population, and hands on what is decoded as the first output.
+///
+/// A layer advances in parts, each of some of its items; an item is an ensemble of the first population, or the
+/// ensembles that [`Populated::unit`] keeps together.
+pub trait Circuit: Send + Sync + 'static {
+    /// Advances the items of a part: updates `io.state` and writes `io.results`. Must neither allocate, lock nor log.
+    fn advance(&self, items: &Items<'_>, io: &mut PartIo<'_>) {
+        let values = &io.inputs.get(0)[items.rows()];
+        items.step(0, (values, 1.0), io.state, io.results);
+    }
+
+    /// Writes the results of some items to the outputs.
+    fn collect(&self, items: Range<usize>, results: &[Real], outputs: &mut Outputs<'_>) {
+        let width = results.len() / items.len();
+        outputs.get_mut(0)[items.start * width..items.end * width].copy_from_slice(results);
+    }
+
+    /// Adds to `hash` what neither the ports nor the populations determine.
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        let _ = hash;
+    }
+}
+
+/// The circuit of a layer that decodes its first input.
+#[derive(Debug, Clone, Copy)]
+pub struct Through;
+
+impl Circuit for Through {}
+
+/// The items of a layer that are advanced together.
+#[derive(Debug)]
+pub struct Items<'a> {
+    populations: &'a [Ensembles],
+    part: usize,
+    range: Range<usize>,
+}
+
+impl Items<'_> {
+    /// Returns the indices of the items.
+    pub fn range(&self) -> Range<usize> {
+        self.range.clone()
+    }
+
+    /// Returns the place of their values in an input of the first population.
+    pub fn rows(&self) -> Range<usize> {
+        let first = &self.populations[0];
+        let (ensembles, dims) = (first.ensembles(self.part), first.bank.shape().dims);
+        ensembles.start * dims..ensembles.end * dims
+    }
+
+    /// Steps their ensembles of a population, which are counted from 0. `values` is a row per ensemble, and a gate: 0
+    /// silences every neuron, 1 has no effect. `out` gets a row of decoded values per ensemble.
+    pub fn step(
+        &self,
+        population: usize,
+        values: (&[Real], Real),
+        state: &mut [Real],
+        out: &mut [Real],
+    ) {
+        self.populations[population].step(self.part, values, state, out);
+    }
+
+    /// Splits the state of the items: that of each population, and the numbers of [`Populated::held`].
+    pub fn split<'s, const N: usize>(
+        &self,
+        state: &'s mut [Real],
+    ) -> ([&'s mut [Real]; N], &'s mut [Real]) {
+        let mut rest = state;
+        let own = std::array::from_fn(|population| {
+            let state = self.populations[population].spec(self.part).state;
+            let (own, after) = std::mem::take(&mut rest).split_at_mut(state);
+            rest = after;
+            own
+        });
+        (own, rest)
+    }
+}
+
+/// The node of a layer in neurons.
+pub struct Populated {
+    ports: Box<dyn Node>,
+    populations: Vec<Ensembles>,
+    circuit: Box<dyn Circuit>,
+    unit: usize,
+    results: usize,
+    held: usize,
+    scratch: usize,
+}
+
+impl Populated {
+    /// Makes a node with the ports of `exact`, the layer's node in direct mode.
+    pub fn new(exact: Box<dyn Node>, population: Ensembles, circuit: impl Circuit) -> Self {
+        let results = population.bank.shape().outputs;
+        Self {
+            ports: exact,
+            populations: vec![population],
+            circuit: Box::new(circuit),
+            unit: 1,
+            results,
+            held: 0,
+            scratch: 0,
+        }
+    }
+
+    /// Adds a further population, with as many ensembles as the first, cut into the same parts.
+    pub fn and(mut self, population: Ensembles) -> Self {
+        self.populations.push(population);
+        self
+    }
+
+    /// Sets the number of ensembles of an item (default 1), and the number of its results (default: what one ensemble
+    /// decodes).
+    pub fn unit(mut self, ensembles: usize, results: usize) -> Self {
+        (self.unit, self.results) = (ensembles, results);
+        self
+    }
+
+    /// Gives each item numbers that it keeps from tick to tick. They start at 0.
+    pub fn held(mut self, numbers: usize) -> Self {
+        self.held = numbers;
+        self
+    }
+
+    /// Lends each item numbers of scratch memory.
+    pub fn scratch(mut self, numbers: usize) -> Self {
+        self.scratch = numbers;
+        self
+    }
+
+    /// Returns what the populations were solved to.
+    pub(in crate::neurons) fn solved(&self) -> impl Iterator<Item = &Arc<Solved>> {
+        self.populations.iter().map(|population| &population.bank.solved)
+    }
+
+    /// Returns the banks, to be changed before the graph is built.
+    pub(in crate::neurons) fn banks_mut(&mut self) -> impl Iterator<Item = &mut Bank> {
+        self.populations.iter_mut().map(|population| &mut population.bank)
+    }
+
+    fn first(&self) -> &Ensembles {
+        &self.populations[0]
+    }
+
+    fn items(&self, part: usize) -> Items<'_> {
+        let ensembles = self.first().ensembles(part);
+        let range = ensembles.start / self.unit..ensembles.end / self.unit;
+        Items { populations: &self.populations, part, range }
+    }
+}
+
+impl Node for Populated {
+    fn declare(&self, ports: &mut PortDecl) {
+        self.ports.declare(ports);
+        let reals = self.scratch * self.items(0).range.len();
+        ports.state(StateSpec::default()).scratch(ScratchSpec { reals, ..ScratchSpec::default() });
+    }
+
+    /// The weights of a circuit follow from its populations and the length of a tick.
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        for solved in self.solved() {
+            hash.number(solved.fingerprint);
+        }
+        self.circuit.fingerprint(hash);
+    }
+
+    fn init(&self, _cx: &StepCx<'_>, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {
+        for (index, population) in self.populations.iter().enumerate() {
+            let mut next = 0;
+            let places = (0..self.count()).map(move |part| {
+                let before: usize =
+                    self.populations[..index].iter().map(|other| other.spec(part).state).sum();
+                let start = next + before;
+                next += self.part(part).state;
+                start..start + population.spec(part).state
+            });
+            population.bank.init(state.reals, places);
+        }
+    }
+
+    fn parts(&self) -> Option<&dyn Parts> {
+        Some(self)
+    }
+
+    fn units(&self) -> usize {
+        let bank = &self.first().bank;
+        bank.spiking_of(bank.shape().ensembles)
+    }
+}
+
+impl Parts for Populated {
+    fn count(&self) -> usize {
+        self.first().count()
+    }
+
+    fn part(&self, part: usize) -> PartSpec {
+        let (items, own) = (self.items(part).range.len(), self.first().spec(part));
+        let all = || self.populations.iter().map(|population| population.spec(part));
+        PartSpec {
+            results: self.results * items,
+            state: all().map(|spec| spec.state).sum::<usize>() + self.held * items,
+            work: all().map(|spec| spec.work).sum(),
+            ..own
+        }
+    }
+
+    fn advance(&self, _cx: &StepCx<'_>, part: usize, io: &mut PartIo<'_>) {
+        self.circuit.advance(&self.items(part), io);
+    }
+
+    fn collect(&self, part: usize, results: &[Real], outputs: &mut Outputs<'_>) {
+        self.circuit.collect(self.items(part).range, results, outputs);
+    }
+
+    fn event(&self, part: usize, state: &[Real], neuron: usize) -> bool {
+        let first = self.first();
+        first.bank.spiked(&state[..first.spec(part).state], neuron)
+    }
+}

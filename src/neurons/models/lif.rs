@@ -1,0 +1,276 @@
+//! The leaky integrate-and-fire neuron: its rate, its gain and bias, and its step.
+//!
+//! The resting voltage is 0 and the threshold is 1. Currents are in the same unit, so a neuron fires at currents
+//! above 1 (Eliasmith and Anderson, "Neural Engineering", 2003, chapter 4). Spike times are corrected within a
+//! step (Shelley and Tao, "Efficient and accurate time-stepping schemes for integrate-and-fire neuronal networks",
+//! 2001).
+
+use multiversion::multiversion;
+use ndarray::NdFloat;
+use serde::{Deserialize, Serialize};
+
+use super::{Block, Firing, NeuronModel, Start, Variable};
+use crate::neurons::tuning::{TuningError, refuse};
+use crate::sim::{Fingerprint, Real};
+
+/// A leaky integrate-and-fire neuron with a refractory period (Eliasmith and Anderson, "Neural Engineering", 2003,
+/// chapter 4).
+///
+/// The resting voltage is 0 and the threshold is 1; currents are in the same unit. By default the membrane time
+/// constant is 20 ms and the refractory period 2 ms.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Lif {
+    /// Membrane time constant, in seconds (above 0).
+    pub tau_rc_s: f64,
+    /// Refractory period, in seconds (at least 0).
+    pub tau_ref_s: f64,
+}
+
+impl Default for Lif {
+    fn default() -> Self {
+        Self { tau_rc_s: 0.02, tau_ref_s: 0.002 }
+    }
+}
+
+/// Longest tick, in membrane time constants. Up to it, the series of the decay is accurate to 1e-6.
+const MAX_TICK: f64 = 0.25;
+
+/// The firing rate at a constant current: `1 / (tau_ref + tau_rc ln(1 + 1 / (J - 1)))` for J above 1, and otherwise 0.
+fn rate<T: NdFloat>(current: T, tau_rc: T, tau_ref: T) -> T {
+    if current > T::one() {
+        T::one() / (tau_ref + tau_rc * (T::one() / (current - T::one())).ln_1p())
+    } else {
+        T::zero()
+    }
+}
+
+impl Lif {
+    /// Returns the firing rate at the constant current J, in Hz. It is `1 / (tau_ref + tau_rc ln(1 + 1 / (J - 1)))`
+    /// for J above 1, and otherwise 0.
+    pub fn rate(&self, current: f64) -> f64 {
+        rate(current, self.tau_rc_s, self.tau_ref_s)
+    }
+
+    /// Returns the rate as a function of the current, in single precision.
+    pub(super) fn rate_of(&self) -> impl Fn(Real) -> Real + use<> {
+        let (tau_rc, tau_ref) = (self.tau_rc_s as Real, self.tau_ref_s as Real);
+        move |current| rate(current, tau_rc, tau_ref)
+    }
+
+    /// Checks the time constants, and that a tick is short beside that of the membrane.
+    pub(super) fn check_membrane(&self, dt_s: f64) -> Result<(), TuningError> {
+        let Self { tau_rc_s, tau_ref_s } = *self;
+        if !(tau_rc_s.is_finite() && tau_rc_s > 0.0) {
+            return Err(refuse("tau_rc_s", tau_rc_s, "a finite number of seconds above 0"));
+        }
+        if !(tau_ref_s.is_finite() && tau_ref_s >= 0.0) {
+            return Err(refuse("tau_ref_s", tau_ref_s, "a finite number of seconds, at least 0"));
+        }
+        if dt_s > MAX_TICK * tau_rc_s {
+            let expected = format!("at most {MAX_TICK} of tau_rc ({} s)", MAX_TICK * tau_rc_s);
+            return Err(refuse("tick", format!("{dt_s} s"), expected));
+        }
+        Ok(())
+    }
+
+    /// Steps one neuron by `dt_s` seconds at a constant current, in double precision and without series: the reference for
+    /// [`step`](NeuronModel::step). Returns whether the neuron fires.
+    ///
+    /// `voltage` and `refractory_s` are the state of the neuron; start both at 0. `refractory_s` is the rest of the
+    /// refractory period, in seconds. The refractory period begins at the moment of the spike within the step.
+    pub fn step_exactly(
+        &self,
+        dt_s: f64,
+        current: f64,
+        voltage: &mut f64,
+        refractory_s: &mut f64,
+    ) -> bool {
+        *refractory_s -= dt_s;
+        let free_s = (dt_s - *refractory_s).clamp(0.0, dt_s);
+        *voltage -= (current - *voltage) * (-free_s / self.tau_rc_s).exp_m1();
+        if *voltage > 1.0 {
+            let since = self.tau_rc_s * (-(*voltage - 1.0) / (current - 1.0)).ln_1p();
+            *refractory_s = self.tau_ref_s + dt_s + since;
+            *voltage = 0.0;
+            return true;
+        }
+        *voltage = voltage.max(0.0);
+        false
+    }
+}
+
+impl NeuronModel for Lif {
+    fn name(&self) -> &'static str {
+        "lif"
+    }
+
+    fn check(&self, dt_s: f64) -> Result<(), TuningError> {
+        self.check_membrane(dt_s)?;
+        if dt_s > self.tau_ref_s {
+            let expected = format!("at most the refractory period of {} s", self.tau_ref_s);
+            return Err(refuse("tick", format!("{dt_s} s"), expected));
+        }
+        Ok(())
+    }
+
+    fn gain_bias(&self, max_rate: f64, intercept: f64) -> Result<(f64, f64), TuningError> {
+        if !(-1.0..1.0).contains(&intercept) {
+            return Err(refuse("intercept", intercept, "at least -1 and below 1"));
+        }
+        let limit = if self.tau_ref_s > 0.0 { 1.0 / self.tau_ref_s } else { f64::INFINITY };
+        if !(max_rate > 0.0 && max_rate < limit) {
+            let expected = format!("above 0 and below the refractory limit of {limit} Hz");
+            return Err(refuse("max_rate", max_rate, expected));
+        }
+        let most = 1.0 / -((self.tau_ref_s - 1.0 / max_rate) / self.tau_rc_s).exp_m1();
+        let gain = (most - 1.0) / (1.0 - intercept);
+        Ok((gain, 1.0 - gain * intercept))
+    }
+
+    fn rates(&self, currents: &mut [f64]) {
+        for current in currents {
+            *current = self.rate(*current);
+        }
+    }
+
+    fn rates_single(&self, currents: &mut [f32]) {
+        rates_by_series(self.tau_ref_s as f32, self.tau_rc_s as f32, currents);
+    }
+
+    /// Only just after a spike is more than one refractory period left.
+    fn firing(&self) -> Firing {
+        Firing::Spikes { trace: 1, above: self.tau_ref_s as Real }
+    }
+
+    fn state(&self) -> Vec<Variable> {
+        let voltage = Variable { name: "voltages", start: Start::Between(0.0, 1.0) };
+        vec![voltage, Variable { name: "refractory times", start: Start::At(0.0) }]
+    }
+
+    /// Every pass over the neurons is without branches, so that compilers turn it into wide instructions.
+    #[inline(always)]
+    fn step(&self, block: Block<'_>) {
+        let Block { dt_s: dt, currents, state, activity } = block;
+        let (tau_rc, tau_ref) = (self.tau_rc_s as Real, self.tau_ref_s as Real);
+        let per_tau = (1.0 / self.tau_rc_s) as Real;
+        let (v, r) = state.split_at_mut(currents.len());
+        let neurons = v.iter_mut().zip(r.iter_mut()).zip(currents).zip(activity.iter_mut());
+        for (((v, r), c), activity) in neurons {
+            let left = *r - dt;
+            let free = dt - left;
+            let free = if free < dt { free } else { dt };
+            let z = if free > 0.0 { free } else { 0.0 } * per_tau;
+            // The series of 1 - exp(-z); z is at most MAX_TICK.
+            let decay =
+                z * (1.0 - z * 0.5 * (1.0 - z * (1.0 / 3.0) * (1.0 - z * 0.25 * (1.0 - z * 0.2))));
+            let next = *v + (c - *v) * decay;
+            // The time since the spike is -tau_rc ln(1 - (v - 1) / (J - 1)); `log` is the series without tau_rc.
+            let over = (next - 1.0) / (c - 1.0);
+            let tail = 1.0 / 4.0 + over * (1.0 / 5.0 + over * (1.0 / 6.0 + over * (1.0 / 7.0)));
+            let log = over * (1.0 + over * (1.0 / 2.0 + over * (1.0 / 3.0 + over * tail)));
+            let spike = next > 1.0;
+            let resting = if left > 0.0 { left } else { 0.0 };
+            *r = if spike { tau_ref + dt - tau_rc * log } else { resting };
+            let silent = if next > 0.0 { next } else { 0.0 };
+            *v = if spike { 0.0 } else { silent };
+            *activity = if spike { 1.0 } else { 0.0 };
+        }
+    }
+
+    /// A current above 0 moves the voltage, although only one above 1 makes the neuron fire.
+    fn rest_below(&self) -> f64 {
+        0.0
+    }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.real(0.0).real(self.tau_rc_s).real(self.tau_ref_s);
+    }
+}
+
+/// Computes [`Lif::rate`] of many currents in wide instructions, with a relative error of about 1e-5.
+///
+/// The logarithm is split. The exponent gives one part. The mantissa q lies between the square roots of 1/2 and 2; the
+/// series of `2 artanh((q - 1) / (q + 1))` gives its logarithm.
+#[multiversion(targets("x86_64+avx2+fma", "x86_64+avx2", "x86_64+sse4.1"))]
+fn rates_by_series(tau_ref: f32, tau_rc: f32, currents: &mut [f32]) {
+    for current in currents {
+        let over = if *current - 1.0 > 1e-6 { *current - 1.0 } else { 1e-6 };
+        let bits = ((1.0 + over) / over).to_bits().wrapping_sub(ROOT_HALF);
+        let exponent = bits.cast_signed() >> 23;
+        let q = f32::from_bits((bits & 0x007f_ffff).wrapping_add(ROOT_HALF));
+        let s = (q - 1.0) / (q + 1.0);
+        let square = s * s;
+        let series = 1.0 / 5.0 + square * (1.0 / 7.0 + square * (1.0 / 9.0));
+        let mantissa = 2.0 * s * (1.0 + square * (1.0 / 3.0 + square * series));
+        let log = exponent as f32 * std::f32::consts::LN_2 + mantissa;
+        *current = if *current > 1.0 { 1.0 / (tau_ref + tau_rc * log) } else { 0.0 };
+    }
+}
+
+/// Bits of the square root of 1/2.
+const ROOT_HALF: u32 = 0x3f35_04f3;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gain_and_bias_give_the_rate_and_the_intercept_asked_for() {
+        let lif = Lif::default();
+        for (rate, intercept) in [(200.0, -1.0), (400.0, 0.9), (317.0, 0.0), (480.0, -0.3)] {
+            let (gain, bias) = lif.gain_bias(rate, intercept).expect("possible");
+            assert!((lif.rate(gain + bias) - rate).abs() < 1e-6 * rate);
+            assert!((gain * intercept + bias - 1.0).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn spikes_come_at_the_closed_forms_rate() {
+        let lif = Lif::default();
+        for current in [1.05, 1.5, 3.0, 10.0, 40.0] {
+            for dt_s in [0.001, 0.0005, 0.0001] {
+                let (mut voltage, mut refractory) = (0.0, 0.0);
+                let steps = (4.0 / dt_s) as usize;
+                let spikes = (0..steps)
+                    .filter(|_| lif.step_exactly(dt_s, current, &mut voltage, &mut refractory))
+                    .count();
+                let expected = 4.0 * lif.rate(current);
+                assert!(expected > 50.0);
+                assert!(
+                    (spikes as f64 - expected).abs() <= 1.5,
+                    "{current} {dt_s}: {spikes} {expected}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn without_the_moment_of_the_spike_the_rate_would_be_wrong() {
+        // The wrong variant: the refractory period begins at the end of the step.
+        let (lif, dt_s) = (Lif::default(), 0.001);
+        let (mut voltage, mut refractory, mut spikes) = (0.0f64, 0.0, 0);
+        for _ in 0..4_000 {
+            if lif.step_exactly(dt_s, 10.0, &mut voltage, &mut refractory) {
+                spikes += 1;
+                refractory = lif.tau_ref_s + dt_s;
+            }
+        }
+        let expected = 4.0 * lif.rate(10.0);
+        assert!((f64::from(spikes) - expected).abs() > 20.0, "{spikes} {expected}");
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused() {
+        let lif = Lif::default();
+        for (rate, intercept) in [(500.0, 0.0), (0.0, 0.0), (-3.0, 0.0), (f64::NAN, 0.0)] {
+            let error = lif.gain_bias(rate, intercept).expect_err("impossible").to_string();
+            assert!(error.contains("`max_rate`") && error.contains("500 Hz"), "{error}");
+        }
+        for intercept in [1.0, -1.5, f64::NAN] {
+            let error = lif.gain_bias(300.0, intercept).expect_err("impossible").to_string();
+            assert!(error.contains("`intercept`"), "{error}");
+        }
+        assert!(Lif { tau_rc_s: -0.02, tau_ref_s: 0.002 }.check(0.001).is_err());
+        assert!(Lif { tau_rc_s: 0.02, tau_ref_s: f64::NAN }.check(0.001).is_err());
+    }
+}
