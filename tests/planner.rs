@@ -15,8 +15,11 @@ use symbolt::task::{
 
 #[path = "support/planner.rs"]
 mod support;
+#[path = "support/propositional.rs"]
+mod without_objects;
 
 use support::{Tally, check};
+use without_objects::propositional;
 
 /// Returns the paper's domain (section II.E): two actions with one precondition each, and the assembly with two.
 fn paper_domain() -> Domain {
@@ -34,7 +37,8 @@ fn nut_first_domain() -> Domain {
     let synthetic =
         SyntheticDemonstrations { order: Order::NutFirst, ..SyntheticDemonstrations::default() };
     let recording = synthetic.record(Seed::new(1)).expect("the settings are valid").recording;
-    learn::learn(&recording, &learn::Settings::default()).expect("it can be learned from").domain
+    let learned = learn::learn(&recording, &learn::Settings::paper());
+    propositional(&learned.expect("it can be learned from").domain)
 }
 
 /// Checks that the reference planner accepts the answer for every goal in every world state.

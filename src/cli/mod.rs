@@ -1,15 +1,14 @@
 //! The commands, their arguments and their exit codes.
 
+mod actions;
 mod args;
 mod bench;
 mod check;
 mod classify;
 mod config;
-mod domain;
 mod experiment;
 mod figures;
 mod folder;
-mod framed;
 mod goal_sets;
 mod learn;
 mod learn_model;
@@ -129,15 +128,8 @@ fn with_options(error: Error, command: &str) -> Error {
         (Some(TaskError::Vocabulary(VocabError::Dimension { dim, min, max })), _) => {
             range("dimensions", dim.to_string(), &format!("{min} to {max}"))
         }
-        (Some(TaskError::Vocabulary(VocabError::Ceiling { ceiling })), _) => {
-            range("max-similarity", ceiling.to_string(), "more than 0 and at most 1")
-        }
         (Some(TaskError::Vocabulary(VocabError::TooSimilar { .. })), _) => {
-            let advice = match has("max-similarity") {
-                true => "(--dimensions, --max-similarity)",
-                false => "(--dimensions)",
-            };
-            has("dimensions").then(|| BadArgument(format!("{error} {advice}")))
+            has("dimensions").then(|| BadArgument(format!("{error} (--dimensions)")))
         }
         (Some(TaskError::File(FileError::Exists { path })), _)
         | (_, Some(FileError::Exists { path })) => exists(path),
@@ -177,16 +169,26 @@ fn code(error: &Error) -> u8 {
         return 2;
     }
     if let Some(fault) = error.downcast_ref::<GoalSetError>() {
-        let late = matches!(fault, GoalSetError::Sim(_) | GoalSetError::Unreachable { .. });
-        return if late { 1 } else { 2 };
+        return goal_set_code(fault);
     }
     if let Some(file) = error.downcast_ref::<FileError>() {
         return file_code(file);
     }
     match error.downcast_ref::<TaskError>() {
         Some(TaskError::File(file)) => file_code(file),
+        Some(TaskError::GoalSets(fault)) => goal_set_code(fault),
         Some(TaskError::Sim(_) | TaskError::Undecided { .. }) | None => 1,
         Some(_) => 2,
+    }
+}
+
+/// Returns 1 if the planner ran, or if no plan reaches the goal, and 2 if a setting is to blame.
+fn goal_set_code(error: &GoalSetError) -> u8 {
+    match error {
+        GoalSetError::Sim(_)
+        | GoalSetError::Unreachable { .. }
+        | GoalSetError::NeverHolds { .. } => 1,
+        _ => 2,
     }
 }
 
@@ -207,7 +209,7 @@ fn dispatch(cli: Cli) -> Result<Outcome, Error> {
         Command::Learn(args) => learn::learn(&args),
         Command::Classify(args) => classify::classify(&args),
         Command::Plan(args) => plan::plan(&args),
-        Command::Actions(args) => framed::actions(&args),
+        Command::Actions(args) => actions::actions(&args),
         Command::Pddl(args) => pddl::pddl(&args),
         Command::LearnModel(args) => learn_model::learn_model(&args),
         Command::Rename(args) => rename::rename(&args),

@@ -7,9 +7,9 @@ use super::{
 use crate::sim::Seed;
 use crate::task::TaskError;
 use crate::task::domain::Sensing;
-use crate::task::learn::{Settings, learn_relational};
+use crate::task::learn::{Settings, learn};
 use crate::task::relational::{
-    Grounder, Layout, NeedVerdict, Problem, RelationalDomain, RelationalOperator, Role, Subject,
+    Classifier, Layout, NeedVerdict, Problem, RelationalDomain, RelationalOperator, Role, Subject,
 };
 
 /// Settings of an evaluation.
@@ -61,7 +61,7 @@ pub fn evaluate(world: &dyn World, trial: &Trial) -> Result<Evaluation, TaskErro
     let shown = world.show(trial.demos, trial.seed);
     let recording = trial.sensing.apply_recording(&shown.recording, trial.seed);
     let mut out = Evaluation::default();
-    let learned = match learn_relational(&recording, &Settings::default()) {
+    let learned = match learn(&recording, &Settings::default()) {
         Ok(learned) => learned,
         Err(error) => {
             out.trouble.push(error.to_string());
@@ -70,7 +70,7 @@ pub fn evaluate(world: &dyn World, trial: &Trial) -> Result<Evaluation, TaskErro
         }
     };
     let domain = &learned.domain;
-    let grounder = Grounder::new(domain);
+    let classifier = Classifier::new(domain);
     let said: Vec<Vec<Vec<Option<SaidState>>>> = shown
         .recording
         .demos
@@ -79,8 +79,8 @@ pub fn evaluate(world: &dyn World, trial: &Trial) -> Result<Evaluation, TaskErro
             let mut last: Option<Layout> = None;
             let layouts = demo.snapshots.iter().map(|snapshot| {
                 let layout = match &last {
-                    Some(before) => grounder.layout_after(before, snapshot),
-                    None => grounder.layout(snapshot),
+                    Some(before) => classifier.classify_after(before, snapshot),
+                    None => classifier.classify(snapshot),
                 };
                 let said = said(domain, &layout);
                 last = Some(layout);
@@ -104,7 +104,7 @@ pub fn episodes(
     domain: &RelationalDomain,
     trial: &Trial,
 ) -> (Vec<Outcome>, Vec<String>) {
-    let grounder = Grounder::new(domain);
+    let classifier = Classifier::new(domain);
     let (mut outcomes, mut troubles) = (Vec::new(), Vec::new());
     for episode in 0..trial.episodes {
         let seed = trial.seed.derive_index("test", episode as u64);
@@ -114,8 +114,8 @@ pub fn episodes(
         let mut tried: Vec<(usize, usize)> = Vec::new();
         let outcome = carry_out(&mut *run, MOST_MOVES, &trial.sensing, seed, |scene| {
             let layout = match &last {
-                Some(before) => grounder.layout_after(before, scene),
-                None => grounder.layout(scene),
+                Some(before) => classifier.classify_after(before, scene),
+                None => classifier.classify(scene),
             };
             let step = next(domain, &layout, &mut tried);
             last = Some(layout);
@@ -152,7 +152,7 @@ fn next(
     let problem = Problem::new(domain, layout).map_err(|e| e.to_string())?;
     let situation = layout.situation();
     let avoid: Vec<usize> = tried.iter().filter(|(_, n)| *n >= 2).map(|(i, _)| *i).collect();
-    let Some(plan) = problem.plan(&situation, &avoid) else {
+    let Ok(plan) = problem.plan(&situation, &avoid) else {
         let states: Vec<String> = layout
             .objects
             .iter()

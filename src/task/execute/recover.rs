@@ -2,7 +2,7 @@
 //! stuck while parts are in no state.
 
 use super::means;
-use super::mind::{Choice, Seen};
+use super::model::{Choice, Seen};
 use crate::task::domain::Pose;
 use crate::task::event::RecoveryKind;
 use crate::task::scene::Scene;
