@@ -12,7 +12,7 @@ use rand::RngExt;
 use std::hint::black_box;
 use symbolt::sim::Seed;
 use symbolt::study::worlds;
-use symbolt::task::learn::{Dendrogram, Settings, distance_matrix, learn, learn_relational};
+use symbolt::task::learn::{Dendrogram, Settings, distance_matrix, learn};
 use symbolt::task::tasks::nuts_and_bolts::SyntheticDemonstrations;
 
 /// Returns positions as in a recording: most lie anywhere at two heights, the others at two places.
@@ -41,15 +41,15 @@ fn learning(c: &mut Criterion) {
     let recording = spec.record(Seed::new(1)).expect("sound").recording;
     group.throughput(Throughput::Elements(7));
     group.bench_function(BenchmarkId::new("demonstrations", 7), |b| {
-        b.iter(|| learn(black_box(&recording), &Settings::default()).expect("learns"));
+        b.iter(|| learn(black_box(&recording), &Settings::paper()).expect("learns"));
     });
     group.bench_function(BenchmarkId::new("relational_demonstrations", 7), |b| {
-        b.iter(|| learn_relational(black_box(&recording), &Settings::default()).expect("learns"));
+        b.iter(|| learn(black_box(&recording), &Settings::default()).expect("learns"));
     });
     // About 5,000 rests of two kinds.
     let bins = worlds::named("bins").expect("it exists").record(620, Seed::new(1));
     group.bench_function(BenchmarkId::new("relational_rests", 5_000), |b| {
-        b.iter(|| learn_relational(black_box(&bins), &Settings::default()).expect("learns"));
+        b.iter(|| learn(black_box(&bins), &Settings::default()).expect("learns"));
     });
     group.sample_size(10).measurement_time(Duration::from_secs(5));
     for count in [300, 2_000, 5_000] {

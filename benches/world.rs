@@ -3,7 +3,6 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::hint::black_box;
-use std::sync::Arc;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
@@ -11,13 +10,13 @@ use symbolt::robot::SkillReport;
 use symbolt::sim::Seed;
 use symbolt::task::execute::{EpisodeSpec, episode};
 use symbolt::task::learn::{Settings, learn};
-use symbolt::task::planner::{Planner, PlannerSpec};
+use symbolt::task::planner::{PlannerBuild, PlannerKind};
 use symbolt::task::robot::inverse_kinematics;
 use symbolt::task::scene::Scene;
 use symbolt::task::skill::{Robot, Target};
 use symbolt::task::tasks::Task;
 use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
-use symbolt::task::{Grounding, Pose, demonstrate};
+use symbolt::task::{Pose, demonstrate};
 
 fn target(spec: &NutsAndBolts) -> Target {
     let [x, y] = spec.jig.pocket;
@@ -66,14 +65,13 @@ fn world(c: &mut Criterion) {
         });
     });
     let shown = demonstrate(&spec, 2, Seed::new(1)).expect("sound");
-    let domain = learn(&shown.recording, &Settings::default()).expect("teaches").domain;
-    let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1)).expect("builds");
-    let (planner, goal) = (Arc::new(planner), domain.goal().expect("there").to_owned());
+    let domain = learn(&shown.recording, &Settings::paper()).expect("teaches").domain;
+    let build = PlannerBuild { kind: PlannerKind::Chain, ..PlannerBuild::default() };
     group.sample_size(10).measurement_time(Duration::from_secs(40));
     group.bench_function("episode", |b| {
         b.iter(|| {
             let spec = EpisodeSpec::default();
-            episode(planner.clone(), Grounding::default(), goal, &spec, Seed::new(5)).expect("runs")
+            episode(&domain, &build, &spec, Seed::new(5)).expect("runs")
         });
     });
     group.finish();

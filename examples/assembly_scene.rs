@@ -3,13 +3,11 @@
 //! `cargo run --release --example assembly_scene`
 
 use std::error::Error;
-use std::sync::Arc;
 
 use symbolt::prelude::*;
 use symbolt::task::execute::{EpisodeSpec, episode};
-use symbolt::task::learn::{Settings, learn};
 use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
-use symbolt::task::{Grounding, demonstrate};
+use symbolt::task::demonstrate;
 
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let mut task = NutsAndBolts::default();
@@ -18,12 +16,11 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     task.check()?;
 
     let shown = demonstrate(&task, 1, Seed::new(1))?;
-    let domain = learn(&shown.recording, &Settings::default())?.domain;
-    let goal = domain.goal().ok_or("the demonstration has no goal")?;
-    let planner = Arc::new(Planner::new(&domain, PlannerSpec::default(), Seed::new(1))?);
+    let domain = learn(&shown.recording, &Default::default())?.domain;
+    let planner = PlannerBuild::new(PlannerKind::GoalSets, &Population::Direct, Seed::new(1))?;
 
     let spec = EpisodeSpec::of(task);
-    let report = episode(planner.clone(), Grounding::default(), goal, &spec, Seed::new(2))?.report;
+    let report = episode(&domain, &planner, &spec, Seed::new(2))?.report;
     for (action, outcome) in report.attempts() {
         println!("{action}: {outcome}");
     }

@@ -6,8 +6,7 @@ use std::error::Error;
 use std::fs;
 
 use symbolt::prelude::*;
-use symbolt::task::learn::{Settings, learn};
-use symbolt::task::{Classifier, Grounding, Recording, Snapshot};
+use symbolt::task::learn::Settings;
 
 /// One snapshot with a box, a lid and a stand.
 fn line(demo: usize, number: usize, event: &str, boxed: [f64; 3], lid: [f64; 3]) -> String {
@@ -48,12 +47,14 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     fs::write("packing.jsonl", &text)?;
     let (recording, _labels) = Recording::parse(text.as_bytes(), "packing.jsonl")?;
     let learned = learn(&recording, &Settings::default())?;
-    for state in learned.domain.states() {
-        println!("state  {}", state.name);
+    for state in &learned.domain.states {
+        println!("state  {} in the frame of the {}", state.name, state.frame.name());
     }
-    for action in learned.domain.operators() {
-        let needs = learned.domain.names(&action.preconditions).join(" and ");
-        println!("action {} needs {needs}", action.name);
+    for action in &learned.domain.operators {
+        for need in &action.needs {
+            let condition = learned.domain.need_in_words(action, need);
+            println!("action {}: {condition}, {}", action.name, need.verdict.name());
+        }
     }
     let (failed, unexplained) = (learned.report.failed(), learned.report.unexplained.len());
     println!("{failed} attempts failed, {unexplained} groups of poses are in no state");
@@ -62,25 +63,25 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let renames = renames.map(|(old, new)| (old.to_owned(), new.to_owned()));
     let domain = learned.domain.rename(&renames)?;
 
-    // A scene that was not demonstrated: which states hold, and what comes next?
+    // A scene that was not demonstrated: which state is each object in?
     let scene = line(0, 0, "", [0.33, 0.21, 0.05], [0.17, -0.13, 0.01]);
     fs::write("scene.json", &scene)?;
     let scene = Snapshot::parse(scene.as_bytes(), "scene.json")?;
-    let classifier = Classifier::new(&domain, Grounding::default())?;
-    let world = classifier.world_state(&scene);
-    let goal = domain.state("BOX_CLOSED")?;
-    let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1))?;
-    let decision = planner.decide(&world, goal)?;
-    if let Verdict::Act(action) = decision.verdict {
-        println!("next: {} after {} simulated ms", domain[action].name, decision.time_ms);
+    let layout = Classifier::new(&domain).classify(&scene);
+    for (object, located) in layout.objects.iter().zip(&layout.located) {
+        let state = located.fact.map(|fact| domain.states[fact.state].name.as_str());
+        println!("object {} is in {}", object.id, state.unwrap_or("no state"));
     }
 
-    // A whole plan starts from the number of objects in each state.
-    let grounded = classifier.classify_all(&scene);
-    let states = grounded.iter().filter_map(|object| object.state);
-    let counts = domain.counts(states.map(|state| domain[state].name.as_str()))?;
-    let plan = planner.plan(&counts, goal)?;
-    let actions: Vec<&str> = plan.steps.iter().map(|s| domain[s.action].name.as_str()).collect();
-    println!("plan: {}", actions.join(", "));
+    // The whole plan, decided by spiking neurons.
+    let goal = vec![domain.goal("BOX_CLOSED")?];
+    let problem = Problem::with_goals(&domain, &layout, goal)?;
+    let planner = PlannerBuild::new(PlannerKind::GoalSets, &"lif".parse()?, Seed::new(1))?;
+    let plan = planner.plan(&problem, &layout, PlannerBuild::LIMIT)?;
+    for step in &plan.moves {
+        let [x, y, z] = step.target.pose.position;
+        println!("move   {} with {}, to ({x:.3}, {y:.3}, {z:.3})", step.action, step.object);
+    }
+    println!("end    {:?}", plan.end);
     Ok(())
 }

@@ -5,9 +5,8 @@
 use std::error::Error;
 
 use symbolt::prelude::*;
-use symbolt::task::learn::{Learned, Settings, learn};
+use symbolt::task::learn::{Learned, Settings};
 use symbolt::task::tasks::nuts_and_bolts::SyntheticDemonstrations;
-use symbolt::task::{Classifier, Grounding};
 
 /// The id and the state of each object; `None` for an object in no state.
 pub type Seen = Vec<(String, Option<String>)>;
@@ -22,14 +21,12 @@ pub fn run() -> Result<(Learned, Seen), Box<dyn Error>> {
         ..SyntheticDemonstrations::default()
     };
     let recording = synthetic.record(Seed::new(1))?.recording;
-    let learned = learn(&recording, &Settings::default())?;
+    let learned = learn(&recording, &Settings::paper())?;
 
-    let classifier = Classifier::new(&learned.domain, Grounding::default())?;
-    let scene = synthetic.scene(Seed::new(2))?;
+    let layout = Classifier::new(&learned.domain).classify(&synthetic.scene(Seed::new(2))?);
     let mut seen = Vec::new();
-    for object in &scene.objects {
-        let state = classifier.classify(&object.kind, &object.pose).state;
-        let name = state.map(|s| learned.domain[s].name.clone());
+    for (object, located) in layout.objects.iter().zip(&layout.located) {
+        let name = located.fact.map(|fact| learned.domain.states[fact.state].name.clone());
         seen.push((object.id.to_string(), name));
     }
     Ok((learned, seen))
@@ -37,11 +34,13 @@ pub fn run() -> Result<(Learned, Seen), Box<dyn Error>> {
 
 #[allow(dead_code)] // The tests call `run`.
 fn main() -> Result<(), Box<dyn Error>> {
-    let (Learned { domain, report }, seen) = run()?;
+    let (Learned { domain, report, .. }, seen) = run()?;
     println!("{} of {} attempts failed", report.failed(), report.attempts.len());
-    for operator in domain.operators() {
-        let needs = domain.names(&operator.preconditions).join(" and ");
-        println!("{:<24} needs {needs}", operator.name);
+    for operator in &domain.operators {
+        let from = domain.names(&operator.from).join(" or ");
+        let needs = operator.needs.iter().map(|need| domain.need_in_words(operator, need));
+        let needs: Vec<String> = [from].into_iter().chain(needs).collect();
+        println!("{:<24} needs {}", operator.name, needs.join(" and "));
     }
     for (id, state) in seen {
         println!("{id:<12} {}", state.as_deref().unwrap_or("in no state"));

@@ -46,9 +46,10 @@
 //! | choose exact maths, rates or spikes | [`PopulationPlan`](neurons::PopulationPlan), [`Population`](neurons::Population), [`LifSpec`](neurons::LifSpec) |
 //! | run a graph | [`Simulator`](sim::Simulator), [`RunConfig`](sim::RunConfig), [`Seed`](sim::Seed) |
 //! | add your own module, node or world | [`Module`](sim::Module), [`Node`](sim::Node), [`World`](sim::World) |
-//! | learn or write a domain | [`Recording`](task::Recording), [`learn`](task::learn::learn), [`Domain`](task::Domain), [`DomainBuilder`](task::DomainBuilder) |
-//! | find an object's state | [`Classifier`](task::Classifier) |
-//! | plan | [`Planner`](task::planner::Planner), [`PlannerSpec`](task::planner::PlannerSpec), [`Decision`](task::planner::Decision) |
+//! | learn a domain | [`Recording`](task::Recording), [`learn`](task::learn::learn), [`RelationalDomain`](task::relational::RelationalDomain) |
+//! | find an object's state | [`Classifier`](task::relational::Classifier) |
+//! | plan in a scene | [`Problem`](task::relational::Problem), [`PlannerBuild`](task::planner::PlannerBuild), [`ScenePlan`](task::planner::ScenePlan) |
+//! | plan without geometry | [`DomainBuilder`](task::DomainBuilder), [`Planner`](task::planner::Planner), [`Decision`](task::planner::Decision) |
 #![cfg_attr(
     feature = "physics",
     doc = "| act in physics | [`Task`](task::tasks::Task), [`demonstrate`](task::demonstrate), [`episode`](task::execute::episode) |"
@@ -97,7 +98,7 @@ pub mod files;
     "[`AssociativeMemory`]: crate::spa::AssociativeMemory\n",
     "[`BasalGanglia`]: crate::spa::BasalGanglia\n",
     "[`Bind`]: crate::spa::Bind\n",
-    "[`Classifier`]: crate::task::Classifier\n",
+    "[`Classifier`]: crate::task::relational::Classifier\n",
     "[`CleanupMemory`]: crate::spa::CleanupMemory\n",
     "[`Decision`]: crate::task::planner::Decision\n",
     "[`Domain`]: crate::task::Domain\n",
@@ -163,6 +164,10 @@ pub mod prelude {
         AssociativeMemory, BasalGanglia, Bind, CleanupMemory, FlowExt, Gate, GoalBuffer, Linear,
         Ports, Routes, Rules, State, Superpose, Unbind, Vocabulary, VocabularyBuilder, cosine, dot,
     };
-    pub use crate::task::planner::{Planner, PlannerSpec};
-    pub use crate::task::{Domain, DomainBuilder, TaskError, Verdict};
+    pub use crate::task::learn::learn;
+    pub use crate::task::planner::{Planner, PlannerBuild, PlannerKind, PlannerSpec};
+    pub use crate::task::relational::{Classifier, Problem, RelationalDomain};
+    pub use crate::task::{
+        Domain, DomainBuilder, Recording, Snapshot, TaskError, Verdict,
+    };
 }

@@ -6,7 +6,7 @@ use clap::Args;
 
 pub(crate) use super::end::BadArgument;
 pub(crate) use super::options::{
-    Common, DemoArgs, GroundingArgs, Method, OutFile, PlannerArgs, number, whole,
+    Common, DemoArgs, GroundingArgs, MethodArg, OutFile, PlannerArgs, number, whole,
 };
 
 #[derive(Debug, Clone, Args)]
@@ -21,7 +21,7 @@ pub(crate) struct RunArgs {
     /// [default: relational]
     #[arg(verbatim_doc_comment, hide_possible_values = true, hide_default_value = true)]
     #[arg(long, value_name = "METHOD", value_enum, default_value = "relational")]
-    pub method: Method,
+    pub method: MethodArg,
     /// Number of episodes after learning, at most 1000
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<usize>)]
     pub episodes: usize,
@@ -69,7 +69,7 @@ pub(crate) struct LearnArgs {
     /// [default: relational; paper if --threshold is given]
     #[arg(verbatim_doc_comment, hide_possible_values = true)]
     #[arg(long, value_name = "METHOD", value_enum)]
-    pub method: Option<Method>,
+    pub method: Option<MethodArg>,
     /// Clustering threshold for every kind, such as 1.169mm (the paper's)
     /// or 0.001169m; without a unit in metres; needs the method paper
     /// [default: found from the data]

@@ -11,12 +11,12 @@ use serde_json::{Value, json};
 use symbolt::files::{Limit, read_file};
 use symbolt::neurons::{SolvedFileError, SolvedModel};
 use symbolt::sim::Seed;
+use symbolt::task::relational::RelationalDomain;
 use symbolt::task::tasks::file::{DataTask, FORMAT};
 use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
 use symbolt::task::tasks::{self, Task};
 use symbolt::task::{Recording, Snapshot, TaskError};
 
-use super::domain::AnyDomain;
 use super::end::Outcome;
 use super::options::Common;
 use super::output::{emit, emit_json, facts};
@@ -67,9 +67,10 @@ fn inspect(bytes: &[u8], path: &Path) -> Result<Value, TaskError> {
     }
     if header.as_ref().map_or(head.contains("\"format\""), |v| v.format.is_some()) {
         allow(Limit::DOMAIN)?;
-        let domain = AnyDomain::parse(bytes, name)?;
+        let domain = RelationalDomain::parse(bytes, name)?;
         return Ok(json!({
-            "kind": "domain", "states": domain.states(), "actions": domain.actions(),
+            "kind": "domain", "states": domain.states.len(),
+            "actions": domain.operators.len(),
         }));
     }
     if header.as_ref().is_some_and(|v| v.has("objects") && (!v.has("demo") || !one_line(bytes))) {

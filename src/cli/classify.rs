@@ -4,12 +4,11 @@ use anyhow::Error;
 use serde_json::{Map, Value, json};
 use symbolt::files::{Limit, read_file};
 use symbolt::task::event::InNoState;
-use symbolt::task::relational::{Grounder, Layout, RelationalDomain};
-use symbolt::task::{Classifier, Domain, Recording, Snapshot, TaskError};
+use symbolt::task::relational::{Classifier, Layout, RelationalDomain};
+use symbolt::task::{Recording, Snapshot, TaskError};
 
 use super::Outcome;
 use super::args::{BadArgument, ClassifyArgs};
-use super::domain::AnyDomain;
 use super::output::{Grid, use_threads};
 
 /// The state of an object in a snapshot.
@@ -21,16 +20,10 @@ struct Row {
     distance: Option<f64>,
     /// The nearest state of a part in no state.
     miss: Option<InNoState>,
-    /// Only for a domain with frames.
-    framed: Option<Framed>,
-}
-
-/// How an object is in a state in a frame.
-struct Framed {
     /// Id of the reference; `None` in the world frame and for an object in no state.
     reference: Option<String>,
-    /// Number of the place, counted from 0.
-    place: Option<usize>,
+    /// Number of the state's place, counted from 0.
+    at: Option<usize>,
     ambiguous: bool,
 }
 
@@ -41,16 +34,9 @@ pub(crate) fn classify(args: &ClassifyArgs) -> Result<Outcome, Error> {
         let problem = "the domain and the recording cannot both come from standard input (-)";
         return Err(BadArgument(problem.into()).into());
     }
-    let rows = match AnyDomain::read(&args.domain)? {
-        AnyDomain::Relational(domain) => {
-            let grounder = args.grounding.grounder(&domain)?;
-            framed(&domain, &grounder, &read_scenes(&args.recording)?)
-        }
-        AnyDomain::Plain(domain) => {
-            let classifier = Classifier::new(&domain, args.grounding.rule())?;
-            plain(&domain, &classifier, &read_scenes(&args.recording)?)
-        }
-    };
+    let domain = RelationalDomain::read(&args.domain)?;
+    let classifier = args.grounding.classifier(&domain)?;
+    let rows = rows(&domain, &classifier, &read_scenes(&args.recording)?);
     let text = if args.common.json {
         let lines: Vec<String> = rows.iter().map(|row| json(row).to_string()).collect();
         lines.join("\n")
@@ -61,38 +47,15 @@ pub(crate) fn classify(args: &ClassifyArgs) -> Result<Outcome, Error> {
     Ok(Outcome::Done)
 }
 
-fn plain(domain: &Domain, classifier: &Classifier, scenes: &[Scene]) -> Vec<Row> {
-    let mut rows = Vec::new();
-    for (place, scene) in scenes {
-        for (object, grounded) in scene.objects.iter().zip(classifier.classify_all(scene)) {
-            rows.push(Row {
-                place: *place,
-                id: object.id.to_string(),
-                kind: object.kind.to_string(),
-                state: grounded.state.map(|s| domain[s].name.clone()),
-                distance: grounded.distance,
-                miss: match grounded.state {
-                    Some(_) => None,
-                    None => classifier
-                        .nearest(&object.kind, &object.pose)
-                        .map(|(s, offset)| InNoState::new(&object.id, &domain[s].name, &offset)),
-                },
-                framed: None,
-            });
-        }
-    }
-    rows
-}
-
 /// Classifies with hysteresis along each demonstration.
-fn framed(domain: &RelationalDomain, grounder: &Grounder, scenes: &[Scene]) -> Vec<Row> {
+fn rows(domain: &RelationalDomain, classifier: &Classifier, scenes: &[Scene]) -> Vec<Row> {
     let mut rows = Vec::new();
     let mut before: Option<(Option<u64>, Layout)> = None;
     for (place, scene) in scenes {
         let demo = place.map(|(demo, _)| demo);
         let layout = match &before {
-            Some((of, layout)) if *of == demo => grounder.layout_after(layout, scene),
-            _ => grounder.layout(scene),
+            Some((of, layout)) if *of == demo => classifier.classify_after(layout, scene),
+            _ => classifier.classify(scene),
         };
         for (object, located) in layout.objects.iter().zip(&layout.located) {
             let reference = located.fact.and_then(|fact| fact.reference);
@@ -106,11 +69,9 @@ fn framed(domain: &RelationalDomain, grounder: &Grounder, scenes: &[Scene]) -> V
                     let nearest = &domain.states[miss.nearest.state].name;
                     InNoState::new(&object.id, nearest, &miss.offset)
                 }),
-                framed: Some(Framed {
-                    reference: reference.map(|r| layout.objects[r].id.to_string()),
-                    place: located.fact.map(|fact| fact.place),
-                    ambiguous: located.ambiguous,
-                }),
+                reference: reference.map(|r| layout.objects[r].id.to_string()),
+                at: located.fact.map(|fact| fact.place),
+                ambiguous: located.ambiguous,
             });
         }
         before = Some((demo, layout));
@@ -128,14 +89,10 @@ fn json(row: &Row) -> Value {
         ("kind", json!(row.kind)),
         ("state", json!(row.state)),
         ("distance", json!(row.distance)),
+        ("reference", json!(row.reference)),
+        ("place", json!(row.at)),
+        ("ambiguous", json!(row.ambiguous)),
     ];
-    let framed = row.framed.iter().flat_map(|framed| {
-        [
-            ("reference", json!(framed.reference)),
-            ("place", json!(framed.place)),
-            ("ambiguous", json!(framed.ambiguous)),
-        ]
-    });
     let missed = row.miss.iter().flat_map(|miss| {
         [
             ("nearest", json!(miss.nearest)),
@@ -143,15 +100,14 @@ fn json(row: &Row) -> Value {
             ("off_deg", json!(miss.off_deg)),
         ]
     });
-    let all = own.into_iter().chain(framed).chain(missed);
+    let all = own.into_iter().chain(missed);
     keys.extend(all.map(|(name, value)| (name.to_owned(), value)));
     Value::Object(keys)
 }
 
 fn table(rows: &[Row]) -> Grid {
     // Columns that are the same for all rows would only take room.
-    let references =
-        rows.iter().any(|row| row.framed.as_ref().is_some_and(|framed| framed.reference.is_some()));
+    let references = rows.iter().any(|row| row.reference.is_some());
     let missed = rows.iter().any(|row| row.miss.is_some());
     let mut columns = vec![">demo", ">snapshot", "id", "kind", "state"];
     columns.extend(references.then_some("reference"));
@@ -165,10 +121,9 @@ fn table(rows: &[Row]) -> Grid {
         let mut cells =
             vec![number(demo), number(snapshot), row.id.clone(), row.kind.clone(), state];
         if references {
-            let framed = row.framed.as_ref();
-            let reference = framed.and_then(|f| f.reference.clone());
-            let mark = if framed.is_some_and(|f| f.ambiguous) { " (or another)" } else { "" };
-            cells.push(reference.map_or_else(|| "-".into(), |reference| reference + mark));
+            let mark = if row.ambiguous { " (or another)" } else { "" };
+            let reference = row.reference.as_ref();
+            cells.push(reference.map_or_else(|| "-".into(), |r| format!("{r}{mark}")));
         }
         cells.push(row.distance.map_or_else(|| "-".into(), |d| format!("{d:.3}")));
         if missed {

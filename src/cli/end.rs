@@ -84,16 +84,26 @@ pub(crate) fn code(error: &Error) -> u8 {
         return 2;
     }
     if let Some(fault) = error.downcast_ref::<GoalSetError>() {
-        let late = matches!(fault, GoalSetError::Sim(_) | GoalSetError::Unreachable { .. });
-        return if late { 1 } else { 2 };
+        return goal_set_code(fault);
     }
     if let Some(file) = error.downcast_ref::<FileError>() {
         return file_code(file);
     }
     match error.downcast_ref::<TaskError>() {
         Some(TaskError::File(file)) => file_code(file),
+        Some(TaskError::GoalSets(fault)) => goal_set_code(fault),
         Some(TaskError::Sim(_) | TaskError::Undecided { .. }) | None => 1,
         Some(_) => 2,
+    }
+}
+
+/// Returns 1 if the planner ran, or if no plan reaches the goal, and 2 if a setting is to blame.
+fn goal_set_code(error: &GoalSetError) -> u8 {
+    match error {
+        GoalSetError::Sim(_)
+        | GoalSetError::Unreachable { .. }
+        | GoalSetError::NeverHolds { .. } => 1,
+        _ => 2,
     }
 }
 

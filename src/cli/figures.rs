@@ -11,17 +11,18 @@ use symbolt::study::statistics::FEW_TRIALS;
 use symbolt::task::Demonstrated;
 use symbolt::task::event::{Ended, EpisodeReport, InNoState};
 use symbolt::task::execute::ActivityRecorder;
+use symbolt::task::learn::Learned;
 use symbolt::task::tasks::Task;
 
 use super::args::RunArgs;
 use super::folder::FILES;
-use super::learn::AnyLearned;
+use super::learn;
 use super::output::{Grid, counted, unbroken, wrapped};
 
 /// The results of a run, and the wall-clock times that it took.
 pub(crate) struct Figures<'r> {
     pub shown: &'r Demonstrated,
-    pub learned: &'r AnyLearned,
+    pub learned: &'r Learned,
     pub reports: &'r [EpisodeReport],
     /// Why each episode ended, in words.
     pub reasons: Vec<String>,
@@ -57,7 +58,7 @@ impl Figures<'_> {
             symbolt: env!("CARGO_PKG_VERSION").into(),
             command: args.command(),
             seed: args.common.seed,
-            goal: self.learned.goal().unwrap_or_default(),
+            goal: self.learned.domain.goals_in_words().unwrap_or_default(),
             mode: args.planner.mode.clone(),
             planner: json!({
                 "name": args.planner.kind().name(),
@@ -135,8 +136,8 @@ impl Figures<'_> {
             ("failures", json!(failures)),
             ("demonstrations", json!(self.shown.recording.demos.len())),
             ("demonstrations_assembled", json!(self.shown.solved)),
-            ("states", json!(self.learned.states())),
-            ("operators", json!(self.learned.actions())),
+            ("states", json!(self.learned.domain.states.len())),
+            ("operators", json!(self.learned.domain.operators.len())),
         ];
         figures.into_iter().map(|(name, figure)| (name.to_owned(), figure)).collect()
     }
@@ -144,7 +145,7 @@ impl Figures<'_> {
     /// Returns what the run prints.
     pub fn text(&self, args: &RunArgs, folder: &Path, total_s: f64) -> String {
         let (shown, tally) = (self.shown, self.tally);
-        let goal = self.learned.goal().unwrap_or_default();
+        let goal = self.learned.domain.goals_in_words().unwrap_or_default();
         let mut text = format!(
             "{} in the scene, {} assembled, {} (seed {})\n\n",
             counted(shown.recording.demos.len(), "demonstration"),
@@ -152,7 +153,7 @@ impl Figures<'_> {
             counted(shown.recording.snapshot_count(), "snapshot"),
             args.common.seed,
         );
-        text += &self.learned.tables();
+        text += &learn::tables(self.learned);
         if let [report] = self.reports {
             let title = wrapped(&format!("One episode towards {goal}:"), 0);
             let _ = writeln!(text, "{title}\n\n{}", steps(report));
@@ -295,12 +296,7 @@ fn in_no_state(report: &EpisodeReport) -> Vec<String> {
 
 /// Returns the decisions of one episode and their outcomes.
 fn steps(report: &EpisodeReport) -> Grid {
-    let relational = report.decisions.iter().any(|decision| decision.chosen.is_some());
-    let columns: &[&str] = match relational {
-        true => &["#", ">at s", "decided", "object", "onto", ">ms", "outcome"],
-        false => &["#", ">at s", "holds", "decided", ">ms", "outcome"],
-    };
-    let mut grid = Grid::new(columns);
+    let mut grid = Grid::new(&["#", ">at s", "decided", "object", "onto", ">ms", "outcome"]);
     for (index, decision) in report.decisions.iter().enumerate() {
         let outcome = match (&decision.action, &report.ended) {
             (Some(_), _) if !decision.begun => "not begun".to_owned(),
@@ -313,20 +309,14 @@ fn steps(report: &EpisodeReport) -> Grid {
         };
         let action = || decision.action.clone().unwrap_or_else(|| "-".into());
         let mut row = vec![(index + 1).to_string(), format!("{:.2}", decision.asked_s)];
-        if relational {
-            let chosen = decision.chosen.as_ref();
-            let none = || "-".to_owned();
-            let detour = decision.recovery.as_ref().filter(|r| r.kind.is_detour());
-            let skill = || detour.map_or_else(action, |r| r.kind.name().to_owned());
-            row.push(chosen.map_or_else(skill, |c| c.operator.clone()));
-            let handled = || detour.map_or_else(none, |r| r.object.clone());
-            row.push(chosen.map_or_else(handled, |c| c.object.clone()));
-            row.push(chosen.and_then(|c| c.reference.clone()).unwrap_or_else(none));
-        } else {
-            let detour = decision.recovery.as_ref().filter(|r| r.kind.is_detour());
-            let skill = detour.map(|r| format!("{} {}", r.kind.name(), r.object));
-            row.extend([decision.holds.join(", "), skill.unwrap_or_else(action)]);
-        }
+        let chosen = decision.chosen.as_ref();
+        let none = || "-".to_owned();
+        let detour = decision.recovery.as_ref().filter(|r| r.kind.is_detour());
+        let skill = || detour.map_or_else(action, |r| r.kind.name().to_owned());
+        row.push(chosen.map_or_else(skill, |c| c.operator.clone()));
+        let handled = || detour.map_or_else(none, |r| r.object.clone());
+        row.push(chosen.map_or_else(handled, |c| c.object.clone()));
+        row.push(chosen.and_then(|c| c.reference.clone()).unwrap_or_else(none));
         row.extend([format!("{:.0}", decision.took_ms), outcome]);
         grid.row(row);
     }

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use symbolt::files::{Limit, read_file};
 use symbolt::sim::{Seed, SimDuration};
 use symbolt::task::planner::PlannerKind;
-use symbolt::task::regression::{Course, GoalSetSpec, StripsWorld, pursue};
+use symbolt::task::regression::{Course, GoalSetError, GoalSetSpec, StripsWorld, pursue};
 use symbolt::task::strips::{self, Bodies, GroundFault, Grounded, Problem, validate};
 
 use super::Outcome;
@@ -52,7 +52,7 @@ pub(crate) fn plan(args: &PlanArgs, out: &Place) -> Result<Outcome, Error> {
     progress.say("grounding the problem");
     let grounded = match Grounded::new(&domain, &problem) {
         Err(fault @ GroundFault::Unreachable { .. }) => {
-            return Ok(Outcome::Failed(fault.to_string()));
+            return unreachable(args, out, &fault.to_string());
         }
         grounded => grounded?,
     };
@@ -63,7 +63,12 @@ pub(crate) fn plan(args: &PlanArgs, out: &Place) -> Result<Outcome, Error> {
     );
     progress.say(format!("planning with {size}"));
     let world = StripsWorld::new(&grounded, SimDuration::from_millis(LOCK_MS));
-    let course = pursue(&grounded, world, &spec, Seed::new(args.common.seed))?;
+    let course = match pursue(&grounded, world, &spec, Seed::new(args.common.seed)) {
+        Err(fault @ (GoalSetError::NeverHolds { .. } | GoalSetError::Unreachable { .. })) => {
+            return unreachable(args, out, &fault.to_string());
+        }
+        course => course?,
+    };
     drop(progress);
     let steps: Vec<&str> = course.plan().map(|a| grounded.operators[a].name.as_str()).collect();
     let checked = validate(&domain, &problem, steps.iter().copied()).map(|_| ());
@@ -83,6 +88,19 @@ pub(crate) fn plan(args: &PlanArgs, out: &Place) -> Result<Outcome, Error> {
         Ok(()) => Outcome::Done,
         Err(fault) => Outcome::Failed(late(&spec, &fault.to_string())),
     })
+}
+
+/// Says that no plan can reach the goal.
+fn unreachable(args: &PlanArgs, out: &Place, fault: &str) -> Result<Outcome, Error> {
+    if args.common.json {
+        let nothing: [&str; 0] = [];
+        let said = json!({
+            "planner": PlannerKind::GoalSets.name(), "mode": args.planner.mode,
+            "plan": nothing, "valid": false, "fault": fault, "actions": nothing,
+        });
+        out.write(&said.to_string())?;
+    }
+    Ok(Outcome::Failed(fault.to_owned()))
 }
 
 fn late(spec: &GoalSetSpec, fault: &str) -> String {

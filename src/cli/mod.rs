@@ -1,16 +1,15 @@
 //! The commands, their arguments and their exit codes.
 
+mod actions;
 mod args;
 mod bench;
 mod check;
 mod classify;
 mod config;
-mod domain;
 mod end;
 mod experiment;
 mod figures;
 mod folder;
-mod framed;
 mod goal_sets;
 mod learn;
 mod learn_model;
@@ -90,7 +89,7 @@ commands! {
     /// Print the next action in a scene, the plan, and the decision time
     Plan(args::PlanArgs) => plan::plan,
     /// Print every action that is possible in a scene
-    Actions(args::ActionsArgs) => framed::actions,
+    Actions(args::ActionsArgs) => actions::actions,
     /// Write a learned domain and a scene as PDDL
     Pddl(pddl::PddlArgs) => pddl::pddl,
     /// Learn an action model in PDDL from state-action trajectories
@@ -197,15 +196,8 @@ fn with_options(error: Error, command: &str) -> Error {
         (Some(TaskError::Vocabulary(VocabError::Dimension { dim, min, max })), _) => {
             range("dimensions", dim.to_string(), &format!("{min} to {max}"))
         }
-        (Some(TaskError::Vocabulary(VocabError::Ceiling { ceiling })), _) => {
-            range("max-similarity", ceiling.to_string(), "more than 0 and at most 1")
-        }
         (Some(TaskError::Vocabulary(VocabError::TooSimilar { .. })), _) => {
-            let advice = match has("max-similarity") {
-                true => "(--dimensions, --max-similarity)",
-                false => "(--dimensions)",
-            };
-            has("dimensions").then(|| BadArgument(format!("{error} {advice}")))
+            has("dimensions").then(|| BadArgument(format!("{error} (--dimensions)")))
         }
         (Some(TaskError::File(FileError::Exists { path })), _)
         | (_, Some(FileError::Exists { path })) => exists(path),

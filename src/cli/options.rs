@@ -1,5 +1,6 @@
 //! Options that several commands share.
 
+use std::borrow::Cow;
 use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::Arc;
@@ -7,16 +8,16 @@ use std::sync::Arc;
 use anyhow::Error;
 use clap::{Args, ValueEnum};
 use symbolt::files::{Limit, read_file};
-use symbolt::neurons::{Population, PopulationPlan};
-use symbolt::sim::{Real, Seed, VocabTag};
+use symbolt::neurons::Population;
+use symbolt::sim::{Seed, VocabTag};
 use symbolt::spa::VocabularyBuilder;
+use symbolt::task::learn::Method;
 use symbolt::task::planner::{PlannerBuild, PlannerKind, PlannerSpec, Unbinding};
-use symbolt::task::regression::populations;
-use symbolt::task::relational::{Grounder, RelationalDomain};
+use symbolt::task::relational::{Classifier, ClassifierRule, RelationalDomain};
 use symbolt::task::tasks::file::DataTask;
 use symbolt::task::tasks::nuts_and_bolts::{NutsAndBolts, Order, SyntheticDemonstrations};
 use symbolt::task::tasks::{self, Task};
-use symbolt::task::{Commitment, GaussianGate, Grounding, Sensing, TaskError};
+use symbolt::task::{Commitment, Sensing, TaskError};
 
 use super::end::BadArgument;
 use super::rank;
@@ -59,16 +60,11 @@ pub(crate) struct PlannerArgs {
     /// Mode of the layers: direct, rate or lif (spiking)
     #[arg(long, default_value = "direct")]
     pub mode: String,
-    /// Dimensions of the pointers of the planner chain; with a relational
-    /// domain it uses more if the scene needs them [default: 256]
+    /// Dimensions of the pointers of the planner chain; it uses more if the
+    /// scene needs them [default: 256]
     #[arg(verbatim_doc_comment, long, value_name = "N", value_parser = whole::<usize>)]
     pub dimensions: Option<usize>,
-    /// Maximum similarity (cosine) of two pointers of the planner chain;
-    /// needs the method paper [default: 0.1]
-    #[arg(verbatim_doc_comment, long, value_name = "COSINE", value_parser = number::<Real>)]
-    pub max_similarity: Option<Real>,
-    /// Also require the absence of states that never held before an action;
-    /// needs the method paper
+    /// Also require the absence of states that never held before an action
     #[arg(verbatim_doc_comment, long)]
     pub absent: bool,
     /// Let the planner chain take the first possible action (the paper's
@@ -100,14 +96,14 @@ impl PlannerArgs {
     /// Checks the options, so that a wrong option is refused before any work.
     ///
     /// # Errors
-    /// If the mode, the dimensions or the maximum similarity cannot be used.
+    /// If the mode or the dimensions cannot be used.
     pub fn check(&self) -> Result<(), Error> {
         self.mode.parse::<Population>()?;
         if self.kind() == PlannerKind::GoalSets {
             self.check_goal_sets(", or add --planner chain")?;
         }
         let vocabulary = VocabularyBuilder::<Checked>::new(self.dimensions(), Seed::new(0));
-        vocabulary.max_similarity(self.max_similarity()).build().map_err(TaskError::from)?;
+        vocabulary.build().map_err(TaskError::from)?;
         Ok(())
     }
 
@@ -118,13 +114,8 @@ impl PlannerArgs {
 
     /// Returns how the planner is built.
     pub fn build(&self, seed: u64) -> Result<PlannerBuild, Error> {
-        let (kind, mode) = (self.kind(), self.mode.parse::<Population>()?);
-        let plan = match kind {
-            PlannerKind::Chain => PopulationPlan::all(mode),
-            PlannerKind::GoalSets => populations(&mode)?,
-        };
-        let (spec, plan, seed) = (self.spec(), rank::shared(plan), Seed::new(seed));
-        Ok(PlannerBuild { kind, spec, plan, seed })
+        let build = PlannerBuild::new(self.kind(), &self.mode.parse()?, Seed::new(seed))?;
+        Ok(PlannerBuild { spec: self.spec(), plan: rank::shared(build.plan), ..build })
     }
 
     /// Returns what the planner counts during a decision, and what its milestones are numbered by.
@@ -139,7 +130,6 @@ impl PlannerArgs {
     pub fn check_goal_sets(&self, instead: &str) -> Result<(), BadArgument> {
         let given = [
             ("--dimensions", self.dimensions.is_some()),
-            ("--max-similarity", self.max_similarity.is_some()),
             ("--first", self.first),
             ("--products", self.products),
         ];
@@ -151,48 +141,46 @@ impl PlannerArgs {
         }
     }
 
-    /// Refuses the options that only the planner of the method `paper` has. `instead` says what to do instead.
-    pub fn check_relational(&self, instead: &str) -> Result<(), BadArgument> {
-        let given =
-            [("--max-similarity", self.max_similarity.is_some()), ("--absent", self.absent)];
-        match given.iter().find(|(_, given)| *given) {
-            None => Ok(()),
-            Some((option, _)) => Err(BadArgument(format!(
-                "{option} has no effect on a relational domain; leave it out, or {instead}"
-            ))),
-        }
-    }
-
     /// Returns the number of dimensions.
     pub fn dimensions(&self) -> usize {
         self.dimensions.unwrap_or(PlannerSpec::default().dimensions)
     }
 
-    /// Returns the maximum similarity of two pointers.
-    pub fn max_similarity(&self) -> Real {
-        self.max_similarity.unwrap_or(PlannerSpec::default().max_similarity)
+    /// Returns the domain that is planned with.
+    pub fn domain<'d>(&self, domain: &'d RelationalDomain) -> Cow<'d, RelationalDomain> {
+        match self.absent {
+            true => Cow::Owned(domain.with_unseen_absent()),
+            false => Cow::Borrowed(domain),
+        }
     }
 
     pub fn spec(&self) -> PlannerSpec {
         PlannerSpec {
             dimensions: self.dimensions(),
-            max_similarity: self.max_similarity(),
             commitment: if self.first { Commitment::First } else { Commitment::Proven },
-            absent: self.absent,
             unbinding: if self.products { Unbinding::Products } else { Unbinding::Fixed },
             ..PlannerSpec::default()
         }
     }
 }
 
-/// The learner.
+/// The learner's method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Method {
+pub(crate) enum MethodArg {
     Relational,
     Paper,
 }
 
-impl Method {
+impl From<MethodArg> for Method {
+    fn from(method: MethodArg) -> Self {
+        match method {
+            MethodArg::Relational => Self::Relational,
+            MethodArg::Paper => Self::Paper,
+        }
+    }
+}
+
+impl MethodArg {
     pub fn name(self) -> &'static str {
         match self {
             Self::Relational => "relational",
@@ -211,38 +199,26 @@ pub(crate) enum Rule {
 #[derive(Debug, Clone, Args)]
 pub(crate) struct GroundingArgs {
     /// Rule that finds an object's state: gated (the greatest density within
-    /// --limit) or nearest (by p-norm, the paper's rule; only for a domain
-    /// without frames)
+    /// --limit) or nearest (by p-norm, the paper's rule)
     #[arg(verbatim_doc_comment, hide_possible_values = true)]
     #[arg(long, value_name = "RULE", value_enum, default_value = "gated")]
     pub grounding: Rule,
     /// Maximum distance to a state, in standard deviations
-    #[arg(long, value_name = "SD", default_value_t = Grounder::LIMIT)]
+    #[arg(long, value_name = "SD", default_value_t = Classifier::LIMIT)]
     #[arg(value_parser = number::<f64>)]
     pub limit: f64,
 }
 
 impl GroundingArgs {
-    pub fn rule(&self) -> Grounding {
-        match self.grounding {
-            Rule::Gated => {
-                Grounding::Gated(GaussianGate { limit: self.limit, ..GaussianGate::default() })
-            }
-            Rule::Nearest => Grounding::paper(),
-        }
-    }
-
-    /// Returns the grounder of a domain with frames.
+    /// Returns the classifier of a domain.
     ///
     /// # Errors
-    /// [`BadArgument`] for the rule `nearest`; [`TaskError::Setting`] for a limit out of range.
-    pub fn grounder(&self, domain: &RelationalDomain) -> Result<Grounder, Error> {
-        if self.grounding == Rule::Nearest {
-            let problem = "--grounding nearest: the domain has states in frames; expected gated, or a domain \
-                           of `symbolt learn --method paper`";
-            return Err(BadArgument(problem.into()).into());
-        }
-        Ok(Grounder::new(domain).with_limit(self.limit)?)
+    /// [`TaskError::Setting`] for a limit out of range.
+    pub fn classifier(&self, domain: &RelationalDomain) -> Result<Classifier, TaskError> {
+        Classifier::new(domain).with_rule(match self.grounding {
+            Rule::Gated => ClassifierRule::Gated { limit: self.limit },
+            Rule::Nearest => ClassifierRule::paper(),
+        })
     }
 }
 

@@ -184,3 +184,9 @@ pub(crate) fn facts(summary: &Value) -> String {
 pub(crate) fn counted(number: usize, what: &str) -> String {
     if number == 1 { format!("1 {what}") } else { format!("{number} {what}s") }
 }
+/// Lists names after a title, broken between names.
+pub(crate) fn listed(title: &str, names: &[String]) -> String {
+    let names: Vec<String> = names.iter().map(|name| unbroken(name)).collect();
+    wrapped(&(unbroken(title) + &names.join(", ")), title.len())
+}
+

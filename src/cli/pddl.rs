@@ -6,19 +6,16 @@ use anyhow::Error;
 use clap::Args;
 use serde_json::json;
 use symbolt::files::{Overwrite, ResultFolder, check_output, write_atomic};
-use symbolt::task::domain::Rules;
-use symbolt::task::pddl::{Written, of_grounded, of_relational};
-use symbolt::task::planner::strips_problem;
+use symbolt::task::pddl::{Written, of_relational};
 use symbolt::task::relational::{Problem, RelationalDomain};
-use symbolt::task::{Classifier, Domain, Snapshot, TaskError, WorldState};
+use symbolt::task::{Snapshot, TaskError};
 
-use super::domain::AnyDomain;
+use super::actions::look;
 use super::end::{BadArgument, Outcome};
 use super::folder::not_standard_output;
-use super::framed::{look, wanted};
 use super::options::{Common, GroundingArgs};
+use super::plan::wanted;
 use super::output::{Progress, counted, emit, emit_json, use_threads, warn};
-use super::plan::{count, wanted_state};
 
 #[derive(Debug, Clone, Args)]
 #[command(next_line_help = true, allow_negative_numbers = true)]
@@ -54,13 +51,10 @@ pub(crate) fn pddl(args: &PddlArgs) -> Result<Outcome, Error> {
     }
     use_threads(&args.common)?;
     let progress = Progress::new(&args.common);
-    let domain = AnyDomain::read(&args.domain)?;
+    let domain = RelationalDomain::read(&args.domain)?;
     let scene = Snapshot::read(&args.scene)?;
     let name = args.domain.file_stem().map_or_else(|| "domain".into(), |n| n.to_string_lossy());
-    let written = match &domain {
-        AnyDomain::Relational(domain) => relational(args, domain, &scene, &name)?,
-        AnyDomain::Plain(domain) => plain(args, domain, &scene, &name)?,
-    };
+    let written = write(args, &domain, &scene, &name)?;
     drop(progress);
     let overwrite = if args.force { Overwrite::Allowed } else { Overwrite::Never };
     let texts = [written.domain_text(), written.problem_text()];
@@ -90,14 +84,14 @@ pub(crate) fn pddl(args: &PddlArgs) -> Result<Outcome, Error> {
     Ok(Outcome::Done)
 }
 
-fn relational(
+fn write(
     args: &PddlArgs,
     domain: &RelationalDomain,
     scene: &Snapshot,
     name: &str,
 ) -> Result<Written, Error> {
     let goals = wanted(domain, args.goal.as_deref())?;
-    let layout = look(&args.grounding.grounder(domain)?, domain, scene);
+    let layout = look(&args.grounding.classifier(domain)?, domain, scene);
     let now = layout.situation();
     let problem = Problem::with_goals(domain, &layout, goals).map_err(TaskError::from)?;
     let ground = problem.ground(&now).map_err(TaskError::from)?;
@@ -108,12 +102,4 @@ fn relational(
         warn(&format!("{} does without `{need}`, which is undecided", operator.name));
     }
     of_relational(&problem, &dropped, &now, name).map_err(Error::from)
-}
-
-fn plain(args: &PddlArgs, domain: &Domain, scene: &Snapshot, name: &str) -> Result<Written, Error> {
-    let goal = wanted_state(domain, args.goal.as_deref())?;
-    let classifier = Classifier::new(domain, args.grounding.rule())?;
-    let (counts, _) = count(&classifier, domain, scene);
-    let present: WorldState = counts.iter().map(|count| *count > 0).collect();
-    Ok(of_grounded(&strips_problem(domain, Rules::default(), &present, &[goal]), name))
 }

@@ -4,15 +4,19 @@ use std::fmt::Write as _;
 
 use anyhow::Error;
 use serde_json::{Map, Value, json};
-use symbolt::task::planner::{Choice, Counts, Decision, PlanEnd, PlannerKind, RolledOut, Why};
-use symbolt::task::{ActionId, Classifier, Domain, Obstacle, Snapshot, StateId, Verdict};
+use symbolt::task::planner::{
+    Choice, Decision, PlannerKind, SceneEnd, SceneMove, ScenePlan, Why,
+};
+use symbolt::task::relational::{
+    GoalTerm, GroundProblem, Layout, Problem, ProblemError, RelationalDomain,
+};
+use symbolt::task::{Domain, Snapshot, TaskError};
 
 use super::Outcome;
+use super::actions::{look, loose, position, target_json};
 use super::args::{BadArgument, PlanArgs, PlannerArgs};
-use super::domain::AnyDomain;
-use super::framed;
 use super::goal_sets;
-use super::output::{Grid, Progress, counted, unbroken, use_threads, wrapped};
+use super::output::{Grid, Progress, counted, listed, unbroken, use_threads, wrapped};
 
 pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
     let out = args.out.place()?;
@@ -34,99 +38,214 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
         let problem = "the domain and the scene cannot both come from standard input (-)";
         return Err(BadArgument(problem.into()).into());
     }
-    let domain = match AnyDomain::read(&args.domain)? {
-        AnyDomain::Relational(domain) => return framed::plan(args, &domain, scene, limit, &out),
-        AnyDomain::Plain(domain) => domain,
-    };
+    let domain = RelationalDomain::read(&args.domain)?;
     let progress = Progress::new(&args.common);
     let scene = Snapshot::read(scene)?;
-    let classifier = Classifier::new(&domain, args.grounding.rule())?;
-    let goal = wanted_state(&domain, args.goal.as_deref())?;
-    let (counts, loose) = count(&classifier, &domain, &scene);
-    progress.say("building the planner graph");
-    let planner = args.planner.build(args.common.seed)?.over(&domain)?;
-    progress.say(format!("planning towards {}", domain[goal].name));
-    let mut prediction = Counts::new(&domain, &counts, goal);
-    let plan = planner.roll_out(&mut prediction, limit)?;
+    let classifier = args.grounding.classifier(&domain)?;
+    let goals = wanted(&domain, args.goal.as_deref())?;
+    let words: Vec<String> = goals.iter().map(|goal| domain.goal_in_words(goal)).collect();
+    let layout = look(&classifier, &domain, &scene);
+    progress.say(format!("planning towards {}", words.join(", ")));
+    let planned = args.planner.domain(&domain);
+    let plan = match Problem::with_goals(&planned, &layout, goals) {
+        Ok(problem) => {
+            args.planner.build(args.common.seed)?.plan(&problem, &layout, limit)?
+        }
+        Err(error @ ProblemError::TooLarge { .. }) => return Err(TaskError::from(error).into()),
+        Err(error) => ScenePlan::impossible(&error),
+    };
     drop(progress);
-    let text = if args.common.json {
-        summary(&domain, &plan, goal, &args.planner).to_string()
-    } else {
-        let mut text = table(&domain, &plan, &counts, goal, args.planner.counts());
-        if !loose.is_empty() {
-            let _ = writeln!(text, "{}", listed("In no state: ", &loose));
+    let planner = &args.planner;
+    let first = first(&plan, &planned);
+    let shown =
+        Shown { domain: &planned, layout: &layout, plan: &plan, words, planner, first };
+    let text = if args.common.json { shown.json().to_string() } else { shown.table() };
+    out.write(&text)?;
+    Ok(match (&plan.end, plan.moves.is_empty()) {
+        // Only the next action counts: the robot looks and plans again after each action.
+        (SceneEnd::Stuck(reason), true) => Outcome::Failed(format!("stuck: {reason}")),
+        _ => Outcome::Done,
+    })
+}
+
+/// Returns the goal with a name, or the goal of the demonstrations.
+pub(crate) fn wanted(
+    domain: &RelationalDomain,
+    name: Option<&str>,
+) -> Result<Vec<GoalTerm>, Error> {
+    match name {
+        Some(goal) => Ok(vec![domain.goal(goal)?]),
+        None if domain.goals.is_empty() => {
+            let problem = "the domain has no goal; name one with --goal STATE";
+            Err(BadArgument(problem.into()).into())
+        }
+        None => Ok(domain.goals.clone()),
+    }
+}
+
+/// Returns the first decision with the domain that it is about.
+fn first<'p>(plan: &'p ScenePlan, of: &RelationalDomain) -> Option<(&'p Domain, Decision)> {
+    let (ground, mut decision) = (plan.ground.as_ref()?, plan.first()?.clone());
+    let domain = ground.domain();
+    // The names of ground actions grow too long for a table.
+    for milestone in &mut decision.milestones {
+        let action = domain.action_ids().find(|id| domain[*id].name == milestone.subject);
+        if let Some(action) = action {
+            milestone.subject = of.operators[ground.operator(action)].name.clone();
+        }
+    }
+    Some((domain, decision))
+}
+
+/// Returns the end of a plan as a part of a sentence.
+fn end_text(end: &SceneEnd) -> String {
+    match end {
+        SceneEnd::Met => "the goal is met".into(),
+        SceneEnd::Circle => "the plan would repeat itself".into(),
+        SceneEnd::Stuck(reason) => format!("stuck: {reason}"),
+    }
+}
+
+/// Returns the value of the key `plan_end`.
+fn end_key(end: &SceneEnd) -> String {
+    match end {
+        SceneEnd::Met => "met".into(),
+        SceneEnd::Circle => "circle".into(),
+        SceneEnd::Stuck(_) => end_text(end),
+    }
+}
+
+/// A plan with everything that is printed about it.
+struct Shown<'p> {
+    domain: &'p RelationalDomain,
+    layout: &'p Layout,
+    plan: &'p ScenePlan,
+    /// The terms of the goal.
+    words: Vec<String>,
+    planner: &'p PlannerArgs,
+    /// The first decision, with the ground domain that it is about. Its milestones name operators.
+    first: Option<(&'p Domain, Decision)>,
+}
+
+impl Shown<'_> {
+    /// Returns the undecided needs that the planner does without: the action and the condition.
+    fn dropped(&self) -> Vec<(&str, String)> {
+        let dropped = self.plan.ground.iter().flat_map(GroundProblem::dropped);
+        let dropped = dropped.filter_map(|(operator, need)| {
+            let operator = self.domain.operators.get(*operator)?;
+            let need = operator.needs.get(*need)?;
+            Some((operator.name.as_str(), self.domain.need_in_words(operator, need)))
+        });
+        dropped.collect()
+    }
+
+    fn json(&self) -> Value {
+        let first = self.plan.moves.first();
+        let (status, reason) = match (&self.plan.end, first) {
+            (_, Some(_)) => ("act", None),
+            (SceneEnd::Met, None) => ("met", None),
+            (SceneEnd::Stuck(reason), None) => ("stuck", Some(reason.as_str())),
+            (SceneEnd::Circle, None) => ("stuck", None),
+        };
+        let step = |step: &SceneMove| {
+            json!({
+                "action": step.action, "object": *step.object,
+                "onto": step.onto.as_deref(), "place": step.chosen.place,
+                "decided": step.decided, "ground_action": step.ground_action,
+                "decision_ms": step.decision.time_ms, "target": target_json(&step.target),
+            })
+        };
+        let steps: Vec<Value> = self.plan.moves.iter().map(step).collect();
+        let dropped: Vec<Value> = self
+            .dropped()
+            .iter()
+            .map(|(action, condition)| json!({"action": action, "condition": condition}))
+            .collect();
+        let plan: Vec<&str> = self.plan.moves.iter().map(|step| &*step.action).collect();
+        let keys = [
+            ("status", json!(status)),
+            ("action", json!(first.map(|step| &step.action))),
+            ("object", json!(first.map(|step| &*step.object))),
+            ("onto", json!(first.and_then(|step| step.onto.as_deref()))),
+            ("target", json!(first.map(|step| target_json(&step.target)))),
+            ("plan", json!(plan)),
+            ("steps", json!(steps)),
+            ("plan_end", json!(end_key(&self.plan.end))),
+            ("reason", json!(reason)),
+            ("goal", json!(self.words.join(", "))),
+            ("goals", json!(self.words)),
+            ("dropped", json!(dropped)),
+        ];
+        let first = self.first.as_ref().map(|(domain, decision)| (*domain, decision));
+        let keys = keys.into_iter().chain(decision_keys(first, self.planner));
+        let keys = keys.map(|(name, value)| (name.to_owned(), value));
+        Value::Object(keys.collect::<Map<String, Value>>())
+    }
+
+    /// Returns the number of objects in each state that holds.
+    fn holds(&self) -> Vec<String> {
+        let facts: Vec<usize> =
+            self.layout.located.iter().filter_map(|l| Some(l.fact?.state)).collect();
+        let states = self.domain.states.iter().enumerate();
+        let holds = states.filter_map(|(index, state)| {
+            match facts.iter().filter(|fact| **fact == index).count() {
+                0 => None,
+                1 => Some(state.name.clone()),
+                count => Some(format!("{} x{count}", state.name)),
+            }
+        });
+        let holds: Vec<String> = holds.collect();
+        if holds.is_empty() { vec!["nothing".into()] } else { holds }
+    }
+
+    fn next(&self) -> String {
+        let mut next = match self.plan.moves.first() {
+            Some(step) => {
+                let mut text = format!("do {} with {}", step.action, step.object);
+                if let Some(onto) = &step.onto {
+                    let _ = write!(text, ", onto {onto}");
+                }
+                let at = unbroken(&format!("({})", position(&step.target)));
+                let _ = write!(text, ", at {at}");
+                text
+            }
+            None => end_text(&self.plan.end),
+        };
+        let decision = self.first.as_ref().map(|(_, decision)| decision);
+        next += &decided(decision, self.planner.counts()[0]);
+        next
+    }
+
+    fn table(&self) -> String {
+        let mut text = String::new();
+        let _ = writeln!(text, "{}", listed("Holds: ", &self.holds()));
+        let _ = writeln!(text, "{}", listed("Goal:  ", &self.words));
+        let _ = writeln!(text, "{}\n", wrapped(&(unbroken("Next:  ") + &self.next()), 7));
+        if !self.plan.moves.is_empty() {
+            let mut grid = Grid::new(&[">step", "action", "object", "onto", ">decided in ms"]);
+            for (index, step) in self.plan.moves.iter().enumerate() {
+                let onto = step.onto.as_deref().unwrap_or("-").to_owned();
+                let ms = format!("{:.0}", step.decision.time_ms);
+                let number = (index + 1).to_string();
+                grid.row([number, step.action.clone(), step.object.to_string(), onto, ms]);
+            }
+            text += &whole(&end_text(&self.plan.end), &grid);
+        }
+        let dropped = self.dropped();
+        if !dropped.is_empty() {
+            let mut grid = Grid::new(&["action", "undecided condition that is done without"]);
+            for (action, condition) in dropped {
+                grid.row([action.to_owned(), condition]);
+            }
+            let _ = writeln!(text, "Conditions that cannot be met in this scene:\n\n{grid}");
+        }
+        if let Some((domain, decision)) = &self.first {
+            text += &decision_tables(domain, decision, self.planner.counts()[1]);
+        }
+        if let Some(loose) = loose(self.domain, self.layout) {
+            let _ = writeln!(text, "{loose}");
         }
         text
-    };
-    out.write(&text)?;
-    Ok(outcome(&domain, &plan))
-}
-
-/// Returns the state with a name, or the goal of the domain.
-pub(crate) fn wanted_state(domain: &Domain, name: Option<&str>) -> Result<StateId, Error> {
-    match (name, domain.goal()) {
-        (Some(goal), _) => Ok(domain.state(goal)?),
-        (None, Some(goal)) => Ok(goal),
-        (None, None) => Err(no_goal()),
-    }
-}
-
-/// Returns the error for a domain without a goal.
-pub(crate) fn no_goal() -> Error {
-    BadArgument("the domain has no goal; name one with --goal STATE".into()).into()
-}
-
-/// Returns the number of objects in each state, and the ids of objects in no state whose kind has states, each with the
-/// nearest state.
-pub(crate) fn count(
-    classifier: &Classifier,
-    domain: &Domain,
-    scene: &Snapshot,
-) -> (Vec<usize>, Vec<String>) {
-    let mut counts = vec![0; domain.states().len()];
-    let mut loose = Vec::new();
-    for (object, grounded) in scene.objects.iter().zip(classifier.classify_all(scene)) {
-        match grounded.state {
-            Some(state) => counts[state.index()] += 1,
-            None => {
-                let nearest = classifier.nearest(&object.kind, &object.pose);
-                loose.extend(nearest.map(|(state, offset)| {
-                    let nearest = &domain[state].name;
-                    format!("{} (nearest {nearest}, {})", object.id, offset.in_words())
-                }));
-            }
-        }
-    }
-    (counts, loose)
-}
-
-/// Returns success if there is an action or the goal is met, otherwise the reason why the planner is stuck.
-fn outcome(domain: &Domain, plan: &RolledOut) -> Outcome {
-    match (plan.steps.is_empty(), plan.end) {
-        (true, PlanEnd::Stuck(obstacle)) => {
-            Outcome::Failed(format!("stuck: {}", obstacle_text(domain, obstacle)))
-        }
-        // Only the next action counts: the robot looks and plans again after each action.
-        _ => Outcome::Done,
-    }
-}
-
-/// Returns an obstacle in words. `assets/report/words.js` has the same sentences.
-pub(crate) fn obstacle_text(domain: &Domain, obstacle: Obstacle) -> String {
-    let state = |state: StateId| domain[state].name.as_str();
-    let action = |action: ActionId| domain[action].name.as_str();
-    match obstacle {
-        Obstacle::NothingCauses { state: s } => {
-            format!("{} does not hold and no action causes it", state(s))
-        }
-        Obstacle::MustBeAbsent { action: a, state: s } => {
-            format!("{} holds, but must be absent before {}", state(s), action(a))
-        }
-        Obstacle::NeedsItself { state: s } => {
-            format!("every way to reach {} requires {} itself", state(s), state(s))
-        }
-        Obstacle::NoPlan { .. } => "no plan that reaches the goal was found".into(),
-        _ => "the goal cannot be reached".into(),
     }
 }
 
@@ -146,52 +265,8 @@ fn why_text(choice: &Choice) -> String {
     }
 }
 
-/// Returns the decision about the scene itself. The other decisions are about predicted world states.
-pub(crate) fn first(plan: &RolledOut) -> Option<&Decision> {
-    plan.steps.first().map(|step| &step.decision).or(plan.last.as_ref())
-}
-
-/// How a plan ends, in words.
-pub(crate) enum End {
-    Met,
-    /// The predicted situations repeat.
-    Circle,
-    Stuck(String),
-}
-
-impl End {
-    pub fn of(domain: &Domain, end: PlanEnd) -> Self {
-        match end {
-            PlanEnd::Met => Self::Met,
-            PlanEnd::Circle => Self::Circle,
-            PlanEnd::Stuck(obstacle) => Self::Stuck(obstacle_text(domain, obstacle)),
-            PlanEnd::Impossible(action) => {
-                Self::Stuck(format!("no object in the scene can do {}", domain[action].name))
-            }
-        }
-    }
-
-    /// Returns the end as a part of a sentence.
-    pub fn text(&self) -> String {
-        match self {
-            Self::Met => "the goal is met".into(),
-            Self::Circle => "the plan would repeat itself".into(),
-            Self::Stuck(reason) => format!("stuck: {reason}"),
-        }
-    }
-
-    /// Returns the value of the key `plan_end`.
-    pub fn key(&self) -> String {
-        match self {
-            Self::Met => "met".into(),
-            Self::Circle => "circle".into(),
-            Self::Stuck(_) => self.text(),
-        }
-    }
-}
-
 /// Returns the keys that are about the first decision.
-pub(crate) fn decision_keys(
+fn decision_keys(
     first: Option<(&Domain, &Decision)>,
     planner: &PlannerArgs,
 ) -> [(&'static str, Value); 6] {
@@ -209,29 +284,6 @@ pub(crate) fn decision_keys(
         ("milestones_ms", decision.map_or_else(|| json!({}), milestones_json)),
         ("choices", choices),
     ]
-}
-
-/// Returns the plan as one JSON object.
-fn summary(domain: &Domain, plan: &RolledOut, goal: StateId, planner: &PlannerArgs) -> Value {
-    let name = |action: ActionId| domain[action].name.as_str();
-    let decision = first(plan);
-    let (status, action, reason) = match decision.map(|d| d.verdict) {
-        Some(Verdict::Act(action)) => ("act", Some(name(action)), None),
-        Some(Verdict::Stuck(obstacle)) => ("stuck", None, Some(obstacle_text(domain, obstacle))),
-        Some(Verdict::Met) | None => ("met", None, None),
-    };
-    let end = End::of(domain, plan.end);
-    let keys = [
-        ("status", json!(status)),
-        ("action", json!(action)),
-        ("plan", plan.steps.iter().map(|s| name(s.action)).collect()),
-        ("plan_end", json!(end.key())),
-        ("reason", json!(reason)),
-        ("goal", json!(domain[goal].name)),
-    ];
-    let first = decision.map(|decision| (domain, decision));
-    let keys = keys.into_iter().chain(decision_keys(first, planner));
-    Value::Object(keys.map(|(name, value)| (name.to_owned(), value)).collect())
 }
 
 /// Returns the time of each milestone of a decision.
@@ -255,56 +307,20 @@ fn choices_json(domain: &Domain, decision: &Decision) -> Value {
     decision.choices.iter().map(choice).collect()
 }
 
-/// Returns the plan as tables, with the words of [`PlannerArgs::counts`].
-fn table(
-    domain: &Domain,
-    plan: &RolledOut,
-    counts: &[usize],
-    goal: StateId,
-    [noun, number]: [&str; 2],
-) -> String {
-    let mut text = String::new();
-    let holds: Vec<String> = domain
-        .states()
-        .iter()
-        .zip(counts)
-        .filter(|(_, count)| **count > 0)
-        .map(|(s, count)| if *count > 1 { format!("{} x{count}", s.name) } else { s.name.clone() })
-        .collect();
-    let holds = if holds.is_empty() { vec!["nothing".into()] } else { holds };
-    let _ = writeln!(text, "{}\nGoal:  {}", listed("Holds: ", &holds), domain[goal].name);
-    let (decision, end) = (first(plan), End::of(domain, plan.end).text());
-    let mut next = match decision.map(|d| d.verdict) {
-        Some(Verdict::Act(action)) => format!("do {}", domain[action].name),
-        _ => end.clone(),
-    };
-    next += &decided(decision, noun);
-    let _ = writeln!(text, "{}\n", wrapped(&(unbroken("Next:  ") + &next), 7));
-    if !plan.steps.is_empty() {
-        let mut grid = Grid::new(&[">step", "action", ">decided in ms"]);
-        for (index, step) in plan.steps.iter().enumerate() {
-            let action = domain[step.action].name.clone();
-            grid.row([(index + 1).to_string(), action, format!("{:.0}", step.decision.time_ms)]);
-        }
-        text += &whole(&end, &grid);
-    }
-    text + &decision.map_or_else(String::new, |d| decision_tables(domain, d, number))
-}
-
 /// Returns the table of a whole plan under its title.
-pub(crate) fn whole(end: &str, grid: &Grid) -> String {
+fn whole(end: &str, grid: &Grid) -> String {
     format!("{}\n\n{grid}\n", wrapped(&format!("Whole plan, then {end}:"), 0))
 }
 
 /// Returns how long a decision took, in brackets.
-pub(crate) fn decided(decision: Option<&Decision>, noun: &str) -> String {
+fn decided(decision: Option<&Decision>, noun: &str) -> String {
     let Some(decision) = decision else { return String::new() };
     let after = counted(decision.questions as usize, noun);
     format!(" (decided in {:.0} simulated ms after {after})", decision.time_ms)
 }
 
 /// Returns the tables about the first decision.
-pub(crate) fn decision_tables(domain: &Domain, decision: &Decision, number: &str) -> String {
+fn decision_tables(domain: &Domain, decision: &Decision, number: &str) -> String {
     choices_table(domain, decision) + &milestones_table(decision, number)
 }
 
@@ -334,9 +350,3 @@ fn milestones_table(decision: &Decision, number: &str) -> String {
 /// The title of the milestones. It names the moment from which all times of a plan count.
 const MILESTONES: &str = "Milestones of the next decision. All times count from the moment at which the planner \
                           is given the goal and the scene:";
-
-/// Lists names after a title, broken between names.
-pub(crate) fn listed(title: &str, names: &[String]) -> String {
-    let names: Vec<String> = names.iter().map(|name| unbroken(name)).collect();
-    wrapped(&(unbroken(title) + &names.join(", ")), title.len())
-}

@@ -6,12 +6,12 @@ use anyhow::Error;
 use clap::Args;
 use serde_json::json;
 use symbolt::files::Overwrite;
+use symbolt::task::relational::RelationalDomain;
 
-use super::domain::AnyDomain;
 use super::end::{BadArgument, Outcome};
 use super::options::Common;
 use super::output::{Place, emit, emit_json};
-use super::{learn, relational};
+use super::relational;
 
 #[derive(Debug, Clone, Args)]
 #[command(next_line_help = true, allow_negative_numbers = true)]
@@ -47,23 +47,15 @@ pub(crate) fn rename(args: &RenameArgs) -> Result<Outcome, Error> {
         };
         renames.push((old.to_owned(), new.to_owned()));
     }
-    let (text, tables) = match AnyDomain::read(&args.domain)? {
-        AnyDomain::Relational(domain) => {
-            let domain = domain.rename(&renames)?;
-            (domain.to_json()?, relational::domain_tables(&domain))
-        }
-        AnyDomain::Plain(domain) => {
-            let domain = domain.rename(&renames)?;
-            (domain.to_json()?, learn::domain_tables(&domain))
-        }
-    };
+    let domain = RelationalDomain::read(&args.domain)?.rename(&renames)?;
+    let text = domain.to_json()?;
     out.write(&text)?;
     if matches!(out, Place::Stdout) {
         // Standard output holds the domain file and nothing else.
     } else if args.common.json {
         emit_json(&[json!({"renamed": renames.len()})])?;
     } else if !args.common.quiet {
-        emit(&tables)?;
+        emit(&relational::domain_tables(&domain))?;
     }
     Ok(Outcome::Done)
 }

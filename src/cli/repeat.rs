@@ -2,7 +2,7 @@
 
 use symbolt::task::planner::PlannerKind;
 
-use super::args::{Method, RunArgs};
+use super::args::{MethodArg, RunArgs};
 
 /// Quotes a word for a shell, if it needs quotes.
 fn quoted(word: &str) -> String {
@@ -37,7 +37,7 @@ impl RunArgs {
         option("outliers", rate(sensing.outliers));
         option("missing", rate(sensing.missing));
         option("swaps", rate(sensing.swaps));
-        option("method", (self.method == Method::Paper).then(|| "paper".to_owned()));
+        option("method", (self.method == MethodArg::Paper).then(|| "paper".to_owned()));
         option("episodes", (self.episodes != 1).then(|| self.episodes.to_string()));
         let recorded = self.record_episode;
         option("record-episode", (recorded != 1).then(|| recorded.to_string()));
@@ -48,8 +48,6 @@ impl RunArgs {
         option("planner", (kind != PlannerKind::default()).then(|| kind.name().to_owned()));
         option("mode", (planner.mode != "direct").then(|| quoted(&planner.mode)));
         option("dimensions", count(planner.dimensions));
-        let similarity = planner.max_similarity();
-        option("max-similarity", (similarity != 0.1).then(|| similarity.to_string()));
         let flags = [
             ("--perturb", self.perturb),
             ("--absent", planner.absent),

@@ -1,6 +1,5 @@
 //! `symbolt run`: demonstrations in physics, learning, and episodes in which the robot plans again after every step.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
@@ -11,29 +10,23 @@ use symbolt::files::{Overwrite, write_atomic};
 use symbolt::report::Arrays;
 use symbolt::report::trace::Tracer;
 use symbolt::sim::Seed;
-use symbolt::spa::VocabError;
 use symbolt::study::Tally;
-use symbolt::task::event::{Ended, EpisodeReport, Ignore, Observer, Observers};
+use symbolt::task::event::{Ended, EpisodeReport, Observer, Observers};
 use symbolt::task::execute::{
-    ActivityRecorder, Episode, EpisodeSpec, PreparedEpisode, demonstrate_sensed, episode_observed,
+    ActivityRecorder, Episode, EpisodeSpec, PreparedEpisode, demonstrate_sensed,
 };
-use symbolt::task::learn::Settings;
-use symbolt::task::planner::{Decider, Planner, PlannerBuild, PlannerKind, PlannerSpec};
+use symbolt::task::learn::{Settings, learn_observed};
+use symbolt::task::planner::PlannerBuild;
 use symbolt::task::relational::RelationalDomain;
 use symbolt::task::scene::Scene;
-use symbolt::task::tasks::Task;
-use symbolt::task::{
-    Classifier, Domain, DomainBuilder, Grounding, Recorder, Snapshot, StateId, TaskError,
-};
+use symbolt::task::{Domain, Recorder, Snapshot, TaskError};
 
 use super::Outcome;
-use super::args::{BadArgument, Method, RunArgs};
+use super::args::{BadArgument, RunArgs};
 use super::figures::Figures;
-use super::learn::AnyLearned;
 use super::output::{Progress, counted, emit, emit_json, use_threads};
 use super::watch::ProgressLine;
-use super::{config, folder, plan, report};
-use super::{rank, ranks};
+use super::{config, folder, rank, ranks, report};
 
 /// Time between two frames of the recorded episode, in simulated milliseconds.
 const FRAME_MS: u64 = 40;
@@ -47,7 +40,6 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     check(args)?;
     let task = args.demos.task()?;
     let spec = episode_spec(args)?;
-    check_dimensions(args, &*task)?;
     use_threads(&args.common)?;
     ranks::check_alike(None)?;
     let folder = rank::leads().then(|| folder::open(args)).transpose()?;
@@ -62,15 +54,19 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
             format!("none of {count} demonstrations solved the task, so there is nothing to learn");
         return Ok(Outcome::Failed(sentence));
     }
-    let settings = Settings { seed: args.common.seed, ..Settings::default() };
-    let learned = AnyLearned::from(args.method, &shown.recording, &settings, &mut line)?;
-    if learned.goal().is_none() {
+    let (method, seed_used) = (args.method.into(), args.common.seed);
+    let settings = Settings { method, seed: seed_used, ..Settings::default() };
+    let learned = learn_observed(&shown.recording, &settings, &mut line)?;
+    if learned.domain.goals.is_empty() {
         return Ok(Outcome::Failed(
             "the demonstrations reached no state that could be the goal".into(),
         ));
     }
     progress.say("building the planner graph");
-    let runner = Runner::new(args, &learned, &task)?;
+    let runner = Runner {
+        domain: &args.planner.domain(&learned.domain),
+        build: args.planner.build(args.common.seed)?,
+    };
     let looping = Instant::now();
     let (episodes, activity) = episodes(args, &runner, &spec, seed, &progress)?;
     let loop_s = looping.elapsed().as_secs_f64();
@@ -78,7 +74,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let reasons: Vec<String> = episodes.iter().map(|e| e.reason.clone()).collect();
     let recorded = args.record_episode - 1;
     let scene = first_scene(&spec, scene_seed(seed, recorded))?;
-    let least = runner.least_skills(&scene)?;
+    let least = task.min_actions();
     let tally = Tally::of(&reports, least);
 
     let failed = tally.failures.len();
@@ -99,7 +95,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let trace: String = episodes.iter().map(|e| e.tracer.text()).collect();
     let contents = [
         shown.recording.to_jsonl(None)?.into_bytes(),
-        learned.to_json()?.into_bytes(),
+        learned.domain.to_json()?.into_bytes(),
         (scene.to_json()? + "\n").into_bytes(),
         trace.into_bytes(),
         Arrays::of(frames, &activity).to_npz()?,
@@ -121,9 +117,6 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
 fn check(args: &RunArgs) -> Result<(), Error> {
     args.planner.check()?;
     args.demos.check(false)?;
-    if args.method == Method::Relational {
-        args.planner.check_relational("add --method paper")?;
-    }
     if !(1..=MAX_EPISODES).contains(&args.episodes) {
         let expected = format!("1 to {MAX_EPISODES}");
         return Err(BadArgument::range("--episodes", args.episodes, &expected).into());
@@ -134,40 +127,6 @@ fn check(args: &RunArgs) -> Result<(), Error> {
         return Err(BadArgument::range("--record-episode", args.record_episode, &expected).into());
     }
     Ok(())
-}
-
-/// Number of states that a learned domain has beside those of the actions, at least or nearly so.
-const MORE_STATES: usize = 3;
-
-/// Refuses dimensions that are too few for a domain of the task, before anything is demonstrated. Only the planner `chain`
-/// has dimensions, and only with the method `paper` does it keep to the given number.
-fn check_dimensions(args: &RunArgs, task: &dyn Task) -> Result<(), Error> {
-    if args.method != Method::Paper || args.planner.kind() != PlannerKind::Chain {
-        return Ok(());
-    }
-    let actions = task.min_actions().max(1);
-    let states: Vec<String> = (0..actions + MORE_STATES).map(|n| format!("STATE_{n}")).collect();
-    let starts: Vec<&str> = states[..MORE_STATES].iter().map(String::as_str).collect();
-    let domain = (0..actions).fold(DomainBuilder::new(), |domain, n| {
-        let effect = states[n + MORE_STATES].as_str();
-        domain.action(&format!("ACTION_{n}"), starts.iter().copied(), [effect])
-    });
-    match Planner::new(&domain.build()?, args.planner.spec(), Seed::new(args.common.seed)) {
-        Err(
-            TaskError::TooFewDimensions { .. }
-            | TaskError::Vocabulary(VocabError::TooSimilar { .. }),
-        ) => {
-            let (dimensions, similarity) =
-                (args.planner.dimensions(), args.planner.max_similarity());
-            Err(BadArgument(format!(
-                "--dimensions {dimensions}: too few for about {} states and {actions} actions with --max-similarity \
-                 {similarity}; choose more dimensions, such as 256, or a higher similarity",
-                states.len()
-            ))
-            .into())
-        }
-        built => Ok(built.map(drop)?),
-    }
 }
 
 fn episode_spec(args: &RunArgs) -> Result<EpisodeSpec, Error> {
@@ -198,108 +157,51 @@ struct Ran {
     reason: String,
 }
 
-/// What runs the episodes: a planner graph for all of them, or a domain over which each episode builds its own.
-enum Runner<'l> {
-    Plain { planner: Arc<dyn Decider>, goal: StateId },
-    Relational { domain: &'l RelationalDomain, build: Box<PlannerBuild>, least: usize },
+/// What runs the episodes. Each builds its own planner graph, over the objects of its scene.
+struct Runner<'l> {
+    domain: &'l RelationalDomain,
+    build: PlannerBuild,
 }
 
-impl<'l> Runner<'l> {
-    fn new(args: &RunArgs, learned: &'l AnyLearned, task: &Arc<dyn Task>) -> Result<Self, Error> {
-        Ok(match learned {
-            AnyLearned::Paper(learned) => {
-                let domain = &learned.domain;
-                let Some(goal) = domain.goal() else {
-                    return Err(BadArgument("the domain has no goal".into()).into());
-                };
-                let planner = args.planner.build(args.common.seed)?.over(domain)?;
-                Self::Plain { planner, goal }
-            }
-            AnyLearned::Relational(learned) => {
-                let build = Box::new(args.planner.build(args.common.seed)?);
-                Self::Relational { domain: &learned.domain, build, least: task.min_actions() }
-            }
-        })
-    }
-
-    /// Runs one episode. `activity` is filled if the planner's activity is to be recorded.
-    fn run(
+impl Runner<'_> {
+    /// Prepares an episode. Only the recorded one keeps frames.
+    fn prepared(
         &self,
+        args: &RunArgs,
         spec: &EpisodeSpec,
         seed: Seed,
         index: usize,
-        line: &mut dyn Observer,
-        activity: Option<&mut Option<ActivityRecorder>>,
-    ) -> Result<Ran, TaskError> {
-        let mut tracer = Tracer::new(index);
-        let prepared = match self {
-            Self::Plain { .. } => None,
-            Self::Relational { domain, build, .. } => {
-                Some(PreparedEpisode::new(domain, build, spec, seed)?)
-            }
-        };
-        let planner = match (self, &prepared) {
-            (Self::Plain { planner, .. }, _) => Some(planner.clone()),
-            (_, prepared) => prepared.as_ref().map(|p| p.planner().clone()),
-        };
-        let mut recorder = planner.filter(|_| activity.is_some()).map(ActivityRecorder::new);
-        let mut observers = Observers(vec![line, &mut tracer]);
-        if let Some(recorder) = &mut recorder {
-            observers.0.push(recorder);
-        }
-        let (episode, reason) = match (self, prepared) {
-            (_, Some(prepared)) => {
-                let over = prepared.run(&mut observers)?;
-                let ended = &over.episode.report.ended;
-                let ground = over.grounds.last().map(|ground| ground.domain());
-                let reason = ended_text(ended, ground);
-                (over.episode, reason)
-            }
-            (Self::Plain { planner, goal }, None) => {
-                let grounding = Grounding::default();
-                let over = episode_observed(
-                    planner.clone(),
-                    grounding,
-                    *goal,
-                    spec,
-                    seed,
-                    &mut observers,
-                )?;
-                let reason = ended_text(&over.report.ended, Some(planner.domain()));
-                (over, reason)
-            }
-            // Every relational episode was prepared above.
-            (Self::Relational { .. }, None) => {
-                return Err(TaskError::Problem { reason: "the episode was not prepared".into() });
-            }
-        };
-        drop(observers);
-        if let Some(activity) = activity {
-            *activity = recorder;
-        }
-        Ok(Ran { episode, tracer, reason })
+    ) -> Result<PreparedEpisode<'_>, TaskError> {
+        let own = episode_seed(seed, index);
+        let frame_ms = (index == args.record_episode - 1).then_some(FRAME_MS);
+        let perturbation = args.perturb.then(|| spec.task.perturbation(own)).flatten();
+        let spec = EpisodeSpec { frame_ms, perturbation, ..spec.clone() };
+        PreparedEpisode::new(self.domain, &self.build, &spec, own)
     }
+}
 
-    /// Returns the least number of actions that solve the recorded scene.
-    fn least_skills(&self, scene: &Snapshot) -> Result<usize, TaskError> {
-        match self {
-            Self::Relational { least, .. } => Ok(*least),
-            Self::Plain { planner, goal } => {
-                let classifier = Classifier::new(planner.domain(), Grounding::default())?;
-                let (counts, _) = plan::count(&classifier, planner.domain(), scene);
-                // The count is the same in every mode and for every planner.
-                let planner = Planner::new(planner.domain(), PlannerSpec::default(), Seed::new(1))?;
-                Ok(planner.plan(&counts, *goal)?.steps.len())
-            }
-        }
+/// Runs an episode, traces it, and shows it to these observers.
+fn traced(
+    prepared: PreparedEpisode<'_>,
+    index: usize,
+    observers: Vec<&mut dyn Observer>,
+) -> Result<Ran, TaskError> {
+    let mut tracer = Tracer::new(index);
+    let mut all: Vec<&mut dyn Observer> = vec![&mut tracer];
+    for observer in observers {
+        all.push(observer);
     }
+    let episode = prepared.run(&mut Observers(all))?;
+    let ground = episode.grounds.last().map(|ground| ground.domain());
+    let reason = ended_text(&episode.report.ended, ground);
+    Ok(Ran { episode, tracer, reason })
 }
 
 /// Returns why an episode ended, in words. Obstacles refer to `domain`.
 fn ended_text(ended: &Ended, domain: Option<&Domain>) -> String {
     match (ended, domain) {
         (Ended::GoalMet, _) => "the planner took the goal as met, although it is not".into(),
-        (Ended::Stuck(obstacle), Some(domain)) => plan::obstacle_text(domain, *obstacle),
+        (Ended::Stuck(obstacle), Some(domain)) => domain.obstacle_in_words(*obstacle),
         (Ended::Stuck(_), None) => "the goal cannot be reached".into(),
         (Ended::NoWay { action }, _) => {
             format!("no part could be grasped and placed for {action}")
@@ -323,20 +225,14 @@ fn episodes(
     progress: &Progress,
 ) -> Result<(Vec<Ran>, ActivityRecorder), Error> {
     let chosen = args.record_episode - 1;
-    let run =
-        |index: usize, line: &mut dyn Observer, activity: Option<&mut Option<ActivityRecorder>>| {
-            let frame_ms = (index == chosen).then_some(FRAME_MS);
-            let own = episode_seed(seed, index);
-            let perturbation = args.perturb.then(|| spec.task.perturbation(own)).flatten();
-            let spec = EpisodeSpec { frame_ms, perturbation, ..spec.clone() };
-            runner.run(&spec, own, index, line, activity)
-        };
+    let prepared = |index: usize| runner.prepared(args, spec, seed, index);
     let (done, all) = (AtomicUsize::new(0), args.episodes);
     let recorded = || {
-        let mut activity = None;
         let name = format!("episode {} of {all}", args.record_episode);
         let mut line = ProgressLine::of_episode(progress, name);
-        let over = run(chosen, &mut line, Some(&mut activity))?;
+        let prepared = prepared(chosen)?;
+        let mut activity = ActivityRecorder::new(prepared.planner().clone());
+        let over = traced(prepared, chosen, vec![&mut line, &mut activity])?;
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
         if all > 1 {
             progress.say(format!("{done} of {all} episodes done"));
@@ -344,7 +240,7 @@ fn episodes(
         Ok::<_, TaskError>((over, activity))
     };
     let other = |index: usize| {
-        let over = run(index, &mut Ignore, None)?;
+        let over = traced(prepared(index)?, index, Vec::new())?;
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
         progress.say(format!("{done} of {all} episodes done"));
         Ok(over)
@@ -363,7 +259,6 @@ fn episodes(
     };
     let ((recorded, activity), mut episodes) = (recorded?, others?);
     episodes.insert(chosen, recorded);
-    let activity = activity.ok_or_else(|| BadArgument("no activity was recorded".into()))?;
     Ok((episodes, activity))
 }
 

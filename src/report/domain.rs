@@ -1,53 +1,15 @@
 //! Domains as the page reads them.
 
-use serde::Deserialize;
 use serde_json::{Value, json};
 
 use crate::task::TaskError;
-use crate::task::domain::Domain;
 use crate::task::relational::{
     Coordinate, Frame, FrameState, NeedVerdict, Place, RelationalDomain, RelationalOperator, Role,
 };
 
-/// The field that tells the versions apart. The other fields are skipped without being kept.
-#[derive(Deserialize)]
-struct Head {
-    version: Option<Value>,
-}
-
 /// Reads a domain file of any version and returns it as the page reads it.
 pub(super) fn to_page(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
-    match serde_json::from_slice(bytes).ok().and_then(|Head { version }| version?.as_u64()) {
-        Some(1 | 2) => Domain::parse(bytes, name).map(|domain| plain(&domain)),
-        _ => RelationalDomain::parse(bytes, name).map(|domain| framed(&domain)),
-    }
-}
-
-/// Returns a domain without frames as the page reads it: states with their geometry, and operators with
-/// the names of their states and their evidence. Geometry and evidence are null in a domain written in code.
-fn plain(domain: &Domain) -> Value {
-    let states = domain.states().iter().map(|s| {
-        let learned = s.learned.as_ref();
-        json!({
-            "name": s.name, "kind": s.kind, "count": learned.map(|l| l.count),
-            "distinct": learned.map(|l| l.distinct), "origin": learned.map(|l| l.origin),
-            "mean": learned.map(|l| &l.mean), "covariance": learned.map(|l| &l.covariance),
-        })
-    });
-    let operators = domain.operators().iter().map(|o| {
-        json!({
-            "name": o.name, "kind": o.kind(), "from": o.from.map(|s| &domain[s].name),
-            "to": domain[o.to].name, "preconditions": domain.names(&o.preconditions),
-            "effects": domain.names(&o.effects), "absent": domain.names(&o.absent),
-            "removes": domain.names(&o.removes), "evidence": o.evidence,
-        })
-    });
-    json!({
-        "provenance": domain.provenance(),
-        "goal": domain.goal_name(),
-        "states": states.collect::<Vec<_>>(),
-        "operators": operators.collect::<Vec<_>>(),
-    })
+    RelationalDomain::parse(bytes, name).map(|domain| framed(&domain))
 }
 
 /// Returns a domain with frames as the page reads it: tables in words, and the ellipsoids of the 3-D view.

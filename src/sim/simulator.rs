@@ -278,6 +278,11 @@ impl Simulator {
         self.world.as_deref()
     }
 
+    /// Ends the run and returns its world, if it has one.
+    pub fn into_world(self) -> Option<Box<dyn World>> {
+        self.world
+    }
+
     /// Runs for `span` of simulated time.
     ///
     /// # Errors

@@ -10,6 +10,7 @@ use crate::neurons::SolvedFileError;
 use crate::robot::RobotError;
 use crate::sim::{BuildErrors, SimError};
 use crate::spa::VocabError;
+use crate::task::regression::GoalSetError;
 
 /// A fault in an input file: where it is, what was found and what was expected.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -158,6 +159,9 @@ pub enum TaskError {
         /// Why they give no problem.
         reason: String,
     },
+    /// The planner of goal sets cannot be built.
+    #[error(transparent)]
+    GoalSets(#[from] GoalSetError),
     /// A vocabulary could not be built.
     #[error(transparent)]
     Vocabulary(#[from] VocabError),

@@ -4,15 +4,13 @@
 //!
 //! 1. **Get a recording.** [`Recording::read`] reads one from a file. [`demonstrate`] records scripted demonstrations
 //!    in the Rapier scene.
-//! 2. **Learn a domain.** [`learn::learn_relational`] infers states in the frames of objects and operators with
-//!    parameters, and returns a [`relational::RelationalDomain`]. [`learn::learn`] is the learner of the paper and
-//!    returns a [`Domain`]. To write a domain in code instead, use [`DomainBuilder`].
-//! 3. **Plan.** A [`relational::Grounder`] finds the state and the reference of each object in a scene, given as a
-//!    [`Snapshot`]. [`relational::Problem::ground`] turns scene and goal into a [`Domain`], and a [`planner::Planner`]
-//!    gives its [`Verdict`]: the next action, goal met, or stuck. For the paper's domains, a [`Classifier`] takes the
-//!    place of the grounder.
-//! 4. **Execute.** [`execute::relational_episode`] and [`execute::episode`] run the closed loop in the scene: look,
-//!    decide, act, repeat.
+//! 2. **Learn a domain.** [`learn::learn`] infers states in the frames of objects and operators with parameters, and returns
+//!    a [`relational::RelationalDomain`]. The method of the paper is one of its settings.
+//! 3. **Plan.** A [`relational::Classifier`] finds the state and the reference of each object in a scene, given as a
+//!    [`Snapshot`]. [`planner::PlannerBuild::plan`] plans from there, and returns moves with target poses.
+//! 4. **Execute.** [`execute::episode`] runs the closed loop in the scene: look, decide, act, repeat.
+//!
+//! For planning without geometry, write a [`Domain`] in code with [`DomainBuilder`] and give it to a [`planner::Planner`].
 //!
 //! *The paper* is X. Yao, P. Blouw, S. Nair and B. Tripp, "Inferring symbols from demonstrations to support
 //! vector-symbolic planning in a robotic assembly task".
@@ -23,8 +21,8 @@
 //! |---|---|
 //! | [`strips`] | PDDL, trajectories, and action models learned from them |
 //! | [`regression`] | the planner of goal sets, made of neurons alone, over grounded problems |
-//! | [`domain`] | states, operators, recordings, classification of objects, the reference planner |
-//! | [`relational`] | states in frames, operators with parameters, goals; grounding and planning with them |
+//! | [`domain`] | states, operators, recordings, the reference planner |
+//! | [`relational`] | learned domains: states in frames, operators with parameters, goals; classification, files, compilation |
 //! | [`pddl`] | writes learned domains, with a situation and a goal, as PDDL |
 //! | [`event`] | progress events and observers |
 //! | [`learn`] | learning a domain from a recording |
@@ -60,11 +58,10 @@ pub mod strips;
 pub mod tasks;
 
 pub use domain::{
-    AcceptableAnswers, ActionId, Classifier, Commitment, Composition, Demonstration, Domain,
-    DomainBuilder, Evidence, Factor, GaussianGate, Grounded, Grounding, KindClusters, Labels,
-    LearnedState, MIN_DISTINCT, ObjectPose, Obstacle, Offset, Operator, Origin, Parameter, Part,
-    Pose, Provenance, Recording, Rules, Sensing, Snapshot, SnapshotEvent, State, StateId, Verdict,
-    WorldState, acceptable_answers, mean_orientation, rotation_between,
+    AcceptableAnswers, ActionId, Commitment, Composition, Demonstration, Domain, DomainBuilder,
+    Factor, Labels, ObjectPose, Obstacle, Offset, Operator, Origin, Part, Pose, Recording, Rules,
+    Sensing, Snapshot, SnapshotEvent, State, StateId, Verdict, WorldState, acceptable_answers,
+    mean_orientation, rotation_between,
 };
 pub use error::{InputFault, TaskError};
 #[cfg(feature = "physics")]

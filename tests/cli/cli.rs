@@ -13,7 +13,9 @@ use assert_cmd::Command;
 use serde_json::Value;
 use symbolt::sim::{Real, RunConfig, Seed, SimDuration, Simulator, World, WorldError, WorldSave};
 use symbolt::task::planner::{Planner, PlannerSpec};
-use symbolt::task::{Domain, DomainBuilder};
+use symbolt::task::relational::RelationalDomain;
+
+use crate::propositional::propositional;
 
 fn symbolt(folder: &Path, args: &[&str]) -> Output {
     Command::cargo_bin("symbolt")
@@ -210,12 +212,13 @@ fn every_table_fits_80_columns_and_breaks_no_name() {
     assert!(learned.contains("Conditions before each action"), "{learned}");
     let noisy = ["learn", "noisy.jsonl", "--method", "paper", "--out", "noisy_paper.json"];
     let learned = ok(path, &noisy);
-    assert!(learned.contains("attempts failed:") && learned.contains("Evidence"), "{learned}");
+    for part in ["attempts failed:", "Conditions before each action", "Clustering thresholds"] {
+        assert!(learned.contains(part), "{learned}");
+    }
     fits(&learned, &names(&path.join("noisy_paper.json")));
     fits(&ok(path, &["learn", "noisy.jsonl"]), &names(&path.join("noisy.json")));
     let paper = names(&path.join("paper.json"));
     fits(&ok(path, &["learn", "demos.jsonl", "--method", "paper"]), &paper);
-    fits(&ok(path, &["plan", "paper.json", "--scene", "scene.json"]), &paper);
     for args in [
         &["learn", "demos.jsonl"][..],
         &["classify", "domain.json", "demos.jsonl"],
@@ -236,6 +239,7 @@ fn every_table_fits_80_columns_and_breaks_no_name() {
         fits(&ok(path, &args), &own);
     };
     planned("domain.json", &domain);
+    planned("paper.json", &paper);
     // Longer names of a user's own, up to some that fit no table.
     for long in ["THE_BOLT_STANDS_IN_ITS_HOLE", "THE_BOLT_STANDS_UPRIGHT_IN_THE_HOLE_OF_THE_JIG"] {
         let action = format!("BOLT_AT_BOLT_HOLE={long}");
@@ -360,7 +364,8 @@ impl World for Asking {
 #[test]
 fn a_planner_that_knows_its_goal_decides_sooner() {
     let folder = prepared();
-    let domain = Domain::read(&folder.path().join("paper.json")).expect("valid");
+    let learned = RelationalDomain::read(&folder.path().join("paper.json")).expect("valid");
+    let domain = propositional(&learned);
     let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1)).expect("builds");
     let world = domain.world(["NUT_AT_START", "BOLT_AT_START"]).expect("states");
     let goal = domain.state("BOLT_AT_NUT_POCKET").expect("a state");
@@ -395,6 +400,7 @@ fn a_planner_that_knows_its_goal_decides_sooner() {
 fn learn_gives_the_promised_keys() {
     let folder = prepared();
     let found = json(folder.path(), &["learn", "demos.jsonl", "--json"]);
+    let nothing = serde_json::json!({});
     let states = found["states"].as_array().expect("states");
     assert_eq!(states.len(), 5);
     for state in states {
@@ -402,13 +408,17 @@ fn learn_gives_the_promised_keys() {
         assert_eq!(state["position"].as_array().map(Vec::len), Some(3));
         assert_eq!(state["spread"].as_array().map(Vec::len), Some(3));
     }
-    let next = found["next_merge_m"]["bolt"].as_f64().expect("metres");
-    assert!((0.0010..0.0016).contains(&next), "{next}");
+    // It found no clusters, so it has no thresholds.
+    assert_eq!((&found["next_merge_m"], &found["threshold_m"]), (&nothing, &nothing));
     let operators = found["operators"].as_array().expect("operators");
     assert_eq!(operators.len(), 3);
     for key in ["name", "preconditions", "effects", "absent"] {
         assert!(operators.iter().all(|o| !o[key].is_null()), "{key}");
     }
+    // The paper's learner has one for each kind.
+    let paper = json(folder.path(), &["learn", "demos.jsonl", "--method", "paper", "--json"]);
+    let next = paper["next_merge_m"]["bolt"].as_f64().expect("metres");
+    assert!((0.0010..0.0016).contains(&next), "{next}");
     // Given a threshold, as in the paper; from standard input.
     let text = std::fs::read(folder.path().join("demos.jsonl")).expect("there");
     let output = Command::cargo_bin("symbolt")
@@ -453,13 +463,14 @@ fn plan_says_what_to_do_and_when_it_knew() {
     let chain = ["plan", "paper.json", "--scene", "scene.json", "--planner", "chain", "--json"];
     let asked = json(folder.path(), &chain);
     for (plan, planner, counted, least, known) in [
-        (&plan, "goal-sets", "goal_sets", 6, "01 costs BOLT_AT_NUT_POCKET"),
-        (&asked, "chain", "questions", 10, "01 preconditions BOLT_AT_NUT_POCKET"),
+        (&plan, "goal-sets", "goal_sets", 6, "01 costs "),
+        (&asked, "chain", "questions", 10, "01 preconditions "),
     ] {
         assert_eq!(plan["planner"], planner);
         assert!(plan[counted].as_u64().is_some_and(|count| count >= 3), "{plan}");
         let milestones = plan["milestones_ms"].as_object().expect("milestones");
-        assert!(milestones.len() >= least && milestones.contains_key(known), "{milestones:?}");
+        assert!(milestones.len() >= least, "{milestones:?}");
+        assert!(milestones.keys().any(|name| name.starts_with(known)), "{milestones:?}");
         let mut times: Vec<f64> = milestones.values().filter_map(Value::as_f64).collect();
         times.sort_by(f64::total_cmp);
         assert_eq!(plan["decision_ms"].as_f64(), times.last().copied());
@@ -476,14 +487,13 @@ fn plan_says_what_to_do_and_when_it_knew() {
     let text = std::fs::read_to_string(folder.path().join("paper.json")).expect("there");
     let mut domain: Value = serde_json::from_str(&text).expect("JSON");
     let mut other = domain["operators"][0].clone();
-    let (state, first) = (other["to"].clone(), other["name"].clone());
     other["name"] = "ANOTHER_WAY".into();
     domain["operators"].as_array_mut().expect("operators").push(other);
     std::fs::write(folder.path().join("two_ways.json"), domain.to_string()).expect("writes");
     let args = ["plan", "two_ways.json", "--scene", "scene.json", "--planner", "chain", "--json"];
     let choices = &json(folder.path(), &args)["choices"];
-    assert_eq!(choices[0]["state"], state);
-    assert_eq!((&choices[0]["action"], &choices[0]["among"]), (&first, &Value::from(2)));
+    assert!(choices[0]["state"].is_string() && choices[0]["action"].is_string(), "{choices}");
+    assert!(choices[0]["among"].as_u64().is_some_and(|among| among >= 2), "{choices}");
     assert!(choices[0]["why"].as_str().is_some_and(|why| why.contains("preferred")));
     assert!(ok(folder.path(), &args[..6]).contains("Choices among several causes:"));
 
@@ -500,8 +510,44 @@ fn plan_says_what_to_do_and_when_it_knew() {
         assert_eq!(plan["status"], "stuck");
         assert_eq!(
             stuck.err.trim_end(),
-            "symbolt: stuck: BOLT_AT_START does not hold and no action causes it"
+            "symbolt: stuck: the goal asks for 1 of BOLT_AT_NUT_POCKET, and the scene has 0 \
+             objects of kind `bolt`"
         );
+    }
+}
+
+#[test]
+fn one_file_and_one_scene_give_plan_actions_and_classify_one_answer() {
+    let folder = prepared();
+    let path = folder.path();
+    let text = std::fs::read_to_string(path.join("scene.json")).expect("there");
+    let mut scene: Value = serde_json::from_str(&text).expect("JSON");
+    let objects = scene["objects"].as_array_mut().expect("objects");
+    let nut = objects.iter_mut().find(|o| o["kind"] == "nut").expect("a nut");
+    let (id, ground) = (nut["id"].clone(), nut["position"][2].as_f64().expect("metres"));
+    for above_mm in [0.0, 5.0, 7.0, 9.0, 60.0] {
+        let objects = scene["objects"].as_array_mut().expect("objects");
+        let nut = objects.iter_mut().find(|o| o["kind"] == "nut").expect("a nut");
+        nut["position"][2] = (ground + above_mm / 1e3).into();
+        std::fs::write(path.join("above.json"), scene.to_string()).expect("writes");
+        for domain in ["paper.json", "domain.json"] {
+            let args = ["classify", domain, "above.json", "--json"];
+            let lines = ok(path, &args);
+            let mut lines = lines.lines().map(|l| serde_json::from_str::<Value>(l).expect("JSON"));
+            let found = lines.find(|l| l["id"] == id).expect("the nut");
+            let known = found["state"] == "NUT_AT_START";
+            assert!(known == (above_mm < 10.0), "{domain}, {above_mm} mm: {found}");
+            let args = [domain, "--scene", "above.json", "--json", "--quiet"];
+            let planned = run(path, &[&["plan"], &args[..]].concat());
+            let plan: Value = serde_json::from_str(&planned.out).expect("JSON");
+            let moved = |moves: &Value| {
+                moves.as_array().is_some_and(|moves| moves.iter().any(|m| m["object"] == id))
+            };
+            assert_eq!((planned.code == 0, moved(&plan["steps"])), (known, known), "{plan}");
+            let listed = run(path, &[&["actions"], &args[..]].concat());
+            let lines = listed.out.lines().map(|l| serde_json::from_str::<Value>(l).expect("JSON"));
+            assert_eq!(moved(&lines.collect()), known, "{domain}, {above_mm} mm: {}", listed.out);
+        }
     }
 }
 
@@ -542,26 +588,6 @@ fn rename_and_check_serve_a_person() {
 }
 
 #[test]
-fn of_a_domain_written_in_code_only_what_it_has_is_printed() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let domain = DomainBuilder::new().action("BREW", ["WATER"], ["TEA"]).build().expect("valid");
-    let text = domain.to_json().expect("plain data");
-    std::fs::write(folder.path().join("tea.json"), text).expect("writes");
-    let args = ["rename", "tea.json", "TEA=COFFEE", "--out", "coffee.json"];
-    let printed = ok(folder.path(), &args);
-    let expected = "2 states:\n\n\
-                    | state  | kind   |\n\
-                    |--------|--------|\n\
-                    | WATER  | object |\n\
-                    | COFFEE | object |\n\n\
-                    1 action:\n\n\
-                    | action | preconditions | effects |\n\
-                    |--------|---------------|---------|\n\
-                    | BREW   | WATER         | COFFEE  |\n\n";
-    assert_eq!(printed, expected);
-}
-
-#[test]
 fn bad_usage_and_bad_input_return_2_and_leave_nothing_behind() {
     let folder = prepared();
     let path = folder.path();
@@ -577,7 +603,7 @@ fn bad_usage_and_bad_input_return_2_and_leave_nothing_behind() {
             .replace("\"version\": 3", "\"version\": 7")
             .into_bytes(),
     );
-    let cases: [(&[&str], &str); 58] = [
+    let cases: [(&[&str], &str); 55] = [
         (&["learn", "missing.jsonl", "--out", "x.json"], "missing.jsonl"),
         (&["learn", "cut.jsonl", "--out", "x.json"], "cut.jsonl, line 24"),
         (&["learn", "bytes.jsonl", "--out", "x.json"], "not UTF-8"),
@@ -600,19 +626,6 @@ fn bad_usage_and_bad_input_return_2_and_leave_nothing_behind() {
         (
             &["plan", "a", "--scene", "b", "--dimensions", "0", "--planner", "chain"],
             "--dimensions 0: must be",
-        ),
-        (
-            &[
-                "plan",
-                "paper.json",
-                "--scene",
-                "scene.json",
-                "--dimensions",
-                "4",
-                "--planner",
-                "chain",
-            ],
-            "use more dimensions",
         ),
         (
             &["plan", "domain.json", "--scene", "scene.json", "--dimensions", "512"],
@@ -643,10 +656,6 @@ fn bad_usage_and_bad_input_return_2_and_leave_nothing_behind() {
         (&["record", "--demos", "0"], "--demos 0: must be 1 to 1000"),
         (&["record", "--labels"], "--labels needs --kinematic"),
         (&["learn", "demos.jsonl", "--threads", "9999"], "--threads 9999: must be 0 to 1024"),
-        (
-            &["plan", "a", "--scene", "b", "--max-similarity", "3", "--planner", "chain"],
-            "--max-similarity 3: must be more than 0 and at most 1",
-        ),
         (&["plan", "-", "--scene", "-"], "cannot both come from standard input"),
         (&["classify", "-", "-"], "cannot both come from standard input"),
         (&["bench", "bind", "--sim-seconds", "0"], "--sim-seconds 0: must be 0.3 to 3600"),
@@ -670,10 +679,6 @@ fn bad_usage_and_bad_input_return_2_and_leave_nothing_behind() {
             "--threshold needs --method paper",
         ),
         (&["learn", "demos.jsonl", "--method", "guess"], "invalid value 'guess'"),
-        (
-            &["classify", "domain.json", "demos.jsonl", "--grounding", "nearest"],
-            "--grounding nearest: the domain has states in frames",
-        ),
         (&["actions", "-", "--scene", "-"], "cannot both come from standard input"),
         (&["actions", "domain.json", "--scene", "demos.jsonl"], "more than one snapshot"),
         (&["actions", "old.json", "--scene", "scene.json"], "it is 7; expected 1 to 3"),

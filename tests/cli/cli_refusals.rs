@@ -158,38 +158,6 @@ fn a_bad_option_of_any_command_is_refused_before_any_work() {
         (plan, "--mode foo", "--mode: there is no mode `foo`; the modes are: direct, rate, lif"),
         ("bench bind", "--mode foo", "--mode: there is no mode `foo`; the modes are: direct"),
         ("run", "--planner chain --dimensions 0", "--dimensions 0: must be "),
-        (
-            "run",
-            "--planner chain --dimensions 4 --method paper",
-            "--dimensions 4: too few for about 6 states",
-        ),
-        (
-            "run",
-            "--planner chain --dimensions 12 --method paper",
-            "--dimensions 12: too few for about 6 states",
-        ),
-        (paper, "--planner chain --dimensions 4 --quiet", "(--dimensions, --max-similarity)"),
-        (
-            "run",
-            "--planner chain --max-similarity 0 --method paper",
-            "--max-similarity 0: must be more than 0",
-        ),
-        (
-            "run",
-            "--planner chain --max-similarity 0.1",
-            "--max-similarity has no effect on a relational domain",
-        ),
-        (
-            "run",
-            "--absent",
-            "--absent has no effect on a relational domain; leave it out, or add --method paper",
-        ),
-        (
-            plan,
-            "--planner chain --max-similarity 0.2",
-            "--max-similarity has no effect on a relational domain",
-        ),
-        (plan, "--absent", "or use a domain of `symbolt learn --method paper`"),
         (plan, "--goal NOWHERE", "NOWHERE"),
         (paper, "--goal NOWHERE", "NOWHERE"),
         // Episodes and demonstrations.
@@ -251,7 +219,6 @@ fn a_bad_option_of_any_command_is_refused_before_any_work() {
         ("learn-model d.pddl", "missing", "cannot read d.pddl"),
         ("learn-model - -", "", "can come from standard input (-)"),
         (classify, "--limit 0", "--limit 0: must be a finite number above 0"),
-        (classify, "--grounding nearest", "--grounding nearest: the domain has states in frames"),
         ("classify missing.json demos.jsonl", "", "cannot read missing.json"),
         ("classify domain.json missing.jsonl", "", "cannot read missing.jsonl"),
         (plan, "--limit nan", "--limit NaN: must be a finite number above 0"),

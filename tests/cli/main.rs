@@ -4,6 +4,8 @@
 
 #[path = "../support/beside.rs"]
 mod beside;
+#[path = "../support/propositional.rs"]
+mod propositional;
 #[path = "../support/run.rs"]
 mod run;
 

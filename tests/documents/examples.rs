@@ -100,7 +100,7 @@ fn ablate_cleanup_shows_what_the_memory_is_for() {
 fn learn_recording_learns_the_assembly() {
     let (learned, seen) = learn_recording::run().expect("runs");
     assert_eq!((learned.report.failed(), learned.report.attempts.len()), (6, 29));
-    assert_eq!((learned.domain.states().len(), learned.domain.operators().len()), (5, 3));
+    assert_eq!((learned.domain.states.len(), learned.domain.operators.len()), (5, 3));
     let states: Vec<Option<&str>> = seen.iter().map(|(_, state)| state.as_deref()).collect();
     let (nut, bolt) = (Some("NUT_AT_START"), Some("BOLT_AT_START"));
     assert_eq!(states, [nut, nut, nut, bolt, bolt, bolt, None, None]);

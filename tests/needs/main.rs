@@ -9,6 +9,8 @@ use libtest_mimic::Arguments;
 mod chromium;
 #[path = "../support/needs.rs"]
 mod needs;
+#[path = "../support/propositional.rs"]
+mod propositional;
 #[cfg(feature = "cli")]
 #[path = "../support/run.rs"]
 mod run;

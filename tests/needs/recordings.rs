@@ -11,15 +11,15 @@ use std::path::PathBuf;
 use libtest_mimic::Trial;
 use rand::RngExt;
 use symbolt::sim::Seed;
-use symbolt::task::learn::{AttemptOutcome, Learned, Settings, learn, learn_relational};
+use symbolt::task::learn::{AttemptOutcome, Learned, Settings, learn};
 use symbolt::task::planner::{Planner, PlannerSpec};
-use symbolt::task::relational::{Grounder, NeedVerdict, RelationalDomain};
+use symbolt::task::relational::{Classifier, ClassifierRule, NeedVerdict, RelationalDomain};
 use symbolt::task::{
-    Classifier, Domain, Grounding, Labels, Pose, Recording, Sensing, StateId, Verdict, WorldState,
-    acceptable_answers,
+    Labels, Pose, Recording, Sensing, Verdict, WorldState, acceptable_answers,
 };
 
 use crate::needs::{named, only_if};
+use crate::propositional;
 
 /// Returns the path of the recordings; `None` if the variable is not set.
 fn path() -> Option<PathBuf> {
@@ -57,7 +57,7 @@ fn complete(recording: &Recording) -> Recording {
 }
 
 fn learned(recording: &Recording, threshold_m: Option<f64>) -> Learned {
-    learn(recording, &Settings { threshold_m, ..Settings::default() })
+    learn(recording, &Settings { threshold_m, ..Settings::paper() })
         .expect("it can be learned from")
 }
 
@@ -78,24 +78,24 @@ const MEANS: [(&str, [f64; 3]); 5] = [
 
 /// Finds the learned state for each of the paper's states: a state of the same kind and height and, unless it is on the
 /// table, at the same position.
-fn match_states(domain: &Domain) -> [StateId; 5] {
+fn match_states(domain: &RelationalDomain) -> [usize; 5] {
     let mut used = BTreeSet::new();
     let found = MEANS.map(|(kind, mean)| {
-        let near = |id: &StateId| {
-            let state = &domain[*id];
-            let learned = state.learned.as_ref().expect("it was learned");
-            let high = (learned.mean.position[1] - mean[1]).abs() < 5e-4;
+        let near = |at: &usize| {
+            let state = &domain.states[*at];
+            let position = state.places[0].pose().position;
+            let high = (position[1] - mean[1]).abs() < 5e-4;
             let put = mean[1] > 0.05;
-            let there = (0..3).all(|a| (learned.mean.position[a] - mean[a]).abs() < 0.02);
+            let there = (0..3).all(|a| (position[a] - mean[a]).abs() < 0.02);
             state.kind == kind && high && (!put || there)
         };
-        let all: Vec<StateId> = domain.state_ids().filter(near).collect();
-        assert_eq!(all.len(), 1, "{kind} {mean:?} in {:?}", domain.states());
+        let all: Vec<usize> = (0..domain.states.len()).filter(near).collect();
+        assert_eq!(all.len(), 1, "{kind} {mean:?} in {:?}", domain.states);
         used.insert(all[0]);
         all[0]
     });
     assert_eq!(used.len(), 5);
-    assert_eq!(domain.states().len(), 5, "{:?}", domain.states());
+    assert_eq!(domain.states.len(), 5, "{:?}", domain.states);
     found
 }
 
@@ -105,17 +105,15 @@ fn the_papers_settings_give_the_papers_states() {
     let places = match_states(&domain);
     let mut worst: f64 = 0.0;
     for (place, (kind, mean)) in places.iter().zip(MEANS) {
-        let state = &domain[*place];
+        let state = &domain.states[*place];
         assert_eq!(state.kind, kind);
-        let learned = state.learned.as_ref().expect("it was learned");
-        for (found, expected) in learned.mean.position.iter().zip(mean) {
+        for (found, expected) in state.places[0].pose().position.iter().zip(mean) {
             worst = worst.max((found - expected).abs());
         }
     }
     assert!(worst < 1e-4, "{worst}");
     let next: BTreeMap<&str, f64> = domain
-        .provenance()
-        .expect("it was learned")
+        .provenance
         .clusters
         .iter()
         .filter_map(|c| Some((c.kind.as_str(), c.next_merge_m?)))
@@ -125,20 +123,20 @@ fn the_papers_settings_give_the_papers_states() {
 
 fn without_any_setting_the_whole_file_gives_five_states_and_three_operators() {
     let (recording, _) = recordings();
-    let Learned { domain, report } = learned(&recording, None);
+    let Learned { domain, report, .. } = learned(&recording, None);
     let places = match_states(&domain);
-    assert_eq!(domain.operators().len(), 3, "{:?}", domain.operators());
-    let needs = |effect: usize| -> BTreeSet<StateId> {
-        let operator = domain.operators().iter().find(|o| o.to == places[effect]).expect("there");
-        assert_eq!(operator.effects, [places[effect]]);
-        operator.preconditions.iter().copied().collect()
+    assert_eq!(domain.operators.len(), 3, "{:?}", domain.operators);
+    let needs = |effect: usize| -> BTreeSet<&str> {
+        let operator = domain.operators.iter().find(|o| o.to == places[effect]).expect("there");
+        propositional::needs(&domain, operator).into_iter().collect()
     };
-    let set =
-        |states: &[usize]| -> BTreeSet<StateId> { states.iter().map(|s| places[*s]).collect() };
+    let set = |states: &[usize]| -> BTreeSet<&str> {
+        states.iter().map(|s| domain.states[places[*s]].name.as_str()).collect()
+    };
     assert_eq!(needs(NUT_JIG), set(&[NUT_TABLE, BOLT_TABLE]));
     assert_eq!(needs(BOLT_JIG), set(&[BOLT_TABLE, NUT_JIG]));
     assert_eq!(needs(BOLT_ASSEMBLED), set(&[NUT_JIG, BOLT_JIG]));
-    assert_eq!(domain.goal(), Some(places[BOLT_ASSEMBLED]));
+    assert_eq!(domain.goals[0].state, places[BOLT_ASSEMBLED]);
 
     let failed: Vec<(u64, u64)> = report
         .attempts
@@ -161,7 +159,7 @@ fn every_complete_demonstration_alone_gives_the_same_five_states() {
         let one = recording.filter(|d| d.number == demo.number);
         let domain = learned(&one, None).domain;
         match_states(&domain);
-        assert_eq!(domain.operators().len(), 3, "demonstration {}", demo.number);
+        assert_eq!(domain.operators.len(), 3, "demonstration {}", demo.number);
         alone += 1;
     }
     assert_eq!(alone, 5);
@@ -189,18 +187,23 @@ fn truth(kind: &str, pose: &Pose) -> Option<usize> {
 
 /// Classifies every nut and bolt of the file. Returns the number of right answers, of all poses, and of poses put into
 /// a wrong state.
-fn score(domain: &Domain, rule: Grounding, recording: &Recording) -> (usize, usize, usize) {
+fn score(
+    domain: &RelationalDomain,
+    rule: ClassifierRule,
+    recording: &Recording,
+) -> (usize, usize, usize) {
     let places = match_states(domain);
-    let classifier = Classifier::new(domain, rule).expect("the rule is sound");
+    let classifier = Classifier::new(domain).with_rule(rule).expect("the rule is sound");
     let (mut right, mut all, mut wrong) = (0, 0, 0);
     for snapshot in recording.demos.iter().flat_map(|d| &d.snapshots) {
         for object in &snapshot.objects {
+            let found = classifier.classify_alone(&object.kind, &object.pose).fact;
+            let found = found.map(|fact| fact.state);
             if !matches!(&*object.kind, "nut" | "bolt") {
-                assert_eq!(classifier.classify(&object.kind, &object.pose).state, None);
+                assert_eq!(found, None);
                 continue;
             }
             let expected = truth(&object.kind, &object.pose).map(|t| places[t]);
-            let found = classifier.classify(&object.kind, &object.pose).state;
             all += 1;
             right += usize::from(found == expected);
             wrong += usize::from(found.is_some() && found != expected);
@@ -212,12 +215,12 @@ fn score(domain: &Domain, rule: Grounding, recording: &Recording) -> (usize, usi
 fn every_pose_of_the_file_is_classified_right() {
     let (recording, _) = recordings();
     let domain = learned(&recording, None).domain;
-    assert_eq!(score(&domain, Grounding::default(), &recording), (169, 169, 0));
+    assert_eq!(score(&domain, ClassifierRule::default(), &recording), (169, 169, 0));
     // The paper's rule always answers with a state. It is wrong for the two poses of the standing bolt only.
-    assert_eq!(score(&domain, Grounding::paper(), &recording), (167, 169, 2));
+    assert_eq!(score(&domain, ClassifierRule::paper(), &recording), (167, 169, 2));
     for demo in complete(&recording).demos {
         let one = learned(&recording.filter(|d| d.number == demo.number), None).domain;
-        let (right, all, wrong) = score(&one, Grounding::default(), &recording);
+        let (right, all, wrong) = score(&one, ClassifierRule::default(), &recording);
         assert!(right >= 160 && wrong <= 2, "{right} {all} {wrong}");
     }
 }
@@ -226,9 +229,9 @@ fn a_part_is_on_the_table_anywhere_and_in_any_roll_but_not_above_it() {
     let (recording, _) = recordings();
     let domain = learned(&recording, None).domain;
     let places = match_states(&domain);
-    let classifier = Classifier::new(&domain, Grounding::default()).expect("sound");
+    let classifier = Classifier::new(&domain);
     let state = |kind: &str, position: [f64; 3], orientation: [f64; 4]| {
-        classifier.classify(kind, &Pose { position, orientation }).state
+        classifier.classify_alone(kind, &Pose { position, orientation }).fact.map(|f| f.state)
     };
     let flat = [0.5, 0.5, 0.5, 0.5];
     let mut placed = 0;
@@ -254,12 +257,12 @@ fn after_one_demonstration_parts_above_the_table_are_in_no_state() {
     for demo in &complete(&recording).demos {
         let one = recording.filter(|d| d.number == demo.number);
         let domain = learned(&one, None).domain;
-        let classifier = Classifier::new(&domain, Grounding::default()).expect("sound");
+        let classifier = Classifier::new(&domain);
         let mut rng = Seed::new(demo.number).rng();
         for _ in 0..100 {
             let [x, z]: [f64; 2] = std::array::from_fn(|_| 2.0 * rng.random::<f64>() - 1.0);
             for (kind, y) in [("bolt", 0.0272), ("nut", 0.0016)] {
-                let state = |y| classifier.classify(kind, &Pose::at([x, y, z])).state;
+                let state = |y| classifier.classify_alone(kind, &Pose::at([x, y, z])).fact;
                 on += u32::from(state(y).is_some());
                 above += u32::from(state(y + 0.008).is_some());
                 above += u32::from(state(y + 0.1).is_some());
@@ -274,7 +277,7 @@ fn after_one_demonstration_parts_above_the_table_are_in_no_state() {
 
 fn inferred_actions_agree_with_the_labels_of_a_person() {
     let (recording, labels) = recordings();
-    let Learned { domain, report } = learned(&recording, None);
+    let Learned { domain, report, .. } = learned(&recording, None);
     let places = match_states(&domain);
     let mut scored = 0;
     for attempt in &report.attempts {
@@ -288,7 +291,7 @@ fn inferred_actions_agree_with_the_labels_of_a_person() {
             other => panic!("an unknown label {other}"),
         };
         if let AttemptOutcome::Action(action) = attempt.outcome {
-            assert_eq!(domain[action].to, places[expected], "{attempt:?}");
+            assert_eq!(domain.operators[action.index()].to, places[expected], "{attempt:?}");
             scored += 1;
         }
         let kind = if expected == NUT_JIG { "nut" } else { "bolt" };
@@ -299,7 +302,7 @@ fn inferred_actions_agree_with_the_labels_of_a_person() {
 
 fn the_planner_graph_agrees_with_the_reference_planner_on_the_domain_of_the_file() {
     let (recording, _) = recordings();
-    let domain = learned(&recording, None).domain;
+    let domain = propositional::propositional(&learned(&recording, None).domain);
     let (mut act, mut met, mut stuck) = (0, 0, 0);
     for seed in 0..20 {
         let planner =
@@ -331,9 +334,9 @@ fn is_the_papers(domain: &RelationalDomain) -> bool {
 
 /// Returns the state of each object of the file, in the terms of the paper: on the table, in the jig or assembled.
 fn said(domain: &RelationalDomain, recording: &Recording) -> Vec<Option<&'static str>> {
-    let grounder = Grounder::new(domain);
+    let classifier = Classifier::new(domain);
     let snapshots = recording.demos.iter().flat_map(|d| &d.snapshots);
-    let located = snapshots.flat_map(|s| grounder.layout(s).located);
+    let located = snapshots.flat_map(|s| classifier.classify(s).located);
     let name = |state: usize| {
         let state = &domain.states[state];
         match state.name.as_str() {
@@ -348,13 +351,13 @@ fn said(domain: &RelationalDomain, recording: &Recording) -> Vec<Option<&'static
 
 fn the_relational_learner_finds_five_states_and_three_operators() {
     let (recording, _) = recordings();
-    let learned = learn_relational(&recording, &Settings::default()).expect("it teaches");
+    let learned = learn(&recording, &Settings::default()).expect("it teaches");
     assert!(is_the_papers(&learned.domain), "{:#?}", learned.domain);
     let alone = complete(&recording);
     assert!(alone.demos.len() >= 4);
     for demo in &alone.demos {
         let one = recording.filter(|d| d.number == demo.number);
-        let learned = learn_relational(&one, &Settings::default()).expect("it teaches");
+        let learned = learn(&one, &Settings::default()).expect("it teaches");
         assert!(is_the_papers(&learned.domain), "demonstration {}", demo.number);
     }
 }
@@ -364,7 +367,7 @@ fn what_always_lay_there_is_no_need_of_the_demonstrations_with_three_of_each() {
     let three = recording
         .filter(|d| d.snapshots[0].objects.iter().filter(|o| &*o.kind == "nut").count() == 3);
     assert_eq!(three.demos.len(), 6);
-    let domain = learn_relational(&three, &Settings::default()).expect("it teaches").domain;
+    let domain = learn(&three, &Settings::default()).expect("it teaches").domain;
     let mut undecided = 0;
     for operator in &domain.operators {
         for need in operator.needs_with(NeedVerdict::Required) {
@@ -387,7 +390,7 @@ fn what_always_lay_there_is_no_need_of_the_demonstrations_with_three_of_each() {
 
 fn noise_swaps_and_missing_objects_change_nothing_that_is_learned() {
     let (recording, _) = recordings();
-    let clean = learn_relational(&recording, &Settings::default()).expect("it teaches").domain;
+    let clean = learn(&recording, &Settings::default()).expect("it teaches").domain;
     let truth = said(&clean, &recording);
     let none = Sensing::default();
     let noise = |mm: f64, deg: f64| Sensing {
@@ -408,7 +411,7 @@ fn noise_swaps_and_missing_objects_change_nothing_that_is_learned() {
         let (mut same, mut right, mut poses) = (0, 0, 0);
         for seed in 0..20 {
             let sensed = sensing.apply_recording(&recording, Seed::new(seed));
-            let learned = learn_relational(&sensed, &Settings::default()).expect("it teaches");
+            let learned = learn(&sensed, &Settings::default()).expect("it teaches");
             same += usize::from(is_the_papers(&learned.domain));
             for (truth, said) in truth.iter().zip(said(&learned.domain, &recording)) {
                 poses += usize::from(truth.is_some());

@@ -12,14 +12,14 @@ use symbolt::report::{Arrays, RunFacts, report, trace};
 use symbolt::sim::Seed;
 use symbolt::study::experiment::Origin;
 use symbolt::study::standard::{Model, Standard};
-use symbolt::task::learn::{Settings, learn, learn_relational};
-use symbolt::task::planner::{Planner, PlannerSpec};
-use symbolt::task::relational::{self, Grounder, RelationalDomain};
+use symbolt::task::learn::{Settings, learn};
+use symbolt::task::planner::PlannerBuild;
+use symbolt::task::relational::{self, Classifier, RelationalDomain};
 use symbolt::task::strips::{self, Bodies, Problem, Trajectory};
 use symbolt::task::tasks;
 use symbolt::task::tasks::file::DataTask;
 use symbolt::task::tasks::nuts_and_bolts::{NutsAndBolts, SyntheticDemonstrations};
-use symbolt::task::{Classifier, Domain, Grounding, Recording, Snapshot};
+use symbolt::task::{Recording, Snapshot};
 
 use crate::mutate::Mutator;
 
@@ -242,9 +242,9 @@ fn texts() -> Vec<Format> {
     let failing = failing.record(Seed::new(2)).expect("sound").recording;
     let lines = failing.to_jsonl(None).expect("plain data");
     let scene = recording().scene(Seed::new(3)).expect("sound").to_json().expect("plain data");
-    let plain = learn(&made.recording, &Settings::default()).expect("it teaches").domain;
+    let plain = learn(&made.recording, &Settings::paper()).expect("it teaches").domain;
     let framed =
-        learn_relational(&made.recording, &Settings::default()).expect("it teaches").domain;
+        learn(&made.recording, &Settings::default()).expect("it teaches").domain;
     let old = include_bytes!("../fixtures/domain_v1.json").to_vec();
     let plain = plain.to_json().expect("plain data").into_bytes();
     let framed = framed.to_json().expect("plain data").into_bytes();
@@ -252,14 +252,9 @@ fn texts() -> Vec<Format> {
     vec![
         format("recording", 40, recordings, |bytes| Recording::parse(bytes, "x").is_ok()),
         format("scene", 20, vec![scene.into_bytes()], |bytes| Snapshot::parse(bytes, "x").is_ok()),
-        format("domain", 30, vec![old, plain.clone()], |bytes| {
-            Domain::parse(bytes, "x").is_ok_and(|domain| {
-                domain.to_json().is_ok() && Classifier::new(&domain, Grounding::default()).is_ok()
-            })
-        }),
-        format("framed domain", 30, vec![framed, plain], |bytes| {
+        format("domain", 60, vec![framed, plain, old], |bytes| {
             RelationalDomain::parse(bytes, "x").is_ok_and(|domain| {
-                let _ = Grounder::new(&domain);
+                let _ = Classifier::new(&domain);
                 domain.to_json().is_ok()
             })
         }),
@@ -405,32 +400,25 @@ fn used() -> Vec<Format> {
     let made = recording().record(Seed::new(1)).expect("sound").recording;
     let text = made.to_jsonl(None).expect("plain data").into_bytes();
     let scene = recording().scene(Seed::new(3)).expect("sound");
-    let plain = learn(&made, &Settings::default()).expect("it teaches").domain;
-    let framed = learn_relational(&made, &Settings::default()).expect("it teaches").domain;
+    let plain = learn(&made, &Settings::paper()).expect("it teaches").domain;
+    let framed = learn(&made, &Settings::default()).expect("it teaches").domain;
     let plain = plain.to_json().expect("plain data").into_bytes();
     let framed = framed.to_json().expect("plain data").into_bytes();
     vec![
         format("learning", 4, vec![text], |bytes| {
             let Ok((recording, _)) = Recording::parse(bytes, "x") else { return false };
-            let plain = learn(&recording, &Settings::default()).is_ok();
-            learn_relational(&recording, &Settings::default()).is_ok() && plain
+            let plain = learn(&recording, &Settings::paper()).is_ok();
+            learn(&recording, &Settings::default()).is_ok() && plain
         }),
-        format("framed problem", 4, vec![framed], move |bytes| {
+        format("problem", 4, vec![framed, plain], move |bytes| {
             let Ok(domain) = RelationalDomain::parse(bytes, "x") else { return false };
-            let layout = Grounder::new(&domain).layout(&scene);
+            let layout = Classifier::new(&domain).classify(&scene);
             let problem = relational::Problem::new(&domain, &layout);
             problem.is_ok_and(|problem| {
                 let _ = problem.moves(&layout.situation());
-                problem.ground(&layout.situation()).is_ok()
+                let build = PlannerBuild::default();
+                build.plan(&problem, &layout, PlannerBuild::LIMIT).is_ok()
             })
-        }),
-        format("planning", 2, vec![plain], |bytes| {
-            let Ok(domain) = Domain::parse(bytes, "x") else { return false };
-            let Some(goal) = domain.goal() else { return false };
-            let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1));
-            let at_start = |name: &str| usize::from(name.contains("START"));
-            let counts: Vec<usize> = domain.states().iter().map(|s| at_start(&s.name)).collect();
-            planner.is_ok_and(|planner| planner.plan(&counts, goal).is_ok())
         }),
     ]
 }

@@ -14,12 +14,12 @@ use symbolt::task::execute::{
     EpisodeSpec, demonstrate, demonstrate_observed, episode, episode_observed,
 };
 use symbolt::task::learn::{Settings, learn, learn_observed};
-use symbolt::task::planner::{Planner, PlannerSpec};
+use symbolt::task::planner::{PlannerBuild, PlannerKind};
 use symbolt::task::scene::{Scene, SceneSpec};
 use symbolt::task::skill::{Grasp, Target};
 use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
 use symbolt::task::tasks::{Demonstrator, Judgement, Step, Task};
-use symbolt::task::{Grounding, TaskError};
+use symbolt::task::TaskError;
 
 /// Returns the name of an event's variant.
 fn name(event: &Event<'_>) -> &'static str {
@@ -65,15 +65,13 @@ fn demonstrations_learning_and_an_episode_are_told_in_order_and_come_out_as_if_n
     let mut told = Vec::new();
     let mut listen = |event: &Event<'_>| told.push(name(event));
     let learned =
-        learn_observed(&shown.recording, &Settings::default(), &mut listen).expect("learns");
-    assert_eq!(learned, learn(&shown.recording, &Settings::default()).expect("learns"));
+        learn_observed(&shown.recording, &Settings::paper(), &mut listen).expect("learns");
+    assert_eq!(learned, learn(&shown.recording, &Settings::paper()).expect("learns"));
     // One event for tracking, one for clustering each of the two kinds, and one for deciding.
     assert_eq!(told, ["learning"; 4]);
 
     let domain = learned.domain;
-    let planner = Planner::new(&domain, PlannerSpec::default(), seed).expect("builds");
-    let goal = domain.goal().expect("there is one");
-    let planner = Arc::new(planner);
+    let build = PlannerBuild { kind: PlannerKind::Chain, ..PlannerBuild::default() };
     let spec = EpisodeSpec { drop_rate: 0.5, frame_ms: Some(400), ..EpisodeSpec::default() };
     let (mut told, mut owned, mut frames) = (Vec::new(), 0, 0);
     let mut last_s = 0.0;
@@ -96,9 +94,8 @@ fn demonstrations_learning_and_an_episode_are_told_in_order_and_come_out_as_if_n
         }
     };
     let seed = Seed::new(4);
-    let over = episode_observed(planner.clone(), Grounding::default(), goal, &spec, seed, listen);
-    let over = over.expect("it runs");
-    let alone = episode(planner.clone(), Grounding::default(), goal, &spec, seed).expect("it runs");
+    let over = episode_observed(&domain, &build, &spec, seed, listen).expect("it runs");
+    let alone = episode(&domain, &build, &spec, seed).expect("it runs");
     assert_eq!(over.report, alone.report);
     assert!(over.report.drops() > 0, "{:?}", over.report);
     assert_eq!((owned, frames), (over.report.skills().count(), over.frames.len()));

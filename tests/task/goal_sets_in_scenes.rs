@@ -10,16 +10,19 @@ use symbolt::prelude::*;
 use symbolt::sim::{Graph, Real, World, WorldError, WorldSave};
 use symbolt::task::domain::{Rules, acceptable_answers};
 use symbolt::task::event::{Ended, Ignore};
-use symbolt::task::execute::{EpisodeSpec, demonstrate, episode, relational_episode};
-use symbolt::task::learn::{Settings, learn, learn_relational};
+use symbolt::task::execute::{EpisodeSpec, PreparedEpisode, demonstrate, episode};
+use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::{
     Counts, Decider, GoalSetPlanner, ModuleView, PlanEnd, PlannerBuild, PlannerKind, Prediction,
     Request, RolledOut, Stage, Told, strips_problem,
 };
-use symbolt::task::regression::{GoalSetSpec, StripsWorld, populations, pursue};
+use symbolt::task::regression::{
+    GoalSetError, GoalSetSpec, MAX_UNITS, StripsWorld, populations, pursue,
+};
+use symbolt::task::relational::GroundProblem;
 use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
 use symbolt::task::{
-    Domain, DomainBuilder, Grounding, Obstacle, StateId, TaskError, Verdict, WorldState,
+    Domain, DomainBuilder, Obstacle, StateId, TaskError, Verdict, WorldState,
 };
 
 /// A world that tells a planner one thing after another, and keeps its commands.
@@ -213,6 +216,22 @@ fn a_domain_without_actions_is_refused_and_a_goal_of_another_domain_too() {
     assert!(matches!(verdict, Some(Verdict::Stuck(Obstacle::NothingCauses { .. }))));
 }
 
+#[test]
+fn a_domain_that_needs_too_many_neurons_is_refused_before_they_are_made() {
+    let name = |n: usize| format!("S{n}");
+    let long = (0..5000).fold(DomainBuilder::new(), |builder, n| {
+        let (from, to) = (name(n), name(n + 1));
+        builder.action(&format!("GO{n}"), [from.as_str()], [to.as_str()])
+    });
+    let domain = long.build().expect("a chain");
+    let plan = PopulationPlan::direct();
+    let refused = GoalSetPlanner::new(&domain, Rules::default(), &[], &plan, Seed::new(3));
+    let Err(TaskError::GoalSets(GoalSetError::TooLarge { operators, units, .. })) = refused else {
+        panic!("it is built, or refused for another reason");
+    };
+    assert!(operators == 5000 && units > MAX_UNITS);
+}
+
 /// A planner that never answers.
 struct Silent(GoalSetPlanner);
 
@@ -254,14 +273,18 @@ impl Decider for Silent {
 fn an_episode_whose_planner_finds_no_plan_ends_stuck_and_not_at_the_limit_of_time() {
     let task = NutsAndBolts::default();
     let shown = demonstrate(&task, 3, Seed::new(1)).expect("a valid scene");
-    let domain = learn(&shown.recording, &Settings::default()).expect("it teaches").domain;
-    let plan = PopulationPlan::direct();
-    let planner = GoalSetPlanner::new(&domain, Rules::default(), &[], &plan, Seed::new(3));
-    let silent = Arc::new(Silent(planner.expect("a planner")));
-    let goal = domain.goal().expect("a goal");
+    let domain = learn(&shown.recording, &Settings::paper()).expect("it teaches").domain;
+    let build = |ground: &GroundProblem| {
+        let plan = PopulationPlan::direct();
+        let (domain, rules) = (ground.domain(), Rules::default());
+        let planner = GoalSetPlanner::new(domain, rules, &[], &plan, Seed::new(3))?;
+        Ok(Arc::new(Silent(planner)) as Arc<dyn Decider>)
+    };
     let spec = EpisodeSpec::of(task);
-    let over = episode(silent, Grounding::default(), goal, &spec, Seed::new(5)).expect("it runs");
-    assert_eq!(over.report.ended, Ended::Stuck(Obstacle::NoPlan { state: goal }));
+    let prepared = PreparedEpisode::with_decider(&domain, build, &spec, Seed::new(5));
+    let over = prepared.expect("it is built").run(&mut Ignore).expect("it runs");
+    let state = over.grounds[0].goals()[0];
+    assert_eq!(over.report.ended, Ended::Stuck(Obstacle::NoPlan { state }));
     assert_eq!(over.report.decisions[0].took_ms, 600.0);
     assert!(over.report.simulated_s < 2.0, "{}", over.report.simulated_s);
 }
@@ -297,7 +320,7 @@ fn a_plan_that_is_rolled_out_tells_when_each_goal_set_was_written() {
     let mut operators = domain.operators().to_vec();
     operators[0].removes = vec![domain.state("BOLT_ON_TABLE").expect("a state")];
     operators[1].preconditions.push(domain.state("NUT_IN_JIG").expect("a state"));
-    let hopeless = Domain::new(domain.states().to_vec(), operators, None, None).expect("valid");
+    let hopeless = Domain::new(domain.states().to_vec(), operators).expect("valid");
     let planner = GoalSetPlanner::new(&hopeless, Rules::default(), &[], &lif, Seed::new(3));
     let mut counts = Counts::new(&hopeless, &objects, goal);
     let rolled = planner.expect("a planner").roll_out(&mut counts, limit).expect("it ends");
@@ -309,14 +332,14 @@ fn a_plan_that_is_rolled_out_tells_when_each_goal_set_was_written() {
 fn in_spikes_it_assembles_a_nut_and_a_bolt_and_keeps_its_plan_while_the_robot_moves() {
     let task = NutsAndBolts::default();
     let shown = demonstrate(&task, 5, Seed::new(1)).expect("a valid scene");
-    let learned = learn_relational(&shown.recording, &Settings::default()).expect("it teaches");
+    let learned = learn(&shown.recording, &Settings::default()).expect("it teaches");
     let plan = populations(&Population::Lif(LifSpec::default())).expect("patterns");
     let build = PlannerBuild { kind: PlannerKind::GoalSets, plan, ..PlannerBuild::default() };
     let spec = EpisodeSpec { drop_rate: 0.1, ..EpisodeSpec::of(task) };
     let mut times = Vec::new();
     for seed in [60, 61] {
-        let over = relational_episode(&learned.domain, &build, &spec, Seed::new(seed), &mut Ignore);
-        let report = over.expect("runs").episode.report;
+        let over = episode(&learned.domain, &build, &spec, Seed::new(seed));
+        let report = over.expect("runs").report;
         assert!(report.solved && report.ended == Ended::GoalMet, "{seed}: {:?}", report.ended);
         times.extend(report.decisions.iter().map(|decision| decision.took_ms));
     }

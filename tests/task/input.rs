@@ -3,13 +3,10 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use proptest::prelude::*;
-use serde_json::{Value, json};
 use symbolt::sim::Seed;
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::tasks::nuts_and_bolts::SyntheticDemonstrations;
-use symbolt::task::{
-    Classifier, Domain, DomainBuilder, Grounding, Pose, Recording, Snapshot, TaskError,
-};
+use symbolt::task::{Recording, Snapshot, TaskError};
 
 fn object(id: &str, position: &str, orientation: &str) -> String {
     format!(
@@ -155,7 +152,7 @@ fn scenes_are_exactly_one_snapshot_in_any_layout() {
 fn recordings_with_nothing_to_learn_say_why() {
     let why = |text: String| {
         let (recording, _) = Recording::parse(text.as_bytes(), "x").expect("sound");
-        match learn(&recording, &Settings::default()) {
+        match learn(&recording, &Settings::paper()) {
             Err(TaskError::NothingToLearn { reason }) => reason,
             other => panic!("{other:?}"),
         }
@@ -171,239 +168,6 @@ fn recordings_with_nothing_to_learn_say_why() {
         let settings = Settings { p, threshold_m, ..Settings::default() };
         assert!(matches!(learn(&recording, &settings), Err(TaskError::Setting { .. })));
     }
-}
-
-fn domain() -> Domain {
-    let recording =
-        SyntheticDemonstrations::default().record(Seed::new(1)).expect("sound").recording;
-    learn(&recording, &Settings::default()).expect("learns").domain
-}
-
-#[test]
-fn a_domain_is_read_back_as_it_was_written() {
-    let domain = domain();
-    assert_eq!(
-        Domain::parse(domain.to_json().expect("plain data").as_bytes(), "d").expect("sound"),
-        domain
-    );
-}
-
-#[test]
-fn domains_that_are_not_sound_say_what_is_wrong() {
-    let text = domain().to_json().expect("plain data");
-    let broken = |from: &str, to: &str| {
-        assert!(text.contains(from), "{from}");
-        let changed = text.replacen(from, to, 1);
-        Domain::parse(changed.as_bytes(), "d.json").expect_err("not sound").to_string()
-    };
-    let cases = [
-        ("\"version\": 2", "\"version\": 3", "field `version`: it is 3"),
-        ("\"symbolt-domain\"", "\"pddl\"", "it is `pddl`"),
-        ("\"goal\": \"BOLT_AT_NUT_POCKET\"", "\"goal\": \"HAPPINESS\"", "is not a state"),
-        ("\"name\": \"NUT_AT_START\"", "\"name\": \"BOLT_AT_START\"", "is used twice"),
-        ("\"name\": \"NUT_AT_START\"", "\"name\": \"nut\"", "cannot be a name"),
-        ("\"name\": \"NUT_AT_START\"", "\"name\": \"NOTHING\"", "cannot be a name"),
-        ("\"name\": \"NUT_AT_START\"", "\"name\": \"ELSEWHERE\"", "is not a state"),
-        (
-            "\"to\": \"BOLT_AT_BOLT_HOLE\"",
-            "\"to\": \"BOLT_AT_BOLT_HOLD\"",
-            "field `operators[0].to`",
-        ),
-        ("\"parameters\": [", "\"parameters\": [],\n\"x\": [", "unknown field"),
-        ("\"count\"", "\"colour\": 1, \"count\"", "unknown field"),
-        ("\"instances\": 5", "\"instances\": \"five\"", "field `operators[0]`: invalid type"),
-    ];
-    for (from, to, part) in cases {
-        let message = broken(from, to);
-        assert!(message.contains(part) && message.contains("d.json"), "{from}: {message}");
-    }
-    assert!(Domain::parse(b"{", "d").expect_err("cut").to_string().contains("line 1"));
-    assert!(Domain::parse(b"", "d").is_err());
-    assert!(Domain::parse(b"{}", "d").expect_err("empty").to_string().contains("format"));
-    let cut = &text.as_bytes()[..text.len() / 2];
-    assert!(Domain::parse(cut, "d").is_err());
-}
-
-/// Replaces the value at the JSON pointer `at` and returns the error message.
-fn exchanged(text: &str, at: &str, value: Value) -> String {
-    let mut file: Value = serde_json::from_str(text).expect("JSON");
-    *file.pointer_mut(at).expect(at) = value;
-    let refused = Domain::parse(file.to_string().as_bytes(), "d.json").expect_err(at).to_string();
-    assert!(!refused.contains("struct") && !refused.contains("Entry"), "{at}: {refused}");
-    refused
-}
-
-#[test]
-fn what_has_to_be_an_object_is_nothing_else() {
-    let text = domain().to_json().expect("plain data");
-    let cases = [
-        ("", "/provenance", "provenance"),
-        ("", "/provenance/clusters/1", "provenance.clusters[1]"),
-        ("", "/states/0", "states[0]"),
-        ("", "/states/1/learned", "states[1].learned"),
-        ("", "/states/1/learned/mean", "states[1].learned.mean"),
-        ("", "/operators/2", "operators[2]"),
-        ("", "/operators/2/parameters/0", "operators[2].parameters[0]"),
-        ("", "/operators/2/evidence", "operators[2].evidence"),
-        (VERSION_1, "/provenance", "provenance"),
-        (VERSION_1, "/states/4", "states[4]"),
-        (VERSION_1, "/states/4/mean", "states[4].mean"),
-        (VERSION_1, "/operators/1", "operators[1]"),
-        (VERSION_1, "/operators/1/evidence", "operators[1].evidence"),
-    ];
-    for (old, at, field) in cases {
-        let text = if old.is_empty() { &text } else { old };
-        let mut whole: Value = serde_json::from_str(text).expect("JSON");
-        // Serde would accept the field values in order instead of the object.
-        let object = whole.pointer_mut(at).expect(at).take();
-        let values: Vec<Value> = object.as_object().expect("an object").values().cloned().collect();
-        for bad in [json!(values), json!(7), json!("seven")] {
-            let refused = exchanged(text, at, bad);
-            let start = format!("d.json, field `{field}`: it is ");
-            assert!(refused.starts_with(&start), "{refused}");
-            assert!(refused.ends_with("expected an object"), "{refused}");
-        }
-    }
-    let origin = exchanged(&text, "/states/0/learned/origin", json!({"found": null}));
-    assert!(origin.contains("`states[0].learned.origin`: it is an object"), "{origin}");
-    for list in ["[]", r#"["symbolt-domain", 2, null, null, [], []]"#] {
-        let refused = Domain::parse(list.as_bytes(), "d.json").expect_err("a list").to_string();
-        assert!(refused.starts_with("d.json: it is a list; expected an object"), "{refused}");
-    }
-}
-
-#[test]
-fn values_of_a_wrong_type_are_named_by_their_field() {
-    let text = domain().to_json().expect("plain data");
-    let cases = [
-        ("", "/states", "states"),
-        ("", "/states/3/kind", "states[3]"),
-        ("", "/operators", "operators"),
-        ("", "/operators/1/to", "operators[1]"),
-        ("", "/goal", "goal"),
-        ("", "/provenance/seed", "provenance"),
-        (VERSION_1, "/states/3/count", "states[3]"),
-        (VERSION_1, "/operators/1/kind", "operators[1]"),
-    ];
-    for (old, at, field) in cases {
-        let text = if old.is_empty() { &text } else { old };
-        let refused = exchanged(text, at, json!(-7.5));
-        assert!(refused.contains(&format!("line 1, field `{field}`: invalid type")), "{refused}");
-    }
-    assert!(exchanged(&text, "/format", json!(1)).contains("field `format`: it is 1"));
-    assert!(exchanged(&text, "/version", json!("2")).contains("field `version`: it is `2`"));
-    // A duplicate field is an error, not silently dropped.
-    let twice = text.replacen("\"goal\":", "\"goal\": null, \"goal\":", 1);
-    let refused = Domain::parse(twice.as_bytes(), "d.json").expect_err("twice").to_string();
-    assert!(refused.contains("duplicate field `goal`"), "{refused}");
-}
-
-#[test]
-fn domains_that_contradict_themselves_are_refused() {
-    let text = domain().to_json().expect("plain data");
-    let object = json!({"name": "object", "kind": "nut"});
-    let effect = {
-        let file: Value = serde_json::from_str(&text).expect("JSON");
-        file["operators"][0]["to"].clone()
-    };
-    let cases = [
-        ("/operators/0/parameters", json!([]), "has no parameters"),
-        ("/operators/0/parameters", json!([object, object]), "two parameters called `object`"),
-        ("/operators/0/parameters/0/name", json!(""), "no name for parameter 1"),
-        ("/operators/0/parameters/0/kind", json!("teapot"), "`teapot`, which has no state"),
-        ("/operators/0/parameters/0/kind", json!(""), "which has no state"),
-        (
-            "/operators/0/removes",
-            json!([effect]),
-            "`BOLT_AT_BOLT_HOLE` in both `effects` and `removes`",
-        ),
-        ("/states/0/learned/covariance/0/0", json!(1e13), "1e13 in its covariance"),
-        ("/states/0/learned/covariance/2/1", json!(-1e300), "-1e300 in its covariance"),
-    ];
-    for (at, value, part) in cases {
-        let refused = exchanged(&text, at, value);
-        assert!(refused.contains(part), "{at}: {refused}");
-    }
-}
-
-/// A domain file written by version 0.1.0, learned from five demonstrations.
-const VERSION_1: &str = include_str!("../fixtures/domain_v1.json");
-
-#[test]
-fn a_domain_of_version_1_is_read_and_written_as_version_2() {
-    let old = Domain::parse(VERSION_1.as_bytes(), "old.json").expect("it is read");
-    let state = &old[old.state("NUT_AT_NUT_POCKET").expect("there")];
-    let raw: serde_json::Value = serde_json::from_str(VERSION_1).expect("JSON");
-    let raw_state = raw["states"].as_array().expect("a list");
-    let raw_state = raw_state.iter().find(|s| s["name"] == state.name).expect("there");
-    let learned = state.learned.as_ref().expect("it was learned");
-    assert_eq!(serde_json::json!(learned.mean), raw_state["mean"]);
-    assert_eq!(serde_json::json!(learned.covariance), raw_state["covariance"]);
-    assert_eq!(serde_json::json!(learned.distinct), raw_state["distinct"]);
-    assert_eq!((old.states().len(), old.operators().len()), (5, 3));
-    assert_eq!(old.goal_name(), raw["goal"].as_str());
-    for (operator, raw) in old.operators().iter().zip(raw["operators"].as_array().expect("a list"))
-    {
-        assert_eq!(operator.name, raw["name"]);
-        assert_eq!(operator.kind(), raw["kind"]);
-        let lists = [
-            ("preconditions", &operator.preconditions),
-            ("effects", &operator.effects),
-            ("absent", &operator.absent),
-            ("removes", &operator.removes),
-        ];
-        for (key, list) in lists {
-            assert_eq!(serde_json::json!(old.names(list)), raw[key], "{key}");
-        }
-        assert_eq!(serde_json::json!(operator.evidence), raw["evidence"]);
-    }
-    let new = old.to_json().expect("plain data");
-    assert!(new.contains("\"version\": 2"));
-    assert_eq!(Domain::parse(new.as_bytes(), "new.json").expect("it is read"), old);
-    // Errors refer to the old layout.
-    let broken = VERSION_1.replacen("\"distinct\"", "\"different\"", 1);
-    let refused = Domain::parse(broken.as_bytes(), "old.json").expect_err("unknown field");
-    assert!(refused.to_string().contains("unknown field `different`"), "{refused}");
-}
-
-#[test]
-fn a_domain_written_in_code_has_no_geometry_and_grounds_nothing() {
-    let domain = DomainBuilder::of_the_paper().build().expect("valid");
-    let text = domain.to_json().expect("plain data");
-    for fake in ["mean", "covariance", "evidence", "provenance", "count"] {
-        assert!(!text.contains(fake), "{fake}");
-    }
-    assert_eq!(Domain::parse(text.as_bytes(), "d.json").expect("it is read"), domain);
-    for rule in [Grounding::default(), Grounding::paper()] {
-        let classifier = Classifier::new(&domain, rule).expect("valid");
-        let grounded = classifier.classify(DomainBuilder::KIND, &Pose::at([0.0; 3]));
-        assert_eq!((grounded.state, grounded.distance), (None, None));
-    }
-}
-
-#[test]
-fn a_person_can_rename_states_and_actions_and_nothing_else() {
-    let domain = domain();
-    let pair = |a: &str, b: &str| (a.to_owned(), b.to_owned());
-    let renamed = domain
-        .rename(&[
-            pair("NUT_AT_START", "NUT_ON_TABLE"),
-            pair("PUT_NUT_AT_NUT_POCKET", "PUT_NUT_IN_JIG"),
-        ])
-        .expect("renames");
-    let nut = renamed.operators().iter().find(|o| o.name == "PUT_NUT_IN_JIG").expect("there");
-    assert!(renamed.names(&nut.preconditions).contains(&"NUT_ON_TABLE"));
-    assert!(!renamed.to_json().expect("plain data").contains("NUT_AT_START"));
-    let refuse =
-        |pairs: &[(String, String)]| domain.rename(pairs).expect_err("refused").to_string();
-    assert!(refuse(&[pair("NUT_AT_STRAT", "X")]).contains("did you mean `NUT_AT_START`?"));
-    assert!(refuse(&[pair("NUT_AT_START", "BOLT_AT_START")]).contains("is used twice"));
-    assert!(refuse(&[pair("NUT_AT_START", "no good")]).contains("cannot be a name"));
-    // Two names can be swapped.
-    let swapped = domain
-        .rename(&[pair("NUT_AT_START", "BOLT_AT_START"), pair("BOLT_AT_START", "NUT_AT_START")])
-        .expect("swaps");
-    assert_eq!(swapped.states().len(), domain.states().len());
 }
 
 fn a_recording() -> Vec<u8> {
@@ -445,7 +209,6 @@ proptest! {
     fn random_bytes_never_panic_a_reader(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
         let _ = Recording::parse(&bytes, "x");
         let _ = Snapshot::parse(&bytes, "x");
-        let _ = Domain::parse(&bytes, "x");
     }
 
     #[test]
@@ -463,15 +226,7 @@ proptest! {
             bytes.truncate(cut.index(bytes.len()));
         }
         if let Ok((recording, _)) = Recording::parse(&bytes, "x") {
-            let _ = learn(&recording, &Settings::default());
-        }
-        let mut text = domain().to_json().expect("plain data").into_bytes();
-        for (index, value) in &changes {
-            let at = index.index(text.len());
-            text[at] = *value;
-        }
-        if let Ok(domain) = Domain::parse(&text, "x") {
-            prop_assert!(!domain.states().is_empty());
+            let _ = learn(&recording, &Settings::paper());
         }
     }
 
@@ -486,7 +241,7 @@ proptest! {
             bytes[digits[index.index(digits.len())]] = b'0' + value;
         }
         if let Ok((recording, _)) = Recording::parse(&bytes, "x") {
-            let _ = learn(&recording, &Settings::default());
+            let _ = learn(&recording, &Settings::paper());
         }
     }
 }

@@ -2,6 +2,8 @@
 
 #[path = "../support/beside.rs"]
 mod beside;
+#[path = "../support/propositional.rs"]
+mod propositional;
 #[path = "../support/strips.rs"]
 mod strips;
 #[path = "../support/tally.rs"]

@@ -5,19 +5,18 @@
 #![cfg(feature = "physics")]
 
 use std::f64::consts::FRAC_PI_2;
-use std::sync::Arc;
 
 use symbolt::robot::{SkillOutcome, SkillReport};
 use symbolt::sim::Seed;
 use symbolt::task::execute::{EpisodeSpec, Perturbation, episode};
 use symbolt::task::learn::{Settings, learn};
-use symbolt::task::planner::{Planner, PlannerSpec};
+use symbolt::task::planner::{PlannerBuild, PlannerKind};
 use symbolt::task::robot::BodyFrame;
 use symbolt::task::scene::{BodyId, Scene, SceneSpec};
 use symbolt::task::skill::{Robot, Target};
 use symbolt::task::tasks::file::{DataTask, Quantity, Region};
 use symbolt::task::tasks::{self, Task};
-use symbolt::task::{Grounding, Pose, SnapshotEvent, demonstrate};
+use symbolt::task::{Pose, SnapshotEvent, demonstrate};
 
 const JIG: BodyId = BodyId::Fixture(0);
 
@@ -241,13 +240,11 @@ fn a_hand_that_moves_the_jig_during_an_episode_takes_along_what_lies_in_it() {
     let task = DataTask::new(still).expect("it is valid");
     let shown = demonstrate(&task, 2, Seed::new(1)).expect("it can be shown");
     assert_eq!(shown.solved, 2, "{:?}", shown.skills);
-    let domain = learn(&shown.recording, &Settings::default()).expect("it teaches").domain;
-    let goal = domain.goal().expect("there is one");
-    let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1)).expect("it builds");
+    let domain = learn(&shown.recording, &Settings::paper()).expect("it teaches").domain;
     let perturbation = task.perturbation(Seed::new(1));
     let spec = EpisodeSpec { perturbation, ..EpisodeSpec::of(task) };
-    let over = episode(Arc::new(planner), Grounding::default(), goal, &spec, Seed::new(5));
-    let report = over.expect("it runs").report;
+    let build = PlannerBuild { kind: PlannerKind::Chain, ..PlannerBuild::default() };
+    let report = episode(&domain, &build, &spec, Seed::new(5)).expect("it runs").report;
     assert!(report.perturbed && report.solved && !report.false_goal(), "{report:?}");
     // A body that does not move is refused.
     let body = BodyId::Fixture(1);

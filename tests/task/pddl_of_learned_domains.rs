@@ -8,25 +8,25 @@ use symbolt::prelude::*;
 use symbolt::study::worlds::{self, Stage, World};
 use symbolt::task::DomainBuilder;
 use symbolt::task::domain::Rules;
-use symbolt::task::learn::{Settings, learn_relational};
+use symbolt::task::learn::{Settings, learn};
 use symbolt::task::pddl::{WriteFault, Written, of_grounded, of_relational};
 use symbolt::task::planner::strips_problem;
 use symbolt::task::regression::{GoalSetSpec, StripsWorld, pursue};
 use symbolt::task::relational::{
-    Grounder, Layout, Move, NeedVerdict, Problem, RelationalDomain, Situation,
+    Classifier, Layout, Move, NeedVerdict, Problem, RelationalDomain, Situation,
 };
 use symbolt::task::strips::{self, Bodies, Fact, Grounded, Literal, Term, validate};
 
 fn learned(world: &World) -> Option<RelationalDomain> {
     let recording = world.record(5, Seed::new(2));
-    let learned = learn_relational(&recording, &Settings::default()).ok()?;
+    let learned = learn(&recording, &Settings::default()).ok()?;
     Some(learned.domain).filter(|domain| !domain.goals.is_empty())
 }
 
 /// Returns the scene in which a test of a world begins.
 fn scene(world: &World, domain: &RelationalDomain) -> Layout {
     let run = world.begin(Seed::new(9), Stage::Test);
-    Grounder::new(domain).layout(&run.snapshot())
+    Classifier::new(domain).classify(&run.snapshot())
 }
 
 /// Reads back what is written.
@@ -190,7 +190,7 @@ fn plans_of_the_symbolic_planner_are_valid_in_pddl_and_plans_in_pddl_reach_the_g
         let layout = scene(&world, &domain);
         let now = layout.situation();
         let Ok(problem) = Problem::new(&domain, &layout) else { continue };
-        let (Some(plan), false) = (problem.plan(&now, &[]), problem.lacking(&now) == 0) else {
+        let (Ok(plan), false) = (problem.plan(&now, &[]), problem.lacking(&now) == 0) else {
             continue;
         };
         let dropped = undecided(&domain);

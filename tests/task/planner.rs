@@ -13,6 +13,7 @@ use symbolt::task::{
     learn,
 };
 
+use crate::propositional::propositional;
 use crate::tally::{Tally, check};
 
 /// Returns the paper's domain (section II.E): two actions with one precondition each, and the assembly with two.
@@ -31,7 +32,8 @@ fn nut_first_domain() -> Domain {
     let synthetic =
         SyntheticDemonstrations { order: Order::NutFirst, ..SyntheticDemonstrations::default() };
     let recording = synthetic.record(Seed::new(1)).expect("the settings are valid").recording;
-    learn::learn(&recording, &learn::Settings::default()).expect("it can be learned from").domain
+    let learned = learn::learn(&recording, &learn::Settings::paper());
+    propositional(&learned.expect("it can be learned from").domain)
 }
 
 /// Checks that the reference planner accepts the answer for every goal in every world state.

@@ -7,10 +7,12 @@
 use symbolt::sim::Seed;
 use symbolt::study::worlds::{self, Planning, Rates, Trial, World, episodes, evaluate};
 use symbolt::task::Sensing;
-use symbolt::task::learn::{Settings, learn, learn_relational};
+use symbolt::task::learn::{Settings, learn};
 use symbolt::task::relational::{
-    Frame, Grounder, NeedVerdict, Problem, ProblemError, RelationalDomain, Turn,
+    Classifier, Frame, NeedVerdict, Problem, ProblemError, RelationalDomain, Turn,
 };
+
+use crate::beside;
 
 /// Sums over several evaluations.
 #[derive(Debug, Default)]
@@ -105,17 +107,16 @@ fn a_learner_without_frames_solves_no_task_whose_jig_moves() {
     let world = worlds::named("nuts_jig_anywhere").expect("it exists");
     let trial = trial(5, 5, Sensing::default(), 1);
     let recording = world.record(trial.demos, trial.seed);
-    let framed = learn_relational(&recording, &Settings::default()).expect("it teaches").domain;
+    let framed = learn(&recording, &Settings::default()).expect("it teaches").domain;
     assert_eq!(episodes(&world, &framed, &trial).0.iter().filter(|o| o.solved).count(), 5);
-    let flat = learn(&recording, &Settings::default()).expect("it teaches").domain;
-    let flat = RelationalDomain::from_domain(&flat).expect("it has geometry");
+    let flat = learn(&recording, &Settings::paper()).expect("it teaches").domain;
     assert_eq!(episodes(&world, &flat, &trial).0.iter().filter(|o| o.solved).count(), 0);
 }
 
 fn learned(world: &str, demos: usize) -> RelationalDomain {
     let world = worlds::named(world).expect("it exists");
     let recording = world.record(demos, Seed::new(1));
-    learn_relational(&recording, &Settings::default()).expect("it teaches").domain
+    learn(&recording, &Settings::default()).expect("it teaches").domain
 }
 
 #[test]
@@ -151,16 +152,16 @@ fn problems_say_what_is_missing() {
     let world = worlds::named("table").expect("it exists");
     let domain = learned("table", 5);
     let mut scene = world.begin(Seed::new(7), worlds::Stage::Test).snapshot();
-    let grounder = Grounder::new(&domain);
-    assert!(Problem::new(&domain, &grounder.layout(&scene)).is_ok());
+    let classifier = Classifier::new(&domain);
+    assert!(Problem::new(&domain, &classifier.classify(&scene)).is_ok());
     let all = scene.clone();
     scene.objects.retain(|o| &*o.kind != "plate");
-    let refused = Problem::new(&domain, &grounder.layout(&scene)).expect_err("no plate");
+    let refused = Problem::new(&domain, &classifier.classify(&scene)).expect_err("no plate");
     assert!(matches!(refused, ProblemError::NoReference { .. }), "{refused}");
     assert!(refused.to_string().contains("relative to a `plate`, and the scene has none"));
     scene = all;
     scene.objects.retain(|o| &*o.kind != "knife");
-    let refused = Problem::new(&domain, &grounder.layout(&scene)).expect_err("no knife");
+    let refused = Problem::new(&domain, &classifier.classify(&scene)).expect_err("no knife");
     assert!(matches!(refused, ProblemError::TooFew { .. }), "{refused}");
 }
 
@@ -176,4 +177,40 @@ fn the_file_of_a_domain_returns_it_to_the_bit() {
 #[test]
 fn learning_does_not_depend_on_when_it_is_done() {
     assert_eq!(learned("sorting", 5), learned("sorting", 5));
+}
+
+#[test]
+fn a_search_that_is_given_up_is_not_taken_for_a_proof_that_there_is_no_plan() {
+    let learned = learn(&beside::recording(6, 2), &Settings::default()).expect("it teaches");
+    let domain = learned.domain;
+    let mut scene = beside::recording(1, 16).demos[0].snapshots[0].clone();
+    let planned = |scene: &_| {
+        let layout = Classifier::new(&domain).classify(scene);
+        let problem = Problem::new(&domain, &layout).expect("a goal for each plate");
+        problem.plan(&layout.situation(), &[])
+    };
+    assert_eq!(planned(&scene).expect("a cup for each plate").len(), 16);
+    // One cup hangs where no action takes it from. All ways to set the other fifteen are tried.
+    let cup = scene.objects.iter_mut().find(|o| &*o.kind == "cup").expect("a cup");
+    cup.pose.position[2] = 50.0;
+    assert!(matches!(planned(&scene), Err(ProblemError::GivenUp { situations: 20_001.. })));
+    // With few plates the search ends, and there is no plan.
+    let mut scene = beside::recording(1, 3).demos[0].snapshots[0].clone();
+    let cup = scene.objects.iter_mut().find(|o| &*o.kind == "cup").expect("a cup");
+    cup.pose.position[2] = 50.0;
+    assert_eq!(planned(&scene), Err(ProblemError::NoPlan));
+}
+
+#[test]
+fn a_scene_that_is_too_large_is_told_which_limit_it_exceeds() {
+    let learned = learn(&beside::recording(6, 2), &Settings::default()).expect("it teaches");
+    let refused = |plates: usize| {
+        let scene = beside::recording(1, plates).demos[0].snapshots[0].clone();
+        let layout = Classifier::new(&learned.domain).classify(&scene);
+        let problem = Problem::new(&learned.domain, &layout)?;
+        problem.ground(&layout.situation()).map(|_| ())
+    };
+    let text = |plates: usize| refused(plates).expect_err("it is too large").to_string();
+    assert!(text(600).contains("1200 objects") && text(600).contains("300000 moves"), "{}", text(600));
+    assert!(text(90).contains("180 objects") && text(90).contains("facts and actions"), "{}", text(90));
 }

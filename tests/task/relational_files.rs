@@ -5,17 +5,17 @@
 use proptest::prelude::*;
 use serde_json::{Value, json};
 use symbolt::sim::Seed;
-use symbolt::task::learn::{Settings, learn_relational};
-use symbolt::task::relational::{Grounder, Problem, Quantity, RelationalDomain};
+use symbolt::task::learn::{Settings, learn};
+use symbolt::task::relational::{Classifier, Problem, Quantity, RelationalDomain};
 use symbolt::task::tasks::nuts_and_bolts::SyntheticDemonstrations;
-use symbolt::task::{Domain, Recording, Snapshot};
+use symbolt::task::{Recording, Snapshot};
 
 use crate::beside;
 
 /// A domain with a state in the frame of a plate and a goal for each plate.
 fn domain() -> RelationalDomain {
     let recording = beside::recording(6, 2);
-    let learned = learn_relational(&recording, &Settings::default()).expect("learns");
+    let learned = learn(&recording, &Settings::default()).expect("learns");
     learned.domain
 }
 
@@ -39,16 +39,12 @@ fn a_domain_is_read_back_as_it_was_written_and_names_its_states() {
     assert_eq!(file["operators"][0]["to"], json!(beside.name));
     assert_eq!(file["goals"][0]["state"], json!(beside.name));
     assert_eq!(file["goals"][0]["each"], "reference");
-    // The reader without frames says which reader to use.
-    let refused = Domain::parse(text.as_bytes(), "d.json").expect_err("another version");
-    assert!(refused.to_string().contains("field `version`: it is 3"), "{refused}");
-    assert!(refused.to_string().contains("`RelationalDomain` reads version 3"), "{refused}");
 }
 
 #[test]
 fn a_goal_at_references_in_place_is_read_back_and_refused_where_it_cannot_be_planned() {
     let made = SyntheticDemonstrations::default().record(Seed::new(3)).expect("it is valid");
-    let learned = learn_relational(&made.recording, &Settings::default()).expect("it teaches");
+    let learned = learn(&made.recording, &Settings::default()).expect("it teaches");
     let text = learned.domain.to_json().expect("plain data");
     assert_eq!(RelationalDomain::parse(text.as_bytes(), "d.json").expect("sound"), learned.domain);
     let file: Value = serde_json::from_str(&text).expect("JSON");
@@ -110,7 +106,7 @@ fn an_object_goes_to_the_middle_of_a_region_unless_another_is_near() {
         object.pose.position[0] = 0.2 * index as f64;
     }
     let target = |scene: &Snapshot| {
-        let layout = Grounder::new(&domain).layout(scene);
+        let layout = Classifier::new(&domain).classify(scene);
         let problem = Problem::new(&domain, &layout).expect("its goal is known");
         let moves = problem.moves(&layout.situation());
         let m = moves.iter().find(|m| m.operator == 0).expect("a cup can be moved");
@@ -129,20 +125,92 @@ fn an_object_goes_to_the_middle_of_a_region_unless_another_is_near() {
     assert!(aside.distance(&scene.objects[other].pose) > 0.02, "{aside:?}");
 }
 
+/// A domain file written by version 0.1.0, learned from five demonstrations.
+const VERSION_1: &str = include_str!("../fixtures/domain_v1.json");
+
+/// The same file as version 2 had it.
+fn version_2() -> Value {
+    let mut file: Value = serde_json::from_str(VERSION_1).expect("JSON");
+    file["version"] = json!(2);
+    for state in file["states"].as_array_mut().expect("a list") {
+        let learned = state.as_object_mut().expect("an object");
+        let keys = ["count", "distinct", "origin", "mean", "covariance"];
+        let learned: serde_json::Map<String, Value> =
+            keys.map(|key| (key.to_owned(), learned.remove(key).expect(key))).into_iter().collect();
+        state["learned"] = learned.into();
+    }
+    for operator in file["operators"].as_array_mut().expect("a list") {
+        let kind = operator.as_object_mut().expect("an object").remove("kind");
+        operator["parameters"] = json!([{"name": "object", "kind": kind}]);
+    }
+    file
+}
+
 #[test]
-fn versions_1_and_2_are_read_and_converted() {
-    let old = include_str!("../fixtures/domain_v1.json");
-    let one = RelationalDomain::parse(old.as_bytes(), "one.json").expect("version 1");
-    let plain = Domain::parse(old.as_bytes(), "one.json").expect("version 1");
-    let text = plain.to_json().expect("plain data");
-    assert!(text.contains("\"version\": 2"));
+fn versions_1_and_2_are_read_and_written_as_version_3() {
+    let one = RelationalDomain::parse(VERSION_1.as_bytes(), "one.json").expect("version 1");
+    let text = version_2().to_string();
     let two = RelationalDomain::parse(text.as_bytes(), "two.json").expect("version 2");
     assert_eq!(one, two);
-    assert_eq!(one, RelationalDomain::from_domain(&plain).expect("it has geometry"));
     assert_eq!((one.states.len(), one.operators.len(), one.goals.len()), (5, 3, 1));
-    let future = text.replace("\"version\": 2", "\"version\": 4");
+    let raw: Value = serde_json::from_str(VERSION_1).expect("JSON");
+    for (state, raw) in one.states.iter().zip(raw["states"].as_array().expect("a list")) {
+        let [place] = &state.places[..] else { panic!("{state:?}") };
+        let mean = place.pose();
+        assert_eq!((json!(state.name), json!(place.count)), (raw["name"].clone(), raw["distinct"].clone()));
+        for (axis, value) in mean.position.iter().enumerate() {
+            let raw = raw["mean"]["position"][axis].as_f64().expect("a number");
+            assert!((value - raw).abs() < 1e-12, "{state:?}");
+        }
+    }
+    for (operator, raw) in one.operators.iter().zip(raw["operators"].as_array().expect("a list")) {
+        assert_eq!(json!(operator.instances), raw["evidence"]["instances"]);
+        assert_eq!(json!(one.names(&operator.never_seen)), raw["absent"]);
+        // The state that the object leaves is no need of its own.
+        for need in &operator.needs {
+            let held = &raw["evidence"]["before"][need.condition.state];
+            assert_eq!(json!(need.held), *held, "{operator:?}");
+        }
+    }
+    let new = one.to_json().expect("plain data");
+    assert!(new.contains("\"version\": 3"));
+    assert_eq!(RelationalDomain::parse(new.as_bytes(), "new.json").expect("it is read"), one);
+    let future = new.replace("\"version\": 3", "\"version\": 4");
     let refused = RelationalDomain::parse(future.as_bytes(), "d.json").expect_err("unknown");
     assert!(refused.to_string().contains("it is 4; expected 1 to 3"), "{refused}");
+}
+
+#[test]
+fn faults_in_old_versions_name_their_field() {
+    let two = version_2().to_string();
+    let cases = [
+        (VERSION_1, "/provenance", json!(7), "field `provenance`: it is 7; expected an object"),
+        (VERSION_1, "/states/4/mean", json!([1]), "field `states[4].mean`: it is a list"),
+        (VERSION_1, "/states/3/count", json!(-7.5), "field `states[3]`: invalid type"),
+        (VERSION_1, "/states/0/name", json!("nut"), "`nut` cannot be a name"),
+        (VERSION_1, "/operators/1/evidence", json!("x"), "field `operators[1].evidence`: it is `x`"),
+        (VERSION_1, "/operators/1/evidence/before", json!([1]), "has 1 counts; expected 5"),
+        (VERSION_1, "/operators/1/kind", json!(-7.5), "field `operators[1]`: invalid type"),
+        (VERSION_1, "/goal", json!("HAPPINESS"), "field `goal`: `HAPPINESS` is not a state"),
+        (VERSION_1, "/states/0/mean/orientation/3", json!(9.0), "expected a unit quaternion"),
+        (&two, "/states/1/learned", json!(7), "field `states[1].learned`: it is 7"),
+        (&two, "/states/1/learned/origin", json!({"found": null}), "origin`: it is an object"),
+        (&two, "/states/1/learned/covariance/0/0", json!(1e300), "a coordinate that is not usable"),
+        (&two, "/operators/0/to", json!("NOWHERE"), "field `operators[0].to`: `NOWHERE`"),
+        (&two, "/operators/0/removes", json!(["NO"]), "field `operators[0].removes[0]`"),
+        (&two, "/operators/2/parameters", json!([7]), "field `operators[2]`"),
+    ];
+    for (text, at, value, part) in cases {
+        let refused = exchanged(text, at, value);
+        assert!(refused.starts_with("d.json") && refused.contains(part), "{at}: {part} in {refused}");
+    }
+    let broken = VERSION_1.replacen("\"distinct\"", "\"different\"", 1);
+    let refused = RelationalDomain::parse(broken.as_bytes(), "old.json").expect_err("unknown field");
+    assert!(refused.to_string().contains("unknown field `different`"), "{refused}");
+    let mut bare = version_2();
+    bare["states"][0].as_object_mut().expect("an object").remove("learned");
+    let refused = RelationalDomain::parse(bare.to_string().as_bytes(), "d").expect_err("bare");
+    assert!(refused.to_string().contains("`states[0].learned`: it is missing"), "{refused}");
 }
 
 #[test]
@@ -199,6 +267,28 @@ fn every_fault_names_its_field_and_what_was_expected() {
 }
 
 #[test]
+fn a_need_about_a_parameter_that_its_action_lacks_is_refused_and_not_ignored() {
+    let about = |file: &mut Value, operator: usize, state: &str, role: &str| {
+        let need = json!({
+            "state": state, "subject": {"is": role}, "verdict": "required", "holds": true,
+            "least": 1, "held": 5, "of": 5,
+        });
+        file["operators"][operator]["needs"].as_array_mut().expect("a list").push(need);
+        RelationalDomain::parse(file.to_string().as_bytes(), "d.json").map_err(|e| e.to_string())
+    };
+    let world = || {
+        let old = RelationalDomain::parse(VERSION_1.as_bytes(), "one.json").expect("version 1");
+        serde_json::from_str(&old.to_json().expect("plain data")).expect("JSON")
+    };
+    let refused = about(&mut world(), 0, "NUT_AT_START", "target").expect_err("no target");
+    assert!(refused.contains("field `operators[0]`"), "{refused}");
+    assert!(refused.contains("`NUT_AT_START`, about its target, and has no target"), "{refused}");
+    let refused = about(&mut world(), 0, "NUT_AT_START", "origin").expect_err("no origin");
+    assert!(refused.contains("has no origin"), "{refused}");
+    about(&mut world(), 2, "BOLT_AT_START", "object").expect("every action has an object");
+}
+
+#[test]
 fn a_person_can_rename_states_and_actions() {
     let domain = domain();
     let pair = |a: &str, b: &str| (a.to_owned(), b.to_owned());
@@ -212,7 +302,7 @@ fn a_person_can_rename_states_and_actions() {
 
 /// Uses a domain in every way that a command does.
 fn use_it(domain: &RelationalDomain, scene: &Snapshot) {
-    let layout = Grounder::new(domain).layout(scene);
+    let layout = Classifier::new(domain).classify(scene);
     if let Ok(problem) = Problem::new(domain, &layout) {
         let situation = layout.situation();
         for m in problem.moves(&situation) {

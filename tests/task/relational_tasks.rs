@@ -10,8 +10,8 @@
 use rayon::prelude::*;
 use symbolt::sim::Seed;
 use symbolt::task::event::{EpisodeReport, Ignore};
-use symbolt::task::execute::{EpisodeSpec, demonstrate_sensed, relational_episode};
-use symbolt::task::learn::{Settings, learn_relational};
+use symbolt::task::execute::{self, EpisodeSpec, demonstrate_sensed};
+use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::PlannerBuild;
 use symbolt::task::relational::RelationalDomain;
 use symbolt::task::tasks::Task;
@@ -28,7 +28,7 @@ fn number(name: &str) -> Option<f64> {
 fn learned(task: &dyn Task, demos: usize, sensing: &Sensing, seed: Seed) -> RelationalDomain {
     let shown = demonstrate_sensed(task, demos, sensing, seed, &mut Ignore).expect("it is shown");
     assert_eq!(shown.solved, demos, "{}", task.name());
-    learn_relational(&shown.recording, &Settings::default()).expect("it teaches").domain
+    learn(&shown.recording, &Settings::default()).expect("it teaches").domain
 }
 
 fn episode(
@@ -45,8 +45,8 @@ fn episode(
         perturbation: number("DISTURB").and_then(|_| task.perturbation(seed)),
         ..EpisodeSpec::default()
     };
-    let over = relational_episode(domain, &PlannerBuild::default(), &spec, seed, &mut Ignore);
-    over.expect("it runs").episode.report
+    let over = execute::episode(domain, &PlannerBuild::default(), &spec, seed);
+    over.expect("it runs").report
 }
 
 #[test]

@@ -7,12 +7,9 @@ use nalgebra::{UnitQuaternion, Vector3};
 use rand::RngExt;
 use symbolt::sim::Seed;
 use symbolt::task::event::Event;
-use symbolt::task::learn::{Settings, learn, learn_relational, learn_relational_observed};
-use symbolt::task::relational::{Grounder, Layout, Miss, Quantity, RelationalDomain};
-use symbolt::task::{
-    Classifier, Demonstration, Domain, GaussianGate, Grounding, ObjectPose, Pose, Recording,
-    Snapshot, SnapshotEvent,
-};
+use symbolt::task::learn::{Settings, learn, learn_observed};
+use symbolt::task::relational::{Classifier, Layout, Miss, Quantity, RelationalDomain};
+use symbolt::task::{Demonstration, ObjectPose, Pose, Recording, Snapshot, SnapshotEvent};
 
 const POCKET: [f64; 3] = [0.42, -0.22, 0.042];
 /// Heights of a nut's centre and of a bolt's head in the jig, and of both on the table, in metres.
@@ -77,11 +74,11 @@ fn recording(demos: u64, door: bool) -> Recording {
 }
 
 fn relational(demos: u64) -> RelationalDomain {
-    learn_relational(&recording(demos, false), &Settings::default()).expect("it teaches").domain
+    learn(&recording(demos, false), &Settings::default()).expect("it teaches").domain
 }
 
-fn plain(demos: u64) -> Domain {
-    learn(&recording(demos, false), &Settings::default()).expect("it teaches").domain
+fn plain(demos: u64) -> RelationalDomain {
+    learn(&recording(demos, false), &Settings::paper()).expect("it teaches").domain
 }
 
 fn lying_bolt() -> Pose {
@@ -97,14 +94,12 @@ fn state_of(domain: &RelationalDomain, layout: &Layout, object: usize) -> Option
     layout.located[object].fact.map(|fact| domain.states[fact.state].name.clone())
 }
 
-/// Says whether each kind of grounder takes a nut as seated: with frames and without, after this many demonstrations.
+/// Says whether a nut counts as seated in the domain of each method, after this many demonstrations.
 fn seated(demos: u64, nut: Pose) -> [bool; 2] {
-    let (framed, flat) = (relational(demos), plain(demos));
-    let layout = Grounder::new(&framed).layout(&scene(nut, lying_bolt()));
-    let with = state_of(&framed, &layout, 0).is_some_and(|name| name.ends_with("POCKET"));
-    let classifier = Classifier::new(&flat, Grounding::default()).expect("sound");
-    let state = classifier.classify("nut", &nut).state;
-    [with, state.is_some_and(|state| flat[state].name.ends_with("POCKET"))]
+    [relational(demos), plain(demos)].map(|domain| {
+        let layout = Classifier::new(&domain).classify(&scene(nut, lying_bolt()));
+        state_of(&domain, &layout, 0).is_some_and(|name| name.ends_with("POCKET"))
+    })
 }
 
 #[test]
@@ -123,24 +118,15 @@ fn the_spread_of_a_fixed_prior_would_take_the_tilted_nut_as_seated() {
     // A prior of 3 mm leaves 1.3 mm after five demonstrations, and the tilt was not compared.
     let wrong = nut(2e-4, 2.6e-3, 10.0);
     let framed = relational(5);
-    let loose = Grounder::new(&framed).with_noise(1.3e-3, 0.06);
-    let layout = loose.layout(&scene(wrong, lying_bolt()));
+    let loose = Classifier::new(&framed).with_noise(1.3e-3, 0.06);
+    let layout = loose.classify(&scene(wrong, lying_bolt()));
     assert!(state_of(&framed, &layout, 0).is_some_and(|name| name.ends_with("POCKET")));
-    let flat = plain(5);
-    let gate =
-        GaussianGate { play_m: 1.3e-3, height_m: 1.3e-3, tilt_rad: 9.0, ..Default::default() };
-    let classifier = Classifier::new(&flat, Grounding::Gated(gate)).expect("sound");
-    let state = classifier.classify("nut", &wrong).state.expect("in a state");
-    assert!(flat[state].name.ends_with("POCKET"), "{}", flat[state].name);
 }
 
 #[test]
 fn every_part_with_the_play_of_its_place_is_seated() {
     // Greatest deviations of correctly seated parts in 584 cases of the physics, and a half more.
-    let (framed, one) = (relational(5), relational(1));
-    let flat = [plain(5), plain(1)];
-    let classifiers =
-        flat.each_ref().map(|d| Classifier::new(d, Grounding::default()).expect("ok"));
+    let domains = [relational(5), relational(1), plain(5), plain(1)];
     let mut rng = Seed::new(3).rng();
     let mut count = 0;
     for _ in 0..500 {
@@ -149,15 +135,10 @@ fn every_part_with_the_play_of_its_place_is_seated() {
         let mut pose = nut(0.0, 1e-4 * (2.0 * up - 1.0), 0.15);
         pose.position[0] += 2e-3 * far * turn.cos();
         pose.position[1] += 2e-3 * far * turn.sin();
-        for domain in [&framed, &one] {
-            let layout = Grounder::new(domain).layout(&scene(pose, lying_bolt()));
+        for domain in &domains {
+            let layout = Classifier::new(domain).classify(&scene(pose, lying_bolt()));
             let name = state_of(domain, &layout, 0);
             assert!(name.as_ref().is_some_and(|n| n.ends_with("POCKET")), "{name:?} at {pose:?}");
-            count += 1;
-        }
-        for (domain, classifier) in flat.iter().zip(&classifiers) {
-            let state = classifier.classify("nut", &pose).state.expect("in a state");
-            assert!(domain[state].name.ends_with("POCKET"), "{}", domain[state].name);
             count += 1;
         }
     }
@@ -166,24 +147,23 @@ fn every_part_with_the_play_of_its_place_is_seated() {
 
 #[test]
 fn found_states_stay_wide() {
-    let (framed, flat) = (relational(5), plain(5));
-    let classifier = Classifier::new(&flat, Grounding::default()).expect("sound");
+    let domains = [relational(5), plain(5)];
     // Elsewhere on the table, on something 5 mm high, and not level.
     for (x, y, high, tilt) in
         [(0.40, 0.1, 0.0, 0.0), (0.60, 0.31, 5e-3, 0.0), (0.45, 0.0, 5e-3, 30.0)]
     {
         let there = pose([x, y, LYING[0] + high], [tilt, 70.0]);
-        let layout = Grounder::new(&framed).layout(&scene(there, lying_bolt()));
-        assert_eq!(state_of(&framed, &layout, 0).as_deref(), Some("NUT_AT_START"));
-        let state = classifier.classify("nut", &there).state.expect("in a state");
-        assert_eq!(flat[state].name, "NUT_AT_START");
+        for domain in &domains {
+            let layout = Classifier::new(domain).classify(&scene(there, lying_bolt()));
+            assert_eq!(state_of(domain, &layout, 0).as_deref(), Some("NUT_AT_START"));
+        }
     }
 }
 
 #[test]
 fn the_miss_of_a_part_in_no_state_is_named() {
     let framed = relational(5);
-    let layout = Grounder::new(&framed).layout(&scene(nut(2e-4, 2.6e-3, 10.0), lying_bolt()));
+    let layout = Classifier::new(&framed).classify(&scene(nut(2e-4, 2.6e-3, 10.0), lying_bolt()));
     let Some(Miss { nearest, offset }) = layout.located[0].miss else { panic!("in a state") };
     assert!(framed.states[nearest.state].name.ends_with("POCKET"));
     assert_eq!(nearest.reference, Some(2));
@@ -192,10 +172,9 @@ fn the_miss_of_a_part_in_no_state_is_named() {
     // A fixture has no states, and a part in a state has no miss.
     assert_eq!((layout.located[1].miss, layout.located[2].miss), (None, None));
     let flat = plain(5);
-    let classifier = Classifier::new(&flat, Grounding::default()).expect("sound");
-    let (state, offset) =
-        classifier.nearest("nut", &nut(0.0, 2.6e-3, 10.0)).expect("it has states");
-    assert!(flat[state].name.ends_with("POCKET"), "{}", flat[state].name);
+    let located = Classifier::new(&flat).classify_alone("nut", &nut(0.0, 2.6e-3, 10.0));
+    let Some(Miss { nearest, offset }) = located.miss else { panic!("in a state") };
+    assert!(flat.states[nearest.state].name.ends_with("POCKET"));
     assert_eq!(offset.in_words(), "2.6 mm too high and tilted by 10 degrees");
 }
 
@@ -204,9 +183,9 @@ fn a_part_that_creeps_out_of_its_place_loses_its_state() {
     // Steps of 0.1 mm are below the movement that counts. With the pose of the look before as the measure, as `reset`
     // does it, the part would keep its state for ever.
     let framed = relational(5);
-    let grounder = Grounder::new(&framed);
+    let classifier = Classifier::new(&framed);
     for reset in [false, true] {
-        let mut layout = grounder.layout(&scene(nut(0.0, 0.0, 0.0), lying_bolt()));
+        let mut layout = classifier.classify(&scene(nut(0.0, 0.0, 0.0), lying_bolt()));
         let mut left = None;
         for step in 1..=60 {
             if reset {
@@ -215,7 +194,7 @@ fn a_part_that_creeps_out_of_its_place_loses_its_state() {
                 }
             }
             let now = scene(nut(1e-4 * f64::from(step), 0.0, 0.0), lying_bolt());
-            layout = grounder.layout_after(&layout, &now);
+            layout = classifier.classify_after(&layout, &now);
             if layout.located[0].fact.is_none() && left.is_none() {
                 left = Some(step);
             }
@@ -230,16 +209,16 @@ fn a_part_that_creeps_out_of_its_place_loses_its_state() {
 #[test]
 fn a_part_at_rest_keeps_its_state_in_spite_of_small_movements() {
     let framed = relational(5);
-    let grounder = Grounder::new(&framed);
+    let classifier = Classifier::new(&framed);
     // At the limit of the place, a geometric look alone would change its mind from look to look.
     let at = |aside_m: f64| scene(nut(aside_m, 0.0, 0.0), lying_bolt());
-    let mut layout = grounder.layout(&at(2.8e-3));
+    let mut layout = classifier.classify(&at(2.8e-3));
     let (mut kept, mut alone) = (0, 0);
     for step in 0..20 {
         let now = at(2.8e-3 + if step % 2 == 0 { 4e-4 } else { 0.0 });
-        layout = grounder.layout_after(&layout, &now);
+        layout = classifier.classify_after(&layout, &now);
         kept += usize::from(layout.located[0].fact.is_some());
-        alone += usize::from(grounder.layout(&now).located[0].fact.is_some());
+        alone += usize::from(classifier.classify(&now).located[0].fact.is_some());
     }
     assert_eq!(kept, 20);
     assert_eq!(alone, 10);
@@ -253,7 +232,7 @@ fn a_state_that_no_action_achieves_is_named_and_left_out_of_the_goal() {
             said.push((*warning).to_owned());
         }
     };
-    let learned = learn_relational_observed(&recording(5, true), &Settings::default(), &mut listen);
+    let learned = learn_observed(&recording(5, true), &Settings::default(), &mut listen);
     let learned = learned.expect("it teaches");
     let [door] = &learned.unachieved[..] else { panic!("{:?}", learned.unachieved) };
     assert!(door.starts_with("DOOR"), "{door}");
@@ -280,7 +259,7 @@ fn a_bolt_in_a_nut_that_lies_upside_down_is_recognised() {
     let bolt = pose([POCKET[0], POCKET[1], SEATED[1]], [0.0, 40.0]);
     let [upright, over] = [0.0, 180.0].map(|about_x| {
         let nut = pose([POCKET[0], POCKET[1], SEATED[0]], [about_x, 25.0]);
-        Grounder::new(&domain).layout(&scene(nut, bolt))
+        Classifier::new(&domain).classify(&scene(nut, bolt))
     });
     for object in 0..2 {
         let states = [&upright, &over].map(|layout| state_of(&domain, layout, object));

@@ -14,11 +14,10 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use symbolt::robot::SkillReport;
 use symbolt::sim::Seed;
-use symbolt::task::event::{Ended, Ignore};
-use symbolt::task::execute::{EpisodeSpec, episode, relational_episode};
-use symbolt::task::learn::{Settings, learn, learn_relational};
-use symbolt::task::planner::PlannerBuild;
-use symbolt::task::planner::{Planner, PlannerSpec};
+use symbolt::task::event::Ended;
+use symbolt::task::execute::{EpisodeSpec, episode};
+use symbolt::task::learn::{Settings, learn};
+use symbolt::task::planner::{PlannerBuild, PlannerKind};
 use symbolt::task::robot::{BodyFrame, FINGER_TIP_M, Turn, reaches_table};
 use symbolt::task::scene::{
     BodyId, BodyKind, Fixture, Handling, Landmark, Look, Outline, Part, Scene, SceneSpec, Symmetry,
@@ -28,7 +27,7 @@ use symbolt::task::skill::{Grasp, Target};
 use symbolt::task::tasks::{
     self, Demonstrator, Judgement, Perturbation, Step, Task, parse_settings,
 };
-use symbolt::task::{Grounding, Pose, TaskError, demonstrate};
+use symbolt::task::{Pose, TaskError, demonstrate};
 
 /// The task: a base on a pad, and a top on the base.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -201,30 +200,30 @@ fn a_second_task_is_demonstrated_learned_and_done_through_the_trait_alone() {
     let task = Tower::default();
     let shown = demonstrate(&task, 4, Seed::new(1)).expect("it can be shown");
     assert_eq!(shown.solved, 4, "{:?}", shown.skills);
-    let domain = learn(&shown.recording, &Settings::default()).expect("it teaches").domain;
-    let names: Vec<&str> = domain.states().iter().map(|state| state.name.as_str()).collect();
+    let domain = learn(&shown.recording, &Settings::paper()).expect("it teaches").domain;
+    let names: Vec<&str> = domain.states.iter().map(|state| state.name.as_str()).collect();
     assert_eq!(names, ["BASE_AT_START", "BASE_AT_PAD", "TOP_AT_START", "TOP_AT_PAD"]);
-    assert_eq!(domain.operators().len(), task.min_actions());
-    let goal = domain.goal().expect("something was brought about");
-    let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1)).expect("it builds");
-    let planner = Arc::new(planner);
+    assert_eq!(domain.operators.len(), task.min_actions());
+    let build = PlannerBuild { kind: PlannerKind::Chain, ..PlannerBuild::default() };
     for seed in 0..3 {
         let spec = EpisodeSpec::of(task.clone());
-        let over = episode(planner.clone(), Grounding::default(), goal, &spec, Seed::new(seed));
-        let report = over.expect("it runs").report;
+        let report = episode(&domain, &build, &spec, Seed::new(seed)).expect("it runs").report;
         assert_eq!(report.ended, Ended::GoalMet, "seed {seed}: {report:?}");
         assert!(report.solved && !report.false_goal(), "seed {seed}: {report:?}");
         assert_eq!(report.skills().count(), task.min_actions(), "seed {seed}: {report:?}");
     }
     let perturbation = task.perturbation(Seed::new(1));
     let spec = EpisodeSpec { perturbation, ..EpisodeSpec::of(task.clone()) };
-    // The same over a relational domain.
-    let domain = learn_relational(&shown.recording, &Settings::default()).expect("it teaches");
-    let (domain, build) = (domain.domain, PlannerBuild::default());
-    for (seed, spec, skills) in [(0, EpisodeSpec::of(task), 2), (5, spec.clone(), 3)] {
-        let over = relational_episode(&domain, &build, &spec, Seed::new(seed), &mut Ignore);
-        let over = over.expect("it runs");
-        let report = &over.episode.report;
+    // A block that a person takes away is put back.
+    let over = episode(&domain, &build, &spec, Seed::new(5)).expect("runs");
+    assert!(over.report.perturbed && over.report.solved, "{:?}", over.report);
+    assert_eq!(over.report.skills().count(), 3, "the base twice: {:?}", over.report);
+    // The same with states in the frames of objects.
+    let domain = learn(&shown.recording, &Settings::default()).expect("it teaches").domain;
+    let build = PlannerBuild::default();
+    for (seed, spec, skills) in [(0, EpisodeSpec::of(task), 2), (5, spec, 3)] {
+        let over = episode(&domain, &build, &spec, Seed::new(seed)).expect("it runs");
+        let report = &over.report;
         assert_eq!(report.ended, Ended::GoalMet, "seed {seed}: {report:?}");
         assert!(report.solved && !report.false_goal(), "seed {seed}: {report:?}");
         assert_eq!(report.skills().count(), skills, "seed {seed}: {report:?}");
@@ -233,14 +232,9 @@ fn a_second_task_is_demonstrated_learned_and_done_through_the_trait_alone() {
         let objects: Vec<&str> =
             begun.map(|d| d.chosen.as_ref().expect("it says which").object.as_str()).collect();
         assert_eq!(objects.last(), Some(&"top_0"), "{objects:?}");
-        let again = relational_episode(&domain, &build, &spec, Seed::new(seed), &mut Ignore);
-        assert_eq!(again.expect("it runs").episode.report, *report);
+        let again = episode(&domain, &build, &spec, Seed::new(seed)).expect("it runs");
+        assert_eq!(again.report, *report);
     }
-    // A block that a person takes away is put back.
-    let over =
-        episode(planner.clone(), Grounding::default(), goal, &spec, Seed::new(5)).expect("runs");
-    assert!(over.report.perturbed && over.report.solved, "{:?}", over.report);
-    assert_eq!(over.report.skills().count(), 3, "the base twice: {:?}", over.report);
 }
 
 /// A task that needs no action.

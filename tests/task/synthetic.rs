@@ -6,37 +6,44 @@ use std::collections::BTreeMap;
 
 use symbolt::sim::Seed;
 use symbolt::task::learn::{AttemptOutcome, Failure, Learned, Settings, learn};
-use symbolt::task::planner::{Planner, PlannerSpec};
+use symbolt::neurons::Population;
+use symbolt::task::planner::{Planner, PlannerBuild, PlannerKind, PlannerSpec, SceneEnd};
 use symbolt::task::tasks::nuts_and_bolts::synthetic::heights;
 use symbolt::task::tasks::nuts_and_bolts::{Order, SyntheticDemonstrations, SyntheticRecording};
-use symbolt::task::{
-    Classifier, Domain, Grounding, Obstacle, Pose, SnapshotEvent, TaskError, Verdict,
-};
+use symbolt::task::relational::{Classifier, Problem, RelationalDomain};
+use symbolt::task::{Obstacle, Pose, SnapshotEvent, TaskError, Verdict};
+
+use crate::propositional;
 
 fn record(spec: &SyntheticDemonstrations, seed: u64) -> SyntheticRecording {
     spec.record(Seed::new(seed)).expect("the settings are valid")
 }
 
 fn learned(spec: &SyntheticDemonstrations, seed: u64) -> Learned {
-    learn(&record(spec, seed).recording, &Settings::default()).expect("learns")
+    learn(&record(spec, seed).recording, &Settings::paper()).expect("learns")
 }
 
-fn needs<'d>(domain: &'d Domain, to: &str) -> Vec<&'d str> {
+fn needs<'d>(domain: &'d RelationalDomain, to: &str) -> Vec<&'d str> {
     let state = domain.state(to).expect("the state was learned");
-    let action = domain.causes(state).first().expect("the action was learned");
-    domain.names(&domain[*action].preconditions)
+    let action = domain.operators.iter().find(|o| o.to == state).expect("the action was learned");
+    propositional::needs(domain, action)
+}
+
+fn goal(domain: &RelationalDomain) -> &str {
+    let [goal] = &domain.goals[..] else { panic!("{:?}", domain.goals) };
+    &domain.states[goal.state].name
 }
 
 #[test]
 fn both_orders_of_one_nut_and_one_bolt_give_the_true_preconditions() {
     for seed in 0..20 {
-        let Learned { domain, report } = learned(&SyntheticDemonstrations::default(), seed);
-        assert_eq!((domain.states().len(), domain.operators().len()), (5, 3), "seed {seed}");
+        let Learned { domain, report, .. } = learned(&SyntheticDemonstrations::default(), seed);
+        assert_eq!((domain.states.len(), domain.operators.len()), (5, 3), "seed {seed}");
         assert_eq!(needs(&domain, "NUT_AT_NUT_POCKET"), ["NUT_AT_START"]);
         assert_eq!(needs(&domain, "BOLT_AT_BOLT_HOLE"), ["BOLT_AT_START"]);
         let both = ["BOLT_AT_BOLT_HOLE", "NUT_AT_NUT_POCKET"];
         assert_eq!(needs(&domain, "BOLT_AT_NUT_POCKET"), both);
-        assert_eq!(domain.goal_name(), Some("BOLT_AT_NUT_POCKET"));
+        assert_eq!(goal(&domain), "BOLT_AT_NUT_POCKET");
         assert_eq!(report.failed(), 0);
         assert_eq!(report.fixed_kinds, ["bolt_hole", "nut_pocket"]);
     }
@@ -49,17 +56,20 @@ fn the_papers_stated_failure_several_parts_always_present_make_table_states_prec
     let spec = SyntheticDemonstrations { nuts: 3, bolts: 3, ..SyntheticDemonstrations::default() };
     for seed in 0..5 {
         let Learned { domain, .. } = learned(&spec, seed);
-        assert_eq!(domain.operators().len(), 3);
-        for operator in domain.operators() {
+        assert_eq!(domain.operators.len(), 3);
+        for operator in &domain.operators {
             for state in ["NUT_AT_START", "BOLT_AT_START"] {
-                let needed = domain.names(&operator.preconditions).contains(&state);
+                let needed = propositional::needs(&domain, operator).contains(&state);
                 assert!(needed, "{} needs {state}", operator.name);
             }
         }
         // The last bolt can therefore not be assembled: the table is empty.
+        let end = goal(&domain).to_owned();
+        let domain = propositional::propositional(&domain);
         let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1)).expect("builds");
         let world = domain.world(["NUT_AT_NUT_POCKET", "BOLT_AT_BOLT_HOLE"]).expect("states");
-        let stuck = planner.decide(&world, domain.goal().expect("there")).expect("decides").verdict;
+        let end = domain.state(&end).expect("there");
+        let stuck = planner.decide(&world, end).expect("decides").verdict;
         let Verdict::Stuck(Obstacle::NothingCauses { state }) = stuck else { panic!("{stuck:?}") };
         assert!(domain[state].name.ends_with("_AT_START"));
     }
@@ -75,18 +85,19 @@ fn one_demonstration_suffices() {
     let mut planned = 0;
     for seed in 0..20 {
         let Learned { domain, .. } = learned(&spec, seed);
-        assert_eq!((domain.states().len(), domain.operators().len()), (5, 3), "seed {seed}");
+        assert_eq!((domain.states.len(), domain.operators.len()), (5, 3), "seed {seed}");
         // A new scene is classified right, although every state was seen in one place only.
-        let classifier = Classifier::new(&domain, Grounding::default()).expect("sound");
         let scene = spec.scene(Seed::new(1000 + seed)).expect("sound");
-        let world = classifier.world_state(&scene);
-        let names: Vec<&str> = world.iter().map(|state| &domain[state].name[..]).collect();
-        assert_eq!(names, ["BOLT_AT_START", "NUT_AT_START"], "seed {seed}");
-        let planner =
-            Planner::new(&domain, PlannerSpec::default(), Seed::new(seed)).expect("builds");
-        let decision = planner.decide(&world, domain.goal().expect("there")).expect("decides");
-        let Verdict::Act(action) = decision.verdict else { panic!("{decision:?}") };
-        assert_eq!(domain[domain[action].to].name, "NUT_AT_NUT_POCKET");
+        let layout = Classifier::new(&domain).classify(&scene);
+        let found = layout.located.iter().filter_map(|located| located.fact);
+        let names: Vec<&str> = found.map(|fact| &domain.states[fact.state].name[..]).collect();
+        assert_eq!(names, ["NUT_AT_START", "BOLT_AT_START"], "seed {seed}");
+        let problem = Problem::new(&domain, &layout).expect("it can be asked for");
+        let build = PlannerBuild::new(PlannerKind::Chain, &Population::Direct, Seed::new(seed));
+        let plan = build.expect("patterns").plan(&problem, &layout, PlannerBuild::LIMIT);
+        let plan = plan.expect("it plans");
+        assert_eq!(plan.moves[0].action, "PUT_NUT_AT_NUT_POCKET", "{plan:?}");
+        assert_eq!((plan.moves.len(), plan.end), (3, SceneEnd::Met));
         planned += 1;
     }
     assert_eq!(planned, 20);
@@ -120,7 +131,7 @@ fn learning_never_sees_the_labels() {
     let read = |labels: Option<&symbolt::task::Labels>| {
         let text = made.recording.to_jsonl(labels).expect("plain data");
         let (recording, _) = symbolt::task::Recording::parse(text.as_bytes(), "x").expect("sound");
-        learn(&recording, &Settings::default()).expect("learns")
+        learn(&recording, &Settings::paper()).expect("learns")
     };
     let lies = made.labels.iter().map(|d| vec![Some("LIES".to_owned()); d.len()]).collect();
     let plain = read(None);
@@ -138,13 +149,13 @@ fn a_part_left_standing_is_no_state_and_is_listed_as_unexplained() {
     };
     let mut stood = 0;
     for seed in 0..60 {
-        let Learned { domain, report } = learned(&spec, seed);
-        let classifier = Classifier::new(&domain, Grounding::default()).expect("sound");
+        let Learned { domain, report, .. } = learned(&spec, seed);
+        let classifier = Classifier::new(&domain);
         let standing = Pose::at([0.02, 0.3, heights::BOLT_STANDING]);
         for poses in &report.unexplained {
             assert_eq!(poses.kind, "bolt");
             assert!((poses.mean.position[2] - heights::BOLT_STANDING).abs() < 2e-3);
-            assert_eq!(classifier.classify("bolt", &standing).state, None, "seed {seed}");
+            assert_eq!(classifier.classify_alone("bolt", &standing).fact, None, "seed {seed}");
             stood += 1;
         }
         let detours =
@@ -165,7 +176,7 @@ fn renamed_kinds_a_mirrored_scene_and_another_upward_axis_change_nothing_but_nam
         },
         11,
     );
-    let straight = learn(&made.recording, &Settings::default()).expect("learns");
+    let straight = learn(&made.recording, &Settings::paper()).expect("learns");
     let mut turned = made.recording.clone();
     for object in
         turned.demos.iter_mut().flat_map(|d| &mut d.snapshots).flat_map(|s| &mut s.objects)
@@ -174,25 +185,22 @@ fn renamed_kinds_a_mirrored_scene_and_another_upward_axis_change_nothing_but_nam
         object.pose.position = [-z, x + 3.0, y - 1.0];
         object.kind = object.kind.replace("nut", "ring").replace("bolt", "peg").into();
     }
-    let other = learn(&turned, &Settings::default()).expect("learns");
-    assert_eq!(other.domain.states().len(), straight.domain.states().len());
+    let other = learn(&turned, &Settings::paper()).expect("learns");
+    assert_eq!(other.domain.states.len(), straight.domain.states.len());
     let counts = |l: &Learned| -> Vec<usize> {
-        {
-            let learned = l.domain.states().iter().filter_map(|s| s.learned.as_ref());
-            learned.map(|s| s.count).collect()
-        }
+        l.domain.states.iter().map(|s| s.count).collect()
     };
     let mut a = counts(&straight);
     let mut b = counts(&other);
     a.sort_unstable();
     b.sort_unstable();
     assert_eq!(a, b);
-    assert_eq!(straight.domain.operators().len(), other.domain.operators().len());
+    assert_eq!(straight.domain.operators.len(), other.domain.operators.len());
     assert_eq!(straight.report.failed(), other.report.failed());
     assert!(
         other
             .domain
-            .states()
+            .states
             .iter()
             .all(|s| s.name.starts_with("RING") || s.name.starts_with("PEG"))
     );
@@ -211,7 +219,7 @@ fn the_same_recording_gives_the_same_bits_whatever_the_thread_count() {
     );
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        pool.install(|| learn(&made.recording, &Settings::default()).expect("learns"))
+        pool.install(|| learn(&made.recording, &Settings::paper()).expect("learns"))
     };
     let one = on(1);
     assert_eq!(one, on(2));
@@ -304,9 +312,9 @@ fn statistics_of_finding_the_true_structure() {
                         continue;
                     }
                     all += 1;
-                    let domain = learn(&made.recording, &Settings::default()).map(|l| l.domain);
+                    let domain = learn(&made.recording, &Settings::paper()).map(|l| l.domain);
                     right += usize::from(
-                        domain.is_ok_and(|d| d.states().len() == 5 && d.operators().len() == 3),
+                        domain.is_ok_and(|d| d.states.len() == 5 && d.operators.len() == 3),
                     );
                 }
                 let least = match (fail_rate, demos) {
@@ -332,15 +340,15 @@ fn statistics_of_finding_the_true_structure() {
 fn events_without_objects_teach_the_same() {
     for drop_from in [0, 1] {
         let mut recording = record(&SyntheticDemonstrations::default(), 1).recording;
-        let expected = learn(&recording, &Settings::default()).expect("learns").domain;
+        let expected = learn(&recording, &Settings::paper()).expect("learns").domain;
         for snapshot in recording.demos.iter_mut().flat_map(|d| &mut d.snapshots) {
             // First the objects of all events are removed, then only those of releases.
             if drop_from == 0 || snapshot.event == Some(SnapshotEvent::Release) {
                 snapshot.object = None;
             }
         }
-        let found = learn(&recording, &Settings::default()).expect("learns").domain;
-        assert_eq!(found.states(), expected.states());
-        assert_eq!(found.operators(), expected.operators());
+        let found = learn(&recording, &Settings::paper()).expect("learns").domain;
+        assert_eq!(found.states, expected.states);
+        assert_eq!(found.operators, expected.operators);
     }
 }

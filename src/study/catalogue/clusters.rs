@@ -15,9 +15,10 @@ use crate::study::experiment::{
     Style, TrialOutcome, outcome,
 };
 use crate::task::TaskError;
-use crate::task::domain::{Classifier, Domain, Grounding, Pose, Recording};
+use crate::task::domain::{Pose, Recording};
 use crate::task::execute::demonstrate;
 use crate::task::learn::{PAPER_EXPONENT, Settings, learn};
+use crate::task::relational::{Classifier, ClassifierRule, RelationalDomain};
 use crate::task::tasks::nuts_and_bolts::NutsAndBolts;
 
 /// The true states of parts.
@@ -100,9 +101,9 @@ impl Clusters {
         Self { trials: options.trials.unwrap_or(10) }
     }
 
-    fn domain(seed: Seed) -> Result<(Recording, Domain), TaskError> {
+    fn domain(seed: Seed) -> Result<(Recording, RelationalDomain), TaskError> {
         let recording = shown(1, DEMOS, seed)?;
-        let domain = learn(&recording, &Settings::default())?.domain;
+        let domain = learn(&recording, &Settings::paper())?.domain;
         Ok((recording, domain))
     }
 }
@@ -133,15 +134,12 @@ impl Experiment for Clusters {
     fn trial(&self, _cell: &Cell, seed: Seed) -> Result<TrialOutcome, TaskError> {
         let (recording, domain) = Self::domain(seed)?;
         let spec = scene(1);
-        let of = |kind: &str| domain.states().iter().filter(|s| s.kind == kind).count();
-        let classifier = Classifier::new(&domain, Grounding::paper())?;
+        let of = |kind: &str| domain.states.iter().filter(|s| s.kind == kind).count();
+        let classifier = Classifier::new(&domain).with_rule(ClassifierRule::paper())?;
         // The true state of each pose must equal the true state at the mean of its learned state.
         let agrees = |(kind, pose): (&str, &Pose)| {
-            let state =
-                classifier.classify(kind, pose).state.and_then(|s| domain[s].learned.as_ref());
-            state.is_some_and(|s| {
-                truth(&spec, kind, s.mean.position) == truth(&spec, kind, pose.position)
-            })
+            let mean = mean(&domain, &classifier, kind, pose);
+            mean.is_some_and(|mean| truth(&spec, kind, mean) == truth(&spec, kind, pose.position))
         };
         let right = of("nut") == 2 && of("bolt") == 3 && part_poses(&recording, &spec).all(agrees);
         Ok(outcome([of("nut") as f64, of("bolt") as f64, if right { 1.0 } else { 0.0 }]))
@@ -150,16 +148,16 @@ impl Experiment for Clusters {
     fn figure(&self, results: &Results) -> Option<Figure> {
         let seed = Seed::new(results.settings["seed"].as_u64()?).derive_index("trial", 0);
         let (recording, domain) = Self::domain(seed).ok()?;
-        let classifier = Classifier::new(&domain, Grounding::paper()).ok()?;
+        let classifier = Classifier::new(&domain).with_rule(ClassifierRule::paper()).ok()?;
         let mut series: Vec<Series> = domain
-            .states()
+            .states
             .iter()
             .map(|state| Series::new(state.name.clone(), Vec::new(), Style::Points))
             .collect();
         for (kind, pose) in poses(&recording) {
-            if let Some(state) = classifier.classify(kind, pose).state {
+            if let Some(fact) = classifier.classify_alone(kind, pose).fact {
                 let [x, _, z] = pose.position;
-                series[state.index()].marks.push(Mark { x, y: 1e3 * z, bar: None });
+                series[fact.state].marks.push(Mark { x, y: 1e3 * z, bar: None });
             }
         }
         Some(Figure {
@@ -169,6 +167,17 @@ impl Experiment for Clusters {
             series,
         })
     }
+}
+
+/// Returns the mean position of the state that a pose is in.
+fn mean(
+    domain: &RelationalDomain,
+    classifier: &Classifier,
+    kind: &str,
+    pose: &Pose,
+) -> Option<[f64; 3]> {
+    let fact = classifier.classify_alone(kind, pose).fact?;
+    Some(domain.states[fact.state].places[fact.place].pose().position)
 }
 
 /// Number of demonstrations whose poses are classified. Each has three of each part, which gives 96 poses in a trial.
@@ -200,15 +209,12 @@ impl Classification {
         let unseen = shown(3, UNSEEN, seed.derive("", "unseen"))?;
         let spec = scene(3);
         let mut counts = [[[0.0; TRUTHS.len() + 1]; TRUTHS.len()]; 2];
-        for (rule, counts) in
-            [Grounding::paper(), Grounding::default()].into_iter().zip(&mut counts)
-        {
-            let classifier = Classifier::new(&domain, rule)?;
+        let rules = [ClassifierRule::paper(), ClassifierRule::default()];
+        for (rule, counts) in rules.into_iter().zip(&mut counts) {
+            let classifier = Classifier::new(&domain).with_rule(rule)?;
             for (kind, pose) in part_poses(&unseen, &spec) {
-                let state = classifier.classify(kind, pose).state;
-                let said = state.and_then(|state| domain[state].learned.as_ref());
-                let said =
-                    said.map_or(TRUTHS.len(), |state| truth(&spec, kind, state.mean.position));
+                let said = mean(&domain, &classifier, kind, pose);
+                let said = said.map_or(TRUTHS.len(), |mean| truth(&spec, kind, mean));
                 counts[truth(&spec, kind, pose.position)][said] += 1.0;
             }
         }

@@ -13,8 +13,9 @@ use crate::study::experiment::{
     TrialOutcome, outcome,
 };
 use crate::task::TaskError;
-use crate::task::domain::{Classifier, Domain, Grounding, Recording};
+use crate::task::domain::Recording;
 use crate::task::learn::{Dendrogram, PAPER_EXPONENT, Settings, learn};
+use crate::task::relational::{Classifier, RelationalDomain};
 
 /// Numbers of poses in a batch.
 const BATCHES: [usize; 6] = [15, 30, 60, 120, 200, 300];
@@ -61,7 +62,7 @@ impl Thresholds {
     fn own(seed: Seed) -> Result<Vec<Kind>, TaskError> {
         let recording = shown(3, POOL_DEMOS, seed)?;
         let few = shown(1, DEMOS, seed.derive("", "few"))?;
-        let chosen = learn(&few, &Settings::default())?.domain;
+        let chosen = learn(&few, &Settings::paper())?.domain;
         let spec = scene(3);
         let kind = |name: &String| Kind {
             name: name.clone(),
@@ -79,16 +80,16 @@ impl Thresholds {
     fn given(path: &std::path::Path) -> Result<Vec<Kind>, TaskError> {
         let name = path.display().to_string();
         let (recording, _) = Recording::parse(&read_file(path, Limit::RECORDING)?, &name)?;
-        let domain = learn(&recording, &Settings::default())?.domain;
-        let classifier = Classifier::new(&domain, Grounding::default())?;
-        let mut names: Vec<String> = domain.states().iter().map(|s| s.kind.clone()).collect();
+        let domain = learn(&recording, &Settings::paper())?.domain;
+        let classifier = Classifier::new(&domain);
+        let mut names: Vec<String> = domain.states.iter().map(|s| s.kind.clone()).collect();
         names.sort();
         names.dedup();
         let kind = |name: String| Kind {
             points: poses(&recording)
                 .filter(|(kind, _)| *kind == name)
                 .filter_map(|(kind, pose)| {
-                    Some((pose.position, classifier.classify(kind, pose).state?.index()))
+                    Some((pose.position, classifier.classify_alone(kind, pose).fact?.state))
                 })
                 .collect(),
             automatic: automatic(&domain, &name),
@@ -98,8 +99,8 @@ impl Thresholds {
     }
 }
 
-fn automatic(domain: &Domain, kind: &str) -> f64 {
-    let clusters = domain.provenance().and_then(|p| p.clusters.iter().find(|c| c.kind == kind));
+fn automatic(domain: &RelationalDomain, kind: &str) -> f64 {
+    let clusters = domain.provenance.clusters.iter().find(|c| c.kind == kind);
     clusters.and_then(|c| c.threshold_m).unwrap_or(f64::NAN)
 }
 

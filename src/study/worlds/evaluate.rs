@@ -7,9 +7,9 @@ use super::{Need, Planning, Stage, World};
 use crate::sim::Seed;
 use crate::task::TaskError;
 use crate::task::domain::Sensing;
-use crate::task::learn::{Settings, learn_relational};
+use crate::task::learn::{Settings, learn};
 use crate::task::relational::{
-    Grounder, Layout, NeedVerdict, Problem, RelationalDomain, RelationalOperator, Role, Subject,
+    Classifier, Layout, NeedVerdict, Problem, RelationalDomain, RelationalOperator, Role, Subject,
 };
 
 /// Settings of an evaluation.
@@ -63,7 +63,7 @@ pub fn evaluate(world: &World, trial: &Trial) -> Result<Evaluation, TaskError> {
     let shown = world.show(trial.demos, trial.seed);
     let recording = trial.sensing.apply_recording(&shown.recording, trial.seed);
     let mut out = Evaluation::default();
-    let learned = match learn_relational(&recording, &Settings::default()) {
+    let learned = match learn(&recording, &Settings::default()) {
         Ok(learned) => learned,
         Err(error) => {
             out.trouble.push(error.to_string());
@@ -72,7 +72,7 @@ pub fn evaluate(world: &World, trial: &Trial) -> Result<Evaluation, TaskError> {
         }
     };
     let domain = &learned.domain;
-    let grounder = Grounder::new(domain);
+    let classifier = Classifier::new(domain);
     let said: Vec<Vec<Vec<Option<SaidState>>>> = shown
         .recording
         .demos
@@ -81,8 +81,8 @@ pub fn evaluate(world: &World, trial: &Trial) -> Result<Evaluation, TaskError> {
             let mut last: Option<Layout> = None;
             let layouts = demo.snapshots.iter().map(|snapshot| {
                 let layout = match &last {
-                    Some(before) => grounder.layout_after(before, snapshot),
-                    None => grounder.layout(snapshot),
+                    Some(before) => classifier.classify_after(before, snapshot),
+                    None => classifier.classify(snapshot),
                 };
                 let said = said(domain, &layout);
                 last = Some(layout);
@@ -106,7 +106,7 @@ pub fn episodes(
     domain: &RelationalDomain,
     trial: &Trial,
 ) -> (Vec<Outcome>, Vec<String>) {
-    let grounder = Grounder::new(domain);
+    let classifier = Classifier::new(domain);
     let (mut outcomes, mut troubles) = (Vec::new(), Vec::new());
     for episode in 0..trial.episodes {
         let seed = trial.seed.derive_index("test", episode as u64);
@@ -116,8 +116,8 @@ pub fn episodes(
         let mut tried: Vec<(usize, usize)> = Vec::new();
         let outcome = carry_out(&mut run, MOST_MOVES, &trial.sensing, seed, |scene| {
             let layout = match &last {
-                Some(before) => grounder.layout_after(before, scene),
-                None => grounder.layout(scene),
+                Some(before) => classifier.classify_after(before, scene),
+                None => classifier.classify(scene),
             };
             let step = next(domain, &layout, &mut tried, trial);
             last = Some(layout);

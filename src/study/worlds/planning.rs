@@ -35,8 +35,8 @@ impl Planning {
         let situation = layout.situation();
         match self {
             Self::Symbolic => match problem.plan(&situation, avoid) {
-                Some(plan) => Ok(plan.first().map(|step| step.action)),
-                None => Err(format!("no plan from {}", in_words(problem, layout))),
+                Ok(plan) => Ok(plan.first().map(|step| step.action)),
+                Err(_) => Err(format!("no plan from {}", in_words(problem, layout))),
             },
             Self::GoalSets if problem.lacking(&situation) == 0 => Ok(None),
             Self::GoalSets => decided(problem, situation, seed),

@@ -1,8 +1,9 @@
 //! The builder for domains written in code: states and actions by name, without geometry.
 
 use super::ids::StateId;
-use super::operator::{Operator, Parameter};
+use super::operator::Operator;
 use super::state::State;
+use super::check::Fault;
 use crate::task::domain::Domain;
 use crate::task::error::TaskError;
 
@@ -101,23 +102,21 @@ impl DomainBuilder {
         let mut operators = Vec::new();
         for Action { name, preconditions, absent, effects } in self.actions {
             let Some(to) = effects.first().copied() else {
-                let reason = format!("action `{name}` has no effects; expected at least one");
-                return Err(TaskError::BadDomain { reason });
+                let problem = format!("action `{name}` has no effects");
+                return Err(Fault::new(problem, "at least one").into());
             };
             operators.push(Operator {
                 name,
-                parameters: vec![Parameter::object(Self::KIND)],
                 from: None,
                 to,
                 preconditions,
                 effects,
                 absent,
                 removes: Vec::new(),
-                evidence: None,
             });
         }
         let states = self.states.into_iter();
-        let states = states.map(|name| State { name, kind: Self::KIND.into(), learned: None });
-        Domain::new(states.collect(), operators, None, None)
+        let states = states.map(|name| State { name, kind: Self::KIND.into() });
+        Domain::new(states.collect(), operators)
     }
 }

@@ -1,8 +1,8 @@
 //! Domains and recordings: the symbolic description of a task, and the data that it is learned from.
 //!
-//! A [`Domain`] is a table of states and a table of operators, which is all that a planner needs.
-//! [`learn`](super::learn::learn) infers a domain from a recording, [`DomainBuilder`] builds one in code, and
-//! [`Domain::read`] reads one from a file.
+//! A [`Domain`] is a table of states and a table of operators, which is all that a planner needs. [`DomainBuilder`] builds
+//! one in code. From a [learned domain](super::relational) and a scene,
+//! [`Problem::ground`](super::relational::Problem::ground) compiles one.
 //!
 //! * A **state** is a condition of one object, such as `NUT_IN_JIG`. It *holds* while at least one object is in it.
 //! * An **action** changes states. Its **operator** lists the **preconditions**, which must hold before the action,
@@ -13,27 +13,23 @@
 //! | purpose | types |
 //! |---|---|
 //! | write a domain in code | [`DomainBuilder`] |
-//! | inspect a domain | [`State`], [`Operator`], [`Evidence`], [`LearnedState`], [`Provenance`] |
+//! | inspect a domain | [`State`], [`Operator`] |
 //! | read and write recordings and scenes | [`Recording`], [`Demonstration`], [`Snapshot`], [`ObjectPose`], [`Pose`] |
 //! | add errors of sensing to poses | [`Sensing`] |
-//! | find the states of objects | [`Classifier`], [`Grounding`], [`Grounded`] |
 //! | describe the states that hold | [`WorldState`] |
 //! | say what the pointers of states and actions are made of | [`Composition`] |
 //! | interpret a planner's answer | [`Verdict`], [`Obstacle`] |
 //! | check a planner's answer | [`acceptable_answers`] |
 //!
 //! Names are stored once, in the two tables. Everything else refers to states and actions by [`StateId`] and
-//! [`ActionId`]. Poses, counts and provenance exist only in learned domains.
+//! [`ActionId`].
 
 mod builder;
 mod check;
 mod composition;
 pub(crate) mod distance;
-mod file;
-pub(crate) mod grounding;
 mod ids;
 mod operator;
-mod provenance;
 pub(crate) mod recording;
 pub(crate) mod reference;
 mod sensing;
@@ -45,18 +41,15 @@ mod world;
 use std::ops::Index;
 
 pub use builder::DomainBuilder;
-pub(crate) use check::{check_counts, check_names, is_symbol};
+pub(crate) use check::{Fault, check_counts, check_names, is_symbol};
 pub use composition::{Composition, Factor, Part};
-pub(crate) use file::fields;
-pub use grounding::{Classifier, GaussianGate, Grounded, Grounding, MIN_DISTINCT};
 pub use ids::{ActionId, StateId};
-pub use operator::{Evidence, Operator, Parameter};
-pub use provenance::{KindClusters, Provenance};
+pub use operator::Operator;
 pub use recording::{Demonstration, Labels, ObjectPose, Recording, Snapshot, SnapshotEvent};
 pub(crate) use reference::obstacles;
 pub use reference::{AcceptableAnswers, acceptable_answers};
 pub use sensing::Sensing;
-pub use state::{LearnedState, Origin, State};
+pub use state::{Origin, State};
 pub use tolerance::Offset;
 pub use verdict::{Commitment, Obstacle, Rules, Verdict};
 pub use world::WorldState;
@@ -73,8 +66,6 @@ use crate::task::error::TaskError;
 pub struct Domain {
     states: Vec<State>,
     operators: Vec<Operator>,
-    goal: Option<StateId>,
-    provenance: Option<Provenance>,
     /// Causes of each state, most preferred first.
     causes: Vec<Vec<ActionId>>,
 }
@@ -96,31 +87,19 @@ impl Index<ActionId> for Domain {
 }
 
 impl Domain {
-    /// Checks the tables and builds a domain. `provenance` records how a learned domain was made.
+    /// Checks the tables and builds a domain.
     ///
     /// # Errors
     /// [`TaskError::BadDomain`] if
     /// * a name is invalid or used twice,
-    /// * a learned state has a number that is not finite, an orientation that is not a unit quaternion, a negative
-    ///   variance, or a covariance larger than any recording can produce,
-    /// * an operator has no parameters, or a parameter has no name, the name of another parameter, or a kind without
-    ///   states,
-    /// * an operator refers to a state that does not exist or lists a state twice,
+    /// * an operator refers to a state that does not exist or lists a state twice, or
     /// * an operator requires a state to be both present and absent, has a state in both `effects` and `removes`, or
-    ///   does not have `to` among its effects,
-    /// * the evidence of an operator does not have one entry for each state, or
-    /// * the goal is not a state.
-    pub fn new(
-        states: Vec<State>,
-        operators: Vec<Operator>,
-        goal: Option<StateId>,
-        provenance: Option<Provenance>,
-    ) -> Result<Self, TaskError> {
-        check::check(&states, &operators, goal)
-            .map_err(|reason| TaskError::BadDomain { reason })?;
+    ///   does not have `to` among its effects.
+    pub fn new(states: Vec<State>, operators: Vec<Operator>) -> Result<Self, TaskError> {
+        check::check(&states, &operators)?;
         let causes =
             (0..states.len()).map(|state| causes_of(StateId::new(state), &operators)).collect();
-        Ok(Self { states, operators, goal, provenance, causes })
+        Ok(Self { states, operators, causes })
     }
 
     /// Returns the states, in the order of their ids.
@@ -141,22 +120,6 @@ impl Domain {
     /// Returns the ids of all actions.
     pub fn action_ids(&self) -> impl ExactSizeIterator<Item = ActionId> + use<> {
         (0..self.operators.len()).map(ActionId::new)
-    }
-
-    /// Returns the goal of the demonstrations: the state that most of them reached with their last action. `None` if it
-    /// is unknown, as in a domain written in code.
-    pub fn goal(&self) -> Option<StateId> {
-        self.goal
-    }
-
-    /// Returns the name of the goal.
-    pub fn goal_name(&self) -> Option<&str> {
-        self.goal.map(|goal| self[goal].name.as_str())
-    }
-
-    /// Returns how the domain was learned; `None` for a domain written in code.
-    pub fn provenance(&self) -> Option<&Provenance> {
-        self.provenance.as_ref()
     }
 
     /// Returns the id of the state called `name`.
@@ -219,44 +182,36 @@ impl Domain {
         Ok(counts)
     }
 
+    /// Returns an obstacle in words.
+    // `assets/report/words.js` has the same sentences.
+    ///
+    /// # Panics
+    /// If the obstacle is about a state or an action of another domain and its id is out of range.
+    pub fn obstacle_in_words(&self, obstacle: Obstacle) -> String {
+        let state = |state: StateId| self[state].name.as_str();
+        match obstacle {
+            Obstacle::NothingCauses { state: s } => {
+                format!("{} does not hold and no action causes it", state(s))
+            }
+            Obstacle::MustBeAbsent { action, state: s } => {
+                format!("{} holds, but must be absent before {}", state(s), self[action].name)
+            }
+            Obstacle::NeedsItself { state: s } => {
+                format!("every way to reach {} requires {} itself", state(s), state(s))
+            }
+            Obstacle::NoPlan { .. } => "no plan that reaches the goal was found".into(),
+        }
+    }
+
     /// Returns the causes of `state`: all actions that have it among their effects, most preferred first.
     ///
     /// Actions that move their object into the state ([`Operator::to`]) come before actions with the state as a side
-    /// effect. Among these, actions with more demonstrated instances come first. The order of the table decides ties.
+    /// effect. The order of the table decides ties.
     ///
     /// # Panics
     /// If `state` belongs to another domain and is out of range.
     pub fn causes(&self, state: StateId) -> &[ActionId] {
         &self.causes[state.index()]
-    }
-
-    /// Returns a copy of the domain with new names for some states and actions, given as pairs of old and new name.
-    /// All renames apply at once, so two names can be swapped.
-    ///
-    /// # Errors
-    /// [`TaskError::Unknown`] if an old name is neither a state nor an action; [`TaskError::BadDomain`] if an old name
-    /// is given twice or a new name is invalid or already used.
-    pub fn rename(&self, renames: &[(String, String)]) -> Result<Self, TaskError> {
-        let names = || {
-            let states = self.states.iter().map(|s| s.name.as_str());
-            states.chain(self.operators.iter().map(|o| o.name.as_str()))
-        };
-        for (index, (old, _)) in renames.iter().enumerate() {
-            find(old, "state or action", names())?;
-            if renames[..index].iter().any(|(earlier, _)| earlier == old) {
-                let reason =
-                    format!("`{old}` is renamed twice; expected one new name for each old name");
-                return Err(TaskError::BadDomain { reason });
-            }
-        }
-        let mut renamed = self.clone();
-        let states = renamed.states.iter_mut().map(|s| &mut s.name);
-        for name in states.chain(renamed.operators.iter_mut().map(|o| &mut o.name)) {
-            if let Some((_, new)) = renames.iter().find(|(old, _)| old == name) {
-                name.clone_from(new);
-            }
-        }
-        Self::new(renamed.states, renamed.operators, renamed.goal, renamed.provenance)
     }
 }
 
@@ -274,12 +229,9 @@ pub(crate) fn find<'n>(
 }
 
 fn causes_of(state: StateId, operators: &[Operator]) -> Vec<ActionId> {
-    let mut causes: Vec<(bool, u32, ActionId)> = operators
-        .iter()
-        .enumerate()
-        .filter(|(_, o)| o.effects.contains(&state))
-        .map(|(index, o)| (o.to == state, o.instances(), ActionId::new(index)))
-        .collect();
-    causes.sort_by_key(|(own, instances, action)| (!own, u32::MAX - instances, *action));
-    causes.into_iter().map(|(_, _, action)| action).collect()
+    let causes = operators.iter().enumerate().filter(|(_, o)| o.effects.contains(&state));
+    let mut causes: Vec<(bool, ActionId)> =
+        causes.map(|(index, o)| (o.to != state, ActionId::new(index))).collect();
+    causes.sort_unstable();
+    causes.into_iter().map(|(_, action)| action).collect()
 }

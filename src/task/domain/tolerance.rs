@@ -21,6 +21,7 @@
 //! exact for a known play of zero, but at five standard deviations and few poses they accept everything.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use crate::robot::Pose;
 
@@ -43,6 +44,8 @@ const UNKNOWN: Directions = Directions { height_m: 2e-4, aside_m: 1e-3, tilt_rad
 const MOST_DOF: usize = 1 << 20;
 /// Greatest priors.
 const MOST: Directions = Directions { height_m: 3e-3, aside_m: 3e-3, tilt_rad: 0.06 };
+/// Smallest number of distinct poses at which agreement in a coordinate counts as a constraint of the state.
+pub(crate) const MIN_DISTINCT: usize = 4;
 /// Standard deviation at which an orientation no longer counts as constrained, in radians.
 pub(crate) const WILD_RAD: f64 = 0.35;
 
@@ -133,7 +136,7 @@ pub(crate) fn tilt(up: &Vector3<f64>, mean: &Pose, pose: &Pose) -> f64 {
 }
 
 /// How a pose differs from a place.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Offset {
     /// Distance to the place, over its constrained coordinates, in metres.
     pub off_m: f64,

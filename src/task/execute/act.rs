@@ -1,7 +1,7 @@
 //! Carrying out a decision: finds a part, a grasp and a target that work, and goes down the ladder of recovery if none
 //! do.
 //!
-//! 1. The choices of the mind, the best first: other parts and other places come after those that failed. Each is tried
+//! 1. The choices of the model, the best first: other parts and other places come after those that failed. Each is tried
 //!    by the task's grasps, those that failed last; then by any other grasp.
 //! 2. Another order: the graph is asked again as if the action were done already. What it decides then is carried out
 //!    if its preconditions hold in fact.
@@ -12,7 +12,7 @@
 use rand::RngExt;
 
 use super::live::{Live, Phase, REST, Tools};
-use super::mind::{Choice, Choices, Seen};
+use super::model::{Choice, Seen};
 use super::recovery::attempts::{Attempt, Means, What};
 use super::recovery::{Wanted, places};
 use crate::task::domain::{ActionId, Obstacle, Pose};
@@ -38,33 +38,30 @@ impl Live {
     /// Carries out a decided action, or a recovery.
     pub fn act(&mut self, tools: &Tools<'_>, action: ActionId) -> Phase {
         let seen = self.see(tools);
-        if tools.mind.look(&seen, &mut self.memory).present != self.present {
+        if tools.model.look(&seen, &mut self.memory).present != self.present {
             // The world state changed while the graph was deciding.
             self.pretended.clear();
             return Phase::Rest { left: REST };
         }
-        let operator = &tools.mind.planner().domain()[action];
+        let operator = &tools.model.planner.domain()[action];
         let first = self.pretended.is_empty();
         let again = self.pretended.contains(&operator.to);
         let holds = operator.preconditions.iter().all(|state| self.present.holds(*state));
         let choices = match first || (holds && !again) {
-            true => tools.mind.choices(action, &self.scene, &seen, &self.memory, &self.attempts),
-            false => Choices::default(),
+            true => tools.model.choices(action, self.memory.as_ref(), &self.attempts),
+            false => Vec::new(),
         };
         let mut skipped = Vec::new();
         if let Some(phase) = self.take(tools, &seen, &choices, &mut skipped, true) {
             return phase;
         }
         if first {
-            let blocked = choices.blocked.iter();
-            let blocked = blocked.map(|c| Wanted::of(c, "its target was occupied".into(), true));
-            let own = choices.all.iter().map(|c| {
+            let wanted = choices.iter().map(|c| {
                 let (why, jammed) = reason(&skipped, &c.what);
                 Wanted::of(c, why, jammed)
             });
-            self.wanted = own.chain(blocked).collect();
-            let occupied = choices.all.is_empty() && !choices.blocked.is_empty();
-            self.impossible = Some((operator.name.clone(), occupied));
+            self.wanted = wanted.collect();
+            self.impossible = Some(operator.name.clone());
         }
         if skipped.iter().any(|s| s.untried) {
             // A part that lies wrongly at a target is taken out before anything is put there.
@@ -86,8 +83,7 @@ impl Live {
         let objects = self.lost();
         match (&self.impossible, stuck) {
             (None, _) if !objects.is_empty() => Ended::Lost { objects },
-            (Some((action, true)), _) => Ended::Occupied { action: action.clone() },
-            (Some((action, false)), _) => Ended::NoWay { action: action.clone() },
+            (Some(action), _) => Ended::NoWay { action: action.clone() },
             (None, Some(obstacle)) => Ended::Stuck(obstacle),
             (None, None) => Ended::GaveUp,
         }
@@ -105,7 +101,7 @@ impl Live {
         &mut self,
         tools: &Tools<'_>,
         seen: &Seen,
-        choices: &Choices,
+        choices: &[Choice],
         skipped: &mut Vec<Skipped>,
         careful: bool,
     ) -> Option<Phase> {
@@ -113,7 +109,7 @@ impl Live {
         let left: Vec<What> = skipped.iter().filter(untried).map(|s| s.what.clone()).collect();
         for any in [false, true] {
             let family: Family = if any { Means::Any } else { Means::Task };
-            for choice in &choices.all {
+            for choice in choices {
                 if !careful && !left.contains(&choice.what) {
                     continue;
                 }
@@ -147,7 +143,7 @@ impl Live {
                 let recovery = self.recovery(choice, means, skipped);
                 self.note(&choice.what, means, false);
                 if let Some(decided) = self.log.decisions.last_mut() {
-                    decided.chosen = choice.chosen.clone();
+                    decided.chosen = Some(choice.chosen.clone());
                     decided.recovery = recovery;
                 }
                 self.pretended.clear();

@@ -26,7 +26,7 @@ pub(super) fn assumed(problem: &Problem<'_>, layout: &Layout, assume: bool) -> S
         for fact in facts {
             let mut guess = situation.clone();
             guess[*i] = Some(*fact);
-            let Some(plan) = problem.plan(&guess, &[]) else { continue };
+            let Ok(plan) = problem.plan(&guess, &[]) else { continue };
             let Some(at) = plan.iter().position(|m| m.action.object == *i) else { continue };
             if best.is_none_or(|(key, _)| (at, plan.len()) < key) {
                 best = Some(((at, plan.len()), *fact));

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::log::Log;
-use super::mind::{Memory, Mind, Seen};
+use super::model::{Seen, TaskModel};
 use super::recorder::Recorder;
 use super::recovery::Wanted;
 use super::recovery::attempts::{Attempts, near};
@@ -12,6 +12,7 @@ use crate::sim::{Real, Seed};
 use crate::task::domain::{ActionId, Obstacle, Pose, StateId, Verdict, WorldState};
 use crate::task::event::{Decided, Ended, InNoState, Touched};
 use crate::task::planner::{Request, Told};
+use crate::task::relational::Layout;
 use crate::task::scene::{BodyId, Scene};
 use crate::task::skill::Robot;
 use crate::task::tasks::Perturbation;
@@ -29,8 +30,8 @@ pub(super) enum Phase {
     Act,
     /// The episode is over.
     Over(Ended),
-    /// The problem must be compiled anew; another world takes over.
-    Relent,
+    /// The problem must be compiled anew; another model takes over.
+    Recompile,
 }
 
 /// Steps of rest between two requests to the graph.
@@ -49,7 +50,8 @@ pub(super) struct Live {
     pub goal: StateId,
     /// The verdict that the graph shows, and for how many steps.
     pub shown: Option<(Verdict, u64)>,
-    pub memory: Memory,
+    /// The layout of the last look; `None` before the first.
+    pub memory: Option<Layout>,
     /// For each part, whether it was in no state at the last look.
     pub in_no_state: Vec<bool>,
     /// The parts in no state at the last look, with the nearest states.
@@ -63,16 +65,15 @@ pub(super) struct Live {
     pub pretended: Vec<StateId>,
     /// What the decided action wanted, if it could not be carried out.
     pub wanted: Vec<Wanted>,
-    /// The action that could not be carried out, and whether all its targets were occupied.
-    pub impossible: Option<(String, bool)>,
+    /// The action that could not be carried out.
+    pub impossible: Option<String>,
     /// For each part, the pose in which it was first seen.
     pub homes: Vec<Option<Pose>>,
 }
 
 /// The parts of the world that the executor only reads.
 pub(super) struct Tools<'w> {
-    pub mind: &'w dyn Mind,
-    pub goals: &'w [StateId],
+    pub model: &'w TaskModel,
     pub recorder: &'w Recorder,
     pub spec: &'w EpisodeSpec,
 }
@@ -88,7 +89,7 @@ impl Live {
             present: empty,
             goal,
             shown: None,
-            memory: Memory::new(),
+            memory: None,
             in_no_state: vec![false; parts],
             off: Vec::new(),
             log: Log::default(),
@@ -102,7 +103,7 @@ impl Live {
         }
     }
 
-    /// Forgets everything that refers to the states of one mind.
+    /// Forgets everything that refers to the states of one model.
     pub fn hand_over(&mut self) {
         self.phase = Phase::Rest { left: REST };
         self.pretended.clear();
@@ -117,7 +118,7 @@ impl Live {
             Phase::Rest { left } => self.phase = Phase::Rest { left: left - 1 },
             Phase::Recognise { left } => self.phase = Phase::Recognise { left: left - 1 },
             Phase::Ask { since_step } => self.listen(tools, command, since_step),
-            Phase::Act | Phase::Over(_) | Phase::Relent => {}
+            Phase::Act | Phase::Over(_) | Phase::Recompile => {}
         }
         let stepped = self.robot.step(&mut self.scene);
         if let Some(touch) = stepped.touch {
@@ -165,11 +166,11 @@ impl Live {
 
     fn look(&mut self, tools: &Tools<'_>) {
         let seen = self.see(tools);
-        let belief = tools.mind.look(&seen, &mut self.memory);
-        let (scene, memory) = (&self.scene, &self.memory);
+        let belief = tools.model.look(&seen, &mut self.memory);
+        let (scene, memory) = (&self.scene, self.memory.as_ref());
         self.attempts.settle(|attempt| match attempt.detour {
             true => scene.part(attempt.what.part).is_some_and(|pose| !near(&pose, &attempt.start)),
-            false => tools.mind.took_effect(&attempt.what, &seen, memory),
+            false => tools.model.took_effect(&attempt.what, memory),
         });
         if self.present != belief.present {
             self.pretended.clear();
@@ -178,10 +179,10 @@ impl Live {
         let mut goal = belief.goal;
         if self.pretended.contains(&goal) {
             let open = |g: &StateId| !belief.present.holds(*g) && !self.pretended.contains(g);
-            goal = tools.mind.goals().into_iter().find(open).unwrap_or(goal);
+            goal = tools.model.ground.goals().iter().copied().find(open).unwrap_or(goal);
         }
         // The graph needs time to recognise another goal before it is asked.
-        let another = self.goal != goal && !tools.mind.planner().plans_for_all_goals();
+        let another = self.goal != goal && !tools.model.planner.plans_for_all_goals();
         (self.present, self.goal) = (belief.present, goal);
         self.off = belief.in_no_state;
         let mut in_no_state = vec![true; self.scene.part_count()];
@@ -200,16 +201,16 @@ impl Live {
         self.in_no_state = in_no_state;
         self.shown = None;
         self.phase = match (belief.outgrown, another) {
-            (true, _) => Phase::Relent,
+            (true, _) => Phase::Recompile,
             (false, true) => Phase::Recognise { left: RECOGNISE },
             (false, false) => Phase::Ask { since_step: self.scene.steps() },
         };
     }
 
     fn listen(&mut self, tools: &Tools<'_>, command: &[Real], since_step: u64) {
-        let planner = tools.mind.planner();
+        let planner = &tools.model.planner;
         let (domain, step_ms) = (planner.domain(), self.scene.spec().step_ms);
-        let verdict = planner.verdict(command, &self.told(tools.goals));
+        let verdict = planner.verdict(command, &self.told(tools.model.ground.goals()));
         let steps =
             self.shown.filter(|(shown, _)| Some(*shown) == verdict).map_or(1, |(_, n)| n + 1);
         self.shown = verdict.map(|verdict| (verdict, steps));
@@ -235,9 +236,9 @@ impl Live {
         self.phase = match verdict {
             Verdict::Met if self.pretended.is_empty() => Phase::Over(Ended::GoalMet),
             Verdict::Stuck(_)
-                if self.pretended.is_empty() && tools.mind.can_relent(&self.memory) =>
+                if self.pretended.is_empty() && tools.model.can_recompile(self.memory.as_ref()) =>
             {
-                Phase::Relent
+                Phase::Recompile
             }
             _ if spent => Phase::Over(Ended::GaveUp),
             Verdict::Act(action) => self.act(tools, action),
@@ -250,12 +251,12 @@ impl Live {
         }
     }
 
-    /// Returns what the graph is told. `goals` are those of the mind.
+    /// Returns what the graph is told. `goals` are all goals of the model.
     pub fn told<'l>(&'l self, goals: &'l [StateId]) -> Told<'l> {
         let request = match self.phase {
             Phase::Ask { .. } => Request::Decide,
             Phase::Recognise { .. } => Request::Forget,
-            Phase::Rest { .. } | Phase::Act | Phase::Over(_) | Phase::Relent => Request::Wait,
+            Phase::Rest { .. } | Phase::Act | Phase::Over(_) | Phase::Recompile => Request::Wait,
         };
         let Self { present, pretended, goal, .. } = self;
         Told { request, present, pretended, goal: *goal, goals }

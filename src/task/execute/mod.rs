@@ -3,10 +3,9 @@
 //! | to | use |
 //! |---|---|
 //! | record demonstrations | [`demonstrate()`], or [`Recorder`] for single snapshots |
-//! | run an episode | [`episode`], with [`EpisodeSpec`] |
-//! | run an episode over a relational domain | [`relational_episode`] or [`PreparedEpisode`] |
+//! | run an episode | [`episode`] with [`EpisodeSpec`], or [`PreparedEpisode`] |
 //! | follow an episode while it runs | [`episode_observed`], with an [`Observer`] such as [`ActivityRecorder`] |
-//! | run the scene as the world of your own simulator | [`EpisodeWorld`] |
+//! | run the scene as the world of your own simulator | [`PreparedEpisode::into_world`] |
 //!
 //! # The closed loop
 //!
@@ -20,9 +19,7 @@
 //! 3. *Ask*: `ready` is 1, and the graph decides.
 //! 4. *Check*: if the verdict is met or stuck, the episode ends. Otherwise the executor looks again. If the
 //!    world state has changed, it returns to step 1.
-//! 5. *Choose*: the executor chooses a part in the action's [`from`](crate::task::domain::Operator::from) state. The
-//!    target is the mean pose of the action's [`to`](crate::task::domain::Operator::to) state. Over a relational domain,
-//!    the action also says the reference and the place, and the target is
+//! 5. *Choose*: the action says which parts can be moved, to which reference and place. The target is
 //!    [`Problem::target`](crate::task::relational::Problem::target).
 //! 6. *Act*: the robot runs the skill. However the skill ends, the loop returns to step 1. A drop or a person's
 //!    intervention therefore leads to a new decision (a re-plan).
@@ -51,7 +48,7 @@
 //! once when nothing is left to try. A part off the table is lost: it is left out, and if the goal cannot be reached
 //! without it, the episode ends with [`Ended::Lost`].
 //!
-//! # Relational domains
+//! # Compilation
 //!
 //! [`PreparedEpisode`] finds the objects of the first look, compiles the problem over them
 //! ([`Problem::ground`](crate::task::relational::Problem::ground)), and builds the planner graph. At each look, the
@@ -65,43 +62,35 @@
 //!   never counts as reaching the goal.
 //! * If an object appears that the graph does not know, the problem is compiled anew.
 //! * If the graph is stuck at the end, the reference planner says whether it still finds a plan
-//!   ([`RelationalEpisode::reference_moves`]).
+//!   ([`Episode::reference_moves`]).
 //!
 //! [`Ended`] lists the ways in which an episode ends. The executor knows the learned domain and, from the
 //! task, the grasps. It knows nothing else about the task.
 
 mod act;
 mod activity;
-mod choose;
 mod demonstrate;
+mod episode;
 mod guess;
 mod live;
 mod log;
-mod mind;
+mod model;
 mod recorder;
 mod recovery;
-mod relational;
 mod senses;
 mod world;
 
-use std::ops::ControlFlow;
 use std::sync::Arc;
-use std::time::Duration;
 
-use crate::sim::{
-    RunConfig, Seed, SimDuration, SimError, Simulator, StopReason, Threads, WorldError,
-};
-use crate::task::domain::{Grounding, Sensing, StateId};
+use crate::sim::{Seed, SimDuration, Threads};
+use crate::task::domain::Sensing;
 use crate::task::error::TaskError;
-use crate::task::event::{Ended, EpisodeReport, Event, Ignore, Observer};
-use crate::task::planner::Decider;
-use crate::task::scene::SceneFrame;
 pub use crate::task::tasks::Perturbation;
 use crate::task::tasks::{self, Task};
 pub use activity::{ActivityRecorder, ModuleSamples};
 pub use demonstrate::{Demonstrated, demonstrate, demonstrate_observed, demonstrate_sensed};
+pub use episode::{Episode, PreparedEpisode, episode, episode_observed};
 pub use recorder::Recorder;
-pub use relational::{PreparedEpisode, RelationalEpisode, relational_episode};
 pub use world::EpisodeWorld;
 
 /// Settings of an episode.
@@ -199,137 +188,3 @@ impl EpisodeSpec {
     }
 }
 
-/// The result of an episode.
-#[derive(Debug, Clone)]
-pub struct Episode {
-    /// Report of the episode. The same seed gives the same report.
-    pub report: EpisodeReport,
-    /// Frames kept for pictures.
-    pub frames: Vec<SceneFrame>,
-    /// Wall time of the physics steps.
-    pub physics_wall: Duration,
-}
-
-/// Runs one episode towards `goal`. `seed` draws the scene and the drops.
-///
-/// # Errors
-/// As [`EpisodeSpec::check`]; [`TaskError::Setting`] for a goal that is not a state of the planner's domain;
-/// [`TaskError::Sim`] if the graph does not fit the world or the simulation fails.
-pub fn episode(
-    planner: Arc<dyn Decider>,
-    grounding: Grounding,
-    goal: StateId,
-    spec: &EpisodeSpec,
-    seed: Seed,
-) -> Result<Episode, TaskError> {
-    episode_observed(planner, grounding, goal, spec, seed, &mut Ignore)
-}
-
-/// Runs one episode, as [`episode`] does, and sends its events to `observer`.
-///
-/// Within one physics step, events come in the order in which they happened: decision, touch, end of a skill,
-/// frame, tick.
-///
-/// # Errors
-/// As [`episode`].
-pub fn episode_observed(
-    planner: Arc<dyn Decider>,
-    grounding: Grounding,
-    goal: StateId,
-    spec: &EpisodeSpec,
-    seed: Seed,
-    observer: &mut dyn Observer,
-) -> Result<Episode, TaskError> {
-    let world = EpisodeWorld::new(planner.clone(), grounding, goal, spec)?;
-    let run = RunConfig::seeded(seed).in_world(world).with_threads(spec.threads);
-    let mut sim = Simulator::new(planner.graph().clone(), run)?;
-    observer.observe(&Event::EpisodeBegan { goal: &planner.domain()[goal].name });
-    let mut teller = Teller::default();
-    // A safeguard: the world itself ends the episode before this limit.
-    let parts = spec.task.scene(Seed::new(0))?.parts.len();
-    sim.run_until(spec.safeguard(parts), |view| {
-        let Some(world) = EpisodeWorld::of(view.world()) else {
-            return ControlFlow::Break(StopReason::Condition("another world"));
-        };
-        teller.tell(world, observer);
-        observer.observe(&Event::Ticked { view: &view, doing: world.doing() });
-        match world.ended() {
-            Some(_) => ControlFlow::Break(StopReason::Condition("over")),
-            None => ControlFlow::Continue(()),
-        }
-    })?;
-    let Some(world) = EpisodeWorld::of(sim.world()) else {
-        let source = WorldError::new("it is no longer the world of this episode");
-        return Err(SimError::World { tick: sim.tick(), source }.into());
-    };
-    let episode = world.report();
-    observer.observe(&Event::EpisodeEnded(&episode.report));
-    Ok(episode)
-}
-
-/// Reports new entries of a world's log as events.
-#[derive(Default)]
-struct Teller {
-    steps: u64,
-    decisions: usize,
-    touches: usize,
-    frames: usize,
-    /// Whether the end of the last decision's skill has not been reported yet.
-    acting: bool,
-}
-
-impl Teller {
-    fn tell(&mut self, world: &EpisodeWorld, observer: &mut dyn Observer) {
-        let Some(scene) = world.scene() else { return };
-        if scene.steps() == self.steps {
-            return;
-        }
-        self.steps = scene.steps();
-        let (log, time_s) = (world.log(), scene.time_s());
-        for decision in &log.decisions[self.decisions..] {
-            observer.observe(&Event::Decided(decision));
-            if decision.begun {
-                self.acting = true;
-                observer.observe(&Event::SkillBegan { time_s, decision: Some(decision) });
-            }
-        }
-        self.decisions = log.decisions.len();
-        for touch in &log.touches[self.touches..] {
-            observer.observe(&Event::Touched(*touch));
-        }
-        self.touches = log.touches.len();
-        if self.acting
-            && let Some(decision) = log.decisions.last()
-            && let Some(report) = &decision.skill
-        {
-            self.acting = false;
-            observer.observe(&Event::SkillEnded { time_s, report, decision: Some(decision) });
-        }
-        for frame in &log.frames[self.frames..] {
-            observer.observe(&Event::Framed(frame));
-        }
-        self.frames = log.frames.len();
-        observer.observe(&Event::Stepped { time_s });
-    }
-}
-
-impl EpisodeWorld {
-    /// Returns the report and the frames so far.
-    fn report(&self) -> Episode {
-        let (scene, log) = (self.scene(), self.log());
-        let report = EpisodeReport {
-            ended: self.ended().cloned().unwrap_or(Ended::GaveUp),
-            solved: scene.is_some_and(|s| self.judge(s).solved),
-            decisions: log.decisions.clone(),
-            touches: log.touches.clone(),
-            in_no_state: log.in_no_state,
-            unexplained: log.unexplained,
-            lost: self.lost(),
-            perturbed: self.perturbed(),
-            steps: scene.map_or(0, |s| s.steps()),
-            simulated_s: scene.map_or(0.0, |s| s.time_s()),
-        };
-        let physics_wall = scene.map_or(Duration::ZERO, |s| s.wall());
-        Episode { report, frames: log.frames.clone(), physics_wall }
-    }
-}

@@ -1,6 +1,6 @@
 //! The executor's senses: several sensed frames of one moment, reduced to one snapshot.
 
-use super::mind::Seen;
+use super::model::Seen;
 use super::recorder::Recorder;
 use crate::sim::Seed;
 use crate::task::domain::{ObjectPose, Pose, Sensing, Snapshot};

@@ -3,124 +3,117 @@
 
 use std::any::Any;
 use std::sync::Arc;
+use std::time::Duration;
 
 use super::EpisodeSpec;
 use super::live::{Live, Phase, Tools};
 use super::log::Log;
-use super::mind::{Memory, Mind, Propositional, Seen};
+use super::model::{Seen, TaskModel};
+use super::recorder::Recorder;
 use super::senses;
-use crate::sim::{Real, Seed, SimDuration, World, WorldError, WorldSave};
-use crate::task::domain::{Grounding, StateId};
+use crate::sim::{Real, Seed, SimDuration, Simulator, World, WorldError, WorldSave};
+use crate::task::domain::StateId;
 use crate::task::error::TaskError;
-use crate::task::event::{Doing, Ended};
-use crate::task::execute::recorder::Recorder;
-use crate::task::planner::{Decider, Told};
+use crate::task::event::{Doing, Ended, EpisodeReport};
+use crate::task::scene::SceneFrame;
+use crate::task::planner::Told;
+use crate::task::relational::Layout;
 use crate::task::scene::Scene;
-use crate::task::tasks::Judgement;
 
-/// A world in which an executor carries out the decisions of a planner graph.
+/// A world in which an executor carries out the decisions of a planner graph. [`PreparedEpisode::into_world`] makes one.
+///
+/// [`PreparedEpisode::into_world`]: super::PreparedEpisode::into_world
 pub struct EpisodeWorld {
-    mind: Arc<dyn Mind>,
+    model: Arc<TaskModel>,
     recorder: Recorder,
-    /// The goals that the mind may ask for.
-    goals: Vec<StateId>,
     spec: EpisodeSpec,
     step_ms: u64,
-    /// The state at the start; `None` to draw a scene.
-    start: Option<WorldSave>,
+    /// Whether the next reset keeps the scene: it was drawn already, or belongs to an episode that goes on.
+    kept: bool,
     live: Option<Live>,
 }
 
 impl EpisodeWorld {
-    /// Creates a world that asks for `goal`. It has no scene until it is reset.
-    ///
-    /// # Errors
-    /// As [`EpisodeSpec::check`]; [`TaskError::Setting`] for a goal that is not a state of the planner's
-    /// domain.
-    pub fn new(
-        planner: Arc<dyn Decider>,
-        grounding: Grounding,
-        goal: StateId,
-        spec: &EpisodeSpec,
-    ) -> Result<Self, TaskError> {
-        let sensing = &spec.sensing;
-        let grounding =
-            grounding.with_noise(sensing.pose_noise_m, sensing.pose_noise_deg.to_radians());
-        let mind = Arc::new(Propositional::new(planner, grounding, goal)?);
-        Self::with_mind(mind, spec, None)
-    }
-
-    /// Creates a world that continues from a saved state.
-    pub(super) fn continued(
-        mind: Arc<dyn Mind>,
-        spec: &EpisodeSpec,
-        start: WorldSave,
-    ) -> Result<Self, TaskError> {
-        Self::with_mind(mind, spec, Some(start))
-    }
-
-    fn with_mind(
-        mind: Arc<dyn Mind>,
-        spec: &EpisodeSpec,
-        start: Option<WorldSave>,
-    ) -> Result<Self, TaskError> {
-        spec.check()?;
-        let goals = mind.goals();
-        goals.iter().try_for_each(|goal| mind.planner().check_goal(*goal))?;
-        // The step is the same for every seed.
-        let step_ms = spec.task.scene(Seed::new(0))?.step_ms;
-        let recorder = Recorder::default();
-        Ok(Self { mind, recorder, goals, spec: spec.clone(), step_ms, start, live: None })
-    }
-
-    /// Returns the saved state of an episode that begins in `scene`, for a simulator with this seed.
+    /// Returns the world of an episode that begins in `scene`, for a simulator with this seed.
     pub(super) fn begun(
-        mind: Arc<dyn Mind>,
+        model: Arc<TaskModel>,
         spec: &EpisodeSpec,
         scene: Scene,
         seed: Seed,
-    ) -> Result<WorldSave, TaskError> {
-        let mut world = Self::with_mind(mind, spec, None)?;
+    ) -> Result<Self, TaskError> {
+        spec.check()?;
+        let step_ms = scene.spec().step_ms;
+        let (recorder, spec) = (Recorder::default(), spec.clone());
+        let mut world = Self { model, recorder, spec, step_ms, kept: true, live: None };
         world.live = Some(world.fresh(scene, seed.derive("", "world")));
-        let wrong = |source| crate::sim::SimError::World { tick: 0, source };
-        Ok(world.save().map_err(wrong)?)
+        Ok(world)
     }
 
-    /// Returns the saved state for another world with another mind: it looks at the scene first.
-    pub(super) fn handed_over(&self) -> Result<WorldSave, WorldError> {
-        let saved = self.save()?;
-        let mut live: Option<Live> = postcard::from_bytes(&saved.0).map_err(fault)?;
-        if let Some(live) = &mut live {
+    /// Goes on with another model, which looks at the scene first.
+    pub(super) fn hand_over(&mut self, model: Arc<TaskModel>) {
+        self.model = model;
+        // The states of another model have other numbers.
+        let (empty, goal) = (self.model.planner.domain().empty_world(), self.first_goal());
+        if let Some(live) = &mut self.live {
             live.hand_over();
+            (live.present, live.goal) = (empty, goal);
         }
-        postcard::to_stdvec(&live).map(WorldSave).map_err(fault)
+        self.kept = true;
     }
 
     /// Returns what the executor sees now, and what it remembers; `None` before the first reset.
-    pub(super) fn last_look(&self) -> Option<(Seen, &Memory)> {
+    pub(super) fn last_look(&self) -> Option<(Seen, Option<&Layout>)> {
         let live = self.live.as_ref()?;
         let seen = senses::look(&self.recorder, &live.scene, &self.spec.sensing, live.seed);
-        Some((seen, &live.memory))
+        Some((seen, live.memory.as_ref()))
     }
 
     /// Returns whether the problem must be compiled anew.
-    pub(super) fn relents(&self) -> bool {
-        self.live.as_ref().is_some_and(|live| live.phase == Phase::Relent)
+    pub(super) fn must_recompile(&self) -> bool {
+        self.live.as_ref().is_some_and(|live| live.phase == Phase::Recompile)
+    }
+
+    fn goals(&self) -> &[StateId] {
+        self.model.ground.goals()
     }
 
     fn first_goal(&self) -> StateId {
-        self.goals.first().copied().unwrap_or(StateId::new(0))
+        self.goals().first().copied().unwrap_or(StateId::new(0))
     }
 
     fn fresh(&self, scene: Scene, seed: Seed) -> Live {
         let goal = self.first_goal();
-        Live::new(scene, seed, self.mind.planner().domain().empty_world(), goal)
+        Live::new(scene, seed, self.model.planner.domain().empty_world(), goal)
     }
 
     /// Returns a simulator's world as an `EpisodeWorld`; `None` if it is another kind of world.
     pub fn of(world: Option<&dyn World>) -> Option<&Self> {
         let world: &dyn Any = world?;
         world.downcast_ref()
+    }
+
+    /// Returns the world of a run that is over; `None` if it has another kind of world.
+    pub(super) fn of_run(sim: Simulator) -> Option<Box<Self>> {
+        let world: Box<dyn Any> = sim.into_world()?;
+        world.downcast().ok()
+    }
+
+    /// Returns the report, the frames and the wall time of the physics so far.
+    pub(super) fn report(&self) -> (EpisodeReport, Vec<SceneFrame>, Duration) {
+        let (scene, log) = (self.scene(), self.log());
+        let report = EpisodeReport {
+            ended: self.ended().cloned().unwrap_or(Ended::GaveUp),
+            solved: scene.is_some_and(|s| self.spec.task.judge(s).solved),
+            decisions: log.decisions.clone(),
+            touches: log.touches.clone(),
+            in_no_state: log.in_no_state,
+            unexplained: log.unexplained,
+            lost: self.live.as_ref().map_or_else(Vec::new, Live::lost),
+            perturbed: self.live.as_ref().is_some_and(|live| live.perturbed),
+            steps: scene.map_or(0, |s| s.steps()),
+            simulated_s: scene.map_or(0.0, |s| s.time_s()),
+        };
+        (report, log.frames.clone(), scene.map_or(Duration::ZERO, |s| s.wall()))
     }
 
     /// Returns how the episode ended; `None` while it runs.
@@ -140,7 +133,7 @@ impl EpisodeWorld {
     pub fn doing(&self) -> Doing<'_> {
         let Some(live) = &self.live else { return Doing::Looking };
         match live.phase {
-            Phase::Rest { .. } | Phase::Recognise { .. } | Phase::Relent => Doing::Looking,
+            Phase::Rest { .. } | Phase::Recognise { .. } | Phase::Recompile => Doing::Looking,
             Phase::Ask { .. } => Doing::Deciding,
             Phase::Act => {
                 let decided = live.log.decisions.last();
@@ -170,20 +163,6 @@ impl EpisodeWorld {
         Ok(())
     }
 
-    /// Asks the task's judge about the scene.
-    pub(super) fn judge(&self, scene: &Scene) -> Judgement {
-        self.spec.task.judge(scene)
-    }
-
-    pub(super) fn perturbed(&self) -> bool {
-        self.live.as_ref().is_some_and(|live| live.perturbed)
-    }
-
-    /// Returns the ids of the parts that fell off the table.
-    pub(super) fn lost(&self) -> Vec<String> {
-        self.live.as_ref().map_or_else(Vec::new, Live::lost)
-    }
-
     pub(super) fn log(&self) -> &Log {
         static EMPTY: Log = Log::EMPTY;
         self.live.as_ref().map_or(&EMPTY, |live| &live.log)
@@ -200,31 +179,26 @@ impl World for EpisodeWorld {
     }
 
     fn sense_width(&self) -> usize {
-        self.mind.planner().sense_width()
+        self.model.planner.sense_width()
     }
 
     fn command_width(&self) -> usize {
-        self.mind.planner().command_width()
+        self.model.planner.command_width()
     }
 
     fn sense(&self, out: &mut [Real]) {
         match &self.live {
             Some(live) => {
-                let asked = self.goals.contains(&live.goal);
+                let asked = self.goals().contains(&live.goal);
                 let goal = if asked { live.goal } else { self.first_goal() };
-                self.mind.planner().sense(&Told { goal, ..live.told(&self.goals) }, out);
+                self.model.planner.sense(&Told { goal, ..live.told(self.goals()) }, out);
             }
             None => out.fill(0.0),
         }
     }
 
     fn advance(&mut self, command: &[Real]) -> Result<(), WorldError> {
-        let tools = Tools {
-            mind: &*self.mind,
-            goals: &self.goals,
-            recorder: &self.recorder,
-            spec: &self.spec,
-        };
+        let tools = Tools { model: &self.model, recorder: &self.recorder, spec: &self.spec };
         if let Some(live) = &mut self.live {
             live.step(&tools, command);
         }
@@ -232,14 +206,7 @@ impl World for EpisodeWorld {
     }
 
     fn reset(&mut self, seed: Seed) -> Result<(), WorldError> {
-        if let Some(start) = self.start.clone() {
-            self.restore(&start)?;
-            // The states of another mind have other numbers.
-            let empty = self.mind.planner().domain().empty_world();
-            let goal = self.first_goal();
-            if let Some(live) = &mut self.live {
-                (live.present, live.goal) = (empty, goal);
-            }
+        if std::mem::take(&mut self.kept) {
             return Ok(());
         }
         let scene = Scene::new(self.spec.task.scene(seed).map_err(fault)?).map_err(fault)?;

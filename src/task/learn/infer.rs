@@ -6,15 +6,14 @@ use super::attempts::Attempt;
 use super::gaussian::PoseGaussian;
 use super::names::{Landmark, Names, action_name, state_name};
 use super::observations::{Cluster, Observations};
-use super::operators::Instance;
+use super::operators::{Evidence, Instance};
 use super::summary::Failure;
 use super::transitions::Transitions;
 use super::{Learned, Settings};
-use crate::task::domain::{
-    Domain, Evidence, KindClusters, LearnedState, Operator, Origin, Parameter, Pose, Provenance,
-    State, StateId,
-};
+use crate::task::domain::{Origin, Pose, StateId};
 use crate::task::error::TaskError;
+use crate::task::relational::gaussian::{CountedOperator, GaussianState, Gaussians};
+use crate::task::relational::{KindClusters, Provenance};
 
 /// Inferred states and operators, as input for the report.
 pub(super) struct Inferred<'a> {
@@ -23,7 +22,7 @@ pub(super) struct Inferred<'a> {
     pub states: &'a [usize],
     /// For each attempt, the cluster in which it ended, or why it failed.
     pub judged: &'a [Result<usize, Failure>],
-    pub operators: &'a [Operator],
+    pub operators: &'a [CountedOperator],
 }
 
 impl Observations<'_> {
@@ -86,8 +85,8 @@ impl Observations<'_> {
             judged: &judged,
             operators: &operators,
         });
-        let domain = Domain::new(models, operators, goal, Some(provenance))?;
-        Ok(Learned { domain, report })
+        let domain = Gaussians { states: models, operators, goal, provenance }.domain()?;
+        Ok(Learned { domain, report, outliers: 0, unachieved: Vec::new() })
     }
 
     /// Returns the clusters that occur only before or after failed attempts.
@@ -103,7 +102,7 @@ impl Observations<'_> {
         failed.into_iter().filter(|s| states.contains(s) && !used.contains(s)).collect()
     }
 
-    fn name_states(&self, clusters: &[Cluster], states: &[usize]) -> Vec<State> {
+    fn name_states(&self, clusters: &[Cluster], states: &[usize]) -> Vec<GaussianState> {
         let landmarks = self.landmarks();
         let mut names = Names::default();
         let mut models = Vec::new();
@@ -114,16 +113,14 @@ impl Observations<'_> {
             let origin =
                 if cluster.placed > cluster.found { Origin::Placed } else { Origin::Found };
             let kind = self.kinds[cluster.kind].name.to_string();
-            models.push(State {
+            models.push(GaussianState {
                 name: names.take(&state_name(&kind, origin, &fit.mean, &landmarks)),
                 kind,
-                learned: Some(LearnedState {
-                    count: poses.len(),
-                    distinct: self.distinct(cluster),
-                    origin,
-                    mean: fit.mean,
-                    covariance: fit.covariance,
-                }),
+                count: poses.len(),
+                distinct: self.distinct(cluster),
+                origin,
+                mean: fit.mean,
+                covariance: fit.covariance,
             });
         }
         models
@@ -148,9 +145,9 @@ impl Observations<'_> {
     fn operators(
         &self,
         states: &[usize],
-        named: &[State],
+        named: &[GaussianState],
         judged: &[Result<usize, Failure>],
-    ) -> Vec<Operator> {
+    ) -> Vec<CountedOperator> {
         // States and actions share one set of unique names.
         let mut names = Names::default();
         for state in named {
@@ -165,8 +162,9 @@ impl Observations<'_> {
                 .filter(|(_, outcome)| **outcome == Ok(*state))
                 .map(|(attempt, _)| attempt)
                 .collect();
-            let Some(first) = of_it.first() else { continue };
-            let Some(track) = first.track else { continue };
+            if of_it.is_empty() {
+                continue;
+            }
             let instances: Vec<Instance> = of_it
                 .iter()
                 .map(|t| Instance {
@@ -186,23 +184,30 @@ impl Observations<'_> {
                 .max_by(|a, b| a.1.cmp(&b.1).then(b.0.cmp(&a.0)))
                 .map(|(from, _)| from);
             let evidence = Evidence::count(&instances);
-            operators.push(Operator {
+            let indices = |states: Vec<StateId>| states.into_iter().map(StateId::index).collect();
+            operators.push(CountedOperator {
                 name: names.take(&action_name(&named[at].name)),
-                parameters: vec![Parameter::object(&*self.tracks[first.demo][track].kind)],
-                from,
-                to: StateId::new(at),
-                preconditions: evidence.preconditions(),
-                effects: evidence.effects(),
-                absent: evidence.absent(),
-                removes: evidence.removes(),
-                evidence: Some(evidence),
+                from: from.map(StateId::index),
+                to: at,
+                preconditions: indices(evidence.preconditions()),
+                effects: (evidence.effects().iter().map(|s| s.index()))
+                    .filter(|state| *state != at)
+                    .map(|state| (state, evidence.change[state].max(0) as usize))
+                    .collect(),
+                absent: indices(evidence.absent()),
+                instances: evidence.instances as usize,
+                before: evidence.before,
             });
         }
         operators
     }
 
-    /// Returns the state that most demonstrations reached with their last action.
-    fn goal(&self, states: &[usize], judged: &[Result<usize, Failure>]) -> Option<StateId> {
+    /// Returns the state that most demonstrations reached with their last action, in how many they did, and of how many.
+    fn goal(
+        &self,
+        states: &[usize],
+        judged: &[Result<usize, Failure>],
+    ) -> Option<(usize, [usize; 2])> {
         let mut last: BTreeMap<usize, usize> = BTreeMap::new();
         for (attempt, outcome) in self.attempts.iter().zip(judged) {
             if let Ok(to) = outcome {
@@ -213,8 +218,8 @@ impl Observations<'_> {
         for to in last.into_values() {
             *counts.entry(to).or_default() += 1;
         }
-        let (goal, _) = counts.into_iter().max_by(|a, b| a.1.cmp(&b.1).then(b.0.cmp(&a.0)))?;
-        state_of(goal, states)
+        let (goal, held) = counts.into_iter().max_by(|a, b| a.1.cmp(&b.1).then(b.0.cmp(&a.0)))?;
+        Some((state_of(goal, states)?.index(), [held, self.recording.demos.len()]))
     }
 }
 

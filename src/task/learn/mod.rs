@@ -1,12 +1,39 @@
 //! Learns a domain from demonstrations: states from the poses of objects, operators from the changes between states.
 //!
-//! [`learn`] takes a [`Recording`] and [`Settings`] and returns a [`Learned`]: the [`Domain`] and a [`LearnReport`].
-//! The learner sees the kinds and poses of objects and, if recorded, the events and the touched objects. It is given no
-//! names, labels or state count.
+//! [`learn`] takes a [`Recording`] and [`Settings`] and returns a [`Learned`]: the [`RelationalDomain`] and a
+//! [`LearnReport`]. The learner sees the kinds and poses of objects and, if recorded, the events and the touched objects. It
+//! is given no names, labels or state count.
 //!
-//! # Method
+//! There are two methods ([`Method`]). The default finds states in the frames of objects and operators with parameters; the
+//! method of the paper finds states in the world frame. Both give the same kind of domain.
 //!
-//! The method follows sections II.A and II.E of the paper.
+//! # The default
+//!
+//! 1. **Rests.** Objects are followed by position and id. Each time for which an object rests gives one pose, the
+//!    median of its snapshots. The noise of the poses is the lower quartile of the differences between
+//!    consecutive snapshots, because most objects rest. Poses that disagree
+//!    with their neighbours are outliers.
+//! 2. **States.** The rests of each kind are clustered. Each cluster has its own frame: the world, or the nearest
+//!    object of some kind. Clusters merge while the marginal likelihood under a Chinese-restaurant prior rises. The
+//!    variance of each coordinate is integrated out, and a coordinate may be open. Rigid motions preserve volume, so
+//!    the frame in which the placements are tight wins. Clusters in one frame with the same sources and sinks become
+//!    one state with several places.
+//! 3. **Operators.** The parameters are the object, the reference of its old state (origin) and of its new state
+//!    (target). Conditions are counted over the demonstrated instances. A state in which a parameter itself always was
+//!    is *required*. A condition about another object that always held, or never, is *undecided*: it may be a
+//!    coincidence. The planner meets undecided conditions where it can. What never rested on the moved object must be
+//!    *absent*. A condition that was false once is dismissed, as in safe action model learning (Juba, Le and Stern,
+//!    "Safe learning of lifted action models", KR 2021).
+//! 4. **Goal.** The goal is the conjunction of the terms that some action achieves and that hold at the end of at least
+//!    nine in ten demonstrations.
+//!
+//! A single demonstration cannot show which coordinates vary. From one demonstration, the states are those of the paper's
+//! method. The goal is then the conjunction of all states that some action achieves and that hold at the end for more
+//! objects than before.
+//!
+//! # The method of the paper
+//!
+//! It follows sections II.A and II.E of the paper.
 //!
 //! 1. **Track.** Objects are followed from snapshot to snapshot, even where ids shift because an object is lost.
 //! 2. **Cut.** Each demonstration is cut into attempts, from contact to release (II.A). Without events, every two
@@ -18,24 +45,12 @@
 //!    failed attempts.
 //! 5. **Model states.** Each state gets a robust mean pose and a Gaussian of position and orientation
 //!    ([`PoseGaussian`], II.E).
-//! 6. **Build operators.** Each state in which a successful attempt ended gets one action. The attempts that ended in
-//!    the state are the [`Instance`]s of the action. [`Evidence`] counts the states before and after them.
-//!    Preconditions are the states that held most often before, effects the states that began to hold most often
-//!    (II.E, Tables I to III).
+//! 6. **Build operators.** Each state in which a successful attempt ended gets one action. Its instances are the attempts
+//!    that ended in the state. Preconditions are the states that held most often before them (II.E, Tables I to III).
 //! 7. **Choose the goal.** The goal is the state that most demonstrations reach with their last action.
 //!
-//! # Beyond the paper
-//!
-//! * The threshold is found from the data ([`Settings::threshold_m`]).
-//! * If the recording does not name the manipulated object, the learner infers it.
-//! * Failed attempts are recognised and teach no action.
-//! * The goal is chosen from the demonstrations.
-//! * An operator also lists the states that were always absent before its action, and the states that the action ends
-//!   ([`Operator::absent`], [`Operator::removes`]).
-//!
-//! [`Operator::absent`]: crate::task::domain::Operator::absent
-//! [`Operator::removes`]: crate::task::domain::Operator::removes
-//! [`Evidence`]: crate::task::domain::Evidence
+//! Beyond the paper, the threshold is found from the data ([`Settings::threshold_m`]), the manipulated object is inferred
+//! where the recording does not name it, failed attempts teach no action, and the goal is chosen from the demonstrations.
 
 mod attempts;
 mod gaussian;
@@ -44,6 +59,7 @@ mod linkage;
 mod names;
 mod observations;
 mod operators;
+mod paper;
 mod relational;
 mod summary;
 mod threshold;
@@ -56,19 +72,30 @@ pub use crate::task::domain::distance::{
 pub use attempts::MOVED_M;
 pub use gaussian::{PoseGaussian, robust_mean};
 pub use linkage::{Dendrogram, MAX_POINTS, Merge};
-pub use operators::Instance;
-pub use relational::{RelationallyLearned, learn_relational, learn_relational_observed};
 pub use summary::{AttemptOutcome, AttemptReport, Failure, LearnReport, UnexplainedPoses};
 pub use threshold::RESOLUTION;
 
-use crate::task::domain::{Domain, Recording};
+use crate::task::domain::Recording;
 use crate::task::error::TaskError;
-use crate::task::event::{Event, Ignore, LearningStep, Observer};
-use observations::Observations;
+use crate::task::event::{Ignore, Observer};
+use crate::task::relational::RelationalDomain;
+
+/// How states and operators are found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Method {
+    /// States in the frames of objects, and operators with parameters.
+    #[default]
+    Relational,
+    /// States in the world frame, as in the paper.
+    Paper,
+}
 
 /// Settings of the learner.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
+    /// The method. The exponent and the threshold belong to the method of the paper; the other takes them for a single
+    /// demonstration alone.
+    pub method: Method,
     /// Exponent of the p-norm distance: any finite number except 0. The paper uses -2.
     pub p: f64,
     /// Clustering threshold for every kind, in metres, above 0. The paper uses 0.001169.
@@ -83,7 +110,26 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { p: PAPER_EXPONENT, threshold_m: None, seed: 1 }
+        Self { method: Method::default(), p: PAPER_EXPONENT, threshold_m: None, seed: 1 }
+    }
+}
+
+impl Settings {
+    /// Returns the settings of the paper's method, with a threshold found from the data.
+    pub fn paper() -> Self {
+        Self { method: Method::Paper, ..Self::default() }
+    }
+
+    fn check(&self) -> Result<(), TaskError> {
+        check_exponent(self.p)?;
+        match self.threshold_m {
+            Some(threshold) if !(threshold.is_finite() && threshold > 0.0) => {
+                let expected = "a finite number of metres above 0";
+                let value = threshold.to_string();
+                Err(TaskError::Setting { name: "threshold", value, expected })
+            }
+            _ => Ok(()),
+        }
     }
 }
 
@@ -91,9 +137,14 @@ impl Default for Settings {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Learned {
     /// The learned domain.
-    pub domain: Domain,
+    pub domain: RelationalDomain,
     /// Outcome of every attempt, and the poses that belong to no state.
     pub report: LearnReport,
+    /// Number of single poses that disagreed with the rest of their object.
+    pub outliers: usize,
+    /// Names of states that nearly all demonstrations reached and that no action achieves. They are not part of the
+    /// goal.
+    pub unachieved: Vec<String>,
 }
 
 /// Learns a domain from a recording.
@@ -105,8 +156,8 @@ pub struct Learned {
 ///
 /// let recording = SyntheticDemonstrations::default().record(Seed::new(1))?.recording;
 /// let learned = learn(&recording, &Settings::default())?;
-/// assert_eq!(learned.domain.states().len(), 5);
-/// assert_eq!(learned.domain.operators().len(), 3);
+/// assert_eq!(learned.domain.states.len(), 5);
+/// assert_eq!(learned.domain.operators.len(), 3);
 /// # Ok::<(), symbolt::task::TaskError>(())
 /// ```
 ///
@@ -118,7 +169,8 @@ pub fn learn(recording: &Recording, settings: &Settings) -> Result<Learned, Task
     learn_observed(recording, settings, &mut Ignore)
 }
 
-/// Learns a domain, as [`learn`] does, and sends an [`Event::Learning`] to `observer` before each step.
+/// Learns a domain, as [`learn`] does, and sends an [`Event::Learning`](super::event::Event::Learning) to `observer` before
+/// each step.
 ///
 /// # Errors
 /// As [`learn`].
@@ -127,37 +179,13 @@ pub fn learn_observed(
     settings: &Settings,
     observer: &mut dyn Observer,
 ) -> Result<Learned, TaskError> {
-    check_exponent(settings.p)?;
-    if let Some(threshold) = settings.threshold_m
-        && !(threshold.is_finite() && threshold > 0.0)
-    {
-        let expected = "a finite number of metres above 0";
-        let value = threshold.to_string();
-        return Err(TaskError::Setting { name: "threshold", value, expected });
-    }
-    let nothing = |reason: &str| TaskError::NothingToLearn { reason: reason.into() };
+    settings.check()?;
     if recording.demos.iter().all(|d| d.snapshots.len() < 2) {
-        return Err(nothing(
-            "every demonstration has fewer than two snapshots; expected at least two",
-        ));
+        let reason = "every demonstration has fewer than two snapshots; expected at least two";
+        return Err(TaskError::NothingToLearn { reason: reason.into() });
     }
-    let mut observed = Observations::observe(recording, settings, observer)?;
-    if observed.kinds.is_empty() {
-        return Err(nothing(
-            "no object moved; expected at least one object to move by 1 mm or more",
-        ));
+    match settings.method {
+        Method::Relational => relational::learn(recording, settings, observer),
+        Method::Paper => paper::learn(recording, settings, observer),
     }
-    if observed.attempts.is_empty() {
-        return Err(nothing("no object was picked up and released; expected at least one attempt"));
-    }
-    // The clusters depend on the guesses of manipulated objects, and the guesses depend on the clusters. Repeat until
-    // nothing changes. No recording has needed five rounds.
-    for _ in 0..5 {
-        observed.cluster(settings);
-        if !observed.reconsider() {
-            break;
-        }
-    }
-    observer.observe(&Event::Learning(LearningStep::Deciding));
-    observed.infer(settings)
 }

@@ -1,10 +1,23 @@
 //! Preconditions and effects of an action, from counts over the world states before and after its instances.
 
-use crate::task::domain::{Evidence, StateId, WorldState};
+use crate::task::domain::{StateId, WorldState};
+
+/// The counts behind an operator, over all demonstrated instances of its action. Each list has one entry for each
+/// state, in the order of the domain's states.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(super) struct Evidence {
+    /// Number of instances.
+    pub instances: u32,
+    /// For each state, the number of instances in which it held before the action: `sum G` (section II.E of the paper).
+    pub before: Vec<u32>,
+    /// For each state, the number of instances in which it began to hold, minus the number in which it ceased to hold:
+    /// `sum (H - G)` (section II.E).
+    pub change: Vec<i32>,
+}
 
 /// One demonstrated instance of an action.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Instance {
+pub(super) struct Instance {
     /// World state before the action: `G` in the paper.
     pub before: WorldState,
     /// World state after the action: `H` in the paper.
@@ -59,15 +72,6 @@ impl Evidence {
     pub fn absent(&self) -> Vec<StateId> {
         (0..self.before.len()).filter(|s| self.before[*s] == 0).map(StateId::new).collect()
     }
-
-    /// Returns the states that held before every instance and after none.
-    pub fn removes(&self) -> Vec<StateId> {
-        let all = -i32::try_from(self.instances).unwrap_or(i32::MAX);
-        if self.instances == 0 {
-            return Vec::new();
-        }
-        (0..self.change.len()).filter(|s| self.change[*s] == all).map(StateId::new).collect()
-    }
 }
 
 #[cfg(test)]
@@ -121,7 +125,6 @@ mod tests {
         assert_eq!(all.change, [-3, 0, 3, 1, 0]);
         assert_eq!(all.preconditions(), [NUT_ON_TABLE]);
         assert_eq!(all.effects(), [NUT_IN_JIG]);
-        assert_eq!(all.removes(), [NUT_ON_TABLE]);
         assert_eq!(all.absent(), [NUT_IN_JIG, BOLT_IN_JIG, BOLT_ASSEMBLED]);
     }
 
@@ -139,6 +142,6 @@ mod tests {
     fn no_instances_give_no_claims() {
         let none = Evidence::count(&[]);
         assert!(none.preconditions().is_empty() && none.effects().is_empty());
-        assert!(none.absent().is_empty() && none.removes().is_empty());
+        assert!(none.absent().is_empty());
     }
 }

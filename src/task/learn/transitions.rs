@@ -8,8 +8,7 @@ use super::observations::{Cluster, Observations};
 #[derive(Default)]
 pub(super) struct Transitions {
     /// Clusters that are detours: parts reached them only by attempts and left them again in most demonstrations,
-    /// although parts went directly to the next cluster at least as often. Examples are a bolt left standing and a nut
-    /// on the jig's rim.
+    /// although parts went directly to the next cluster at least as often.
     pub detours: BTreeSet<usize>,
     /// Attempts that returned a part to a cluster that it had left earlier. The exception is a part that stayed there,
     /// if parts return to stay in this cluster in at least half of the demonstrations.

@@ -25,14 +25,13 @@ use crate::task::planner::encode::{Encoded, MOST_DIMENSIONS, StateSpace};
 /// ```
 /// use symbolt::sim::Seed;
 /// use symbolt::task::planner::{Planner, PlannerSpec};
-/// use symbolt::task::{Verdict, learn, tasks::nuts_and_bolts::SyntheticDemonstrations};
+/// use symbolt::task::{DomainBuilder, Verdict};
 ///
-/// let recording = SyntheticDemonstrations::default().record(Seed::new(1))?.recording;
-/// let domain = learn::learn(&recording, &Default::default())?.domain;
+/// let domain = DomainBuilder::of_the_paper().build()?;
 /// let planner = Planner::new(&domain, PlannerSpec::default(), Seed::new(1))?;
 ///
-/// let world = domain.world(["NUT_AT_START", "BOLT_AT_START"])?;
-/// let decision = planner.decide(&world, domain.state("BOLT_AT_NUT_POCKET")?)?;
+/// let world = domain.world(["NUT_ON_TABLE", "BOLT_ON_TABLE"])?;
+/// let decision = planner.decide(&world, domain.state("BOLT_ASSEMBLED")?)?;
 /// let Verdict::Act(action) = decision.verdict else { panic!("there is something to do") };
 /// assert!(domain[action].name.starts_with("PUT_"));
 /// # Ok::<(), symbolt::task::TaskError>(())

@@ -6,10 +6,12 @@ use super::ask::Planner;
 use super::decider::Decider;
 use super::goal_sets::GoalSetPlanner;
 use super::graph::PlannerSpec;
-use crate::neurons::PopulationPlan;
-use crate::sim::Seed;
+use super::rollout::LIMIT;
+use crate::neurons::{PatternError, Population, PopulationPlan};
+use crate::sim::{Seed, SimDuration};
 use crate::task::domain::{Domain, StateId};
 use crate::task::error::TaskError;
+use crate::task::regression::populations;
 use crate::task::relational::GroundProblem;
 
 /// A planner graph, by name.
@@ -57,6 +59,25 @@ impl Default for PlannerBuild {
 }
 
 impl PlannerBuild {
+    /// Simulated time that a decision may take, unless another is given.
+    pub const LIMIT: SimDuration = LIMIT;
+
+    /// Returns how a planner is built with the populations that suit it in a mode.
+    ///
+    /// # Errors
+    /// None for the planners of this crate; the type is that of all patterns.
+    pub fn new(
+        kind: PlannerKind,
+        population: &Population,
+        seed: Seed,
+    ) -> Result<Self, PatternError> {
+        let plan = match kind {
+            PlannerKind::Chain => PopulationPlan::all(population.clone()),
+            PlannerKind::GoalSets => populations(population)?,
+        };
+        Ok(Self { kind, spec: PlannerSpec::default(), plan, seed })
+    }
+
     /// Builds the planner over a domain.
     ///
     /// # Errors

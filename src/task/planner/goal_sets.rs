@@ -16,7 +16,7 @@ use crate::task::domain::{
     ActionId, Domain, Obstacle, Rules, StateId, Verdict, WorldState, obstacles,
 };
 use crate::task::error::TaskError;
-use crate::task::regression::{GoalSetGraph, Mutexes, Regression, phase_names};
+use crate::task::regression::{GoalSetGraph, Mutexes, Regression, check_units, phase_names};
 use crate::task::strips::{Fact, Fluent, GroundOperator, Grounded};
 
 /// Fewest and most goal sets that the planner remembers.
@@ -76,7 +76,8 @@ impl GoalSetPlanner {
     /// [`populations`](crate::task::regression::populations) returns the plan that suits its units.
     ///
     /// # Errors
-    /// [`TaskError::BadDomain`] if the domain has no action; [`TaskError::Build`] if the plan names layers that the graph
+    /// [`TaskError::BadDomain`] if the domain has no action; [`TaskError::GoalSets`] if the graph would have more than
+    /// [`MAX_UNITS`](crate::task::regression::MAX_UNITS) units; [`TaskError::Build`] if the plan names layers that the graph
     /// does not have.
     ///
     /// # Panics
@@ -93,6 +94,9 @@ impl GoalSetPlanner {
         }
         let (problem, sensed) = grounded(domain, rules);
         let (fluents, operators) = (problem.fluents.len(), problem.operators.len());
+        let [least, most] = SLOTS;
+        let slots = (operators + 2).clamp(least, most);
+        check_units(fluents, operators, slots)?;
         // A state and its absence exclude each other as well.
         let absences = sensed.iter().enumerate().filter(|(_, (_, holds))| !holds);
         let absences = absences.map(|(fluent, (state, _))| [state.index(), fluent]);
@@ -108,8 +112,6 @@ impl GoalSetPlanner {
             .command("actions", InputSpec::vector(operators))
             .command("phases", InputSpec::vector(phases.len()));
         let world = builder.world("world", link);
-        let [least, most] = SLOTS;
-        let slots = (operators + 2).clamp(least, most);
         let ports = builder.add("planner", GoalSetGraph::new(regression.into(), slots));
         for (sense, input) in [
             ("ready", &ports.ready),

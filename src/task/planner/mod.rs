@@ -7,7 +7,8 @@
 //! | to | use |
 //! |---|---|
 //! | build either planner | [`PlannerBuild`] |
-//! | plan to the end in predicted situations | [`Decider::roll_out`] with a [`Prediction`] |
+//! | plan in a scene with a learned domain | [`PlannerBuild::plan`], which returns a [`ScenePlan`] |
+//! | plan to the end in other predicted situations | [`Decider::roll_out`] with a [`Prediction`] |
 //! | ask the paper's planner for decisions in code | [`Planner`] |
 //! | connect the graph to your own world | [`PlanningGraph`], with its ports [`PlanningPorts`] |
 //! | set dimensions, rules and waits | [`PlannerSpec`] and [`Timing`] |
@@ -71,6 +72,7 @@ mod goal_sets;
 mod graph;
 mod recall;
 mod rollout;
+mod scene;
 mod views;
 mod walk;
 mod watch;
@@ -86,5 +88,6 @@ pub use executive::Timing;
 pub use goal_sets::{GoalSetPlanner, strips_problem};
 pub use graph::{Part, PlannerSpec, PlanningGraph, PlanningPorts, Unbinding};
 pub use rollout::{Counts, PlanEnd, PlannedStep, Prediction, RolledOut};
+pub use scene::{SceneEnd, SceneMove, ScenePlan};
 pub use views::{ModuleView, Shows};
 pub use watch::{Choice, Why};

@@ -67,6 +67,7 @@ pub use graph::{GoalSetGraph, GoalSetPorts, phase_names};
 pub(crate) use moments::Moments;
 pub use moments::{Moment, Step};
 pub use mutex::Mutexes;
+pub(crate) use plan::check_units;
 pub use plan::{Course, GoalSetError, GoalSetSpec, MAX_UNITS, populations, pursue};
 pub use rules::{Regressed, Regression};
 pub use search::{Found, SearchSpec, costs, search};

@@ -73,12 +73,18 @@ pub enum GoalSetError {
         /// Slots that were asked for.
         slots: usize,
     },
+    /// A part of the goal never holds.
+    #[error("the goal cannot be reached: {fluent} never holds")]
+    NeverHolds {
+        /// The part, as a fact.
+        fluent: String,
+    },
     /// Two parts of the goal never hold together.
     #[error("the goal cannot be reached: {first} and {second} never hold together")]
     Unreachable {
         /// A part of the goal.
         first: String,
-        /// Another one, or the same.
+        /// Another part.
         second: String,
     },
     /// A pattern of layers is wrong.
@@ -169,20 +175,22 @@ pub fn pursue(
     if spec.slots < 2 {
         return Err(GoalSetError::Slots { slots: spec.slots });
     }
-    let units = Layout::new(fluents, operators, spec.slots).units();
-    if units > MAX_UNITS {
-        return Err(GoalSetError::TooLarge { fluents, operators, slots: spec.slots, units });
-    }
+    let units = check_units(fluents, operators, spec.slots)?;
     if problem.operators.is_empty() {
         // Nothing can be done, so the goal holds: a goal that no operator achieves is refused when the problem is grounded.
         let reached = world.reached();
         return Ok(Course { reached, begun: Vec::new(), ms: 0, moments: Vec::new(), units });
     }
     let rules = Regression::new(problem);
-    let mut pairs = problem.goal.iter().flat_map(|a| problem.goal.iter().map(move |b| (*a, *b)));
+    // A part that never holds excludes itself, and every other part.
+    let itself = problem.goal.iter().map(|a| (*a, *a));
+    let mut pairs = itself.chain(problem.goal.iter().flat_map(|a| problem.goal.iter().map(move |b| (*a, *b))));
     if let Some((a, b)) = pairs.find(|(a, b)| rules.mutexes.excludes(*a, *b)) {
         let [first, second] = [a, b].map(|f| problem.fluents[f].to_string());
-        return Err(GoalSetError::Unreachable { first, second });
+        return Err(match a == b {
+            true => GoalSetError::NeverHolds { fluent: first },
+            false => GoalSetError::Unreachable { first, second },
+        });
     }
     let rules = Arc::new(rules);
     let mut graph = GraphBuilder::new();
@@ -234,6 +242,23 @@ pub fn pursue(
         moments: moments.all,
         units,
     })
+}
+
+/// Returns the number of units of a planner with these slots.
+///
+/// # Errors
+/// [`GoalSetError::TooLarge`] if they are more than [`MAX_UNITS`].
+pub(crate) fn check_units(
+    fluents: usize,
+    operators: usize,
+    slots: usize,
+) -> Result<usize, GoalSetError> {
+    match Layout::new(fluents, operators, slots).units() {
+        units if units > MAX_UNITS => {
+            Err(GoalSetError::TooLarge { fluents, operators, slots, units })
+        }
+        units => Ok(units),
+    }
 }
 
 /// Returns the world of a simulator.

@@ -1,8 +1,10 @@
 //! Checks a relational domain.
 
 use super::state::{Coordinate, Turn};
-use super::{FrameState, GoalTerm, Quantity, RelationalDomain, RelationalOperator};
-use crate::task::domain::check_names;
+use super::{
+    FrameState, GoalTerm, Quantity, RelationalDomain, RelationalOperator, Role, Subject,
+};
+use crate::task::domain::{Fault, check_names};
 use crate::task::error::TaskError;
 
 /// Greatest length of a coordinate in metres. Larger numbers would overflow when squared.
@@ -18,31 +20,41 @@ impl RelationalDomain {
     /// # Errors
     /// [`TaskError::BadDomain`], with the state or operator and what is wrong with it.
     pub fn check(&self) -> Result<(), TaskError> {
-        let bad = |reason: String| TaskError::BadDomain { reason };
-        let states = self.states.iter().map(|s| &s.name);
-        check_names(states.chain(self.operators.iter().map(|o| &o.name))).map_err(bad)?;
-        for state in &self.states {
-            let named = |why: &str| bad(format!("state `{}` {why}", state.name));
-            fault_of_state(state).map_or(Ok(()), |why| Err(named(why)))?;
-        }
-        for operator in &self.operators {
-            let named = |why: String| bad(format!("action `{}` {why}", operator.name));
-            self.fault_of_operator(operator).map_or(Ok(()), |why| Err(named(why)))?;
-        }
-        for (index, goal) in self.goals.iter().enumerate() {
-            self.fault_of_goal(index, goal)
-                .map_or(Ok(()), |why| Err(bad(format!("the goal {why}"))))?;
-        }
-        let noise = [self.noise_m, self.noise_rad];
-        if noise.iter().any(|v| !(v.is_finite() && (0.0..FARTHEST_M).contains(v))) {
-            return Err(bad(
-                "the noise is not usable; expected finite numbers of at least 0".into()
-            ));
-        }
-        Ok(())
+        self.fault().map_or(Ok(()), |fault| Err(fault.into()))
     }
 
-    fn fault_of_operator(&self, operator: &RelationalOperator) -> Option<String> {
+    /// Returns what is wrong with the domain, if anything is.
+    pub(super) fn fault(&self) -> Option<Fault> {
+        let states = self.states.iter().map(|s| &s.name);
+        let names = check_names(states.chain(self.operators.iter().map(|o| &o.name))).err();
+        let of_states = || {
+            let of = |s: &FrameState| {
+                Some(fault_of_state(s)?.of(format_args!("state `{}`", s.name)))
+            };
+            self.states.iter().find_map(of)
+        };
+        let of_operators = || {
+            let of = |o: &RelationalOperator| {
+                Some(self.fault_of_operator(o)?.of(format_args!("action `{}`", o.name)))
+            };
+            self.operators.iter().find_map(of)
+        };
+        let of_goals = || {
+            let of = |(index, goal)| {
+                Some(self.fault_of_goal(index, goal)?.of(format_args!("the goal")))
+            };
+            self.goals.iter().enumerate().find_map(of)
+        };
+        let of_noise = || {
+            let noise = [self.noise_m, self.noise_rad];
+            let usable = |v: &f64| v.is_finite() && (0.0..FARTHEST_M).contains(v);
+            let expected = "finite numbers of at least 0";
+            (!noise.iter().all(usable)).then(|| Fault::new("the noise is not usable", expected))
+        };
+        names.or_else(of_states).or_else(of_operators).or_else(of_goals).or_else(of_noise)
+    }
+
+    fn fault_of_operator(&self, operator: &RelationalOperator) -> Option<Fault> {
         let conditions = operator.needs.iter().map(|n| n.condition.state);
         let effects = operator.side_effects.iter().map(|e| e.condition.state);
         let mut all = conditions
@@ -52,34 +64,64 @@ impl RelationalDomain {
             .chain([operator.to]);
         let count = self.states.len();
         if let Some(state) = all.find(|state| *state >= count) {
-            return Some(format!("names state number {state}; expected a number below {count}"));
+            let problem = format!("names state number {state}");
+            return Some(Fault::new(problem, format!("a number below {count}")));
         }
         if operator.needs.iter().any(|n| !(1..=MOST).contains(&n.least)) {
-            return Some(format!("has a need for no object or too many; expected 1 to {MOST}"));
+            let problem = "has a need for no object or too many";
+            return Some(Fault::new(problem, format!("1 to {MOST}")));
+        }
+        if let Some(fault) = self.fault_of_roles(operator) {
+            return Some(fault);
         }
         let numbers = operator.displacement.iter().flat_map(|d| d.mean.iter().chain([&d.sd]));
         if numbers.into_iter().any(|v| !(v.is_finite() && v.abs() < FARTHEST_M)) {
-            return Some("has a displacement that is not usable; expected finite metres".into());
+            return Some(Fault::new("has a displacement that is not usable", "finite metres"));
         }
         let kind = &self.states[operator.to].kind;
         let other = operator.from.iter().find(|s| self.states[**s].kind != *kind)?;
         let other = &self.states[*other];
-        Some(format!(
-            "moves a `{kind}` out of `{}`, a state of `{}`; expected states of one kind",
-            other.name, other.kind
-        ))
+        let problem =
+            format!("moves a `{kind}` out of `{}`, a state of `{}`", other.name, other.kind);
+        Some(Fault::new(problem, "states of one kind"))
     }
 
-    fn fault_of_goal(&self, index: usize, goal: &GoalTerm) -> Option<String> {
+    /// Returns a condition about a parameter that the operator does not have. It could never be looked at.
+    fn fault_of_roles(&self, operator: &RelationalOperator) -> Option<Fault> {
+        let needs = operator.needs.iter().map(|n| n.condition);
+        let effects = operator.side_effects.iter().map(|e| e.condition);
+        let framed = |state: &usize| self.states[*state].frame.kind().is_some();
+        let lacking = needs.chain(effects).find_map(|condition| match condition.subject {
+            Subject::Is(role) | Subject::At(role) => {
+                let states = match role {
+                    Role::Object => return None,
+                    Role::Origin => &operator.from[..],
+                    Role::Target => std::slice::from_ref(&operator.to),
+                };
+                (!states.iter().any(framed)).then_some((condition.state, role))
+            }
+            Subject::Any => None,
+        });
+        let (state, role) = lacking?;
+        let (state, role) = (&self.states[state].name, role.name());
+        let problem = format!("has a condition, `{state}`, about its {role}, and has no {role}");
+        Some(Fault::new(problem, "a state in the frame of a kind for each parameter"))
+    }
+
+    fn fault_of_goal(&self, index: usize, goal: &GoalTerm) -> Option<Fault> {
         let count = self.states.len();
         let Some(state) = self.states.get(goal.state) else {
-            return Some(format!(
-                "names state number {}; expected a number below {count}",
-                goal.state
-            ));
+            let problem = format!("names state number {}", goal.state);
+            return Some(Fault::new(problem, format!("a number below {count}")));
         };
-        if let Some(why) = goal.reference.and_then(|within| self.fault_of_within(index, within)) {
-            return Some(format!("has `references_in` for `{}`; {why}", state.name));
+        if let Some(fault) = goal.reference.and_then(|within| self.fault_of_within(index, within)) {
+            let place = format!("has `references_in` for `{}`", state.name);
+            let problem = if fault.problem.is_empty() {
+                place
+            } else {
+                format!("{place}; {}", fault.problem)
+            };
+            return Some(Fault { problem, ..fault });
         }
         let (each, least) = match goal.quantity {
             Quantity::AtLeast(n) => (false, n),
@@ -88,56 +130,54 @@ impl RelationalDomain {
         };
         if each && state.frame.kind().is_none() {
             let name = &state.name;
-            return Some(format!(
-                "asks for `{name}` at each reference; expected a state in the frame of a kind"
-            ));
+            let problem = format!("asks for `{name}` at each reference");
+            return Some(Fault::new(problem, "a state in the frame of a kind"));
         }
         let usable = (1..=MOST).contains(&least);
-        (!usable).then(|| format!("asks for {least} of `{}`; expected 1 to {MOST}", state.name))
+        let problem = || format!("asks for {least} of `{}`", state.name);
+        (!usable).then(|| Fault::new(problem(), format!("1 to {MOST}")))
     }
 
     /// Returns why the references of a term of the goal cannot be asked to be in the state `within`. The planner relies on
     /// these rules: it finds no action that moves a reference into place on behalf of the objects at it.
-    fn fault_of_within(&self, index: usize, within: usize) -> Option<String> {
+    fn fault_of_within(&self, index: usize, within: usize) -> Option<Fault> {
         let GoalTerm { state, ref quantity, .. } = self.goals[index];
         let Some(asked) = self.states.get(within) else {
-            return Some(format!("expected a state, not number {within}"));
+            return Some(Fault::new("", format!("a state, not number {within}")));
         };
         let (kind, name) = (self.states[state].frame.kind(), &asked.name);
         if !matches!(quantity, Quantity::AtLeast(_)) {
-            return Some("expected a term without `each`".into());
+            return Some(Fault::new("", "a term without `each`"));
         }
         let Some(kind) = kind else {
-            return Some("expected a state in the frame of a kind".into());
+            return Some(Fault::new("", "a state in the frame of a kind"));
         };
         if *asked.kind != *kind {
-            return Some(format!(
-                "`{name}` is a state of `{}`; expected one of `{kind}`",
-                asked.kind
-            ));
+            let problem = format!("`{name}` is a state of `{}`", asked.kind);
+            return Some(Fault::new(problem, format!("one of `{kind}`")));
         }
         if !self.goals[..index].iter().any(|earlier| earlier.state == within) {
-            return Some(format!("expected `{name}` as an earlier term of the goal"));
+            return Some(Fault::new("", format!("`{name}` as an earlier term of the goal")));
         }
         let lacks = |o: &&RelationalOperator| o.to == state && !o.needs_of_target(within);
         let lacking = self.operators.iter().find(lacks)?;
-        let lacking = &lacking.name;
-        Some(format!("expected that `{lacking}` requires `{name}` of its target"))
+        let expected = format!("that `{}` requires `{name}` of its target", lacking.name);
+        Some(Fault::new("", expected))
     }
 }
 
 /// Greatest number of places of a state.
 const MOST_PLACES: usize = 200;
 
-fn fault_of_state(state: &FrameState) -> Option<&'static str> {
+fn fault_of_state(state: &FrameState) -> Option<Fault> {
     if !(1..=MOST_PLACES).contains(&state.places.len()) {
-        return Some("has no places or too many; expected 1 to 200");
+        return Some(Fault::new("has no places or too many", format!("1 to {MOST_PLACES}")));
     }
     for place in &state.places {
         let square: f64 = place.orientation.iter().map(|v| v * v).sum();
         // A comparison with a number that is not finite is false.
         if (square - 1.0).abs() >= UNIT || !square.is_finite() {
-            return Some("has an orientation of another norm than 1; expected a unit quaternion");
+            return Some(Fault::new("has an orientation of another norm than 1", "a unit quaternion"));
         }
         for coordinate in &place.coordinates {
             let (a, b, ordered) = match *coordinate {
@@ -146,10 +186,8 @@ fn fault_of_state(state: &FrameState) -> Option<&'static str> {
             };
             let usable = |v: f64| v.is_finite() && v.abs() < FARTHEST_M;
             if !(usable(a) && usable(b) && ordered) {
-                return Some(
-                    "has a coordinate that is not usable; expected finite metres, a spread of at least 0 and `low` \
-                     below `high`",
-                );
+                let expected = "finite metres, a spread of at least 0 and `low` below `high`";
+                return Some(Fault::new("has a coordinate that is not usable", expected));
             }
         }
     }
@@ -160,6 +198,6 @@ fn fault_of_state(state: &FrameState) -> Option<&'static str> {
     };
     let square: f64 = axis.iter().map(|v| v * v).sum();
     let usable = (square - 1.0).abs() < UNIT && sd >= 0.0 && sd.is_finite();
-    (!usable)
-        .then_some("has a turn that is not usable; expected a unit axis and a spread of at least 0")
+    let expected = "a unit axis and a spread of at least 0";
+    (!usable).then(|| Fault::new("has a turn that is not usable", expected))
 }

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::Frame;
 use super::goal::Quantity;
 use super::operator::{Need, Role, Subject, Verdict};
-use super::problem::{Problem, ProblemError, roomy};
+use super::problem::{Problem, ProblemError};
 use super::propositional::{GroundAction, Test};
 
 /// The compiled facts and actions. Indices into `tests` refer to facts.
@@ -67,7 +67,8 @@ impl<'p> Compiler<'p> {
     fn check_size(&self, most: usize) -> Result<(), ProblemError> {
         match self.tests.len() + self.actions.len() {
             size if size > most => {
-                Err(ProblemError::TooLarge { objects: self.problem.objects.len(), most })
+                let (objects, what) = (self.problem.objects.len(), "facts and actions");
+                Err(ProblemError::TooLarge { objects, what, most })
             }
             _ => Ok(()),
         }
@@ -373,7 +374,7 @@ impl<'p> Compiler<'p> {
         let mut needs = vec![action.source.clone()];
         let place = &self.problem.domain.states[operator.to].places[action.place];
         let itself: Vec<usize> = action.object.into_iter().collect();
-        if !roomy(place) {
+        if !place.is_roomy() {
             let of = self.problem.conflicting(operator.to, action.place);
             // An object that is turned in place, or put back, is not in its own way.
             let source = &action.source;

@@ -2,11 +2,13 @@
 
 use std::sync::Arc;
 
-use super::grounder::Located;
+use serde::{Deserialize, Serialize};
+
+use super::classifier::Located;
 use crate::task::domain::{Pose, Snapshot};
 
 /// The state of one object: a place of a state, and the reference.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Fact {
     /// Index of the state.
     pub state: usize,
@@ -30,7 +32,7 @@ pub(super) fn is_within(
 }
 
 /// An object of a layout.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LaidOut {
     /// Id of the object in the snapshot.
     pub id: Arc<str>,
@@ -41,7 +43,7 @@ pub struct LaidOut {
 }
 
 /// The objects of a scene, and the state of each.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Layout {
     /// The objects, in the order of the snapshot.
     pub objects: Vec<LaidOut>,

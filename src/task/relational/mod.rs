@@ -6,9 +6,9 @@
 //!
 //! | to | use |
 //! |---|---|
-//! | learn one from a recording | [`learn_relational`](super::learn::learn_relational) |
+//! | learn one from a recording | [`learn`](super::learn::learn) |
 //! | read and write one | [`RelationalDomain::read`], [`RelationalDomain::to_json`] |
-//! | find the state and the reference of each object in a scene | [`Grounder`], which returns a [`Layout`] |
+//! | find the state and the reference of each object in a scene | [`Classifier`], which returns a [`Layout`] |
 //! | list the moves that are allowed now | [`Problem::moves`] |
 //! | plan | [`Problem::plan`], the reference planner |
 //! | plan with the planner graph | [`Problem::ground`], which returns a [`GroundProblem`] |
@@ -25,19 +25,20 @@
 //! * A **goal** is a conjunction of terms in the order in which they were completed.
 
 mod check;
-mod convert;
+mod classifier;
 mod exclusion;
 mod file;
 mod frame;
+pub(crate) mod gaussian;
 mod goal;
 mod ground;
-mod grounder;
 mod layout;
 mod moves;
 mod operator;
 mod plan;
 mod problem;
 mod propositional;
+mod provenance;
 mod state;
 mod symbols;
 mod words;
@@ -45,7 +46,7 @@ mod words;
 pub use frame::Frame;
 pub(crate) use frame::relative;
 pub use goal::{GoalTerm, Quantity};
-pub use grounder::{Grounder, Located, Miss};
+pub use classifier::{Classifier, ClassifierRule, Located, Miss};
 pub use layout::{Fact, LaidOut, Layout, Situation};
 pub use moves::{Move, TargetPose};
 pub use operator::{
@@ -53,12 +54,11 @@ pub use operator::{
     Verdict as NeedVerdict,
 };
 pub use plan::PlannedMove;
-pub(crate) use problem::ROOMY_M;
+pub(crate) use state::ROOMY_M;
 pub use problem::{Problem, ProblemError};
 pub use propositional::GroundProblem;
+pub use provenance::{KindClusters, Provenance};
 pub use state::{Coordinate, FrameState, Place, Turn};
-
-use crate::task::domain::Provenance;
 
 /// A learned domain with states in frames, operators with parameters, and a goal.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,7 +5,8 @@ use nalgebra::Vector3;
 use super::frame::{relative, world_pose};
 use super::layout::Situation;
 use super::operator::{Subject, Verdict};
-use super::problem::{Problem, ROOMY_M};
+use super::problem::Problem;
+use super::state::ROOMY_M;
 use super::state::{Coordinate, Turn};
 use super::{Frame, Layout};
 use crate::task::domain::Pose;
@@ -123,6 +124,23 @@ impl Problem<'_> {
             pose.orientation = now.orientation;
         }
         TargetPose { pose: world_pose(&frame, &pose), turn: state.turn }
+    }
+
+    /// Lets a move have its effect on the poses of a layout: the object goes to the target, and what rests on it goes along.
+    pub(crate) fn displace(
+        &self,
+        m: &Move,
+        target: &TargetPose,
+        situation: &Situation,
+        layout: &mut Layout,
+    ) {
+        let from = layout.objects[m.object].pose;
+        for (i, object) in layout.objects.iter_mut().enumerate() {
+            if self.rests_on(i, m.object, situation) {
+                object.pose = world_pose(&target.pose, &relative(&from, &object.pose));
+            }
+        }
+        layout.objects[m.object].pose = target.pose;
     }
 
     /// Returns the candidate position that is farthest from all other objects. Heights keep their middle. The reference

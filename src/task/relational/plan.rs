@@ -5,7 +5,7 @@
 //! situations that differ only in their exchange count once.
 //!
 //! Undecided needs are in force if relaxed reachability shows that they can be met. If no plan exists with them, the
-//! planner searches again without any.
+//! planner searches again without any. A search that is given up shows nothing, so the needs stay.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap, HashSet};
@@ -14,7 +14,7 @@ use super::Frame;
 use super::layout::{Fact, Situation};
 use super::moves::Move;
 use super::operator::Verdict;
-use super::problem::Problem;
+use super::problem::{Problem, ProblemError};
 
 /// A move of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -102,30 +102,44 @@ impl Problem<'_> {
         moves
     }
 
-    /// Returns a plan from `start` to the goal: empty if the goal holds; `None` if there is none. Objects in `avoid` are
-    /// moved only if no other object will do.
-    pub fn plan(&self, start: &Situation, avoid: &[usize]) -> Option<Vec<PlannedMove>> {
-        let strict = self.search(start, avoid, true);
-        let moves = strict.or_else(|| self.search(start, avoid, false))?;
+    /// Returns a plan from `start` to the goal: empty if the goal holds. Objects in `avoid` are moved only if no other object
+    /// will do. Undecided needs that are in force are met if there is such a plan.
+    ///
+    /// # Errors
+    /// [`ProblemError::NoPlan`] if there is none; [`ProblemError::GivenUp`] if a search generates too many situations.
+    pub fn plan(
+        &self,
+        start: &Situation,
+        avoid: &[usize],
+    ) -> Result<Vec<PlannedMove>, ProblemError> {
+        let moves = match self.search(start, avoid, true) {
+            Err(ProblemError::NoPlan) => self.search(start, avoid, false)?,
+            found => found?,
+        };
         let mut situation = start.clone();
         let mut plan = Vec::with_capacity(moves.len());
         for action in moves {
             plan.push(PlannedMove { action, decided: self.decided(&action, &situation) });
             situation = self.after(&action, &situation);
         }
-        Some(plan)
+        Ok(plan)
     }
 
-    fn search(&self, start: &Situation, avoid: &[usize], strict: bool) -> Option<Vec<Move>> {
+    fn search(
+        &self,
+        start: &Situation,
+        avoid: &[usize],
+        strict: bool,
+    ) -> Result<Vec<Move>, ProblemError> {
         let mut nodes = vec![Node { situation: start.clone(), from: None }];
         let mut visited: HashSet<Vec<Key>> = HashSet::from([self.key(start)]);
         let mut open = BinaryHeap::from([Reverse((self.lacking(start), 0, 0))]);
         while let Some(Reverse((lacking, depth, index))) = open.pop() {
             if lacking == 0 {
-                return Some(self.path(&nodes, index));
+                return Ok(self.path(&nodes, index));
             }
             if nodes.len() > MOST {
-                return None;
+                return Err(ProblemError::GivenUp { situations: nodes.len() });
             }
             let situation = nodes[index].situation.clone();
             let mut moves = self.moves(&situation);
@@ -144,7 +158,7 @@ impl Problem<'_> {
                 open.push(Reverse((lacking, depth + 1, nodes.len() - 1)));
             }
         }
-        None
+        Err(ProblemError::NoPlan)
     }
 
     fn path(&self, nodes: &[Node], mut index: usize) -> Vec<Move> {

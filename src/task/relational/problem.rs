@@ -8,8 +8,6 @@ use super::goal::Quantity;
 use super::layout::{Fact, LaidOut, Layout, Situation, is_within};
 use super::moves::Move;
 use super::operator::{Condition, Need, RelationalOperator, Role, Subject, Verdict};
-use super::propositional::MOST;
-use super::state::{Coordinate, Place};
 use super::{Frame, GoalTerm, RelationalDomain};
 
 /// Why a scene and a domain give no planning problem.
@@ -53,14 +51,23 @@ pub enum ProblemError {
         present: usize,
     },
     /// The scene has too many objects for the planner graph.
-    #[error(
-        "the scene has {objects} objects, and planning in it would take more than {most} facts and actions"
-    )]
+    #[error("the scene has {objects} objects, and planning in it would take more than {most} {what}")]
     TooLarge {
         /// Number of objects in the scene.
         objects: usize,
-        /// Greatest number of ground facts and actions.
+        /// What would be too many: `moves`, or `facts and actions`.
+        what: &'static str,
+        /// Their greatest number.
         most: usize,
+    },
+    /// The reference planner finds no plan.
+    #[error("there is no plan")]
+    NoPlan,
+    /// The reference planner gave up. There may be a plan.
+    #[error("the search for a plan was given up after {situations} situations")]
+    GivenUp {
+        /// Number of situations that were generated.
+        situations: usize,
     },
     /// No action leads to the goal in this scene.
     #[error("no object in the scene can be moved towards the goal: {}", .states.join(", "))]
@@ -88,20 +95,10 @@ pub struct Problem<'d> {
     conflicts: BTreeSet<((usize, usize), (usize, usize))>,
 }
 
-/// Standard deviation above which a place holds any number of objects, in metres.
-pub(crate) const ROOMY_M: f64 = 0.015;
 /// Greatest number of moves of all objects in a scene, possible or not.
 const MOST_MOVES: usize = 300_000;
 /// Distance below which two places exclude each other, in metres.
 const SAME_PLACE_M: f64 = 0.008;
-
-/// Returns whether a place holds any number of objects.
-pub(super) fn roomy(place: &Place) -> bool {
-    place.coordinates.iter().any(|c| match *c {
-        Coordinate::Open { .. } => true,
-        Coordinate::Tight { sd, .. } => sd > ROOMY_M,
-    })
-}
 
 impl<'d> Problem<'d> {
     /// Sets up the problem of reaching the domain's goal in a scene.
@@ -131,14 +128,14 @@ impl<'d> Problem<'d> {
                 for (i, p) in x.places.iter().enumerate() {
                     for (j, q) in y.places.iter().enumerate() {
                         let near = p.pose().distance(&q.pose()) < SAME_PLACE_M;
-                        if near && !roomy(p) && !roomy(q) {
+                        if near && !p.is_roomy() && !q.is_roomy() {
                             conflicts.insert(((a, i), (b, j)));
                         }
                     }
                 }
             }
         }
-        // A bolt goes through the nut that must be there: such places do not exclude each other.
+        // An object that needs another one in a place shares the place with it.
         let together = |a: usize, b: usize| {
             domain.operators.iter().filter(|o| o.to == a).any(|operator| {
                 operator.needs.iter().any(|need| {
@@ -158,7 +155,7 @@ impl<'d> Problem<'d> {
             in_force: BTreeSet::new(),
             conflicts,
         };
-        problem.check_goals()?;
+        problem.check_goals(&layout.situation())?;
         problem.check_size()?;
         problem.choose_undecided(&layout.situation());
         Ok(problem)
@@ -202,11 +199,15 @@ impl<'d> Problem<'d> {
         });
         match moves.sum::<usize>() {
             0..=MOST_MOVES => Ok(()),
-            _ => Err(ProblemError::TooLarge { objects: self.objects.len(), most: MOST }),
+            _ => {
+                let (objects, what) = (self.objects.len(), "moves");
+                Err(ProblemError::TooLarge { objects, what, most: MOST_MOVES })
+            }
         }
     }
 
-    fn check_goals(&self) -> Result<(), ProblemError> {
+    /// Refuses a goal that cannot be reached, unless it holds already.
+    fn check_goals(&self, now: &Situation) -> Result<(), ProblemError> {
         let achieved: BTreeSet<usize> = self
             .domain
             .operators
@@ -216,7 +217,10 @@ impl<'d> Problem<'d> {
                 begun.map(|e| e.condition.state).chain([o.to])
             })
             .collect();
-        for goal in &self.goals {
+        let held = |goal: &&GoalTerm| {
+            matches!(goal.quantity, Quantity::AtLeast(_)) && self.lacking_in(goal, now) == 0
+        };
+        for goal in self.goals.iter().filter(|goal| !held(goal)) {
             let state = &self.domain.states[goal.state];
             let name = || state.name.clone();
             if !achieved.contains(&goal.state) {
@@ -354,7 +358,7 @@ impl<'d> Problem<'d> {
     /// # Panics
     /// If the state or the place does not exist.
     pub fn excluded_by(&self, state: usize, place: usize) -> Vec<(usize, usize)> {
-        match roomy(&self.domain.states[state].places[place]) {
+        match self.domain.states[state].places[place].is_roomy() {
             true => Vec::new(),
             false => self.conflicting(state, place),
         }
@@ -363,7 +367,7 @@ impl<'d> Problem<'d> {
     /// Returns whether no other object is at a place that the move needs.
     pub(super) fn place_is_free(&self, m: &Move, situation: &Situation) -> bool {
         let to = self.domain.operators[m.operator].to;
-        if roomy(&self.domain.states[to].places[m.place]) {
+        if self.domain.states[to].places[m.place].is_roomy() {
             return true;
         }
         let wanted = (to, m.place);

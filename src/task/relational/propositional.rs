@@ -26,7 +26,7 @@ use super::operator::Verdict;
 use super::problem::{Problem, ProblemError};
 use super::symbols::Symbols;
 use crate::task::domain::{
-    ActionId, Composition, Domain, Operator, Parameter, State, StateId, WorldState,
+    ActionId, Composition, Domain, Operator, State, StateId, WorldState,
 };
 use crate::task::error::TaskError;
 
@@ -153,7 +153,7 @@ pub struct GroundProblem {
 }
 
 /// Greatest number of facts and actions of a ground problem.
-pub(super) const MOST: usize = 2_000;
+const MOST: usize = 2_000;
 
 impl Problem<'_> {
     /// Compiles the problem into a propositional domain for the planner graph, with `now` as the present situation.
@@ -218,25 +218,21 @@ impl Problem<'_> {
                 .of
                 .first()
                 .map_or_else(String::new, |(s, _)| self.domain.states[*s].kind.clone()),
-            learned: None,
         });
-        let operators = compiled.actions.iter().enumerate().map(|(a, action)| {
+        let operators = (0..compiled.actions.len()).map(|a| {
             let effects: Vec<StateId> =
                 compiled.effects[a].iter().map(|f| StateId::new(*f)).collect();
-            let to = &self.domain.states[self.domain.operators[action.operator].to];
             Operator {
                 name: symbols.actions[a].clone(),
-                parameters: vec![Parameter::object(to.kind.clone())],
                 from: compiled.needs[a].first().map(|f| StateId::new(*f)),
                 to: effects.first().copied().unwrap_or(StateId::new(0)),
                 preconditions: compiled.needs[a].iter().map(|f| StateId::new(*f)).collect(),
                 effects,
                 absent: Vec::new(),
                 removes: compiled.removes[a].iter().map(|f| StateId::new(*f)).collect(),
-                evidence: None,
             }
         });
-        let domain = Domain::new(states.collect(), operators.collect(), None, None)
+        let domain = Domain::new(states.collect(), operators.collect())
             .map_err(|error| ProblemError::Invalid { reason: error.to_string() })?;
         let goals = goals.iter().filter_map(|g| compiled.tests.iter().position(|t| t == g));
         let goals = goals.map(StateId::new).collect();

@@ -53,10 +53,21 @@ pub struct Place {
     pub count: usize,
 }
 
+/// Standard deviation above which a place holds any number of objects, in metres.
+pub(crate) const ROOMY_M: f64 = 0.015;
+
 impl Place {
     /// Returns the mean pose, in the place's frame. Open coordinates have the middle of their range.
     pub fn pose(&self) -> Pose {
         Pose { position: self.coordinates.map(|c| c.middle()), orientation: self.orientation }
+    }
+
+    /// Returns whether the place holds any number of objects.
+    pub(crate) fn is_roomy(&self) -> bool {
+        self.coordinates.iter().any(|c| match *c {
+            Coordinate::Open { .. } => true,
+            Coordinate::Tight { sd, .. } => sd > ROOMY_M,
+        })
     }
 }
 

@@ -18,6 +18,24 @@ impl RelationalDomain {
         find(name, "state", self.states.iter().map(|s| s.name.as_str()))
     }
 
+    /// Returns the goal that one object is in the state called `name`. If the demonstrations had a goal about this state that
+    /// counts only some references, so does this one.
+    ///
+    /// # Errors
+    /// As [`RelationalDomain::state`].
+    pub fn goal(&self, name: &str) -> Result<GoalTerm, TaskError> {
+        let (state, quantity) = (self.state(name)?, Quantity::AtLeast(1));
+        let own = self.goals.iter().find(|goal| goal.state == state);
+        let reference = own.and_then(|goal| goal.reference);
+        Ok(GoalTerm { state, quantity, reference, held: 0, of: 0 })
+    }
+
+    /// Returns the goal of the demonstrations in words; `None` if there is none.
+    pub fn goals_in_words(&self) -> Option<String> {
+        let terms: Vec<String> = self.goals.iter().map(|goal| self.goal_in_words(goal)).collect();
+        (!terms.is_empty()).then(|| terms.join(", "))
+    }
+
     /// Returns the names of `states`, in the same order.
     pub fn names(&self, states: &[usize]) -> Vec<&str> {
         states.iter().map(|s| self.states[*s].name.as_str()).collect()
@@ -50,6 +68,26 @@ impl RelationalDomain {
             }
         }
         renamed.check().map(|()| renamed)
+    }
+
+    /// Returns a copy of the domain in which no action may begin while a state holds that never held before it. With few
+    /// demonstrations, a state can be absent by coincidence.
+    pub fn with_unseen_absent(&self) -> Self {
+        let mut domain = self.clone();
+        for operator in &mut domain.operators {
+            let of = operator.instances;
+            let subject = Subject::Any;
+            let unseen = operator.never_seen.iter().map(|state| Need {
+                condition: Condition { state: *state, subject },
+                verdict: Verdict::Absent,
+                holds: false,
+                least: 1,
+                held: 0,
+                of,
+            });
+            operator.needs.extend(unseen);
+        }
+        domain
     }
 
     /// Returns the kind of the object that a role of an operator stands for; `None` if there is no such object, or if it

@@ -5,7 +5,7 @@ use super::{Detour, Plight, detours, places};
 use crate::task::domain::{Obstacle, Pose};
 use crate::task::event::{Recovery, RecoveryKind};
 use crate::task::execute::live::{Live, Phase, REST, Tools};
-use crate::task::execute::mind::Seen;
+use crate::task::execute::model::Seen;
 use crate::task::skill;
 
 /// Speed above which a part is not at rest, in metres per second.
@@ -23,7 +23,9 @@ impl Live {
     /// Recovers where no action can be carried out, or where the planner is stuck; ends the episode if nothing is left.
     pub fn recover(&mut self, tools: &Tools<'_>, seen: &Seen, stuck: Option<Obstacle>) -> Phase {
         let mut in_the_way = match stuck {
-            Some(Obstacle::NothingCauses { state }) => tools.mind.in_the_way(state, &self.memory),
+            Some(Obstacle::NothingCauses { state }) => {
+                tools.model.in_the_way(state, self.memory.as_ref())
+            },
             _ => Vec::new(),
         };
         // A pin may have to be lifted out of its ring, or the ring off the pin.

@@ -2,7 +2,7 @@
 
 use super::places;
 use crate::task::domain::Pose;
-use crate::task::execute::mind::{Choice, Seen};
+use crate::task::execute::model::{Choice, Seen};
 use crate::task::scene::Scene;
 
 /// What the executor wanted to do and could not: a part, and where it was to be put.

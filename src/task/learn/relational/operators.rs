@@ -9,7 +9,7 @@ use crate::task::learn::attempts::Attempt;
 use crate::task::learn::names::action_name;
 use crate::task::learn::summary::Failure;
 use crate::task::relational::{
-    Condition, Coordinate, Displacement, GoalTerm, Need, NeedVerdict, Quantity, RelationalOperator,
+    Condition, Coordinate, Displacement, GoalTerm, Need, NeedVerdict, Place, Quantity, RelationalOperator,
     Role, SideEffect, Subject, relative,
 };
 
@@ -402,20 +402,13 @@ fn quantity(
     let mut sorted: Vec<usize> = counts.iter().map(|(_, end)| *end).collect();
     sorted.sort_unstable_by(|a, b| b.cmp(a));
     let least = sorted[enough - 1].max(1);
-    let broad = model.places.iter().any(|p| p.coordinates.iter().any(|c| c.is_open()));
     let all = demos
         .iter()
         .zip(&counts)
         .filter(|(d, (_, end))| *end >= of_kind(**d, &model.kind).len())
         .count();
     let several = counts.iter().any(|(_, end)| *end > 1);
-    let spread = model.places.iter().any(|p| {
-        p.coordinates.iter().any(|c| match c {
-            Coordinate::Tight { sd, .. } => *sd > 0.015,
-            Coordinate::Open { .. } => true,
-        })
-    });
-    if (broad || spread) && several && all >= enough {
+    if model.places.iter().any(Place::is_roomy) && several && all >= enough {
         return Some((Quantity::EachObject, all));
     }
     if let Some(kind) = model.frame.kind() {

@@ -3,28 +3,25 @@
 use crate::task::domain::Recording;
 use crate::task::error::TaskError;
 use crate::task::event::Observer;
-use crate::task::learn::{Learned, Settings, learn_observed};
-use crate::task::relational::{GoalTerm, Grounder, Layout, Quantity, RelationalDomain};
+use crate::task::learn::{Learned, Settings, paper};
+use crate::task::relational::{Classifier, GoalTerm, Layout, Quantity, RelationalDomain};
 
 /// Learns from a single demonstration as the paper does. If an attempt seems to have failed, learns again with the
 /// Euclidean distance, and takes the result with fewer failed attempts.
 ///
 /// The paper's distance holds two places for one that agree in one coordinate. With a single demonstration this happens
 /// by chance: about one object in twenty lies within a millimetre of a later place in one coordinate.
-///
-/// # Errors
-/// As [`learn_observed`].
 pub(super) fn learn(
     recording: &Recording,
     settings: &Settings,
     observer: &mut dyn Observer,
 ) -> Result<Learned, TaskError> {
-    let learned = learn_observed(recording, settings, observer)?;
+    let learned = paper::learn(recording, settings, observer)?;
     if learned.report.failed() == 0 || settings.p > 0.0 {
         return Ok(learned);
     }
     let euclidean = Settings { p: 2.0, ..*settings };
-    let again = learn_observed(recording, &euclidean, observer)?;
+    let again = paper::learn(recording, &euclidean, observer)?;
     let fewer = again.report.failed() < learned.report.failed();
     Ok(if fewer { again } else { learned })
 }
@@ -32,14 +29,14 @@ pub(super) fn learn(
 /// Returns the states that some action achieves and that hold at the end for more objects than at some time before, in
 /// the order in which they were completed; the goal of the domain if there is none, or if its state is not among them.
 pub(super) fn goals(domain: &RelationalDomain, recording: &Recording) -> Vec<GoalTerm> {
-    let grounder = Grounder::new(domain);
+    let classifier = Classifier::new(domain);
     let snapshots = recording.demos.iter().flat_map(|demo| &demo.snapshots);
     let mut last: Option<Layout> = None;
     let counts: Vec<Vec<usize>> = snapshots
         .map(|snapshot| {
             let layout = match &last {
-                Some(before) => grounder.layout_after(before, snapshot),
-                None => grounder.layout(snapshot),
+                Some(before) => classifier.classify_after(before, snapshot),
+                None => classifier.classify(snapshot),
             };
             let mut counts = vec![0; domain.states.len()];
             layout.located.iter().filter_map(|l| l.fact).for_each(|f| counts[f.state] += 1);

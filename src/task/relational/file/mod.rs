@@ -1,8 +1,10 @@
-//! The file of a relational domain: version 3 of the domain file.
+//! The domain file. Version 3 is written.
 //!
 //! States are referred to by name, so that people can read the file. Versions 1 and 2 hold domains without frames. They
-//! are read, too, and converted.
+//! are read, too, and migrated.
 
+mod fields;
+mod old;
 mod shape;
 
 use std::collections::HashMap;
@@ -13,13 +15,13 @@ use serde_json::Value;
 
 use super::operator::{Displacement, Verdict};
 use super::{
-    Condition, FrameState, GoalTerm, Need, Quantity, RelationalDomain, RelationalOperator,
-    SideEffect, Subject,
+    Condition, FrameState, GoalTerm, Need, Provenance, Quantity, RelationalDomain,
+    RelationalOperator, SideEffect, Subject,
 };
 use crate::files::{Limit, read_file};
-use crate::task::domain::fields::FieldFault;
-use crate::task::domain::{Domain, Provenance, check_counts, check_names};
+use crate::task::domain::{Fault, check_counts, check_names};
 use crate::task::error::{InputFault, TaskError, json_problem};
+use fields::FieldFault;
 
 /// Value of the `format` field.
 const FORMAT: &str = "symbolt-domain";
@@ -123,52 +125,31 @@ impl RelationalDomain {
     /// Never panics.
     ///
     /// # Errors
-    /// [`TaskError::Input`] if the bytes are not a valid domain file; [`TaskError::BadDomain`] for a file of version 1 or
-    /// 2 with a state without geometry.
+    /// [`TaskError::Input`] if the bytes are not a valid domain file.
     pub fn parse(bytes: &[u8], file: &str) -> Result<Self, TaskError> {
-        let fault = |line, field: &str, problem: String, expected: &str| InputFault {
+        let fault = |line, FieldFault { field, problem, expected }: FieldFault| InputFault {
             file: file.into(),
             line,
-            field: field.into(),
+            field,
             problem,
-            expected: expected.into(),
+            expected,
         };
         let json = |error: serde_json::Error, field: String| {
             let problem = format!("{} (column {})", json_problem(&error), error.column());
-            let expected = "a domain file as written by `symbolt learn`";
-            fault(Some(error.line()), &field, problem, expected)
+            let expected = "a domain file as written by `symbolt learn`".into();
+            fault(Some(error.line()), FieldFault { field, problem, expected })
         };
         let value: Value = serde_json::from_slice(bytes).map_err(|e| json(e, String::new()))?;
-        let shaped = |f: FieldFault| fault(None, &f.field, f.problem, &f.expected);
-        if shape::check(&value).map_err(shaped)? != VERSION {
-            return Self::from_domain(&Domain::parse(bytes, file)?);
-        }
         // Parse the text again: only the text gives line numbers, and `value` silently keeps the last of two fields
         // with the same name.
-        let parsed: DomainFile =
-            serde_json::from_slice(bytes).map_err(|e| json(e, shape::faulty_field(&value)))?;
-        let invalid = |reason: String| {
-            // Most reasons already say what was expected.
-            let (problem, expected) = reason
-                .split_once("; expected ")
-                .unwrap_or((reason.as_str(), "a consistent domain"));
-            TaskError::from(fault(None, "", problem.into(), expected))
+        let domain = if shape::check(&value).map_err(|f| fault(None, f))? == VERSION {
+            let parsed = serde_json::from_slice::<DomainFile>(bytes);
+            parsed.map_err(|e| json(e, shape::faulty_field(&value)))?.resolve()
+        } else {
+            let parsed = serde_json::from_slice::<old::DomainFile>(bytes);
+            parsed.map_err(|e| json(e, old::faulty_field(&value)))?.migrate()
         };
-        check_counts(parsed.states.len(), parsed.operators.len()).map_err(invalid)?;
-        let places: usize = parsed.states.iter().map(|state| state.places.len()).sum();
-        if places > MAX_PLACES {
-            let problem = format!("its states have {places} places; expected at most {MAX_PLACES}");
-            return Err(invalid(problem));
-        }
-        // Names first: an invalid name must not be reported as a reference to an unknown state.
-        let states = parsed.states.iter().map(|s| &s.name);
-        check_names(states.chain(parsed.operators.iter().map(|o| &o.name))).map_err(invalid)?;
-        let domain = parsed.resolve().map_err(shaped)?;
-        domain.check().map_err(|error| match error {
-            TaskError::BadDomain { reason } => invalid(reason),
-            other => other,
-        })?;
-        Ok(domain)
+        Ok(domain.map_err(|f| fault(None, f))?)
     }
 }
 
@@ -233,6 +214,15 @@ impl From<&RelationalDomain> for DomainFile {
 
 impl DomainFile {
     fn resolve(self) -> Result<RelationalDomain, FieldFault> {
+        check_counts(self.states.len(), self.operators.len())?;
+        let places: usize = self.states.iter().map(|state| state.places.len()).sum();
+        if places > MAX_PLACES {
+            let problem = format!("its states have {places} places");
+            return Err(Fault::new(problem, format!("at most {MAX_PLACES}")).into());
+        }
+        // Names first: an invalid name must not be reported as a reference to an unknown state.
+        let states = self.states.iter().map(|s| &s.name);
+        check_names(states.chain(self.operators.iter().map(|o| &o.name)))?;
         let names: Vec<String> = self.states.iter().map(|s| s.name.clone()).collect();
         let places: HashMap<&str, usize> =
             names.iter().enumerate().map(|(at, name)| (name.as_str(), at)).collect();
@@ -263,12 +253,12 @@ impl DomainFile {
                 let state = find(&n.state, &|| format!("operators[{index}].needs[{i}].state"))?;
                 let condition = Condition { state, subject: n.subject };
                 let NeedEntry { verdict, holds, least, held, of, .. } = *n;
-                Ok(Need { condition, verdict, holds, least, held, of })
+                Ok::<_, FieldFault>(Need { condition, verdict, holds, least, held, of })
             };
             let effect = |(i, e): (usize, &SideEffectEntry)| {
                 let place = || format!("operators[{index}].side_effects[{i}].state");
                 let condition = Condition { state: find(&e.state, &place)?, subject: e.subject };
-                Ok(SideEffect { condition, begins: e.begins, changed: e.changed, of: e.of })
+                Ok::<_, FieldFault>(SideEffect { condition, begins: e.begins, changed: e.changed, of: e.of })
             };
             operators.push(RelationalOperator {
                 from: all(&entry.from, "from")?,
@@ -284,13 +274,14 @@ impl DomainFile {
                 instances: entry.instances,
             });
         }
-        Ok(RelationalDomain {
+        let domain = RelationalDomain {
             states: self.states,
             operators,
             goals,
             noise_m: self.noise_m,
             noise_rad: self.noise_rad,
             provenance: self.provenance,
-        })
+        };
+        Ok(domain.fault().map_or(Ok(domain), Err)?)
     }
 }

@@ -1,16 +1,15 @@
-//! The shape of a domain file of version 3: which values must be objects or strings, and which field has a fault.
+//! The shape of a domain file: which values must be objects or strings, and which field has a fault.
 
 use serde::Deserialize;
 use serde_json::Value;
 
 use super::{FORMAT, GoalEntry, NeedEntry, OperatorEntry, SideEffectEntry, VERSION};
-use crate::task::domain::Provenance;
-use crate::task::domain::fields::{FieldFault, faulty_entry, misfit};
-use crate::task::relational::{FrameState, Place};
+use super::fields::{FieldFault, faulty_entry, misfit};
+use crate::task::relational::{FrameState, Place, Provenance};
 
 /// Paths of values that must be objects. They are checked here because serde also accepts a list of the field values in
-/// order. `[]` stands for every entry of a list.
-const OBJECTS: [&[&str]; 14] = [
+/// order. `[]` stands for every entry of a list. Each version has some of them.
+const OBJECTS: [&[&str]; 18] = [
     &["provenance"],
     &["provenance", "clusters", "[]"],
     &["goals", "[]"],
@@ -25,19 +24,24 @@ const OBJECTS: [&[&str]; 14] = [
     &["operators", "[]", "needs", "[]"],
     &["operators", "[]", "side_effects", "[]"],
     &["operators", "[]", "displacement"],
+    &["states", "[]", "mean"],
+    &["states", "[]", "learned"],
+    &["states", "[]", "learned", "mean"],
+    &["operators", "[]", "evidence"],
 ];
 
 /// Paths of values that must be strings. They are checked here because serde also accepts an object.
-const STRINGS: [&[&str]; 3] = [
+const STRINGS: [&[&str]; 4] = [
     &["states", "[]", "origin"],
     &["operators", "[]", "needs", "[]", "verdict"],
     &["goals", "[]", "each"],
+    &["states", "[]", "learned", "origin"],
 ];
 
 /// Fields that may be `null`.
 const OPTIONAL: [&str; 2] = ["displacement", "each"];
 
-/// Checks the format, the version and, for version 3, the shape of the file. Returns the version.
+/// Checks the format, the version and the shape of the file. Returns the version.
 pub(super) fn check(file: &Value) -> Result<u64, FieldFault> {
     if !file.is_object() {
         let expected = "an object, as written by `symbolt learn`";
@@ -53,9 +57,6 @@ pub(super) fn check(file: &Value) -> Result<u64, FieldFault> {
         let expected = format!("1 to {VERSION}, the versions that this program can read");
         return Err(FieldFault::found("version", version, expected));
     };
-    if known != VERSION {
-        return Ok(known);
-    }
     let lists = [(&OBJECTS[..], "an object"), (&STRINGS[..], "a string")];
     for (paths, expected) in lists {
         for path in paths {

@@ -1,23 +1,24 @@
 //! Finds the state, the place and the reference of each object in a scene.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use super::frame::relative;
 use super::layout::{Fact, Layout};
 use super::state::{Coordinate, FrameState, Place, Turn};
 use super::{Frame, RelationalDomain};
-use crate::task::domain::distance::p_distance;
+use crate::task::domain::distance::{PAPER_EXPONENT, check_exponent, p_distance};
 use crate::task::domain::tolerance::{Directions, PLAY, Pool, between, predictive, tilt, up_axis};
-use crate::task::domain::{Offset, Origin, Pose, Snapshot};
+use crate::task::domain::{ObjectPose, Offset, Origin, Pose, Snapshot};
 use crate::task::error::TaskError;
 
 /// The state of one object of a scene.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Located {
     /// The state, place and reference; `None` if the object is in no state.
     pub fact: Option<Fact>,
-    /// Distance to that state, or to the nearest state if the object is in none, in standard deviations. `None` if the
-    /// kind has no states.
+    /// Distance to that state, or to the nearest state if the object is in none, in standard deviations; for
+    /// [`ClassifierRule::Nearest`] in metres. `None` if the kind has no states.
     pub distance: Option<f64>,
     /// Whether a second reference is as likely as the one in `fact`.
     pub ambiguous: bool,
@@ -28,7 +29,7 @@ pub struct Located {
 }
 
 /// The nearest place of an object in no state, and by how much the object misses it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Miss {
     /// State, place and reference.
     pub nearest: Fact,
@@ -36,11 +37,65 @@ pub struct Miss {
     pub offset: Offset,
 }
 
-/// Classifies objects by the states of a relational domain.
+/// The rule that finds an object's state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ClassifierRule {
+    /// Takes the state of the greatest density among those within `limit` standard deviations. If there is none, the object
+    /// is in no state. [`Classifier`] describes the rule.
+    Gated {
+        /// Greatest accepted distance, in standard deviations.
+        limit: f64,
+    },
+    /// Takes the state whose mean position is nearest by p-norm, at any distance: the paper's rule (section II.F).
+    Nearest {
+        /// Exponent of the p-norm.
+        p: f64,
+    },
+}
+
+impl Default for ClassifierRule {
+    fn default() -> Self {
+        Self::Gated { limit: Classifier::LIMIT }
+    }
+}
+
+impl ClassifierRule {
+    /// Returns the paper's rule, with its exponent of -2.
+    pub fn paper() -> Self {
+        Self::Nearest { p: PAPER_EXPONENT }
+    }
+
+    fn check(self) -> Result<(), TaskError> {
+        match self {
+            Self::Nearest { p } => check_exponent(p),
+            Self::Gated { limit } if limit.is_finite() && limit > 0.0 => Ok(()),
+            Self::Gated { limit } => {
+                let (value, expected) = (limit.to_string(), "a finite number above 0");
+                Err(TaskError::Setting { name: "limit", value, expected })
+            }
+        }
+    }
+}
+
+/// Finds the state, the place and the reference of each object in a scene, with the states of a learned domain.
+///
+/// ```
+/// use symbolt::sim::Seed;
+/// use symbolt::task::learn::learn;
+/// use symbolt::task::relational::Classifier;
+/// use symbolt::task::tasks::nuts_and_bolts::SyntheticDemonstrations;
+///
+/// let synthetic = SyntheticDemonstrations::default();
+/// let domain = learn(&synthetic.record(Seed::new(1))?.recording, &Default::default())?.domain;
+/// let layout = Classifier::new(&domain).classify(&synthetic.scene(Seed::new(2))?);
+/// let states = layout.located.iter().filter_map(|located| located.fact);
+/// let names: Vec<&str> = states.map(|fact| &domain.states[fact.state].name[..]).collect();
+/// assert_eq!(names, ["NUT_AT_START", "BOLT_AT_START"]);
+/// # Ok::<(), symbolt::task::TaskError>(())
+/// ```
 ///
 /// An object is in a state if its pose, in the frame of some reference, deviates from one of the state's places by at
-/// most [`Grounder::LIMIT`] standard deviations, or the limit of [`Grounder::with_limit`], over the tight coordinates
-/// and the tilt. Among several such states, places and references, the one with the highest probability density is
+/// most [`Classifier::LIMIT`] standard deviations, or another limit ([`ClassifierRule`]), over the tight coordinates and the tilt. Among several such states, places and references, the one with the highest probability density is
 /// taken.
 ///
 /// # Standard deviations
@@ -64,11 +119,11 @@ pub struct Miss {
 /// The direction about the upright axis is compared only if the demonstrations needed it
 /// ([`FrameState::turn_matters`]).
 #[derive(Debug, Clone)]
-pub struct Grounder {
+pub struct Classifier {
     states: Vec<FrameState>,
     noise_m: f64,
     noise_rad: f64,
-    limit: f64,
+    rule: ClassifierRule,
     /// The vertical coordinate of the world frame, if some state shows it.
     up: Option<usize>,
     priors: Directions,
@@ -92,35 +147,31 @@ struct Match {
     offset: Offset,
 }
 
-impl Grounder {
+impl Classifier {
     /// Largest accepted distance, in standard deviations.
     pub const LIMIT: f64 = 5.0;
 
-    /// Builds a grounder for the states of `domain`.
+    /// Builds a classifier for the states of `domain`.
     pub fn new(domain: &RelationalDomain) -> Self {
         Self {
             states: domain.states.clone(),
             noise_m: domain.noise_m,
             noise_rad: domain.noise_rad,
-            limit: Self::LIMIT,
+            rule: ClassifierRule::default(),
             up: up_axis(domain.states.iter().flat_map(agreements)),
             priors: priors(&domain.states),
         }
     }
 
-    /// Returns a grounder that accepts distances of at most `limit` standard deviations.
+    /// Returns a classifier with another rule.
     ///
     /// # Errors
-    /// [`TaskError::Setting`] unless the limit is finite and above 0.
-    pub fn with_limit(self, limit: f64) -> Result<Self, TaskError> {
-        if limit.is_finite() && limit > 0.0 {
-            return Ok(Self { limit, ..self });
-        }
-        let (value, expected) = (limit.to_string(), "a finite number above 0");
-        Err(TaskError::Setting { name: "limit", value, expected })
+    /// [`TaskError::Setting`] unless the limit is finite and above 0, or the exponent finite and not 0.
+    pub fn with_rule(self, rule: ClassifierRule) -> Result<Self, TaskError> {
+        rule.check().map(|()| Self { rule, ..self })
     }
 
-    /// Returns a grounder for scenes whose poses have this much more noise than the recording had: standard deviations
+    /// Returns a classifier for scenes whose poses have this much more noise than the recording had: standard deviations
     /// of each coordinate in metres and about each axis in radians.
     pub fn with_noise(mut self, noise_m: f64, noise_rad: f64) -> Self {
         self.noise_m = self.noise_m.hypot(noise_m);
@@ -129,9 +180,9 @@ impl Grounder {
     }
 
     /// Finds the state of every object in a scene.
-    pub fn layout(&self, scene: &Snapshot) -> Layout {
+    pub fn classify(&self, scene: &Snapshot) -> Layout {
         let locate = |scene: &Snapshot| -> Vec<Located> {
-            (0..scene.objects.len()).map(|i| self.locate(scene, i)).collect()
+            (0..scene.objects.len()).map(|i| self.classify_object(scene, i)).collect()
         };
         let located = locate(scene);
         match self.righted(scene, &located) {
@@ -179,11 +230,11 @@ impl Grounder {
         Some(scene)
     }
 
-    /// Finds the state of every object, as [`layout`](Self::layout) does. An object keeps the state that it had in
+    /// Finds the state of every object, as [`classify`](Self::classify) does. An object keeps the state that it had in
     /// `before` while neither it nor its reference has moved away from the pose in which its state was found. An object
     /// that creeps is therefore looked at anew as soon as it has crept too far in all.
-    pub fn layout_after(&self, before: &Layout, scene: &Snapshot) -> Layout {
-        let mut now = self.layout(scene);
+    pub fn classify_after(&self, before: &Layout, scene: &Snapshot) -> Layout {
+        let mut now = self.classify(scene);
         let still: Vec<Option<usize>> = now
             .objects
             .iter()
@@ -221,7 +272,7 @@ impl Grounder {
     }
 
     /// Finds the state of one object of a scene.
-    pub fn locate(&self, scene: &Snapshot, index: usize) -> Located {
+    pub fn classify_object(&self, scene: &Snapshot, index: usize) -> Located {
         let object = &scene.objects[index];
         let mut matches: Vec<Match> = Vec::new();
         for (s, state) in self.states.iter().enumerate().filter(|(_, s)| *s.kind == *object.kind) {
@@ -237,11 +288,17 @@ impl Grounder {
                 let pose = frame.map_or(object.pose, |frame| relative(frame, &object.pose));
                 for (p, place) in state.places.iter().enumerate() {
                     let up = self.vertical(frame).or_else(|| upright(state, place));
-                    let (distance, density, offset) = self.compare(state, place, &pose, up);
+                    let (mut distance, density, offset) = self.compare(state, place, &pose, up);
+                    if let ClassifierRule::Nearest { p } = self.rule {
+                        distance = p_distance(&place.pose().position, &pose.position, p);
+                    }
                     let fact = Fact { state: s, place: p, reference };
                     matches.push(Match { fact, distance, density, offset });
                 }
             }
+        }
+        if let ClassifierRule::Nearest { .. } = self.rule {
+            return nearest(&matches, object.pose);
         }
         let near = matches.iter().map(|m| m.distance).min_by(f64::total_cmp);
         let nearest = matches.iter().min_by(|a, b| {
@@ -249,7 +306,9 @@ impl Grounder {
         });
         let miss = nearest.map(|m| Miss { nearest: m.fact, offset: m.offset });
         let taken = object.pose;
-        matches.retain(|m| m.distance <= self.limit);
+        if let ClassifierRule::Gated { limit } = self.rule {
+            matches.retain(|m| m.distance <= limit);
+        }
         let best =
             matches.iter().max_by(|a, b| a.density.total_cmp(&b.density).then(b.fact.cmp(&a.fact)));
         let Some(best) = best else {
@@ -262,6 +321,12 @@ impl Grounder {
         });
         let distance = Some(best.distance);
         Located { fact: Some(best.fact), distance, ambiguous, taken, miss: None }
+    }
+
+    /// Finds the state of an object that is alone in its scene: only states in the world frame can be found.
+    pub fn classify_alone(&self, kind: &str, pose: &Pose) -> Located {
+        let object = ObjectPose { id: kind.into(), kind: kind.into(), pose: *pose };
+        self.classify_object(&Snapshot { objects: vec![object], ..Snapshot::default() }, 0)
     }
 
     /// Returns the vertical in a frame; `None` if no state shows the vertical of the world.
@@ -350,7 +415,7 @@ impl Grounder {
         }
         if state.any_coordinate && !tight.is_empty() {
             let zeros = vec![0.0; tight.len()];
-            let distance = p_distance(&tight, &zeros, -2.0);
+            let distance = p_distance(&tight, &zeros, PAPER_EXPONENT);
             let density = -distance * distance / 2.0 - 3.0 * FLOOR.0.ln() - 20.0;
             return (distance, density, Offset::of(&deviation, up.as_ref(), 0.0));
         }
@@ -377,6 +442,19 @@ impl Grounder {
         }
         (squares.sqrt(), density, Offset::of(&deviation, up.as_ref(), off_rad))
     }
+}
+
+/// Returns the match at the least distance.
+fn nearest(matches: &[Match], taken: Pose) -> Located {
+    let best = matches
+        .iter()
+        .min_by(|a, b| a.distance.total_cmp(&b.distance).then(a.fact.cmp(&b.fact)));
+    let (fact, distance) = (best.map(|m| m.fact), best.map(|m| m.distance));
+    let other = |m: &Match| {
+        Some(m.distance) == distance
+            && fact.is_some_and(|f| f.state == m.fact.state && f.reference != m.fact.reference)
+    };
+    Located { fact, distance, ambiguous: matches.iter().any(other), taken, miss: None }
 }
 
 /// Returns whether objects in a state rest in a demonstrated orientation on what they were put onto.

@@ -4,9 +4,11 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use crate::spa::nearest_name;
+use crate::task::domain::Fault;
 
 /// A fault in a field of the file.
-pub(crate) struct FieldFault {
+pub(super) struct FieldFault {
+    /// The field; empty if the fault is not in a single one.
     pub field: String,
     pub problem: String,
     pub expected: String,
@@ -20,6 +22,11 @@ impl FieldFault {
             problem: found.map_or_else(|| "it is missing".into(), found_instead),
             expected: expected.into(),
         }
+    }
+
+    /// Says in which field the fault is.
+    pub fn at(self, field: String) -> Self {
+        Self { field, ..self }
     }
 
     /// Builds the fault of a field that names no state.
@@ -38,6 +45,12 @@ impl FieldFault {
     }
 }
 
+impl From<Fault> for FieldFault {
+    fn from(Fault { problem, expected }: Fault) -> Self {
+        Self { field: String::new(), problem, expected }
+    }
+}
+
 /// A short description of a value.
 fn found_instead(value: &Value) -> String {
     match value {
@@ -51,7 +64,7 @@ fn found_instead(value: &Value) -> String {
 
 /// Returns the first value at `path` that does not satisfy `fits`, with its place. Missing values are skipped. `[]` in
 /// the path stands for every entry of a list.
-pub(crate) fn misfit<'v>(
+pub(super) fn misfit<'v>(
     value: &'v Value,
     path: &[&str],
     place: String,
@@ -73,7 +86,7 @@ pub(crate) fn misfit<'v>(
 }
 
 /// Returns the first entry of the list `list` that cannot be read as a `T`, or `list` itself if it is no list.
-pub(crate) fn faulty_entry<'v, T: Deserialize<'v>>(file: &'v Value, list: &str) -> Option<String> {
+pub(super) fn faulty_entry<'v, T: Deserialize<'v>>(file: &'v Value, list: &str) -> Option<String> {
     let Some(entries) = file.get(list)?.as_array() else { return Some(list.into()) };
     let at = entries.iter().position(|entry| T::deserialize(entry).is_err())?;
     Some(format!("{list}[{at}]"))

@@ -1,0 +1,229 @@
+//! Episodes: the scene is drawn, the problem is compiled, and the planner graph controls the robot until the episode is over.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use super::log::LogReporter;
+use super::model::TaskModel;
+use super::recorder::Recorder;
+use super::world::EpisodeWorld;
+use super::{EpisodeSpec, senses};
+use crate::sim::{RunConfig, Seed, SimError, Simulator, StopReason, WorldError};
+use crate::task::error::TaskError;
+use crate::task::event::{Ended, EpisodeReport, Event, Ignore, Observer};
+use crate::task::scene::SceneFrame;
+use crate::task::planner::{Decider, PlannerBuild};
+use crate::task::relational::{GroundProblem, RelationalDomain};
+use crate::task::scene::Scene;
+
+/// The result of an episode.
+#[derive(Debug, Clone)]
+pub struct Episode {
+    /// Report of the episode. The same seed gives the same report. If the episode ended stuck, the obstacle's ids belong to
+    /// the last of `grounds`.
+    pub report: EpisodeReport,
+    /// Frames kept for pictures.
+    pub frames: Vec<SceneFrame>,
+    /// Wall time of the physics steps.
+    pub physics_wall: Duration,
+    /// The ground problems, in the order in which the planner graphs over them were used. There is more than one if
+    /// undecided needs turned out to be impossible, or if objects appeared.
+    pub grounds: Vec<Arc<GroundProblem>>,
+    /// Number of moves that the reference planner still finds to the goal, if the graph was stuck; `None` if it finds no
+    /// plan either, or if the graph was not stuck.
+    pub reference_moves: Option<usize>,
+    /// Wall time of compiling problems and building planner graphs.
+    pub build_wall: Duration,
+}
+
+/// Builds the planner over a ground problem.
+pub(super) type BuildDecider<'d> =
+    dyn Fn(&GroundProblem) -> Result<Arc<dyn Decider>, TaskError> + Send + Sync + 'd;
+
+/// An episode that is ready to run: the scene is drawn, the problem is compiled, and the
+/// planner graph is built.
+pub struct PreparedEpisode<'d> {
+    domain: &'d RelationalDomain,
+    build: Arc<BuildDecider<'d>>,
+    spec: EpisodeSpec,
+    seed: Seed,
+    scene: Scene,
+    model: Arc<TaskModel>,
+    build_wall: Duration,
+}
+
+/// Number of times that one episode may compile its problem.
+const MOST_COMPILED: usize = 20;
+
+impl<'d> PreparedEpisode<'d> {
+    /// Draws the scene from `seed`, compiles the problem of its first snapshot, and builds the planner graph.
+    ///
+    /// # Errors
+    /// As [`EpisodeSpec::check`] and [`PlannerBuild::over_ground`]; [`TaskError::Problem`] if the goal cannot be asked for in
+    /// the scene.
+    pub fn new(
+        domain: &'d RelationalDomain,
+        build: &PlannerBuild,
+        spec: &EpisodeSpec,
+        seed: Seed,
+    ) -> Result<Self, TaskError> {
+        let build = build.clone();
+        Self::with_decider(domain, move |ground| build.over_ground(ground), spec, seed)
+    }
+
+    /// Prepares an episode, as [`PreparedEpisode::new`] does, with a planner of your own.
+    ///
+    /// # Errors
+    /// As [`EpisodeSpec::check`] and `build`; [`TaskError::Problem`] if the goal cannot be asked for in the scene.
+    pub fn with_decider(
+        domain: &'d RelationalDomain,
+        build: impl Fn(&GroundProblem) -> Result<Arc<dyn Decider>, TaskError> + Send + Sync + 'd,
+        spec: &EpisodeSpec,
+        seed: Seed,
+    ) -> Result<Self, TaskError> {
+        spec.check()?;
+        // The same scene as a simulator with this seed draws.
+        let own = seed.derive("", "world");
+        let scene = Scene::new(spec.task.scene(own)?)?;
+        let seen = senses::look(&Recorder::default(), &scene, &spec.sensing, own);
+        let began = Instant::now();
+        let build: Arc<BuildDecider<'d>> = Arc::new(build);
+        let model = Arc::new(TaskModel::new(domain, &*build, spec, &seen, None)?);
+        let build_wall = began.elapsed();
+        let spec = spec.clone();
+        Ok(Self { domain, build, spec, seed, scene, model, build_wall })
+    }
+
+    /// Returns the planner graph over the first scene, for recording its activity.
+    pub fn planner(&self) -> &Arc<dyn Decider> {
+        &self.model.planner
+    }
+
+    /// Returns the ground problem of the first scene.
+    pub fn ground(&self) -> &Arc<GroundProblem> {
+        &self.model.ground
+    }
+
+    /// Returns the scene as the world of the planner's graph. A simulator with the seed of the episode begins in this scene; a
+    /// later reset draws another one.
+    ///
+    /// # Errors
+    /// As [`EpisodeSpec::check`].
+    pub fn into_world(self) -> Result<EpisodeWorld, TaskError> {
+        EpisodeWorld::begun(self.model, &self.spec, self.scene, self.seed)
+    }
+
+    /// Runs the episode and sends its events to `observer`. If the problem is compiled anew, the new graph sends no
+    /// [`Event::Ticked`].
+    ///
+    /// # Errors
+    /// [`TaskError::Sim`] if the graph does not fit the world or the simulation fails; as [`PreparedEpisode::new`] if
+    /// the problem is compiled anew.
+    pub fn run(self, observer: &mut dyn Observer) -> Result<Episode, TaskError> {
+        let Self { domain, build, spec, seed, scene, mut model, mut build_wall } = self;
+        let mut grounds = vec![model.ground.clone()];
+        let goals: Vec<&str> =
+            model.ground.goals().iter().map(|g| &*model.ground.domain()[*g].name).collect();
+        observer.observe(&Event::EpisodeBegan { goal: &goals.join(" + ") });
+        let mut reporter = LogReporter::default();
+        let parts = scene.part_count();
+        let mut world = EpisodeWorld::begun(model.clone(), &spec, scene, seed)?;
+        loop {
+            let run = RunConfig::seeded(seed).in_world(world).with_threads(spec.threads);
+            let mut sim = Simulator::new(model.planner.graph().clone(), run)?;
+            follow(&mut sim, &spec, parts, grounds.len() == 1, &mut reporter, observer)?;
+            let tick = sim.tick();
+            world = *EpisodeWorld::of_run(sim).ok_or_else(|| {
+                let source = WorldError::new("it is no longer the world of this episode");
+                SimError::World { tick, source }
+            })?;
+            if world.ended().is_none()
+                && grounds.len() < MOST_COMPILED
+                && let Some((seen, layout)) = world.last_look()
+            {
+                let began = Instant::now();
+                let before = layout.map(|layout| (&*model, layout));
+                model = Arc::new(TaskModel::new(domain, &*build, &spec, &seen, before)?);
+                build_wall += began.elapsed();
+                grounds.push(model.ground.clone());
+                world.hand_over(model.clone());
+                continue;
+            }
+            let stuck = matches!(world.ended(), Some(Ended::Stuck(_)));
+            let layout = world.last_look().and_then(|(_, layout)| layout);
+            let reference_moves =
+                layout.filter(|_| stuck).and_then(|layout| model.reference_moves(layout));
+            let (report, frames, physics_wall) = world.report();
+            observer.observe(&Event::EpisodeEnded(&report));
+            return Ok(Episode {
+                report,
+                frames,
+                physics_wall,
+                grounds,
+                reference_moves,
+                build_wall,
+            });
+        }
+    }
+}
+
+/// Runs one episode. `seed` draws the scene, the drops and the errors of sensing.
+///
+/// The planner graph is built for the objects of the scene. If it is stuck because of undecided needs, or if an object
+/// appears, the problem is compiled anew from the present situation.
+///
+/// # Errors
+/// As [`PreparedEpisode::new`] and [`PreparedEpisode::run`].
+pub fn episode(
+    domain: &RelationalDomain,
+    build: &PlannerBuild,
+    spec: &EpisodeSpec,
+    seed: Seed,
+) -> Result<Episode, TaskError> {
+    episode_observed(domain, build, spec, seed, &mut Ignore)
+}
+
+/// Runs one episode, as [`episode`] does, and sends its events to `observer`.
+///
+/// Within one physics step, events come in the order in which they happened: decision, touch, end of a skill,
+/// frame, tick.
+///
+/// # Errors
+/// As [`episode`].
+pub fn episode_observed(
+    domain: &RelationalDomain,
+    build: &PlannerBuild,
+    spec: &EpisodeSpec,
+    seed: Seed,
+    observer: &mut dyn Observer,
+) -> Result<Episode, TaskError> {
+    PreparedEpisode::new(domain, build, spec, seed)?.run(observer)
+}
+
+/// Runs a simulator until its episode is over or its problem must be compiled anew.
+fn follow(
+    sim: &mut Simulator,
+    spec: &EpisodeSpec,
+    parts: usize,
+    first: bool,
+    reporter: &mut LogReporter,
+    observer: &mut dyn Observer,
+) -> Result<(), TaskError> {
+    // A safeguard: the world itself ends the episode before this limit.
+    sim.run_until(spec.safeguard(parts), |view| {
+        let Some(world) = EpisodeWorld::of(view.world()) else {
+            return ControlFlow::Break(StopReason::Condition("another world"));
+        };
+        reporter.report(world, observer);
+        if first {
+            observer.observe(&Event::Ticked { view: &view, doing: world.doing() });
+        }
+        if world.ended().is_some() || world.must_recompile() {
+            return ControlFlow::Break(StopReason::Condition("over"));
+        }
+        ControlFlow::Continue(())
+    })?;
+    Ok(())
+}
+

@@ -1,0 +1,217 @@
+//! Plans for a scene: the moves of a learned domain that lead to its goal, with the poses that they aim at.
+
+use std::sync::Arc;
+
+use super::build::PlannerBuild;
+use super::decider::Decider;
+use super::decision::Decision;
+use super::rollout::{PlanEnd, Prediction};
+use crate::sim::SimDuration;
+use crate::task::domain::{ActionId, Domain, StateId, WorldState};
+use crate::task::error::TaskError;
+use crate::task::relational::{
+    GroundProblem, Layout, Move, Problem, ProblemError, Situation, TargetPose,
+};
+
+/// Number of moves after which a plan is cut short.
+const MOST_MOVES: usize = 200;
+
+/// A move of a plan, in words.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneMove {
+    /// The move.
+    pub chosen: Move,
+    /// Name of the action.
+    pub action: String,
+    /// Id of the object that moves.
+    pub object: Arc<str>,
+    /// Id of the object that it is put onto, into or beside; `None` in the world frame.
+    pub onto: Option<Arc<str>>,
+    /// Pose in which the object is to be put, where all earlier moves went as planned.
+    pub target: TargetPose,
+    /// Whether all undecided needs are met when the move is due.
+    pub decided: bool,
+    /// Name of the ground action that the planner decided for.
+    pub ground_action: String,
+    /// The decision for this move.
+    pub decision: Decision,
+}
+
+/// How a plan for a scene ends.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum SceneEnd {
+    /// The goal is met.
+    Met,
+    /// The predicted situations repeat.
+    Circle,
+    /// The goal cannot be reached, for this reason in words.
+    Stuck(String),
+}
+
+/// A plan for a scene. The robot plans again after each move, so only the first is a commitment.
+#[derive(Debug, Clone)]
+pub struct ScenePlan {
+    /// The moves, in order.
+    pub moves: Vec<SceneMove>,
+    /// How the plan ends.
+    pub end: SceneEnd,
+    /// The last decision; `None` if nothing was asked.
+    pub last: Option<Decision>,
+    /// The ground problem that the decisions are about; `None` if nothing was asked.
+    pub ground: Option<GroundProblem>,
+}
+
+impl ScenePlan {
+    fn without_decision(end: SceneEnd) -> Self {
+        Self { moves: Vec::new(), end, last: None, ground: None }
+    }
+
+    /// Returns the plan for a goal that cannot be asked for.
+    pub fn impossible(error: &ProblemError) -> Self {
+        Self::without_decision(SceneEnd::Stuck(error.to_string()))
+    }
+
+    /// Returns the decision about the scene itself. The other decisions are about predicted situations.
+    pub fn first(&self) -> Option<&Decision> {
+        self.moves.first().map(|step| &step.decision).or(self.last.as_ref())
+    }
+}
+
+impl SceneEnd {
+    fn of(domain: &Domain, end: PlanEnd) -> Self {
+        match end {
+            PlanEnd::Met => Self::Met,
+            PlanEnd::Circle => Self::Circle,
+            PlanEnd::Stuck(obstacle) => Self::Stuck(domain.obstacle_in_words(obstacle)),
+            PlanEnd::Impossible(action) => {
+                Self::Stuck(format!("no object in the scene can do {}", domain[action].name))
+            }
+        }
+    }
+}
+
+/// A situation that changes as the operators predict.
+struct Predicted<'p> {
+    problem: &'p Problem<'p>,
+    ground: &'p GroundProblem,
+    layout: Layout,
+    situation: Situation,
+    seen: Vec<Situation>,
+    moves: Vec<(Move, TargetPose, bool)>,
+}
+
+impl Prediction for Predicted<'_> {
+    fn present(&self) -> WorldState {
+        self.ground.present(&self.situation)
+    }
+
+    fn goals(&self) -> &[StateId] {
+        self.ground.goals()
+    }
+
+    fn goal(&self) -> Option<StateId> {
+        self.ground.goal(&self.situation)
+    }
+
+    fn act(&mut self, action: ActionId) -> Option<PlanEnd> {
+        let moves = self.ground.moves_for(self.problem, action, &self.situation);
+        let Some(chosen) = moves.first().copied() else {
+            return Some(PlanEnd::Impossible(action));
+        };
+        let target = self.problem.target(&chosen, &self.layout);
+        let decided = self.problem.decided(&chosen, &self.situation);
+        self.moves.push((chosen, target, decided));
+        self.problem.displace(&chosen, &target, &self.situation, &mut self.layout);
+        let after = self.problem.after(&chosen, &self.situation);
+        let before = std::mem::replace(&mut self.situation, after);
+        self.seen.push(before);
+        let circle = self.seen.contains(&self.situation) || self.moves.len() >= MOST_MOVES;
+        circle.then_some(PlanEnd::Circle)
+    }
+}
+
+impl PlannerBuild {
+    /// Plans in the scene of a problem: asks the planner for one move after another, in situations predicted from the
+    /// operators. A decision of the planner of goal sets takes at most the simulated time `limit`.
+    ///
+    /// ```
+    /// use symbolt::neurons::Population;
+    /// use symbolt::sim::Seed;
+    /// use symbolt::task::learn::learn;
+    /// use symbolt::task::planner::{PlannerBuild, PlannerKind};
+    /// use symbolt::task::relational::{Classifier, Problem};
+    /// use symbolt::task::tasks::nuts_and_bolts::SyntheticDemonstrations;
+    ///
+    /// let synthetic = SyntheticDemonstrations::default();
+    /// let domain = learn(&synthetic.record(Seed::new(1))?.recording, &Default::default())?.domain;
+    /// let layout = Classifier::new(&domain).classify(&synthetic.scene(Seed::new(2))?);
+    /// let build = PlannerBuild::new(PlannerKind::GoalSets, &Population::Direct, Seed::new(1))?;
+    /// let plan = build.plan(&Problem::new(&domain, &layout)?, &layout, PlannerBuild::LIMIT)?;
+    /// let objects: Vec<&str> = plan.moves.iter().map(|m| &*m.object).collect();
+    /// assert_eq!(objects, ["nut_0", "bolt_0", "bolt_0"]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`PlannerBuild::over_ground`]; [`TaskError::Problem`] if the scene has too many objects;
+    /// [`TaskError::Undecided`] if the graph does not settle.
+    ///
+    /// # Panics
+    /// If `layout` has fewer objects than the problem.
+    pub fn plan(
+        &self,
+        problem: &Problem<'_>,
+        layout: &Layout,
+        limit: SimDuration,
+    ) -> Result<ScenePlan, TaskError> {
+        let situation = layout.situation();
+        if problem.lacking(&situation) == 0 {
+            return Ok(ScenePlan::without_decision(SceneEnd::Met));
+        }
+        let ground = match problem.ground(&situation) {
+            Ok(ground) => ground,
+            Err(error @ ProblemError::Nothing { .. }) => {
+                return Ok(ScenePlan::without_decision(SceneEnd::Stuck(error.to_string())));
+            }
+            Err(error) => return Err(error.into()),
+        };
+        let planner = self.over_ground(&ground)?;
+        ScenePlan::rolled_out(&*planner, ground, problem, layout, limit)
+    }
+}
+
+impl ScenePlan {
+    /// Asks a planner over a ground problem for one move after another, in situations predicted from the operators.
+    ///
+    /// # Errors
+    /// As [`Decider::roll_out`].
+    ///
+    /// # Panics
+    /// If `layout` has fewer objects than the problem, or if the ground problem is that of another one.
+    pub fn rolled_out(
+        planner: &dyn Decider,
+        ground: GroundProblem,
+        problem: &Problem<'_>,
+        layout: &Layout,
+        limit: SimDuration,
+    ) -> Result<Self, TaskError> {
+        let situation = layout.situation();
+        let (layout, seen, moves) = (layout.clone(), Vec::new(), Vec::new());
+        let mut predicted = Predicted { problem, ground: &ground, layout, situation, seen, moves };
+        let plan = planner.roll_out(&mut predicted, limit)?;
+        let id = |object: usize| problem.objects()[object].id.clone();
+        let moves = predicted.moves.into_iter().zip(plan.steps);
+        let moves = moves.map(|((chosen, target, decided), step)| SceneMove {
+            chosen,
+            action: problem.domain().operators[chosen.operator].name.clone(),
+            object: id(chosen.object),
+            onto: chosen.reference.map(id),
+            target,
+            decided,
+            ground_action: ground.domain()[step.action].name.clone(),
+            decision: step.decision,
+        });
+        let (moves, end) = (moves.collect(), SceneEnd::of(ground.domain(), plan.end));
+        Ok(Self { moves, end, last: plan.last, ground: Some(ground) })
+    }
+}
