@@ -73,7 +73,6 @@ impl Times<Scalar> for Scalar {
 }
 
 /// A kind of value that has an [inverse](crate::spa::Algebra::inverse_into) under binding: a pointer.
-#[diagnostic::on_unimplemented(message = "`!` is the inverse of a pointer, and `{Self}` has none")]
 pub trait Invertible: FlowKind {
     #[doc(hidden)]
     fn inverse(inner: Flow<Self>) -> Flow<Self>;
