@@ -75,6 +75,8 @@ mod transforms;
 pub use expression::{Flow, IntoFlow};
 pub use kinds::FlowKind;
 pub use operators::{Invertible, Times};
+#[doc(hidden)]
+pub use operators::{flow_operators, flow_ports};
 pub use route::{Route, Routes, Sink};
 pub use rules::{Rule, Rules, RulesPorts};
 pub use transforms::FlowExt;

@@ -2,6 +2,7 @@
 
 use super::expression::{Flow, IntoFlow, Level};
 use super::kinds::FlowKind;
+use super::operators::{flow_operators, flow_ports};
 use crate::neurons::EnsemblePorts;
 use crate::sim::{
     AddPorts, ApplyPorts, NoisePorts, Out, Pointer, PointerRef, Real, Scalar, Vector, VocabTag,
@@ -11,7 +12,6 @@ use crate::spa::modules::{
 };
 use crate::spa::pointer::PointerValue;
 use crate::spa::vocabulary::Name;
-use crate::{flow_operators, flow_ports};
 
 flow_ports!([A: FlowKind, K: FlowKind] Ports<A, K>, output: K, input: A);
 flow_ports!([K: FlowKind] GatePorts<K>, output: K, input: K);

@@ -73,7 +73,6 @@ impl Times<Scalar> for Scalar {
 }
 
 /// A kind of value that has an [inverse](crate::spa::Algebra::inverse_into) under binding: a pointer.
-#[diagnostic::on_unimplemented(message = "`!` is the inverse of a pointer, and `{Self}` has none")]
 pub trait Invertible: FlowKind {
     #[doc(hidden)]
     fn inverse(inner: Flow<Self>) -> Flow<Self>;
@@ -258,7 +257,7 @@ macro_rules! flow_ports {
             }
         }
 
-        $crate::flow_operators!(['operand, $($generics)*] &'operand $ports => $kind);
+        $crate::spa::flow::flow_operators!(['operand, $($generics)*] &'operand $ports => $kind);
     };
     (@input [$($generics:tt)*] $ports:ty, $kind:ty) => {
         impl<$($generics)*> $crate::spa::flow::Sink for &$ports {
@@ -270,16 +269,20 @@ macro_rules! flow_ports {
         }
     };
     (@both $generics:tt $ports:ty, output: $kind:ty) => {
-        $crate::flow_ports!(@output $generics $ports, $kind);
+        $crate::spa::flow::flow_ports!(@output $generics $ports, $kind);
     };
     (@both $generics:tt $ports:ty, output: $kind:ty, input: $takes:ty) => {
-        $crate::flow_ports!(@output $generics $ports, $kind);
-        $crate::flow_ports!(@input $generics $ports, $takes);
+        $crate::spa::flow::flow_ports!(@output $generics $ports, $kind);
+        $crate::spa::flow::flow_ports!(@input $generics $ports, $takes);
     };
     ([$($generics:tt)+] $($ports:tt)+) => {
-        $crate::flow_ports!(@both [$($generics)+,] $($ports)+);
+        $crate::spa::flow::flow_ports!(@both [$($generics)+,] $($ports)+);
     };
     ($($ports:tt)+) => {
-        $crate::flow_ports!(@both [] $($ports)+);
+        $crate::spa::flow::flow_ports!(@both [] $($ports)+);
     };
 }
+
+// The macros lie in the root of the crate. Here they have a path in this room.
+#[doc(hidden)]
+pub use {flow_operators, flow_ports};

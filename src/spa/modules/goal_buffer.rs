@@ -1,7 +1,7 @@
 //! A goal buffer: a memory that stores its input while its gate is open and holds it afterwards.
 
 use super::ports::GatePorts;
-use super::superpose::Superpose;
+use super::weighted_sum::Superpose;
 use super::{FEED_FORWARD, Gate, RECURRENT, population};
 use crate::neurons::{LayerPorts, Layers};
 use crate::sim::{Add, Module, Pointer, Real, Scope, Space, Synapse, VocabTag};

@@ -65,13 +65,16 @@ impl LinearMap for WeightedRows {
     }
 
     fn apply_into(&self, input: &[Real], out: &mut [Real], _scratch: &mut Scratch<'_>) {
-        out.fill(0.0);
-        for (row, weight) in self.matrix.chunks_exact(self.dim).zip(input) {
-            if *weight != 0.0 {
-                for (sum, value) in out.iter_mut().zip(row) {
-                    *sum += weight * value;
-                }
-            }
+        weighted_rows(&self.matrix, input, out);
+    }
+}
+
+/// Writes the weighted sum of the rows of a matrix. A row of weight zero costs nothing.
+pub(crate) fn weighted_rows(matrix: &[Real], weights: &[Real], out: &mut [Real]) {
+    out.fill(0.0);
+    for (row, weight) in matrix.chunks_exact(out.len()).zip(weights) {
+        if *weight != 0.0 {
+            out.iter_mut().zip(row).for_each(|(sum, value)| *sum += weight * value);
         }
     }
 }

@@ -19,8 +19,8 @@ mod resonator;
 mod select;
 mod sequence;
 mod state;
-mod superpose;
 mod tape;
+mod weighted_sum;
 
 pub use basal_ganglia::{BasalGanglia, BasalGangliaPorts};
 pub use bilinear::{Compare, Multiply, Weigh, WeighPorts};
@@ -29,7 +29,7 @@ pub use factored::{FactoredSimilarity, FactoredSimilarityPorts, JointMemory, Joi
 pub use gate::Gate;
 pub use goal_buffer::GoalBuffer;
 pub use linear::Linear;
-pub(crate) use maps::{Inverse, Rows, Slice, Spread, WeightedRows};
+pub(crate) use maps::{Inverse, Rows, Slice, Spread, WeightedRows, weighted_rows};
 pub use memory::{AssociativeMemory, CleanupMemory, MemoryPorts};
 pub use pair_decoder::{DecodePairs, DecodePairsPorts};
 pub use ports::{BilinearPorts, GatePorts, Ports};
@@ -37,8 +37,8 @@ pub use resonator::{ResonatorNetwork, ResonatorNetworkPorts};
 pub use select::{Selection, SelectionPorts};
 pub use sequence::{Sequence, SequencePorts};
 pub use state::State;
-pub use superpose::{Superpose, SuperposePorts};
 pub use tape::{Tape, TapePorts};
+pub use weighted_sum::{Superpose, SuperposePorts};
 
 use crate::neurons::Represent;
 use crate::sim::{InputSpec, OutputSpec, Pointer, Real, Space, Synapse, VocabTag};

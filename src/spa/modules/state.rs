@@ -1,7 +1,7 @@
 //! A population that represents one pointer and, with a recurrent synapse, remembers it.
 
 use super::ports::Ports;
-use super::superpose::Superpose;
+use super::weighted_sum::Superpose;
 use super::{FEED_FORWARD, population};
 use crate::neurons::{LayerPorts, Layers};
 use crate::sim::{Add, Module, Pointer, Real, Scope, Space, Synapse, VocabTag};

@@ -4,7 +4,7 @@
 //! (`INDEX * stack + a`) loses a part of everything each time: a population of radius 1 takes 1 / sqrt 2 off per push.
 //! Here nothing that is stored is touched again.
 
-use super::superpose::Superpose;
+use super::weighted_sum::Superpose;
 use super::{
     Bind, CleanupMemory, DecodePairs, FEED_FORWARD, Gate, Linear, Sequence, Unbind, population,
 };

@@ -10,7 +10,7 @@ use crate::sim::{
 use crate::spa::algebra::{LinearMap, dot, norm};
 use crate::spa::error::VocabError;
 use crate::spa::item_memory::dots;
-use crate::spa::modules::Linear;
+use crate::spa::modules::{Linear, Rows, WeightedRows, weighted_rows};
 use crate::spa::pointer::PointerValue;
 
 impl<V: VocabTag> Vocabulary<V> {
@@ -181,11 +181,8 @@ impl Content {
             return Err(nothing_in_common::<V>(to));
         }
         Ok(Box::new(Translation {
-            values: fitted(&keys, &values, to.dim()),
-            keys: keys.concat(),
-            names: values.len(),
-            from: self.dim,
-            to: to.dim(),
+            values: WeightedRows { matrix: fitted(&keys, &values, to.dim()), dim: to.dim() },
+            keys: Rows { matrix: keys.concat(), dim: self.dim },
         }))
     }
 
@@ -227,36 +224,32 @@ fn fitted(keys: &[&[Real]], values: &[&[Real]], width: usize) -> Vec<Real> {
 
 /// Dot products with the keys, then a weighted sum of the fitted values.
 struct Translation {
-    keys: Vec<Real>,
-    values: Vec<Real>,
-    names: usize,
-    from: usize,
-    to: usize,
+    keys: Rows,
+    values: WeightedRows,
 }
 
 impl LinearMap for Translation {
     fn input_width(&self) -> usize {
-        self.from
+        self.keys.dim
     }
 
     fn output_width(&self) -> usize {
-        self.to
+        self.values.dim
     }
 
     fn scratch(&self) -> ScratchSpec {
-        ScratchSpec { reals: self.names, ..ScratchSpec::default() }
+        ScratchSpec { reals: self.keys.output_width(), ..ScratchSpec::default() }
     }
 
     fn fingerprint(&self, hash: &mut Fingerprint) {
-        hash.text("translation").reals(&self.keys).reals(&self.values);
+        hash.text("translation");
+        self.keys.fingerprint(hash);
+        self.values.fingerprint(hash);
     }
 
     fn apply_into(&self, input: &[Real], out: &mut [Real], scratch: &mut Scratch<'_>) {
-        let weights = &mut scratch.reals[..self.names];
-        dots(&self.keys, input, weights);
-        out.fill(0.0);
-        for (row, weight) in self.values.chunks_exact(self.to).zip(&*weights) {
-            out.iter_mut().zip(row).for_each(|(sum, value)| *sum += weight * value);
-        }
+        let weights = &mut scratch.reals[..self.keys.output_width()];
+        dots(&self.keys.matrix, input, weights);
+        weighted_rows(&self.values.matrix, weights, out);
     }
 }
