@@ -5,10 +5,10 @@
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use symbolt::neurons::{LifSpec, Population};
+use symbolt::plan::goal_sets::{GoalSetSpec, StripsWorld, pursue};
 use symbolt::sim::{Seed, SimDuration};
 use symbolt::study::problems::{Breakfast, Kitchen, breakfast};
 use symbolt::task::planner::{Planner, PlannerSpec, Unbinding};
-use symbolt::task::regression::{GoalSetSpec, StripsWorld, pursue};
 use symbolt::task::{Commitment, DomainBuilder};
 
 fn planner(c: &mut Criterion) {

@@ -6,17 +6,18 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use symbolt::robot::Pose;
 use symbolt::robot::SkillReport;
+use symbolt::robot::arm::inverse_kinematics;
+use symbolt::robot::scene::Scene;
+use symbolt::robot::skill::{Robot, Target};
 use symbolt::sim::Seed;
+use symbolt::task::demonstrate;
 use symbolt::task::execute::{EpisodeSpec, episode};
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::{PlannerBuild, PlannerKind};
-use symbolt::task::robot::inverse_kinematics;
-use symbolt::task::scene::Scene;
-use symbolt::task::skill::{Robot, Target};
 use symbolt::task::tasks::Task;
 use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
-use symbolt::task::{Pose, demonstrate};
 
 fn target(spec: &NutsAndBolts) -> Target {
     let [x, y] = spec.jig.pocket;

@@ -5,9 +5,9 @@
 use std::error::Error;
 
 use symbolt::prelude::*;
+use symbolt::task::demonstrate;
 use symbolt::task::execute::{EpisodeSpec, episode};
 use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
-use symbolt::task::demonstrate;
 
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let mut task = NutsAndBolts::default();

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use symbolt::files::{Overwrite, write_atomic};
 use symbolt::prelude::*;
-use symbolt::spa::RunPage;
+use symbolt::record::RunPage;
 
 symbolt::vocabulary!(Words = "words": ONE, TWO);
 

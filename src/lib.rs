@@ -92,6 +92,8 @@
 #![deny(unsafe_code)]
 
 pub mod files;
+pub mod plan;
+pub mod record;
 // Rustdoc uses the first definition of each link. These definitions point to items; those of the file point to source
 // files.
 #[doc = concat!(
@@ -152,13 +154,12 @@ mod readme {}
 
 /// Names that nearly every program needs: `use symbolt::prelude::*;`.
 pub mod prelude {
-    pub use crate::neurons::{
-        Ensemble, LifSpec, Population, PopulationPlan, SelectRule, Tuning,
-    };
+    pub use crate::neurons::{Ensemble, LifSpec, Population, PopulationPlan, SelectRule, Tuning};
+    pub use crate::record::TimeSeries;
     pub use crate::sim::{
         Add, Constant, GraphBuilder, In, Module, Noise, Out, Pointer, ProbeSpec, RunConfig, Scalar,
-        Scope, Seed, SimDuration, Simulator, Stimulus, StopReason, Synapse, Threads, TimeSeries,
-        Timebase, Vector, VocabTag,
+        Scope, Seed, SimDuration, Simulator, Stimulus, StopReason, Synapse, Threads, Timebase,
+        Vector, VocabTag,
     };
     pub use crate::spa::{
         AssociativeMemory, BasalGanglia, Bind, CleanupMemory, FlowExt, Gate, GoalBuffer, Linear,
@@ -167,7 +168,5 @@ pub mod prelude {
     pub use crate::task::learn::learn;
     pub use crate::task::planner::{Planner, PlannerBuild, PlannerKind, PlannerSpec};
     pub use crate::task::relational::{Classifier, Problem, RelationalDomain};
-    pub use crate::task::{
-        Domain, DomainBuilder, Recording, Snapshot, TaskError, Verdict,
-    };
+    pub use crate::task::{Domain, DomainBuilder, Recording, Snapshot, TaskError, Verdict};
 }

@@ -7,13 +7,13 @@ use std::process::ExitCode;
 use anyhow::Error;
 use symbolt::files::FileError;
 use symbolt::neurons::{SolvedFileError, UnknownMode};
+use symbolt::plan::goal_sets::GoalSetError;
+use symbolt::plan::model::LearnError;
+use symbolt::plan::strips::{GroundFault, PddlFault};
 use symbolt::study::experiment::ShardError;
 use symbolt::study::standard::UnknownModel;
 use symbolt::task::TaskError;
 use symbolt::task::pddl::WriteFault;
-use symbolt::task::regression::GoalSetError;
-use symbolt::task::strips::learn::LearnError;
-use symbolt::task::strips::{GroundFault, PddlFault};
 
 /// The result of a command that ran to its end.
 pub(crate) enum Outcome {

@@ -5,10 +5,10 @@ use std::fmt::Write as _;
 use anyhow::Error;
 use serde_json::{Value, json};
 use symbolt::files::{Limit, read_file};
+use symbolt::plan::goal_sets::{Course, GoalSetError, GoalSetSpec, StripsWorld, pursue};
+use symbolt::plan::strips::{self, Bodies, GroundFault, Grounded, Problem, validate};
 use symbolt::sim::{Seed, SimDuration};
 use symbolt::task::planner::PlannerKind;
-use symbolt::task::regression::{Course, GoalSetError, GoalSetSpec, StripsWorld, pursue};
-use symbolt::task::strips::{self, Bodies, GroundFault, Grounded, Problem, validate};
 
 use super::Outcome;
 use super::args::{BadArgument, PlanArgs};

@@ -7,8 +7,8 @@ use anyhow::Error;
 use serde_json::{Map, Value, json};
 use symbolt::task::Recording;
 use symbolt::task::learn::{
-    AttemptOutcome, AttemptReport, Failure, LearnReport, Learned, Method, Settings,
-    check_exponent, learn_observed,
+    AttemptOutcome, AttemptReport, Failure, LearnReport, Learned, Method, Settings, check_exponent,
+    learn_observed,
 };
 use symbolt::task::relational::KindClusters;
 

@@ -6,8 +6,8 @@ use anyhow::Error;
 use clap::Args;
 use serde_json::{Value, json};
 use symbolt::files::{Limit, read_file};
-use symbolt::task::strips::learn::{LearnedAction, LearnedModel, Rule, learn};
-use symbolt::task::strips::{Bodies, Domain, Literal, Shown, Trajectory};
+use symbolt::plan::model::{LearnedAction, LearnedModel, Rule, learn};
+use symbolt::plan::strips::{Bodies, Domain, Literal, Shown, Trajectory};
 
 use super::end::{BadArgument, Outcome};
 use super::options::{Common, OutFile};

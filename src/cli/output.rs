@@ -189,4 +189,3 @@ pub(crate) fn listed(title: &str, names: &[String]) -> String {
     let names: Vec<String> = names.iter().map(|name| unbroken(name)).collect();
     wrapped(&(unbroken(title) + &names.join(", ")), title.len())
 }
-

@@ -14,8 +14,8 @@ use super::actions::look;
 use super::end::{BadArgument, Outcome};
 use super::folder::not_standard_output;
 use super::options::{Common, GroundingArgs};
-use super::plan::wanted;
 use super::output::{Progress, counted, emit, emit_json, use_threads, warn};
+use super::plan::wanted;
 
 #[derive(Debug, Clone, Args)]
 #[command(next_line_help = true, allow_negative_numbers = true)]

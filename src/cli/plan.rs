@@ -4,9 +4,7 @@ use std::fmt::Write as _;
 
 use anyhow::Error;
 use serde_json::{Map, Value, json};
-use symbolt::task::planner::{
-    Choice, Decision, PlannerKind, SceneEnd, SceneMove, ScenePlan, Why,
-};
+use symbolt::task::planner::{Choice, Decision, PlannerKind, SceneEnd, SceneMove, ScenePlan, Why};
 use symbolt::task::relational::{
     GoalTerm, GroundProblem, Layout, Problem, ProblemError, RelationalDomain,
 };
@@ -48,17 +46,14 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
     progress.say(format!("planning towards {}", words.join(", ")));
     let planned = args.planner.domain(&domain);
     let plan = match Problem::with_goals(&planned, &layout, goals) {
-        Ok(problem) => {
-            args.planner.build(args.common.seed)?.plan(&problem, &layout, limit)?
-        }
+        Ok(problem) => args.planner.build(args.common.seed)?.plan(&problem, &layout, limit)?,
         Err(error @ ProblemError::TooLarge { .. }) => return Err(TaskError::from(error).into()),
         Err(error) => ScenePlan::impossible(&error),
     };
     drop(progress);
     let planner = &args.planner;
     let first = first(&plan, &planned);
-    let shown =
-        Shown { domain: &planned, layout: &layout, plan: &plan, words, planner, first };
+    let shown = Shown { domain: &planned, layout: &layout, plan: &plan, words, planner, first };
     let text = if args.common.json { shown.json().to_string() } else { shown.table() };
     out.write(&text)?;
     Ok(match (&plan.end, plan.moves.is_empty()) {

@@ -3,9 +3,9 @@
 use anyhow::Error;
 use clap::Args;
 use serde_json::{Value, json};
+use symbolt::robot::scene::Scene;
 use symbolt::sim::Seed;
 use symbolt::task::execute::demonstrate_sensed;
-use symbolt::task::scene::Scene;
 use symbolt::task::{Recorder, Sensing, Snapshot};
 
 use super::config;

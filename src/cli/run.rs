@@ -9,6 +9,7 @@ use serde_json::json;
 use symbolt::files::{Overwrite, write_atomic};
 use symbolt::report::Arrays;
 use symbolt::report::trace::Tracer;
+use symbolt::robot::scene::Scene;
 use symbolt::sim::Seed;
 use symbolt::study::Tally;
 use symbolt::task::event::{Ended, EpisodeReport, Observer, Observers};
@@ -18,7 +19,6 @@ use symbolt::task::execute::{
 use symbolt::task::learn::{Settings, learn_observed};
 use symbolt::task::planner::PlannerBuild;
 use symbolt::task::relational::RelationalDomain;
-use symbolt::task::scene::Scene;
 use symbolt::task::{Domain, Recorder, Snapshot, TaskError};
 
 use super::Outcome;

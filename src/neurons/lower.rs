@@ -37,7 +37,9 @@ impl Lowering for PopulationPlan {
             let request: &dyn Any = layer.request;
             let node = match request.downcast_ref::<Request>() {
                 Some(Request(layer_of)) => self.node(layer, &**layer_of, &deal, time.dt_s()),
-                None => Err(("only layers of the module `neurons` can be computed".into(), Vec::new())),
+                None => {
+                    Err(("only layers of the module `neurons` can be computed".into(), Vec::new()))
+                }
             };
             match node {
                 Ok(node) => nodes.push(node),

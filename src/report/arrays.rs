@@ -18,9 +18,9 @@ use super::facts::{ModuleFacts, RunFacts};
 use super::page::base64;
 use super::trace::MAX_EPISODE_S;
 use crate::files::npz::{NpzError, NpzReader, NpzWriter};
+use crate::robot::scene::SceneFrame;
 use crate::task::TaskError;
 use crate::task::execute::ActivityRecorder;
-use crate::task::scene::SceneFrame;
 
 /// The arrays of a run's recorded episode.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,11 +5,11 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
+use crate::robot::scene::SceneSpec;
 use crate::sim::Seed;
 use crate::task::TaskError;
 use crate::task::execute::ActivityRecorder;
 use crate::task::planner::Shows;
-use crate::task::scene::SceneSpec;
 use crate::task::tasks::file::DataTask;
 use crate::task::tasks::{self, Task};
 

@@ -20,9 +20,9 @@ pub use facts::{ModuleFacts, PopulationFacts, RunFacts};
 pub use page::TITLE;
 
 use crate::files::{FileError, Limit, read_regular_file};
+use crate::robot::scene::{Outline, SceneSpec};
 use crate::task::TaskError;
-use crate::task::domain::Recording;
-use crate::task::scene::{Outline, SceneSpec};
+use crate::task::recording::Recording;
 
 /// A page, and a list of what it cannot show.
 #[derive(Debug, Clone, PartialEq)]

@@ -84,86 +84,55 @@
 //! earlier nodes in place while it writes its own, without `unsafe` code. Connections from one output with the same
 //! time constant share one filter. No tick allocates memory.
 
-mod arena;
-mod builder;
-mod check;
-mod checkpoint;
-mod closures;
-mod draft;
-mod drawing;
-#[cfg(any(feature = "mpi", test))]
-mod ends;
+mod build;
+mod describe;
 mod error;
-mod find;
-mod fingerprint;
-mod graph;
-mod handle;
-mod io;
-mod kind;
-mod layout;
-mod lowering;
-mod messages;
-#[cfg(feature = "mpi")]
-mod mpi;
-mod node;
 mod nodes;
-mod parts;
-mod port;
-mod probe;
-mod probe_spec;
-mod ranks;
+mod place;
 mod real;
-mod recordings;
 mod run;
 mod seed;
-mod series;
-mod simulator;
-mod spikes;
-mod stage;
-mod synapse;
-mod team;
-mod threads;
-mod tick;
 mod time;
 mod unoptimised;
-mod world;
 
-pub use builder::{GraphBuilder, Module, Scope};
-pub use checkpoint::Checkpoint;
-pub use closures::{Apply, ApplyPorts, Signal};
-#[cfg(feature = "mpi")]
-pub use ends::Failure;
+pub use crate::record::recordings::{Recordings, RecordingsError};
+pub(crate) use crate::record::series::COLOURS;
+pub use crate::record::series::TimeSeries;
+pub use build::graph::{EventSource, Graph, OutputRef};
+pub use describe::builder::{GraphBuilder, Module, Scope};
+pub use describe::fingerprint::Fingerprint;
+pub(crate) use describe::handle::PortRef;
+pub use describe::handle::{In, NodePorts, Out};
+pub use describe::io::{AdvanceIo, EmitIo, Inputs, Outputs, Scratch, StateMut, StateRef, StepCx};
+pub use describe::kind::{AsPointer, Kind, Pointer, PointerRef, Scalar, Space, Vector, VocabTag};
+pub use describe::lowering::{LayerRequest, Lowering, LoweringFault, PendingLayer};
+pub use describe::node::Node;
+pub use describe::parts::{PartIo, PartSpec, Parts};
+pub use describe::port::{
+    AnyInput, AnyOutput, InputSpec, OutputSpec, PortDecl, ScratchSpec, StateSpec,
+};
+pub use describe::probe_spec::{Capacity, ProbeId, ProbeSpec, SpikeProbe};
+pub use describe::synapse::Synapse;
+pub(crate) use describe::synapse::decayed;
+#[cfg(test)]
+pub(crate) use describe::synapse::lowpass_decay;
 pub use error::{BuildError, BuildErrors, NodeFault, SimError, WorldError};
-pub use fingerprint::Fingerprint;
-pub use graph::{EventSource, Graph, OutputRef};
-pub(crate) use handle::PortRef;
-pub use handle::{In, NodePorts, Out};
-pub use io::{AdvanceIo, EmitIo, Inputs, Outputs, Scratch, StateMut, StateRef, StepCx};
-pub use kind::{AsPointer, Kind, Pointer, PointerRef, Scalar, Space, Vector, VocabTag};
-pub use lowering::{LayerRequest, Lowering, LoweringFault, PendingLayer};
-#[cfg(feature = "mpi")]
-pub use mpi::{MpiSession, MpiStartError};
-pub use node::Node;
+pub use nodes::closures::{Apply, ApplyPorts, Signal};
 pub use nodes::{Add, AddPorts, Constant, Noise, NoisePorts, Stimulus};
-pub use parts::{PartIo, PartSpec, Parts};
-pub use port::{AnyInput, AnyOutput, InputSpec, OutputSpec, PortDecl, ScratchSpec, StateSpec};
-pub use probe::Samples;
-pub use probe_spec::{Capacity, ProbeId, ProbeSpec, SpikeProbe};
-pub use ranks::{Exchange, ExchangeFault, Launched, Lengths, Ranks, launched};
+#[cfg(feature = "mpi")]
+pub use place::ends::Failure;
+#[cfg(feature = "mpi")]
+pub use place::mpi::{MpiSession, MpiStartError};
+pub use place::ranks::{Exchange, ExchangeFault, Launched, Lengths, Ranks, launched};
+pub use place::threads::Threads;
 pub use real::{Complex, Real};
-pub use recordings::{Recordings, RecordingsError};
-pub use run::{RunConfig, RunReport, Stop, StopReason};
+pub use run::checkpoint::Checkpoint;
+pub use run::config::{RunConfig, RunReport, Stop, StopReason};
+pub use run::probe::Samples;
+pub use run::simulator::{SimView, Simulator};
+pub use run::spikes::Spikes;
+pub use run::world::{ScriptedWorld, World, WorldLink, WorldSave};
 pub use seed::Seed;
 pub(crate) use seed::{FNV_START, fnv1a, fnv1a_word};
-pub(crate) use series::COLOURS;
-pub use series::TimeSeries;
-pub use simulator::{SimView, Simulator};
-pub use spikes::Spikes;
-pub use synapse::Synapse;
-pub(crate) use synapse::decayed;
-#[cfg(test)]
-pub(crate) use synapse::lowpass_decay;
-pub use threads::Threads;
 pub use time::{ConfigError, SimDuration, Timebase};
 pub(crate) use unoptimised::warn as warn_if_unoptimised;
-pub use world::{ScriptedWorld, World, WorldLink, WorldSave};

@@ -96,12 +96,12 @@ pub mod flow;
 mod frame;
 mod item_memory;
 mod modules;
-mod page;
 mod pairs;
 mod pointer;
 mod resonator;
 mod vocabulary;
 
+pub use crate::record::page::RunPage;
 pub use crate::sim::PointerRef;
 pub use algebra::{
     Algebra, Hrr, LinearMap, ProductForm, Vtb, Workspace, cosine, cosine_of_slices, dot, norm,
@@ -122,7 +122,6 @@ pub use modules::{
     SelectionPorts, Sequence, SequencePorts, State, Superpose, SuperposePorts, Tape, TapePorts,
     Unbind, UnbindPorts, Weigh, WeighPorts,
 };
-pub use page::RunPage;
 pub use pairs::{Filler, PairDecoder};
 pub use pointer::PointerValue;
 pub use resonator::{Factors, Resonator};

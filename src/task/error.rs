@@ -7,10 +7,10 @@ use thiserror::Error;
 
 use crate::files::FileError;
 use crate::neurons::SolvedFileError;
+use crate::plan::goal_sets::GoalSetError;
 use crate::robot::RobotError;
 use crate::sim::{BuildErrors, SimError};
 use crate::spa::VocabError;
-use crate::task::regression::GoalSetError;
 
 /// A fault in an input file: where it is, what was found and what was expected.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]

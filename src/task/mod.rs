@@ -46,26 +46,21 @@ pub mod execute;
 pub mod learn;
 pub mod pddl;
 pub mod planner;
-pub mod regression;
+pub(crate) mod recording;
 pub mod relational;
-#[cfg(feature = "physics")]
-pub mod robot;
-#[cfg(feature = "physics")]
-pub mod scene;
-#[cfg(feature = "physics")]
-pub mod skill;
-pub mod strips;
 pub mod tasks;
 
+pub use crate::robot::{Pose, mean_orientation, rotation_between};
 pub use domain::{
-    AcceptableAnswers, ActionId, Commitment, Composition, Demonstration, Domain, DomainBuilder,
-    Factor, Labels, ObjectPose, Obstacle, Offset, Operator, Origin, Part, Pose, Recording, Rules,
-    Sensing, Snapshot, SnapshotEvent, State, StateId, Verdict, WorldState, acceptable_answers,
-    mean_orientation, rotation_between,
+    AcceptableAnswers, ActionId, Commitment, Composition, Domain, DomainBuilder, Factor, Obstacle,
+    Offset, Operator, Origin, Part, Rules, State, StateId, Verdict, WorldState, acceptable_answers,
 };
 pub use error::{InputFault, TaskError};
 #[cfg(feature = "physics")]
 pub use execute::{Demonstrated, Recorder, demonstrate};
 pub use planner::{
     ABSENT, ActionSpace, Encoded, NOTHING, PRECONDITION, StateSpace, deep_preconditions,
+};
+pub use recording::{
+    Demonstration, Labels, ObjectPose, Recording, Sensing, Snapshot, SnapshotEvent,
 };

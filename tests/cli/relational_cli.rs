@@ -7,7 +7,8 @@ use std::path::Path;
 
 use assert_cmd::Command;
 use serde_json::Value;
-use symbolt::task::{Pose, Recording, Snapshot};
+use symbolt::robot::Pose;
+use symbolt::task::{Recording, Snapshot};
 
 use crate::beside;
 

@@ -24,7 +24,8 @@ mod serial_recall;
 mod two_languages;
 
 use symbolt::neurons::{LifSpec, Population, PopulationPlan};
-use symbolt::sim::{Seed, TimeSeries};
+use symbolt::record::TimeSeries;
+use symbolt::sim::Seed;
 
 /// Runs a check in every mode with each seed, and returns the faults.
 fn faults(seeds: u64, check: impl Fn(&PopulationPlan, Seed) -> Result<(), String>) -> Vec<String> {

@@ -6,14 +6,14 @@ use std::sync::Arc;
 
 use rand::RngExt;
 use symbolt::neurons::{Ensemble, LifSpec, Population, PopulationPlan, Tuning};
+use symbolt::plan::goal_sets::{GoalSetGraph, Regression, StripsWorld, populations};
+use symbolt::plan::strips::{Bodies, Domain, Grounded, Problem};
 use symbolt::sim::{
     Apply, Constant, Fingerprint, Graph, GraphBuilder, InputSpec, Node, OutputSpec, Outputs,
     PartIo, PartSpec, Parts, PortDecl, Ranks, Real, RunConfig, Scalar, Seed, Signal, SimDuration,
     SimError, Simulator, StateMut, StepCx, Synapse, Threads, Timebase, Vector, WorldLink,
 };
 use symbolt::study::standard::{Model, Standard};
-use symbolt::task::regression::{GoalSetGraph, Regression, StripsWorld, populations};
-use symbolt::task::strips::{Bodies, Domain, Grounded, Problem};
 
 /// The bits of all outputs in every tick, and of the checkpoint after the last.
 type Bits = (u64, String);

@@ -204,7 +204,7 @@ fn recordings_are_written_for_numpy_and_as_tables() {
 
 #[test]
 fn a_page_shows_any_graph() {
-    use symbolt::spa::RunPage;
+    use symbolt::record::RunPage;
     let things = Things::vocabulary(32, Seed::new(1)).unwrap();
     let mut graph = describe();
     let similarity = graph.add("similarity", Add::scalar());

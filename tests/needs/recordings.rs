@@ -10,13 +10,12 @@ use std::path::PathBuf;
 
 use libtest_mimic::Trial;
 use rand::RngExt;
+use symbolt::robot::Pose;
 use symbolt::sim::Seed;
 use symbolt::task::learn::{AttemptOutcome, Learned, Settings, learn};
 use symbolt::task::planner::{Planner, PlannerSpec};
 use symbolt::task::relational::{Classifier, ClassifierRule, NeedVerdict, RelationalDomain};
-use symbolt::task::{
-    Labels, Pose, Recording, Sensing, Verdict, WorldState, acceptable_answers,
-};
+use symbolt::task::{Labels, Recording, Sensing, Verdict, WorldState, acceptable_answers};
 
 use crate::needs::{named, only_if};
 use crate::propositional;

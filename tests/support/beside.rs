@@ -1,7 +1,8 @@
 //! Demonstrations without physics: a cup is put beside each plate, wherever the plates stand.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use symbolt::task::{Demonstration, ObjectPose, Pose, Recording, Snapshot, SnapshotEvent};
+use symbolt::robot::Pose;
+use symbolt::task::{Demonstration, ObjectPose, Recording, Snapshot, SnapshotEvent};
 
 /// Where a cup stands, in the frame of its plate.
 pub const BESIDE: [f64; 3] = [0.12, 0.03, 0.02];

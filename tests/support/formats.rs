@@ -8,6 +8,7 @@ use rand::RngExt;
 use serde_json::{Value, json};
 use symbolt::files::npz::{NpzReader, NpzWriter};
 use symbolt::neurons::SolvedModel;
+use symbolt::plan::strips::{self, Bodies, Problem, Trajectory};
 use symbolt::report::{Arrays, RunFacts, report, trace};
 use symbolt::sim::Seed;
 use symbolt::study::experiment::Origin;
@@ -15,7 +16,6 @@ use symbolt::study::standard::{Model, Standard};
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::PlannerBuild;
 use symbolt::task::relational::{self, Classifier, RelationalDomain};
-use symbolt::task::strips::{self, Bodies, Problem, Trajectory};
 use symbolt::task::tasks;
 use symbolt::task::tasks::file::DataTask;
 use symbolt::task::tasks::nuts_and_bolts::{NutsAndBolts, SyntheticDemonstrations};
@@ -243,8 +243,7 @@ fn texts() -> Vec<Format> {
     let lines = failing.to_jsonl(None).expect("plain data");
     let scene = recording().scene(Seed::new(3)).expect("sound").to_json().expect("plain data");
     let plain = learn(&made.recording, &Settings::paper()).expect("it teaches").domain;
-    let framed =
-        learn(&made.recording, &Settings::default()).expect("it teaches").domain;
+    let framed = learn(&made.recording, &Settings::default()).expect("it teaches").domain;
     let old = include_bytes!("../fixtures/domain_v1.json").to_vec();
     let plain = plain.to_json().expect("plain data").into_bytes();
     let framed = framed.to_json().expect("plain data").into_bytes();

@@ -5,10 +5,10 @@ use std::collections::{BTreeMap, BTreeSet, BinaryHeap, HashMap, HashSet};
 use std::fmt::Write as _;
 
 use rand::{Rng, RngExt};
-use symbolt::sim::Seed;
-use symbolt::task::strips::{
+use symbolt::plan::strips::{
     Action, Bodies, Domain, Fact, Literal, Problem, Term, Trajectory, Typed,
 };
+use symbolt::sim::Seed;
 
 /// Objects with their types and the facts that hold at first.
 #[derive(Default)]

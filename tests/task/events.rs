@@ -5,21 +5,21 @@ use std::sync::Arc;
 
 use serde_json::Value;
 use symbolt::files::ResultFolder;
+use symbolt::robot::scene::{Scene, SceneSpec};
+use symbolt::robot::skill::{Grasp, Target};
 use symbolt::robot::{SkillOutcome, SkillReport};
 use symbolt::sim::Seed;
 use symbolt::study::catalogue::{Options, find};
 use symbolt::study::experiment::{Run, Shard};
+use symbolt::task::TaskError;
 use symbolt::task::event::Event;
 use symbolt::task::execute::{
     EpisodeSpec, demonstrate, demonstrate_observed, episode, episode_observed,
 };
 use symbolt::task::learn::{Settings, learn, learn_observed};
 use symbolt::task::planner::{PlannerBuild, PlannerKind};
-use symbolt::task::scene::{Scene, SceneSpec};
-use symbolt::task::skill::{Grasp, Target};
 use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
 use symbolt::task::tasks::{Demonstrator, Judgement, Step, Task};
-use symbolt::task::TaskError;
 
 /// Returns the name of an event's variant.
 fn name(event: &Event<'_>) -> &'static str {

@@ -5,11 +5,11 @@
 use std::sync::Arc;
 
 use symbolt::neurons::{LifSpec, Population};
-use symbolt::prelude::*;
-use symbolt::task::regression::{
+use symbolt::plan::goal_sets::{
     GoalSetGraph, GoalSetSpec, Regression, StripsWorld, phase_names, populations, pursue,
 };
-use symbolt::task::strips::{Bodies, Domain, Grounded, Problem};
+use symbolt::plan::strips::{Bodies, Domain, Grounded, Problem};
+use symbolt::prelude::*;
 
 fn grounded(domain: &str, problem: &str) -> Grounded {
     let domain = Domain::parse(domain.as_bytes(), "domain", Bodies::Read).expect("a domain");

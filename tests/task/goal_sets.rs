@@ -5,14 +5,14 @@
 use std::collections::{BTreeSet, VecDeque};
 
 use symbolt::neurons::{LifSpec, Population};
-use symbolt::prelude::*;
-use symbolt::sim::World;
-use symbolt::study::problems::tangled;
-use symbolt::task::regression::{
+use symbolt::plan::goal_sets::{
     Begun, Course, GoalSetError, GoalSetGraph, GoalSetSpec, Mutexes, Regression, SearchSpec,
     StripsWorld, costs, populations, pursue, search,
 };
-use symbolt::task::strips::{Bodies, Domain, Fact, Grounded, Problem, validate};
+use symbolt::plan::strips::{Bodies, Domain, Fact, Grounded, Problem, validate};
+use symbolt::prelude::*;
+use symbolt::sim::World;
+use symbolt::study::problems::tangled;
 
 const KITCHEN: &str = include_str!("../fixtures/goal_sets/kitchen.pddl");
 const BLOCKS: &str = include_str!("../fixtures/strips/blocks.pddl");
@@ -542,7 +542,10 @@ fn the_command_plans_and_acts_on_pddl() {
     assert!(errors.contains("cannot be reached"), "{errors}");
     let (code, out, _) = command(&[domain, &stuck, "--json"]);
     let found: serde_json::Value = serde_json::from_str(&out).expect("JSON");
-    assert_eq!((code, &found["valid"], &found["plan"]), (Some(1), &false.into(), &Vec::<u8>::new().into()));
+    assert_eq!(
+        (code, &found["valid"], &found["plan"]),
+        (Some(1), &false.into(), &Vec::<u8>::new().into())
+    );
     assert!(found["fault"].as_str().is_some_and(|f| f.contains("cannot be reached")), "{found}");
     // The needs of the only action never hold together, so its effect never holds.
     let path = dir.path().join("d.pddl");

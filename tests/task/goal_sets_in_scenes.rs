@@ -6,6 +6,9 @@
 use std::sync::Arc;
 
 use symbolt::neurons::{LifSpec, Population, PopulationPlan};
+use symbolt::plan::goal_sets::{
+    GoalSetError, GoalSetSpec, MAX_UNITS, StripsWorld, populations, pursue,
+};
 use symbolt::prelude::*;
 use symbolt::sim::{Graph, Real, World, WorldError, WorldSave};
 use symbolt::task::domain::{Rules, acceptable_answers};
@@ -16,14 +19,9 @@ use symbolt::task::planner::{
     Counts, Decider, GoalSetPlanner, ModuleView, PlanEnd, PlannerBuild, PlannerKind, Prediction,
     Request, RolledOut, Stage, Told, strips_problem,
 };
-use symbolt::task::regression::{
-    GoalSetError, GoalSetSpec, MAX_UNITS, StripsWorld, populations, pursue,
-};
 use symbolt::task::relational::GroundProblem;
 use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
-use symbolt::task::{
-    Domain, DomainBuilder, Obstacle, StateId, TaskError, Verdict, WorldState,
-};
+use symbolt::task::{Domain, DomainBuilder, Obstacle, StateId, TaskError, Verdict, WorldState};
 
 /// A world that tells a planner one thing after another, and keeps its commands.
 struct Teller {

@@ -12,7 +12,7 @@ use symbolt::study::worlds::{self, Stage, World};
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::{Encoded, Planner, PlannerSpec};
 use symbolt::task::relational::{
-    Fact, GroundProblem, Classifier, LaidOut, Layout, Problem, RelationalDomain, Situation,
+    Classifier, Fact, GroundProblem, LaidOut, Layout, Problem, RelationalDomain, Situation,
 };
 use symbolt::task::tasks::nuts_and_bolts::SyntheticDemonstrations;
 use symbolt::task::{ObjectPose, Part, Snapshot, State, StateId, TaskError, Verdict};

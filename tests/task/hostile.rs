@@ -4,11 +4,11 @@
 #![cfg(feature = "physics")]
 
 use symbolt::neurons::SolvedModel;
+use symbolt::plan::strips::{self, Bodies, Trajectory};
 use symbolt::report::report;
 use symbolt::sim::Seed;
 use symbolt::study::experiment::Origin;
 use symbolt::task::relational::RelationalDomain;
-use symbolt::task::strips::{self, Bodies, Trajectory};
 use symbolt::task::tasks::file::DataTask;
 use symbolt::task::tasks::nuts_and_bolts::{NutsAndBolts, SyntheticDemonstrations};
 use symbolt::task::{Recording, TaskError};

@@ -3,9 +3,9 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use proptest::prelude::*;
+use symbolt::plan::model::{LearnError, LearnedModel, Reason, Rule, learn};
+use symbolt::plan::strips::{Bodies, Domain, Problem, Shown, Trajectory};
 use symbolt::sim::Seed;
-use symbolt::task::strips::learn::{LearnError, LearnedModel, Reason, Rule, learn};
-use symbolt::task::strips::{Bodies, Domain, Problem, Shown, Trajectory};
 
 use crate::strips::{Case, MEASURES, cases, read, score, traces, truth};
 
@@ -452,7 +452,7 @@ mod command {
 
     use assert_cmd::Command;
     use serde_json::Value;
-    use symbolt::task::strips::{Bodies, Domain};
+    use symbolt::plan::strips::{Bodies, Domain};
 
     use super::{Seed, cases, traces, truth};
 

@@ -6,17 +6,18 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use symbolt::robot::Pose;
+use symbolt::robot::arm::BodyFrame;
+use symbolt::robot::scene::{BodyId, Scene, SceneSpec};
+use symbolt::robot::skill::{Robot, Target};
 use symbolt::robot::{SkillOutcome, SkillReport};
 use symbolt::sim::Seed;
 use symbolt::task::execute::{EpisodeSpec, Perturbation, episode};
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::{PlannerBuild, PlannerKind};
-use symbolt::task::robot::BodyFrame;
-use symbolt::task::scene::{BodyId, Scene, SceneSpec};
-use symbolt::task::skill::{Robot, Target};
 use symbolt::task::tasks::file::{DataTask, Quantity, Region};
 use symbolt::task::tasks::{self, Task};
-use symbolt::task::{Pose, SnapshotEvent, demonstrate};
+use symbolt::task::{SnapshotEvent, demonstrate};
 
 const JIG: BodyId = BodyId::Fixture(0);
 

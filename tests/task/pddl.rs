@@ -4,16 +4,16 @@
 
 use std::collections::BTreeSet;
 
-use symbolt::sim::Seed;
-use symbolt::task::strips::{
+use symbolt::plan::strips::{
     Bodies, Domain, Fact, GroundFault, Grounded, PlanFault, Problem, Trajectory, Typed, validate,
 };
+use symbolt::sim::Seed;
 
 use crate::strips;
 
 /// Returns the facts of a state of a trajectory.
 fn facts(domain: &Domain, trajectory: &Trajectory, state: usize) -> Vec<Fact> {
-    let fact = |atom: &symbolt::task::strips::GroundAtom| Fact {
+    let fact = |atom: &symbolt::plan::strips::GroundAtom| Fact {
         predicate: domain.predicates[atom.predicate].name.clone(),
         arguments: atom.arguments.iter().map(|o| trajectory.objects[*o].name.clone()).collect(),
     };

@@ -4,6 +4,8 @@
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
+use symbolt::plan::goal_sets::{GoalSetSpec, StripsWorld, pursue};
+use symbolt::plan::strips::{self, Bodies, Fact, Grounded, Literal, Term, validate};
 use symbolt::prelude::*;
 use symbolt::study::worlds::{self, Stage, World};
 use symbolt::task::DomainBuilder;
@@ -11,11 +13,9 @@ use symbolt::task::domain::Rules;
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::pddl::{WriteFault, Written, of_grounded, of_relational};
 use symbolt::task::planner::strips_problem;
-use symbolt::task::regression::{GoalSetSpec, StripsWorld, pursue};
 use symbolt::task::relational::{
     Classifier, Layout, Move, NeedVerdict, Problem, RelationalDomain, Situation,
 };
-use symbolt::task::strips::{self, Bodies, Fact, Grounded, Literal, Term, validate};
 
 fn learned(world: &World) -> Option<RelationalDomain> {
     let recording = world.record(5, Seed::new(2));

@@ -211,6 +211,14 @@ fn a_scene_that_is_too_large_is_told_which_limit_it_exceeds() {
         problem.ground(&layout.situation()).map(|_| ())
     };
     let text = |plates: usize| refused(plates).expect_err("it is too large").to_string();
-    assert!(text(600).contains("1200 objects") && text(600).contains("300000 moves"), "{}", text(600));
-    assert!(text(90).contains("180 objects") && text(90).contains("facts and actions"), "{}", text(90));
+    assert!(
+        text(600).contains("1200 objects") && text(600).contains("300000 moves"),
+        "{}",
+        text(600)
+    );
+    assert!(
+        text(90).contains("180 objects") && text(90).contains("facts and actions"),
+        "{}",
+        text(90)
+    );
 }

@@ -7,6 +7,10 @@ use std::f64::consts::{FRAC_PI_3, FRAC_PI_6};
 use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
+use symbolt::robot::Pose;
+use symbolt::robot::arm::{BodyFrame, GripperSpec};
+use symbolt::robot::scene::{BodyId, Scene, SceneSpec};
+use symbolt::robot::skill::{Grasp, Robot, Target, any_grasps, free_places, pushes, turns_over};
 use symbolt::robot::{SkillOutcome, SkillReport};
 use symbolt::sim::{RunConfig, Seed, SimDuration, SimError, Simulator};
 use symbolt::task::event::{Doing, Ended, EpisodeReport, RecoveryKind};
@@ -16,12 +20,9 @@ use symbolt::task::execute::{
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::{PlannerBuild, PlannerKind};
 use symbolt::task::relational::{Classifier, RelationalDomain};
-use symbolt::task::robot::{BodyFrame, GripperSpec};
-use symbolt::task::scene::{BodyId, Scene, SceneSpec};
-use symbolt::task::skill::{Grasp, Robot, Target, any_grasps, free_places, pushes, turns_over};
 use symbolt::task::tasks::nuts_and_bolts::{MAX_OF_A_KIND, NutsAndBolts, PartSpec};
 use symbolt::task::tasks::{Demonstrator, Judgement, Task};
-use symbolt::task::{Pose, TaskError, demonstrate};
+use symbolt::task::{TaskError, demonstrate};
 
 /// A domain learned from two demonstrations with one nut and one bolt.
 fn taught() -> &'static RelationalDomain {
@@ -44,7 +45,11 @@ fn run(domain: &RelationalDomain, spec: &EpisodeSpec, seed: Seed) -> Episode {
     episode(domain, &chain(), spec, seed).expect("runs")
 }
 
-fn prepared<'d>(domain: &'d RelationalDomain, spec: &EpisodeSpec, seed: Seed) -> PreparedEpisode<'d> {
+fn prepared<'d>(
+    domain: &'d RelationalDomain,
+    spec: &EpisodeSpec,
+    seed: Seed,
+) -> PreparedEpisode<'d> {
     PreparedEpisode::new(domain, &chain(), spec, seed).expect("sound")
 }
 
@@ -223,8 +228,7 @@ fn a_bolt_that_another_hand_puts_into_the_jig_is_used() {
     let pose = Pose::at([x, y, scene.jig.hole_top_m + 1e-3]);
     let perturbation = Some(Perturbation { at_s: 1.0, body: BodyId::Part(2), pose });
     let spec = EpisodeSpec { perturbation, ..EpisodeSpec::of(scene) };
-    let over =
-        run(domain, &spec, Seed::new(2));
+    let over = run(domain, &spec, Seed::new(2));
     assert!(over.report.perturbed && over.report.solved, "{:?}", over.report);
 }
 
@@ -279,8 +283,7 @@ fn another_hand_waits_while_there_is_no_room() {
     let perturbation =
         Some(Perturbation { at_s: 0.0, body: BodyId::Part(1), pose: Pose::at([0.45, 0.1, -0.01]) });
     let spec = EpisodeSpec { perturbation, ..EpisodeSpec::default() };
-    let over =
-        run(domain, &spec, Seed::new(2));
+    let over = run(domain, &spec, Seed::new(2));
     assert!(!over.report.perturbed && over.report.solved, "{:?}", over.report);
 }
 
@@ -301,8 +304,7 @@ fn drops_are_followed_by_new_decisions() {
     let domain = taught();
     let scene = NutsAndBolts { nuts: 2, bolts: 2, ..NutsAndBolts::default() };
     let spec = EpisodeSpec { drop_rate: 0.5, ..EpisodeSpec::of(scene) };
-    let over =
-        run(domain, &spec, Seed::new(4));
+    let over = run(domain, &spec, Seed::new(4));
     let report = over.report;
     assert!(report.drops() > 0, "at this rate one of the first grasps slips: {report:?}");
     assert!(report.replans() >= report.drops());
@@ -313,8 +315,7 @@ fn drops_are_followed_by_new_decisions() {
     let told = |report: &EpisodeReport| kinds.map(|kind| count(report, kind));
     assert!(told(&report).iter().sum::<usize>() >= report.drops(), "{report:?}");
     let alone = EpisodeSpec { drop_rate: 0.5, ..EpisodeSpec::of(NutsAndBolts::default()) };
-    let over =
-        run(domain, &alone, Seed::new(4));
+    let over = run(domain, &alone, Seed::new(4));
     assert!(over.report.drops() > 0 && told(&over.report)[0] > 0, "{:?}", over.report);
 }
 
@@ -333,8 +334,7 @@ fn other_names_another_jig_and_a_mirror_change_nothing() {
     assert_eq!((domain.states.len(), domain.operators.len()), (5, 3));
     assert!(domain.states.iter().all(|s| s.kind == "washer" || s.kind == "peg"));
     let spec = EpisodeSpec::of(spec);
-    let over =
-        run(&domain, &spec, Seed::new(7));
+    let over = run(&domain, &spec, Seed::new(7));
     assert!(over.report.solved, "{:?}", over.report);
 }
 
@@ -494,9 +494,8 @@ fn a_push_never_throws_a_part_off_the_table() {
 fn impossible_episodes_are_refused() {
     let domain = taught();
     let mut spec = EpisodeSpec { drop_rate: 1.5, ..EpisodeSpec::default() };
-    let refused = |spec: &EpisodeSpec| {
-        episode(domain, &chain(), spec, Seed::new(1)).unwrap_err().to_string()
-    };
+    let refused =
+        |spec: &EpisodeSpec| episode(domain, &chain(), spec, Seed::new(1)).unwrap_err().to_string();
     assert!(refused(&spec).contains("drop_rate"));
     spec.drop_rate = 0.0;
     let many = NutsAndBolts { nuts: 100, ..NutsAndBolts::default() };
@@ -582,8 +581,7 @@ fn in_the_air(grasp: &Grasp) -> Grasp {
 
 fn recovered(spec: &EpisodeSpec, seed: u64) -> EpisodeReport {
     let domain = taught();
-    let over =
-        run(domain, spec, Seed::new(seed));
+    let over = run(domain, spec, Seed::new(seed));
     assert!(!over.report.false_goal(), "{:?}", over.report);
     over.report
 }

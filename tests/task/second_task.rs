@@ -12,22 +12,23 @@ use std::sync::Arc;
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
+use symbolt::robot::Pose;
 use symbolt::robot::SkillReport;
+use symbolt::robot::arm::{BodyFrame, FINGER_TIP_M, Turn, reaches_table};
+use symbolt::robot::scene::{
+    BodyId, BodyKind, Fixture, Handling, Landmark, Look, Outline, Part, Scene, SceneSpec, Symmetry,
+    cuboid,
+};
+use symbolt::robot::skill::{Grasp, Target};
 use symbolt::sim::Seed;
 use symbolt::task::event::Ended;
 use symbolt::task::execute::{EpisodeSpec, episode};
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::{PlannerBuild, PlannerKind};
-use symbolt::task::robot::{BodyFrame, FINGER_TIP_M, Turn, reaches_table};
-use symbolt::task::scene::{
-    BodyId, BodyKind, Fixture, Handling, Landmark, Look, Outline, Part, Scene, SceneSpec, Symmetry,
-    cuboid,
-};
-use symbolt::task::skill::{Grasp, Target};
 use symbolt::task::tasks::{
     self, Demonstrator, Judgement, Perturbation, Step, Task, parse_settings,
 };
-use symbolt::task::{Pose, TaskError, demonstrate};
+use symbolt::task::{TaskError, demonstrate};
 
 /// The task: a base on a pad, and a top on the base.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

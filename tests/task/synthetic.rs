@@ -4,14 +4,15 @@
 
 use std::collections::BTreeMap;
 
+use symbolt::neurons::Population;
+use symbolt::robot::Pose;
 use symbolt::sim::Seed;
 use symbolt::task::learn::{AttemptOutcome, Failure, Learned, Settings, learn};
-use symbolt::neurons::Population;
 use symbolt::task::planner::{Planner, PlannerBuild, PlannerKind, PlannerSpec, SceneEnd};
+use symbolt::task::relational::{Classifier, Problem, RelationalDomain};
 use symbolt::task::tasks::nuts_and_bolts::synthetic::heights;
 use symbolt::task::tasks::nuts_and_bolts::{Order, SyntheticDemonstrations, SyntheticRecording};
-use symbolt::task::relational::{Classifier, Problem, RelationalDomain};
-use symbolt::task::{Obstacle, Pose, SnapshotEvent, TaskError, Verdict};
+use symbolt::task::{Obstacle, SnapshotEvent, TaskError, Verdict};
 
 use crate::propositional;
 
@@ -187,9 +188,7 @@ fn renamed_kinds_a_mirrored_scene_and_another_upward_axis_change_nothing_but_nam
     }
     let other = learn(&turned, &Settings::paper()).expect("learns");
     assert_eq!(other.domain.states.len(), straight.domain.states.len());
-    let counts = |l: &Learned| -> Vec<usize> {
-        l.domain.states.iter().map(|s| s.count).collect()
-    };
+    let counts = |l: &Learned| -> Vec<usize> { l.domain.states.iter().map(|s| s.count).collect() };
     let mut a = counts(&straight);
     let mut b = counts(&other);
     a.sort_unstable();
@@ -198,11 +197,7 @@ fn renamed_kinds_a_mirrored_scene_and_another_upward_axis_change_nothing_but_nam
     assert_eq!(straight.domain.operators.len(), other.domain.operators.len());
     assert_eq!(straight.report.failed(), other.report.failed());
     assert!(
-        other
-            .domain
-            .states
-            .iter()
-            .all(|s| s.name.starts_with("RING") || s.name.starts_with("PEG"))
+        other.domain.states.iter().all(|s| s.name.starts_with("RING") || s.name.starts_with("PEG"))
     );
 }
 

@@ -3,13 +3,14 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 #![cfg(feature = "physics")]
 
+use symbolt::robot::Pose;
 use symbolt::robot::SkillReport;
+use symbolt::robot::scene::{BodyId, Scene};
 use symbolt::sim::Seed;
+use symbolt::task::demonstrate;
 use symbolt::task::execute::EpisodeSpec;
-use symbolt::task::scene::{BodyId, Scene};
 use symbolt::task::tasks::file::{DataTask, TaskFile};
 use symbolt::task::tasks::{self, Task};
-use symbolt::task::{Pose, demonstrate};
 
 const CUP: &str = include_str!("../../src/task/tasks/files/cup.json");
 const DRAWER: &str = include_str!("../../src/task/tasks/files/drawer.json");

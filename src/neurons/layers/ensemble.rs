@@ -228,7 +228,8 @@ impl Module for Ensemble {
     type Ports = EnsemblePorts;
 
     fn expand(self, scope: &mut Scope<'_>) -> EnsemblePorts {
-        let names: Vec<String> = self.functions.iter().map(|decoded| decoded.name.clone()).collect();
+        let names: Vec<String> =
+            self.functions.iter().map(|decoded| decoded.name.clone()).collect();
         let EnsemblePorts { input, node } = scope.ensemble("neurons", self);
         for name in &names {
             scope.output(name, node.output::<Vector>(name));

@@ -1,7 +1,8 @@
 //! The similarities of a recorded output with expressions over a vocabulary.
 
 use super::Vocabulary;
-use crate::sim::{Pointer, Samples, TimeSeries, VocabTag};
+use crate::record::TimeSeries;
+use crate::sim::{Pointer, Samples, VocabTag};
 use crate::spa::algebra::dot;
 use crate::spa::error::VocabError;
 

@@ -9,15 +9,16 @@ use std::sync::{Arc, Mutex, OnceLock};
 use serde_json::{Value, json};
 
 use super::Options;
+use crate::robot::Pose;
 use crate::sim::Seed;
 use crate::study::experiment::{
     About, Axis, Cell, Experiment, Figure, MAX_READINGS, Mark, Measure, Reading, Results, Series,
     Style, TrialOutcome, outcome,
 };
 use crate::task::TaskError;
-use crate::task::domain::{Pose, Recording};
 use crate::task::execute::demonstrate;
 use crate::task::learn::{PAPER_EXPONENT, Settings, learn};
+use crate::task::recording::Recording;
 use crate::task::relational::{Classifier, ClassifierRule, RelationalDomain};
 use crate::task::tasks::nuts_and_bolts::NutsAndBolts;
 

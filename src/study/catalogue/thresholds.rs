@@ -13,8 +13,8 @@ use crate::study::experiment::{
     TrialOutcome, outcome,
 };
 use crate::task::TaskError;
-use crate::task::domain::Recording;
 use crate::task::learn::{Dendrogram, PAPER_EXPONENT, Settings, learn};
+use crate::task::recording::Recording;
 use crate::task::relational::{Classifier, RelationalDomain};
 
 /// Numbers of poses in a batch.

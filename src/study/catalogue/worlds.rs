@@ -14,7 +14,7 @@ use crate::study::experiment::{
 };
 use crate::study::worlds::{self, Planning, Trial, World, evaluate};
 use crate::task::TaskError;
-use crate::task::domain::Sensing;
+use crate::task::recording::Sensing;
 
 /// The experiment.
 pub(super) struct Worlds {

@@ -135,9 +135,9 @@ fn draw(rng: &mut impl Rng) -> Result<PlanningProblem, TaskError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plan::goal_sets::Regression;
+    use crate::plan::strips::{GroundOperator, Grounded};
     use crate::sim::Seed;
-    use crate::task::regression::Regression;
-    use crate::task::strips::{GroundOperator, Grounded};
     use std::collections::BTreeSet;
 
     #[test]

@@ -3,7 +3,7 @@
 use std::collections::{BTreeSet, HashSet};
 
 use super::PlanningProblem;
-use crate::task::strips::Grounded;
+use crate::plan::strips::Grounded;
 
 /// How far a goal is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

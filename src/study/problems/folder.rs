@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use super::PlanningProblem;
 use crate::files::{FileError, Limit, read_regular_file};
+use crate::plan::strips::{Bodies, Domain, Problem};
 use crate::sim::Seed;
 use crate::task::TaskError;
-use crate::task::strips::{Bodies, Domain, Problem};
 
 /// Greatest number of problems in a folder.
 const MAX_PROBLEMS: usize = 2_000;

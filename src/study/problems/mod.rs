@@ -39,8 +39,8 @@ pub use tangled::{TANGLED, tangled};
 
 use std::ops::RangeInclusive;
 
+use crate::plan::strips::{Bodies, Domain, Grounded, Problem, validate};
 use crate::task::TaskError;
-use crate::task::strips::{Bodies, Domain, Grounded, Problem, validate};
 
 fn outside(name: &'static str, value: usize, range: RangeInclusive<usize>) -> TaskError {
     let [least, most] = [*range.start() as f64, *range.end() as f64];

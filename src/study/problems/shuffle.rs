@@ -6,8 +6,8 @@ use rand::Rng;
 use rand::seq::SliceRandom;
 
 use super::PlanningProblem;
+use crate::plan::strips::{Atom, EQUAL, Fact, Term};
 use crate::task::TaskError;
-use crate::task::strips::{Atom, EQUAL, Fact, Term};
 
 /// New names for old ones.
 struct Names(BTreeMap<String, String>);

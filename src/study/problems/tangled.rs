@@ -144,9 +144,9 @@ mod tests {
     use std::collections::BTreeSet;
 
     use super::*;
+    use crate::plan::strips::Grounded;
     use crate::sim::Seed;
     use crate::study::problems::Distance;
-    use crate::task::strips::Grounded;
 
     /// Whether some plan of at most `depth` actions reaches the goal, depth first.
     fn reaches(problem: &Grounded, state: &BTreeSet<usize>, depth: usize) -> bool {

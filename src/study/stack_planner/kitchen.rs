@@ -1,9 +1,9 @@
 //! Kitchens: what there is, what each action needs and does, and what the planner is told about it.
 
+use crate::plan::goal_sets::StripsWorld;
+use crate::plan::strips::{Fact, Fluent, GroundOperator, Grounded};
 use crate::sim::SimDuration;
 use crate::task::TaskError;
-use crate::task::regression::StripsWorld;
-use crate::task::strips::{Fact, Fluent, GroundOperator, Grounded};
 
 /// Time for which the motor is locked after an action has begun, in milliseconds.
 const LOCK_MS: u64 = 100;

@@ -26,12 +26,12 @@ use std::sync::Arc;
 pub use kitchen::Kitchen;
 
 use crate::neurons::{LifSpec, Population, PopulationPlan, SolvedModel, Tuning};
+use crate::plan::goal_sets::Begun;
 use crate::sim::{
     Graph, Pointer, ProbeId, ProbeSpec, RunConfig, Seed, SimDuration, Simulator, Threads, Timebase,
     Vector,
 };
 use crate::task::TaskError;
-use crate::task::regression::Begun;
 use symbols::{Acts, Names, Symbols};
 use world::StackWorld;
 

@@ -3,9 +3,9 @@
 use super::Part;
 use super::kitchen::Kitchen;
 use super::symbols::Symbols;
+use crate::plan::goal_sets::StripsWorld;
 use crate::sim::{Real, Seed, SimDuration, World, WorldError, WorldSave};
 use crate::spa::{VocabError, cosine_of_slices, dot};
-use crate::task::regression::StripsWorld;
 
 /// Cosine from which the sensor recognises a pointer.
 const RECOGNISED: Real = 0.3;

@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use super::rest::draw;
 use super::run::{At, Run, pose};
 use super::spec::Quota;
-use crate::task::domain::Pose;
+use crate::robot::Pose;
 
 /// Maximum number of draws of a free target.
 const DRAWS: usize = 300;

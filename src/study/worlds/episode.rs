@@ -1,8 +1,9 @@
 //! Carries out a planner's moves in a world.
 
 use super::Run;
+use crate::robot::Pose;
 use crate::sim::Seed;
-use crate::task::domain::{Pose, Sensing, Snapshot};
+use crate::task::recording::{Sensing, Snapshot};
 
 /// How an episode ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

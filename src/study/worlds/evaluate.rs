@@ -6,8 +6,8 @@ use super::score::{NeedScore, Rates, SaidState, StateScore, score_needs, score_s
 use super::{Need, Planning, Stage, World};
 use crate::sim::Seed;
 use crate::task::TaskError;
-use crate::task::domain::Sensing;
 use crate::task::learn::{Settings, learn};
+use crate::task::recording::Sensing;
 use crate::task::relational::{
     Classifier, Layout, NeedVerdict, Problem, RelationalDomain, RelationalOperator, Role, Subject,
 };
@@ -143,7 +143,7 @@ fn said(domain: &RelationalDomain, layout: &Layout) -> Vec<Option<SaidState>> {
     layout.located.iter().map(|l| l.fact.map(state)).collect()
 }
 
-type Step = Option<(String, crate::task::Pose)>;
+type Step = Option<(String, crate::robot::Pose)>;
 
 /// Returns the next move, as an object's id and a target pose. `tried` counts the objects that were moved.
 fn next(

@@ -10,8 +10,8 @@ use super::Stage;
 use super::run::{At, Run, pose};
 use super::spec::Spec;
 use super::truth::Need;
+use crate::robot::Pose;
 use crate::sim::Seed;
-use crate::task::domain::Pose;
 
 /// Number of walks for each stage.
 const WALKS: u64 = 12;

@@ -94,7 +94,7 @@ pub use truth::Need;
 use spec::Spec;
 
 use crate::sim::Seed;
-use crate::task::domain::{Demonstration, Labels, Recording, Snapshot, SnapshotEvent};
+use crate::task::recording::{Demonstration, Labels, Recording, Snapshot, SnapshotEvent};
 
 /// The purpose of a run. It determines the number of objects and how they lie at the beginning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

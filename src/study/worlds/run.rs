@@ -10,9 +10,10 @@ use super::rest::{draw, fits, rest};
 use super::spec::{Count, Job, Kind, Lie, Quota, Rule, Spec, Start};
 use super::truth::{Extent, Need};
 use super::{Resting, Stage};
+use crate::robot::Pose;
 use crate::robot::pose::quaternion_array;
 use crate::sim::Seed;
-use crate::task::domain::{ObjectPose, Pose, Snapshot};
+use crate::task::recording::{ObjectPose, Snapshot};
 
 /// Two objects on one reference object cannot be closer than this, in metres.
 const OCCUPIED_M: f64 = 8e-3;

@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::truth::{Extent, Need, TrueGoal, TrueState, Turn};
+use crate::robot::Pose;
 use crate::robot::pose::quaternion_array;
-use crate::task::domain::Pose;
 
 /// How many objects of a kind there are.
 #[derive(Debug, Clone, Copy)]

@@ -1,6 +1,6 @@
 //! The truth about a world: states, needs of actions and the goal. It serves scoring; a learner must not see it.
 
-use crate::task::domain::Pose;
+use crate::robot::Pose;
 
 /// How an object's orientation in a state is fixed, relative to the state's frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,9 +1,9 @@
 //! The builder for domains written in code: states and actions by name, without geometry.
 
+use super::check::Fault;
 use super::ids::StateId;
 use super::operator::Operator;
 use super::state::State;
-use super::check::Fault;
 use crate::task::domain::Domain;
 use crate::task::error::TaskError;
 

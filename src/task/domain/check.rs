@@ -115,9 +115,7 @@ fn check_lists(operator: &Operator, states: &[State]) -> Result<(), Fault> {
             }
         }
     }
-    if let Some(state) =
-        operator.from.iter().chain([&operator.to]).find(|s| known(**s).is_none())
-    {
+    if let Some(state) = operator.from.iter().chain([&operator.to]).find(|s| known(**s).is_none()) {
         let problem = format!("has state number {} as `from` or `to`", state.index());
         return Err(Fault::new(problem, below(states.len())));
     }

@@ -30,9 +30,7 @@ mod composition;
 pub(crate) mod distance;
 mod ids;
 mod operator;
-pub(crate) mod recording;
 pub(crate) mod reference;
-mod sensing;
 mod state;
 pub(crate) mod tolerance;
 mod verdict;
@@ -40,15 +38,17 @@ mod world;
 
 use std::ops::Index;
 
+pub use crate::task::recording::sensing::Sensing;
+pub use crate::task::recording::{
+    Demonstration, Labels, ObjectPose, Recording, Snapshot, SnapshotEvent,
+};
 pub use builder::DomainBuilder;
 pub(crate) use check::{Fault, check_counts, check_names, is_symbol};
 pub use composition::{Composition, Factor, Part};
 pub use ids::{ActionId, StateId};
 pub use operator::Operator;
-pub use recording::{Demonstration, Labels, ObjectPose, Recording, Snapshot, SnapshotEvent};
 pub(crate) use reference::obstacles;
 pub use reference::{AcceptableAnswers, acceptable_answers};
-pub use sensing::Sensing;
 pub use state::{Origin, State};
 pub use tolerance::Offset;
 pub use verdict::{Commitment, Obstacle, Rules, Verdict};

@@ -25,9 +25,9 @@ mod episode;
 mod recovery;
 
 use crate::robot::SkillReport;
-use crate::sim::SimView;
 #[cfg(feature = "physics")]
-use crate::task::scene::SceneFrame;
+use crate::robot::scene::SceneFrame;
+use crate::sim::SimView;
 
 pub use episode::{Chosen, Decided, Ended, EpisodeReport, InNoState, Touched};
 pub use recovery::{Recovery, RecoveryKind};

@@ -15,9 +15,10 @@ use super::live::{Live, Phase, REST, Tools};
 use super::model::{Choice, Seen};
 use super::recovery::attempts::{Attempt, Means, What};
 use super::recovery::{Wanted, places};
-use crate::task::domain::{ActionId, Obstacle, Pose};
+use crate::robot::Pose;
+use crate::robot::skill::{self, Grasp, Target};
+use crate::task::domain::{ActionId, Obstacle};
 use crate::task::event::{Ended, Recovery, RecoveryKind};
-use crate::task::skill::{self, Grasp, Target};
 
 /// Number of other orders that are asked for before a detour.
 const ORDERS: usize = 3;

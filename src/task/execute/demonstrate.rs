@@ -4,13 +4,13 @@
 //! executor know the demonstrations only from this recording.
 
 use super::recorder::Recorder;
+use crate::robot::scene::Scene;
+use crate::robot::skill::Robot;
 use crate::robot::{SkillReport, Touch};
 use crate::sim::{Seed, warn_if_unoptimised};
-use crate::task::domain::{Demonstration, Recording, Sensing, SnapshotEvent};
 use crate::task::error::TaskError;
 use crate::task::event::{Event, Ignore, Observer, Touched};
-use crate::task::scene::Scene;
-use crate::task::skill::Robot;
+use crate::task::recording::{Demonstration, Recording, Sensing, SnapshotEvent};
 use crate::task::tasks::{Demonstrator, Task};
 
 /// A recording of demonstrations, with facts that the recording does not contain.

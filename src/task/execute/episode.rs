@@ -9,13 +9,13 @@ use super::model::TaskModel;
 use super::recorder::Recorder;
 use super::world::EpisodeWorld;
 use super::{EpisodeSpec, senses};
+use crate::robot::scene::Scene;
+use crate::robot::scene::SceneFrame;
 use crate::sim::{RunConfig, Seed, SimError, Simulator, StopReason, WorldError};
 use crate::task::error::TaskError;
 use crate::task::event::{Ended, EpisodeReport, Event, Ignore, Observer};
-use crate::task::scene::SceneFrame;
 use crate::task::planner::{Decider, PlannerBuild};
 use crate::task::relational::{GroundProblem, RelationalDomain};
-use crate::task::scene::Scene;
 
 /// The result of an episode.
 #[derive(Debug, Clone)]
@@ -226,4 +226,3 @@ fn follow(
     })?;
     Ok(())
 }
-

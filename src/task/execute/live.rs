@@ -8,13 +8,14 @@ use super::recorder::Recorder;
 use super::recovery::Wanted;
 use super::recovery::attempts::{Attempts, near};
 use super::{EpisodeSpec, senses};
+use crate::robot::Pose;
+use crate::robot::scene::{BodyId, Scene};
+use crate::robot::skill::Robot;
 use crate::sim::{Real, Seed};
-use crate::task::domain::{ActionId, Obstacle, Pose, StateId, Verdict, WorldState};
+use crate::task::domain::{ActionId, Obstacle, StateId, Verdict, WorldState};
 use crate::task::event::{Decided, Ended, InNoState, Touched};
 use crate::task::planner::{Request, Told};
 use crate::task::relational::Layout;
-use crate::task::scene::{BodyId, Scene};
-use crate::task::skill::Robot;
 use crate::task::tasks::Perturbation;
 
 /// The executor's phase.

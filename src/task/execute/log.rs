@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::world::EpisodeWorld;
 use crate::robot::SkillReport;
+use crate::robot::scene::SceneFrame;
 use crate::task::event::{Decided, Event, Observer, Touched};
-use crate::task::scene::SceneFrame;
 
 /// What has happened so far.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]

@@ -83,8 +83,8 @@ mod world;
 use std::sync::Arc;
 
 use crate::sim::{Seed, SimDuration, Threads};
-use crate::task::domain::Sensing;
 use crate::task::error::TaskError;
+use crate::task::recording::Sensing;
 pub use crate::task::tasks::Perturbation;
 use crate::task::tasks::{self, Task};
 pub use activity::{ActivityRecorder, ModuleSamples};
@@ -152,7 +152,7 @@ impl EpisodeSpec {
     ///
     /// # Errors
     /// [`TaskError::Setting`] for a rate or limit outside its range, or for a perturbation of a body that
-    /// does not exist or move; as [`Task::scene`] and [`SceneSpec::check`](crate::task::scene::SceneSpec::check).
+    /// does not exist or move; as [`Task::scene`] and [`SceneSpec::check`](crate::robot::scene::SceneSpec::check).
     pub fn check(&self) -> Result<(), TaskError> {
         let scene = self.task.scene(Seed::new(0))?;
         scene.check()?;
@@ -187,4 +187,3 @@ impl EpisodeSpec {
         Ok(())
     }
 }
-

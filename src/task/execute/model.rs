@@ -6,18 +6,20 @@ use std::sync::Arc;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::EpisodeSpec;
-use super::recovery::attempts::{Attempts, What};
 use super::episode::BuildDecider;
 use super::guess::{UNSEEN_M, assumed, is_loose};
-use crate::task::domain::{ActionId, ObjectPose, Pose, Snapshot, StateId, WorldState};
+use super::recovery::attempts::{Attempts, What};
+use crate::robot::Pose;
+use crate::robot::skill::{Facing, Target};
+use crate::task::domain::{ActionId, StateId, WorldState};
 use crate::task::error::TaskError;
 use crate::task::event::{Chosen, InNoState};
 use crate::task::planner::Decider;
+use crate::task::recording::{ObjectPose, Snapshot};
 use crate::task::relational::{
     Classifier, GroundProblem, LaidOut, Layout, Move, Problem, RelationalDomain, Situation,
     TargetPose, Turn,
 };
-use crate::task::skill::{Facing, Target};
 
 /// A snapshot of the scene, as sensed.
 pub(super) struct Seen {

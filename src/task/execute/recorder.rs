@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use crate::task::domain::{ObjectPose, Snapshot, SnapshotEvent};
-use crate::task::scene::Scene;
+use crate::robot::scene::Scene;
+use crate::task::recording::{ObjectPose, Snapshot, SnapshotEvent};
 
 /// Takes snapshots of a scene. A snapshot lists first the parts, then the landmarks. An object's id is the name of its
 /// kind, an underscore and a number from 0.

@@ -2,9 +2,10 @@
 
 use super::model::Seen;
 use super::recorder::Recorder;
+use crate::robot::Pose;
+use crate::robot::scene::Scene;
 use crate::sim::Seed;
-use crate::task::domain::{ObjectPose, Pose, Sensing, Snapshot};
-use crate::task::scene::Scene;
+use crate::task::recording::{ObjectPose, Sensing, Snapshot};
 
 /// Number of frames of one look, if sensing has errors.
 const FRAMES: u64 = 9;

@@ -2,7 +2,7 @@
 
 use super::tracks::Track;
 use crate::task::domain::distance::p_distance;
-use crate::task::domain::{Demonstration, SnapshotEvent};
+use crate::task::recording::{Demonstration, SnapshotEvent};
 
 /// Smallest displacement that counts as movement, in metres. Slight knocks, slips in the hand and the settling of a
 /// resting part are smaller.
@@ -140,9 +140,9 @@ pub(crate) fn guess(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::task::domain::Pose;
-    use crate::task::domain::{ObjectPose, Snapshot};
+    use crate::robot::Pose;
     use crate::task::learn::tracks::follow;
+    use crate::task::recording::{ObjectPose, Snapshot};
 
     fn snapshot(event: Option<SnapshotEvent>, object: Option<usize>, xs: &[f64]) -> Snapshot {
         let part = |(i, x): (usize, &f64)| ObjectPose {

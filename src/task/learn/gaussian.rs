@@ -1,6 +1,6 @@
 //! The model of a state: a robust mean pose and a 6-D Gaussian of position and orientation.
 
-use crate::task::domain::{Pose, mean_orientation, rotation_between};
+use crate::robot::{Pose, mean_orientation, rotation_between};
 
 /// Returns the robust mean of `values` (section II.E of the paper): the mean without the `floor(n / 10)` lowest and the
 /// `floor(n / 10)` highest values. Returns 0 for no values. Sorts `values`.

@@ -2,7 +2,8 @@
 
 use std::collections::HashSet;
 
-use crate::task::domain::{Origin, Pose, is_symbol};
+use crate::robot::Pose;
+use crate::task::domain::{Origin, is_symbol};
 
 /// A fixture: an object that never moved. States near it are named after it.
 #[derive(Debug, Clone, PartialEq)]

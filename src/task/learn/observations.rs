@@ -8,9 +8,11 @@ use super::attempts::{Attempt, MOVED_M, cut, guess};
 use super::linkage::Dendrogram;
 use super::threshold::{Manipulation, choose};
 use super::tracks::{Track, follow};
-use crate::task::domain::{Pose, Recording, WorldState};
+use crate::robot::Pose;
+use crate::task::domain::WorldState;
 use crate::task::error::TaskError;
 use crate::task::event::{Event, LearningStep, Observer};
+use crate::task::recording::Recording;
 
 /// A recording with its tracks, attempts and clusters.
 pub(super) struct Observations<'r> {

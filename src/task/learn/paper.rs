@@ -2,9 +2,9 @@
 
 use super::observations::Observations;
 use super::{Learned, Settings};
-use crate::task::domain::Recording;
 use crate::task::error::TaskError;
 use crate::task::event::{Event, LearningStep, Observer};
+use crate::task::recording::Recording;
 
 /// Learns from a recording whose settings were checked.
 pub(super) fn learn(

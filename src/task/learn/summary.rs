@@ -5,7 +5,8 @@ use std::collections::BTreeSet;
 use super::gaussian::PoseGaussian;
 use super::infer::{Inferred, state_of};
 use super::observations::Observations;
-use crate::task::domain::{ActionId, Pose, StateId};
+use crate::robot::Pose;
+use crate::task::domain::{ActionId, StateId};
 
 /// The outcome of an attempt.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -98,7 +99,10 @@ impl Observations<'_> {
                 let demo = &self.recording.demos[t.demo];
                 let action = |to: usize| {
                     let state = state_of(to, states);
-                    operators.iter().position(|o| Some(StateId::new(o.to)) == state).map(ActionId::new)
+                    operators
+                        .iter()
+                        .position(|o| Some(StateId::new(o.to)) == state)
+                        .map(ActionId::new)
                 };
                 AttemptReport {
                     demo: demo.number,

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::task::domain::Pose;
-use crate::task::domain::{Demonstration, Snapshot};
+use crate::robot::Pose;
+use crate::task::recording::{Demonstration, Snapshot};
 
 /// One physical object throughout a demonstration.
 #[derive(Debug, Clone, PartialEq)]
@@ -110,7 +110,7 @@ fn match_kind(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::task::domain::ObjectPose;
+    use crate::task::recording::ObjectPose;
 
     fn snapshot(number: u64, objects: &[(&str, f64)]) -> Snapshot {
         let object = |(id, x): &(&str, f64)| ObjectPose {

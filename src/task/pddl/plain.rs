@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Names, Written};
-use crate::task::strips::{
+use crate::plan::strips::{
     Action, Atom, Domain, Fact, Fluent, GroundOperator, Grounded, Literal, Predicate, Problem,
     Types,
 };

@@ -5,10 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::conditions::{At, Possible, Way};
 use super::goals::{Counted, terms};
 use super::{Names, WriteFault, Written};
-use crate::task::relational::{Fact, Frame, Move, Problem, Situation};
-use crate::task::strips::{
+use crate::plan::strips::{
     self, Action, Atom, Domain, Literal, MAX_ACTIONS, OBJECT, Predicate, Term, Typed, Types,
 };
+use crate::task::relational::{Fact, Frame, Move, Problem, Situation};
 
 /// Writes a relational problem with a situation and the problem's goal.
 ///

@@ -2,16 +2,16 @@
 
 use std::sync::Arc;
 
-use super::ask::Planner;
+use super::chain::ask::Planner;
+use super::chain::graph::PlannerSpec;
 use super::decider::Decider;
 use super::goal_sets::GoalSetPlanner;
-use super::graph::PlannerSpec;
 use super::rollout::LIMIT;
 use crate::neurons::{PatternError, Population, PopulationPlan};
+use crate::plan::goal_sets::populations;
 use crate::sim::{Seed, SimDuration};
 use crate::task::domain::{Domain, StateId};
 use crate::task::error::TaskError;
-use crate::task::regression::populations;
 use crate::task::relational::GroundProblem;
 
 /// A planner graph, by name.

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use super::chain::views::ModuleView;
 use super::rollout::{Prediction, RolledOut};
-use super::views::ModuleView;
 use crate::sim::{Graph, Real, SimDuration};
 use crate::task::domain::{Domain, StateId, Verdict, WorldState};
 use crate::task::error::TaskError;

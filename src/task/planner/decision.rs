@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::watch::Choice;
+use super::chain::watch::Choice;
 use crate::task::domain::Verdict;
 
 /// The stages of a decision. Each gives a milestone.

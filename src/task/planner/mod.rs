@@ -1,7 +1,7 @@
 //! Planners over a domain: they decide the next action towards a goal in simulated time.
 //!
 //! There are two, behind the trait [`Decider`]. A [`GoalSetPlanner`] is the one that drives the robot by default: it plans
-//! with whole goal sets, in neurons alone ([`regression`](super::regression)). A [`Planner`] is that of the paper: it
+//! with whole goal sets, in neurons alone ([`regression`](crate::plan::goal_sets)). A [`Planner`] is that of the paper: it
 //! asks about one state after another with semantic-pointer modules, and its control is a program. It is described here.
 //!
 //! | to | use |
@@ -59,35 +59,26 @@
 //! reachable. This ignores that actions can also end states; the robot notices an ended state when it
 //! re-plans.
 
-mod alternatives;
-mod ask;
 mod board;
 mod build;
+mod chain;
 mod decider;
 mod decision;
-pub(crate) mod encode;
-mod executive;
-mod goal_set_run;
 mod goal_sets;
-mod graph;
-mod recall;
 mod rollout;
 mod scene;
-mod views;
-mod walk;
-mod watch;
 
-pub use ask::Planner;
 pub use build::{PlannerBuild, PlannerKind};
-pub use decider::{Decider, Request, Told};
-pub use decision::{Decision, Milestone, Stage};
-pub use encode::{
+pub use chain::ask::Planner;
+pub use chain::encode::{
     ABSENT, ActionSpace, Encoded, NOTHING, PRECONDITION, StateSpace, deep_preconditions,
 };
-pub use executive::Timing;
+pub use chain::executive::Timing;
+pub use chain::graph::{Part, PlannerSpec, PlanningGraph, PlanningPorts, Unbinding};
+pub use chain::views::{ModuleView, Shows};
+pub use chain::watch::{Choice, Why};
+pub use decider::{Decider, Request, Told};
+pub use decision::{Decision, Milestone, Stage};
 pub use goal_sets::{GoalSetPlanner, strips_problem};
-pub use graph::{Part, PlannerSpec, PlanningGraph, PlanningPorts, Unbinding};
 pub use rollout::{Counts, PlanEnd, PlannedStep, Prediction, RolledOut};
 pub use scene::{SceneEnd, SceneMove, ScenePlan};
-pub use views::{ModuleView, Shows};
-pub use watch::{Choice, Why};

@@ -1,6 +1,6 @@
 //! Whole plans: asks a planner repeatedly, in situations predicted from the operators.
 
-use super::ask::Planner;
+use super::chain::ask::Planner;
 use super::decider::Decider;
 use super::decision::Decision;
 use crate::sim::SimDuration;

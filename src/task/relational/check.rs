@@ -1,9 +1,7 @@
 //! Checks a relational domain.
 
 use super::state::{Coordinate, Turn};
-use super::{
-    FrameState, GoalTerm, Quantity, RelationalDomain, RelationalOperator, Role, Subject,
-};
+use super::{FrameState, GoalTerm, Quantity, RelationalDomain, RelationalOperator, Role, Subject};
 use crate::task::domain::{Fault, check_names};
 use crate::task::error::TaskError;
 
@@ -28,9 +26,8 @@ impl RelationalDomain {
         let states = self.states.iter().map(|s| &s.name);
         let names = check_names(states.chain(self.operators.iter().map(|o| &o.name))).err();
         let of_states = || {
-            let of = |s: &FrameState| {
-                Some(fault_of_state(s)?.of(format_args!("state `{}`", s.name)))
-            };
+            let of =
+                |s: &FrameState| Some(fault_of_state(s)?.of(format_args!("state `{}`", s.name)));
             self.states.iter().find_map(of)
         };
         let of_operators = || {
@@ -40,9 +37,8 @@ impl RelationalDomain {
             self.operators.iter().find_map(of)
         };
         let of_goals = || {
-            let of = |(index, goal)| {
-                Some(self.fault_of_goal(index, goal)?.of(format_args!("the goal")))
-            };
+            let of =
+                |(index, goal)| Some(self.fault_of_goal(index, goal)?.of(format_args!("the goal")));
             self.goals.iter().enumerate().find_map(of)
         };
         let of_noise = || {
@@ -177,7 +173,10 @@ fn fault_of_state(state: &FrameState) -> Option<Fault> {
         let square: f64 = place.orientation.iter().map(|v| v * v).sum();
         // A comparison with a number that is not finite is false.
         if (square - 1.0).abs() >= UNIT || !square.is_finite() {
-            return Some(Fault::new("has an orientation of another norm than 1", "a unit quaternion"));
+            return Some(Fault::new(
+                "has an orientation of another norm than 1",
+                "a unit quaternion",
+            ));
         }
         for coordinate in &place.coordinates {
             let (a, b, ordered) = match *coordinate {

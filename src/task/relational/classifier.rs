@@ -7,10 +7,12 @@ use super::frame::relative;
 use super::layout::{Fact, Layout};
 use super::state::{Coordinate, FrameState, Place, Turn};
 use super::{Frame, RelationalDomain};
+use crate::robot::Pose;
 use crate::task::domain::distance::{PAPER_EXPONENT, check_exponent, p_distance};
 use crate::task::domain::tolerance::{Directions, PLAY, Pool, between, predictive, tilt, up_axis};
-use crate::task::domain::{ObjectPose, Offset, Origin, Pose, Snapshot};
+use crate::task::domain::{Offset, Origin};
 use crate::task::error::TaskError;
+use crate::task::recording::{ObjectPose, Snapshot};
 
 /// The state of one object of a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -446,9 +448,8 @@ impl Classifier {
 
 /// Returns the match at the least distance.
 fn nearest(matches: &[Match], taken: Pose) -> Located {
-    let best = matches
-        .iter()
-        .min_by(|a, b| a.distance.total_cmp(&b.distance).then(a.fact.cmp(&b.fact)));
+    let best =
+        matches.iter().min_by(|a, b| a.distance.total_cmp(&b.distance).then(a.fact.cmp(&b.fact)));
     let (fact, distance) = (best.map(|m| m.fact), best.map(|m| m.distance));
     let other = |m: &Match| {
         Some(m.distance) == distance

@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use crate::robot::Pose;
 use crate::robot::pose::quaternion_array;
-use crate::task::domain::Pose;
 
 /// The frame in which a state's places are given.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]

@@ -7,8 +7,9 @@ use super::goal::{GoalTerm, Quantity};
 use super::operator::{Condition, Need, RelationalOperator, SideEffect, Subject, Verdict};
 use super::state::{Coordinate, FrameState, Place, Turn};
 use super::{Frame, Provenance, RelationalDomain};
+use crate::robot::Pose;
 use crate::task::domain::tolerance::{MIN_DISTINCT, WILD_RAD};
-use crate::task::domain::{Fault, Origin, Pose};
+use crate::task::domain::{Fault, Origin};
 
 /// Smallest standard deviation at which a coordinate of a placed and of a found state is open, in metres. A few starting
 /// positions can agree by chance: in 1 of 20 sets of five demonstrations, five positions agreed within 8 mm in one

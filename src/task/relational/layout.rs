@@ -5,7 +5,8 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::classifier::Located;
-use crate::task::domain::{Pose, Snapshot};
+use crate::robot::Pose;
+use crate::task::recording::Snapshot;
 
 /// The state of one object: a place of a state, and the reference.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]

@@ -43,10 +43,10 @@ mod state;
 mod symbols;
 mod words;
 
+pub use classifier::{Classifier, ClassifierRule, Located, Miss};
 pub use frame::Frame;
 pub(crate) use frame::relative;
 pub use goal::{GoalTerm, Quantity};
-pub use classifier::{Classifier, ClassifierRule, Located, Miss};
 pub use layout::{Fact, LaidOut, Layout, Situation};
 pub use moves::{Move, TargetPose};
 pub use operator::{
@@ -54,10 +54,10 @@ pub use operator::{
     Verdict as NeedVerdict,
 };
 pub use plan::PlannedMove;
-pub(crate) use state::ROOMY_M;
 pub use problem::{Problem, ProblemError};
 pub use propositional::GroundProblem;
 pub use provenance::{KindClusters, Provenance};
+pub(crate) use state::ROOMY_M;
 pub use state::{Coordinate, FrameState, Place, Turn};
 
 /// A learned domain with states in frames, operators with parameters, and a goal.

@@ -9,7 +9,7 @@ use super::problem::Problem;
 use super::state::ROOMY_M;
 use super::state::{Coordinate, Turn};
 use super::{Frame, Layout};
-use crate::task::domain::Pose;
+use crate::robot::Pose;
 
 /// An operator with its parameters bound.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

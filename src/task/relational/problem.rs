@@ -51,7 +51,9 @@ pub enum ProblemError {
         present: usize,
     },
     /// The scene has too many objects for the planner graph.
-    #[error("the scene has {objects} objects, and planning in it would take more than {most} {what}")]
+    #[error(
+        "the scene has {objects} objects, and planning in it would take more than {most} {what}"
+    )]
     TooLarge {
         /// Number of objects in the scene.
         objects: usize,

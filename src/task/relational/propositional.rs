@@ -25,9 +25,7 @@ use super::moves::Move;
 use super::operator::Verdict;
 use super::problem::{Problem, ProblemError};
 use super::symbols::Symbols;
-use crate::task::domain::{
-    ActionId, Composition, Domain, Operator, State, StateId, WorldState,
-};
+use crate::task::domain::{ActionId, Composition, Domain, Operator, State, StateId, WorldState};
 use crate::task::error::TaskError;
 
 /// A test of a situation.

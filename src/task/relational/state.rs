@@ -4,7 +4,8 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::frame::Frame;
-use crate::task::domain::{Origin, Pose, rotation_between};
+use crate::robot::{Pose, rotation_between};
+use crate::task::domain::Origin;
 
 /// One coordinate of a place, in its frame.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -24,8 +24,8 @@
 //! # Adding a task in code
 //!
 //! 1. Write a type with the task's settings. Give it `Default`, `Serialize` and `Deserialize`.
-//! 2. Implement [`Task`] for it. `scene` draws a [`SceneSpec`](crate::task::scene::SceneSpec) from a seed.
-//!    `grasps` lists the [`Grasp`](crate::task::skill::Grasp)s for a part, the best first. `judge` says
+//! 2. Implement [`Task`] for it. `scene` draws a [`SceneSpec`](crate::robot::scene::SceneSpec) from a seed.
+//!    `grasps` lists the [`Grasp`](crate::robot::skill::Grasp)s for a part, the best first. `judge` says
 //!    whether the task is solved.
 //! 3. Implement [`Demonstrator`]. It looks at the scene and returns the next [`Step`]: a part and its target.
 //! 4. Read the settings with [`parse_settings`], so that errors name the file and the line or field.

@@ -6,12 +6,12 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use crate::robot::Pose;
 use crate::robot::SkillReport;
+use crate::robot::scene::{BodyId, Scene, SceneSpec};
+use crate::robot::skill::{Grasp, Target};
 use crate::sim::Seed;
-use crate::task::domain::Pose;
 use crate::task::error::TaskError;
-use crate::task::scene::{BodyId, Scene, SceneSpec};
-use crate::task::skill::{Grasp, Target};
 
 /// A task with its settings.
 ///

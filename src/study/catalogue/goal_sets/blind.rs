@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use rand::Rng;
 use rand::seq::IndexedRandom;
 
+use crate::plan::goal_sets::Regression;
 use crate::study::problems::PlanningProblem;
-use crate::task::regression::Regression;
 
 /// Most actions of a plan.
 const LONGEST: usize = 48;

@@ -5,13 +5,13 @@ use serde_json::{Value, json};
 use super::{
     Options, REVISION, Setup, begun_at, first_action, last_action, number, rates, unmet, world,
 };
+use crate::plan::goal_sets::Course;
 use crate::sim::Seed;
 use crate::study::experiment::{
     About, Cell, Experiment, Figure, Measure, Reading, Results, TrialOutcome, outcome,
 };
 use crate::study::problems::{Kitchen, PlanningProblem};
 use crate::task::TaskError;
-use crate::task::regression::Course;
 
 /// Numbers of actions of the kitchen of 2016.
 const ACTIONS: [usize; 4] = [2, 3, 4, 5];

@@ -15,15 +15,15 @@ use serde_json::{Value, json};
 
 use super::Options;
 use crate::neurons::{LifSpec, Population};
+use crate::plan::goal_sets::{
+    Course, GoalSetError, GoalSetSpec, Regression, SearchSpec, StripsWorld, pursue, search,
+};
 use crate::sim::{Seed, SimDuration};
 use crate::study::experiment::{
     Axis, Figure, Measure, Reading, Results, Row, Series, Style, TrialOutcome, outcome,
 };
 use crate::study::problems::PlanningProblem;
 use crate::task::TaskError;
-use crate::task::regression::{
-    Course, GoalSetError, GoalSetSpec, Regression, SearchSpec, StripsWorld, pursue, search,
-};
 
 pub(super) use ipc::Ipc;
 pub(super) use kitchen::Kitchens;

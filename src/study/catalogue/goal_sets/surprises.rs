@@ -8,14 +8,14 @@ use serde_json::{Value, json};
 
 use super::kitchen::{REACHED, SLOTS};
 use super::{Options, REVISION, Setup, begun_at, last_action, number, rates, unmet, world};
+use crate::plan::goal_sets::Course;
+use crate::plan::strips::Grounded;
 use crate::sim::Seed;
 use crate::study::experiment::{
     About, Cell, Experiment, Figure, Measure, Reading, Results, TrialOutcome, outcome,
 };
 use crate::study::problems::{Distance, Kitchen, PlanningProblem, distance};
 use crate::task::TaskError;
-use crate::task::regression::Course;
-use crate::task::strips::Grounded;
 
 /// Probability that an action begins and has no effect.
 const FAILURES: f64 = 0.2;
@@ -149,7 +149,7 @@ impl Experiment for Surprises {
 mod tests {
     use super::*;
     use crate::neurons::Population;
-    use crate::task::regression::Begun;
+    use crate::plan::goal_sets::Begun;
 
     #[test]
     fn another_hand_changes_something_and_leaves_the_goal_within_reach() {

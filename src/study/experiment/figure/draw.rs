@@ -7,7 +7,7 @@ use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 
 use super::{Axis, Figure, Mark, Series, Style};
-use crate::sim::COLOURS;
+use crate::record::COLOURS;
 
 /// Width and height of a figure with a numeric vertical axis, in pixels.
 const SIZE: (u32, u32) = (720, 460);

@@ -3,7 +3,7 @@ use std::collections::BTreeSet;
 use super::super::explore::explore;
 use super::*;
 use crate::robot::Pose;
-use crate::task::domain::Sensing;
+use crate::task::recording::Sensing;
 
 /// What the world demands of a move into a state, and what an exploration always found.
 fn needs(world: &World, state: &str) -> (Vec<Need>, BTreeSet<Need>) {

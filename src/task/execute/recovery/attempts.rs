@@ -6,8 +6,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::robot::Pose;
 use crate::robot::SkillOutcome;
-use crate::task::domain::Pose;
 use crate::task::event::RecoveryKind;
 
 /// What is tried: an action with its parameters, or a detour with its part.

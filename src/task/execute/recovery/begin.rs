@@ -2,11 +2,12 @@
 
 use super::attempts::{Means, What};
 use super::{Detour, Plight, detours, places};
-use crate::task::domain::{Obstacle, Pose};
+use crate::robot::Pose;
+use crate::robot::skill;
+use crate::task::domain::Obstacle;
 use crate::task::event::{Recovery, RecoveryKind};
 use crate::task::execute::live::{Live, Phase, REST, Tools};
 use crate::task::execute::model::Seen;
-use crate::task::skill;
 
 /// Speed above which a part is not at rest, in metres per second.
 const MOVES_M_S: f64 = 0.02;
@@ -25,7 +26,7 @@ impl Live {
         let mut in_the_way = match stuck {
             Some(Obstacle::NothingCauses { state }) => {
                 tools.model.in_the_way(state, self.memory.as_ref())
-            },
+            }
             _ => Vec::new(),
         };
         // A pin may have to be lifted out of its ring, or the ring off the pin.

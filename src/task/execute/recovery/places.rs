@@ -1,8 +1,8 @@
 //! Free places for parts, and the names of parts.
 
-use crate::task::domain::Pose;
-use crate::task::scene::Scene;
-use crate::task::skill::{self, Facing, Target};
+use crate::robot::Pose;
+use crate::robot::scene::Scene;
+use crate::robot::skill::{self, Facing, Target};
 
 /// Least distance of a free place from every other part, in metres.
 const ROOM_M: f64 = 0.07;

@@ -1,9 +1,9 @@
 //! What the recoveries know: the scene, the parts in no state, and what could not be done.
 
 use super::places;
-use crate::task::domain::Pose;
+use crate::robot::Pose;
+use crate::robot::scene::Scene;
 use crate::task::execute::model::{Choice, Seen};
-use crate::task::scene::Scene;
 
 /// What the executor wanted to do and could not: a part, and where it was to be put.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]

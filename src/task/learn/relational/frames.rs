@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::likelihood::Sums;
 use super::motion::{Came, Motion, Rest};
-use crate::task::domain::Pose;
+use crate::robot::Pose;
 use crate::task::relational::relative;
 
 /// Smallest size of the scene in a coordinate, in metres.

@@ -12,10 +12,12 @@ mod states;
 
 use super::summary::{AttemptOutcome, AttemptReport, LearnReport, UnexplainedPoses};
 use super::{Learned, Settings};
-use crate::task::domain::{ActionId, Pose, Recording};
+use crate::robot::Pose;
+use crate::task::domain::ActionId;
 use crate::task::error::TaskError;
 use crate::task::event::{Event, LearningStep, Observer};
 use crate::task::learn::PoseGaussian;
+use crate::task::recording::Recording;
 use crate::task::relational::{Provenance, RelationalDomain};
 use motion::Motion;
 

@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use crate::robot::{Pose, mean_orientation, rotation_between};
 use crate::task::domain::distance::p_distance;
-use crate::task::domain::{Demonstration, Pose, Recording, mean_orientation, rotation_between};
 use crate::task::learn::attempts::{self, Attempt, MOVED_M};
 use crate::task::learn::tracks::Track;
+use crate::task::recording::{Demonstration, Recording};
 
 /// Standard deviations of the recorded poses of objects that rest.
 #[derive(Debug, Clone, Copy, PartialEq)]

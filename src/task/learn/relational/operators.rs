@@ -9,8 +9,8 @@ use crate::task::learn::attempts::Attempt;
 use crate::task::learn::names::action_name;
 use crate::task::learn::summary::Failure;
 use crate::task::relational::{
-    Condition, Coordinate, Displacement, GoalTerm, Need, NeedVerdict, Place, Quantity, RelationalOperator,
-    Role, SideEffect, Subject, relative,
+    Condition, Coordinate, Displacement, GoalTerm, Need, NeedVerdict, Place, Quantity,
+    RelationalOperator, Role, SideEffect, Subject, relative,
 };
 
 /// A demonstrated instance of an action.
@@ -276,7 +276,7 @@ fn displacement(
             let after = motion.rest_at(demo, i.object, i.attempt.after)?;
             let frame = match i.to.reference {
                 Some(track) => motion.rest_at(demo, track, after.first)?.pose,
-                None => crate::task::domain::Pose::at([0.0; 3]),
+                None => crate::robot::Pose::at([0.0; 3]),
             };
             let (a, b) = (relative(&frame, &before), relative(&frame, &after.pose));
             Some(std::array::from_fn(|k| b.position[k] - a.position[k]))

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::frames::Frames;
 use super::motion::Came;
 use super::states::PLACED_M;
-use crate::task::domain::Pose;
+use crate::robot::Pose;
 
 /// Loss of likelihood that the places of one state may have in a common frame, for each place.
 const COMMON: f64 = 8.0;

@@ -1,9 +1,9 @@
 //! States, actions and goal of a single demonstration.
 
-use crate::task::domain::Recording;
 use crate::task::error::TaskError;
 use crate::task::event::Observer;
 use crate::task::learn::{Learned, Settings, paper};
+use crate::task::recording::Recording;
 use crate::task::relational::{Classifier, GoalTerm, Layout, Quantity, RelationalDomain};
 
 /// Learns from a single demonstration as the paper does. If an attempt seems to have failed, learns again with the

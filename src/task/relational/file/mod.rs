@@ -258,7 +258,12 @@ impl DomainFile {
             let effect = |(i, e): (usize, &SideEffectEntry)| {
                 let place = || format!("operators[{index}].side_effects[{i}].state");
                 let condition = Condition { state: find(&e.state, &place)?, subject: e.subject };
-                Ok::<_, FieldFault>(SideEffect { condition, begins: e.begins, changed: e.changed, of: e.of })
+                Ok::<_, FieldFault>(SideEffect {
+                    condition,
+                    begins: e.begins,
+                    changed: e.changed,
+                    of: e.of,
+                })
             };
             operators.push(RelationalOperator {
                 from: all(&entry.from, "from")?,

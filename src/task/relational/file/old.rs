@@ -6,7 +6,8 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::fields::{FieldFault, faulty_entry};
-use crate::task::domain::{Fault, Origin, Pose, check_counts, check_names};
+use crate::robot::Pose;
+use crate::task::domain::{Fault, Origin, check_counts, check_names};
 use crate::task::relational::gaussian::{CountedOperator, GaussianState, Gaussians};
 use crate::task::relational::{Provenance, RelationalDomain};
 

@@ -3,8 +3,8 @@
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::{FORMAT, GoalEntry, NeedEntry, OperatorEntry, SideEffectEntry, VERSION};
 use super::fields::{FieldFault, faulty_entry, misfit};
+use super::{FORMAT, GoalEntry, NeedEntry, OperatorEntry, SideEffectEntry, VERSION};
 use crate::task::relational::{FrameState, Place, Provenance};
 
 /// Paths of values that must be objects. They are checked here because serde also accepts a list of the field values in

@@ -8,8 +8,8 @@ use super::format::{
     Relation, Shape, SliderData, Start, TaskFile,
 };
 use super::frames::dot;
-use crate::task::robot::reaches_table;
-use crate::task::robot::vector::unit;
+use crate::robot::arm::reaches_table;
+use crate::robot::arm::vector::unit;
 
 /// A fault: the field, what was found and what was expected.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -11,12 +11,12 @@ use super::frames::{Level, arc, dot};
 use super::relation::{Held, Seen, Sight};
 use super::shape::Extent;
 use super::task::DataTask;
+use crate::robot::arm::vector::scale;
+use crate::robot::arm::{BodyFrame, Turn, reaches_table};
+use crate::robot::scene::Scene;
+use crate::robot::skill::Target;
 use crate::robot::{SkillOutcome, SkillReport};
 use crate::sim::Seed;
-use crate::task::robot::vector::scale;
-use crate::task::robot::{BodyFrame, Turn, reaches_table};
-use crate::task::scene::Scene;
-use crate::task::skill::Target;
 use crate::task::tasks::{Demonstrator, Step};
 
 /// The demonstrator of one demonstration.

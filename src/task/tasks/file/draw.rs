@@ -8,9 +8,9 @@ use rand::{Rng, RngExt};
 use super::format::{Reference, Region, Start, TaskFile};
 use super::frames::{Level, arc};
 use super::shape::{self, Extent};
+use crate::robot::arm::{BodyFrame, Turn, reaches_table};
+use crate::robot::scene::Piece;
 use crate::sim::Seed;
-use crate::task::robot::{BodyFrame, Turn, reaches_table};
-use crate::task::scene::Piece;
 
 /// Shapes of a task file, ready for use.
 #[derive(Debug, Clone, PartialEq)]

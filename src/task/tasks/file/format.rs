@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::task::robot::{ArmSpec, GripperSpec};
-use crate::task::scene::TableSpec;
+use crate::robot::arm::{ArmSpec, GripperSpec};
+use crate::robot::scene::TableSpec;
 
 /// A task as data: the contents of a task file. See the [module](super) for an example.
 ///
@@ -78,7 +78,7 @@ pub struct PartKind {
 }
 
 /// A straight guide. The robot takes a part on it and slides it; the part neither turns nor leaves the guide. See
-/// [`Slider`](crate::task::scene::Slider).
+/// [`Slider`](crate::robot::scene::Slider).
 ///
 /// The part starts at coordinate 0, with its origin exactly at the place that is drawn in the region. If the region lies
 /// in the frame of a movable reference with a shape, this reference carries the guide. Otherwise the table does.
@@ -141,7 +141,7 @@ pub enum Shape {
     },
 }
 
-/// How the robot puts down a part. See [`Handling`](crate::task::scene::Handling).
+/// How the robot puts down a part. See [`Handling`](crate::robot::scene::Handling).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HandlingData {

@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-use crate::task::robot::vector::{add, cross, scale, sub, unit};
-use crate::task::robot::{BodyFrame, Turn};
+use crate::robot::arm::vector::{add, cross, scale, sub, unit};
+use crate::robot::arm::{BodyFrame, Turn};
 
 pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

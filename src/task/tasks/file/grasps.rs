@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use super::format::GraspData;
 use super::frames::dot;
-use crate::task::robot::vector::{add, scale, sub, unit};
-use crate::task::robot::{BodyFrame, FINGER_TIP_M, Turn};
-use crate::task::skill::Grasp;
+use crate::robot::arm::vector::{add, scale, sub, unit};
+use crate::robot::arm::{BodyFrame, FINGER_TIP_M, Turn};
+use crate::robot::skill::Grasp;
 
 /// Approaches up to this angle from straight down come from above, the others from the side, in degrees.
 const STEEP_DEG: f64 = 60.0;

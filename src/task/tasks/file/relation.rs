@@ -6,10 +6,10 @@ use super::draw::Shapes;
 use super::format::{HandlingData, Orientation, Place, Quantity, Relation, TaskFile};
 use super::frames::{Level, angle_deg, dot};
 use super::shape::Extent;
-use crate::task::domain::Pose;
-use crate::task::robot::BodyFrame;
-use crate::task::robot::vector::{scale, sub, unit};
-use crate::task::scene::Scene;
+use crate::robot::Pose;
+use crate::robot::arm::BodyFrame;
+use crate::robot::arm::vector::{scale, sub, unit};
+use crate::robot::scene::Scene;
 
 /// A part as it lies now.
 #[derive(Debug, Clone, Copy)]

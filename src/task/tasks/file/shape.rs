@@ -3,9 +3,9 @@
 use std::f64::consts::{PI, TAU};
 
 use super::format::Shape;
-use crate::task::robot::BodyFrame;
-use crate::task::robot::vector::add;
-use crate::task::scene::{Piece, cuboid};
+use crate::robot::arm::BodyFrame;
+use crate::robot::arm::vector::add;
+use crate::robot::scene::{Piece, cuboid};
 
 impl Shape {
     /// Returns the convex pieces.
@@ -145,7 +145,7 @@ impl Extent {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::task::robot::Turn;
+    use crate::robot::arm::Turn;
 
     #[test]
     fn rectangles_that_cross_at_an_angle_are_near_and_others_are_not() {

@@ -11,15 +11,15 @@ use super::format::{LandmarkData, LookData, PartKind, Quantity, Reference, Start
 use super::grasps;
 use super::relation::Sight;
 use super::shape::Extent;
-use crate::sim::Seed;
-use crate::task::domain::Pose;
-use crate::task::error::{InputFault, TaskError, json_problem};
-use crate::task::robot::BodyFrame;
-use crate::task::robot::vector::{add, unit};
-use crate::task::scene::{
+use crate::robot::Pose;
+use crate::robot::arm::BodyFrame;
+use crate::robot::arm::vector::{add, unit};
+use crate::robot::scene::{
     BodyId, BodyKind, Fixture, Handling, Landmark, Look, Part, Scene, SceneSpec, Slider, Symmetry,
 };
-use crate::task::skill::Grasp;
+use crate::robot::skill::Grasp;
+use crate::sim::Seed;
+use crate::task::error::{InputFault, TaskError, json_problem};
 use crate::task::tasks::{Demonstrator, Judgement, Perturbation, Task};
 
 /// A task that is described by a [`TaskFile`].

@@ -3,9 +3,9 @@
 use super::settings::{MAX_OF_A_KIND, NutsAndBolts};
 use super::shapes::neck_radius;
 use super::start;
+use crate::robot::arm::reaches_table;
 use crate::sim::Seed;
 use crate::task::error::TaskError;
-use crate::task::robot::reaches_table;
 
 /// Name, getter, least and greatest value of a setting.
 type Range = (&'static str, fn(&NutsAndBolts) -> f64, f64, f64);

@@ -10,10 +10,10 @@ use rand::RngExt;
 
 use super::scene::{BOLT, NUT};
 use super::settings::NutsAndBolts;
+use crate::robot::scene::Scene;
+use crate::robot::skill::Target;
 use crate::robot::{SkillOutcome, SkillReport};
 use crate::sim::Seed;
-use crate::task::scene::Scene;
-use crate::task::skill::Target;
 use crate::task::tasks::{Demonstrator, Step};
 
 /// The rules, applied in one demonstration.

@@ -7,9 +7,9 @@
 use std::f64::consts::FRAC_PI_3;
 
 use super::settings::PartSpec;
-use crate::task::robot::vector::{add, cross, scale, sub, unit};
-use crate::task::robot::{BodyFrame, FINGER_TIP_M, Turn};
-use crate::task::skill::Grasp;
+use crate::robot::arm::vector::{add, cross, scale, sub, unit};
+use crate::robot::arm::{BodyFrame, FINGER_TIP_M, Turn};
+use crate::robot::skill::Grasp;
 
 /// Length of a nut's flats that the pads cover, in metres. With more, the pads would touch the pocket's rim.
 const NUT_HELD_M: f64 = 0.007;

@@ -3,8 +3,8 @@
 
 use super::scene::{BOLT, NUT};
 use super::settings::NutsAndBolts;
-use crate::task::domain::Pose;
-use crate::task::scene::Scene;
+use crate::robot::Pose;
+use crate::robot::scene::Scene;
 use crate::task::tasks::Judgement;
 
 /// The parts in the jig, by their index in the scene.

@@ -2,13 +2,13 @@
 
 use super::settings::NutsAndBolts;
 use super::{shapes, start};
-use crate::sim::Seed;
-use crate::task::domain::Pose;
-use crate::task::error::TaskError;
-use crate::task::robot::BodyFrame;
-use crate::task::scene::{
+use crate::robot::Pose;
+use crate::robot::arm::BodyFrame;
+use crate::robot::scene::{
     BodyKind, Fixture, Handling, Landmark, Look, SceneSpec, Symmetry, TableSpec,
 };
+use crate::sim::Seed;
+use crate::task::error::TaskError;
 
 /// Indices of the kinds in the scene.
 pub(super) const NUT: usize = 0;
@@ -89,7 +89,7 @@ pub(super) fn spec(settings: &NutsAndBolts, seed: Seed) -> Result<SceneSpec, Tas
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::task::scene::{Body, Outline};
+    use crate::robot::scene::{Body, Outline};
 
     #[test]
     fn the_surface_of_a_nut_has_the_volume_of_a_hexagon_with_a_hole() {
@@ -102,7 +102,7 @@ mod tests {
         let volume: f64 = (nut.triangles.iter())
             .map(|triangle| {
                 let [a, b, c] = triangle.map(at);
-                let [x, y, z] = crate::task::robot::vector::cross(b, c);
+                let [x, y, z] = crate::robot::arm::vector::cross(b, c);
                 (a[0] * x + a[1] * y + a[2] * z) / 6.0
             })
             .sum();

@@ -5,8 +5,8 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::files::{Limit, read_file};
+use crate::robot::arm::{ArmSpec, GripperSpec};
 use crate::task::error::TaskError;
-use crate::task::robot::{ArmSpec, GripperSpec};
 use crate::task::tasks::parse_settings;
 
 /// Dimensions and material of hex nuts and hex-head bolts without threads. Lengths in metres.

@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_3, FRAC_PI_6, TAU};
 
 use super::settings::{JigSpec, PartSpec};
-use crate::task::scene::Piece;
+use crate::robot::scene::Piece;
 
 fn around(radius: f64, angle: f64, z: f64) -> [f64; 3] {
     [radius * angle.cos(), radius * angle.sin(), z]

@@ -6,10 +6,10 @@ use rand::{Rng, RngExt};
 
 use super::scene::{BOLT, NUT};
 use super::settings::NutsAndBolts;
+use crate::robot::arm::{BodyFrame, Turn};
+use crate::robot::scene::Part;
 use crate::sim::Seed;
 use crate::task::error::TaskError;
-use crate::task::robot::{BodyFrame, Turn};
-use crate::task::scene::Part;
 
 /// Draws the parts: nuts, then bolts.
 ///

@@ -12,11 +12,13 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
+use crate::robot::Pose;
 use crate::robot::pose::quaternion_array;
 use crate::sim::Seed;
-use crate::task::domain::Pose;
-use crate::task::domain::{Demonstration, Labels, ObjectPose, Recording, Snapshot, SnapshotEvent};
 use crate::task::error::TaskError;
+use crate::task::recording::{
+    Demonstration, Labels, ObjectPose, Recording, Snapshot, SnapshotEvent,
+};
 
 /// Which part is put into the jig first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

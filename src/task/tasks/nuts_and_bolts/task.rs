@@ -9,11 +9,11 @@ use super::demonstrator::Rules;
 use super::scene::NUT;
 use super::settings::NutsAndBolts;
 use super::{grasps, scene};
+use crate::robot::Pose;
+use crate::robot::scene::{BodyId, Scene, SceneSpec};
+use crate::robot::skill::Grasp;
 use crate::sim::Seed;
-use crate::task::domain::Pose;
 use crate::task::error::TaskError;
-use crate::task::scene::{BodyId, Scene, SceneSpec};
-use crate::task::skill::Grasp;
 use crate::task::tasks::{Demonstrator, Judgement, Perturbation, Task};
 
 impl Task for NutsAndBolts {

@@ -1,0 +1,269 @@
+//! Plans and acts in simulated time: the planner graph in a world that follows the rules of the problem.
+
+use std::any::Any;
+use std::sync::Arc;
+
+use thiserror::Error;
+
+use super::graph::GoalSetGraph;
+use super::memory::Layout;
+use super::moments::{Moment, Moments, Step};
+use super::rules::Regression;
+use super::world::{Begun, StripsWorld};
+use crate::neurons::{PatternError, Population, PopulationPlan, Tuning};
+use crate::plan::strips::Grounded;
+use crate::sim::{
+    Constant, GraphBuilder, InputSpec, OutputSpec, ProbeSpec, RunConfig, Seed, SimDuration,
+    SimError, Simulator, Synapse, Timebase, Vector, WorldLink,
+};
+
+/// Greatest number of units of a planner graph. In spiking mode each unit is twenty neurons.
+pub const MAX_UNITS: usize = 400_000;
+
+/// Simulated time between two looks at the world, in milliseconds. A tick takes one.
+const PERIOD_MS: u64 = 10;
+
+/// Settings of a planner over goal sets.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GoalSetSpec {
+    /// Goal sets that are remembered. A plan has fewer actions; a search that fills the slots starts again.
+    pub slots: usize,
+    /// Simulated time after which the run ends.
+    pub limit: SimDuration,
+    /// Neurons, or the functions that they compute.
+    pub population: Population,
+    /// Groups of the planner whose links to others are cut, such as `veto`.
+    pub ablated: Vec<String>,
+}
+
+impl Default for GoalSetSpec {
+    fn default() -> Self {
+        Self {
+            slots: 48,
+            limit: SimDuration::from_millis(10_000),
+            population: Population::Direct,
+            ablated: Vec::new(),
+        }
+    }
+}
+
+/// Why a planner cannot run.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum GoalSetError {
+    /// The problem needs too many units.
+    #[error(
+        "the planner for {fluents} fluents and {operators} operators would have {units} units, more than {MAX_UNITS}; use a smaller problem or fewer slots than {slots}"
+    )]
+    TooLarge {
+        /// Number of fluents of the problem.
+        fluents: usize,
+        /// Number of its operators.
+        operators: usize,
+        /// Slots that were asked for.
+        slots: usize,
+        /// Number of units.
+        units: usize,
+    },
+    /// There are fewer than two slots.
+    #[error(
+        "a planner needs at least 2 slots, one for the goal and one for each action; got {slots}"
+    )]
+    Slots {
+        /// Slots that were asked for.
+        slots: usize,
+    },
+    /// A part of the goal never holds.
+    #[error("the goal cannot be reached: {fluent} never holds")]
+    NeverHolds {
+        /// The part, as a fact.
+        fluent: String,
+    },
+    /// Two parts of the goal never hold together.
+    #[error("the goal cannot be reached: {first} and {second} never hold together")]
+    Unreachable {
+        /// A part of the goal.
+        first: String,
+        /// Another part.
+        second: String,
+    },
+    /// A pattern of layers is wrong.
+    #[error(transparent)]
+    Pattern(#[from] PatternError),
+    /// A group to be ablated does not exist, or the world failed.
+    #[error(transparent)]
+    Sim(#[from] SimError),
+}
+
+/// What a planner did.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Course {
+    /// Whether the goal holds at the end.
+    pub reached: bool,
+    /// The actions that were begun.
+    pub begun: Vec<Begun>,
+    /// Simulated time of the run in milliseconds. The run ends once the goal holds.
+    pub ms: u64,
+    /// What the planner did, in order.
+    pub moments: Vec<Moment>,
+    /// Units of the planner.
+    pub units: usize,
+}
+
+impl Course {
+    /// Returns the operators that had their effects, in order.
+    pub fn plan(&self) -> impl Iterator<Item = usize> {
+        self.begun.iter().filter(|b| b.done).map(|b| b.operator)
+    }
+
+    /// Returns the number of goal sets that were written, without the goal itself.
+    pub fn goal_sets(&self) -> usize {
+        self.count(|step| matches!(step, Step::GoalSet { .. }))
+    }
+
+    /// Returns the number of dead ends from which the planner went back.
+    pub fn dead_ends(&self) -> usize {
+        self.count(|step| step == Step::DeadEnd)
+    }
+
+    /// Returns how often it began to plan: once, and once for each surprise or search that filled the slots.
+    pub fn starts(&self) -> usize {
+        self.count(|step| step == Step::Start)
+    }
+
+    fn count(&self, of: impl Fn(Step) -> bool) -> usize {
+        self.moments.iter().filter(|moment| of(moment.step)).count()
+    }
+}
+
+/// Returns the populations with which the planner is measured: units of twenty neurons, and more for sums and the race.
+///
+/// A unit of [`Tuning::default`] is too noisy: its decoders are less regularised and it fires less.
+///
+/// # Errors
+/// None for the groups of [`GoalSetGraph`]; the type is that of all patterns.
+pub fn populations(population: &Population) -> Result<PopulationPlan, PatternError> {
+    if *population == Population::Direct {
+        return Ok(PopulationPlan::direct());
+    }
+    let of = |change: fn(Tuning) -> Tuning| population.clone().tuned(change);
+    let unit = of(|usual| Tuning {
+        per_item: 20,
+        regularisation: 1.0,
+        max_rates: [300.0, 450.0],
+        ..usual
+    });
+    let race = of(|usual| Tuning { per_item: 100, ..usual });
+    let plan = PopulationPlan::all(unit).with("**/analog".parse()?, population.clone());
+    Ok(plan.with("**/race".parse()?, race))
+}
+
+/// Plans and acts until the goal holds or the time is over.
+///
+/// Costs O(units) per simulated millisecond in spiking mode. One seed gives the same bits.
+///
+/// # Errors
+/// [`GoalSetError`] if the problem is too large, if parts of the goal exclude each other, or if a group to be ablated does
+/// not exist.
+pub fn pursue(
+    problem: &Grounded,
+    world: StripsWorld,
+    spec: &GoalSetSpec,
+    seed: Seed,
+) -> Result<Course, GoalSetError> {
+    let (fluents, operators) = (problem.fluents.len(), problem.operators.len());
+    if spec.slots < 2 {
+        return Err(GoalSetError::Slots { slots: spec.slots });
+    }
+    let units = check_units(fluents, operators, spec.slots)?;
+    if problem.operators.is_empty() {
+        // Nothing can be done, so the goal holds: a goal that no operator achieves is refused when the problem is grounded.
+        let reached = world.reached();
+        return Ok(Course { reached, begun: Vec::new(), ms: 0, moments: Vec::new(), units });
+    }
+    let rules = Regression::new(problem);
+    // A part that never holds excludes itself, and every other part.
+    let itself = problem.goal.iter().map(|a| (*a, *a));
+    let mut pairs =
+        itself.chain(problem.goal.iter().flat_map(|a| problem.goal.iter().map(move |b| (*a, *b))));
+    if let Some((a, b)) = pairs.find(|(a, b)| rules.mutexes.excludes(*a, *b)) {
+        let [first, second] = [a, b].map(|f| problem.fluents[f].to_string());
+        return Err(match a == b {
+            true => GoalSetError::NeverHolds { fluent: first },
+            false => GoalSetError::Unreachable { first, second },
+        });
+    }
+    let rules = Arc::new(rules);
+    let mut graph = GraphBuilder::new();
+    let planner = GoalSetGraph::new(rules, spec.slots);
+    let planner = spec.ablated.iter().fold(planner, |planner, group| planner.ablate(group));
+    let planner = graph.add("planner", planner);
+    let link = WorldLink::new()
+        .sense("holds", OutputSpec::vector(fluents))
+        .command("actions", InputSpec::vector(operators));
+    let node = graph.world("world", link);
+    let ready = graph.add("ready", Constant::vector(&[1.0]));
+    let mut wanted = vec![0.0; fluents];
+    problem.goal.iter().for_each(|f| wanted[*f] = 1.0);
+    let goal = graph.add("goal", Constant::vector(&wanted));
+    let idle = graph.add("idle", Constant::vector(&[0.0]));
+    graph.connect(&ready, &planner.ready, Synapse::None);
+    graph.connect(&idle, &planner.busy, Synapse::None);
+    graph.connect(&goal, &planner.goal, Synapse::None);
+    graph.connect(&node.output::<Vector>("holds"), &planner.holds, Synapse::None);
+    graph.connect(&planner.actions, &node.input::<Vector>("actions"), Synapse::None);
+    let recent = ProbeSpec::default().last(PERIOD_MS as usize);
+    let phases = graph.probe(&planner.phases, recent);
+    let winner = graph.probe(&planner.winner, recent);
+    for name in &spec.ablated {
+        // A name that is no group is a fault of the graph.
+        graph.probe_at::<Vector>(&format!("planner/{name}/output"), ProbeSpec::default());
+    }
+    let plan = populations(&spec.population)?;
+    let graph = graph.build(Timebase::default(), &plan, seed).map_err(SimError::from)?;
+    let config = RunConfig::seeded(seed).in_world(world);
+    let mut sim = Simulator::new(graph.into(), config)?;
+    let mut moments = Moments::default();
+    let (mut ms, limit) = (0, spec.limit.as_micros() / 1000);
+    while ms < limit && !inside(&sim).is_some_and(StripsWorld::reached) {
+        let step = (limit - ms).min(PERIOD_MS);
+        sim.run_for(SimDuration::from_millis(step))?;
+        let (phases, winner) = (sim.samples(&phases), sim.samples(&winner));
+        let past = phases.len().saturating_sub(step as usize);
+        for ((_, phases), (_, winner)) in phases.iter().zip(winner.iter()).skip(past) {
+            ms += 1;
+            moments.look(ms, phases, winner);
+        }
+    }
+    let world = inside(&sim);
+    Ok(Course {
+        reached: world.is_some_and(StripsWorld::reached),
+        begun: world.map(|w| w.begun().to_vec()).unwrap_or_default(),
+        ms,
+        moments: moments.all,
+        units,
+    })
+}
+
+/// Returns the number of units of a planner with these slots.
+///
+/// # Errors
+/// [`GoalSetError::TooLarge`] if they are more than [`MAX_UNITS`].
+pub(crate) fn check_units(
+    fluents: usize,
+    operators: usize,
+    slots: usize,
+) -> Result<usize, GoalSetError> {
+    match Layout::new(fluents, operators, slots).units() {
+        units if units > MAX_UNITS => {
+            Err(GoalSetError::TooLarge { fluents, operators, slots, units })
+        }
+        units => Ok(units),
+    }
+}
+
+/// Returns the world of a simulator.
+fn inside(sim: &Simulator) -> Option<&StripsWorld> {
+    let world: &dyn Any = sim.world()?;
+    world.downcast_ref()
+}

@@ -1,0 +1,44 @@
+//! Typed STRIPS: reads and writes PDDL, reads trajectories, and learns action models from them.
+//!
+//! | module | contents |
+//! |---|---|
+//! | `pddl` | [`Domain`], [`Problem`] and the literals of actions |
+//! | `read`, `problem` | the readers of domains and problems |
+//! | `write` | the printer |
+//! | `ground` | [`Grounded`]: the fluents and operators that a problem can reach |
+//! | `validate` | [`validate`](validate()): carries out a plan and says where it fails |
+//! | `trace` | [`Trajectory`]: states and actions of one run |
+//! | [`learn`] | action models from trajectories |
+//!
+//! ```
+//! use symbolt::plan::model::{Rule, learn};
+//! use symbolt::plan::strips::{Bodies, Domain, Trajectory};
+//!
+//! let domain = b"(define (domain door) (:predicates (open) (shut)) (:action open-it :parameters ()))";
+//! let trace = b"(:trajectory (:state (shut)) (:action (open-it)) (:state (open)))";
+//! let domain = Domain::parse(domain, "door.pddl", Bodies::Skip)?;
+//! let traces = Trajectory::parse(trace, "trace", &domain)?;
+//! let learned = learn(&domain, &traces, Rule::Evidence)?;
+//! let text = learned.domain().to_string();
+//! assert!(text.contains(":precondition (and\n      (shut))"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod ground;
+mod pddl;
+mod problem;
+mod read;
+mod sexpr;
+mod trace;
+mod validate;
+mod write;
+
+pub use ground::{Fluent, GroundFault, GroundOperator, Grounded, MAX_GROUND};
+pub use pddl::{
+    Action, Atom, Domain, EQUAL, Fact, Literal, OBJECT, Predicate, Problem, Term, Typed, Types,
+};
+pub use read::{Bodies, MAX_ACTIONS, MAX_NAMES, REQUIREMENTS};
+pub use sexpr::{MAX_BYTES, MAX_DEPTH, MAX_NODES, PddlFault};
+pub use trace::{GroundAtom, Step, TraceObject, Trajectory};
+pub use validate::{PlanFault, validate};
+pub use write::Shown;

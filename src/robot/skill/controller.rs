@@ -1,0 +1,132 @@
+//! The robot: begins skills, one at a time, and steps the one in progress with the physics.
+
+use rapier3d::math::Pose as Frame;
+use serde::{Deserialize, Serialize};
+
+use super::drive::Drive;
+use super::grasp::{Grasp, Target};
+use super::picking::Skill;
+use super::push::Push;
+use super::pushing::Pushing;
+use crate::robot::arm::kinematics;
+use crate::robot::scene::physics::Scene;
+use crate::robot::{SkillOutcome, SkillReport, Touch};
+
+/// The result of one step.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Stepped {
+    /// Contact or release in this step, at which a snapshot is recorded; `None` if there is none.
+    pub touch: Option<Touch>,
+    /// Report of the skill in the step in which it ends; `None` in all other steps.
+    pub ended: Option<SkillReport>,
+}
+
+/// The robot's controller: the skill in progress, and the joint angles and finger opening that it commands.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct Robot {
+    drive: Drive,
+    skill: Option<Skill>,
+    push: Option<Pushing>,
+}
+
+fn unreachable(part: usize) -> SkillReport {
+    SkillReport { part, outcome: SkillOutcome::Unreachable, picked: false, slip_m: 0.0 }
+}
+
+impl Robot {
+    /// Returns whether a skill is in progress.
+    pub fn busy(&self) -> bool {
+        self.skill.is_some() || self.push.is_some()
+    }
+
+    /// Returns the part that the current skill handles, by its index in the scene.
+    pub fn part(&self) -> Option<usize> {
+        let pushed = self.push.as_ref().map(|p| p.part);
+        self.skill.as_ref().map(|s| s.part).or(pushed)
+    }
+
+    /// Returns the index of the grasp, among `grasps`, by which the current skill takes its part.
+    pub(crate) fn taken_by(&self, grasps: &[Grasp]) -> Option<usize> {
+        let at = arm::tool(&self.skill.as_ref()?.grasped_at());
+        let is = |tool: Frame| {
+            (tool.translation - at.translation).length() < 5e-4
+                && tool.rotation.angle_between(at.rotation) < 5e-3
+        };
+        grasps.iter().position(|grasp| grasp.tool().is_some_and(is))
+    }
+
+    /// Begins a skill: takes `part` (its index in the scene) by the first of `grasps` that works, and puts it at
+    /// `target`. With `drop_at`, the fingers open by accident at that share (0 to 1) of the carrying. Searching for
+    /// joint angles and paths takes from a fraction of a millisecond to some hundred milliseconds.
+    ///
+    /// # Errors
+    /// A report with [`SkillOutcome::Unreachable`] if there is no collision-free path, no such part or no grasp, if the
+    /// part is [lost](Scene::lost), or if the target's axis or orientation has length 0. In that case nothing has moved.
+    pub fn begin(
+        &mut self,
+        scene: &Scene,
+        part: usize,
+        target: Target,
+        grasps: &[Grasp],
+        drop_at: Option<f64>,
+    ) -> Result<(), SkillReport> {
+        let possible = part < scene.part_count() && !scene.lost(part) && target.is_possible();
+        let plan = || Skill::plan(scene, &self.drive, part, target, grasps, drop_at);
+        let skill = possible.then(plan).flatten().ok_or(unreachable(part))?;
+        (self.skill, self.push) = (Some(skill), None);
+        self.drive.strained_s = 0.0;
+        Ok(())
+    }
+
+    /// Begins a push. The skill ends with [`SkillOutcome::Placed`] if the part has moved or turned, with
+    /// [`SkillOutcome::Missed`] if it has not, and with [`SkillOutcome::Blocked`] if it has not because the arm hit
+    /// something.
+    ///
+    /// # Errors
+    /// A report with [`SkillOutcome::Unreachable`] if there is no such part, it is lost or slides on a guide, or the
+    /// arm has no collision-free path. In that case nothing has moved.
+    pub fn begin_push(&mut self, scene: &Scene, push: &Push) -> Result<(), SkillReport> {
+        let part = push.part;
+        let free = |part| !scene.lost(part) && scene.slider(part).is_none();
+        let possible = part < scene.part_count() && free(part);
+        let plan = || Pushing::plan(scene, &self.drive, push);
+        let push = possible.then(plan).flatten().ok_or(unreachable(part))?;
+        (self.skill, self.push) = (None, Some(push));
+        self.drive.strained_s = 0.0;
+        Ok(())
+    }
+
+    /// Advances the skill and the physics by one step.
+    pub fn step(&mut self, scene: &mut Scene) -> Stepped {
+        let dt = scene.spec().step_ms as f64 / 1e3;
+        let mut speeds = [0.0; arm::JOINTS];
+        let mut stepped = Stepped::default();
+        if let Some(mut skill) = self.skill.take() {
+            let strained = self.drive.strained(scene, dt);
+            stepped.touch = skill.watch(scene, dt);
+            let over = skill.advance(scene, &mut self.drive, strained, &mut speeds, dt);
+            if over {
+                stepped.ended = Some(skill.report());
+            } else {
+                self.skill = Some(skill);
+            }
+        }
+        if let Some(mut push) = self.push.take() {
+            let strained = self.drive.strained(scene, dt);
+            if push.advance(scene, &mut self.drive, strained, &mut speeds, dt) {
+                stepped.ended = Some(push.report(scene));
+            } else {
+                self.push = Some(push);
+            }
+        }
+        let carrying = match &self.skill {
+            Some(skill) => skill.carries(scene),
+            None => (0..scene.part_count()).any(|part| scene.pad_forces(part) != [0.0; 2]),
+        };
+        scene.refine(carrying);
+        scene.drive_arm(&self.drive.angles, &speeds);
+        scene.drive_fingers(self.drive.opening);
+        scene.step();
+        stepped
+    }
+}

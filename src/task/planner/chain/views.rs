@@ -1,0 +1,116 @@
+//! Named numbers for the contents of the planner graph's modules, for traces and pictures.
+
+use super::encode::Encoded;
+use super::graph::PlanningPorts;
+use crate::sim::{Out, Pointer, Real, SimView, Vector, VocabTag};
+use crate::spa::{Vocabulary, dots, norm};
+use crate::task::domain::Domain;
+use crate::task::error::TaskError;
+
+/// Kind of numbers that a [`ModuleView`] shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shows {
+    /// Cosines of the module's pointer with the named pointers, -1 to 1. A pointer shorter than 1 is not normalised:
+    /// the numbers are then its dot products, so they go to 0 as the pointer fades.
+    Similarities,
+    /// Activities of the module's items: 1 for a chosen item.
+    Activities,
+}
+
+type Reads = dyn Fn(&SimView<'_>, &mut [Real]) + Send + Sync;
+
+/// A view of one module of a planner graph, for reading it while the graph runs.
+pub struct ModuleView {
+    /// Name of the module in the graph.
+    pub name: &'static str,
+    /// Names of the numbers, in order.
+    pub names: Vec<String>,
+    /// Kind of the numbers.
+    pub shows: Shows,
+    reads: Box<Reads>,
+}
+
+impl ModuleView {
+    /// Writes the numbers after this tick to `out`, one for each name. For similarities, this costs one multiplication
+    /// for each name and dimension.
+    ///
+    /// # Panics
+    /// If `out` does not have one number for each name.
+    pub fn read(&self, view: &SimView<'_>, out: &mut [Real]) {
+        assert_eq!(out.len(), self.names.len(), "`out` must have one number for each name");
+        (self.reads)(view, out);
+    }
+
+    fn pointer<V: VocabTag>(
+        name: &'static str,
+        of: &Out<Pointer<V>>,
+        vocabulary: &Vocabulary<V>,
+        names: &[String],
+    ) -> Result<Self, TaskError> {
+        let mut rows = Vec::new();
+        for item in names {
+            rows.extend_from_slice(&vocabulary.get(item)?);
+        }
+        let of = of.clone();
+        let reads = move |view: &SimView<'_>, out: &mut [Real]| {
+            let pointer = view.value(&of);
+            dots(&rows, &pointer, out);
+            let length = norm(&pointer).max(1.0);
+            out.iter_mut().for_each(|product| *product /= length);
+        };
+        let (names, shows) = (names.to_vec(), Shows::Similarities);
+        Ok(Self { name, names, shows, reads: Box::new(reads) })
+    }
+
+    pub(in crate::task::planner) fn items(
+        name: &'static str,
+        of: &Out<Vector>,
+        names: &[String],
+    ) -> Self {
+        let of = of.clone();
+        let reads = move |view: &SimView<'_>, out: &mut [Real]| {
+            out.copy_from_slice(&view.value(&of)[..out.len()]);
+        };
+        Self { name, names: names.to_vec(), shows: Shows::Activities, reads: Box::new(reads) }
+    }
+}
+
+impl ModuleView {
+    /// A view of rows of items: for each name, the mean activity of its row.
+    pub(in crate::task::planner) fn rows(
+        name: &'static str,
+        of: &Out<Vector>,
+        names: &[String],
+    ) -> Self {
+        let of = of.clone();
+        let reads = move |view: &SimView<'_>, out: &mut [Real]| {
+            let values = view.value(&of);
+            let width = (values.len() / out.len().max(1)).max(1);
+            for (mean, row) in out.iter_mut().zip(values.chunks(width)) {
+                *mean = row.iter().sum::<Real>() / width as Real;
+            }
+        };
+        Self { name, names: names.to_vec(), shows: Shows::Activities, reads: Box::new(reads) }
+    }
+}
+
+/// Returns the views of the modules, in the order of a decision.
+pub(in crate::task::planner) fn views(
+    domain: &Domain,
+    encoded: &Encoded,
+    ports: &PlanningPorts,
+) -> Result<Vec<ModuleView>, TaskError> {
+    let states: Vec<String> = domain.states().iter().map(|s| s.name.clone()).collect();
+    let actions: Vec<String> = domain.operators().iter().map(|o| o.name.clone()).collect();
+    let [_, _, _, open, chosen] = &ports.watched;
+    Ok(vec![
+        ModuleView::pointer("goal_buffer", &ports.goal_buffer, &encoded.states, &states)?,
+        ModuleView::pointer("cause", &ports.cause, &encoded.actions, &actions)?,
+        ModuleView::pointer("unbind", &ports.unbound, &encoded.states, &states)?,
+        ModuleView::pointer("required", &ports.preconditions, &encoded.states, &states)?,
+        ModuleView::items("open", open, &states),
+        ModuleView::items("chosen", chosen, &states),
+        ModuleView::pointer("motor_gate", &ports.gated, &encoded.actions, &actions)?,
+        ModuleView::pointer("motor", &ports.action, &encoded.actions, &actions)?,
+    ])
+}
