@@ -9,7 +9,7 @@ use layout::core::style::StyleAttr;
 use layout::std_shapes::shapes::{Arrow, Element, ShapeKind};
 use layout::topo::layout::VisualGraph;
 
-use crate::sim::build::graph::Graph;
+use crate::sim::Graph;
 
 /// Greatest numbers of modules and of connections between them. The time for the layout grows with the cube; at this size
 /// it takes a second.

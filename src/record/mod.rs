@@ -1,6 +1,20 @@
 //! What a run of any graph leaves: tables, charts, arrays, drawings and pages.
+//!
+//! | to | use |
+//! |---|---|
+//! | tabulate or draw a recorded output | [`TimeSeries`], from [`Samples::series`](crate::sim::Samples::series) |
+//! | write everything that was recorded for numpy, or as CSV | [`Recordings`], from [`Simulator::recordings`](crate::sim::Simulator::recordings) |
+//! | draw a graph's modules | [`Graph::to_svg`](crate::sim::Graph::to_svg) |
+//! | make a page of a run | [`RunPage`] |
+//!
+//! The engine knows none of this: charts, archives and pages are made here from what a simulator recorded.
 
-pub(super) mod drawing;
-pub(super) mod page;
-pub(super) mod recordings;
-pub(super) mod series;
+mod drawing;
+mod page;
+mod recordings;
+mod series;
+
+pub use page::RunPage;
+pub use recordings::{Recordings, RecordingsError};
+pub(crate) use series::COLOURS;
+pub use series::TimeSeries;

@@ -5,7 +5,6 @@ use std::fmt::Write as _;
 
 use super::TimeSeries;
 use crate::sim::{Samples, Simulator, Vector};
-use crate::spa::algebra::norm;
 
 /// Greatest number of components of an output that get a curve each.
 const CURVES: usize = 12;
@@ -142,7 +141,12 @@ fn of_output(name: &str, samples: Samples<'_, Vector>) -> String {
     }
     let mut series = TimeSeries::new(vec!["norm".into()], ("norm", [0.0, 1.0]));
     for (time, value) in samples.iter() {
-        series.push(time, [norm(value)].into_iter());
+        series.push(time, [length(value)].into_iter());
     }
     series.to_svg(&format!("{name}, norm of {} components", samples.width()))
+}
+
+/// Returns the Euclidean norm, summed in double precision.
+fn length(value: &[f32]) -> f32 {
+    value.iter().map(|v| f64::from(*v).powi(2)).sum::<f64>().sqrt() as f32
 }

@@ -7,11 +7,7 @@ use ndarray::{ArrayView1, ArrayView2};
 
 use crate::files::npz::{NpzError, NpzWriter};
 use crate::files::{FileError, Overwrite, write_atomic};
-use crate::sim::describe::kind::Vector;
-use crate::sim::real::Real;
-use crate::sim::run::probe::Samples;
-use crate::sim::run::simulator::Simulator;
-use crate::sim::run::spikes::Spikes;
+use crate::sim::{Real, Samples, Simulator, Spikes, Vector};
 
 /// The error of writing recordings to a file.
 #[derive(Debug, thiserror::Error)]

@@ -7,10 +7,7 @@ use std::ops::Range;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
-use crate::sim::describe::kind::Kind;
-use crate::sim::real::Real;
-use crate::sim::run::probe::Samples;
-use crate::sim::run::spikes::Spikes;
+use crate::sim::{Kind, Real, Samples, Spikes};
 
 /// Columns of numbers over simulated time, such as similarities
 /// ([`Vocabulary::similarities`](crate::spa::Vocabulary::similarities)) or the components of an output

@@ -1,8 +1,16 @@
-//! What a robot tells and is told: poses, the report of a skill, and errors of settings. It knows neither learning nor
-//! symbols.
+//! The simulated robot: its arm, its scene in Rapier, and its skills.
 //!
-//! The arm, the scene and the skills, which need the feature `physics`, are in [`task::robot`](self::arm),
-//! [`task::scene`](self::scene) and [`task::skill`](self::skill).
+//! | module | contents |
+//! |---|---|
+//! | [`Pose`] | positions and orientations |
+//! | [`SkillReport`] | how a skill ended |
+//! | [`RobotError`] | errors of settings |
+//! | `arm` | the arm and its gripper: kinematics, paths, bodies |
+//! | `scene` | the Rapier scene that contains the parts and the robot |
+//! | `skill` | pick, place and push: grasps, collision-free paths, the controller |
+//!
+//! Rapier is named in this module alone. It knows neither symbols nor tasks, neither learning nor planning. The feature
+//! `physics` enables `arm`, `scene` and `skill`.
 
 #[cfg(feature = "physics")]
 pub mod arm;

@@ -95,9 +95,6 @@ mod seed;
 mod time;
 mod unoptimised;
 
-pub use crate::record::recordings::{Recordings, RecordingsError};
-pub(crate) use crate::record::series::COLOURS;
-pub use crate::record::series::TimeSeries;
 pub use build::graph::{EventSource, Graph, OutputRef};
 pub use describe::builder::{GraphBuilder, Module, Scope};
 pub use describe::fingerprint::Fingerprint;

@@ -101,7 +101,6 @@ mod pointer;
 mod resonator;
 mod vocabulary;
 
-pub use crate::record::page::RunPage;
 pub use crate::sim::PointerRef;
 pub use algebra::{
     Algebra, Hrr, LinearMap, ProductForm, Vtb, Workspace, cosine, cosine_of_slices, dot, norm,

@@ -19,24 +19,20 @@
 //!
 //! | submodule | contents |
 //! |---|---|
-//! | [`strips`] | PDDL, trajectories, and action models learned from them |
-//! | [`regression`] | the planner of goal sets, made of neurons alone, over grounded problems |
-//! | [`domain`] | states, operators, recordings, the reference planner |
+//! | [`recording`] | recordings of demonstrations, scenes, errors of sensing |
+//! | [`domain`] | states, operators, the reference planner |
 //! | [`relational`] | learned domains: states in frames, operators with parameters, goals; classification, files, compilation |
 //! | [`pddl`] | writes learned domains, with a situation and a goal, as PDDL |
 //! | [`event`] | progress events and observers |
 //! | [`learn`] | learning a domain from a recording |
 //! | [`planner`] | the planner graph over a domain |
-//! | [`robot`] | the arm: kinematics, paths, bodies |
-//! | [`scene`] | the Rapier scene that contains the parts and the robot |
-//! | [`skill`] | pick and place: grasps, collision-free paths, the controller |
 //! | [`tasks`] | everything specific to one task: its parts, grasps, demonstrator and judge |
 //! | [`execute`] | recording demonstrations and running episodes |
 //!
-//! The `physics` feature enables `robot`, `scene`, `skill` and `execute`.
+//! The `physics` feature enables `execute`.
 //!
-//! A submodule depends only on submodules above it in the table. `robot`, `scene` and `skill` do not depend on `learn`
-//! or `planner`. Experiments, reports and the command line are outside `task`.
+//! A submodule depends only on submodules above it in the table. Planners over problems are in [`plan`](crate::plan),
+//! the robot in [`robot`](crate::robot). Experiments, reports and the command line are outside `task`.
 
 pub mod domain;
 mod error;
@@ -46,11 +42,10 @@ pub mod execute;
 pub mod learn;
 pub mod pddl;
 pub mod planner;
-pub(crate) mod recording;
+pub mod recording;
 pub mod relational;
 pub mod tasks;
 
-pub use crate::robot::{Pose, mean_orientation, rotation_between};
 pub use domain::{
     AcceptableAnswers, ActionId, Commitment, Composition, Domain, DomainBuilder, Factor, Obstacle,
     Offset, Operator, Origin, Part, Rules, State, StateId, Verdict, WorldState, acceptable_answers,

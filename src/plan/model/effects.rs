@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::Seen;
 use super::vocabulary::Bound;
-use crate::plan::strips::trace::GroundAtom;
+use crate::plan::strips::GroundAtom;
 
 /// The effects of an action, as positions in its vocabulary.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

@@ -29,8 +29,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::Seen;
 use super::effects::Effects;
 use super::vocabulary::{Bound, Slot};
-use crate::plan::strips::pddl::{Action, Domain, Typed};
-use crate::plan::strips::trace::{GroundAtom, Trajectory};
+use crate::plan::strips::{Action, Domain, Typed};
+use crate::plan::strips::{GroundAtom, Trajectory};
 
 /// Number of different objects for which an implication must have held to be believed. An exception that concerns one
 /// object in seven would have shown among so many with a probability of 95%.

@@ -18,8 +18,8 @@ use std::collections::BTreeSet;
 
 use thiserror::Error;
 
-use crate::plan::strips::pddl::{Action, Domain, Literal, Typed};
-use crate::plan::strips::trace::{GroundAtom, Trajectory};
+use crate::plan::strips::{Action, Domain, Literal, Typed};
+use crate::plan::strips::{GroundAtom, Trajectory};
 
 pub use evidence::{MAX_CHANCE, MIN_INSTANCES};
 

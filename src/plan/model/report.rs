@@ -3,8 +3,8 @@
 use std::fmt::{self, Display, Formatter};
 
 use super::{LearnedAction, LearnedModel, Precondition, Reason};
-use crate::plan::strips::pddl::{Literal, Typed};
-use crate::plan::strips::write::Shown;
+use crate::plan::strips::Shown;
+use crate::plan::strips::{Literal, Typed};
 
 /// Formats a count with its noun.
 fn counted(number: usize, what: &str) -> String {

@@ -1,8 +1,8 @@
 //! The literals that an action may have: atoms over its parameters and the constants of the domain.
 
 use super::LearnError;
-use crate::plan::strips::pddl::{Action, Atom, Domain, Term};
-use crate::plan::strips::trace::GroundAtom;
+use crate::plan::strips::GroundAtom;
+use crate::plan::strips::{Action, Atom, Domain, Term};
 
 /// Greatest number of atoms over the parameters of one action.
 pub(super) const MAX_ATOMS: usize = 100_000;

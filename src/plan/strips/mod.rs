@@ -1,4 +1,4 @@
-//! Typed STRIPS: reads and writes PDDL, reads trajectories, and learns action models from them.
+//! Typed STRIPS: reads and writes PDDL, grounds problems, validates plans and reads trajectories.
 //!
 //! | module | contents |
 //! |---|---|
@@ -8,7 +8,6 @@
 //! | `ground` | [`Grounded`]: the fluents and operators that a problem can reach |
 //! | `validate` | [`validate`](validate()): carries out a plan and says where it fails |
 //! | `trace` | [`Trajectory`]: states and actions of one run |
-//! | [`learn`] | action models from trajectories |
 //!
 //! ```
 //! use symbolt::plan::model::{Rule, learn};

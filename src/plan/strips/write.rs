@@ -90,7 +90,7 @@ impl Display for Action {
 
 impl Domain {
     /// Writes everything before the actions: the definition, requirements, types, constants and predicates.
-    pub(super) fn write_head(&self, f: &mut Formatter<'_>) -> fmt::Result {
+    pub(crate) fn write_head(&self, f: &mut Formatter<'_>) -> fmt::Result {
         writeln!(f, "(define (domain {})", self.name)?;
         if !self.requirements.is_empty() {
             writeln!(f, "  (:requirements {})", self.requirements.join(" "))?;

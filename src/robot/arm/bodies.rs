@@ -55,8 +55,8 @@ pub(crate) fn outline(
     opening: f64,
     grown_m: f64,
 ) -> impl Iterator<Item = (Frame, SharedShape)> {
-    let links = arm::links(angles);
-    let hand = links[JOINTS - 1] * arm::hand_offset();
+    let links = kinematics::links(angles);
+    let hand = links[JOINTS - 1] * kinematics::hand_offset();
     let finger = finger_shape(grown_m);
     let fingers = [1.0, -1.0].map(|side| (hand * finger_frame(side, opening), finger.clone()));
     (1..JOINTS)
@@ -70,7 +70,7 @@ const NEAR_LINKS: usize = 5;
 
 /// Returns the collision shapes of the links near the base and their frames, with the arm at `angles`.
 pub(crate) fn near_links(angles: &Angles) -> impl Iterator<Item = (Frame, SharedShape)> {
-    let links = arm::links(angles);
+    let links = kinematics::links(angles);
     (0..NEAR_LINKS).map(move |i| (links[i], link_shape(i, 0.0)))
 }
 
@@ -79,7 +79,7 @@ pub(crate) fn hand_outline(
     tool: &Frame,
     opening: f64,
 ) -> impl Iterator<Item = (Frame, SharedShape)> {
-    let hand = *tool * Frame::from_translation(Vector::new(0.0, 0.0, -arm::TOOL_M));
+    let hand = *tool * Frame::from_translation(Vector::new(0.0, 0.0, -kinematics::TOOL_M));
     let finger = |side| (hand * finger_frame(side, opening), finger_shape(0.0));
     let fingers = [1.0, -1.0].map(finger);
     std::iter::once((hand * hand_middle(), hand_shape(0.0))).chain(fingers)
@@ -90,14 +90,14 @@ pub(crate) fn hand_outline(
 pub(crate) fn link_shapes(joint: usize) -> Vec<(Frame, SharedShape)> {
     let mut shapes = vec![(Frame::IDENTITY, link_shape(joint, 0.0))];
     if joint == JOINTS - 1 {
-        shapes.push((arm::hand_offset() * hand_middle(), hand_shape(0.0)));
+        shapes.push((kinematics::hand_offset() * hand_middle(), hand_shape(0.0)));
     }
     shapes
 }
 
 /// Returns the closed finger on a side, 1 or -1, in the last link's frame. It opens along the hand's y axis.
 pub(crate) fn closed_finger(side: f64) -> (Frame, SharedShape) {
-    (arm::hand_offset() * finger_frame(side, 0.0), finger_shape(0.0))
+    (kinematics::hand_offset() * finger_frame(side, 0.0), finger_shape(0.0))
 }
 
 fn link_shape(joint: usize, grown_m: f64) -> SharedShape {
@@ -123,7 +123,7 @@ fn hand_middle() -> Frame {
 
 /// Returns the middle of a finger's box, in the hand's frame.
 fn finger_frame(side: f64, opening: f64) -> Frame {
-    let z = arm::TOOL_M + FINGER_TIP_M - FINGER_LENGTH_M / 2.0;
+    let z = kinematics::TOOL_M + FINGER_TIP_M - FINGER_LENGTH_M / 2.0;
     Frame::from_translation(Vector::new(0.0, side * (opening + FINGER_M / 2.0), z))
 }
 
@@ -141,7 +141,7 @@ pub(crate) fn build_robot(
     let base = physics.insert_body(RigidBodyBuilder::fixed());
     let link_body =
         |frame: Frame| RigidBodyBuilder::dynamic().pose(frame).gravity_scale(0.0).can_sleep(false);
-    let frames = arm::links(&[0.0; JOINTS]);
+    let frames = kinematics::links(&[0.0; JOINTS]);
     let mut parent = base;
     let (mut links, mut joints) = (Vec::new(), Vec::new());
     for joint in 0..JOINTS {
@@ -151,13 +151,13 @@ pub(crate) fn build_robot(
             Some(body),
         );
         if joint == JOINTS - 1 {
-            let at = arm::hand_offset() * hand_middle();
+            let at = kinematics::hand_offset() * hand_middle();
             let hand = ColliderBuilder::new(hand_shape(0.0)).position(at).mass(0.6);
             physics.insert_collider(hand, Some(body));
         }
         let turn = along(Vector::Z);
         let data = GenericJointBuilder::new(JointAxesMask::LOCKED_REVOLUTE_AXES)
-            .local_frame1(arm::offset(joint) * turn)
+            .local_frame1(kinematics::offset(joint) * turn)
             .local_frame2(Frame::from_rotation(turn))
             .motor_max_force(JointAxis::AngX, arm_spec.torque_nm[joint])
             .motor_model(JointAxis::AngX, MotorModel::ForceBased)
@@ -168,7 +168,7 @@ pub(crate) fn build_robot(
         links.push(body);
         parent = body;
     }
-    let hand = arm::hand_offset();
+    let hand = kinematics::hand_offset();
     let mut fingers = Vec::new();
     let mut pads = Vec::new();
     for side in [1.0, -1.0] {

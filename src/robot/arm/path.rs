@@ -42,7 +42,7 @@ impl Path {
         let mut path = Self { points: vec![*from, *to], duration_s };
         if held {
             let places: Vec<Vector> =
-                path.samples(LOOKS).map(|q| arm::tool(&q).translation).collect();
+                path.samples(LOOKS).map(|q| kinematics::tool(&q).translation).collect();
             let farthest = places.windows(2).map(|w| (w[1] - w[0]).length()).fold(0.0, f64::max);
             let slowest = PEAK * farthest * LOOKS as f64 / arm.carry_m_s;
             path.duration_s = path.duration_s.max(slowest);
@@ -53,7 +53,7 @@ impl Path {
     /// Returns the path on which the end effector moves straight by `shift` from its place at `from`, without
     /// turning; `None` if the arm cannot follow.
     pub fn line(from: &Angles, shift: Vector, arm: &ArmSpec) -> Option<Self> {
-        let start = arm::tool(from);
+        let start = kinematics::tool(from);
         let target = Frame::from_parts(start.translation + shift, start.rotation);
         Self::line_to(from, &target, arm)
     }
@@ -61,14 +61,14 @@ impl Path {
     /// Returns the path on which the end effector moves straight to `target` and turns evenly; `None` if the
     /// arm cannot follow.
     pub fn line_to(from: &Angles, target: &Frame, arm: &ArmSpec) -> Option<Self> {
-        let start = arm::tool(from);
+        let start = kinematics::tool(from);
         let way = (target.translation - start.translation).length();
         let count = (way / LINE_STEP_M).ceil().max(1.0) as usize;
         let mut points = vec![*from];
         let mut q = *from;
         for step in 1..=count {
             let between = start.lerp(target, step as f64 / count as f64);
-            let next = arm::solve_near(&between, &q)?;
+            let next = kinematics::solve_near(&between, &q)?;
             // A large step means a jump to another posture.
             if farthest(&q, &next) > 0.15 {
                 return None;
@@ -152,10 +152,10 @@ mod tests {
 
     #[test]
     fn a_path_begins_and_ends_at_rest_and_its_speed_is_its_derivative() {
-        let mut to = arm::HOME;
+        let mut to = kinematics::HOME;
         to[0] += 1.0;
-        let path = Path::joints(&arm::HOME, &to, &ArmSpec::default(), false);
-        for (time_s, at) in [(0.0, arm::HOME), (path.duration_s(), to)] {
+        let path = Path::joints(&kinematics::HOME, &to, &ArmSpec::default(), false);
+        for (time_s, at) in [(0.0, kinematics::HOME), (path.duration_s(), to)] {
             let (angles, speeds) = path.at(time_s);
             assert!(farthest(&angles, &at) < 1e-12);
             assert!(farthest(&speeds, &[0.0; JOINTS]) < 1e-9);
@@ -168,13 +168,14 @@ mod tests {
 
     #[test]
     fn a_line_is_straight() {
-        let path = Path::line(&arm::HOME, Vector::new(0.05, 0.03, -0.1), &ArmSpec::default());
+        let path =
+            Path::line(&kinematics::HOME, Vector::new(0.05, 0.03, -0.1), &ArmSpec::default());
         let path = path.expect("it is within reach");
-        let start = arm::tool(&arm::HOME);
+        let start = kinematics::tool(&kinematics::HOME);
         let way = Vector::new(0.05, 0.03, -0.1);
         let mut seen = 0;
         for angles in path.samples(37) {
-            let by = arm::tool(&angles).translation - start.translation;
+            let by = kinematics::tool(&angles).translation - start.translation;
             let off = by - way * (by.dot(way) / way.length_squared());
             assert!(off.length() < 1e-4, "{}", off.length());
             seen += 1;

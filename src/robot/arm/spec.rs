@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::robot::{RobotError, in_range};
+use crate::robot::error::{RobotError, in_range};
 
 /// The gripper: two fingers that close towards each other.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -86,7 +86,7 @@ impl Outline {
         for (finger, side) in [1.0, -1.0].into_iter().enumerate() {
             surfaces.push((Body::Finger(finger), vec![bodies::closed_finger(side)]));
         }
-        let closing = arm::hand_offset().rotation * Vector::Y;
+        let closing = kinematics::hand_offset().rotation * Vector::Y;
         Self {
             meshes: surfaces.into_iter().map(|(body, shapes)| mesh(body, &shapes)).collect(),
             kinds: (spec.kinds.iter())
@@ -100,7 +100,7 @@ impl Outline {
                 .chain(spec.kinds.len()..spec.kinds.len() + movable.len())
                 .collect(),
             fixtures: still.iter().map(|fixture| fixture.look).collect(),
-            joints: std::array::from_fn(|joint| pose_of(&arm::offset(joint))),
+            joints: std::array::from_fn(|joint| pose_of(&kinematics::offset(joint))),
             closing: [closing.x, closing.y, closing.z],
         }
     }

@@ -368,7 +368,7 @@ impl Scene {
 
     pub(crate) fn tool_frame(&self) -> Frame {
         let last = self.robot.links[JOINTS - 1];
-        *self.physics.bodies[last].position() * arm::tool_offset()
+        *self.physics.bodies[last].position() * kinematics::tool_offset()
     }
 
     /// Returns whether the arm at `angles`, with its fingers at `opening`, would touch anything except the
@@ -423,7 +423,7 @@ impl Scene {
             let collider = &self.physics.colliders[self.parts[index].collider];
             (frame, collider.shared_shape().clone())
         });
-        let mut outer: Vec<_> = bodies::hand_outline(&arm::tool(angles), opening).collect();
+        let mut outer: Vec<_> = bodies::hand_outline(&kinematics::tool(angles), opening).collect();
         outer.extend(part);
         let meets = |(at, link): (Frame, SharedShape)| {
             outer.iter().any(|(frame, shape)| {

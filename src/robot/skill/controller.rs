@@ -9,8 +9,8 @@ use super::picking::Skill;
 use super::push::Push;
 use super::pushing::Pushing;
 use crate::robot::arm::kinematics;
+use crate::robot::report::{SkillOutcome, SkillReport, Touch};
 use crate::robot::scene::physics::Scene;
-use crate::robot::{SkillOutcome, SkillReport, Touch};
 
 /// The result of one step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -47,7 +47,7 @@ impl Robot {
 
     /// Returns the index of the grasp, among `grasps`, by which the current skill takes its part.
     pub(crate) fn taken_by(&self, grasps: &[Grasp]) -> Option<usize> {
-        let at = arm::tool(&self.skill.as_ref()?.grasped_at());
+        let at = kinematics::tool(&self.skill.as_ref()?.grasped_at());
         let is = |tool: Frame| {
             (tool.translation - at.translation).length() < 5e-4
                 && tool.rotation.angle_between(at.rotation) < 5e-3
@@ -99,7 +99,7 @@ impl Robot {
     /// Advances the skill and the physics by one step.
     pub fn step(&mut self, scene: &mut Scene) -> Stepped {
         let dt = scene.spec().step_ms as f64 / 1e3;
-        let mut speeds = [0.0; arm::JOINTS];
+        let mut speeds = [0.0; kinematics::JOINTS];
         let mut stepped = Stepped::default();
         if let Some(mut skill) = self.skill.take() {
             let strained = self.drive.strained(scene, dt);

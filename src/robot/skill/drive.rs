@@ -47,7 +47,8 @@ impl Drive {
     /// Returns whether the end effector has been farther than `alarm_m` from its commanded place for
     /// [`STRAIN_S`] seconds.
     pub fn strained(&mut self, scene: &Scene, dt: f64) -> bool {
-        let off = (scene.tool_frame().translation - arm::tool(&self.angles).translation).length();
+        let off =
+            (scene.tool_frame().translation - kinematics::tool(&self.angles).translation).length();
         self.strained_s = if off > scene.spec().arm.alarm_m { self.strained_s + dt } else { 0.0 };
         self.strained_s > STRAIN_S
     }

@@ -72,7 +72,7 @@ impl Skill {
     /// Moves the open hand away: back along the hand, or up if the arm has hit something or the part was lost.
     pub(super) fn leave(&mut self, scene: &Scene, robot: &mut Drive) {
         let arm = &scene.spec().arm;
-        let back = -(arm::tool(&robot.angles).rotation * Vector::Z);
+        let back = -(kinematics::tool(&robot.angles).rotation * Vector::Z);
         let up = Vector::Z * RAISE_M;
         // A part between the open fingers would be dragged along by a tilted hand that moves up.
         let away = matches!(

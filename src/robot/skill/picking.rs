@@ -9,7 +9,7 @@ use super::reach::{self, Lift, Placing};
 use crate::robot::arm::kinematics::Angles;
 use crate::robot::arm::path::Path;
 use crate::robot::scene::physics::Scene;
-use crate::robot::{SkillOutcome, SkillReport, Touch};
+use crate::robot::report::{SkillOutcome, SkillReport, Touch};
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) enum Stage {

@@ -8,8 +8,8 @@ use super::push::Push;
 use super::reach;
 use crate::robot::arm::kinematics::{self, Angles, HOME};
 use crate::robot::arm::path::Path;
+use crate::robot::report::{SkillOutcome, SkillReport};
 use crate::robot::scene::physics::Scene;
-use crate::robot::{SkillOutcome, SkillReport};
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 enum Stage {
@@ -137,7 +137,7 @@ impl Pushing {
     /// Moves the hand away: back along the fingers, or up.
     fn retreat(&mut self, scene: &Scene, robot: &Drive) {
         let (arm_spec, angles) = (&scene.spec().arm, &robot.angles);
-        let back = arm::tool(angles).rotation * -Vector::Z * reach::BACK_M;
+        let back = kinematics::tool(angles).rotation * -Vector::Z * reach::BACK_M;
         let path = Path::line(angles, back, arm_spec)
             .or_else(|| Path::line(angles, Vector::Z * RAISE_M, arm_spec))
             .unwrap_or_else(|| Path::joints(angles, &HOME, arm_spec, false));

@@ -68,8 +68,8 @@ struct Search<'s> {
 
 /// Returns whether the arm has a posture that brings the end effector to `tool`.
 pub(crate) fn has_posture(current: &Angles, tool: &Frame) -> bool {
-    arm::may_reach(tool)
-        && arm::starts(current, tool).any(|start| arm::solve(tool, &start).is_some())
+    kinematics::may_reach(tool)
+        && kinematics::starts(current, tool).any(|start| kinematics::solve(tool, &start).is_some())
 }
 
 /// Returns the distances from everything else that are tried for a part, the greatest first.
@@ -117,16 +117,16 @@ impl<'s> Search<'s> {
         current: &Angles,
         mut fits: impl FnMut(&Angles) -> bool,
     ) -> Option<Angles> {
-        if !arm::may_reach(tool) {
+        if !kinematics::may_reach(tool) {
             return None;
         }
-        for start in arm::starts(current, tool) {
+        for start in kinematics::starts(current, tool) {
             if self.is_spent() {
                 return None;
             }
             self.left -= 1;
             self.looks.take(1);
-            if let Some(q) = arm::solve(tool, &start)
+            if let Some(q) = kinematics::solve(tool, &start)
                 && self.looks.take(LOOKS_FOR_LINES)
                 && fits(&q)
             {
@@ -267,7 +267,7 @@ fn placing(
     let scene = search.scene;
     let air = search.air(opening, Some((part, *in_hand)));
     let handling = scene.handling(part);
-    let held = arm::tool(from) * in_hand.inverse();
+    let held = kinematics::tool(from) * in_hand.inverse();
     let spec = scene.spec();
     let rise = Vector::Z * handling.rise_m;
     let careful = search.clear_m > 0.0;
@@ -279,7 +279,7 @@ fn placing(
         let tool = Frame::from_parts(tool.translation + Vector::Z * height, tool.rotation);
         // Spare the search for joint angles where the hand alone has no room.
         if !search.looks.take(1)
-            || !arm::may_reach(&tool)
+            || !kinematics::may_reach(&tool)
             || scene.hand_collides(&tool, opening, &[part])
         {
             continue;
@@ -294,7 +294,7 @@ fn placing(
                 return false;
             }
             let above = up.end();
-            let hangs = arm::tool(&above) * in_hand.inverse();
+            let hangs = kinematics::tool(&above) * in_hand.inverse();
             if scene.collides(&above, opening, &[part]) || scene.part_collides(part, &hangs) {
                 return false;
             }
@@ -357,7 +357,7 @@ pub(crate) fn escape(scene: &Scene, current: &Angles, opening: f64) -> Option<Pa
         return None;
     }
     let arm_spec = &scene.spec().arm;
-    let back = arm::tool(current).rotation * -Vector::Z;
+    let back = kinematics::tool(current).rotation * -Vector::Z;
     let lines = [0.04, RISE_M].into_iter().flat_map(|by| [Vector::Z * by, back * by]);
     let lines = lines.filter_map(|shift| Path::line(current, shift, arm_spec));
     let home = Path::joints(current, &HOME, arm_spec, false);
@@ -370,7 +370,7 @@ pub(crate) fn escape(scene: &Scene, current: &Angles, opening: f64) -> Option<Pa
 
 /// Returns whether the hand at `q` can move back and then up, so that a way leads on from there.
 fn leaves(q: &Angles, arm_spec: &ArmSpec) -> bool {
-    let back = arm::tool(q).rotation * Vector::Z * -BACK_M;
+    let back = kinematics::tool(q).rotation * Vector::Z * -BACK_M;
     let back = Path::line(q, back, arm_spec);
     back.is_some_and(|back| Path::line(&back.end(), Vector::Z * RISE_M, arm_spec).is_some())
 }
@@ -401,7 +401,7 @@ impl Air<'_> {
         if !self.looks.take(1) {
             return false;
         }
-        let held = self.held.map(|(part, in_hand)| (part, arm::tool(q) * in_hand.inverse()));
+        let held = self.held.map(|(part, in_hand)| (part, kinematics::tool(q) * in_hand.inverse()));
         let ignored = held.map(|(part, _)| part);
         let away = |(_, frame): (usize, Frame)| !self.scene.is_over_table(frame.translation);
         let touches = (self.inside && held.is_some_and(away))
@@ -422,7 +422,7 @@ fn free_way(air: &Air<'_>, from: &Angles, to: &Angles) -> Option<Vec<Path>> {
         _ => Path::line(q, Vector::Z * height, arm_spec).map(Some),
     };
     let roll = |roll: f64| {
-        let tool = arm::tool(from);
+        let tool = kinematics::tool(from);
         let up = tool.translation + Vector::Z * RISE_M;
         let target = Frame::from_parts(up, tool.rotation * Rotation::from_rotation_z(roll));
         Path::line_to(from, &target, arm_spec).map(Some)

@@ -14,9 +14,7 @@ use crate::task::TaskError;
 use crate::task::domain::Domain;
 use crate::task::domain::DomainBuilder;
 use crate::task::planner::Unbinding;
-use crate::task::planner::chain::encode::{
-    ActionSpace, Encoded, PRECONDITION, StateSpace, deep_preconditions,
-};
+use crate::task::planner::{ActionSpace, Encoded, PRECONDITION, StateSpace, deep_preconditions};
 
 type Described = (Watched, Reading);
 

@@ -6,12 +6,10 @@ use super::ids::StateId;
 use super::operator::Operator;
 use super::state::State;
 use crate::task::error::TaskError;
+use crate::task::recording::MAX_NAME;
 
 /// Names that planners reserve for their own symbols.
 pub(crate) const RESERVED: [&str; 3] = ["PRECONDITION", "ABSENT", "NOTHING"];
-
-/// Maximum length of a name of a state or an action, in characters.
-pub(crate) const MAX_NAME: usize = 200;
 
 /// Greatest number of states and of actions in a domain file.
 const MAX_COUNT: usize = 2_000;

@@ -1,4 +1,4 @@
-//! Domains and recordings: the symbolic description of a task, and the data that it is learned from.
+//! Domains: the symbolic description of a task.
 //!
 //! A [`Domain`] is a table of states and a table of operators, which is all that a planner needs. [`DomainBuilder`] builds
 //! one in code. From a [learned domain](super::relational) and a scene,
@@ -14,8 +14,6 @@
 //! |---|---|
 //! | write a domain in code | [`DomainBuilder`] |
 //! | inspect a domain | [`State`], [`Operator`] |
-//! | read and write recordings and scenes | [`Recording`], [`Demonstration`], [`Snapshot`], [`ObjectPose`], [`Pose`] |
-//! | add errors of sensing to poses | [`Sensing`] |
 //! | describe the states that hold | [`WorldState`] |
 //! | say what the pointers of states and actions are made of | [`Composition`] |
 //! | interpret a planner's answer | [`Verdict`], [`Obstacle`] |
@@ -38,10 +36,6 @@ mod world;
 
 use std::ops::Index;
 
-pub use crate::task::recording::sensing::Sensing;
-pub use crate::task::recording::{
-    Demonstration, Labels, ObjectPose, Recording, Snapshot, SnapshotEvent,
-};
 pub use builder::DomainBuilder;
 pub(crate) use check::{Fault, check_counts, check_names, is_symbol};
 pub use composition::{Composition, Factor, Part};
@@ -54,7 +48,6 @@ pub use tolerance::Offset;
 pub use verdict::{Commitment, Obstacle, Rules, Verdict};
 pub use world::WorldState;
 
-pub use crate::robot::{Pose, mean_orientation, rotation_between};
 use crate::spa::nearest_name;
 use crate::task::error::TaskError;
 

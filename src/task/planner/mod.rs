@@ -1,7 +1,7 @@
 //! Planners over a domain: they decide the next action towards a goal in simulated time.
 //!
 //! There are two, behind the trait [`Decider`]. A [`GoalSetPlanner`] is the one that drives the robot by default: it plans
-//! with whole goal sets, in neurons alone ([`regression`](crate::plan::goal_sets)). A [`Planner`] is that of the paper: it
+//! with whole goal sets, in neurons alone ([`goal_sets`](crate::plan::goal_sets)). A [`Planner`] is that of the paper: it
 //! asks about one state after another with semantic-pointer modules, and its control is a program. It is described here.
 //!
 //! | to | use |

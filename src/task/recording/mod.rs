@@ -1,7 +1,7 @@
 //! Recordings of demonstrations: the poses of all objects at moments chosen by the recorder.
 
 mod read;
-pub(super) mod sensing;
+mod sensing;
 mod write;
 
 use std::sync::Arc;
@@ -9,6 +9,11 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::robot::Pose;
+
+pub use sensing::Sensing;
+
+/// Maximum length of a name, in characters.
+pub(crate) const MAX_NAME: usize = 200;
 
 /// Why a snapshot was taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]

@@ -6,10 +6,9 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 
-use super::{Demonstration, Labels, ObjectPose, Recording, Snapshot, SnapshotEvent};
+use super::{Demonstration, Labels, MAX_NAME, ObjectPose, Recording, Snapshot, SnapshotEvent};
 use crate::files::{Limit, read_file};
 use crate::robot::Pose;
-use crate::task::domain::check::MAX_NAME;
 use crate::task::error::{InputFault, TaskError, json_problem};
 
 /// One line of the file.
