@@ -1,6 +1,5 @@
 use std::collections::BTreeSet;
 
-use super::super::explore::explore;
 use super::*;
 use crate::task::domain::Sensing;
 
