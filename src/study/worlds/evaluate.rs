@@ -52,7 +52,7 @@ impl Evaluation {
 }
 
 /// Moves that an episode may take.
-pub(in crate::study) const MOST_MOVES: usize = 60;
+pub(crate) const MOST_MOVES: usize = 60;
 
 /// Learns from demonstrations in a world, scores what was learned, and plans in test scenes.
 ///

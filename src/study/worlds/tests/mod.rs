@@ -8,6 +8,7 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use rand::RngExt;
 
 use super::episode::carry_out;
+use super::explore::explore;
 use super::run::{isometry as iso, pose};
 use super::score::{SaidState, score_needs, score_states};
 use super::spec::Rule;
