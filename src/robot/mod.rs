@@ -23,7 +23,5 @@ pub mod scene;
 pub mod skill;
 
 pub use error::RobotError;
-#[cfg(feature = "physics")]
-pub(crate) use error::in_range;
 pub use pose::{Pose, mean_orientation, rotation_between};
 pub use report::{SkillOutcome, SkillReport, Touch};
