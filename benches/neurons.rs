@@ -88,7 +88,9 @@ fn layers(c: &mut Criterion) {
         b.iter(|| {
             let spikes = v.iter_mut().zip(&mut r);
             spikes
-                .filter_map(|(v, r)| lif_model.step_exactly(0.001, black_box(3.0), v, r).then_some(()))
+                .filter_map(|(v, r)| {
+                    lif_model.step_exactly(0.001, black_box(3.0), v, r).then_some(())
+                })
                 .count()
         });
     });

@@ -462,15 +462,17 @@ fn a_vector_is_limited_alike_in_every_mode() {
     }
     // A component beyond the radius is cut off, and the others stay as they are.
     for found in represent(&[3.0, -0.2], 1.0) {
-        assert!((1.0 - 1e-6..1.8).contains(&found[0]) && (found[1] + 0.2).abs() < 0.06, "{found:?}");
+        assert!(
+            (1.0 - 1e-6..1.8).contains(&found[0]) && (found[1] + 0.2).abs() < 0.06,
+            "{found:?}"
+        );
     }
 }
 
 #[test]
 fn a_function_that_is_not_finite_within_the_radius_is_refused() {
-    let root = |plan: &PopulationPlan, map: Map| {
-        settled(plan, &[0.49], |scope| scope.map("root", map))
-    };
+    let root =
+        |plan: &PopulationPlan, map: Map| settled(plan, &[0.49], |scope| scope.map("root", map));
     for plan in [rate(), lif()] {
         let refused = root(&plan, Map::each(1, Real::sqrt)).expect_err("it has no negative roots");
         assert!(refused.contains("alone/root") && refused.contains("`function` is NaN at -0.99"));
@@ -485,7 +487,8 @@ fn a_function_that_is_not_finite_within_the_radius_is_refused() {
 fn the_outputs_of_an_ensemble_are_found_by_path() {
     let mut graph = GraphBuilder::new();
     let square = |x: &[Real], out: &mut [Real]| out[0] = x[0] * x[0];
-    let number = graph.add("number", Ensemble::new(1).identity("itself").decode("square", 1, square));
+    let number =
+        graph.add("number", Ensemble::new(1).identity("itself").decode("square", 1, square));
     let given = graph.add("given", Constant::vector(&[0.5]));
     graph.connect(&given, &number.input, Synapse::None);
     graph.probe_at::<Vector>("number.square", ProbeSpec::default());
@@ -521,7 +524,8 @@ fn a_neuron_model_that_the_crate_does_not_know_runs_in_every_layer() {
     run(&mut sim, 300);
     let parts = vocabulary(64);
     let (bound, clean) = (parts.parse("A * B").expect("sound"), parts.get("C").expect("there"));
-    let last = |probe| sim.samples(probe).last().expect("recorded").1.to_vec();
+    let last =
+        |probe: &ProbeId<Pointer<Things>>| sim.samples(probe).last().expect("recorded").1.to_vec();
     assert!(cosine(&last(&probes[0]), &bound) > 0.95, "{}", cosine(&last(&probes[0]), &bound));
     assert!(cosine(&last(&probes[1]), &clean) > 0.99, "{}", cosine(&last(&probes[1]), &clean));
     // Its spikes are seen from outside.
@@ -534,9 +538,8 @@ fn a_neuron_model_that_the_crate_does_not_know_runs_in_every_layer() {
     let (mut again, same) = two_modules(&plan(1.0).solved(loaded.clone()));
     run(&mut again, 300);
     assert_eq!(all(&again, &same[0]), all(&sim, &probes[0]));
-    let of_others = settled(&lif().solved(loaded), &[0.1], |scope| {
-        scope.map("other", Map::each(1, |x| x))
-    });
+    let of_others =
+        settled(&lif().solved(loaded), &[0.1], |scope| scope.map("other", Map::each(1, |x| x)));
     assert!(of_others.is_err_and(|error| error.contains("no such layer")));
 }
 
@@ -546,10 +549,13 @@ fn a_gate_closes_in_neurons_of_another_model() {
     let given = graph.add("given", Constant::vector(&[0.7]));
     let open = Stimulus::scalar(1.0).from(SimDuration::from_millis(200), &[0.0]);
     let open = graph.add("open", open);
-    let gate = graph.add("gate", Alone(|scope: &mut Scope<'_>| -> GatedPorts<Vector> {
-        let layer = Represent::new(InputSpec::vector(1), OutputSpec::vector(1), 1.0);
-        scope.represent_gated("gate", layer)
-    }));
+    let gate = graph.add(
+        "gate",
+        Alone(|scope: &mut Scope<'_>| -> GatedPorts<Vector> {
+            let layer = Represent::new(InputSpec::vector(1), OutputSpec::vector(1), 1.0);
+            scope.represent_gated("gate", layer)
+        }),
+    );
     graph.connect(&given, &gate.input, Synapse::None);
     graph.connect(&open, &gate.open, Synapse::None);
     let probe = graph.probe(&gate.output, ProbeSpec::default().filtered(Synapse::lowpass_ms(20)));

@@ -124,10 +124,9 @@ fn a_model_file_cut_short_damaged_or_of_another_version_is_refused() {
     assert!(matches!(newer, Err(SolvedError::Version { found: 3 })), "{newer:?}");
     assert!(matches!(with("symbolt-solved", "nengo"), Err(SolvedError::Format { .. })));
     // A header that fits the length of the file but not the network.
-    for (from, to) in [
-        ("\"outputs\":1", "\"outputs\":2"),
-        ("\"fingerprint\":1", "\"fingerprint\":2"),
-    ] {
+    for (from, to) in
+        [("\"outputs\":1", "\"outputs\":2"), ("\"fingerprint\":1", "\"fingerprint\":2")]
+    {
         assert!(with(from, to).is_err(), "{from}");
     }
     for neurons in ["0", "18446744073709551615", "10001"] {

@@ -109,7 +109,9 @@ impl Population {
     pub fn spec(&self) -> Option<NeuronSpec> {
         match self {
             Self::Direct => None,
-            Self::Rate(LifSpec { model, tuning }) => Some(NeuronSpec::new(LifRate(*model), *tuning)),
+            Self::Rate(LifSpec { model, tuning }) => {
+                Some(NeuronSpec::new(LifRate(*model), *tuning))
+            }
             Self::Lif(LifSpec { model, tuning }) => Some(NeuronSpec::new(*model, *tuning)),
             Self::Neurons(spec) => Some(spec.clone()),
         }

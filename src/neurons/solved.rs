@@ -334,9 +334,8 @@ impl SolvedModel {
         shape: Shape,
     ) -> Result<Arc<Solved>, TuningError> {
         let solved = self.layers.get(path).ok_or(TuningError::Missing)?;
-        let fits = |solved: &&Arc<Solved>| {
-            (solved.fingerprint, solved.shape) == (fingerprint, shape)
-        };
+        let fits =
+            |solved: &&Arc<Solved>| (solved.fingerprint, solved.shape) == (fingerprint, shape);
         solved.iter().find(fits).cloned().ok_or(TuningError::Mismatch)
     }
 }

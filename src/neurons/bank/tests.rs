@@ -26,10 +26,7 @@ fn bank(dims: usize) -> Bank {
     built(shape, draft)
 }
 
-fn built(
-    shape: Shape,
-    draft: impl Fn(usize, Seed) -> Result<Draft, TuningError> + Sync,
-) -> Bank {
+fn built(shape: Shape, draft: impl Fn(usize, Seed) -> Result<Draft, TuningError> + Sync) -> Bank {
     let solved = Recipe::of(&Lif::default(), 0.001, shape).solve(draft);
     let solved = solved.unwrap_or_else(|error| panic!("{error}"));
     Bank::new(Arc::new(solved), Arc::new(Lif::default()), 0.001)

@@ -204,9 +204,7 @@ impl Layer for Select {
             Populated::new(self.direct(), chosen, circuit).scratch(2)
         };
         Ok(match self.rule {
-            SelectRule::Threshold { .. } => {
-                populated(chosen(1.0, radius, level)?, Rivalry::None)
-            }
+            SelectRule::Threshold { .. } => populated(chosen(1.0, radius, level)?, Rivalry::None),
             SelectRule::WinnerTakeAll { .. } => {
                 let contending = of(CONTEST_SHARE, radius, Onset::Above(CONTENDING * level));
                 let contest = builder.components("contest", &contending, &|u| u)?;

@@ -43,8 +43,12 @@ impl Ablation {
     pub fn new(options: &Options) -> Self {
         let spec = PlannerSpec::default();
         let spiking = PopulationPlan::all(lif());
-        let small =
-            |scale| PopulationPlan::all(Population::Lif(LifSpec::tuned(Tuning { scale, ..Tuning::default() })));
+        let small = |scale| {
+            PopulationPlan::all(Population::Lif(LifSpec::tuned(Tuning {
+                scale,
+                ..Tuning::default()
+            })))
+        };
         let mut variants = Vec::new();
         let mut add = |name, value: String, spec, plan: &PopulationPlan| {
             variants.push(Variant { name, value, spec, plan: plan.clone() });

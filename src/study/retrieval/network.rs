@@ -62,8 +62,8 @@ impl NetworkSpec {
     fn plan(&self) -> Result<PopulationPlan, PatternError> {
         let Some(conditions) = self.conditions else { return Ok(PopulationPlan::direct()) };
         let few = Population::Lif(LifSpec::few_per_item(self.per_item));
-        let plan =
-            PopulationPlan::all(Population::Lif(conditions)).with("objects/**".parse()?, few.clone());
+        let plan = PopulationPlan::all(Population::Lif(conditions))
+            .with("objects/**".parse()?, few.clone());
         match self.reach {
             Reach::Objects => Ok(plan),
             Reach::Actions => Ok(plan.with("actions/**".parse()?, few)),
