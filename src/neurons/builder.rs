@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rand::{Rng, RngExt};
 use rand_chacha::ChaCha8Rng;
 
-use super::bank::{Bank, Cut, Deal, Draft, Ensembles, Recipe, Shape};
+use super::bank::{Bank, Draft, Ensembles, LoadBalance, Partition, Recipe, Shape};
 use super::draw::{Neurons, cosine, on_sphere, part_of_pointer};
 use super::models::NeuronModel;
 use super::plan::NeuronSpec;
@@ -23,8 +23,8 @@ pub struct PopulationBuilder<'a> {
     pub(super) seed: Seed,
     /// Source of populations that are already solved.
     pub(super) solved: Option<&'a SolvedModel>,
-    /// Deals out the parts of the populations among ranks.
-    pub(super) deal: &'a Deal,
+    /// Assigns the parts of the populations to ranks.
+    pub(super) balance: &'a LoadBalance,
 }
 
 /// Ensembles of one dimension, one for each component of a vector.
@@ -100,7 +100,7 @@ impl PopulationBuilder<'_> {
 
     /// Returns a process for populations of so many neurons that stay whole: that with the least work.
     pub fn owner(&self, neurons: usize) -> Owner {
-        Owner(self.deal.whole(neurons))
+        Owner(self.balance.owner(neurons))
     }
 
     /// Builds ensembles that compute a function of their component each. `role` tells the populations of a layer apart.
@@ -116,9 +116,9 @@ impl PopulationBuilder<'_> {
         let radius = of.radius;
         let neurons = self.tuning().count(of.neurons)?;
         let shape = Shape { ensembles: of.width, neurons, dims: 1, outputs: 1 };
-        let cut = match of.keep {
-            Keep::Groups(unit) => self.deal.cut(shape, unit),
-            Keep::All(Owner(owner)) => self.deal.uncut(shape, owner),
+        let partition = match of.keep {
+            Keep::Groups(unit) => self.balance.partition(shape, unit),
+            Keep::All(Owner(owner)) => self.balance.whole(shape, owner),
         };
         let low = match of.onset {
             Onset::Anywhere => -1.0,
@@ -141,7 +141,7 @@ impl PopulationBuilder<'_> {
             }
         };
         let marks: Vec<f64> = wanted.iter().copied().chain(own_marks).collect();
-        self.bank((shape, cut), role, &marks, |_, seed| {
+        self.bank((shape, partition), role, &marks, |_, seed| {
             let neurons = match of.onset {
                 Onset::Anywhere => self.scalar(neurons, seed)?,
                 Onset::Above(_) => {
@@ -170,8 +170,8 @@ impl PopulationBuilder<'_> {
         let usual = (dims as f64 / width as f64).sqrt();
         let ball = radius * usual * POINTER_ROOM;
         let points = (neurons * 3 / 2).clamp(300, 2_000);
-        let cut = self.deal.cut(shape, 1);
-        self.bank((shape, cut), "pointer", &[ball, usual, points as f64], |_, seed| {
+        let partition = self.balance.partition(shape, 1);
+        self.bank((shape, partition), "pointer", &[ball, usual, points as f64], |_, seed| {
             let mut rng = seed.rng();
             let neurons = self.directions((neurons, dims), &mut rng)?;
             let mut values = vec![0.0; points * dims];
@@ -190,7 +190,7 @@ impl PopulationBuilder<'_> {
     /// this bank from other banks of the same role. They enter its fingerprint.
     pub(super) fn bank(
         &self,
-        (shape, cut): (Shape, Cut),
+        (shape, partition): (Shape, Partition),
         role: &str,
         marks: &[f64],
         draft: impl Fn(usize, Seed) -> Result<Draft, TuningError> + Sync,
@@ -200,7 +200,8 @@ impl PopulationBuilder<'_> {
         tuning.check()?;
         // A rate that is not possible fails for every seed.
         model.gain_bias(tuning.max_rates[1], 0.0)?;
-        let (fingerprint, own) = (self.fingerprint(shape, role, marks), cut.own(shape.ensembles));
+        let (fingerprint, own) =
+            (self.fingerprint(shape, role, marks), partition.own(shape.ensembles));
         let solved = match (self.solved, own) {
             (Some(solved), None) => solved.find(self.path, fingerprint, shape)?,
             (Some(solved), Some(own)) => {
@@ -214,7 +215,7 @@ impl PopulationBuilder<'_> {
                 Arc::new(recipe.solve(draft)?)
             }
         };
-        Ok(Ensembles { bank: Bank::new(solved, model.clone(), self.dt_s), cut })
+        Ok(Ensembles { bank: Bank::new(solved, model.clone(), self.dt_s), partition })
     }
 
     /// Hashes everything that determines the tuning and the decoders.
@@ -288,8 +289,8 @@ impl PopulationBuilder<'_> {
 /// ([`Ranks::differs`](crate::sim::Ranks::differs)).
 pub fn solver_signature() -> u64 {
     let spec = &NeuronSpec::default();
-    let (dt_s, path, seed, deal) = (0.001, "signature", Seed::new(1), &Deal::new(None));
-    let builder = PopulationBuilder { spec, dt_s, path, seed, solved: None, deal };
+    let (dt_s, path, seed, balance) = (0.001, "signature", Seed::new(1), &LoadBalance::new(None));
+    let builder = PopulationBuilder { spec, dt_s, path, seed, solved: None, balance };
     let mut hash = Fingerprint::default();
     // Large enough for the matrix kernels that the processor chooses.
     if let Ok(Ensembles { bank, .. }) = builder.pointer(32, 1.0) {

@@ -8,7 +8,7 @@ use crate::sim::{
     Graph, Lengths, Lowering, LoweringFault, Node, PendingLayer, Ranks, Real, Timebase,
 };
 
-use super::bank::{Bank, Deal, Solved};
+use super::bank::{Bank, LoadBalance, Solved};
 use super::builder::PopulationBuilder;
 use super::layers::{Layer, Populated, Request};
 use super::plan::PopulationPlan;
@@ -32,11 +32,11 @@ impl Lowering for PopulationPlan {
             }
         }
         let mut nodes = Vec::with_capacity(layers.len());
-        let deal = Deal::new(self.ranks.as_ref());
+        let balance = LoadBalance::new(self.ranks.as_ref());
         for layer in layers {
             let request: &dyn Any = layer.request;
             let node = match request.downcast_ref::<Request>() {
-                Some(Request(layer_of)) => self.node(layer, &**layer_of, &deal, time.dt_s()),
+                Some(Request(layer_of)) => self.node(layer, &**layer_of, &balance, time.dt_s()),
                 None => {
                     Err(("only layers of the module `neurons` can be computed".into(), Vec::new()))
                 }
@@ -68,12 +68,12 @@ impl PopulationPlan {
         &self,
         asked: &PendingLayer<'_>,
         layer: &dyn Layer,
-        deal: &Deal,
+        balance: &LoadBalance,
         dt_s: f64,
     ) -> Result<Box<dyn Node>, Fault> {
         let (path, seed, solved) = (asked.path, asked.seed, self.solved.as_deref());
         let Some(spec) = &self.population(path).spec() else { return Ok(layer.direct()) };
-        let builder = PopulationBuilder { spec, dt_s, path, seed, solved, deal };
+        let builder = PopulationBuilder { spec, dt_s, path, seed, solved, balance };
         let node = layer.neural(&builder).map_err(|error| {
             let paths = || solved.iter().flat_map(|s| s.paths()).map(String::from).collect();
             let choices = if error == TuningError::Missing { paths() } else { Vec::new() };

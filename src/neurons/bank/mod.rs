@@ -40,7 +40,7 @@
 
 mod few;
 mod loops;
-mod parts;
+mod partition;
 #[cfg(test)]
 mod tests;
 
@@ -57,8 +57,8 @@ use super::tuning::{TuningError, refuse};
 use crate::sim::{Real, Seed};
 
 pub use loops::Work;
-pub use parts::Ensembles;
-pub(crate) use parts::{Cut, Deal};
+pub use partition::Ensembles;
+pub(crate) use partition::{LoadBalance, Partition};
 
 /// The number of ensembles in a bank, and the size of each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

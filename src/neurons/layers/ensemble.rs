@@ -277,8 +277,8 @@ impl Layer for Ensemble {
             wanted.extend(out.iter().map(|value| f64::from(*value)));
         }
         let marks: Vec<f64> = wanted.iter().copied().chain([radius]).collect();
-        let cut = builder.deal.cut(shape, 1);
-        let ensembles = builder.bank((shape, cut), "ensemble", &marks, |_, seed| {
+        let partition = builder.balance.partition(shape, 1);
+        let ensembles = builder.bank((shape, partition), "ensemble", &marks, |_, seed| {
             let neurons = match dims {
                 1 => builder.scalar(neurons, seed)?,
                 _ => builder.directions((neurons, dims), &mut seed.rng())?,

@@ -8,8 +8,8 @@ use super::grasp::{Grasp, Target};
 use super::reach::{self, Lift, Placing};
 use crate::robot::arm::kinematics::Angles;
 use crate::robot::arm::path::Path;
-use crate::robot::scene::physics::Scene;
 use crate::robot::report::{SkillOutcome, SkillReport, Touch};
+use crate::robot::scene::physics::Scene;
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) enum Stage {

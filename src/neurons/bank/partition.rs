@@ -10,49 +10,49 @@ use crate::sim::{PartSpec, Ranks, Real};
 /// call of a part costs under a hundredth of it.
 const PART: usize = 3_000;
 
-/// Deals out parts among ranks: each to the rank with the least work so far.
-pub(crate) struct Deal {
+/// Assigns parts to ranks: each to the rank with the least work so far.
+pub(crate) struct LoadBalance {
     rank: u32,
     work: Mutex<Vec<u64>>,
 }
 
-impl Deal {
+impl LoadBalance {
     pub fn new(ranks: Option<&Ranks>) -> Self {
         let (rank, ranks) = ranks.map_or((0, 1), |ranks| (ranks.rank(), ranks.ranks()));
         Self { rank: rank as u32, work: Mutex::new(vec![0; ranks]) }
     }
 
-    /// Returns the owner of the next part.
-    fn next(&self, work: usize) -> u32 {
+    /// Returns the owner of the next part, of so much work: for parts of one dimension, their number of neurons.
+    pub fn owner(&self, work: usize) -> u32 {
         let mut all = self.work.lock().unwrap_or_else(PoisonError::into_inner);
         let least = (0..all.len()).min_by_key(|rank| all[*rank]).unwrap_or(0);
         all[least] += work as u64;
         least as u32
     }
 
-    /// Returns the owner of banks of one dimension that stay whole, with so many neurons.
-    pub fn whole(&self, neurons: usize) -> u32 {
-        self.next(neurons)
-    }
-
-    /// Cuts a bank into parts of a multiple of `unit` ensembles, and deals them out.
-    pub fn cut(&self, shape: Shape, unit: usize) -> Cut {
-        let each = (PART / work(shape, 1)).max(1).next_multiple_of(shape.group().max(unit));
+    /// Cuts a bank into parts of a multiple of `unit` ensembles, and assigns them.
+    pub fn partition(&self, shape: Shape, unit: usize) -> Partition {
+        let unit = unit.max(1);
+        let mut together = unit;
+        while !together.is_multiple_of(shape.group()) {
+            together += unit;
+        }
+        let each = (PART / work(shape, 1)).max(1).next_multiple_of(together);
         let parts = shape.ensembles.div_ceil(each);
         let of = |part: usize| each.min(shape.ensembles - part * each);
-        let owners = (0..parts).map(|part| self.next(work(shape, of(part)))).collect();
-        Cut { each, owners, rank: self.rank }
+        let owners = (0..parts).map(|part| self.owner(work(shape, of(part)))).collect();
+        Partition { each, owners, rank: self.rank }
     }
 
     /// Keeps a bank in one part.
-    pub fn uncut(&self, shape: Shape, owner: u32) -> Cut {
-        Cut { each: shape.ensembles, owners: vec![owner], rank: self.rank }
+    pub fn whole(&self, shape: Shape, owner: u32) -> Partition {
+        Partition { each: shape.ensembles, owners: vec![owner], rank: self.rank }
     }
 }
 
 /// How a bank is cut into parts.
 #[derive(Debug, Clone)]
-pub(crate) struct Cut {
+pub(crate) struct Partition {
     /// Number of ensembles in every part but the last.
     each: usize,
     /// The rank that owns each part.
@@ -61,7 +61,7 @@ pub(crate) struct Cut {
     rank: u32,
 }
 
-impl Cut {
+impl Partition {
     /// Returns which ensembles this process owns; `None` if it owns all.
     pub fn own(&self, ensembles: usize) -> Option<Vec<usize>> {
         if self.owners.iter().all(|owner| *owner == self.rank) {
@@ -83,19 +83,19 @@ fn work(shape: Shape, ensembles: usize) -> usize {
 #[derive(Debug, Clone)]
 pub struct Ensembles {
     pub(crate) bank: Bank,
-    pub(crate) cut: Cut,
+    pub(crate) partition: Partition,
 }
 
 impl Ensembles {
     /// Number of parts.
     pub(crate) fn count(&self) -> usize {
-        self.cut.owners.len()
+        self.partition.owners.len()
     }
 
     /// Returns the ensembles of a part.
     pub(crate) fn ensembles(&self, part: usize) -> Range<usize> {
-        let start = part * self.cut.each;
-        start..(start + self.cut.each).min(self.bank.shape().ensembles)
+        let start = part * self.partition.each;
+        start..(start + self.partition.each).min(self.bank.shape().ensembles)
     }
 
     /// Returns the sizes of a part, without results.
@@ -106,7 +106,7 @@ impl Ensembles {
             results: 0,
             units: self.bank.spiking_of(ensembles),
             work: work(shape, ensembles),
-            rank: self.cut.owners[part] as usize,
+            rank: self.partition.owners[part] as usize,
         }
     }
 
@@ -118,6 +118,6 @@ impl Ensembles {
         state: &mut [Real],
         out: &mut [Real],
     ) {
-        self.bank.step(part * self.cut.each, values, state, out);
+        self.bank.step(part * self.partition.each, values, state, out);
     }
 }
