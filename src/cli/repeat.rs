@@ -48,8 +48,6 @@ impl RunArgs {
         option("planner", (kind != PlannerKind::default()).then(|| kind.name().to_owned()));
         option("mode", (planner.mode != "direct").then(|| quoted(&planner.mode)));
         option("dimensions", count(planner.dimensions));
-        let similarity = planner.max_similarity();
-        option("max-similarity", (similarity != 0.1).then(|| similarity.to_string()));
         let flags = [
             ("--perturb", self.perturb),
             ("--absent", planner.absent),

@@ -185,11 +185,14 @@ impl Runner<'_> {
 fn traced(
     prepared: PreparedEpisode<'_>,
     index: usize,
-    mut observers: Vec<&mut dyn Observer>,
+    observers: Vec<&mut dyn Observer>,
 ) -> Result<Ran, TaskError> {
     let mut tracer = Tracer::new(index);
-    observers.push(&mut tracer);
-    let episode = prepared.run(&mut Observers(observers))?;
+    let mut all: Vec<&mut dyn Observer> = vec![&mut tracer];
+    for observer in observers {
+        all.push(observer);
+    }
+    let episode = prepared.run(&mut Observers(all))?;
     let ground = episode.grounds.last().map(|ground| ground.domain());
     let reason = ended_text(&episode.report.ended, ground);
     Ok(Ran { episode, tracer, reason })
