@@ -114,8 +114,7 @@ pub(crate) use describe::synapse::decayed;
 #[cfg(test)]
 pub(crate) use describe::synapse::lowpass_decay;
 pub use error::{BuildError, BuildErrors, NodeFault, SimError, WorldError};
-pub use nodes::closures::{Apply, ApplyPorts, Signal};
-pub use nodes::{Add, AddPorts, Constant, Noise, NoisePorts, Stimulus};
+pub use nodes::{Add, AddPorts, Apply, ApplyPorts, Constant, Noise, NoisePorts, Signal, Stimulus};
 #[cfg(feature = "mpi")]
 pub use place::ends::Failure;
 #[cfg(feature = "mpi")]
