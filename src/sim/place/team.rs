@@ -417,3 +417,42 @@ impl Team {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sim::{
+        Constant, GraphBuilder, Lowering, LoweringFault, Node, PendingLayer, Seed, Timebase,
+    };
+
+    struct NoLayers;
+
+    impl Lowering for NoLayers {
+        fn lower(
+            &self,
+            _layers: &[PendingLayer<'_>],
+            _time: Timebase,
+        ) -> Result<Vec<Box<dyn Node>>, Vec<LoweringFault>> {
+            Ok(Vec::new())
+        }
+    }
+
+    #[test]
+    fn a_caller_that_reads_the_stage_computes_a_share_while_another_thread_waits_to_change_it() {
+        let mut graph = GraphBuilder::new();
+        graph.add("one", Constant::scalar(1.0));
+        let graph = graph.build(Timebase::default(), &NoLayers, Seed::new(1)).expect("sound");
+        let workers = Workers::new(&graph.into(), vec![Share::default()]);
+        let shared = workers.shared.clone();
+        let (tell, told) = mpsc::channel();
+        thread::spawn(move || {
+            let stage = shared.stage();
+            let other = shared.clone();
+            thread::spawn(move || drop(other.stage.write()));
+            thread::sleep(Duration::from_millis(50));
+            shared.run(0, 1, || &*stage);
+            tell.send(()).expect("the test waits");
+        });
+        told.recv_timeout(Duration::from_secs(10)).expect("it does not block");
+    }
+}
