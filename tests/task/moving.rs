@@ -275,7 +275,8 @@ fn a_cup_upside_down_over_the_cube_is_not_filled() {
     let [x, y, z] = pose.position;
     scene.disturb(1, &Pose::at([x, y, 0.011]));
     rest(&mut scene);
-    assert!(!task.judge(&scene).solved && task.judge(&scene).achieved.is_empty());
+    let judged = task.judge(&scene);
+    assert!(!judged.solved && !judged.achieved.iter().any(|a| a.starts_with("cup upright")));
     // Upright with the cube in it, it is.
     scene.disturb(1, &Pose::at([0.45, 0.25, 0.011]));
     scene.disturb(0, &Pose::at([x, y, z + 1e-3]));

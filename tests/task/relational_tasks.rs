@@ -70,7 +70,9 @@ fn a_box_with_a_sliding_lid_is_learned_from_a_file_and_done() {
     let report = episode(&task, &domain, Sensing::default(), 100);
     assert!(report.solved && !report.false_goal(), "{report:?}");
     let put: Vec<_> = report.decisions.iter().filter_map(|d| d.chosen.as_ref()).collect();
-    let objects: Vec<&str> = put.iter().map(|chosen| chosen.object.as_str()).collect();
+    let mut objects: Vec<&str> = put.iter().map(|chosen| chosen.object.as_str()).collect();
+    // The cube may be put anew.
+    objects.dedup();
     assert_eq!(objects, ["lid_0", "cube_0", "lid_0"], "{report:?}");
 }
 

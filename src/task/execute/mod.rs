@@ -29,7 +29,8 @@
 //! The executor remembers every attempt: the action, the part, the reference, the place, the grasp and the part's pose,
 //! and how it ended. A skill that placed its part counts as failed if the part is not in the intended state at the next
 //! look. An attempt that failed the same way twice is not made a third time unchanged. If the action cannot be carried
-//! out, the executor goes down a ladder; each step is a [`Recovery`](crate::task::event::Recovery) in the trace:
+//! out, the executor goes down a ladder (`recovery`, one recovery a file); each step is a
+//! [`Recovery`](crate::task::event::Recovery) in the trace:
 //!
 //! | recovery | the robot |
 //! |---|---|
