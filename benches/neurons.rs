@@ -10,9 +10,10 @@ use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use symbolt::neurons::{
-    LayerPorts, Layers, Lif, LifSpec, Map, Population, PopulationPlan, Product, Represent,
-    SelectRule, SolvedModel,
+    Layers, Lif, LifSpec, Map, Population, PopulationPlan, Product, Represent, SelectRule,
+    SolvedModel,
 };
+use symbolt::sim::Ports;
 use symbolt::sim::{
     Constant, GraphBuilder, In, InputSpec, Kind, Module, OutputSpec, Pointer, RunConfig, Scope,
     Seed, SimDuration, Simulator, Synapse, Timebase, Vector, VocabTag,
@@ -34,10 +35,10 @@ const TICKS: u64 = 50;
 /// A module of a single layer.
 struct Alone<F>(F);
 
-impl<K: Kind, F: FnOnce(&mut Scope<'_>) -> LayerPorts<K>> Module for Alone<F> {
-    type Ports = LayerPorts<K>;
+impl<K: Kind, F: FnOnce(&mut Scope<'_>) -> Ports<K>> Module for Alone<F> {
+    type Ports = Ports<K>;
 
-    fn expand(self, scope: &mut Scope<'_>) -> LayerPorts<K> {
+    fn expand(self, scope: &mut Scope<'_>) -> Ports<K> {
         (self.0)(scope)
     }
 }
@@ -67,10 +68,7 @@ fn ticks(c: &mut Criterion, name: &str, size: usize, graph: GraphBuilder, plan: 
 }
 
 /// Returns a graph with a layer whose input is a constant vector.
-fn vector_layer(
-    layer: impl FnOnce(&mut Scope<'_>) -> LayerPorts<Vector>,
-    width: usize,
-) -> GraphBuilder {
+fn vector_layer(layer: impl FnOnce(&mut Scope<'_>) -> Ports<Vector>, width: usize) -> GraphBuilder {
     let mut graph = GraphBuilder::new();
     let values: Vec<f32> = (0..width).map(|i| (i as f32).sin()).collect();
     let given = graph.add("given", Constant::vector(&values));
@@ -107,7 +105,7 @@ fn layers(c: &mut Criterion) {
     let mut graph = GraphBuilder::new();
     let layer = graph.add(
         "layer",
-        Alone(|scope: &mut Scope<'_>| -> LayerPorts<Pointer<Things>> {
+        Alone(|scope: &mut Scope<'_>| -> Ports<Pointer<Things>> {
             scope.represent("represent", Represent::new(input, output, 1.0))
         }),
     );

@@ -157,13 +157,13 @@ pub mod prelude {
     pub use crate::neurons::{Ensemble, LifSpec, Population, PopulationPlan, SelectRule, Tuning};
     pub use crate::record::TimeSeries;
     pub use crate::sim::{
-        Add, Constant, GraphBuilder, In, Module, Noise, Out, Pointer, ProbeSpec, RunConfig, Scalar,
-        Scope, Seed, SimDuration, Simulator, Stimulus, StopReason, Synapse, Threads, Timebase,
-        Vector, VocabTag,
+        Add, Constant, GraphBuilder, In, Module, Noise, Out, Pointer, Ports, ProbeSpec, RunConfig,
+        Scalar, Scope, Seed, SimDuration, Simulator, Stimulus, StopReason, Synapse, Threads,
+        Timebase, Vector, VocabTag,
     };
     pub use crate::spa::{
         AssociativeMemory, BasalGanglia, Bind, CleanupMemory, FlowExt, Gate, GoalBuffer, Linear,
-        Ports, Routes, Rules, State, Superpose, Unbind, Vocabulary, VocabularyBuilder, cosine, dot,
+        Routes, Rules, State, Superpose, Unbind, Vocabulary, VocabularyBuilder, cosine, dot,
     };
     pub use crate::task::learn::learn;
     pub use crate::task::planner::{Planner, PlannerBuild, PlannerKind, PlannerSpec};

@@ -37,14 +37,15 @@
 //! One ensemble of 100 spiking neurons squares a number:
 //!
 //! ```
-//! use symbolt::neurons::{LayerPorts, Layers, LifSpec, Map};
+//! use symbolt::neurons::{Layers, LifSpec, Map};
+//! use symbolt::sim::Ports;
 //! use symbolt::prelude::*;
 //! use symbolt::sim::Vector;
 //!
 //! struct Square;
 //! impl Module for Square {
-//!     type Ports = LayerPorts<Vector>;
-//!     fn expand(self, scope: &mut Scope<'_>) -> LayerPorts<Vector> {
+//!     type Ports = Ports<Vector>;
+//!     fn expand(self, scope: &mut Scope<'_>) -> Ports<Vector> {
 //!         scope.map("neurons", Map::each(1, |x| x * x))
 //!     }
 //! }
@@ -95,8 +96,8 @@ mod tuning;
 pub use bank::{Ensembles, Work};
 pub use builder::{Components, Keep, Onset, Owner, PopulationBuilder, solver_signature};
 pub use layers::{
-    Circuit, Ensemble, EnsemblePorts, GatedPorts, Items, Layer, LayerPorts, Layers, Map, Populated,
-    Product, ProductPorts, Represent, ScalarFunction, Select, SelectPorts, SelectRule, Through,
+    Circuit, Ensemble, EnsemblePorts, GatedPorts, Items, Layer, Layers, Map, Populated, Product,
+    ProductPorts, Represent, ScalarFunction, Select, SelectPorts, SelectRule, Through,
 };
 pub use lower::{neurons, own_neurons};
 pub use models::{Block, Firing, Lif, LifRate, NeuronModel, Start, Variable};

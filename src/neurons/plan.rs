@@ -208,12 +208,13 @@ impl PopulationPlan {
     /// use symbolt::neurons::{LifSpec, Population, PopulationPlan};
     /// use symbolt::prelude::*;
     /// use symbolt::sim::{LayerRequest, Ranks, Vector};
-    /// # use symbolt::neurons::{LayerPorts, Layers, Map};
+    /// # use symbolt::neurons::{Layers, Map};
+    /// # use symbolt::sim::Ports;
     /// # use symbolt::sim::{Module, Scope};
     /// # struct Squares;
     /// # impl Module for Squares {
-    /// #     type Ports = LayerPorts<Vector>;
-    /// #     fn expand(self, scope: &mut Scope<'_>) -> LayerPorts<Vector> {
+    /// #     type Ports = Ports<Vector>;
+    /// #     fn expand(self, scope: &mut Scope<'_>) -> Ports<Vector> {
     /// #         scope.map("neurons", Map::each(40, |x| x * x))
     /// #     }
     /// # }

@@ -27,16 +27,15 @@ use crate::sim::Real;
 /// 4. Give the model to the plan ([`PopulationPlan::solved`](super::PopulationPlan::solved)).
 ///
 /// ```
-/// use symbolt::neurons::{
-///     LayerPorts, Layers, LifSpec, Map, Population, PopulationPlan, SolvedModel,
-/// };
+/// use symbolt::neurons::{Layers, LifSpec, Map, Population, PopulationPlan, SolvedModel};
+/// use symbolt::sim::Ports;
 /// use symbolt::prelude::*;
 /// use symbolt::sim::{Module, Scope, Vector};
 ///
 /// struct Channel;
 /// impl Module for Channel {
-///     type Ports = LayerPorts<Vector>;
-///     fn expand(self, scope: &mut Scope<'_>) -> LayerPorts<Vector> {
+///     type Ports = Ports<Vector>;
+///     fn expand(self, scope: &mut Scope<'_>) -> Ports<Vector> {
 ///         scope.map("channel", Map::each(4, |x| x))
 ///     }
 /// }

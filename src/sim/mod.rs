@@ -99,7 +99,7 @@ pub use build::graph::{EventSource, Graph, OutputRef};
 pub use describe::builder::{GraphBuilder, Module, Scope};
 pub use describe::fingerprint::Fingerprint;
 pub(crate) use describe::handle::PortRef;
-pub use describe::handle::{In, NodePorts, Out};
+pub use describe::handle::{In, NodePorts, Out, Ports};
 pub use describe::io::{AdvanceIo, EmitIo, Inputs, Outputs, Scratch, StateMut, StateRef, StepCx};
 pub use describe::kind::{AsPointer, Kind, Pointer, PointerRef, Scalar, Space, Vector, VocabTag};
 pub use describe::lowering::{LayerRequest, Lowering, LoweringFault, PendingLayer};
@@ -114,7 +114,7 @@ pub(crate) use describe::synapse::decayed;
 #[cfg(test)]
 pub(crate) use describe::synapse::lowpass_decay;
 pub use error::{BuildError, BuildErrors, NodeFault, SimError, WorldError};
-pub use nodes::{Add, AddPorts, Apply, ApplyPorts, Constant, Noise, NoisePorts, Signal, Stimulus};
+pub use nodes::{Add, Apply, Constant, Noise, Signal, Stimulus};
 #[cfg(feature = "mpi")]
 pub use place::ends::Failure;
 #[cfg(feature = "mpi")]

@@ -117,7 +117,7 @@ pub use modules::{
     AssociativeMemory, BasalGanglia, BasalGangliaPorts, BilinearPorts, Bind, CleanupMemory,
     Compare, DecodePairs, DecodePairsPorts, FEED_FORWARD, FactoredSimilarity,
     FactoredSimilarityPorts, Gate, GatePorts, GoalBuffer, JointMemory, JointMemoryPorts, Linear,
-    MemoryPorts, Multiply, Ports, RECURRENT, ResonatorNetwork, ResonatorNetworkPorts, Selection,
+    MemoryPorts, Multiply, RECURRENT, ResonatorNetwork, ResonatorNetworkPorts, Selection,
     SelectionPorts, Sequence, SequencePorts, State, Superpose, SuperposePorts, Tape, TapePorts,
     Unbind, UnbindPorts, Weigh, WeighPorts,
 };

@@ -5,7 +5,8 @@
 
 use std::sync::Arc;
 
-use symbolt::neurons::{LayerPorts, Layers, LifSpec, Map, Population, PopulationPlan, Tuning};
+use symbolt::neurons::{Layers, LifSpec, Map, Population, PopulationPlan, Tuning};
+use symbolt::sim::Ports;
 use symbolt::sim::{
     Add, Constant, Graph, GraphBuilder, InputSpec, Module, Noise, OutputSpec, ProbeSpec, Real,
     RunConfig, Scalar, Scope, ScriptedWorld, Seed, SimDuration, SimError, Simulator, Synapse,
@@ -119,8 +120,8 @@ struct Parameters {
 fn described(of: &Parameters) -> Arc<Graph> {
     struct Layer(f32);
     impl Module for Layer {
-        type Ports = LayerPorts<Vector>;
-        fn expand(self, scope: &mut Scope<'_>) -> LayerPorts<Vector> {
+        type Ports = Ports<Vector>;
+        fn expand(self, scope: &mut Scope<'_>) -> Ports<Vector> {
             let slope = self.0;
             scope.map("map", Map::each(2, move |x| slope * x))
         }

@@ -5,9 +5,10 @@
 use std::sync::Arc;
 
 use symbolt::neurons::{
-    Ensemble, GatedPorts, LayerPorts, Layers, Lif, LifSpec, Map, NeuronSpec, Population,
-    PopulationPlan, Represent, SelectRule, SolvedModel, Tuning,
+    Ensemble, GatedPorts, Layers, Lif, LifSpec, Map, NeuronSpec, Population, PopulationPlan,
+    Represent, SelectRule, SolvedModel, Tuning,
 };
+use symbolt::sim::Ports;
 use symbolt::sim::{
     Constant, GraphBuilder, InputSpec, Module, OutputSpec, Pointer, ProbeId, ProbeSpec, Real,
     RunConfig, Scope, Seed, SimDuration, Simulator, Stimulus, Synapse, Threads, Timebase, Vector,
@@ -426,7 +427,7 @@ impl<P, F: FnOnce(&mut Scope<'_>) -> P> Module for Alone<F> {
 fn settled(
     plan: &PopulationPlan,
     input: &[Real],
-    layer: impl FnOnce(&mut Scope<'_>) -> LayerPorts<Vector>,
+    layer: impl FnOnce(&mut Scope<'_>) -> Ports<Vector>,
 ) -> Result<Vec<Real>, String> {
     let mut graph = GraphBuilder::new();
     let given = graph.add("given", Constant::vector(input));

@@ -14,7 +14,7 @@ mod select;
 use super::builder::PopulationBuilder;
 use super::tuning::TuningError;
 use crate::sim::{
-    In, Kind, LayerRequest, Node, NodePorts, Out, PortDecl, Real, Scalar, Scope, Vector,
+    In, Kind, LayerRequest, Node, NodePorts, Out, PortDecl, Ports, Real, Scalar, Scope, Vector,
 };
 
 pub use ensemble::{Ensemble, EnsemblePorts};
@@ -117,14 +117,6 @@ fn check_radius(radius: Real, ports: &mut PortDecl) {
     }
 }
 
-/// Ports of a layer with one input.
-pub struct LayerPorts<K: Kind> {
-    /// Input of the layer; adds any number of connections.
-    pub input: In<K>,
-    /// Output of the layer. Every connection from it needs a synapse.
-    pub output: Out<K>,
-}
-
 /// Ports of a gated [`Represent`] layer.
 pub struct GatedPorts<K: Kind> {
     /// Value to represent; adds any number of connections.
@@ -167,11 +159,11 @@ pub trait Layers {
     /// Adds a layer of any kind, such as one of your own.
     fn populate(&mut self, name: &str, layer: impl Layer) -> NodePorts;
     /// Adds a population that represents a value.
-    fn represent<K: Kind>(&mut self, name: &str, layer: Represent) -> LayerPorts<K>;
+    fn represent<K: Kind>(&mut self, name: &str, layer: Represent) -> Ports<K>;
     /// Adds a population behind a gate. It represents its input while the gate is open.
     fn represent_gated<K: Kind>(&mut self, name: &str, layer: Represent) -> GatedPorts<K>;
     /// Adds a function of each component.
-    fn map(&mut self, name: &str, layer: Map) -> LayerPorts<Vector>;
+    fn map(&mut self, name: &str, layer: Map) -> Ports<Vector>;
     /// Adds products of pairs of numbers.
     fn product(&mut self, name: &str, layer: Product) -> ProductPorts;
     /// Adds a choice among utilities.
@@ -187,8 +179,8 @@ impl Layers for Scope<'_> {
     }
 
     #[track_caller]
-    fn represent<K: Kind>(&mut self, name: &str, layer: Represent) -> LayerPorts<K> {
-        ports(&self.populate(name, layer))
+    fn represent<K: Kind>(&mut self, name: &str, layer: Represent) -> Ports<K> {
+        Ports::of(&self.populate(name, layer))
     }
 
     #[track_caller]
@@ -198,8 +190,8 @@ impl Layers for Scope<'_> {
     }
 
     #[track_caller]
-    fn map(&mut self, name: &str, layer: Map) -> LayerPorts<Vector> {
-        ports(&self.populate(name, layer))
+    fn map(&mut self, name: &str, layer: Map) -> Ports<Vector> {
+        Ports::of(&self.populate(name, layer))
     }
 
     #[track_caller]
@@ -222,8 +214,4 @@ impl Layers for Scope<'_> {
     fn ensemble(&mut self, name: &str, layer: Ensemble) -> EnsemblePorts {
         EnsemblePorts::of(self.populate(name, layer))
     }
-}
-
-fn ports<K: Kind>(node: &NodePorts) -> LayerPorts<K> {
-    LayerPorts { input: node.input("in"), output: node.output("out") }
 }

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::draft::{Body, Draft, EdgeDraft, NodeDraft, ProbeDraft};
 use super::find;
-use super::handle::{In, NodePorts, Out, PortRef};
+use super::handle::{In, NodePorts, Out, PortRef, Ports};
 use super::kind::{Kind, Pointer, Space, VocabTag};
 use super::lowering::LayerRequest;
 use super::node::Node;
@@ -304,6 +304,14 @@ impl Scope<'_> {
             }
         });
         Out::new(exposed)
+    }
+
+    /// Makes the ports of an inner node the module's own ports `input` and `output`.
+    pub fn ports<A: Kind, B: Kind>(&mut self, inner: Ports<A, B>) -> Ports<A, B> {
+        Ports {
+            input: self.input("input", inner.input),
+            output: self.output("output", inner.output),
+        }
     }
 
     /// Reports that the module cannot be built as described. `build` returns `reason` with the path of this scope.

@@ -112,3 +112,18 @@ impl NodePorts {
         }
     }
 }
+
+/// Ports of a module or layer with one input and one output.
+pub struct Ports<A: Kind, B: Kind = A> {
+    /// Input. The docs of the module say whether it adds any number of connections.
+    pub input: In<A>,
+    /// Output.
+    pub output: Out<B>,
+}
+
+impl<A: Kind, B: Kind> Ports<A, B> {
+    /// Returns the ports `in` and `out` of a node.
+    pub fn of(node: &NodePorts) -> Self {
+        Self { input: node.input("in"), output: node.output("out") }
+    }
+}

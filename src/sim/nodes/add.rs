@@ -2,19 +2,11 @@
 
 use crate::sim::describe::builder::{Module, Scope};
 use crate::sim::describe::fingerprint::Fingerprint;
-use crate::sim::describe::handle::{In, Out};
+use crate::sim::describe::handle::Ports;
 use crate::sim::describe::io::{EmitIo, StepCx};
 use crate::sim::describe::kind::{Kind, Pointer, Scalar, Space, Vector, VocabTag};
 use crate::sim::describe::node::Node;
 use crate::sim::describe::port::{InputSpec, OutputSpec, PortDecl};
-
-/// Ports of an [`Add`].
-pub struct AddPorts<K: Kind> {
-    /// Takes any number of connections.
-    pub input: In<K>,
-    /// The sum of all connected values, added in the order of the sources' paths.
-    pub output: Out<K>,
-}
 
 /// Adds the values of any number of connections, without delay.
 pub struct Add<K: Kind> {
@@ -56,13 +48,10 @@ impl<K: Kind> Node for Add<K> {
 }
 
 impl<K: Kind> Module for Add<K> {
-    type Ports = AddPorts<K>;
+    type Ports = Ports<K>;
 
-    fn expand(self, scope: &mut Scope<'_>) -> AddPorts<K> {
+    fn expand(self, scope: &mut Scope<'_>) -> Ports<K> {
         let node = scope.leaf(self);
-        AddPorts {
-            input: scope.input("input", node.input("in")),
-            output: scope.output("output", node.output("out")),
-        }
+        scope.ports(Ports::of(&node))
     }
 }

@@ -5,7 +5,7 @@
 
 use crate::sim::describe::builder::{Module, Scope};
 use crate::sim::describe::fingerprint::Fingerprint;
-use crate::sim::describe::handle::{In, Out};
+use crate::sim::describe::handle::{Out, Ports};
 use crate::sim::describe::io::{EmitIo, StepCx};
 use crate::sim::describe::kind::{Kind, Pointer, Scalar, Space, Vector, VocabTag};
 use crate::sim::describe::node::Node;
@@ -121,14 +121,6 @@ pub struct Apply<A: Kind, B: Kind> {
     function: OfInput,
 }
 
-/// Ports of an [`Apply`].
-pub struct ApplyPorts<A: Kind, B: Kind> {
-    /// Argument of the function; adds any number of connections.
-    pub input: In<A>,
-    /// Value of the function.
-    pub output: Out<B>,
-}
-
 impl<A: Kind, B: Kind> Apply<A, B> {
     /// Creates a function from one kind of port to another. The closure gets the input and writes the output.
     pub fn new<F: Fn(&[Real], &mut [Real]) + Send + Sync + 'static>(
@@ -169,13 +161,10 @@ impl<A: Kind, B: Kind> Node for Apply<A, B> {
 }
 
 impl<A: Kind, B: Kind> Module for Apply<A, B> {
-    type Ports = ApplyPorts<A, B>;
+    type Ports = Ports<A, B>;
 
-    fn expand(self, scope: &mut Scope<'_>) -> ApplyPorts<A, B> {
+    fn expand(self, scope: &mut Scope<'_>) -> Ports<A, B> {
         let node = scope.leaf(self);
-        ApplyPorts {
-            input: scope.input("input", node.input("in")),
-            output: scope.output("output", node.output("out")),
-        }
+        scope.ports(Ports::of(&node))
     }
 }

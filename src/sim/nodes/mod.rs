@@ -6,8 +6,8 @@ mod constant;
 mod noise;
 mod stimulus;
 
-pub use add::{Add, AddPorts};
-pub use closures::{Apply, ApplyPorts, Signal};
+pub use add::Add;
+pub use closures::{Apply, Signal};
 pub use constant::Constant;
-pub use noise::{Noise, NoisePorts};
+pub use noise::Noise;
 pub use stimulus::Stimulus;

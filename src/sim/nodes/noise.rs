@@ -5,20 +5,12 @@ use rand_distr::StandardNormal;
 
 use crate::sim::describe::builder::{Module, Scope};
 use crate::sim::describe::fingerprint::Fingerprint;
-use crate::sim::describe::handle::{In, Out};
+use crate::sim::describe::handle::Ports;
 use crate::sim::describe::io::{EmitIo, StepCx};
 use crate::sim::describe::kind::{Kind, Pointer, Scalar, Space, Vector, VocabTag};
 use crate::sim::describe::node::Node;
 use crate::sim::describe::port::{InputSpec, OutputSpec, PortDecl};
 use crate::sim::real::Real;
-
-/// Ports of a [`Noise`].
-pub struct NoisePorts<K: Kind> {
-    /// The value without noise.
-    pub input: In<K>,
-    /// The value with noise added.
-    pub output: Out<K>,
-}
 
 /// Adds independent Gaussian noise to every component in every tick, without delay.
 ///
@@ -109,13 +101,10 @@ impl<K: Kind> Node for Noise<K> {
 }
 
 impl<K: Kind> Module for Noise<K> {
-    type Ports = NoisePorts<K>;
+    type Ports = Ports<K>;
 
-    fn expand(self, scope: &mut Scope<'_>) -> NoisePorts<K> {
+    fn expand(self, scope: &mut Scope<'_>) -> Ports<K> {
         let node = scope.leaf(self);
-        NoisePorts {
-            input: scope.input("input", node.input("in")),
-            output: scope.output("output", node.output("out")),
-        }
+        scope.ports(Ports::of(&node))
     }
 }

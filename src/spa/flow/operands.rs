@@ -4,11 +4,9 @@ use super::expression::{Flow, IntoFlow, Level};
 use super::kinds::FlowKind;
 use super::operators::{flow_operators, flow_ports};
 use crate::neurons::EnsemblePorts;
-use crate::sim::{
-    AddPorts, ApplyPorts, NoisePorts, Out, Pointer, PointerRef, Real, Scalar, Vector, VocabTag,
-};
+use crate::sim::{Out, Pointer, PointerRef, Ports, Real, Scalar, Vector, VocabTag};
 use crate::spa::modules::{
-    BilinearPorts, GatePorts, MemoryPorts, Ports, SuperposePorts, UnbindPorts, WeighPorts,
+    BilinearPorts, GatePorts, MemoryPorts, SuperposePorts, UnbindPorts, WeighPorts,
 };
 use crate::spa::pointer::PointerValue;
 use crate::spa::vocabulary::Name;
@@ -20,9 +18,6 @@ flow_ports!([V: VocabTag] UnbindPorts<V>, output: Pointer<V>);
 flow_ports!([K: FlowKind] WeighPorts<K>, output: K);
 flow_ports!([K: FlowKind] SuperposePorts<K>, output: K);
 flow_ports!([A: VocabTag, V: VocabTag] MemoryPorts<A, V>, output: Pointer<V>, input: Pointer<A>);
-flow_ports!([A: FlowKind, K: FlowKind] ApplyPorts<A, K>, output: K, input: A);
-flow_ports!([K: FlowKind] AddPorts<K>, output: K, input: K);
-flow_ports!([K: FlowKind] NoisePorts<K>, output: K, input: K);
 flow_ports!(@input [] EnsemblePorts, Vector);
 
 flow_operators!([K: FlowKind,] Flow<K> => K);

@@ -209,7 +209,7 @@ impl std::ops::Shr<&In<Scalar>> for Real {
 /// `input` and can stand on the right of `>>`. Generic parameters stand in front, in brackets:
 /// `flow_ports!([V: VocabTag] MyPorts<V>, output: Pointer<V>)`.
 ///
-/// A module with one input and one output has [`Ports`](crate::spa::Ports), which need no such line.
+/// A module with one input and one output has [`Ports`](crate::sim::Ports), which need no such line.
 ///
 /// ```
 /// use symbolt::prelude::*;

@@ -9,7 +9,8 @@
 use super::FEED_FORWARD;
 use super::linear::Linear;
 use super::maps::{Pooled, Spread};
-use crate::neurons::{LayerPorts, Layers, Map};
+use crate::neurons::{Layers, Map};
+use crate::sim::Ports;
 use crate::sim::{
     Add, Constant, In, InputSpec, Module, Out, OutputSpec, Real, Scope, Synapse, Vector,
 };
@@ -52,7 +53,7 @@ impl Module for BasalGanglia {
 
     fn expand(self, scope: &mut Scope<'_>) -> BasalGangliaPorts {
         let n = self.actions;
-        let mut nucleus = |name: &str, from: Real| -> LayerPorts<Vector> {
+        let mut nucleus = |name: &str, from: Real| -> Ports<Vector> {
             let rectified = Map::each(n, move |x| (x - from).max(0.0)).above(from).radius(1.5);
             scope.map(name, rectified)
         };
@@ -60,7 +61,7 @@ impl Module for BasalGanglia {
         let (stn, gpe) = (nucleus("stn", -0.25), nucleus("gpe", -0.2));
         let gpi = nucleus("gpi", -0.2);
         // A constant excites every action. The output nucleus inhibits all actions except the chosen one.
-        let thalamus: LayerPorts<Vector> =
+        let thalamus: Ports<Vector> =
             scope.map("thalamus", Map::each(n, |x| x.clamp(0.0, 1.0)).above(0.0).size(0.5));
         let utilities = scope.add("utilities", Add::vector(n));
         let bias = scope.add("bias", Constant::vector(&vec![1.0; n]));

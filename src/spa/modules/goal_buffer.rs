@@ -3,7 +3,8 @@
 use super::ports::GatePorts;
 use super::weighted_sum::Superpose;
 use super::{FEED_FORWARD, Gate, RECURRENT, population};
-use crate::neurons::{LayerPorts, Layers};
+use crate::neurons::Layers;
+use crate::sim::Ports;
 use crate::sim::{Add, Module, Pointer, Real, Scope, Space, Synapse, VocabTag};
 use crate::spa::vocabulary::Vocabulary;
 
@@ -78,7 +79,7 @@ impl<V: VocabTag> Module for GoalBuffer<V> {
     fn expand(self, scope: &mut Scope<'_>) -> GatePorts<Pointer<V>> {
         let gain = self.gain();
         let layer = population(&self.space, RADIUS);
-        let held: LayerPorts<Pointer<V>> = scope.represent("held", layer);
+        let held: Ports<Pointer<V>> = scope.represent("held", layer);
         let memory = scope.add("memory", Add::pointer(&self.space));
         let output = scope.add("output", Add::pointer(&self.space));
         let difference = scope.add("difference", Superpose::in_space(&self.space, &[1.0, -1.0]));

@@ -1,7 +1,7 @@
 //! Linear nodes: fixed maps between ports. They cost no tick.
 
 use super::maps::{Rows, Sparse, Spread, WeightedRows};
-use super::ports::Ports;
+use crate::sim::Ports;
 use crate::sim::{
     AnyInput, AnyOutput, EmitIo, Fingerprint, InputSpec, Kind, Module, Node, OutputSpec, Pointer,
     PointerRef, PortDecl, Real, Scalar, Scope, Space, StepCx, Vector, VocabTag,
@@ -271,6 +271,6 @@ impl<A: Kind, B: Kind> Module for Linear<A, B> {
 
     fn expand(self, scope: &mut Scope<'_>) -> Ports<A, B> {
         let node = scope.leaf(self);
-        Ports::of(scope, &node)
+        scope.ports(Ports::of(&node))
     }
 }

@@ -32,7 +32,7 @@ pub use linear::Linear;
 pub(crate) use maps::{Inverse, Rows, Slice, Spread, WeightedRows, weighted_rows};
 pub use memory::{AssociativeMemory, CleanupMemory, MemoryPorts};
 pub use pair_decoder::{DecodePairs, DecodePairsPorts};
-pub use ports::{BilinearPorts, GatePorts, Ports};
+pub use ports::{BilinearPorts, GatePorts};
 pub use resonator::{ResonatorNetwork, ResonatorNetworkPorts};
 pub use select::{Selection, SelectionPorts};
 pub use sequence::{Sequence, SequencePorts};

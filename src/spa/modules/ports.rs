@@ -1,25 +1,6 @@
 //! Ports that several modules have in common.
 
-use crate::sim::{In, Kind, NodePorts, Out, Scalar, Scope};
-
-/// Ports of a module with one input and one output, such as a [`State`](super::State) or a
-/// [`Linear`](super::Linear) node.
-pub struct Ports<A: Kind, B: Kind = A> {
-    /// Input. The docs of the module say whether it adds any number of connections.
-    pub input: In<A>,
-    /// Output.
-    pub output: Out<B>,
-}
-
-impl<A: Kind, B: Kind> Ports<A, B> {
-    /// Makes the ports of a node that is a module by itself.
-    pub(super) fn of(scope: &mut Scope<'_>, node: &NodePorts) -> Self {
-        Self {
-            input: scope.input("input", node.input("in")),
-            output: scope.output("output", node.output("out")),
-        }
-    }
-}
+use crate::sim::{In, Kind, Out, Scalar};
 
 /// Ports of a module that takes a value and is opened and closed, such as a [`Gate`](super::Gate).
 pub struct GatePorts<K: Kind> {

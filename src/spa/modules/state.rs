@@ -1,9 +1,9 @@
 //! A population that represents one pointer and, with a recurrent synapse, remembers it.
 
-use super::ports::Ports;
 use super::weighted_sum::Superpose;
 use super::{FEED_FORWARD, population};
-use crate::neurons::{LayerPorts, Layers};
+use crate::neurons::Layers;
+use crate::sim::Ports;
 use crate::sim::{Add, Module, Pointer, Real, Scope, Space, Synapse, VocabTag};
 use crate::spa::vocabulary::Vocabulary;
 
@@ -80,7 +80,7 @@ impl<V: VocabTag> Module for State<V> {
 
     fn expand(self, scope: &mut Scope<'_>) -> Ports<Pointer<V>> {
         let layer = population(&self.space, self.radius);
-        let held: LayerPorts<Pointer<V>> = scope.represent("population", layer);
+        let held: Ports<Pointer<V>> = scope.represent("population", layer);
         let output = scope.add("output", Add::pointer(&self.space));
         scope.connect(&held.output, &output.input, self.synapse);
         match self.recurrent {

@@ -8,7 +8,8 @@ use super::weighted_sum::Superpose;
 use super::{
     Bind, CleanupMemory, DecodePairs, FEED_FORWARD, Gate, Linear, Sequence, Unbind, population,
 };
-use crate::neurons::{LayerPorts, Layers, Map, SelectRule};
+use crate::neurons::{Layers, Map, SelectRule};
+use crate::sim::Ports;
 use crate::sim::{
     Add, In, Module, Out, Pointer, PointerRef, Real, Scalar, Scope, SimDuration, Space, Synapse,
     Vector, VocabTag,
@@ -175,7 +176,7 @@ impl<V: VocabTag> Module for Tape<V> {
         scope.connect(&bind.output, &gate.input, none);
         scope.connect(&gate.output, &drive.inputs[0], none);
 
-        let held: LayerPorts<Pointer<V>> = scope.represent("held", population(space, self.radius));
+        let held: Ports<Pointer<V>> = scope.represent("held", population(space, self.radius));
         let memory = scope.add("memory", Add::pointer(space));
         scope.connect(&drive.output, &held.input, Synapse::lowpass(HOLDING));
         scope.connect(&held.output, &held.input, Synapse::lowpass(HOLDING));
@@ -236,7 +237,7 @@ impl<V: VocabTag> Items<V> {
             let here = scope.add(&format!("here{at}"), Linear::sparse(positions, count, all));
             let open = |both: Real| if both > READ_ABOVE { 1.0 } else { 0.0 };
             let layer = Map::each(count, open).above(READ_ABOVE).radius(READ_MOST).size(READ_SHARE);
-            let found: LayerPorts<Vector> = scope.map(&format!("found{at}"), layer);
+            let found: Ports<Vector> = scope.map(&format!("found{at}"), layer);
             scope.connect(index, &here.input, READING);
             scope.connect(&here.output, &found.input, none);
             scope.connect(weights, &found.input, none);

@@ -3,14 +3,15 @@
 use super::Part;
 use super::kitchen::{Kitchen, PLACE, THINGS};
 use super::symbols::{Acts, Base, Control, INDEX, Signals, Symbols};
-use crate::neurons::{LayerPorts, Layers, Represent, SelectRule};
+use crate::neurons::{Layers, Represent, SelectRule};
+use crate::sim::Ports;
 use crate::sim::{
     Add, Constant, GraphBuilder, In, InputSpec, Module, NodePorts, Out, OutputSpec, Pointer, Real,
     Scalar, Scope, Synapse, VocabTag, WorldLink,
 };
 use crate::spa::{
-    AssociativeMemory, CleanupMemory, FEED_FORWARD, Flow, FlowExt, MemoryPorts, Multiply, Ports,
-    Routes, Rules, RulesPorts, State, VocabError, Vocabulary,
+    AssociativeMemory, CleanupMemory, FEED_FORWARD, Flow, FlowExt, MemoryPorts, Multiply, Routes,
+    Rules, RulesPorts, State, VocabError, Vocabulary,
 };
 
 /// Radius of memories and channels. With parts of 16 of 256 dimensions at a radius of 1, three times as large, rules follow each
@@ -52,7 +53,7 @@ impl Module for Kept {
 
     fn expand(self, scope: &mut Scope<'_>) -> KeptPorts {
         let layer = Represent::new::<Scalar>(InputSpec::scalar(), OutputSpec::scalar(), 1.0);
-        let held: LayerPorts<Scalar> = scope.represent("population", layer);
+        let held: Ports<Scalar> = scope.represent("population", layer);
         let output = scope.add("output", Add::scalar());
         scope.connect(&held.output, &held.input, CHANNEL);
         scope.connect(&held.output, &output.input, FEED_FORWARD);

@@ -3,7 +3,8 @@
 use rand::RngExt;
 
 use super::{Plain, Reading, Standard, Watched};
-use crate::neurons::{LayerPorts, Layers, Map};
+use crate::neurons::{Layers, Map};
+use crate::sim::Ports;
 use crate::sim::{
     Constant, GraphBuilder, Module, PointerRef, ProbeSpec, Real, Scope, Seed, SimDuration,
     Stimulus, Synapse, Vector,
@@ -98,9 +99,9 @@ struct Array {
 }
 
 impl Module for Array {
-    type Ports = LayerPorts<Vector>;
+    type Ports = Ports<Vector>;
 
-    fn expand(self, scope: &mut Scope<'_>) -> LayerPorts<Vector> {
+    fn expand(self, scope: &mut Scope<'_>) -> Ports<Vector> {
         scope.map("population", Map::each(self.width, |x| x))
     }
 }

@@ -17,7 +17,8 @@
 //! old fillers beside the new ones.
 
 use super::FEED_FORWARD;
-use crate::neurons::{LayerPorts, Layers, Map};
+use crate::neurons::{Layers, Map};
+use crate::sim::Ports;
 use crate::sim::{
     Add, EmitIo, Fingerprint, In, InputSpec, Module, Node, Out, OutputSpec, Pointer, PortDecl,
     Real, Scope, ScratchSpec, Space, StepCx, Synapse, Vector, VocabTag,
@@ -195,11 +196,11 @@ impl<V: VocabTag> Module for DecodePairs<V> {
         let compare = scope.node("compare", compare);
         let weight = |evidence: Real| (GAIN * (evidence - LEVEL)).clamp(0.0, 1.0);
         let layer = Map::each(roles * count, weight).above(LEVEL).radius(REACH).size(SHARE);
-        let chosen: LayerPorts<Vector> = scope.map("items", layer);
+        let chosen: Ports<Vector> = scope.map("items", layer);
         let weights = scope.add("weights", Add::vector(roles * count));
         let read = scope.node("read", Read { space, roles, items });
         let excess = Map::each(roles, |total| INHIBITION * (total - 1.0).max(0.0));
-        let excess: LayerPorts<Vector> = scope.map("excess", excess.above(1.0).radius(MAX_TOTAL));
+        let excess: Ports<Vector> = scope.map("excess", excess.above(1.0).radius(MAX_TOTAL));
         scope.connect::<Vector>(&compare.output("out"), &chosen.input, Synapse::None);
         scope.connect(&chosen.output, &weights.input, AVERAGING);
         scope.connect(&weights.output, &compare.input("weights"), Synapse::None);
