@@ -277,7 +277,7 @@ fn a_bad_option_of_any_command_is_refused_before_any_work() {
         ("bench bind", "--mode direct --save new", "direct mode has no neurons"),
         ("completions teapot", "", "invalid value 'teapot'"),
     ];
-    assert_eq!(cases.len(), 111);
+    assert_eq!(cases.len(), 102);
     for (command, options, part) in cases {
         let args: Vec<&str> = command.split(' ').chain(options.split_whitespace()).collect();
         refused(place.path(), &args, 2, part);

@@ -18,7 +18,8 @@ pub fn propositional(domain: &RelationalDomain) -> Domain {
     let states = domain.states.iter().fold(DomainBuilder::new(), |b, s| b.state(&s.name));
     let all = domain.operators.iter().fold(states, |builder, operator| {
         let to = domain.states[operator.to].name.as_str();
-        builder.action(&operator.name, needs(domain, operator), [to])
+        let absent = domain.names(&operator.never_seen);
+        builder.action_unless(&operator.name, needs(domain, operator), absent, [to])
     });
     all.build().expect("a learned domain is sound")
 }
