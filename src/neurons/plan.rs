@@ -87,8 +87,11 @@ pub enum Population {
     Neurons(NeuronSpec),
 }
 
+/// A mode with its name.
+type Named = (&'static str, fn() -> Population);
+
 /// The modes that have a name. Named modes have the default tuning.
-const NAMED: [(&str, fn() -> Population); 3] = [
+const NAMED: [Named; 3] = [
     ("direct", || Population::Direct),
     ("rate", || Population::Rate(LifSpec::default())),
     ("lif", || Population::Lif(LifSpec::default())),

@@ -28,7 +28,7 @@ impl<V: VocabTag> PointerValue<V> {
     }
 
     /// Returns the components, one per dimension.
-    pub(crate) fn into_values(self) -> Vec<Real> {
+    pub fn into_values(self) -> Vec<Real> {
         self.values
     }
 

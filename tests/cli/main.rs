@@ -1,5 +1,7 @@
 //! The program: its commands, the folders that it writes, what it refuses, experiments, sweeps and reports.
 
+// Tests may stop at the first surprise, and so may their helpers.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
 #![cfg(feature = "cli")]
 
 #[path = "../support/beside.rs"]

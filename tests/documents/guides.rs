@@ -205,7 +205,7 @@ fn the_guide_to_the_scene_shows_what_its_program_and_the_commands_print() {
 fn the_guide_to_task_files_shows_a_file_that_runs_and_what_the_command_prints() {
     let guide = include_str!("../../docs/task_file.md");
     let folder = tempfile::tempdir().expect("a folder");
-    let [file] = blocks(guide, "json")[..] else { panic!("one file") };
+    let [file, ..] = blocks(guide, "json")[..] else { panic!("a file") };
     fs::write(folder.path().join("mat.json"), file).expect("writes");
     assert_eq!(run_blocks(guide, folder.path()), 1);
 }

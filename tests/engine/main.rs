@@ -1,5 +1,8 @@
 //! The engine and its neurons: wiring, ticks, probes, bits, threads and ranks, solved populations.
 
+// Tests may stop at the first surprise, and so may their helpers.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
 #[path = "../support/counter.rs"]
 mod counter;
 #[path = "../support/rectified.rs"]

@@ -1,5 +1,8 @@
 //! Tests that need what not every machine has: the authors' recordings, or Chromium. Without it they count as ignored.
 
+// Tests may stop at the first surprise, and so may their helpers.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
 use std::process::ExitCode;
 
 use libtest_mimic::Arguments;

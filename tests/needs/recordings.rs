@@ -238,8 +238,8 @@ fn a_part_is_on_the_table_anywhere_and_in_any_roll_but_not_above_it() {
         for z in [-1.0, -0.2, 0.4, 2.0] {
             for turn in [[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0], flat] {
                 assert_eq!(state("bolt", [x, 0.0272, z], turn), Some(places[BOLT_TABLE]));
-                assert_eq!(state("bolt", [x, 0.0272 + 0.008, z], turn), None);
-                assert_eq!(state("nut", [x, 0.0016 + 0.008, z], turn), None);
+                assert_eq!(state("bolt", [x, 0.0272 + 0.02, z], turn), None);
+                assert_eq!(state("nut", [x, 0.0016 + 0.02, z], turn), None);
                 placed += 1;
             }
         }
@@ -263,7 +263,7 @@ fn after_one_demonstration_parts_above_the_table_are_in_no_state() {
             for (kind, y) in [("bolt", 0.0272), ("nut", 0.0016)] {
                 let state = |y| classifier.classify_alone(kind, &Pose::at([x, y, z])).fact;
                 on += u32::from(state(y).is_some());
-                above += u32::from(state(y + 0.008).is_some());
+                above += u32::from(state(y + 0.02).is_some());
                 above += u32::from(state(y + 0.1).is_some());
             }
         }

@@ -1,5 +1,8 @@
 //! Semantic pointers: laws, vocabularies, expressions, modules, memory and capacity.
 
+// Tests may stop at the first surprise, and so may their helpers.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
 mod capacity;
 mod expressions;
 mod laws;

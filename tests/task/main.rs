@@ -1,5 +1,8 @@
 //! Tasks: recordings, learned domains, planners, plans in PDDL, scenes, and files that are refused.
 
+// Tests may stop at the first surprise, and so may their helpers.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
 #[path = "../support/beside.rs"]
 mod beside;
 #[path = "../support/propositional.rs"]

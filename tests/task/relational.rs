@@ -2,8 +2,6 @@
 //!
 //! The seeds of the marks were new when they were first measured. Later changes of the learner were checked on them.
 
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
 use symbolt::sim::Seed;
 use symbolt::study::worlds::{self, Planning, Rates, Trial, World, episodes, evaluate};
 use symbolt::task::Sensing;

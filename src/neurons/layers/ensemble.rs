@@ -189,8 +189,9 @@ impl Node for Ensemble {
         let wide = |width: usize| width.saturating_mul(self.copies).min(MOST_COMPONENTS);
         ports.input("in", InputSpec::vector(wide(self.dims)).sum().at_advance());
         for Decoded { name, width, .. } in &self.functions {
-            let good = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
-            if name.is_empty() || !name.chars().all(good) {
+            let good = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
+            // The engine refuses names that are empty or have a point.
+            if !name.chars().all(good) {
                 ports.fault(format!(
                     "`{name}` is not a valid name of a function; use one or more of the characters a-z, A-Z, 0-9, `_` and `-`"
                 ));

@@ -154,16 +154,16 @@ impl Lowerer<'_, '_> {
             let (plain, scaled): (Vec<_>, Vec<_>) =
                 sum.terms.into_iter().partition(|(_, weight)| *weight == 1.0);
             sum.terms = scaled;
-            plain.iter().for_each(|(out, _)| self.into_input(out, to, via));
+            plain.iter().for_each(|(out, _)| self.end_at(out, to, via));
             if sum.terms.len() < before && sum.is_zero() {
                 return;
             }
         }
         let out = self.one(&shape, sum);
-        self.into_input(&out, to, via);
+        self.end_at(&out, to, via);
     }
 
-    fn into_input<K: FlowKind>(&mut self, out: &Out<K>, to: &In<K>, via: Synapse) {
+    fn end_at<K: FlowKind>(&mut self, out: &Out<K>, to: &In<K>, via: Synapse) {
         let bare = self.scope.needs_synapse(&out.port) && via == Synapse::None;
         self.scope.connect(out, to, if bare { self.bare } else { via });
     }
