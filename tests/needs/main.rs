@@ -25,8 +25,8 @@ mod page;
 mod recordings;
 
 fn main() -> ExitCode {
-    let mut trials = recordings::trials();
+    let trials = recordings::trials();
     #[cfg(feature = "cli")]
-    trials.extend([browser::trials(), page::trials()].into_iter().flatten());
+    let trials = [trials, browser::trials(), page::trials()].into_iter().flatten().collect();
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }

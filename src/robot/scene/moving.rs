@@ -44,7 +44,7 @@ impl Scene {
         }
     }
 
-    /// Returns the pose of a landmark, by its index in [`SceneSpec::landmarks`], in the scene; `None` if there is no
+    /// Returns the pose of a landmark, by its index in [`SceneSpec::landmarks`](super::SceneSpec::landmarks), in the scene; `None` if there is no
     /// such landmark.
     pub fn landmark(&self, index: usize) -> Option<Pose> {
         let landmark = self.spec().landmarks.get(index)?;

@@ -15,7 +15,7 @@ use crate::sim::real::Real;
 /// Adds independent Gaussian noise to every component in every tick, without delay.
 ///
 /// The noise depends only on run seed, path and tick. The run multiplies the noise by its noise scale
-/// ([`RunConfig::noise`](super::RunConfig::noise)). At scale 0 the output has the same bits as the input. A standard
+/// ([`RunConfig::noise`](crate::sim::RunConfig::noise)). At scale 0 the output has the same bits as the input. A standard
 /// deviation that is negative or not finite is a fault when the graph is built.
 pub struct Noise<K: Kind> {
     input: InputSpec<K>,

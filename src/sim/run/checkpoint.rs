@@ -170,14 +170,12 @@ impl Simulator {
         if !fits {
             return Err(SimError::ForeignCheckpoint);
         }
-        if self.world.is_some() {
+        if let (Some(world), Some(saved)) = (&mut self.world, &checkpoint.world) {
+            let restored = world.restore(saved);
+            restored.map_err(|source| SimError::World { tick: checkpoint.tick, source })?;
+            // Until the graph follows.
             self.interrupted = Some("its world may stand at another tick than its graph".into());
         }
-        match (&mut self.world, &checkpoint.world) {
-            (Some(world), Some(saved)) => world
-                .restore(saved)
-                .map_err(|source| SimError::World { tick: checkpoint.tick, source }),
-            _ => Ok(()),
-        }
+        Ok(())
     }
 }

@@ -62,7 +62,7 @@ pub trait World: Send + Any {
     /// Returns to a saved moment.
     ///
     /// # Errors
-    /// A [`WorldError`] if `saved` does not come from a world of this type.
+    /// A [`WorldError`] if `saved` does not come from a world of this type. The world then stands as before.
     fn restore(&mut self, saved: &WorldSave) -> Result<(), WorldError>;
 }
 

@@ -33,7 +33,7 @@ pub(super) type Lower<K> = dyn Fn(&mut Lowerer<'_, '_>, &<K as FlowKind>::Shape)
 
 /// An expression of kind `K` over the outputs of modules and constants.
 ///
-/// It is a description: [`Routes::route`] adds it to a graph, once `>>` has given it a target. The [module's
+/// It is a description: [`Routes::route`](super::Routes::route) adds it to a graph, once `>>` has given it a target. The [module's
 /// docs](super) list the operators.
 #[must_use = "an expression does nothing until `>>` and `route` add it to a graph"]
 pub struct Flow<K: FlowKind> {

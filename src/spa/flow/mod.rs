@@ -1,6 +1,6 @@
 //! Expressions over modules: `vision * !role >> state` instead of modules and connections.
 //!
-//! Every module with one output is an operand, and so are [outputs](Out) of every kind, pointers of a vocabulary and
+//! Every module with one output is an operand, and so are [outputs](crate::sim::Out) of every kind, pointers of a vocabulary and
 //! numbers. The operators build a [`Flow`]; `>>` routes it into an input, and [`Routes::route`] adds it to a graph.
 //!
 //! | expression | meaning | becomes |

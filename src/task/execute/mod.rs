@@ -4,7 +4,7 @@
 //! |---|---|
 //! | record demonstrations | [`demonstrate()`], or [`Recorder`] for single snapshots |
 //! | run an episode | [`episode`] with [`EpisodeSpec`], or [`PreparedEpisode`] |
-//! | follow an episode while it runs | [`episode_observed`], with an [`Observer`] such as [`ActivityRecorder`] |
+//! | follow an episode while it runs | [`episode_observed`], with an [`Observer`](crate::task::event::Observer) such as [`ActivityRecorder`] |
 //! | run the scene as the world of your own simulator | [`PreparedEpisode::into_world`] |
 //!
 //! # The closed loop
@@ -47,7 +47,7 @@
 //! no state are put down anew or pushed. A detour that worked gives earlier attempts
 //! another chance. The number of detours is limited, in all and for each part, so that every episode ends; it ends at
 //! once when nothing is left to try. A part off the table is lost: it is left out, and if the goal cannot be reached
-//! without it, the episode ends with [`Ended::Lost`].
+//! without it, the episode ends with [`Ended::Lost`](crate::task::event::Ended::Lost).
 //!
 //! # Compilation
 //!
@@ -65,7 +65,7 @@
 //! * If the graph is stuck at the end, the reference planner says whether it still finds a plan
 //!   ([`Episode::reference_moves`]).
 //!
-//! [`Ended`] lists the ways in which an episode ends. The executor knows the learned domain and, from the
+//! [`Ended`](crate::task::event::Ended) lists the ways in which an episode ends. The executor knows the learned domain and, from the
 //! task, the grasps. It knows nothing else about the task.
 
 mod act;
