@@ -148,7 +148,7 @@ impl PlannerBuild {
     /// let build = PlannerBuild::new(PlannerKind::GoalSets, &Population::Direct, Seed::new(1))?;
     /// let plan = build.plan(&Problem::new(&domain, &layout)?, &layout, PlannerBuild::LIMIT)?;
     /// let objects: Vec<&str> = plan.moves.iter().map(|m| &*m.object).collect();
-    /// assert_eq!(objects, ["nut_0", "bolt_0", "bolt_0"]);
+    /// assert_eq!(objects, ["bolt_0", "nut_0", "bolt_0"]);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
