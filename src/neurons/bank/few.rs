@@ -2,8 +2,9 @@
 
 use multiversion::multiversion;
 
+use super::NARROW;
 use super::loops::{Work, at_rest, first};
-use super::{FEW, NARROW};
+use super::shape::FEW;
 use crate::neurons::models::{Block, NeuronModel};
 use crate::sim::Real;
 

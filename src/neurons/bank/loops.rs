@@ -3,7 +3,7 @@
 use multiversion::multiversion;
 
 use super::few::few;
-use super::{BLOCK, NARROW, Shape, WIDE};
+use super::shape::{BLOCK, NARROW, Shape, WIDE};
 use crate::neurons::models::{Block, NeuronModel};
 use crate::sim::Real;
 

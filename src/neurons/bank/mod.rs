@@ -39,8 +39,9 @@
 //! its 22 MB of encoders takes 0.8 ms per tick.
 
 mod few;
-mod loops;
+pub(super) mod loops;
 mod partition;
+mod shape;
 #[cfg(test)]
 mod tests;
 
@@ -48,7 +49,6 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 use super::draw::Neurons;
 use super::models::{Firing, NeuronModel, Variable};
@@ -59,19 +59,8 @@ use crate::sim::{Real, Seed};
 pub use loops::Work;
 pub use partition::Ensembles;
 pub(crate) use partition::{LoadBalance, Partition};
-
-/// The number of ensembles in a bank, and the size of each.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Shape {
-    pub ensembles: usize,
-    /// Number of neurons in one ensemble.
-    pub neurons: usize,
-    /// Number of dimensions of the value that one ensemble represents.
-    pub dims: usize,
-    /// Number of values decoded from one ensemble.
-    pub outputs: usize,
-}
+use shape::NARROW;
+pub(crate) use shape::Shape;
 
 /// One ensemble before its decoders are solved.
 pub(crate) struct Draft {
@@ -80,64 +69,6 @@ pub(crate) struct Draft {
     pub radius: f64,
     /// Evaluation points, in units of the radius. The target values are not divided by the radius.
     pub points: Points,
-}
-
-/// Neurons encoded together in ensembles of one dimension: the width of the widest registers in use.
-const NARROW: usize = 8;
-/// Neurons encoded together in ensembles of several dimensions.
-const WIDE: usize = 32;
-/// Greatest number of neurons in ensembles that share a block.
-const FEW: usize = 4;
-/// Neurons in one block: their currents stay in the first-level cache between passes.
-const BLOCK: usize = 128;
-
-impl Shape {
-    /// Number of neurons in one group of encoders.
-    fn lanes(&self) -> usize {
-        match self.dims {
-            1 if self.is_few() => 1,
-            1 => NARROW,
-            _ => WIDE,
-        }
-    }
-
-    /// Returns whether several ensembles share a block.
-    fn is_few(&self) -> bool {
-        self.neurons <= FEW && self.dims == 1 && self.outputs == 1
-    }
-
-    /// Number of neurons in one ensemble, including those that pad its last group.
-    pub fn padded(&self) -> usize {
-        self.neurons.next_multiple_of(self.lanes())
-    }
-
-    /// Index of a neuron's encoder for a dimension, within its ensemble's encoders.
-    fn encoder_at(&self, neuron: usize, dimension: usize) -> usize {
-        let lanes = self.lanes();
-        (neuron / lanes * self.dims + dimension) * lanes + neuron % lanes
-    }
-
-    /// Returns the block of a neuron among so many ensembles, as a range of neurons with their padding.
-    fn block(&self, ensembles: usize, neuron: usize) -> Range<usize> {
-        let per = self.padded();
-        // Neurons that are cut into blocks together, and the length of a block.
-        let (row, block) =
-            if self.is_few() { (ensembles * per, NARROW * per) } else { (per, BLOCK) };
-        let start = neuron - neuron % row % block;
-        start..(start + block).min(neuron / row * row + row)
-    }
-
-    /// Returns the blocks of so many ensembles.
-    fn blocks(self, ensembles: usize) -> impl Iterator<Item = Range<usize>> {
-        let all = ensembles * self.padded();
-        let from = move |start: usize| (start < all).then(|| self.block(ensembles, start));
-        std::iter::successors(from(0), move |before| from(before.end))
-    }
-
-    /// Number of ensembles that must not be parted.
-    fn group(&self) -> usize {
-        if self.is_few() { NARROW } else { 1 }
-    }
 }
 
 /// The numbers of a bank that were drawn and solved for.

@@ -7,7 +7,7 @@ use std::fmt;
 
 use rand::{Rng, RngExt};
 
-use super::bank::Work;
+use super::bank::loops::Work;
 use super::tuning::TuningError;
 use crate::sim::{Fingerprint, Real};
 

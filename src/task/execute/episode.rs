@@ -4,9 +4,9 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::log::LogReporter;
-use super::model::TaskModel;
+use super::model::{BuildDecider, TaskModel};
 use super::recorder::Recorder;
+use super::reporter::LogReporter;
 use super::world::EpisodeWorld;
 use super::{EpisodeSpec, senses};
 use crate::robot::scene::Scene;
@@ -36,10 +36,6 @@ pub struct Episode {
     /// Wall time of compiling problems and building planner graphs.
     pub build_wall: Duration,
 }
-
-/// Builds the planner over a ground problem.
-pub(super) type BuildDecider<'d> =
-    dyn Fn(&GroundProblem) -> Result<Arc<dyn Decider>, TaskError> + Send + Sync + 'd;
 
 /// An episode that is ready to run: the scene is drawn, the problem is compiled, and the
 /// planner graph is built.

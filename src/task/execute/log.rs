@@ -1,11 +1,10 @@
-//! The log of an episode: what has happened so far, and the events that report it.
+//! The log of an episode: what has happened so far.
 
 use serde::{Deserialize, Serialize};
 
-use super::world::EpisodeWorld;
 use crate::robot::SkillReport;
 use crate::robot::scene::SceneFrame;
-use crate::task::event::{Decided, Event, Observer, Touched};
+use crate::task::event::{Decided, Touched};
 
 /// What has happened so far.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
@@ -36,52 +35,6 @@ impl Log {
     /// Returns the number of finished skills.
     pub fn skill_count(&self) -> usize {
         self.skills().count()
-    }
-}
-
-/// Reports new entries of a world's log as events.
-#[derive(Default)]
-pub(super) struct LogReporter {
-    steps: u64,
-    decisions: usize,
-    touches: usize,
-    frames: usize,
-    /// Whether the end of the last decision's skill has not been reported yet.
-    acting: bool,
-}
-
-impl LogReporter {
-    pub fn report(&mut self, world: &EpisodeWorld, observer: &mut dyn Observer) {
-        let Some(scene) = world.scene() else { return };
-        if scene.steps() == self.steps {
-            return;
-        }
-        self.steps = scene.steps();
-        let (log, time_s) = (world.log(), scene.time_s());
-        for decision in &log.decisions[self.decisions..] {
-            observer.observe(&Event::Decided(decision));
-            if decision.begun {
-                self.acting = true;
-                observer.observe(&Event::SkillBegan { time_s, decision: Some(decision) });
-            }
-        }
-        self.decisions = log.decisions.len();
-        for touch in &log.touches[self.touches..] {
-            observer.observe(&Event::Touched(*touch));
-        }
-        self.touches = log.touches.len();
-        if self.acting
-            && let Some(decision) = log.decisions.last()
-            && let Some(report) = &decision.skill
-        {
-            self.acting = false;
-            observer.observe(&Event::SkillEnded { time_s, report, decision: Some(decision) });
-        }
-        for frame in &log.frames[self.frames..] {
-            observer.observe(&Event::Framed(frame));
-        }
-        self.frames = log.frames.len();
-        observer.observe(&Event::Stepped { time_s });
     }
 }
 

@@ -78,6 +78,7 @@ mod log;
 mod model;
 mod recorder;
 mod recovery;
+mod reporter;
 mod senses;
 mod world;
 

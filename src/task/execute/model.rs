@@ -6,7 +6,6 @@ use std::sync::Arc;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::EpisodeSpec;
-use super::episode::BuildDecider;
 use super::guess::{UNSEEN_M, assumed, is_loose};
 use super::recovery::attempts::{Attempts, What};
 use crate::robot::Pose;
@@ -20,6 +19,10 @@ use crate::task::relational::{
     Classifier, GroundProblem, LaidOut, Layout, Move, Problem, RelationalDomain, Situation,
     TargetPose, Turn,
 };
+
+/// Builds the planner over a ground problem.
+pub(super) type BuildDecider<'d> =
+    dyn Fn(&GroundProblem) -> Result<Arc<dyn Decider>, TaskError> + Send + Sync + 'd;
 
 /// A snapshot of the scene, as sensed.
 pub(super) struct Seen {

@@ -1,7 +1,9 @@
 //! Begins detours.
 
 use super::attempts::{Means, What};
-use super::{Detour, Plight, detours, places};
+use super::plight::Plight;
+use super::rung::Detour;
+use super::{detours, places};
 use crate::robot::Pose;
 use crate::robot::skill;
 use crate::task::domain::Obstacle;

@@ -1,6 +1,7 @@
 //! Moves away parts whose states forbid a fact that no action causes.
 
-use super::{Detour, Plight, Rung};
+use super::plight::Plight;
+use super::rung::{Detour, Rung};
 use crate::task::event::RecoveryKind;
 
 pub(super) struct ClearFact;

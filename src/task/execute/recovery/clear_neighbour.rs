@@ -1,7 +1,7 @@
 //! Moves away the parts beside one that could not be taken, so that the hand has room.
 
-use super::plight::BESIDE_M;
-use super::{Detour, Plight, Rung};
+use super::plight::{BESIDE_M, Plight};
+use super::rung::{Detour, Rung};
 use crate::task::event::RecoveryKind;
 
 pub(super) struct ClearNeighbour;

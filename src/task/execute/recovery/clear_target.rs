@@ -1,7 +1,7 @@
 //! Moves away the parts that lie around targets.
 
-use super::plight::BESIDE_M;
-use super::{Detour, Plight, Rung, Wanted};
+use super::plight::{BESIDE_M, Plight, Wanted};
+use super::rung::{Detour, Rung};
 use crate::task::event::RecoveryKind;
 
 /// The targets that are cleared.

@@ -16,30 +16,14 @@ mod clear_fact;
 mod clear_neighbour;
 mod clear_target;
 pub(super) mod places;
-mod plight;
+pub(super) mod plight;
 mod reseat;
 mod reseat_reference;
+mod rung;
 mod take_anew;
 
-use crate::task::event::RecoveryKind;
-
-pub(super) use plight::{Plight, Wanted};
-
-/// A detour: a kind of recovery with a part.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Detour {
-    pub kind: RecoveryKind,
-    pub part: usize,
-    /// Whether the part must lie afterwards as parts of its kind lay when they were found.
-    pub strict: bool,
-    pub why: String,
-}
-
-/// A rung of the ladder.
-trait Rung: Sync {
-    /// Returns what it would do, the best first. What the robot cannot lift away is left out afterwards.
-    fn detours(&self, plight: &Plight<'_>) -> Vec<Detour>;
-}
+use plight::Plight;
+use rung::{Detour, Rung};
 
 /// The recoveries in the order in which they are tried.
 const LADDER: [&dyn Rung; 10] = [
@@ -75,8 +59,8 @@ mod tests {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src/task/execute/recovery");
         let entries = std::fs::read_dir(folder).expect("the folder is there");
         let names = entries.map(|e| e.expect("readable").file_name().into_string().expect("text"));
-        let rest =
-            ["mod", "attempts", "begin", "places", "plight"].map(|name| format!("{name}.rs"));
+        let rest = ["mod", "attempts", "begin", "places", "plight", "rung"]
+            .map(|name| format!("{name}.rs"));
         let text = include_str!("mod.rs");
         let ladder = text.split("const LADDER").nth(1).and_then(|t| t.split("];").next());
         let ladder = ladder.expect("there is a ladder");

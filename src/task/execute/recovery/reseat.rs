@@ -1,6 +1,7 @@
 //! Takes out parts in no state that lie at a target.
 
-use super::{Detour, Plight, Rung};
+use super::plight::Plight;
+use super::rung::{Detour, Rung};
 use crate::task::event::RecoveryKind;
 
 pub(super) struct Reseat;

@@ -1,6 +1,7 @@
 //! Takes out the references of what was wanted: they may lie wrongly although their state says otherwise.
 
-use super::{Detour, Plight, Rung};
+use super::plight::Plight;
+use super::rung::{Detour, Rung};
 use crate::task::event::RecoveryKind;
 
 pub(super) struct ReseatReference {
@@ -11,7 +12,7 @@ pub(super) struct ReseatReference {
 impl Rung for ReseatReference {
     fn detours(&self, plight: &Plight<'_>) -> Vec<Detour> {
         let wanted = plight.wanted.iter().filter(|w| w.jammed || !self.jammed);
-        let detour = |w: &super::Wanted| {
+        let detour = |w: &super::plight::Wanted| {
             let part = w.reference?;
             let why = format!("{}; {} may lie wrongly", w.why, plight.name(part));
             Some(Detour { kind: RecoveryKind::Reseat, part, strict: false, why })

@@ -1,6 +1,7 @@
 //! Puts a part down elsewhere to take it anew, or pushes it.
 
-use super::{Detour, Plight, Rung};
+use super::plight::Plight;
+use super::rung::{Detour, Rung};
 use crate::task::event::RecoveryKind;
 
 pub(super) struct TakeAnew {
