@@ -26,8 +26,7 @@
 
 use std::sync::Arc;
 
-use super::encode::{ActionSpace, Encoded, StateSpace};
-use super::graph::WINNER;
+use super::encode::{ActionSpace, Encoded, StateSpace, WINNER};
 use crate::sim::{AsPointer, Constant, In, Module, Out, Pointer, Real, Scope, Vector};
 use crate::spa::{CleanupMemory, Linear, PointerValue, Routes, Selection, VocabError};
 use crate::task::domain::{ActionId, Domain, StateId};

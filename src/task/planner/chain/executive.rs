@@ -21,15 +21,15 @@
 //! An answer counts as settled once the active items have stayed the same for [`Timing::hold`], but not before
 //! [`Timing::settle`] has passed since loading began.
 
-use super::graph::PlannerSpec;
 use super::walk::{
-    ACTION, Alternatives, Answer, EXAMINED, PHASE, Rules, SECOND, STABLE, SUBJECT, TIMER, TOP, Walk,
+    ACTION, Answer, EXAMINED, PHASE, Phase, Rules, SECOND, STABLE, SUBJECT, TIMER, TOP, Walk,
+    active,
 };
 use crate::sim::{
     AdvanceIo, FNV_START, Fingerprint, In, InputSpec, Module, Node, NodeFault, Out, OutputSpec,
     PortDecl, Real, Scalar, Scope, SimDuration, StateSpec, StepCx, Vector, fnv1a_word,
 };
-use crate::task::domain::Domain;
+use crate::task::domain::{Commitment, Domain};
 
 /// The executive's waits, in simulated time. Each must be above zero, and `patience` longer than `settle`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,62 +56,8 @@ impl Default for Timing {
     }
 }
 
-/// The executive's phase; the first number of its `trace`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Phase {
-    /// Waiting for a request and for the goal to be recognised.
-    Idle,
-    /// Loading a state into the goal buffer.
-    Load,
-    /// Waiting for the graph to answer.
-    Settle,
-    /// The goal already holds.
-    Met,
-    /// The recalled action is the decision.
-    Act,
-    /// No action causes the examined state.
-    NothingCauses,
-    /// The second state in the trace must be absent but holds.
-    MustBeAbsent,
-    /// Reaching the state in the trace requires the state itself.
-    NeedsItself,
-    /// The goal is not a state of the domain, or the graph's answer did not settle.
-    Lost,
-}
-
-impl Phase {
-    const ALL: [Self; 9] = [
-        Self::Idle,
-        Self::Load,
-        Self::Settle,
-        Self::Met,
-        Self::Act,
-        Self::NothingCauses,
-        Self::MustBeAbsent,
-        Self::NeedsItself,
-        Self::Lost,
-    ];
-
-    pub fn from_trace(value: Real) -> Self {
-        Self::ALL.get(value.round() as usize).copied().unwrap_or(Self::Lost)
-    }
-
-    pub(in crate::task::planner) fn from_word(word: u32) -> Self {
-        Self::ALL.get(word as usize).copied().unwrap_or(Self::Lost)
-    }
-
-    pub(in crate::task::planner) fn word(self) -> u32 {
-        Self::ALL.iter().position(|p| *p == self).unwrap_or(0) as u32
-    }
-
-    pub fn is_final(self) -> bool {
-        !matches!(self, Self::Idle | Self::Load | Self::Settle)
-    }
-}
-
 /// The executive as a node.
 pub(crate) struct Executive {
-    actions: usize,
     timing: Timing,
     rules: Rules,
 }
@@ -165,18 +111,9 @@ const VIOLATED: usize = 7;
 const PRESENT: usize = 8;
 
 impl Executive {
-    pub fn new(domain: &Domain, spec: &PlannerSpec) -> Self {
-        let rules = Rules {
-            states: domain.states().len(),
-            commitment: spec.commitment,
-            alternatives: Alternatives::of(domain),
-        };
-        Self { actions: domain.operators().len(), timing: spec.timing, rules }
+    pub fn new(domain: &Domain, commitment: Commitment, timing: Timing) -> Self {
+        Self { timing, rules: Rules::new(domain, commitment) }
     }
-}
-
-fn active(value: Real) -> bool {
-    value > 0.5
 }
 
 fn first_active(values: &[Real]) -> Option<usize> {
@@ -195,7 +132,7 @@ impl Node for Executive {
             .input("ready", InputSpec::scalar().at_advance())
             .input("goal", vector(self.rules.states))
             .input("focus", vector(self.rules.states))
-            .input("action", vector(self.actions))
+            .input("action", vector(self.rules.actions))
             .input("required", vector(self.rules.states + 1))
             .input("unmet", vector(self.rules.states))
             .input("chosen", vector(self.rules.states))
@@ -208,8 +145,8 @@ impl Node for Executive {
             .output("trace", OutputSpec::vector(TRACE).registered())
             // The long is a hash of the active items.
             .state(StateSpec { reals: self.rules.reals(), words: self.rules.words(), longs: 1 });
-        if self.rules.alternatives.is_some() {
-            ports.output("ruled_out", OutputSpec::vector(self.actions).registered());
+        if self.rules.several {
+            ports.output("ruled_out", OutputSpec::vector(self.rules.actions).registered());
         }
         let t = &self.timing;
         if t.load.is_zero() || t.settle.is_zero() || t.hold.is_zero() || t.patience <= t.settle {
@@ -310,7 +247,7 @@ impl Node for Executive {
         for (value, word) in trace.iter_mut().zip([PHASE, EXAMINED, SUBJECT, SECOND, ACTION]) {
             *value = walk.words[word] as Real;
         }
-        if self.rules.alternatives.is_some() {
+        if self.rules.several {
             outputs.get_mut(5).copy_from_slice(ruled_out);
         }
         Ok(())
@@ -350,7 +287,7 @@ impl Module for Executive {
     type Ports = ExecutivePorts;
 
     fn expand(self, scope: &mut Scope<'_>) -> ExecutivePorts {
-        let alternatives = self.rules.alternatives.is_some();
+        let several = self.rules.several;
         let node = scope.leaf(self);
         ExecutivePorts {
             ready: node.input("ready"),
@@ -365,7 +302,7 @@ impl Module for Executive {
             load: node.output("load"),
             next: node.output("next"),
             reachable: node.output("reachable"),
-            ruled_out: alternatives.then(|| node.output("ruled_out")),
+            ruled_out: several.then(|| node.output("ruled_out")),
             act: node.output("act"),
             trace: node.output("trace"),
         }

@@ -23,8 +23,8 @@
 use std::sync::Arc;
 
 use super::encode::{
-    ABSENT, ActionSpace, Encoded, NOTHING, PRECONDITION, StateSpace, deep_absent,
-    deep_preconditions,
+    ABSENT, ActionSpace, Encoded, NOTHING, PRECONDITION, RECOGNISED, StateSpace, WINNER,
+    deep_absent, deep_preconditions,
 };
 use super::executive::{Executive, Timing};
 use super::recall::{Circumstances, Recall};
@@ -107,16 +107,8 @@ impl PlannerSpec {
     }
 }
 
-/// Least similarity at which an item of a memory counts as active.
-pub(in crate::task::planner) const RECOGNISED: Real = 0.5;
-/// Chooses the most similar item, if it is recognised.
-pub(in crate::task::planner) const WINNER: SelectRule =
-    SelectRule::WinnerTakeAll { level: RECOGNISED };
 /// Chooses every recognised item.
 const EVERY: SelectRule = SelectRule::Threshold { level: RECOGNISED };
-/// The reason for refusing a domain without actions.
-pub(in crate::task::planner) const NO_ACTION: &str =
-    "it has no action; planning needs at least one";
 /// Least difference between [`RECOGNISED`] and the similarity of every state after unbinding.
 const MARGIN: Real = 0.05;
 
@@ -207,10 +199,6 @@ impl PlanningGraph {
         encoded: Arc<Encoded>,
         spec: PlannerSpec,
     ) -> Result<Self, TaskError> {
-        if domain.operators().is_empty() {
-            let reason = NO_ACTION.into();
-            return Err(TaskError::BadDomain { reason });
-        }
         if !(0.0..=1.0).contains(&spec.retention) {
             let (value, expected) = (spec.retention.to_string(), "0 to 1");
             return Err(TaskError::Setting { name: "retention", value, expected });
@@ -229,7 +217,7 @@ impl PlanningGraph {
             .then(|| Bound::new(&encoded, ABSENT, &absent, names()))
             .transpose()?;
         Ok(Self {
-            executive: Executive::new(domain, &spec),
+            executive: Executive::new(domain, spec.commitment, spec.timing),
             state_pointers: names().map(|name| states.parse(name)).collect::<Result<_, _>>()?,
             nothing: states.parse(NOTHING)?,
             goal: CleanupMemory::new(states, names(), WINNER)?,

@@ -3,8 +3,7 @@
 use std::sync::Arc;
 
 use super::alternatives::CauseContest;
-use super::encode::{ActionSpace, Encoded, StateSpace};
-use super::graph::{NO_ACTION, WINNER};
+use super::encode::{ActionSpace, Encoded, StateSpace, WINNER};
 use crate::sim::{Add, Out, Pointer, Real, Scope, Vector};
 use crate::spa::{AssociativeMemory, Linear, Routes, VocabError};
 use crate::task::domain::Domain;
@@ -86,7 +85,7 @@ impl Recall {
             (Some(memory), Some(contest)) => Ok(Self::Both(memory, contest)),
             (None, Some(contest)) => Ok(Self::Contest(contest)),
             (None, None) => {
-                let reason = NO_ACTION.into();
+                let reason = "it has no action; planning needs at least one".into();
                 Err(TaskError::BadDomain { reason })
             }
         }

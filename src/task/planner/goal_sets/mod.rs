@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::chain::views::ModuleView;
 use super::decider::{Decider, Request, Told};
-use super::rollout::{PlanEnd, Prediction, RolledOut, advance};
+use super::rollout::{Prediction, RolledOut, roll_out};
 use crate::neurons::PopulationPlan;
 use crate::plan::goal_sets::{GoalSetGraph, Mutexes, Regression, check_units, phase_names};
 use crate::plan::strips::{Fact, Fluent, GroundOperator, Grounded};
@@ -299,24 +299,12 @@ impl Decider for GoalSetPlanner {
         limit: SimDuration,
     ) -> Result<RolledOut, TaskError> {
         prediction.goals().iter().try_for_each(|goal| self.check_goal(*goal))?;
+        let goals = prediction.goals().to_vec();
         let mut run = GoalSetRun::new(self)?;
-        let mut steps = Vec::new();
-        let mut last = None;
-        loop {
-            let Some(goal) = prediction.goal() else {
-                return Ok(RolledOut { steps, end: PlanEnd::Met, last });
-            };
-            let present = prediction.present();
-            self.check_world(&present)?;
-            let goals = prediction.goals().to_vec();
+        roll_out(prediction, |present, goal| {
+            self.check_world(present)?;
             let request = Request::Decide;
-            let told = Told { request, present: &present, pretended: &[], goal, goals: &goals };
-            let decision = run.decide(&told, limit)?;
-            if let Some(end) = advance(&mut steps, &decision, prediction) {
-                return Ok(RolledOut { steps, end, last: Some(decision) });
-            }
-            run.wait(&told)?;
-            last = Some(decision);
-        }
+            run.decide(&Told { request, present, pretended: &[], goal, goals: &goals }, limit)
+        })
     }
 }

@@ -21,6 +21,8 @@ pub(in crate::task::planner) struct GoalSetRun<'p> {
     board: Board,
     moments: Moments,
     ms: u64,
+    /// Whether the motor is busy with the action decided last.
+    busy: bool,
 }
 
 impl<'p> GoalSetRun<'p> {
@@ -28,14 +30,7 @@ impl<'p> GoalSetRun<'p> {
         let board = Board::new(planner);
         let config = RunConfig::default().in_world(board.clone());
         let sim = Simulator::new(planner.graph().clone(), config)?;
-        Ok(Self { planner, sim, board, moments: Moments::default(), ms: 0 })
-    }
-
-    /// Lets the motor be busy for a while.
-    pub fn wait(&mut self, told: &Told<'_>) -> Result<(), TaskError> {
-        self.board.tell(self.planner, &Told { request: Request::Wait, ..*told });
-        self.run(BUSY, |_| None)?;
-        Ok(())
+        Ok(Self { planner, sim, board, moments: Moments::default(), ms: 0, busy: false })
     }
 
     /// Runs until `shown` returns a verdict for the commands, or for the whole span.
@@ -63,8 +58,11 @@ impl<'p> GoalSetRun<'p> {
         Ok(verdict)
     }
 
-    /// Asks for a decision. Without one within the limit, there is no plan.
+    /// Asks for a decision, once the motor is done with the last. Without one within the limit, there is no plan.
     pub fn decide(&mut self, told: &Told<'_>, limit: SimDuration) -> Result<Decision, TaskError> {
+        if self.busy {
+            self.run(BUSY, |_| None)?;
+        }
         self.board.tell(self.planner, told);
         let (planner, begun, past) = (self.planner, self.ms, self.moments.all.len());
         let mut last = (None, 0);
@@ -73,6 +71,8 @@ impl<'p> GoalSetRun<'p> {
             last = (verdict, if verdict == last.0 { last.1 + 1 } else { 1 });
             verdict.filter(|verdict| last.1 >= planner.steady_ms(verdict))
         })?;
+        self.board.tell(self.planner, &Told { request: Request::Wait, ..*told });
+        self.busy = true;
         let no_plan = Verdict::Stuck(Obstacle::NoPlan { state: told.goal });
         let verdict = verdict.unwrap_or(no_plan);
         let goal = match told.goals {
