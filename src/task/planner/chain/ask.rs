@@ -17,7 +17,7 @@ use crate::sim::{
 use crate::task::domain::{ActionId, Composition, Domain, Obstacle, StateId, Verdict, WorldState};
 use crate::task::error::TaskError;
 use crate::task::planner::board::Board;
-use crate::task::planner::decider::{Decider, Request, Told};
+use crate::task::planner::decider::{Decider, PlannerInput, Request};
 use crate::task::planner::decision::{Decision, Milestone, Stage};
 use crate::task::planner::rollout::{Counts, LIMIT, Prediction, RolledOut, roll_out};
 
@@ -160,7 +160,10 @@ impl Planner {
         self.check_goal(goal)?;
         let board = Board::new(self);
         let request = Request::Decide;
-        board.tell(self, &Told { request, present: world, pretended: &[], goal, goals: &[goal] });
+        board.write(
+            self,
+            &PlannerInput { request, present: world, pretended: &[], goal, goals: &[goal] },
+        );
         Ok(Simulator::new(
             self.graph.clone(),
             RunConfig::default().in_world(board).with_threads(self.threads),
@@ -320,22 +323,22 @@ impl Decider for Planner {
     }
 
     /// Writes whether to decide, the states that hold, and the goal's pointer.
-    fn sense(&self, told: &Told<'_>, out: &mut [Real]) {
+    fn sense(&self, input: &PlannerInput<'_>, out: &mut [Real]) {
         let states = self.domain.states();
         let (flags, pointer) = out.split_at_mut(1 + states.len());
-        flags[0] = Real::from(u8::from(told.request == Request::Decide));
+        flags[0] = Real::from(u8::from(input.request == Request::Decide));
         for (state, flag) in flags[1..].iter_mut().enumerate() {
-            *flag = Real::from(u8::from(told.holds(StateId::new(state))));
+            *flag = Real::from(u8::from(input.holds(StateId::new(state))));
         }
         // The vocabulary has a pointer for every state.
-        let name = states.get(told.goal.index()).map_or("", |state| &state.name);
+        let name = states.get(input.goal.index()).map_or("", |state| &state.name);
         match self.encoded.states.get(name) {
             Ok(goal) => pointer.copy_from_slice(&goal),
             Err(_) => pointer.fill(0.0),
         }
     }
 
-    fn verdict(&self, command: &[Real], _told: &Told<'_>) -> Option<Verdict> {
+    fn verdict(&self, command: &[Real], _input: &PlannerInput<'_>) -> Option<Verdict> {
         let (actions, trace) = command.split_at(self.domain.operators().len());
         self.read(trace, actions.iter().position(|a| *a > 0.5).map(ActionId::new))
     }

@@ -296,12 +296,12 @@ impl Module for PlanningGraph {
         scope.route(&executive.load >> &buffer.open);
         scope.route(&buffer >> &focus);
         scope.route(&focus.items >> &executive.focus);
-        let told = Circumstances {
+        let input = Circumstances {
             state: &buffer.output,
             present: &present.output,
             ruled_out: executive.ruled_out.as_ref(),
         };
-        let recalled = self.recall.expand(scope, &told, &self.encoded);
+        let recalled = self.recall.expand(scope, &input, &self.encoded);
         scope.route(&recalled.actions >> &executive.action);
 
         // From the action to its preconditions, and to one that does not hold.

@@ -94,25 +94,25 @@ impl Recall {
     pub fn expand(
         self,
         scope: &mut Scope<'_>,
-        told: &Circumstances<'_>,
+        input: &Circumstances<'_>,
         all: &Encoded,
     ) -> Recalled {
         let (memory, contest) = match self {
-            Self::Memory(memory) => return memory.expand(scope, told.state),
+            Self::Memory(memory) => return memory.expand(scope, input.state),
             Self::Both(memory, contest) => (Some(memory), contest),
             Self::Contest(contest) => (None, contest),
         };
         let contest = scope.add("alternatives", contest);
-        scope.route(told.state >> &contest.state);
-        scope.route(told.present >> &contest.present);
-        if let Some(ruled_out) = told.ruled_out {
+        scope.route(input.state >> &contest.state);
+        scope.route(input.present >> &contest.present);
+        if let Some(ruled_out) = input.ruled_out {
             scope.route(ruled_out >> &contest.ruled_out);
         }
         let Some(memory) = memory else {
             let (pointer, actions) = (contest.action, contest.items.clone());
             return Recalled { pointer, actions, watched: contest.items };
         };
-        let known = memory.expand(scope, told.state);
+        let known = memory.expand(scope, input.state);
         let pointer = scope.add("recalled", Add::pointer(all.actions.space()));
         let actions = scope.add("recalled_items", Add::vector(all.actions.len()));
         scope.route(&known.pointer + &contest.action >> &pointer);

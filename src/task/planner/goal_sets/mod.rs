@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::chain::views::ModuleView;
-use super::decider::{Decider, Request, Told};
+use super::decider::{Decider, PlannerInput, Request};
 use super::rollout::{Prediction, RolledOut, roll_out};
 use crate::neurons::PopulationPlan;
 use crate::plan::goal_sets::{GoalSetGraph, Mutexes, Regression, check_units, phase_names};
@@ -152,12 +152,12 @@ impl GoalSetPlanner {
 
     /// Returns the reason why the goals cannot be reached, as the symbolic planner finds it: that of the first goal that is
     /// out of reach by itself.
-    fn obstacle(&self, told: &Told<'_>) -> Obstacle {
+    fn obstacle(&self, input: &PlannerInput<'_>) -> Obstacle {
         let states = 0..self.domain.states().len();
-        let world: WorldState = states.map(|s| told.holds(StateId::new(s))).collect();
+        let world: WorldState = states.map(|s| input.holds(StateId::new(s))).collect();
         let of = |goal: &StateId| obstacles(&self.domain, &world, *goal, self.rules).pop_first();
-        let first = told.goals.iter().find_map(of);
-        first.unwrap_or(Obstacle::NoPlan { state: told.goal })
+        let first = input.goals.iter().find_map(of);
+        first.unwrap_or(Obstacle::NoPlan { state: input.goal })
     }
 }
 
@@ -250,29 +250,29 @@ impl Decider for GoalSetPlanner {
     }
 
     /// Writes whether a goal is wanted, whether the motor is busy, what holds, and the goals.
-    fn sense(&self, told: &Told<'_>, out: &mut [Real]) {
+    fn sense(&self, input: &PlannerInput<'_>, out: &mut [Real]) {
         let (requests, rest) = out.split_at_mut(2);
-        requests[0] = Real::from(u8::from(told.request != Request::Forget));
-        requests[1] = Real::from(u8::from(told.request == Request::Wait));
+        requests[0] = Real::from(u8::from(input.request != Request::Forget));
+        requests[1] = Real::from(u8::from(input.request == Request::Wait));
         let (holds, goal) = rest.split_at_mut(self.fluents.len());
         for ((state, positive), value) in self.fluents.iter().zip(holds) {
-            *value = Real::from(u8::from(told.holds(*state) == *positive));
+            *value = Real::from(u8::from(input.holds(*state) == *positive));
         }
         goal.fill(0.0);
-        for wanted in told.goals {
+        for wanted in input.goals {
             if let Some(goal) = goal.get_mut(wanted.index()) {
                 *goal = 1.0;
             }
         }
     }
 
-    fn verdict(&self, command: &[Real], told: &Told<'_>) -> Option<Verdict> {
+    fn verdict(&self, command: &[Real], input: &PlannerInput<'_>) -> Option<Verdict> {
         let (actions, phases) = command.split_at(self.domain.operators().len());
         let active = |place: usize| phases.get(place).is_some_and(|p| *p > 0.5);
         let action = || actions.iter().position(|a| *a > 0.5).map(ActionId::new);
         match (active(self.met), active(self.stuck)) {
             (true, false) => Some(Verdict::Met),
-            (false, true) => Some(Verdict::Stuck(self.obstacle(told))),
+            (false, true) => Some(Verdict::Stuck(self.obstacle(input))),
             _ => action().map(Verdict::Act),
         }
     }
@@ -304,7 +304,10 @@ impl Decider for GoalSetPlanner {
         roll_out(prediction, |present, goal| {
             self.check_world(present)?;
             let request = Request::Decide;
-            run.decide(&Told { request, present, pretended: &[], goal, goals: &goals }, limit)
+            run.decide(
+                &PlannerInput { request, present, pretended: &[], goal, goals: &goals },
+                limit,
+            )
         })
     }
 }

@@ -8,7 +8,7 @@ use crate::sim::{Real, RunConfig, SimDuration, Simulator, StopReason};
 use crate::task::domain::{ActionId, Obstacle, Verdict};
 use crate::task::error::TaskError;
 use crate::task::planner::board::Board;
-use crate::task::planner::decider::{Decider, Request, Told};
+use crate::task::planner::decider::{Decider, PlannerInput, Request};
 use crate::task::planner::decision::{Decision, Milestone, Stage};
 
 /// Time for which the motor is busy with an action of a plan that is rolled out.
@@ -59,23 +59,27 @@ impl<'p> GoalSetRun<'p> {
     }
 
     /// Asks for a decision, once the motor is done with the last. Without one within the limit, there is no plan.
-    pub fn decide(&mut self, told: &Told<'_>, limit: SimDuration) -> Result<Decision, TaskError> {
+    pub fn decide(
+        &mut self,
+        input: &PlannerInput<'_>,
+        limit: SimDuration,
+    ) -> Result<Decision, TaskError> {
         if self.busy {
             self.run(BUSY, |_| None)?;
         }
-        self.board.tell(self.planner, told);
+        self.board.write(self.planner, input);
         let (planner, begun, past) = (self.planner, self.ms, self.moments.all.len());
         let mut last = (None, 0);
         let verdict = self.run(limit, |commands| {
-            let verdict = planner.verdict(commands, told);
+            let verdict = planner.verdict(commands, input);
             last = (verdict, if verdict == last.0 { last.1 + 1 } else { 1 });
             verdict.filter(|verdict| last.1 >= planner.steady_ms(verdict))
         })?;
-        self.board.tell(self.planner, &Told { request: Request::Wait, ..*told });
+        self.board.write(self.planner, &PlannerInput { request: Request::Wait, ..*input });
         self.busy = true;
-        let no_plan = Verdict::Stuck(Obstacle::NoPlan { state: told.goal });
+        let no_plan = Verdict::Stuck(Obstacle::NoPlan { state: input.goal });
         let verdict = verdict.unwrap_or(no_plan);
-        let goal = match told.goals {
+        let goal = match input.goals {
             [goal] => planner.domain()[*goal].name.as_str(),
             _ => "all goals",
         };
