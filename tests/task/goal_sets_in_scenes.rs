@@ -24,14 +24,14 @@ use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
 use symbolt::task::{Domain, DomainBuilder, Obstacle, StateId, TaskError, Verdict, WorldState};
 
 /// A world that tells a planner one thing after another, and keeps its commands.
-struct Teller {
+struct ScriptedSenses {
     /// What is told, and from which millisecond on.
     script: Vec<(u64, Vec<Real>)>,
     now: u64,
     commands: Vec<Real>,
 }
 
-impl World for Teller {
+impl World for ScriptedSenses {
     fn period(&self) -> SimDuration {
         SimDuration::from_millis(1)
     }
@@ -74,13 +74,13 @@ fn tell<T>(
         (*from, senses)
     });
     let commands = vec![0.0; planner.command_width()];
-    let world = Teller { script: senses.collect(), now: 0, commands };
+    let world = ScriptedSenses { script: senses.collect(), now: 0, commands };
     let config = RunConfig::default().in_world(world);
     let mut sim = Simulator::new(planner.graph().clone(), config).expect("starts");
     (1..2_000).find_map(|ms| {
         sim.run_for(SimDuration::from_millis(1)).expect("runs");
         let world: &dyn std::any::Any = sim.world().expect("a world");
-        let world = world.downcast_ref::<Teller>().expect("its own world");
+        let world = world.downcast_ref::<ScriptedSenses>().expect("its own world");
         let (_, told) = script.iter().rfind(|(from, _)| *from < ms).expect("a first");
         shown(ms, planner.verdict(&world.commands, told))
     })
