@@ -50,7 +50,7 @@ impl Means {
 
 /// How an attempt ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub(in crate::task::execute) enum How {
+pub(in crate::task::execute) enum AttemptEnd {
     /// The part is where it was to be.
     Done,
     /// The part was put down, but is not in the state that the action achieves.
@@ -59,7 +59,7 @@ pub(in crate::task::execute) enum How {
     Failed(SkillOutcome),
 }
 
-impl How {
+impl AttemptEnd {
     /// Returns how an attempt failed, in words that follow the name of the part.
     pub fn text(self) -> &'static str {
         match self {
@@ -109,7 +109,7 @@ pub(in crate::task::execute) struct Attempt {
     /// Outcome of the skill; `None` while it runs.
     pub skill: Option<SkillOutcome>,
     /// How it ended; `None` until the look after the skill.
-    pub how: Option<How>,
+    pub how: Option<AttemptEnd>,
     /// Whether it is a detour.
     pub detour: bool,
 }
@@ -120,8 +120,8 @@ impl Attempt {
     }
 
     /// Returns how the attempt failed; `None` if it did not.
-    pub fn failure(&self) -> Option<How> {
-        self.how.filter(|how| *how != How::Done)
+    pub fn failure(&self) -> Option<AttemptEnd> {
+        self.how.filter(|how| *how != AttemptEnd::Done)
     }
 }
 
@@ -161,9 +161,9 @@ impl Attempts {
         let Some(last) = self.all.last_mut().filter(|a| a.how.is_none()) else { return };
         let how = match last.skill {
             None => return,
-            Some(SkillOutcome::Placed) if took_effect(last) => How::Done,
-            Some(SkillOutcome::Placed) => How::NoEffect,
-            Some(outcome) => How::Failed(outcome),
+            Some(SkillOutcome::Placed) if took_effect(last) => AttemptEnd::Done,
+            Some(SkillOutcome::Placed) => AttemptEnd::NoEffect,
+            Some(outcome) => AttemptEnd::Failed(outcome),
         };
         last.how = Some(how);
     }
@@ -179,7 +179,7 @@ impl Attempts {
         let away = [RecoveryKind::Reseat, RecoveryKind::Clear].map(RecoveryKind::name);
         let helps = |a: &Attempt| {
             a.detour
-                && a.how == Some(How::Done)
+                && a.how == Some(AttemptEnd::Done)
                 && (!at_target || away.contains(&a.what.action.as_str()))
         };
         self.all.iter().rposition(helps).map_or(0, |at| at + 1)
@@ -203,19 +203,19 @@ impl Attempts {
     /// tried. An action that was done already and must be done again did not have a lasting effect.
     pub fn weight(&self, what: &Intent) -> usize {
         let failed = |a: &&Attempt| {
-            a.what.part == what.part && a.failure().is_some_and(|how| how != How::NoEffect)
+            a.what.part == what.part && a.failure().is_some_and(|how| how != AttemptEnd::NoEffect)
         };
         self.all.iter().filter(failed).count() + self.tries(what)
     }
 
     /// Returns the number of failures of `what` because its target was occupied.
     pub fn occupied(&self, what: &Intent) -> usize {
-        let occupied = Some(How::Failed(SkillOutcome::Occupied));
+        let occupied = Some(AttemptEnd::Failed(SkillOutcome::Occupied));
         self.all.iter().filter(|a| a.what == *what && a.how == occupied).count()
     }
 
     /// Returns why `what` must not be tried again by means of one family: how it failed too often.
-    pub fn worn_out(&self, what: &Intent, family: fn(usize) -> Means) -> Option<How> {
+    pub fn worn_out(&self, what: &Intent, family: fn(usize) -> Means) -> Option<AttemptEnd> {
         let all = self.all.iter().filter(|a| a.what == *what);
         let mut failures = all.filter_map(Attempt::failure);
         failures.find(|how| {
@@ -239,7 +239,7 @@ impl Attempts {
         count: usize,
         family: fn(usize) -> Means,
     ) -> Vec<usize> {
-        let failures = |index: usize| -> Vec<How> {
+        let failures = |index: usize| -> Vec<AttemptEnd> {
             let own =
                 self.failed(what).filter(|a| a.means == family(index) && near(&a.start, start));
             own.filter_map(Attempt::failure).collect()
@@ -256,7 +256,7 @@ impl Attempts {
     /// Returns whether a detour may be tried from this pose.
     pub fn may_detour(&self, what: &Intent, start: &Pose) -> bool {
         let own = || self.all.iter().filter(|a| a.detour && a.what == *what);
-        let same = |how: How| {
+        let same = |how: AttemptEnd| {
             own().filter(|a| a.how == Some(how) && near(&a.start, start)).count() >= SAME
         };
         own().count() < DETOURS && !own().filter_map(Attempt::failure).any(same)
@@ -303,11 +303,11 @@ mod tests {
         tried(&mut attempts, 0, SkillOutcome::Placed, false);
         assert_eq!(attempts.worn_out(&what(), Means::Task), None);
         tried(&mut attempts, 1, SkillOutcome::Placed, false);
-        assert_eq!(attempts.worn_out(&what(), Means::Task), Some(How::NoEffect));
+        assert_eq!(attempts.worn_out(&what(), Means::Task), Some(AttemptEnd::NoEffect));
         let other = Intent { place: 1, ..what() };
         assert_eq!(attempts.worn_out(&other, Means::Any), None);
         let clear = Intent::detour(RecoveryKind::Clear, 1);
-        for (effect, worn) in [(false, Some(How::NoEffect)), (true, None)] {
+        for (effect, worn) in [(false, Some(AttemptEnd::NoEffect)), (true, None)] {
             let means = Means::Task(0);
             attempts.begin(Attempt::begun(clear.clone(), means, Pose::at([0.0; 3]), true));
             attempts.end(SkillOutcome::Placed);
