@@ -148,9 +148,8 @@ impl<'a> TraceReader<'a> {
                 if self.domain.constants.iter().any(|c| c.name == typed.name) {
                     continue;
                 }
-                let problem = format!("the object `{}` is declared twice", typed.name);
                 let expected = "one declaration of each object";
-                return Err(self.source.fault(place, problem, expected));
+                return Err(self.source.twice(place, "object", &typed.name, expected));
             }
             self.ids.insert(typed.name.clone(), self.trajectory.objects.len());
             let types = vec![typed.types];
