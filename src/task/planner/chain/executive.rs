@@ -26,8 +26,8 @@ use super::walk::{
     active,
 };
 use crate::sim::{
-    AdvanceIo, FNV_START, Fingerprint, In, InputSpec, Module, Node, NodeFault, Out, OutputSpec,
-    PortDecl, Real, Scalar, Scope, SimDuration, StateSpec, StepCx, Vector, fnv1a_word,
+    AdvanceIo, FNV_START, Fingerprint, InputSpec, Module, Node, NodeFault, NodePorts, OutputSpec,
+    PortDecl, Real, Scope, SimDuration, StateSpec, StepCx, fnv1a_word,
 };
 use crate::task::domain::{Commitment, Domain};
 
@@ -62,40 +62,6 @@ pub(crate) struct Executive {
     rules: Rules,
 }
 
-/// The executive's ports. Every vector holds one number for each item: 1 if it is active.
-pub(crate) struct ExecutivePorts {
-    /// 1 while a decision is requested.
-    pub ready: In<Scalar>,
-    /// The state that is the goal.
-    pub goal: In<Vector>,
-    /// The state in the goal buffer.
-    pub focus: In<Vector>,
-    /// The action recalled as the cause of that state.
-    pub action: In<Vector>,
-    /// The action's preconditions, then one more item that is active if there are none.
-    pub required: In<Vector>,
-    /// Preconditions that neither hold nor are reachable.
-    pub unmet: In<Vector>,
-    /// One of the unmet preconditions.
-    pub chosen: In<Vector>,
-    /// States that hold but must be absent.
-    pub violated: In<Vector>,
-    /// States that hold.
-    pub present: In<Vector>,
-    /// 1 while the goal buffer's gate is open.
-    pub load: Out<Scalar>,
-    /// The state to load into the goal buffer.
-    pub next: Out<Vector>,
-    /// States shown to be reachable.
-    pub reachable: Out<Vector>,
-    /// Actions that turned out to be impossible; `None` if no state has several causes.
-    pub ruled_out: Option<Out<Vector>>,
-    /// 1 while the motor gate is open for the recalled action.
-    pub act: Out<Scalar>,
-    /// Phase, number of questions so far, the examined state, a second state, an action.
-    pub trace: Out<Vector>,
-}
-
 /// Width of the trace.
 pub(crate) const TRACE: usize = 5;
 
@@ -127,26 +93,41 @@ fn only_active(values: &[Real]) -> Option<usize> {
 
 impl Node for Executive {
     fn declare(&self, ports: &mut PortDecl) {
+        // Every vector has one number for each item: 1 if it is active.
+        let Rules { states, actions, .. } = self.rules;
         let vector = |width: usize| InputSpec::vector(width).at_advance();
+        let shown = |width: usize| OutputSpec::vector(width).registered();
         ports
+            // 1 while a decision is requested.
             .input("ready", InputSpec::scalar().at_advance())
-            .input("goal", vector(self.rules.states))
-            .input("focus", vector(self.rules.states))
-            .input("action", vector(self.rules.actions))
-            .input("required", vector(self.rules.states + 1))
-            .input("unmet", vector(self.rules.states))
-            .input("chosen", vector(self.rules.states))
-            .input("violated", vector(self.rules.states).optional())
-            .input("present", vector(self.rules.states))
+            // The state that is the goal, and that in the goal buffer.
+            .input("goal", vector(states))
+            .input("focus", vector(states))
+            // The action recalled as the cause of the state in the goal buffer.
+            .input("action", vector(actions))
+            // The action's preconditions, then one more item that is active if there are none.
+            .input("required", vector(states + 1))
+            // Preconditions that neither hold nor are reachable, and one of them.
+            .input("unmet", vector(states))
+            .input("chosen", vector(states))
+            // States that hold but must be absent.
+            .input("violated", vector(states).optional())
+            // States that hold.
+            .input("present", vector(states))
+            // 1 while the goal buffer's gate is open, and the state to load into the buffer.
             .output("load", OutputSpec::scalar().registered())
-            .output("next", OutputSpec::vector(self.rules.states).registered())
-            .output("reachable", OutputSpec::vector(self.rules.states).registered())
+            .output("next", shown(states))
+            // States shown to be reachable.
+            .output("reachable", shown(states))
+            // 1 while the motor gate is open for the recalled action.
             .output("act", OutputSpec::scalar().registered())
-            .output("trace", OutputSpec::vector(TRACE).registered())
+            // Phase, number of questions so far, the examined state, a second state, an action.
+            .output("trace", shown(TRACE))
             // The long is a hash of the active items.
             .state(StateSpec { reals: self.rules.reals(), words: self.rules.words(), longs: 1 });
         if self.rules.several {
-            ports.output("ruled_out", OutputSpec::vector(self.rules.actions).registered());
+            // Actions that turned out to be impossible.
+            ports.output("ruled_out", shown(actions));
         }
         let t = &self.timing;
         if t.load.is_zero() || t.settle.is_zero() || t.hold.is_zero() || t.patience <= t.settle {
@@ -284,27 +265,9 @@ impl Executive {
 }
 
 impl Module for Executive {
-    type Ports = ExecutivePorts;
+    type Ports = NodePorts;
 
-    fn expand(self, scope: &mut Scope<'_>) -> ExecutivePorts {
-        let several = self.rules.several;
-        let node = scope.leaf(self);
-        ExecutivePorts {
-            ready: node.input("ready"),
-            goal: node.input("goal"),
-            focus: node.input("focus"),
-            action: node.input("action"),
-            required: node.input("required"),
-            unmet: node.input("unmet"),
-            chosen: node.input("chosen"),
-            violated: node.input("violated"),
-            present: node.input("present"),
-            load: node.output("load"),
-            next: node.output("next"),
-            reachable: node.output("reachable"),
-            ruled_out: several.then(|| node.output("ruled_out")),
-            act: node.output("act"),
-            trace: node.output("trace"),
-        }
+    fn expand(self, scope: &mut Scope<'_>) -> NodePorts {
+        scope.leaf(self)
     }
 }

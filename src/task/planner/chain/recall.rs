@@ -68,13 +68,6 @@ impl CauseMemory {
     }
 }
 
-/// Inputs of the recall.
-pub(in crate::task::planner) struct Circumstances<'a> {
-    pub state: &'a Out<Pointer<StateSpace>>,
-    pub present: &'a Out<Vector>,
-    pub ruled_out: Option<&'a Out<Vector>>,
-}
-
 impl Recall {
     /// Builds the recall for a domain.
     pub fn of(domain: &Domain, encoded: &Arc<Encoded>) -> Result<Self, TaskError> {
@@ -91,28 +84,31 @@ impl Recall {
         }
     }
 
+    /// Adds the recall of the action that causes a state, where these states hold and these actions are ruled out.
     pub fn expand(
         self,
         scope: &mut Scope<'_>,
-        input: &Circumstances<'_>,
+        state: &Out<Pointer<StateSpace>>,
+        present: &Out<Vector>,
+        ruled_out: Option<&Out<Vector>>,
         all: &Encoded,
     ) -> Recalled {
         let (memory, contest) = match self {
-            Self::Memory(memory) => return memory.expand(scope, input.state),
+            Self::Memory(memory) => return memory.expand(scope, state),
             Self::Both(memory, contest) => (Some(memory), contest),
             Self::Contest(contest) => (None, contest),
         };
         let contest = scope.add("alternatives", contest);
-        scope.route(input.state >> &contest.state);
-        scope.route(input.present >> &contest.present);
-        if let Some(ruled_out) = input.ruled_out {
+        scope.route(state >> &contest.state);
+        scope.route(present >> &contest.present);
+        if let Some(ruled_out) = ruled_out {
             scope.route(ruled_out >> &contest.ruled_out);
         }
         let Some(memory) = memory else {
             let (pointer, actions) = (contest.action, contest.items.clone());
             return Recalled { pointer, actions, watched: contest.items };
         };
-        let known = memory.expand(scope, input.state);
+        let known = memory.expand(scope, state);
         let pointer = scope.add("recalled", Add::pointer(all.actions.space()));
         let actions = scope.add("recalled_items", Add::vector(all.actions.len()));
         scope.route(&known.pointer + &contest.action >> &pointer);
