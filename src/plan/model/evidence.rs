@@ -33,13 +33,13 @@ use crate::plan::strips::{Action, Domain, GroundAtom, Literal, Trajectory, Typed
 
 /// Number of different objects for which an implication must have held to be believed. An exception that concerns one
 /// object in seven would have shown among so many with a probability of 95%.
-pub const MIN_INSTANCES: usize = 20;
+const MIN_INSTANCES: usize = 20;
 
 /// Greatest number of pairs of literals that are compared. Beyond it, none is found redundant.
 const MAX_PAIRS: usize = 200_000;
 
 /// Probability up to which a literal is not believed to have held by chance.
-pub const MAX_CHANCE: f64 = 0.05;
+const MAX_CHANCE: f64 = 0.05;
 
 /// A literal as a position in the vocabulary of its action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -20,8 +20,6 @@ use thiserror::Error;
 
 use crate::plan::strips::{Action, Domain, GroundAtom, Literal, Trajectory, Typed};
 
-pub use evidence::{MAX_CHANCE, MIN_INSTANCES};
-
 use effects::{from_all_steps, from_safe_steps};
 use evidence::{Candidate, Observed, Weighing};
 use vocabulary::{Bound, vocabulary};

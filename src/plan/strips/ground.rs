@@ -12,7 +12,7 @@ use thiserror::Error;
 use super::pddl::{Action, Atom, Domain, EQUAL, Fact, Literal, Problem, Term, Typed};
 
 /// Greatest number of reachable facts, and of reachable operators.
-pub const MAX_GROUND: usize = 200_000;
+const MAX_GROUND: usize = 200_000;
 
 /// Greatest number of bindings of a parameter that are tried.
 const MAX_TRIED: usize = 50_000_000;
@@ -117,7 +117,7 @@ impl Grounded {
     /// Costs O(bindings tried): actions are joined with reachable facts, so preconditions prune early.
     ///
     /// # Errors
-    /// [`GroundFault::TooLarge`] beyond [`MAX_GROUND`] facts or operators; [`GroundFault::Unreachable`] for a goal that no
+    /// [`GroundFault::TooLarge`] beyond 200,000 facts or operators; [`GroundFault::Unreachable`] for a goal that no
     /// plan achieves because no reachable action does.
     pub fn new(domain: &Domain, problem: &Problem) -> Result<Self, GroundFault> {
         let mut reach = Reach::new(domain, problem);

@@ -162,7 +162,7 @@ impl Domain {
     }
 
     /// Returns whether preconditions may be negative: the domain requires `:negative-preconditions` or `:adl`.
-    pub fn allows_negative_preconditions(&self) -> bool {
+    pub(crate) fn allows_negative_preconditions(&self) -> bool {
         self.requirements.iter().any(|r| r == ":negative-preconditions" || r == ":adl")
     }
 }

@@ -9,10 +9,10 @@ use super::pddl::{Action, Atom, Domain, EQUAL, Literal, OBJECT, Predicate, Term,
 use super::sexpr::{Node, PddlFault, Place, Source};
 
 /// Requirements that a domain may name.
-pub const REQUIREMENTS: [&str; 4] = [":strips", ":typing", ":negative-preconditions", ":equality"];
+const REQUIREMENTS: [&str; 4] = [":strips", ":typing", ":negative-preconditions", ":equality"];
 
 /// Greatest number of types, of constants, of predicates, of actions, and of parameters of each.
-pub const MAX_NAMES: usize = 1_024;
+const MAX_NAMES: usize = 1_024;
 
 /// Greatest number of actions of a domain.
 pub const MAX_ACTIONS: usize = 4_096;

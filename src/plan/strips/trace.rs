@@ -75,7 +75,7 @@ impl Trajectory {
     }
 
     /// Returns whether an object is known to be of one of the types `wanted`.
-    pub fn object_is(&self, domain: &Domain, object: usize, wanted: &[String]) -> bool {
+    pub(crate) fn object_is(&self, domain: &Domain, object: usize, wanted: &[String]) -> bool {
         self.objects[object].types.iter().any(|types| domain.types.fits(types, wanted))
     }
 }
