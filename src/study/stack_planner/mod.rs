@@ -99,7 +99,6 @@ pub struct StackPlanner {
     chosen: ProbeId<Vector>,
     stack: ProbeId<Pointer<Acts>>,
     names: Names,
-    steps: usize,
     /// The phase of each rule.
     phases: Vec<Option<Phase>>,
     limit_ms: u64,
@@ -120,12 +119,12 @@ impl StackPlanner {
         let recent = ProbeSpec::default().last(PERIOD_MS as usize);
         let chosen = graph.probe(&rules.chosen, recent);
         let stack = graph.probe(&stack, recent);
-        let (names, steps) = (symbols.names_of_actions(kitchen)?, kitchen.steps());
+        let names = symbols.names_of_actions(kitchen)?;
         let phases = rules.names().iter().map(|rule| phase_of(rule)).collect();
         let plan = populations(spec.population.clone())?;
         let graph = graph.build(Timebase::default(), &plan, seed)?.into();
         let limit_ms = spec.limit.as_micros() / 1000;
-        Ok(Self { graph, world, chosen, stack, names, steps, phases, limit_ms, seed })
+        Ok(Self { graph, world, chosen, stack, names, phases, limit_ms, seed })
     }
 
     /// Returns the number of neurons; 0 in direct mode.
@@ -175,7 +174,7 @@ impl StackPlanner {
                             seen.again_ms.get_or_insert(tick);
                         }
                         if phase == Phase::Take && seen.stacked.is_none() {
-                            seen.stacked = Some(self.names.in_order(&stack, self.steps));
+                            seen.stacked = Some(self.names.in_order(&stack));
                         }
                     }
                     _ => {}
@@ -188,9 +187,11 @@ impl StackPlanner {
     /// Returns how many of the first actions are those of the shortest plan, in its order, were begun before `until_ms`
     /// and had their effects.
     fn in_order(&self, begun: &[Begun], until_ms: u64) -> usize {
-        let plan = self.names.shortest(self.steps);
         let begun = begun.iter().take_while(|action| action.ms < until_ms && action.done);
-        begun.zip(plan).take_while(|(action, wanted)| action.operator == *wanted).count()
+        begun
+            .zip(self.names.shortest())
+            .take_while(|(action, wanted)| action.operator == *wanted)
+            .count()
     }
 }
 

@@ -92,23 +92,21 @@ impl<'p> Watch<'p> {
         if self.last_phase == Phase::Settle && phase != Phase::Settle && phase != Phase::Lost {
             let (asked, about) = self.asked;
             let stages = [Stage::Goal, Stage::Action, Stage::Preconditions, Stage::Comparison];
-            let mut reached: Vec<(Stage, f64)> = Vec::new();
+            let mut after = 0.0;
             for (at, stage) in stages.into_iter().enumerate() {
                 // The comparison ends with the choice. If no precondition is unmet, the comparison ends when the last
                 // open item becomes inactive.
-                let time = if at == 3 {
-                    self.changed_ms[3].max(self.changed_ms[4])
-                } else {
-                    self.changed_ms[at]
+                let (reached, time) = match stage {
+                    Stage::Comparison => {
+                        let time = self.changed_ms[3].max(self.changed_ms[4]);
+                        (phase != Phase::NothingCauses, time)
+                    }
+                    _ => (self.active[at].iter().any(|a| *a), self.changed_ms[at]),
                 };
-                let any = self.active[at].iter().any(|a| *a) || at == 3;
-                let after = reached.last().map_or(0.0, |(_, t)| *t);
-                if any && !(at == 3 && phase == Phase::NothingCauses) {
-                    reached.push((stage, time.max(after)));
+                if reached {
+                    after = time.max(after);
+                    self.note(asked, stage, about, after);
                 }
-            }
-            for (stage, time) in reached {
-                self.note(asked, stage, about, time);
             }
             self.note(asked, Stage::Conclusion, about, now);
             self.note_choice(asked, about);

@@ -8,11 +8,13 @@ use super::chain::views::ModuleView;
 use super::decider::{Decider, PlannerInput, Request};
 use super::rollout::{Prediction, RolledOut, roll_out};
 use crate::neurons::PopulationPlan;
-use crate::plan::goal_sets::{GoalSetGraph, Mutexes, Regression, check_units, phase_names};
+use crate::plan::goal_sets::{
+    GoalSetGraph, GoalSetPorts, Mutexes, Regression, check_units, phase_names,
+};
 use crate::plan::strips::{Fact, Fluent, GroundOperator, Grounded};
 use crate::sim::{
-    Graph, GraphBuilder, InputSpec, Out, OutputSpec, Real, Seed, SimDuration, Synapse, Timebase,
-    Vector, WorldLink,
+    Graph, GraphBuilder, InputSpec, OutputSpec, Real, Seed, SimDuration, Synapse, Timebase, Vector,
+    WorldLink,
 };
 use crate::task::domain::{
     ActionId, Domain, Obstacle, Rules, StateId, Verdict, WorldState, obstacles,
@@ -55,18 +57,11 @@ pub struct GoalSetPlanner {
     /// State of each fluent, and whether the fluent holds when the state does.
     fluents: Vec<(StateId, bool)>,
     graph: Arc<Graph>,
-    pub(super) outputs: Outputs,
+    ports: GoalSetPorts,
     modules: Vec<ModuleView>,
     phases: usize,
     met: usize,
     stuck: usize,
-}
-
-/// Outputs of the graph that a plan is read from.
-pub(super) struct Outputs {
-    pub actions: Out<Vector>,
-    pub phases: Out<Vector>,
-    pub winner: Out<Vector>,
 }
 
 impl GoalSetPlanner {
@@ -145,9 +140,7 @@ impl GoalSetPlanner {
         let place = |name: &str| phases.iter().position(|p| p == name).unwrap_or(usize::MAX);
         let (met, stuck) = (place("Done"), place("Stuck"));
         let (domain, phases) = (domain.clone(), phases.len());
-        let outputs =
-            Outputs { actions: ports.actions, phases: ports.phases, winner: ports.winner };
-        Ok(Self { domain, rules, fluents: sensed, graph, outputs, modules, phases, met, stuck })
+        Ok(Self { domain, rules, fluents: sensed, graph, ports, modules, phases, met, stuck })
     }
 
     /// Returns the reason why the goals cannot be reached, as the symbolic planner finds it: that of the first goal that is

@@ -44,10 +44,10 @@ impl<'p> GoalSetRun<'p> {
         let mut verdict = None;
         sim.run_until(span, |view| {
             *ms += 1;
-            let phases = view.value(&planner.outputs.phases);
-            moments.look(*ms, phases, view.value(&planner.outputs.winner));
+            let phases = view.value(&planner.ports.phases);
+            moments.look(*ms, phases, view.value(&planner.ports.winner));
             let (actions, rest) = commands.split_at_mut(planner.domain().operators().len());
-            actions.copy_from_slice(view.value(&planner.outputs.actions));
+            actions.copy_from_slice(view.value(&planner.ports.actions));
             rest.copy_from_slice(phases);
             verdict = shown(&commands);
             match verdict {
