@@ -166,7 +166,7 @@ pub mod prelude {
         Routes, Rules, State, Superpose, Unbind, Vocabulary, VocabularyBuilder, cosine, dot,
     };
     pub use crate::task::learn::learn;
-    pub use crate::task::planner::{Planner, PlannerBuild, PlannerKind, PlannerSpec};
+    pub use crate::task::planner::{Decider, Planner, PlannerBuild, PlannerKind, PlannerSpec};
     pub use crate::task::relational::{Classifier, Problem, RelationalDomain};
     pub use crate::task::{Domain, DomainBuilder, Recording, Snapshot, TaskError, Verdict};
 }

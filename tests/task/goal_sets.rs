@@ -6,8 +6,8 @@ use std::collections::{BTreeSet, VecDeque};
 
 use symbolt::neurons::{LifSpec, Population};
 use symbolt::plan::goal_sets::{
-    Begun, Course, GoalSetError, GoalSetGraph, GoalSetSpec, Mutexes, Regression, SearchSpec,
-    StripsWorld, costs, populations, pursue, search,
+    Begun, Course, GoalSetError, GoalSetGraph, GoalSetSpec, Mutexes, Regression, StripsWorld,
+    costs, populations, pursue, search,
 };
 use symbolt::plan::strips::{Bodies, Domain, Fact, Grounded, Problem, validate};
 use symbolt::prelude::*;
@@ -424,7 +424,7 @@ fn the_search_without_neurons_finds_valid_plans() {
         let (start, goal) = (set(&case.grounded.start), set(&case.grounded.goal));
         for seed in 0..10 {
             let rng = &mut Seed::new(seed).rng();
-            let found = search(&rules, &start, &goal, &SearchSpec::default(), rng).expect("a plan");
+            let found = search(&rules, &start, &goal, 48, rng).expect("a plan");
             let length = case.valid(found.plan.iter().copied()).expect("a valid plan");
             assert!(length >= case.shortest() && found.steps >= length);
         }

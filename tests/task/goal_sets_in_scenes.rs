@@ -16,22 +16,22 @@ use symbolt::task::event::{Ended, Ignore};
 use symbolt::task::execute::{EpisodeSpec, PreparedEpisode, demonstrate, episode};
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::{
-    Counts, Decider, GoalSetPlanner, ModuleView, PlanEnd, PlannerBuild, PlannerKind, Prediction,
-    Request, RolledOut, Stage, Told, strips_problem,
+    Counts, Decider, GoalSetPlanner, ModuleView, PlanEnd, PlannerBuild, PlannerInput, PlannerKind,
+    Prediction, Request, RolledOut, Stage, strips_problem,
 };
 use symbolt::task::relational::GroundProblem;
 use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
 use symbolt::task::{Domain, DomainBuilder, Obstacle, StateId, TaskError, Verdict, WorldState};
 
 /// A world that tells a planner one thing after another, and keeps its commands.
-struct Teller {
+struct ScriptedSenses {
     /// What is told, and from which millisecond on.
     script: Vec<(u64, Vec<Real>)>,
     now: u64,
     commands: Vec<Real>,
 }
 
-impl World for Teller {
+impl World for ScriptedSenses {
     fn period(&self) -> SimDuration {
         SimDuration::from_millis(1)
     }
@@ -65,7 +65,7 @@ impl World for Teller {
 /// verdict, until it returns a value or two seconds have passed.
 fn tell<T>(
     planner: &dyn Decider,
-    script: &[(u64, Told<'_>)],
+    script: &[(u64, PlannerInput<'_>)],
     mut shown: impl FnMut(u64, Option<Verdict>) -> Option<T>,
 ) -> Option<T> {
     let senses = script.iter().map(|(from, told)| {
@@ -74,20 +74,20 @@ fn tell<T>(
         (*from, senses)
     });
     let commands = vec![0.0; planner.command_width()];
-    let world = Teller { script: senses.collect(), now: 0, commands };
+    let world = ScriptedSenses { script: senses.collect(), now: 0, commands };
     let config = RunConfig::default().in_world(world);
     let mut sim = Simulator::new(planner.graph().clone(), config).expect("starts");
     (1..2_000).find_map(|ms| {
         sim.run_for(SimDuration::from_millis(1)).expect("runs");
         let world: &dyn std::any::Any = sim.world().expect("a world");
-        let world = world.downcast_ref::<Teller>().expect("its own world");
+        let world = world.downcast_ref::<ScriptedSenses>().expect("its own world");
         let (_, told) = script.iter().rfind(|(from, _)| *from < ms).expect("a first");
         shown(ms, planner.verdict(&world.commands, told))
     })
 }
 
 /// Returns the first verdict that lasts, and when.
-fn decide(planner: &dyn Decider, told: &Told<'_>) -> Option<(Verdict, u64)> {
+fn decide(planner: &dyn Decider, told: &PlannerInput<'_>) -> Option<(Verdict, u64)> {
     let (mut last, mut since) = (None, 0);
     tell(planner, &[(0, *told)], |ms, verdict| {
         since = if verdict.is_some() && verdict == last { since + 1 } else { 1 };
@@ -105,7 +105,8 @@ fn check_all_situations(domain: &Domain, plan: &PopulationPlan) {
         let present: WorldState = (0..states).map(|s| bits >> s & 1 == 1).collect();
         for goal in domain.state_ids() {
             let request = Request::Decide;
-            let told = Told { request, present: &present, pretended: &[], goal, goals: &[goal] };
+            let told =
+                PlannerInput { request, present: &present, pretended: &[], goal, goals: &[goal] };
             let (verdict, ms) = decide(&planner, &told).expect("an answer");
             let right = acceptable_answers(domain, &present, goal, Rules::default());
             assert!(right.accepts(verdict), "{bits:b} {goal:?}: {verdict:?} after {ms} ms");
@@ -141,7 +142,8 @@ fn a_planner_that_is_told_to_forget_forgets_and_one_that_waits_keeps_its_plan() 
     let goal = domain.state("BOLT_ASSEMBLED").expect("the goal");
     let present = domain.world(["NUT_ON_TABLE", "BOLT_ON_TABLE"]).expect("states");
     let goals = [goal];
-    let told = |request| Told { request, present: &present, pretended: &[], goal, goals: &goals };
+    let told =
+        |request| PlannerInput { request, present: &present, pretended: &[], goal, goals: &goals };
     assert_eq!(decide(&planner, &told(Request::Forget)), None);
     let (verdict, ms) = decide(&planner, &told(Request::Decide)).expect("an action");
     // While it waits, its clocks stand still, and everything else goes on.
@@ -160,7 +162,7 @@ fn that_there_is_no_way_is_shown_for_a_while_after_it_has_ceased_to_be_true_but_
     let nothing = domain.empty_world();
     let parts = domain.world(["NUT_ON_TABLE", "BOLT_ON_TABLE"]).expect("states");
     let request = Request::Decide;
-    let told = |present| Told { request, present, pretended: &[], goal, goals: &goals };
+    let told = |present| PlannerInput { request, present, pretended: &[], goal, goals: &goals };
     let change = 1_300;
     let (mut before, mut stale) = (0, 0);
     let script = [(0, told(&nothing)), (change, told(&parts))];
@@ -209,7 +211,7 @@ fn a_domain_without_actions_is_refused_and_a_goal_of_another_domain_too() {
     let present = domain.empty_world();
     let goal = domain.state("BOLT_ASSEMBLED").expect("the goal");
     let request = Request::Decide;
-    let told = Told { request, present: &present, pretended: &[], goal, goals: &[goal] };
+    let told = PlannerInput { request, present: &present, pretended: &[], goal, goals: &[goal] };
     let verdict = decide(&planner, &told).map(|(verdict, _)| verdict);
     assert!(matches!(verdict, Some(Verdict::Stuck(Obstacle::NothingCauses { .. }))));
 }
@@ -249,10 +251,10 @@ impl Decider for Silent {
     fn command_width(&self) -> usize {
         self.0.command_width()
     }
-    fn sense(&self, told: &Told<'_>, out: &mut [Real]) {
+    fn sense(&self, told: &PlannerInput<'_>, out: &mut [Real]) {
         self.0.sense(told, out);
     }
-    fn verdict(&self, _command: &[Real], _told: &Told<'_>) -> Option<Verdict> {
+    fn verdict(&self, _command: &[Real], _told: &PlannerInput<'_>) -> Option<Verdict> {
         None
     }
     fn patience_ms(&self) -> Option<u64> {

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 
 use rand::RngExt;
 use symbolt::sim::{Seed, SimError};
-use symbolt::task::planner::{Planner, PlannerSpec, Unbinding};
+use symbolt::task::planner::{Decider, Planner, PlannerSpec, Unbinding};
 use symbolt::task::tasks::nuts_and_bolts::{Order, SyntheticDemonstrations};
 use symbolt::task::{
     ActionId, Commitment, Domain, DomainBuilder, Obstacle, StateId, TaskError, Verdict, WorldState,

@@ -1,9 +1,9 @@
 //! The choice of an operator: which ones achieve a goal, what they are worth, and the race among them.
 
 use super::control::{Control, Phase, Signal};
-use super::costs::LEVELS;
+use super::costs::{LEVELS, by_level};
 use super::rules::{Regressed, Regression};
-use super::wiring::{AND, Group, Weight, Wiring, each, gather, spread};
+use super::wiring::{Group, Weight, Wiring, cells, each, gather, spread};
 use crate::neurons::Map;
 use crate::sim::{Real, SimDuration, Synapse};
 
@@ -66,36 +66,25 @@ impl Choice {
         let adds = |weight| rules.links(|o| &o.adds, weight);
         let needs = |weight| rules.links(|o| &o.preconditions, weight);
 
-        let irrelevant = w.units("irrelevant", operators);
-        w.bias_all(&irrelevant, 1.0);
+        let irrelevant = w.tonic("irrelevant", operators);
         w.link(goals, &irrelevant, adds(-1.3));
         let veto = w.units("veto", operators);
         w.link(goals, &veto, rules.links(|o| &o.threatens, 1.0));
-        let eligible = w.units("eligible", operators);
-        w.bias_all(&eligible, 1.0);
+        let eligible = w.tonic("eligible", operators);
         w.link(&eligible, signals, gather(operators, Signal::Eligible as usize, 1.0));
         let helps = helps(w, rules, goals, open);
 
         // A utility is the cost of the goals that are achieved, less the cost of those that are new.
         let levels = fluents * LEVELS;
-        let rows = || (0..fluents).flat_map(|f| (0..LEVELS).map(move |l| (f, f * LEVELS + l)));
-        let gains = w.units("gains", levels);
+        let gains = w.both("gains", levels);
         w.link(costs, &gains, each(levels, 1.0));
-        w.link(goals, &gains, rows().map(|(f, level)| (f, level, 1.0)));
-        w.bias_all(&gains, AND);
+        w.link(goals, &gains, cells(fluents, LEVELS).map(|(f, _, level)| (f, level, 1.0)));
         let utility = Map::each(operators, |x| x.max(0.0)).radius(2.5).above(0.0);
         let utilities = w.analog("utilities", operators, utility);
-        let by_level = |weights: Vec<Weight>| {
-            let rows = weights
-                .into_iter()
-                .flat_map(|(f, a, weight)| (0..LEVELS).map(move |l| (f * LEVELS + l, a, weight)));
-            rows.collect::<Vec<_>>()
-        };
         let both = adds(LEVEL).into_iter().chain(needs(LEVEL)).collect();
         w.link(&gains, &utilities, by_level(both));
         w.link(costs, &utilities, by_level(needs(-LEVEL)));
-        let absent = w.units("not_goals", fluents);
-        w.bias_all(&absent, 1.0);
+        let absent = w.tonic("not_goals", fluents);
         w.link(goals, &absent, each(fluents, -1.3));
         w.link(&absent, &utilities, needs(FRESH));
         w.link(&helps, &utilities, each(operators, HELPS));
@@ -109,11 +98,13 @@ impl Choice {
             &utilities,
             URGES.iter().flat_map(|(p, u)| spread(*p as usize, operators, *u)),
         );
-        w.bias_all(&utilities, -1.1);
+        w.bias(&utilities, &vec![-1.1; operators]);
 
         let impatience = impatience(w, phases, elapsed);
         w.link(&impatience, &utilities, (0..RUNGS).flat_map(|rung| spread(rung, operators, 1.0)));
-        let shares = shares(w, rules, open);
+        // Operators with a precondition that serves another unmet goal.
+        let shares = w.units("shares", operators);
+        w.link(open, &shares, rules.links(|o| &o.serves, 1.0));
         w.link(&shares, &utilities, each(operators, SHARES));
 
         let winner = race(w, operators, (phases, signals), &utilities);
@@ -133,10 +124,9 @@ fn helps(w: &mut Wiring<'_, '_>, rules: &Regression, goals: &Group, open: &Group
     let hindrance = w.units("hindrance", fluents);
     let pairs = (0..fluents * fluents).filter(|pair| hinders[*pair]);
     w.link(open, &hindrance, pairs.map(|pair| (pair / fluents, pair % fluents, 1.0)));
-    let blamed = w.units("blamed", fluents);
+    let blamed = w.both("blamed", fluents);
     w.link(&hindrance, &blamed, each(fluents, 1.0));
     w.link(goals, &blamed, each(fluents, 1.0));
-    w.bias_all(&blamed, AND);
     let helps = w.units("helps", operators);
     for wanted in [open, &blamed] {
         w.link(wanted, &helps, rules.links(|o| &o.adds, 1.0));
@@ -144,19 +134,11 @@ fn helps(w: &mut Wiring<'_, '_>, rules: &Regression, goals: &Group, open: &Group
     helps
 }
 
-/// Adds the operators with a precondition that serves another unmet goal.
-fn shares(w: &mut Wiring<'_, '_>, rules: &Regression, open: &Group) -> Group {
-    let shares = w.units("shares", rules.operators.len());
-    w.link(open, &shares, rules.links(|o| &o.serves, 1.0));
-    shares
-}
-
 /// Adds a row of units that become active one after the other while a race lasts, and fall silent with it.
 fn impatience(w: &mut Wiring<'_, '_>, phases: &Group, elapsed: &Group) -> Group {
     let race = Phase::Race as usize;
-    let rungs = w.units("impatience", RUNGS);
+    let rungs = w.both("impatience", RUNGS);
     w.link(phases, &rungs, spread(race, RUNGS, 1.0));
-    w.bias_all(&rungs, AND);
     w.link(elapsed, &rungs, [(race, 0, 1.0)]);
     let later = (1..RUNGS).map(|rung| (rung - 1, rung, 1.0));
     w.link_by(&rungs, &rungs, later, Synapse::lowpass_ms(RUNG_MS));
@@ -172,8 +154,7 @@ fn race(
 ) -> Group {
     let race = w.race("race", operators, SimDuration::from_millis(5));
     w.link(utilities, &race, each(operators, 1.0));
-    let rest = w.units("rest", 1);
-    w.bias_all(&rest, 1.0);
+    let rest = w.tonic("rest", 1);
     w.link(phases, &rest, [(Phase::Race as usize, 0, -1.3)]);
     w.link(&rest, &race, spread(0, operators, -8.0));
     let winner = w.latches("winner", operators);
@@ -202,12 +183,11 @@ fn break_ties(w: &mut Wiring<'_, '_>, phases: &Group, winner: &Group) {
     let side = operators.isqrt().max(1);
     let rows = w.sum("winner_rows", operators.div_ceil(side));
     w.link(winner, &rows, (0..operators).map(|a| (a, a / side, 1.0)));
-    let later = w.units("give_way", operators);
+    let later = w.both("give_way", operators);
     let before = (0..operators).flat_map(|a| (0..a / side).map(move |row| (row, a, BEFORE)));
     w.link(&rows, &later, before);
     let beside = (0..operators).flat_map(|a| (a - a % side..a).map(move |b| (b, a, BEFORE)));
     w.link(winner, &later, beside);
     w.link(phases, &later, spread(Phase::Check as usize, operators, 1.0));
-    w.bias_all(&later, AND);
     w.link(&later, winner, each(operators, -4.0));
 }

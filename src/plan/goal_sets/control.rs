@@ -190,12 +190,11 @@ impl Control {
         let signals = wiring.units("signals", Signal::ALL.len());
         let place = |phase: Phase| phase as usize;
         let recent = wiring.slow("recent", &phases, CLOCK_MS);
-        let elapsed = wiring.units("elapsed", count);
+        let elapsed = wiring.biased("elapsed", count, -1.0);
         wiring.link(&elapsed, &elapsed, each(count, 0.3));
         let gains = Phase::ALL.iter().map(|p| (place(*p), place(*p), gain(p.millis(), CLOCK_MS)));
         wiring.link(&recent, &elapsed, gains.collect::<Vec<_>>());
         wiring.link(&phases, &elapsed, each(count, 1.0));
-        wiring.bias_all(&elapsed, -1.0);
         // A phase that waits for the motor does not grow long.
         let lasts = wiring.units("lasts", count);
         wiring.link(&phases, &lasts, each(count, 1.0));
@@ -204,7 +203,7 @@ impl Control {
         let long = wiring.units("long", count);
         wiring.link(&slow, &long, each(count, LONG));
 
-        let lasting = wiring.units("lasting", LASTING.len());
+        let lasting = wiring.biased("lasting", LASTING.len(), -1.0);
         wiring.link(&lasting, &lasting, each(LASTING.len(), 0.3));
         let before = wiring.slow("before", &signals, CLOCK_MS);
         let rows = || LASTING.iter().enumerate();
@@ -212,7 +211,6 @@ impl Control {
         wiring.link(&before, &lasting, held.collect::<Vec<_>>());
         let now = rows().map(|(i, (signal, _))| (*signal as usize, i, 1.0));
         wiring.link(&signals, &lasting, now.collect::<Vec<_>>());
-        wiring.bias_all(&lasting, -1.0);
 
         let enter = wiring.units("enter", moves);
         wiring.link(&enter, &enter, each(moves, 0.3));
@@ -248,8 +246,7 @@ impl Control {
         wiring.link(&enter, &phases, weights);
 
         // Without a request, no phase is active.
-        let unasked = wiring.units("unasked", 1);
-        wiring.bias_all(&unasked, 1.0);
+        let unasked = wiring.tonic("unasked", 1);
         wiring.link(ready, &unasked, [(0, 0, -1.3)]);
         wiring.link(&unasked, &phases, spread(0, count, -4.0));
         let idle = Idle as usize;

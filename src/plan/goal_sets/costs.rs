@@ -6,7 +6,7 @@
 
 use super::control::{Phase, Signal};
 use super::rules::Regression;
-use super::wiring::{AND, Group, Wiring, each, gather, spread};
+use super::wiring::{AND, Group, Weight, Wiring, cells, each, gather, spread};
 use crate::sim::{Real, Synapse};
 
 /// Levels of cost that are told apart. Greater costs count as this many.
@@ -20,6 +20,12 @@ const EARLY: Real = 1.12;
 /// Weight with which the last level of the clock lets all operators pass that are still waiting.
 const RELEASE: Real = -100.0;
 
+/// Returns links from all levels of fluents, in place of links from fluents.
+pub(super) fn by_level(links: Vec<Weight>) -> impl Iterator<Item = Weight> {
+    let links = links.into_iter();
+    links.flat_map(|(f, a, weight)| (0..LEVELS).map(move |l| (f * LEVELS + l, a, weight)))
+}
+
 /// Adds the wave. Returns a row of latches for each fluent; as many are active as the fluent has levels.
 pub(super) fn costs(
     w: &mut Wiring<'_, '_>,
@@ -31,28 +37,24 @@ pub(super) fn costs(
     let (fluents, operators) = (rules.fluents, rules.operators.len());
     let start = Phase::Start as usize;
     let reached = w.latches("reached", fluents);
-    let pending = w.units("pending", fluents);
-    w.bias_all(&pending, 1.0);
+    let pending = w.tonic("pending", fluents);
     w.link(&reached, &pending, each(fluents, -1.3));
-    let enabled = w.units("enabled", operators);
-    w.bias_all(&enabled, 1.0);
+    let enabled = w.tonic("enabled", operators);
     w.link(&pending, &enabled, rules.links(|o| &o.preconditions, -1.3));
     w.link(phases, &enabled, spread(start, operators, -1.3));
     w.link(holds, &reached, each(fluents, 4.0));
     let adds = rules.links(|o| &o.adds, 1.2);
     w.link(&enabled, &reached, adds.into_iter().map(|(f, a, weight)| (a, f, weight)));
     w.link(phases, &reached, spread(start, fluents, -3.0));
-    let unreached = w.units("unreached", fluents);
+    let unreached = w.both("unreached", fluents);
     w.link(goals, &unreached, each(fluents, 1.0));
     w.link(&pending, &unreached, each(fluents, 1.0));
-    w.bias_all(&unreached, AND);
     w.link(&unreached, signals, gather(fluents, Signal::Unreached as usize, 1.0));
 
     let (tick, clock) = clock(w, phases);
     let levels = fluents * LEVELS;
-    let rows = || (0..fluents).flat_map(|f| (0..LEVELS).map(move |l| (f, l, f * LEVELS + l)));
-    let count = w.units("count", levels);
-    w.bias_all(&count, AND);
+    let rows = || cells(fluents, LEVELS);
+    let count = w.both("count", levels);
     w.link(&pending, &count, rows().map(|(f, _, level)| (f, level, 1.0)));
     w.link(&clock, &count, rows().map(|(_, l, level)| (l, level, 1.0)));
     w.link(phases, &count, spread(start, levels, -1.3));
@@ -60,12 +62,8 @@ pub(super) fn costs(
     w.link(&count, &costs, each(levels, 1.2));
     w.link(phases, &costs, spread(start, levels, -5.0));
 
-    let early = w.units("early", operators);
-    w.bias_all(&early, EARLY);
-    let needs = rules.links(|o| &o.preconditions, 1.0).into_iter();
-    let needs =
-        needs.flat_map(|(f, a, weight)| (0..LEVELS).map(move |l| (f * LEVELS + l, a, weight)));
-    w.link(&costs, &early, needs);
+    let early = w.biased("early", operators, EARLY);
+    w.link(&costs, &early, by_level(rules.links(|o| &o.preconditions, 1.0)));
     let counted = |l| if l + 1 < LEVELS { -1.0 } else { RELEASE };
     w.link(&tick, &early, (0..LEVELS).flat_map(|l| spread(l, operators, counted(l))));
     w.link(&early, &enabled, each(operators, -1.3));

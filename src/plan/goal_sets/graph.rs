@@ -7,7 +7,7 @@ use super::control::{Control, Phase, Signal};
 use super::costs::costs;
 use super::memory::{Layout, Memory};
 use super::rules::Regression;
-use super::wiring::{AND, Group, Wiring, each, gather, spread};
+use super::wiring::{Group, Wiring, each, gather, spread};
 use crate::sim::{In, Module, Out, Real, Scope, Vector};
 
 /// The planner graph over a grounded problem: a [`Module`].
@@ -98,7 +98,7 @@ impl Module for GoalSetGraph {
         let actions = act(w, &rules, (phases, signals), &holds, &memory.shown);
 
         let input = |scope: &mut Scope<'_>, name: &str, group: &Group| {
-            scope.input(name, Wiring::input_of(group))
+            scope.input(name, group.input.clone())
         };
         GoalSetPorts {
             ready: input(w.scope, "ready", &ready),
@@ -127,10 +127,9 @@ fn load(
 ) {
     let fluents = goals.count;
     let now = || when.iter().flat_map(|p| spread(*p as usize, fluents, 1.0)).collect::<Vec<_>>();
-    let set = w.units(&format!("{name}_set"), fluents);
+    let set = w.both(&format!("{name}_set"), fluents);
     w.link(source, &set, each(fluents, 1.0));
     w.link(phases, &set, now());
-    w.bias_all(&set, AND);
     w.link(&set, goals, each(fluents, 1.2));
     let reset = w.units(&format!("{name}_reset"), fluents);
     w.link(source, &reset, each(fluents, -1.3));
@@ -157,7 +156,7 @@ fn act(
     w.link(holds, &done, rules.links(|o| &o.adds, 1.0));
     let counts = rules.operators.iter().map(|o| 1.0 - o.adds.len() as Real);
     w.bias(&done, &counts.collect::<Vec<_>>());
-    let acting = w.units("acting", 1);
+    let acting = w.both("acting", 1);
     w.link(signals, &acting, [(Signal::Open as usize, 0, 1.0)]);
     w.link(
         phases,
@@ -168,13 +167,11 @@ fn act(
             (Phase::Begin as usize, 0, 2.0),
         ],
     );
-    w.bias_all(&acting, AND);
-    let motor = w.units("motor", operators);
+    let motor = w.both("motor", operators);
     w.link(shown, &motor, each(operators, 1.0));
     w.link(&lacking, &motor, each(operators, -1.5));
     w.link(&done, &motor, each(operators, -1.5));
     w.link(&acting, &motor, spread(0, operators, 1.0));
-    w.bias_all(&motor, AND);
     w.link(&motor, signals, gather(operators, Signal::Unready as usize, -1.3));
     motor
 }

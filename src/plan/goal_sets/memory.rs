@@ -5,7 +5,7 @@ use super::control::{Phase, Signal};
 use super::costs::LEVELS;
 use super::retreat::retreat;
 use super::rules::Regression;
-use super::wiring::{AND, Group, Weight, Wiring, each, spread};
+use super::wiring::{AND, Group, Weight, Wiring, cells, each, spread};
 use crate::sim::Real;
 
 /// Where a slot keeps what.
@@ -68,8 +68,7 @@ impl Layout {
         &self,
         columns: std::ops::Range<usize>,
     ) -> impl Iterator<Item = (usize, usize, usize)> + use<> {
-        let (slots, width) = (self.slots, self.columns());
-        (0..slots).flat_map(move |k| columns.clone().map(move |x| (k, x, k * width + x)))
+        cells(self.slots, self.columns()).filter(move |(_, x, _)| columns.contains(x))
     }
 
     fn all(&self) -> impl Iterator<Item = (usize, usize, usize)> + use<> {
@@ -117,18 +116,15 @@ impl Memory {
         let free = w.latches("free", slots);
         let start = Phase::Start as usize;
         w.link(phases, &next, (0..slots).map(|k| (start, k, if k == 0 { 1.2 } else { -1.5 })));
-        let count = w.units("count_slot", slots);
+        let count = w.both("count_slot", slots);
         w.link(&next, &count, (1..slots).map(|k| (k - 1, k, 1.0)));
         w.link(phases, &count, when(&[Phase::Wave, Phase::Write]));
-        let take = w.units("take_slot", slots);
+        let take = w.both("take_slot", slots);
         w.link(&free, &take, each(slots, 1.0));
         w.link(phases, &take, when(&[Phase::Check]));
-        let shift = w.units("shift_slot", slots);
+        let shift = w.both("shift_slot", slots);
         w.link(&next, &shift, each(slots, 1.0));
         w.link(phases, &shift, when(&[Phase::Wave, Phase::Settle, Phase::Next]));
-        for units in [&count, &take, &shift] {
-            w.bias_all(units, AND);
-        }
         w.link(&count, &free, replace(slots));
         w.link(&take, &next, replace(slots));
         w.link(&shift, &slot, replace(slots));
@@ -149,12 +145,10 @@ impl Memory {
         let mark: Vec<Real> = (0..columns).map(|c| Real::from(u8::from(c == fluents))).collect();
         w.bias(&child, &mark);
 
-        let write = w.units("write", slots);
+        let write = w.both("write", slots);
         w.link(&next, &write, each(slots, 1.0));
         w.link(phases, &write, when(&[Phase::Wave, Phase::Write]));
-        w.bias_all(&write, AND);
-        let store = w.units("store", cells);
-        w.bias_all(&store, AND);
+        let store = w.both("store", cells);
         w.link(&child, &store, layout.all().map(|(_, x, cell)| (x, cell, 1.0)));
         w.link(&write, &store, layout.all().map(|(k, _, cell)| (k, cell, 1.0)));
         let memory = w.latches("memory", cells);
@@ -163,8 +157,7 @@ impl Memory {
         w.link(phases, &memory, spread(start, cells, -3.0));
 
         // What is read: the goal set of the next slot, and the numbers of the present one.
-        let read = w.units("read", cells);
-        w.bias_all(&read, AND);
+        let read = w.both("read", cells);
         w.link(&memory, &read, each(cells, 1.0));
         let sets = layout.grid(0..fluents);
         w.link(&next, &read, sets.map(|(k, _, cell)| (k, cell, 1.0)));
@@ -172,14 +165,12 @@ impl Memory {
         w.link(&slot, &read, numbers.map(|(k, _, cell)| (k, cell, 1.0)));
         let recalled = w.sum("recalled", columns);
         w.link(&read, &recalled, layout.all().map(|(_, x, cell)| (cell, x, 1.0)));
-        let shown = w.units("shown", layout.operators);
+        let shown = w.both("shown", layout.operators);
         let numbered = (0..layout.operators).flat_map(|a| layout.code(a).map(|c| (c, a, 1.0)));
         w.link(&recalled, &shown, numbered);
-        w.bias_all(&shown, AND);
-        let before = w.units("slot_before", slots);
+        let before = w.biased("slot_before", slots, 2.0 * AND);
         w.link(&recalled, &before, (0..slots).flat_map(|k| layout.pointer(k).map(|c| (c, k, 1.0))));
         w.link(phases, &before, when(&[Phase::Begin, Phase::Step]));
-        w.bias_all(&before, 2.0 * AND);
         w.link(&before, &next, replace(slots));
 
         let marks = w.sum("marks", slots);
@@ -213,18 +204,17 @@ fn visited(
     w.link(memory, &gone, sets().map(|(k, f, cell)| (cell, k * fluents + f, 1.0)));
     w.link(goals, &gone, sets().map(|(k, f, _)| (f, k * fluents + f, -1.3)));
     let visited = w.units("visited", slots * operators);
-    let each_pair =
-        || (0..slots).flat_map(|k| (0..operators).map(move |a| (k, a, k * operators + a)));
+    let pairs = || cells(slots, operators);
     let reasons = w.sum("reasons", slots);
     w.link(&gone, &reasons, sets().map(|(k, f, _)| (k * fluents + f, k, 1.0)));
-    w.link(&reasons, &visited, each_pair().map(|(k, _, pair)| (k, pair, REASON)));
-    let kept = each_pair().flat_map(|(k, a, pair)| {
+    w.link(&reasons, &visited, pairs().map(|(k, _, pair)| (k, pair, REASON)));
+    let kept = pairs().flat_map(|(k, a, pair)| {
         rules.operators[a].preconditions.iter().map(move |f| (k * fluents + f, pair, -REASON))
     });
     w.link(&gone, &visited, kept);
     let marks = layout.grid(fluents..fluents + 1);
     let marks: Vec<usize> = marks.map(|(_, _, cell)| cell).collect();
-    let added = each_pair().flat_map(|(k, a, pair)| {
+    let added = pairs().flat_map(|(k, a, pair)| {
         let operator = &rules.operators[a];
         let added = operator.adds.iter().filter(|f| !operator.preconditions.contains(f));
         let cells = layout.columns() * k;
@@ -232,6 +222,6 @@ fn visited(
         reasons.chain([(marks[k], pair, 1.0)])
     });
     w.link(memory, &visited, added);
-    w.link(&visited, &choice.eligible, each_pair().map(|(_, a, pair)| (pair, a, -1.3)));
-    w.link(&visited, &choice.utilities, each_pair().map(|(_, a, pair)| (pair, a, BAR)));
+    w.link(&visited, &choice.eligible, pairs().map(|(_, a, pair)| (pair, a, -1.3)));
+    w.link(&visited, &choice.utilities, pairs().map(|(_, a, pair)| (pair, a, BAR)));
 }

@@ -70,5 +70,5 @@ pub use mutex::Mutexes;
 pub(crate) use plan::check_units;
 pub use plan::{Course, GoalSetError, GoalSetSpec, MAX_UNITS, populations, pursue};
 pub use rules::{Regressed, Regression};
-pub use search::{Found, SearchSpec, costs, search};
+pub use search::{Found, costs, search};
 pub use world::{Begun, StripsWorld};

@@ -11,28 +11,16 @@ use rand_distr::{Distribution, StandardNormal};
 use super::costs::LEVELS;
 use super::rules::Regression;
 
-/// Settings of a search.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SearchSpec {
-    /// Standard deviation of the noise on each utility, in levels of cost.
-    pub noise: f64,
-    /// Goal sets that are remembered. A search that fills them starts again.
-    pub slots: usize,
-    /// Number of times that the search starts.
-    pub tries: usize,
-    /// Bonus of an operator that achieves an unmet goal, or a goal that stands in the way of one, in levels.
-    pub helps: f64,
-    /// Loss for each new goal, in levels.
-    pub fresh: f64,
-    /// Bonus of an operator with a precondition that serves another unmet goal as well, in levels.
-    pub shares: f64,
-}
-
-impl Default for SearchSpec {
-    fn default() -> Self {
-        Self { noise: 0.1, slots: 48, tries: 10, helps: 1.2, fresh: 0.3, shares: 0.6 }
-    }
-}
+/// Number of times that a search starts.
+const TRIES: usize = 10;
+/// Standard deviation of the noise on each utility, in levels of cost.
+const NOISE: f64 = 0.1;
+/// Bonus of an operator that achieves an unmet goal, or a goal that stands in the way of one, in levels.
+const HELPS: f64 = 1.2;
+/// Loss for each new goal, in levels.
+const FRESH: f64 = 0.3;
+/// Bonus of an operator with a precondition that serves another unmet goal as well, in levels.
+const SHARES: f64 = 0.6;
 
 /// What a search found.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -41,8 +29,6 @@ pub struct Found {
     pub plan: Vec<usize>,
     /// Goal sets that were reached, over all tries.
     pub steps: usize,
-    /// Dead ends.
-    pub backs: usize,
 }
 
 /// Returns the additive cost of each fluent: one more than the sum of the costs of what its cheapest operator needs (Bonet
@@ -69,19 +55,20 @@ pub fn costs(rules: &Regression, state: &BTreeSet<usize>) -> Vec<f64> {
     }
 }
 
-/// Searches a plan from a state to a goal.
+/// Searches a plan from a state to a goal. A search that fills all `slots` for goal sets starts again.
 ///
 /// Costs O(steps x (operators + slots) x fluents).
 pub fn search(
     rules: &Regression,
     start: &BTreeSet<usize>,
     goal: &BTreeSet<usize>,
-    spec: &SearchSpec,
+    slots: usize,
     rng: &mut impl Rng,
 ) -> Option<Found> {
     let costs = costs(rules, start);
-    let (mut steps, mut backs) = (0, 0);
-    for _ in 0..spec.tries {
+    let most = slots;
+    let mut steps = 0;
+    for _ in 0..TRIES {
         let mut slots = vec![(goal.clone(), 0, 0)];
         let mut slot = 0;
         let mut dead = BTreeSet::new();
@@ -94,17 +81,15 @@ pub fn search(
                     plan.push(operator);
                     slot = parent;
                 }
-                return Some(Found { plan, steps, backs });
+                return Some(Found { plan, steps });
             }
-            let best = best(rules, start, &costs, &slots, slot, spec, rng);
-            match best {
-                Some((operator, child)) if slots.len() < spec.slots => {
+            match best(rules, start, &costs, &slots, slot, rng) {
+                Some((operator, child)) if slots.len() < most => {
                     steps += 1;
                     slots.push((child, operator, slot));
                     slot = slots.len() - 1;
                 }
                 None => {
-                    backs += 1;
                     dead.insert(slot);
                     match nearest(&costs, &slots, &dead) {
                         Some(next) => slot = next,
@@ -137,7 +122,6 @@ fn best(
     costs: &[f64],
     slots: &[(BTreeSet<usize>, usize, usize)],
     slot: usize,
-    spec: &SearchSpec,
     rng: &mut impl Rng,
 ) -> Option<(usize, BTreeSet<usize>)> {
     let goals = &slots[slot].0;
@@ -165,15 +149,12 @@ fn best(
         }
         let gain: f64 = operator.adds.iter().filter(in_goals).map(|f| costs[*f]).sum();
         let new: Vec<_> = operator.preconditions.iter().filter(|f| !goals.contains(f)).collect();
-        let loss: f64 = new.iter().map(|f| costs[**f] + spec.fresh).sum();
+        let loss: f64 = new.iter().map(|f| costs[**f] + FRESH).sum();
         let helps = operator.adds.iter().any(|f| open(f) || blamed.contains(f));
         let noise: f64 = StandardNormal.sample(rng);
         let shares = operator.serves.iter().any(open);
         let bonus = |given, levels| if given { levels } else { 0.0 };
-        let utility = gain - loss
-            + bonus(helps, spec.helps)
-            + bonus(shares, spec.shares)
-            + noise * spec.noise;
+        let utility = gain - loss + bonus(helps, HELPS) + bonus(shares, SHARES) + noise * NOISE;
         if best.as_ref().is_none_or(|(u, ..)| utility > *u) {
             best = Some((utility, a, child));
         }

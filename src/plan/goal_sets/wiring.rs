@@ -18,7 +18,7 @@ pub(super) type Weight = (usize, usize, Real);
 pub(super) struct Group {
     name: String,
     pub count: usize,
-    input: In<Vector>,
+    pub input: In<Vector>,
     pub out: Out<Vector>,
 }
 
@@ -88,6 +88,23 @@ impl Wiring<'_, '_> {
         self.group(name, count, Units::Logic)
     }
 
+    /// Adds units that respond to two inputs together.
+    pub fn both(&mut self, name: &str, count: usize) -> Group {
+        self.biased(name, count, AND)
+    }
+
+    /// Adds units that are active unless they are inhibited.
+    pub fn tonic(&mut self, name: &str, count: usize) -> Group {
+        self.biased(name, count, 1.0)
+    }
+
+    /// Adds logical units with a constant input.
+    pub fn biased(&mut self, name: &str, count: usize, bias: Real) -> Group {
+        let group = self.units(name, count);
+        self.bias(&group, &vec![bias; count]);
+        group
+    }
+
     /// Adds units that stay active after their input has gone, until they are inhibited.
     pub fn latches(&mut self, name: &str, count: usize) -> Group {
         let group = self.units(name, count);
@@ -146,16 +163,6 @@ impl Wiring<'_, '_> {
         let constant = self.scope.add(&name, Constant::vector(values));
         self.scope.connect(&constant, &to.input, Synapse::None);
     }
-
-    /// Adds the same constant to the input of all items.
-    pub fn bias_all(&mut self, to: &Group, value: Real) {
-        self.bias(to, &vec![value; to.count]);
-    }
-
-    /// Returns the input of a group.
-    pub fn input_of(group: &Group) -> In<Vector> {
-        group.input.clone()
-    }
 }
 
 /// Weights from each item to the item of the same number.
@@ -171,4 +178,12 @@ pub(super) fn spread(from: usize, count: usize, weight: Real) -> impl Iterator<I
 /// Weights from all items of a group to one item.
 pub(super) fn gather(count: usize, to: usize, weight: Real) -> impl Iterator<Item = Weight> {
     (0..count).map(move |i| (i, to, weight))
+}
+
+/// Returns the row, the column and the cell of all cells of a table.
+pub(super) fn cells(
+    rows: usize,
+    columns: usize,
+) -> impl Iterator<Item = (usize, usize, usize)> + Clone {
+    (0..rows).flat_map(move |row| (0..columns).map(move |x| (row, x, row * columns + x)))
 }

@@ -26,21 +26,20 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::Seen;
 use super::effects::Effects;
 use super::vocabulary::{Bound, Slot};
-use crate::plan::strips::{Action, Domain, Typed};
-use crate::plan::strips::{GroundAtom, Trajectory};
+use super::{Precondition, Reason, Seen};
+use crate::plan::strips::{Action, Domain, GroundAtom, Literal, Trajectory, Typed};
 
 /// Number of different objects for which an implication must have held to be believed. An exception that concerns one
 /// object in seven would have shown among so many with a probability of 95%.
-pub const MIN_INSTANCES: usize = 20;
+const MIN_INSTANCES: usize = 20;
 
 /// Greatest number of pairs of literals that are compared. Beyond it, none is found redundant.
 const MAX_PAIRS: usize = 200_000;
 
 /// Probability up to which a literal is not believed to have held by chance.
-pub const MAX_CHANCE: f64 = 0.05;
+const MAX_CHANCE: f64 = 0.05;
 
 /// A literal as a position in the vocabulary of its action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -49,23 +48,11 @@ pub(super) struct Candidate {
     pub index: usize,
 }
 
-/// Why a literal is required, undecided or left out.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Finding {
-    Changed,
-    Refused(usize),
-    Selective { chance: f64, instances: usize },
-    Chance { chance: f64, instances: usize },
-    Follows { from: Candidate, instances: usize },
-    SameAs { other: Candidate, instances: usize },
-}
-
-/// A literal that always held, and the verdict.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Weighed {
-    pub literal: Candidate,
-    pub kept: bool,
-    pub finding: Option<Finding>,
+impl Candidate {
+    /// Returns the literal with names.
+    pub fn literal(self, domain: &Domain, vocabulary: &[Bound]) -> Literal {
+        Literal { positive: self.positive, atom: vocabulary[self.index].atom(domain) }
+    }
 }
 
 /// A state of a trajectory.
@@ -231,17 +218,21 @@ pub(super) struct Weighing<'a> {
 
 impl Weighing<'_> {
     /// Weighs the literals that held before every step.
-    pub fn weigh(&self, held: &[Candidate]) -> Vec<Weighed> {
+    pub fn weigh(&self, held: &[Candidate]) -> Vec<Precondition> {
         let mut out: BTreeSet<Candidate> = BTreeSet::new();
         let mut weighed = Vec::new();
-        for literal in held {
-            let (kept, finding) = self.one(*literal, held, &out);
+        for candidate in held {
+            let (kept, reason) = self.one(*candidate, held, &out);
             if !kept {
-                out.insert(*literal);
+                out.insert(*candidate);
             }
-            weighed.push(Weighed { literal: *literal, kept, finding });
+            weighed.push(Precondition { literal: self.literal(*candidate), kept, reason });
         }
         weighed
+    }
+
+    fn literal(&self, candidate: Candidate) -> Literal {
+        candidate.literal(self.observed.domain, self.vocabulary)
     }
 
     fn one(
@@ -249,26 +240,26 @@ impl Weighing<'_> {
         literal: Candidate,
         held: &[Candidate],
         out: &BTreeSet<Candidate>,
-    ) -> (bool, Option<Finding>) {
+    ) -> (bool, Reason) {
         let refusals = self.refusals(literal, held);
         if refusals > 0 {
-            return (true, Some(Finding::Refused(refusals)));
+            return (true, Reason::Refused { steps: refusals });
         }
         if literal.positive && self.effects.delete.contains(&literal.index) {
-            return (true, Some(Finding::Changed));
+            return (true, Reason::Changed);
         }
-        if let Some(finding) = self.redundant(literal, held, out) {
-            let kept = match finding {
+        if let Some((other, reason)) = self.redundant(literal, held, out) {
+            let kept = match reason {
                 _ if !literal.positive => false,
-                Finding::SameAs { other, .. } => self.predicate(other) != self.predicate(literal),
+                Reason::SameAs { .. } => self.predicate(other) != self.predicate(literal),
                 _ => !self.is_invariant(literal, held, out),
             };
-            return (kept, Some(finding));
+            return (kept, reason);
         }
         let (chance, instances) = self.chance(literal);
         match chance <= MAX_CHANCE {
-            true => (true, Some(Finding::Selective { chance, instances })),
-            false => (literal.positive, Some(Finding::Chance { chance, instances })),
+            true => (true, Reason::Selective { chance, instances }),
+            false => (literal.positive, Reason::Chance { chance, instances }),
         }
     }
 
@@ -303,20 +294,23 @@ impl Weighing<'_> {
         others.any(|c| self.predicate(*c) == predicate && self.redundant(*c, held, out).is_none())
     }
 
-    /// Returns why a literal says no more than a positive one that was not left out before: it follows from that one, or
-    /// both follow from each other. Of the same predicate with other arguments, only the later one is redundant.
+    /// Returns a positive literal that was not left out before and says as much as a literal, and why: the literal follows
+    /// from that one, or both follow from each other. Of the same predicate with other arguments, only the later one is redundant.
     fn redundant(
         &self,
         literal: Candidate,
         held: &[Candidate],
         out: &BTreeSet<Candidate>,
-    ) -> Option<Finding> {
+    ) -> Option<(Candidate, Reason)> {
         let to = &self.vocabulary[literal.index];
         let positive = held.iter().filter(|c| c.positive).count();
         if held.len() * positive > MAX_PAIRS {
             return None;
         }
-        let mut best: Option<Finding> = None;
+        let mut best = None;
+        let same = |other: Candidate, instances| {
+            (other, Reason::SameAs { other: self.literal(other), instances })
+        };
         for other in held.iter().filter(|c| c.positive && **c != literal && !out.contains(c)) {
             let from = &self.vocabulary[other.index];
             let found = self.observed.follows(&self.fitting, from, to, literal.positive);
@@ -324,11 +318,12 @@ impl Weighing<'_> {
             let back =
                 literal.positive && self.observed.follows(&self.fitting, to, from, true).is_some();
             if !back {
-                best.get_or_insert(Finding::Follows { from: *other, instances });
+                let from = || Reason::Follows { from: self.literal(*other), instances };
+                best.get_or_insert_with(|| (*other, from()));
             } else if from.predicate != to.predicate {
-                best.get_or_insert(Finding::SameAs { other: *other, instances });
+                best.get_or_insert_with(|| same(*other, instances));
             } else if from.slots < to.slots {
-                return Some(Finding::SameAs { other: *other, instances });
+                return Some(same(*other, instances));
             }
         }
         best

@@ -18,13 +18,10 @@ use std::collections::BTreeSet;
 
 use thiserror::Error;
 
-use crate::plan::strips::{Action, Domain, Literal, Typed};
-use crate::plan::strips::{GroundAtom, Trajectory};
-
-pub use evidence::{MAX_CHANCE, MIN_INSTANCES};
+use crate::plan::strips::{Action, Domain, GroundAtom, Literal, Trajectory, Typed};
 
 use effects::{from_all_steps, from_safe_steps};
-use evidence::{Candidate, Finding, Observed, Weighed, Weighing};
+use evidence::{Candidate, Observed, Weighing};
 use vocabulary::{Bound, vocabulary};
 
 /// How preconditions and effects are chosen.
@@ -256,11 +253,15 @@ fn learn_action(
     }
     let vocabulary = if seen.is_empty() { Vec::new() } else { vocabulary(domain, action)? };
     let held = held(domain, &vocabulary, &seen);
-    let (effects, weighed) = match rule {
+    let literal = |candidate: &Candidate| candidate.literal(domain, &vocabulary);
+    let (effects, preconditions) = match rule {
         Rule::Safe => {
             let effects = from_safe_steps(&vocabulary, &seen);
-            let safe =
-                |literal: &Candidate| Weighed { literal: *literal, kept: true, finding: None };
+            let safe = |candidate: &Candidate| Precondition {
+                literal: literal(candidate),
+                kept: true,
+                reason: Reason::Held,
+            };
             (effects, held.iter().map(safe).collect())
         }
         Rule::Evidence => {
@@ -278,13 +279,15 @@ fn learn_action(
             (effects, weighed)
         }
     };
-    let named = Named { domain, vocabulary: &vocabulary };
+    let named = |effects: &BTreeSet<usize>, positive: bool| {
+        effects.iter().map(|index| literal(&Candidate { positive, index: *index })).collect()
+    };
     Ok(LearnedAction {
         name: action.name.clone(),
         parameters: action.parameters.clone(),
-        preconditions: weighed.iter().map(|w| named.precondition(w)).collect(),
-        add: named.effects(&effects.add, true),
-        delete: named.effects(&effects.delete, false),
+        preconditions,
+        add: named(&effects.add, true),
+        delete: named(&effects.delete, false),
         steps: seen.len(),
         refused: refused.len(),
         unexplained: effects.unexplained,
@@ -301,40 +304,4 @@ fn held(domain: &Domain, vocabulary: &[Bound], seen: &[Seen<'_>]) -> Vec<Candida
         (0..vocabulary.len()).map(|index| Candidate { positive: *positive, index })
     });
     all.filter(always).collect()
-}
-
-/// Turns positions in the vocabulary into literals.
-struct Named<'a> {
-    domain: &'a Domain,
-    vocabulary: &'a [Bound],
-}
-
-impl Named<'_> {
-    fn literal(&self, candidate: Candidate) -> Literal {
-        let atom = self.vocabulary[candidate.index].atom(self.domain);
-        Literal { positive: candidate.positive, atom }
-    }
-
-    fn effects(&self, effects: &BTreeSet<usize>, positive: bool) -> Vec<Literal> {
-        effects.iter().map(|index| self.literal(Candidate { positive, index: *index })).collect()
-    }
-
-    fn precondition(&self, weighed: &Weighed) -> Precondition {
-        let reason = match weighed.finding {
-            None => Reason::Held,
-            Some(Finding::Changed) => Reason::Changed,
-            Some(Finding::Refused(steps)) => Reason::Refused { steps },
-            Some(Finding::Selective { chance, instances }) => {
-                Reason::Selective { chance, instances }
-            }
-            Some(Finding::Chance { chance, instances }) => Reason::Chance { chance, instances },
-            Some(Finding::Follows { from, instances }) => {
-                Reason::Follows { from: self.literal(from), instances }
-            }
-            Some(Finding::SameAs { other, instances }) => {
-                Reason::SameAs { other: self.literal(other), instances }
-            }
-        };
-        Precondition { literal: self.literal(weighed.literal), kept: weighed.kept, reason }
-    }
 }

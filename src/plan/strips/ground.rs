@@ -9,10 +9,10 @@ use std::fmt::{self, Display, Formatter};
 
 use thiserror::Error;
 
-use super::pddl::{Action, Atom, Domain, EQUAL, Fact, Problem, Term, Typed};
+use super::pddl::{Action, Atom, Domain, EQUAL, Fact, Literal, Problem, Term, Typed};
 
 /// Greatest number of reachable facts, and of reachable operators.
-pub const MAX_GROUND: usize = 200_000;
+const MAX_GROUND: usize = 200_000;
 
 /// Greatest number of bindings of a parameter that are tried.
 const MAX_TRIED: usize = 50_000_000;
@@ -57,10 +57,10 @@ pub struct Fluent {
 /// Displays as in PDDL: `(on a b)` or `(not (on a b))`.
 impl Display for Fluent {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        f.write_str(if self.holds { "(" } else { "(not (" })?;
-        f.write_str(&self.fact.predicate)?;
-        self.fact.arguments.iter().try_for_each(|argument| write!(f, " {argument}"))?;
-        f.write_str(if self.holds { ")" } else { "))" })
+        match self.holds {
+            true => write!(f, "{}", self.fact),
+            false => write!(f, "(not {})", self.fact),
+        }
     }
 }
 
@@ -117,7 +117,7 @@ impl Grounded {
     /// Costs O(bindings tried): actions are joined with reachable facts, so preconditions prune early.
     ///
     /// # Errors
-    /// [`GroundFault::TooLarge`] beyond [`MAX_GROUND`] facts or operators; [`GroundFault::Unreachable`] for a goal that no
+    /// [`GroundFault::TooLarge`] beyond 200,000 facts or operators; [`GroundFault::Unreachable`] for a goal that no
     /// plan achieves because no reachable action does.
     pub fn new(domain: &Domain, problem: &Problem) -> Result<Self, GroundFault> {
         let mut reach = Reach::new(domain, problem);
@@ -209,13 +209,17 @@ impl<'a> Reach<'a> {
         true
     }
 
-    /// Returns the atom with objects for its parameters; `None` if a parameter is not bound yet.
-    fn bound(&self, atom: &Atom, objects: &[Option<usize>]) -> Option<Vec<usize>> {
-        let argument = |term: &Term| match term {
+    /// Returns the object of a term; `None` if the parameter is not bound yet.
+    fn object(&self, term: &Term, objects: &[Option<usize>]) -> Option<usize> {
+        match term {
             Term::Parameter(position) => *objects.get(*position)?,
             Term::Constant(name) => self.positions.get(name.as_str()).copied(),
-        };
-        atom.arguments.iter().map(argument).collect()
+        }
+    }
+
+    /// Returns the atom with objects for its parameters; `None` if a parameter is not bound yet.
+    fn bound(&self, atom: &Atom, objects: &[Option<usize>]) -> Option<Vec<usize>> {
+        atom.arguments.iter().map(|term| self.object(term, objects)).collect()
     }
 
     /// Finds all calls that can be reached. Returns what there is too much of if the problem is too large.
@@ -235,7 +239,8 @@ impl<'a> Reach<'a> {
                     .map(|p| &p.atom)
                     .collect();
                 if first && needed.is_empty() {
-                    self.join(index, action, &[], &now, &mut found)?;
+                    let objects = vec![None; action.parameters.len()];
+                    self.extend(index, action, &[], objects, &now, &mut found)?;
                 }
                 // In each call that is new, some precondition is a fact of the last round.
                 for fresh in 0..needed.len() {
@@ -280,18 +285,6 @@ impl<'a> Reach<'a> {
                 return Ok(calls);
             }
         }
-    }
-
-    fn join(
-        &mut self,
-        index: usize,
-        action: &Action,
-        needed: &[&Atom],
-        now: &[usize],
-        found: &mut Vec<Call>,
-    ) -> Result<(), &'static str> {
-        let objects = vec![None; action.parameters.len()];
-        self.extend(index, action, needed, objects, now, found)
     }
 
     /// Binds the parameters of an atom so that it is `fact`. Returns whether this is possible.
@@ -376,11 +369,7 @@ impl<'a> Reach<'a> {
         let Some(predicate) = self.domain.predicate(&atom.predicate) else { return (None, 0) };
         let all = (None, self.reached[predicate].len());
         let bound = atom.arguments.iter().enumerate().filter_map(|(place, term)| {
-            let object = match term {
-                Term::Parameter(position) => objects[*position]?,
-                Term::Constant(name) => *self.positions.get(name.as_str())?,
-            };
-            let key = (predicate, place, object);
+            let key = (predicate, place, self.object(term, objects)?);
             Some((Some(key), self.index.get(&key).map_or(0, Vec::len)))
         });
         bound.chain([all]).min_by_key(|(_, count)| *count).unwrap_or(all)
@@ -455,9 +444,9 @@ impl<'a> Reach<'a> {
             .iter()
             .map(|ground| ((*ground).clone(), true))
             .chain(complements.into_iter().map(|ground| (ground.clone(), false)))
-            .map(|(ground, holds)| {
-                let fluent = Fluent { fact: self.fact(&ground), holds };
-                ((ground, holds), fluent)
+            .map(|key| {
+                let fluent = Fluent { fact: self.fact(&key.0), holds: key.1 };
+                (key, fluent)
             })
             .collect();
         fluents.sort_by(|a, b| a.1.cmp(&b.1));
@@ -479,14 +468,11 @@ impl<'a> Reach<'a> {
             if adds.is_empty() && deletes.is_empty() {
                 continue;
             }
-            let names = objects.iter().map(|object| format!(" {}", self.objects[*object].name));
+            let name = |object: &usize| format!(" {}", self.objects[*object].name);
+            let names: String = objects.iter().map(name).collect();
             operators.push(GroundOperator {
                 action: *action,
-                name: format!(
-                    "({}{})",
-                    self.domain.actions[*action].name,
-                    names.collect::<String>()
-                ),
+                name: format!("({}{names})", self.domain.actions[*action].name),
                 preconditions: sorted(preconditions),
                 adds: sorted(adds),
                 deletes: sorted(deletes),
@@ -532,12 +518,8 @@ impl<'a> Reach<'a> {
     }
 
     fn unreachable(&self, fact: &Fact, holds: bool) -> GroundFault {
-        let achieves = |action: &&Action| {
-            let own = |e: &super::pddl::Literal| {
-                e.positive == holds && e.atom.predicate == fact.predicate
-            };
-            action.effects.iter().any(own)
-        };
+        let own = |e: &Literal| e.positive == holds && e.atom.predicate == fact.predicate;
+        let achieves = |action: &&Action| action.effects.iter().any(own);
         let actions = self.domain.actions.iter().filter(achieves);
         let names: Vec<String> = actions.map(|action| format!("`{}`", action.name)).collect();
         let why = match names.is_empty() {

@@ -32,12 +32,12 @@ mod trace;
 mod validate;
 mod write;
 
-pub use ground::{Fluent, GroundFault, GroundOperator, Grounded, MAX_GROUND};
+pub use ground::{Fluent, GroundFault, GroundOperator, Grounded};
 pub use pddl::{
     Action, Atom, Domain, EQUAL, Fact, Literal, OBJECT, Predicate, Problem, Term, Typed, Types,
 };
-pub use read::{Bodies, MAX_ACTIONS, MAX_NAMES, REQUIREMENTS};
-pub use sexpr::{MAX_BYTES, MAX_DEPTH, MAX_NODES, PddlFault};
+pub use read::{Bodies, MAX_ACTIONS};
+pub use sexpr::PddlFault;
 pub use trace::{GroundAtom, Step, TraceObject, Trajectory};
 pub use validate::{PlanFault, validate};
 pub use write::Shown;

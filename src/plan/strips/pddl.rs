@@ -71,7 +71,7 @@ impl Types {
     }
 
     /// Returns whether every `kind` is a `wanted`: they are equal or `wanted` is a supertype.
-    pub fn is_a(&self, kind: &str, wanted: &str) -> bool {
+    fn is_a(&self, kind: &str, wanted: &str) -> bool {
         kind == wanted
             || wanted == OBJECT
             || self.above.get(kind).is_some_and(|a| a.contains(wanted))
@@ -134,7 +134,7 @@ pub struct Action {
 }
 
 /// A planning domain.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Domain {
     /// Name, in lower case.
     pub name: String,
@@ -162,7 +162,7 @@ impl Domain {
     }
 
     /// Returns whether preconditions may be negative: the domain requires `:negative-preconditions` or `:adl`.
-    pub fn allows_negative_preconditions(&self) -> bool {
+    pub(crate) fn allows_negative_preconditions(&self) -> bool {
         self.requirements.iter().any(|r| r == ":negative-preconditions" || r == ":adl")
     }
 }

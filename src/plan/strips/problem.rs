@@ -133,8 +133,7 @@ impl Source<'_> {
             Some(twice) => {
                 let mut places = sections.iter().filter(|s| s.head() == Some(":objects"));
                 let place = places.next_back().map_or(Place { line: 1, column: 1 }, |s| s.place);
-                let problem = format!("the object `{}` is declared twice", twice.name);
-                Err(self.fault(place, problem, "one declaration of each object"))
+                Err(self.twice(place, "object", &twice.name, "one declaration of each object"))
             }
         }
     }

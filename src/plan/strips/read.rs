@@ -9,10 +9,10 @@ use super::pddl::{Action, Atom, Domain, EQUAL, Literal, OBJECT, Predicate, Term,
 use super::sexpr::{Node, PddlFault, Place, Source};
 
 /// Requirements that a domain may name.
-pub const REQUIREMENTS: [&str; 4] = [":strips", ":typing", ":negative-preconditions", ":equality"];
+const REQUIREMENTS: [&str; 4] = [":strips", ":typing", ":negative-preconditions", ":equality"];
 
 /// Greatest number of types, of constants, of predicates, of actions, and of parameters of each.
-pub const MAX_NAMES: usize = 1_024;
+const MAX_NAMES: usize = 1_024;
 
 /// Greatest number of actions of a domain.
 pub const MAX_ACTIONS: usize = 4_096;
@@ -45,18 +45,7 @@ impl Domain {
         let source = Source { file };
         let nodes = source.nodes(bytes)?;
         let (name, sections) = source.defined(&nodes, "domain")?;
-        DomainReader { source, bodies, domain: empty(name) }.read(sections)
-    }
-}
-
-fn empty(name: String) -> Domain {
-    Domain {
-        name,
-        requirements: Vec::new(),
-        types: Types::default(),
-        constants: Vec::new(),
-        predicates: Vec::new(),
-        actions: Vec::new(),
+        DomainReader { source, bodies, domain: Self { name, ..Self::default() } }.read(sections)
     }
 }
 
@@ -231,8 +220,7 @@ impl DomainReader<'_> {
                 return Err(self.source.unexpected(node, "declaration of a predicate", expected));
             };
             if self.domain.predicate(name).is_some() {
-                let problem = format!("the predicate `{name}` is declared twice");
-                return Err(self.source.fault(node.place, problem, "another name"));
+                return Err(self.source.twice(node.place, "predicate", name, "another name"));
             }
             let parameters = self.parameters(tail(node))?;
             self.domain.predicates.push(Predicate { name: name.to_owned(), parameters });
@@ -257,8 +245,7 @@ impl DomainReader<'_> {
                 return Err(self.source.fault(*place, problem, format!("`?{}`", typed.name)));
             }
             if !seen.insert(&typed.name) {
-                let problem = format!("the parameter `{}` is declared twice", typed.name);
-                return Err(self.source.fault(*place, problem, "another name"));
+                return Err(self.source.twice(*place, "parameter", &typed.name, "another name"));
             }
         }
         Ok(read.into_iter().map(|(_, typed)| typed).collect())
@@ -274,8 +261,7 @@ impl DomainReader<'_> {
             return Err(self.source.fault(section.place, "there are too many actions", expected));
         }
         if self.domain.action(name).is_some() {
-            let problem = format!("the action `{name}` is declared twice");
-            return Err(self.source.fault(section.place, problem, "another name"));
+            return Err(self.source.twice(section.place, "action", name, "another name"));
         }
         let mut action = Action {
             name: name.to_owned(),
@@ -329,16 +315,15 @@ impl DomainReader<'_> {
             let expected = "(PREDICATE ...) or (not (PREDICATE ...))";
             return Err(self.source.unexpected(node, "literal", expected));
         };
-        let wanted: Option<&[Typed]> = match self.domain.predicate(name) {
-            Some(index) => Some(&self.domain.predicates[index].parameters),
-            None if name == EQUAL && condition => None,
-            None => return Err(self.unknown_predicate(node)),
-        };
         let nodes = tail(node);
-        let arity = wanted.map_or(2, <[Typed]>::len);
-        if nodes.len() != arity {
-            return Err(self.source.arity(node, nodes.len(), arity));
-        }
+        let wanted = match name == EQUAL && condition {
+            true if nodes.len() != 2 => return Err(self.source.arity(node, nodes.len(), 2)),
+            true => None,
+            false => {
+                let index = self.source.applied(node, &self.domain)?;
+                Some(&self.domain.predicates[index].parameters)
+            }
+        };
         let mut arguments = Vec::new();
         for (index, argument) in nodes.iter().enumerate() {
             let word = self.source.word(argument, "argument")?;
@@ -364,10 +349,6 @@ impl DomainReader<'_> {
         }
         Ok(Literal { positive, atom: Atom { predicate: name.to_owned(), arguments } })
     }
-
-    fn unknown_predicate(&self, node: &Node) -> PddlFault {
-        self.source.unknown_predicate(node, &self.domain)
-    }
 }
 
 impl Source<'_> {
@@ -381,7 +362,12 @@ impl Source<'_> {
         Err(self.fault(section.place, problem, format!("at most {MAX_NAMES}")))
     }
 
-    pub fn arity(&self, node: &Node, found: usize, wanted: usize) -> PddlFault {
+    /// Refuses a second declaration of a name.
+    pub fn twice(&self, place: Place, what: &str, name: &str, expected: &str) -> PddlFault {
+        self.fault(place, format!("the {what} `{name}` is declared twice"), expected)
+    }
+
+    fn arity(&self, node: &Node, found: usize, wanted: usize) -> PddlFault {
         let s = if found == 1 { "" } else { "s" };
         let problem = format!("{} has {found} argument{s}", node.shown());
         self.fault(node.place, problem, format!("{wanted}"))
@@ -392,36 +378,40 @@ impl Source<'_> {
         self.fault(node.place, problem, wanted.join(" or "))
     }
 
-    fn unknown_predicate(&self, node: &Node, domain: &Domain) -> PddlFault {
-        let names: Vec<&str> = domain.predicates.iter().map(|p| p.name.as_str()).collect();
-        self.unexpected(node, "predicate", &format!("one of: {}", names.join(", ")))
+    /// Returns the position of the name at the head of a node, and refuses another number of arguments. `known` has all names
+    /// and their numbers of arguments.
+    fn applied_to<'d>(
+        &self,
+        node: &Node,
+        what: &str,
+        known: impl Iterator<Item = (&'d str, usize)> + Clone,
+    ) -> Result<usize, PddlFault> {
+        let found = known.clone().enumerate().find(|(_, (name, _))| node.head() == Some(name));
+        let Some((index, (_, wanted))) = found else {
+            let names: Vec<&str> = known.map(|(name, _)| name).collect();
+            return Err(self.unexpected(node, what, &format!("one of: {}", names.join(", "))));
+        };
+        match tail(node).len() {
+            found if found == wanted => Ok(index),
+            found => Err(self.arity(node, found, wanted)),
+        }
     }
-}
 
-impl Source<'_> {
     /// Returns the position of the predicate of an atom with the right number of arguments.
     pub fn applied(&self, node: &Node, domain: &Domain) -> Result<usize, PddlFault> {
-        let Some(name) = node.head() else {
+        if node.head().is_none() {
             return Err(self.unexpected(node, "fact", "(PREDICATE OBJECT ...)"));
-        };
-        let Some(index) = domain.predicate(name) else {
-            return Err(self.unknown_predicate(node, domain));
-        };
-        let (found, wanted) = (tail(node).len(), domain.predicates[index].parameters.len());
-        if found == wanted { Ok(index) } else { Err(self.arity(node, found, wanted)) }
+        }
+        let known = domain.predicates.iter().map(|p| (p.name.as_str(), p.parameters.len()));
+        self.applied_to(node, "predicate", known)
     }
 
     /// Returns the position of the action of a call with the right number of arguments.
     pub fn called(&self, node: &Node, domain: &Domain) -> Result<usize, PddlFault> {
-        let Some(name) = node.head() else {
+        if node.head().is_none() {
             return Err(self.unexpected(node, "action", "(ACTION OBJECT ...)"));
-        };
-        let Some(index) = domain.action(name) else {
-            let names: Vec<&str> = domain.actions.iter().map(|a| a.name.as_str()).collect();
-            let expected = format!("one of: {}", names.join(", "));
-            return Err(self.unexpected(node, "action", &expected));
-        };
-        let (found, wanted) = (tail(node).len(), domain.actions[index].parameters.len());
-        if found == wanted { Ok(index) } else { Err(self.arity(node, found, wanted)) }
+        }
+        let known = domain.actions.iter().map(|a| (a.name.as_str(), a.parameters.len()));
+        self.applied_to(node, "action", known)
     }
 }

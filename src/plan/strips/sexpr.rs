@@ -3,13 +3,13 @@
 use thiserror::Error;
 
 /// Greatest length of a text, in bytes: 64 MiB.
-pub const MAX_BYTES: usize = 64 << 20;
+const MAX_BYTES: usize = 64 << 20;
 
 /// Greatest number of words and parentheses in a text.
-pub const MAX_NODES: usize = 3_000_000;
+const MAX_NODES: usize = 3_000_000;
 
 /// Greatest number of lists inside each other.
-pub const MAX_DEPTH: usize = 64;
+const MAX_DEPTH: usize = 64;
 
 /// A fault in a PDDL file or trajectory: where it is, what was found and what was expected.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]

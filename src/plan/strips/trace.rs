@@ -75,7 +75,7 @@ impl Trajectory {
     }
 
     /// Returns whether an object is known to be of one of the types `wanted`.
-    pub fn object_is(&self, domain: &Domain, object: usize, wanted: &[String]) -> bool {
+    pub(crate) fn object_is(&self, domain: &Domain, object: usize, wanted: &[String]) -> bool {
         self.objects[object].types.iter().any(|types| domain.types.fits(types, wanted))
     }
 }
@@ -148,9 +148,8 @@ impl<'a> TraceReader<'a> {
                 if self.domain.constants.iter().any(|c| c.name == typed.name) {
                     continue;
                 }
-                let problem = format!("the object `{}` is declared twice", typed.name);
                 let expected = "one declaration of each object";
-                return Err(self.source.fault(place, problem, expected));
+                return Err(self.source.twice(place, "object", &typed.name, expected));
             }
             self.ids.insert(typed.name.clone(), self.trajectory.objects.len());
             let types = vec![typed.types];

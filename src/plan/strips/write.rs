@@ -123,10 +123,8 @@ impl Display for Problem {
         self.init.iter().try_for_each(|fact| write!(f, "\n    {fact}"))?;
         f.write_str(")\n  (:goal (and")?;
         for (holds, fact) in &self.goal {
-            match holds {
-                true => write!(f, "\n    {fact}")?,
-                false => write!(f, "\n    (not {fact})")?,
-            }
+            let (begin, end) = if *holds { ("", "") } else { ("(not ", ")") };
+            write!(f, "\n    {begin}{fact}{end}")?;
         }
         f.write_str(")))\n")
     }

@@ -12,7 +12,7 @@ use crate::study::experiment::{
 };
 use crate::task::TaskError;
 use crate::task::domain::{DomainBuilder, Verdict, WorldState, acceptable_answers};
-use crate::task::planner::{Part, Planner, PlannerSpec, Unbinding};
+use crate::task::planner::{Decider, Part, Planner, PlannerSpec, Unbinding};
 
 pub(super) const GOAL: &str = "BOLT_ASSEMBLED";
 /// States that hold at the start of the task.

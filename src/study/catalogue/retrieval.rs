@@ -34,24 +34,24 @@ const NOISE: Real = 0.02;
 
 /// How a cell retrieves.
 #[derive(Clone, Copy)]
-enum How {
+enum CellMethod {
     Sum(Roles),
     Joint(Roles, Real),
     Spikes { cleaned: bool },
 }
 
-const METHODS: [(&str, How); 8] = [
-    ("sum, Gaussian roles", How::Sum(Roles::Gaussian)),
-    ("sum, unitary roles", How::Sum(Roles::Unitary)),
-    ("sum, tight frame", How::Sum(Roles::Frame)),
-    ("each, unitary roles", How::Joint(Roles::Unitary, 0.0)),
-    ("each, tight frame", How::Joint(Roles::Frame, 0.0)),
-    ("each, tight frame, noise", How::Joint(Roles::Frame, NOISE)),
-    ("in spikes", How::Spikes { cleaned: false }),
-    ("in spikes, cleaned", How::Spikes { cleaned: true }),
+const METHODS: [(&str, CellMethod); 8] = [
+    ("sum, Gaussian roles", CellMethod::Sum(Roles::Gaussian)),
+    ("sum, unitary roles", CellMethod::Sum(Roles::Unitary)),
+    ("sum, tight frame", CellMethod::Sum(Roles::Frame)),
+    ("each, unitary roles", CellMethod::Joint(Roles::Unitary, 0.0)),
+    ("each, tight frame", CellMethod::Joint(Roles::Frame, 0.0)),
+    ("each, tight frame, noise", CellMethod::Joint(Roles::Frame, NOISE)),
+    ("in spikes", CellMethod::Spikes { cleaned: false }),
+    ("in spikes, cleaned", CellMethod::Spikes { cleaned: true }),
 ];
 
-impl How {
+impl CellMethod {
     /// Returns the method in exact maths.
     fn method(self, level: Real) -> Option<Method> {
         match self {
@@ -106,8 +106,8 @@ impl Experiment for Retrieval {
         for (at, (dimensions, each, level)) in SIZES.into_iter().enumerate() {
             for (name, how) in METHODS {
                 let times: &[u64] = match how {
-                    How::Spikes { .. } if at == 0 => &[20, 30, 40],
-                    How::Spikes { .. } => &[40],
+                    CellMethod::Spikes { .. } if at == 0 => &[20, 30, 40],
+                    CellMethod::Spikes { .. } => &[40],
                     _ => &[0],
                 };
                 for ms in times {
@@ -151,7 +151,7 @@ impl Experiment for Retrieval {
         let [many, few] = QUERIES;
         let level = level as Real;
         let score = match (how, how.method(level)) {
-            (How::Spikes { cleaned }, _) => {
+            (CellMethod::Spikes { cleaned }, _) => {
                 let ms = cell.number("ms")?;
                 let (on_objects, on_actions) = queries(few);
                 let spec = NetworkSpec { dimensions, level, cleaned, ..NetworkSpec::default() };

@@ -27,18 +27,18 @@ impl Depths {
 
 /// Where a plan is written.
 #[derive(Clone, Copy)]
-enum How {
+enum Method {
     Stack,
     Tape,
     Together,
     Spikes,
 }
 
-const METHODS: [(&str, How); 4] = [
-    ("shift stack", How::Stack),
-    ("tape", How::Tape),
-    ("tape, read together", How::Together),
-    ("tape in spikes, read together", How::Spikes),
+const METHODS: [(&str, Method); 4] = [
+    ("shift stack", Method::Stack),
+    ("tape", Method::Tape),
+    ("tape, read together", Method::Together),
+    ("tape in spikes, read together", Method::Spikes),
 ];
 const DEPTHS: [usize; 5] = [5, 7, 10, 15, 20];
 /// Dimensions and actions.
@@ -67,7 +67,7 @@ impl Experiment for Depths {
             for (dimensions, actions) in SIZES {
                 for depth in DEPTHS {
                     // A network takes some 10 s for each plan.
-                    if matches!(how, How::Spikes) && (dimensions, depth) != (512, 15) {
+                    if matches!(how, Method::Spikes) && (dimensions, depth) != (512, 15) {
                         continue;
                     }
                     let settings = json!({
@@ -93,10 +93,10 @@ impl Experiment for Depths {
             ..TapeSpec::default()
         };
         let right = match cell.choice("method", &METHODS)? {
-            How::Stack => exact_stack(&spec, seed)?,
-            How::Tape => exact_tape(&spec, seed)?,
-            How::Together => exact_together(&spec, seed)?,
-            How::Spikes => run_tape(&spec, &populations()?, seed)?.right,
+            Method::Stack => exact_stack(&spec, seed)?,
+            Method::Tape => exact_tape(&spec, seed)?,
+            Method::Together => exact_together(&spec, seed)?,
+            Method::Spikes => run_tape(&spec, &populations()?, seed)?.right,
         };
         let all = if right == spec.depth { 1.0 } else { 0.0 };
         Ok(outcome([all, right as f64]))

@@ -84,45 +84,23 @@ impl Kitchen {
             "WATER_IN_KETTLE",
             "WATER_BOILED",
         ];
-        let action = |name: &str, thing, adds| Action {
-            name: name.into(),
-            thing,
-            needs: vec![],
-            adds,
-            deletes: vec![],
-            recalled: vec![],
-            held_until: vec![],
+        type Fluents<'a> = &'a [usize];
+        // What is deleted, what must hold in the world, and what the sensor waits for.
+        let action = |name: &str, thing, adds, [deletes, needs, held_until]: [Fluents<'_>; 3]| {
+            let (deletes, needs, held_until) = (deletes.into(), needs.into(), held_until.into());
+            let recalled = vec![];
+            Action { name: name.into(), thing, needs, adds, deletes, recalled, held_until }
         };
-        let all = vec![
-            Action {
-                deletes: vec![plugged],
-                held_until: vec![plugged],
-                ..action("UNPLUG_KETTLE", 0, unplugged)
-            },
-            Action {
-                needs: vec![unplugged],
-                recalled: vec![(unplugged, 1.0)],
-                held_until: vec![unplugged],
-                ..action("PUT_KETTLE_UNDER_TAP", 0, under_tap)
-            },
-            Action {
-                needs: vec![under_tap],
-                recalled: vec![(under_tap, 1.0)],
-                held_until: vec![under_tap],
-                ..action("FILL_KETTLE_FROM_TAP", 1, full)
-            },
-            Action {
-                deletes: vec![unplugged],
-                held_until: vec![full],
-                ..action("PLUG_IN_KETTLE", 0, plugged)
-            },
-            Action {
-                needs: vec![plugged, full],
-                recalled: vec![(full, 0.4), (plugged, 0.6)],
-                held_until: vec![plugged, full],
-                ..action("BOIL_KETTLE", 0, boiled)
-            },
+        let mut all = vec![
+            action("UNPLUG_KETTLE", 0, unplugged, [&[plugged], &[], &[plugged]]),
+            action("PUT_KETTLE_UNDER_TAP", 0, under_tap, [&[], &[unplugged], &[unplugged]]),
+            action("FILL_KETTLE_FROM_TAP", 1, full, [&[], &[under_tap], &[under_tap]]),
+            action("PLUG_IN_KETTLE", 0, plugged, [&[unplugged], &[], &[full]]),
+            action("BOIL_KETTLE", 0, boiled, [&[], &[plugged, full], &[plugged, full]]),
         ];
+        all[1].recalled = vec![(unplugged, 1.0)];
+        all[2].recalled = vec![(under_tap, 1.0)];
+        all[4].recalled = vec![(full, 0.4), (plugged, 0.6)];
         let start = match actions {
             5 => vec![plugged],
             4 => vec![unplugged],

@@ -39,12 +39,6 @@ use world::StackWorld;
 const PERIOD_MS: u64 = 10;
 /// Activity from which a rule counts as chosen.
 const CHOSEN: f32 = 0.5;
-/// Rules that plan.
-const PLANNING: [&str; 4] = ["plan", "get_action", "get_precon", "set_goal"];
-/// The rule that acts first: it reads the top of the stack. The others take the action off the stack.
-const READING: &str = "top";
-const TAKING: [&str; 2] = ["pop", "set"];
-
 /// A part of the planner that can be left out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
@@ -105,8 +99,8 @@ pub struct StackPlanner {
     chosen: ProbeId<Vector>,
     stack: ProbeId<Pointer<Acts>>,
     names: Names,
-    steps: usize,
-    phases: Phases,
+    /// The phase of each rule.
+    phases: Vec<Option<Phase>>,
     limit_ms: u64,
     seed: Seed,
 }
@@ -125,12 +119,12 @@ impl StackPlanner {
         let recent = ProbeSpec::default().last(PERIOD_MS as usize);
         let chosen = graph.probe(&rules.chosen, recent);
         let stack = graph.probe(&stack, recent);
-        let (names, steps) = (symbols.names_of_actions(kitchen)?, kitchen.steps());
-        let phases = Phases::new(rules.names());
+        let names = symbols.names_of_actions(kitchen)?;
+        let phases = rules.names().iter().map(|rule| phase_of(rule)).collect();
         let plan = populations(spec.population.clone())?;
         let graph = graph.build(Timebase::default(), &plan, seed)?.into();
         let limit_ms = spec.limit.as_micros() / 1000;
-        Ok(Self { graph, world, chosen, stack, names, steps, phases, limit_ms, seed })
+        Ok(Self { graph, world, chosen, stack, names, phases, limit_ms, seed })
     }
 
     /// Returns the number of neurons; 0 in direct mode.
@@ -170,8 +164,8 @@ impl StackPlanner {
             let before = chosen.len().saturating_sub(step as usize);
             let rows = chosen.iter().zip(stacks.iter()).skip(before);
             for (tick, ((_, row), (_, stack))) in (ms..).zip(rows) {
-                let phase = row.iter().zip(&self.phases.0).find(|(active, _)| **active > CHOSEN);
-                match phase.map(|(_, phase)| phase) {
+                let phase = row.iter().zip(&self.phases).find(|(active, _)| **active > CHOSEN);
+                match phase.and_then(|(_, phase)| *phase) {
                     Some(Phase::Plan) => seen.planned = true,
                     Some(phase @ (Phase::Read | Phase::Take)) => {
                         seen.episodes += usize::from(seen.planned);
@@ -179,8 +173,8 @@ impl StackPlanner {
                         if seen.episodes > 1 {
                             seen.again_ms.get_or_insert(tick);
                         }
-                        if matches!(phase, Phase::Take) && seen.stacked.is_none() {
-                            seen.stacked = Some(self.names.in_order(&stack, self.steps));
+                        if phase == Phase::Take && seen.stacked.is_none() {
+                            seen.stacked = Some(self.names.in_order(&stack));
                         }
                     }
                     _ => {}
@@ -193,9 +187,11 @@ impl StackPlanner {
     /// Returns how many of the first actions are those of the shortest plan, in its order, were begun before `until_ms`
     /// and had their effects.
     fn in_order(&self, begun: &[Begun], until_ms: u64) -> usize {
-        let plan = self.names.shortest(self.steps);
         let begun = begun.iter().take_while(|action| action.ms < until_ms && action.done);
-        begun.zip(plan).take_while(|(action, wanted)| action.operator == *wanted).count()
+        begun
+            .zip(self.names.shortest())
+            .take_while(|(action, wanted)| action.operator == *wanted)
+            .count()
     }
 }
 
@@ -212,28 +208,22 @@ struct Seen {
 }
 
 /// What a rule belongs to.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Phase {
     Plan,
     /// Acting: the top of the stack is read.
     Read,
     /// Acting: the action that was read is taken off the stack.
     Take,
-    Other,
 }
 
-/// The phase of each rule.
-struct Phases(Vec<Phase>);
-
-impl Phases {
-    fn new(rules: &[String]) -> Self {
-        let phase = |name: &String| match name.as_str() {
-            name if PLANNING.contains(&name) => Phase::Plan,
-            READING => Phase::Read,
-            name if TAKING.contains(&name) => Phase::Take,
-            _ => Phase::Other,
-        };
-        Self(rules.iter().map(phase).collect())
+/// Returns what a rule belongs to, by its name.
+fn phase_of(rule: &str) -> Option<Phase> {
+    match rule {
+        "plan" | "get_action" | "get_precon" | "set_goal" => Some(Phase::Plan),
+        "top" => Some(Phase::Read),
+        "pop" | "set" => Some(Phase::Take),
+        _ => None,
     }
 }
 

@@ -93,7 +93,8 @@ impl Symbols {
         let (dim, algebra) = (self.acts.dim(), self.acts.algebra().clone());
         let mut higher = vec![0.0; dim];
         algebra.inverse_into(&self.acts.get(INDEX)?, &mut higher);
-        Ok(Names { actions: names.collect::<Result<_, VocabError>>()?, higher, algebra })
+        let actions = names.collect::<Result<_, VocabError>>()?;
+        Ok(Names { actions, steps: kitchen.steps(), higher, algebra })
     }
 
     fn unit(&self, expression: &str) -> Result<String, VocabError> {
@@ -105,20 +106,22 @@ impl Symbols {
 /// Reads a stack in exact maths: no part of the planner, a measure of it.
 pub(super) struct Names {
     actions: Vec<Vec<Real>>,
+    /// Number of actions of the shortest plan.
+    steps: usize,
     /// The inverse of [`INDEX`], which brings each action up by one.
     higher: Vec<Real>,
     algebra: Arc<dyn Algebra>,
 }
 
 impl Names {
-    /// Returns the positions of the actions of the shortest plan: the last `steps` of the kitchen.
-    pub fn shortest(&self, steps: usize) -> Range<usize> {
-        self.actions.len().saturating_sub(steps)..self.actions.len()
+    /// Returns the positions of the actions of the shortest plan: the last ones of the kitchen.
+    pub fn shortest(&self) -> Range<usize> {
+        self.actions.len().saturating_sub(self.steps)..self.actions.len()
     }
 
     /// Returns how many actions from the top of a stack on are those of the shortest plan: at each depth the action whose
     /// name is most similar counts.
-    pub fn in_order(&self, stack: &[Real], steps: usize) -> usize {
+    pub fn in_order(&self, stack: &[Real]) -> usize {
         let (mut stack, mut next) = (stack.to_vec(), vec![0.0; stack.len()]);
         let mut work = self.algebra.scratch(stack.len());
         let is_there = |wanted: &usize| {
@@ -129,7 +132,7 @@ impl Names {
             std::mem::swap(&mut stack, &mut next);
             best == Some(*wanted)
         };
-        self.shortest(steps).take_while(is_there).count()
+        self.shortest().take_while(is_there).count()
     }
 }
 
@@ -155,7 +158,7 @@ mod tests {
         let names = symbols.names_of_actions(&kitchen).expect("names");
         let read = |stack: &str| {
             let stack = symbols.acts.parse(stack).expect("a stack").to_vec();
-            names.in_order(&stack, 4)
+            names.in_order(&stack)
         };
         let [put, fill, plug, boil] =
             ["PUT_KETTLE_UNDER_TAP", "FILL_KETTLE_FROM_TAP", "PLUG_IN_KETTLE", "BOIL_KETTLE"];

@@ -1,9 +1,8 @@
 //! The planner that decides the moves of an episode.
 
 use crate::sim::{Seed, SimDuration};
-use crate::task::domain::{ActionId, StateId, WorldState};
-use crate::task::planner::{PlanEnd, PlannerBuild, PlannerKind, Prediction};
-use crate::task::relational::{GroundProblem, Layout, Move, Problem, Situation};
+use crate::task::planner::{PlannerBuild, PlannerKind, SceneEnd};
+use crate::task::relational::{Layout, Move, Problem};
 
 /// The planner of an episode. It plans anew after each move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -32,14 +31,12 @@ impl Planning {
         avoid: &[usize],
         seed: Seed,
     ) -> Result<Option<Move>, String> {
-        let situation = layout.situation();
         match self {
-            Self::Symbolic => match problem.plan(&situation, avoid) {
+            Self::Symbolic => match problem.plan(&layout.situation(), avoid) {
                 Ok(plan) => Ok(plan.first().map(|step| step.action)),
                 Err(_) => Err(format!("no plan from {}", in_words(problem, layout))),
             },
-            Self::GoalSets if problem.lacking(&situation) == 0 => Ok(None),
-            Self::GoalSets => decided(problem, situation, seed),
+            Self::GoalSets => decided(problem, layout, seed),
         }
     }
 }
@@ -53,49 +50,14 @@ fn in_words(problem: &Problem<'_>, layout: &Layout) -> String {
     objects.collect::<Vec<_>>().join(", ")
 }
 
-/// Lets the planner of goal sets decide once.
-fn decided(
-    problem: &Problem<'_>,
-    situation: Situation,
-    seed: Seed,
-) -> Result<Option<Move>, String> {
-    let ground = problem.ground(&situation).map_err(|e| e.to_string())?;
+/// Lets the planner of goal sets decide once: the world is looked at before the next move.
+fn decided(problem: &Problem<'_>, layout: &Layout, seed: Seed) -> Result<Option<Move>, String> {
     let build = PlannerBuild { kind: PlannerKind::GoalSets, seed, ..PlannerBuild::default() };
-    let planner = build.over_ground(&ground).map_err(|e| e.to_string())?;
-    let mut first = First { problem, ground: &ground, situation, chosen: None };
-    let plan = planner.roll_out(&mut first, LIMIT).map_err(|e| e.to_string())?;
-    match (first.chosen, plan.end) {
-        (Some(chosen), _) => Ok(Some(chosen)),
-        (None, PlanEnd::Met) => Ok(None),
-        (None, end) => Err(format!("{end:?}")),
-    }
-}
-
-/// A situation that ends with the first action.
-struct First<'p> {
-    problem: &'p Problem<'p>,
-    ground: &'p GroundProblem,
-    situation: Situation,
-    chosen: Option<Move>,
-}
-
-impl Prediction for First<'_> {
-    fn present(&self) -> WorldState {
-        self.ground.present(&self.situation)
-    }
-
-    fn goals(&self) -> &[StateId] {
-        self.ground.goals()
-    }
-
-    fn goal(&self) -> Option<StateId> {
-        self.ground.goal(&self.situation)
-    }
-
-    fn act(&mut self, action: ActionId) -> Option<PlanEnd> {
-        let moves = self.ground.moves_for(self.problem, action, &self.situation);
-        self.chosen = moves.first().copied();
-        // The world is looked at before the next move, so the plan goes no further.
-        Some(PlanEnd::Impossible(action))
+    let plan = build.plan_moves(problem, layout, LIMIT, 1).map_err(|e| e.to_string())?;
+    match (plan.moves.first(), plan.end) {
+        (Some(first), _) => Ok(Some(first.chosen)),
+        (None, SceneEnd::Met) => Ok(None),
+        (None, SceneEnd::Circle) => Err("the predicted situations repeat".to_owned()),
+        (None, SceneEnd::Stuck(reason)) => Err(reason),
     }
 }

@@ -13,7 +13,7 @@ use rand::RngExt;
 
 use super::live::{Live, Phase, REST, Tools};
 use super::model::{Choice, Seen};
-use super::recovery::attempts::{Attempt, Means, What};
+use super::recovery::attempts::{Attempt, Intent, Means};
 use super::recovery::places;
 use super::recovery::plight::Wanted;
 use crate::robot::Pose;
@@ -28,7 +28,7 @@ type Family = fn(usize) -> Means;
 
 /// A reason not to carry out a choice, found while going through the choices.
 struct Skipped {
-    what: What,
+    what: Intent,
     why: String,
     /// Whether the choice was not tried because another part lies wrongly at its target.
     untried: bool,
@@ -108,7 +108,7 @@ impl Live {
         careful: bool,
     ) -> Option<Phase> {
         let untried = |s: &&Skipped| s.untried;
-        let left: Vec<What> = skipped.iter().filter(untried).map(|s| s.what.clone()).collect();
+        let left: Vec<Intent> = skipped.iter().filter(untried).map(|s| s.what.clone()).collect();
         for any in [false, true] {
             let family: Family = if any { Means::Any } else { Means::Task };
             for choice in choices {
@@ -161,7 +161,7 @@ impl Live {
     pub fn begin(
         &mut self,
         tools: &Tools<'_>,
-        what: &What,
+        what: &Intent,
         part: usize,
         target: Target,
         any: bool,
@@ -183,7 +183,7 @@ impl Live {
     }
 
     /// Remembers an attempt that begins.
-    pub fn note(&mut self, what: &What, means: Means, detour: bool) {
+    pub fn note(&mut self, what: &Intent, means: Means, detour: bool) {
         let start = self.scene.part(what.part).unwrap_or(Pose::at([0.0; 3]));
         self.attempts.begin(Attempt::begun(what.clone(), means, start, detour));
     }
@@ -194,7 +194,7 @@ impl Live {
         let attempt = self.attempts.tries(&choice.what) + 1;
         let recovery =
             |kind, why: String| Some(Recovery { kind, object: object.clone(), why, attempt });
-        let differs = |other: &What| match other.part == choice.part {
+        let differs = |other: &Intent| match other.part == choice.part {
             true => RecoveryKind::Place,
             false => RecoveryKind::Part,
         };
@@ -233,7 +233,7 @@ impl Live {
 }
 
 /// Returns why a choice was not carried out, the last reason found, and whether something at its target is the reason.
-fn reason(skipped: &[Skipped], what: &What) -> (String, bool) {
+fn reason(skipped: &[Skipped], what: &Intent) -> (String, bool) {
     let own = || skipped.iter().filter(|s| s.what == *what);
     let why = own().next_back().map_or_else(|| "it was not possible".into(), |s| s.why.clone());
     (why, own().any(|s| s.jammed))

@@ -14,7 +14,7 @@ use crate::robot::skill::Robot;
 use crate::sim::{Real, Seed};
 use crate::task::domain::{ActionId, Obstacle, StateId, Verdict, WorldState};
 use crate::task::event::{Decided, Ended, InNoState, Touched};
-use crate::task::planner::{Request, Told};
+use crate::task::planner::{PlannerInput, Request};
 use crate::task::relational::Layout;
 use crate::task::tasks::Perturbation;
 
@@ -211,7 +211,7 @@ impl Live {
     fn listen(&mut self, tools: &Tools<'_>, command: &[Real], since_step: u64) {
         let planner = &tools.model.planner;
         let (domain, step_ms) = (planner.domain(), self.scene.spec().step_ms);
-        let verdict = planner.verdict(command, &self.told(tools.model.ground.goals()));
+        let verdict = planner.verdict(command, &self.planner_input(tools.model.ground.goals()));
         let steps =
             self.shown.filter(|(shown, _)| Some(*shown) == verdict).map_or(1, |(_, n)| n + 1);
         self.shown = verdict.map(|verdict| (verdict, steps));
@@ -252,14 +252,14 @@ impl Live {
         }
     }
 
-    /// Returns what the graph is told. `goals` are all goals of the model.
-    pub fn told<'l>(&'l self, goals: &'l [StateId]) -> Told<'l> {
+    /// Returns the input of the planner graph. `goals` are all goals of the model.
+    pub fn planner_input<'l>(&'l self, goals: &'l [StateId]) -> PlannerInput<'l> {
         let request = match self.phase {
             Phase::Ask { .. } => Request::Decide,
             Phase::Recognise { .. } => Request::Forget,
             Phase::Rest { .. } | Phase::Act | Phase::Over(_) | Phase::Recompile => Request::Wait,
         };
         let Self { present, pretended, goal, .. } = self;
-        Told { request, present, pretended, goal: *goal, goals }
+        PlannerInput { request, present, pretended, goal: *goal, goals }
     }
 }

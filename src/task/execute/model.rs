@@ -7,7 +7,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::EpisodeSpec;
 use super::guess::{UNSEEN_M, assumed, is_loose};
-use super::recovery::attempts::{Attempts, What};
+use super::recovery::attempts::{Attempts, Intent};
 use crate::robot::Pose;
 use crate::robot::skill::{Facing, Target};
 use crate::task::domain::{ActionId, StateId, WorldState};
@@ -50,7 +50,7 @@ pub(super) struct Choice {
     pub part: usize,
     pub target: Target,
     /// What is tried, for the failure memory.
-    pub what: What,
+    pub what: Intent,
     /// Part that the part is put onto, into or beside.
     pub reference: Option<usize>,
     /// The choice in words.
@@ -139,7 +139,7 @@ impl TaskModel {
             turn: turn.name().into(),
             goal: self.goal_name(&layout.situation()),
         };
-        let what = What {
+        let what = Intent {
             action: chosen.operator.clone(),
             part,
             reference: chosen.reference.clone(),
@@ -276,7 +276,7 @@ impl TaskModel {
     }
 
     /// Returns whether an attempt that placed its part achieved the intended state.
-    pub fn took_effect(&self, what: &What, layout: Option<&Layout>) -> bool {
+    pub fn took_effect(&self, what: &Intent, layout: Option<&Layout>) -> bool {
         let Some(operator) = self.domain.operators.iter().find(|o| o.name == what.action) else {
             return true;
         };

@@ -17,7 +17,7 @@ use crate::sim::{Real, Seed, SimDuration, Simulator, World, WorldError, WorldSav
 use crate::task::domain::StateId;
 use crate::task::error::TaskError;
 use crate::task::event::{Doing, Ended, EpisodeReport};
-use crate::task::planner::Told;
+use crate::task::planner::PlannerInput;
 use crate::task::relational::Layout;
 
 /// A world in which an executor carries out the decisions of a planner graph. [`PreparedEpisode::into_world`] makes one.
@@ -191,7 +191,9 @@ impl World for EpisodeWorld {
             Some(live) => {
                 let asked = self.goals().contains(&live.goal);
                 let goal = if asked { live.goal } else { self.first_goal() };
-                self.model.planner.sense(&Told { goal, ..live.told(self.goals()) }, out);
+                self.model
+                    .planner
+                    .sense(&PlannerInput { goal, ..live.planner_input(self.goals()) }, out);
             }
             None => out.fill(0.0),
         }

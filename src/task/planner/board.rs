@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::decider::{Decider, Told};
+use super::decider::{Decider, PlannerInput};
 use crate::sim::{Real, Seed, SimDuration, World, WorldError, WorldSave};
 
 /// A board with what a planner senses. Clones share it, so one can be written on while a simulator reads the other.
@@ -22,8 +22,8 @@ impl Board {
     }
 
     /// Writes what the planner senses from the next tick on.
-    pub fn tell(&self, planner: &dyn Decider, told: &Told<'_>) {
-        planner.sense(told, &mut self.senses());
+    pub fn write(&self, planner: &dyn Decider, input: &PlannerInput<'_>) {
+        planner.sense(input, &mut self.senses());
     }
 
     fn senses(&self) -> MutexGuard<'_, Vec<Real>> {

@@ -19,9 +19,9 @@ pub enum Request {
     Decide,
 }
 
-/// What the executor tells a planner graph.
+/// The input of a planner graph: the request, what holds, and the goals.
 #[derive(Debug, Clone, Copy)]
-pub struct Told<'w> {
+pub struct PlannerInput<'w> {
     /// What is wanted.
     pub request: Request,
     /// The states that hold, as the executor knows them.
@@ -34,8 +34,8 @@ pub struct Told<'w> {
     pub goals: &'w [StateId],
 }
 
-impl Told<'_> {
-    /// Returns whether the planner is told that a state holds.
+impl PlannerInput<'_> {
+    /// Returns whether the planner is to take a state as holding.
     pub fn holds(&self, state: StateId) -> bool {
         self.present.holds(state) || self.pretended.contains(&state)
     }
@@ -62,10 +62,10 @@ pub trait Decider: Send + Sync {
     fn command_width(&self) -> usize;
 
     /// Writes what the graph senses, [`sense_width`](Self::sense_width) numbers.
-    fn sense(&self, told: &Told<'_>, out: &mut [Real]);
+    fn sense(&self, input: &PlannerInput<'_>, out: &mut [Real]);
 
     /// Returns the verdict that commands show, if there is one yet.
-    fn verdict(&self, command: &[Real], told: &Told<'_>) -> Option<Verdict>;
+    fn verdict(&self, command: &[Real], input: &PlannerInput<'_>) -> Option<Verdict>;
 
     /// Returns whether the planner plans for all goals together. Otherwise it is asked for one after the other, and forgets
     /// each before the next.

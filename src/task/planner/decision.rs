@@ -2,8 +2,7 @@
 
 use std::fmt;
 
-use super::chain::watch::Choice;
-use crate::task::domain::Verdict;
+use crate::task::domain::{ActionId, StateId, Verdict};
 
 /// The stages of a decision. Each gives a milestone.
 ///
@@ -82,4 +81,40 @@ pub struct Decision {
     /// Choices among several causes of a state, in order of time. A later choice for the same state replaces the
     /// earlier choice. Empty if no state has several causes.
     pub choices: Vec<Choice>,
+}
+
+/// A choice among several causes of a state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Choice {
+    /// Number of the question, counted from 1.
+    pub question: u32,
+    /// The state.
+    pub state: StateId,
+    /// The chosen cause.
+    pub action: ActionId,
+    /// Number of causes that were not ruled out yet.
+    pub among: usize,
+    /// Why this cause was chosen.
+    pub why: Why,
+}
+
+/// Why one cause of a state was chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Why {
+    /// All other causes had been ruled out.
+    OnlyOneLeft,
+    /// The cause has fewer unmet preconditions than any other cause.
+    FewestUnmet {
+        /// Number of unmet preconditions.
+        unmet: usize,
+    },
+    /// No other cause has fewer unmet preconditions. Among the causes with equally many, the chosen cause comes first
+    /// in [`Domain::causes`](crate::task::domain::Domain::causes).
+    Preferred {
+        /// Number of unmet preconditions.
+        unmet: usize,
+    },
+    /// The neurons were not precise enough: by the rule, another cause should have won. Never occurs in direct mode.
+    Imprecision,
 }

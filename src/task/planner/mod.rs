@@ -76,9 +76,8 @@ pub use chain::encode::{
 pub use chain::executive::Timing;
 pub use chain::graph::{Part, PlannerSpec, PlanningGraph, PlanningPorts, Unbinding};
 pub use chain::views::{ModuleView, Shows};
-pub use chain::watch::{Choice, Why};
-pub use decider::{Decider, Request, Told};
-pub use decision::{Decision, Milestone, Stage};
+pub use decider::{Decider, PlannerInput, Request};
+pub use decision::{Choice, Decision, Milestone, Stage, Why};
 pub use goal_sets::{GoalSetPlanner, strips_problem};
 pub use rollout::{Counts, PlanEnd, PlannedStep, Prediction, RolledOut};
 pub use scene::{SceneEnd, SceneMove, ScenePlan};

@@ -1,7 +1,5 @@
 //! Whole plans: asks a planner repeatedly, in situations predicted from the operators.
 
-use super::chain::ask::Planner;
-use super::decider::Decider;
 use super::decision::Decision;
 use crate::sim::SimDuration;
 use crate::task::domain::{ActionId, Domain, Obstacle, StateId, Verdict, WorldState};
@@ -120,34 +118,33 @@ impl Prediction for Counts<'_> {
     }
 }
 
-/// Lets the decided action have its effects, and adds it to the plan. Returns how the plan ends, if it does.
-pub(super) fn advance(
-    steps: &mut Vec<PlannedStep>,
-    decision: &Decision,
+/// Plans to the end: decides towards the first goal in the situation that is predicted, lets the action have its effects, and
+/// decides again.
+pub(super) fn roll_out(
     prediction: &mut dyn Prediction,
-) -> Option<PlanEnd> {
-    let action = match decision.verdict {
-        Verdict::Met => return Some(PlanEnd::Met),
-        Verdict::Stuck(obstacle) => return Some(PlanEnd::Stuck(obstacle)),
-        Verdict::Act(action) => action,
-    };
-    let end = prediction.act(action);
-    if !matches!(end, Some(PlanEnd::Impossible(_))) {
-        steps.push(PlannedStep { action, decision: decision.clone() });
+    mut decide: impl FnMut(&WorldState, StateId) -> Result<Decision, TaskError>,
+) -> Result<RolledOut, TaskError> {
+    let (mut steps, mut last) = (Vec::new(), None);
+    while let Some(goal) = prediction.goal() {
+        let decision = decide(&prediction.present(), goal)?;
+        let end = match decision.verdict {
+            Verdict::Met => Some(PlanEnd::Met),
+            Verdict::Stuck(obstacle) => Some(PlanEnd::Stuck(obstacle)),
+            Verdict::Act(action) => {
+                let end = prediction.act(action);
+                if !matches!(end, Some(PlanEnd::Impossible(_))) {
+                    steps.push(PlannedStep { action, decision: decision.clone() });
+                }
+                end
+            }
+        };
+        last = Some(decision);
+        if let Some(end) = end {
+            return Ok(RolledOut { steps, end, last });
+        }
     }
-    end
+    Ok(RolledOut { steps, end: PlanEnd::Met, last })
 }
 
 /// Longest simulated time of one decision of a plan, unless another is given.
 pub(super) const LIMIT: SimDuration = SimDuration::from_millis(10_000);
-
-impl Planner {
-    /// Plans from a scene to `goal`. `objects` gives the number of objects in each state, as
-    /// [`Domain::counts`](crate::task::domain::Domain::counts) returns it; [`Counts`] predicts what actions do.
-    ///
-    /// # Errors
-    /// As [`Planner::decide`].
-    pub fn plan(&self, objects: &[usize], goal: StateId) -> Result<RolledOut, TaskError> {
-        self.roll_out(&mut Counts::new(&self.domain, objects, goal), LIMIT)
-    }
-}

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use super::build::PlannerBuild;
-use super::decider::Decider;
 use super::decision::Decision;
 use super::rollout::{PlanEnd, Prediction};
 use crate::sim::SimDuration;
@@ -97,6 +96,7 @@ struct Predicted<'p> {
     layout: Layout,
     situation: Situation,
     seen: Vec<Situation>,
+    most_moves: usize,
     moves: Vec<(Move, TargetPose, bool)>,
 }
 
@@ -125,7 +125,7 @@ impl Prediction for Predicted<'_> {
         let after = self.problem.after(&chosen, &self.situation);
         let before = std::mem::replace(&mut self.situation, after);
         self.seen.push(before);
-        let circle = self.seen.contains(&self.situation) || self.moves.len() >= MOST_MOVES;
+        let circle = self.seen.contains(&self.situation) || self.moves.len() >= self.most_moves;
         circle.then_some(PlanEnd::Circle)
     }
 }
@@ -164,6 +164,24 @@ impl PlannerBuild {
         layout: &Layout,
         limit: SimDuration,
     ) -> Result<ScenePlan, TaskError> {
+        self.plan_moves(problem, layout, limit, MOST_MOVES)
+    }
+
+    /// Plans as [`plan`](Self::plan) does, up to a number of moves. A plan that is cut short ends with
+    /// [`SceneEnd::Circle`].
+    ///
+    /// # Errors
+    /// As [`PlannerBuild::plan`].
+    ///
+    /// # Panics
+    /// As [`PlannerBuild::plan`].
+    pub fn plan_moves(
+        &self,
+        problem: &Problem<'_>,
+        layout: &Layout,
+        limit: SimDuration,
+        most_moves: usize,
+    ) -> Result<ScenePlan, TaskError> {
         let situation = layout.situation();
         if problem.lacking(&situation) == 0 {
             return Ok(ScenePlan::without_decision(SceneEnd::Met));
@@ -176,28 +194,16 @@ impl PlannerBuild {
             Err(error) => return Err(error.into()),
         };
         let planner = self.over_ground(&ground)?;
-        ScenePlan::rolled_out(&*planner, ground, problem, layout, limit)
-    }
-}
-
-impl ScenePlan {
-    /// Asks a planner over a ground problem for one move after another, in situations predicted from the operators.
-    ///
-    /// # Errors
-    /// As [`Decider::roll_out`].
-    ///
-    /// # Panics
-    /// If `layout` has fewer objects than the problem, or if the ground problem is that of another one.
-    pub fn rolled_out(
-        planner: &dyn Decider,
-        ground: GroundProblem,
-        problem: &Problem<'_>,
-        layout: &Layout,
-        limit: SimDuration,
-    ) -> Result<Self, TaskError> {
-        let situation = layout.situation();
-        let (layout, seen, moves) = (layout.clone(), Vec::new(), Vec::new());
-        let mut predicted = Predicted { problem, ground: &ground, layout, situation, seen, moves };
+        let (seen, moves) = (Vec::new(), Vec::new());
+        let mut predicted = Predicted {
+            problem,
+            ground: &ground,
+            layout: layout.clone(),
+            situation,
+            seen,
+            most_moves,
+            moves,
+        };
         let plan = planner.roll_out(&mut predicted, limit)?;
         let id = |object: usize| problem.objects()[object].id.clone();
         let moves = predicted.moves.into_iter().zip(plan.steps);
@@ -212,6 +218,6 @@ impl ScenePlan {
             decision: step.decision,
         });
         let (moves, end) = (moves.collect(), SceneEnd::of(ground.domain(), plan.end));
-        Ok(Self { moves, end, last: plan.last, ground: Some(ground) })
+        Ok(ScenePlan { moves, end, last: plan.last, ground: Some(ground) })
     }
 }

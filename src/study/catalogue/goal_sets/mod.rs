@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 use super::Options;
 use crate::neurons::{LifSpec, Population};
 use crate::plan::goal_sets::{
-    Course, GoalSetError, GoalSetSpec, Regression, SearchSpec, StripsWorld, pursue, search,
+    Course, GoalSetError, GoalSetSpec, Regression, StripsWorld, pursue, search,
 };
 use crate::sim::{Seed, SimDuration};
 use crate::study::experiment::{
@@ -161,7 +161,7 @@ fn by_rules(problem: &PlanningProblem, slots: usize, rng: &mut impl Rng) -> Opti
     let rules = Regression::new(&problem.grounded);
     let set = |fluents: &[usize]| -> BTreeSet<usize> { fluents.iter().copied().collect() };
     let (start, goal) = (set(&problem.grounded.start), set(&problem.grounded.goal));
-    let found = search(&rules, &start, &goal, &SearchSpec { slots, ..SearchSpec::default() }, rng)?;
+    let found = search(&rules, &start, &goal, slots, rng)?;
     problem.valid_length(found.plan)
 }
 

@@ -10,9 +10,9 @@ use crate::robot::Pose;
 use crate::robot::SkillOutcome;
 use crate::task::event::RecoveryKind;
 
-/// What is tried: an action with its parameters, or a detour with its part.
+/// An intent of the executor: an action with its parameters, or a detour with its part.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub(in crate::task::execute) struct What {
+pub(in crate::task::execute) struct Intent {
     /// Name of the operator, or of the kind of detour.
     pub action: String,
     /// Index of the part in the scene.
@@ -23,7 +23,7 @@ pub(in crate::task::execute) struct What {
     pub place: usize,
 }
 
-impl What {
+impl Intent {
     /// Returns a detour with a part.
     pub fn detour(kind: RecoveryKind, part: usize) -> Self {
         Self { action: kind.name().into(), part, reference: None, place: 0 }
@@ -50,7 +50,7 @@ impl Means {
 
 /// How an attempt ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub(in crate::task::execute) enum How {
+pub(in crate::task::execute) enum AttemptEnd {
     /// The part is where it was to be.
     Done,
     /// The part was put down, but is not in the state that the action achieves.
@@ -59,7 +59,7 @@ pub(in crate::task::execute) enum How {
     Failed(SkillOutcome),
 }
 
-impl How {
+impl AttemptEnd {
     /// Returns how an attempt failed, in words that follow the name of the part.
     pub fn text(self) -> &'static str {
         match self {
@@ -102,26 +102,26 @@ impl How {
 /// One attempt.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(in crate::task::execute) struct Attempt {
-    pub what: What,
+    pub what: Intent,
     pub means: Means,
     /// Pose of the part at the beginning.
     pub start: Pose,
     /// Outcome of the skill; `None` while it runs.
     pub skill: Option<SkillOutcome>,
     /// How it ended; `None` until the look after the skill.
-    pub how: Option<How>,
+    pub how: Option<AttemptEnd>,
     /// Whether it is a detour.
     pub detour: bool,
 }
 
 impl Attempt {
-    pub fn begun(what: What, means: Means, start: Pose, detour: bool) -> Self {
+    pub fn begun(what: Intent, means: Means, start: Pose, detour: bool) -> Self {
         Self { what, means, start, skill: None, how: None, detour }
     }
 
     /// Returns how the attempt failed; `None` if it did not.
-    pub fn failure(&self) -> Option<How> {
-        self.how.filter(|how| *how != How::Done)
+    pub fn failure(&self) -> Option<AttemptEnd> {
+        self.how.filter(|how| *how != AttemptEnd::Done)
     }
 }
 
@@ -161,9 +161,9 @@ impl Attempts {
         let Some(last) = self.all.last_mut().filter(|a| a.how.is_none()) else { return };
         let how = match last.skill {
             None => return,
-            Some(SkillOutcome::Placed) if took_effect(last) => How::Done,
-            Some(SkillOutcome::Placed) => How::NoEffect,
-            Some(outcome) => How::Failed(outcome),
+            Some(SkillOutcome::Placed) if took_effect(last) => AttemptEnd::Done,
+            Some(SkillOutcome::Placed) => AttemptEnd::NoEffect,
+            Some(outcome) => AttemptEnd::Failed(outcome),
         };
         last.how = Some(how);
     }
@@ -179,14 +179,14 @@ impl Attempts {
         let away = [RecoveryKind::Reseat, RecoveryKind::Clear].map(RecoveryKind::name);
         let helps = |a: &Attempt| {
             a.detour
-                && a.how == Some(How::Done)
+                && a.how == Some(AttemptEnd::Done)
                 && (!at_target || away.contains(&a.what.action.as_str()))
         };
         self.all.iter().rposition(helps).map_or(0, |at| at + 1)
     }
 
     /// Returns the failed attempts at `what` since a detour that gives it another chance.
-    fn failed<'a>(&'a self, what: &'a What) -> impl Iterator<Item = &'a Attempt> {
+    fn failed<'a>(&'a self, what: &'a Intent) -> impl Iterator<Item = &'a Attempt> {
         let [since, cleared] = [false, true].map(|at_target| self.helped(at_target));
         self.all.iter().enumerate().filter_map(move |(index, attempt)| {
             let from = if attempt.failure()?.is_about_target() { cleared } else { since };
@@ -195,27 +195,27 @@ impl Attempts {
     }
 
     /// Returns the number of attempts at `what`.
-    pub fn tries(&self, what: &What) -> usize {
+    pub fn tries(&self, what: &Intent) -> usize {
         self.all.iter().filter(|a| a.what == *what).count()
     }
 
     /// Returns the number of failed attempts with a part and of all attempts at `what`: the fewer, the sooner it is
     /// tried. An action that was done already and must be done again did not have a lasting effect.
-    pub fn weight(&self, what: &What) -> usize {
+    pub fn weight(&self, what: &Intent) -> usize {
         let failed = |a: &&Attempt| {
-            a.what.part == what.part && a.failure().is_some_and(|how| how != How::NoEffect)
+            a.what.part == what.part && a.failure().is_some_and(|how| how != AttemptEnd::NoEffect)
         };
         self.all.iter().filter(failed).count() + self.tries(what)
     }
 
     /// Returns the number of failures of `what` because its target was occupied.
-    pub fn occupied(&self, what: &What) -> usize {
-        let occupied = Some(How::Failed(SkillOutcome::Occupied));
+    pub fn occupied(&self, what: &Intent) -> usize {
+        let occupied = Some(AttemptEnd::Failed(SkillOutcome::Occupied));
         self.all.iter().filter(|a| a.what == *what && a.how == occupied).count()
     }
 
     /// Returns why `what` must not be tried again by means of one family: how it failed too often.
-    pub fn worn_out(&self, what: &What, family: fn(usize) -> Means) -> Option<How> {
+    pub fn worn_out(&self, what: &Intent, family: fn(usize) -> Means) -> Option<AttemptEnd> {
         let all = self.all.iter().filter(|a| a.what == *what);
         let mut failures = all.filter_map(Attempt::failure);
         failures.find(|how| {
@@ -234,12 +234,12 @@ impl Attempts {
     /// way twice from about this pose are left out.
     pub fn usable(
         &self,
-        what: &What,
+        what: &Intent,
         start: &Pose,
         count: usize,
         family: fn(usize) -> Means,
     ) -> Vec<usize> {
-        let failures = |index: usize| -> Vec<How> {
+        let failures = |index: usize| -> Vec<AttemptEnd> {
             let own =
                 self.failed(what).filter(|a| a.means == family(index) && near(&a.start, start));
             own.filter_map(Attempt::failure).collect()
@@ -254,9 +254,9 @@ impl Attempts {
     }
 
     /// Returns whether a detour may be tried from this pose.
-    pub fn may_detour(&self, what: &What, start: &Pose) -> bool {
+    pub fn may_detour(&self, what: &Intent, start: &Pose) -> bool {
         let own = || self.all.iter().filter(|a| a.detour && a.what == *what);
-        let same = |how: How| {
+        let same = |how: AttemptEnd| {
             own().filter(|a| a.how == Some(how) && near(&a.start, start)).count() >= SAME
         };
         own().count() < DETOURS && !own().filter_map(Attempt::failure).any(same)
@@ -272,8 +272,8 @@ impl Attempts {
 mod tests {
     use super::*;
 
-    fn what() -> What {
-        What { action: "PUT".into(), part: 0, reference: Some("slot_0".into()), place: 0 }
+    fn what() -> Intent {
+        Intent { action: "PUT".into(), part: 0, reference: Some("slot_0".into()), place: 0 }
     }
 
     fn tried(attempts: &mut Attempts, index: usize, outcome: SkillOutcome, effect: bool) {
@@ -303,11 +303,11 @@ mod tests {
         tried(&mut attempts, 0, SkillOutcome::Placed, false);
         assert_eq!(attempts.worn_out(&what(), Means::Task), None);
         tried(&mut attempts, 1, SkillOutcome::Placed, false);
-        assert_eq!(attempts.worn_out(&what(), Means::Task), Some(How::NoEffect));
-        let other = What { place: 1, ..what() };
+        assert_eq!(attempts.worn_out(&what(), Means::Task), Some(AttemptEnd::NoEffect));
+        let other = Intent { place: 1, ..what() };
         assert_eq!(attempts.worn_out(&other, Means::Any), None);
-        let clear = What::detour(RecoveryKind::Clear, 1);
-        for (effect, worn) in [(false, Some(How::NoEffect)), (true, None)] {
+        let clear = Intent::detour(RecoveryKind::Clear, 1);
+        for (effect, worn) in [(false, Some(AttemptEnd::NoEffect)), (true, None)] {
             let means = Means::Task(0);
             attempts.begin(Attempt::begun(clear.clone(), means, Pose::at([0.0; 3]), true));
             attempts.end(SkillOutcome::Placed);
@@ -321,7 +321,7 @@ mod tests {
     fn a_detour_that_failed_the_same_way_twice_is_not_repeated_from_the_same_pose() {
         let mut attempts = Attempts::default();
         let (here, there) = (Pose::at([0.0; 3]), Pose::at([0.1, 0.0, 0.0]));
-        let push = What::detour(RecoveryKind::Push, 3);
+        let push = Intent::detour(RecoveryKind::Push, 3);
         for _ in 0..2 {
             assert!(attempts.may_detour(&push, &here));
             attempts.begin(Attempt::begun(push.clone(), Means::Push(0), here, true));
@@ -330,6 +330,6 @@ mod tests {
         }
         assert!(!attempts.may_detour(&push, &here));
         assert!(attempts.may_detour(&push, &there));
-        assert!(attempts.may_detour(&What::detour(RecoveryKind::Regrasp, 3), &here));
+        assert!(attempts.may_detour(&Intent::detour(RecoveryKind::Regrasp, 3), &here));
     }
 }

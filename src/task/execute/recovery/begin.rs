@@ -1,6 +1,6 @@
 //! Begins detours.
 
-use super::attempts::{Means, What};
+use super::attempts::{Intent, Means};
 use super::plight::Plight;
 use super::rung::Detour;
 use super::{detours, places};
@@ -33,7 +33,7 @@ impl Live {
         };
         // A pin may have to be lifted out of its ring, or the ring off the pin.
         in_the_way.sort_by_key(|(part, _)| {
-            self.attempts.tries(&What::detour(RecoveryKind::Clear, *part))
+            self.attempts.tries(&Intent::detour(RecoveryKind::Clear, *part))
         });
         let all = detours(&Plight { in_the_way: &in_the_way, stuck: true, ..self.plight(seen) });
         self.pretended.clear();
@@ -61,7 +61,7 @@ impl Live {
     /// Begins a detour; `None` if it is not possible or was tried often enough.
     fn detour(&mut self, tools: &Tools<'_>, detour: &Detour) -> Option<Phase> {
         let Detour { kind, part, ref why, .. } = *detour;
-        let what = What::detour(kind, part);
+        let what = Intent::detour(kind, part);
         let start = self.scene.part(part)?;
         let most = DETOURS.0 + DETOURS.1 * self.scene.part_count();
         if self.attempts.detours() >= most || !self.attempts.may_detour(&what, &start) {
@@ -85,7 +85,7 @@ impl Live {
     }
 
     /// Begins to put a part at a free place.
-    fn move_away(&mut self, tools: &Tools<'_>, what: &What, strict: bool) -> Option<Means> {
+    fn move_away(&mut self, tools: &Tools<'_>, what: &Intent, strict: bool) -> Option<Means> {
         let places = places::free_places(&self.scene, what.part, &self.homes, strict);
         for any in [false, true] {
             for place in &places {
@@ -98,7 +98,7 @@ impl Live {
     }
 
     /// Begins to push a part.
-    fn push(&mut self, what: &What, start: &Pose) -> Option<Means> {
+    fn push(&mut self, what: &Intent, start: &Pose) -> Option<Means> {
         let pushes = skill::pushes(&self.scene, what.part);
         let usable = self.attempts.usable(what, start, pushes.len(), Means::Push);
         let first = usable.into_iter().find(|index| {

@@ -26,8 +26,7 @@
 
 use std::sync::Arc;
 
-use super::encode::{ActionSpace, Encoded, StateSpace};
-use super::graph::WINNER;
+use super::encode::{ActionSpace, Encoded, StateSpace, WINNER};
 use crate::sim::{AsPointer, Constant, In, Module, Out, Pointer, Real, Scope, Vector};
 use crate::spa::{CleanupMemory, Linear, PointerValue, Routes, Selection, VocabError};
 use crate::task::domain::{ActionId, Domain, StateId};
@@ -69,15 +68,11 @@ pub(in crate::task::planner) struct CauseContestPorts {
     pub action: Out<Pointer<ActionSpace>>,
 }
 
-/// Returns the states that have several causes.
-pub(in crate::task::planner) fn states_with_several_causes(domain: &Domain) -> Vec<StateId> {
-    domain.state_ids().filter(|state| domain.causes(*state).len() > 1).collect()
-}
-
 impl CauseContest {
     /// Builds the contest over a domain; `None` if no state has several causes.
     pub fn of(domain: &Domain, encoded: &Arc<Encoded>) -> Result<Option<Self>, VocabError> {
-        let several = states_with_several_causes(domain);
+        let several = domain.state_ids().filter(|state| domain.causes(*state).len() > 1);
+        let several: Vec<StateId> = several.collect();
         if several.is_empty() {
             return Ok(None);
         }

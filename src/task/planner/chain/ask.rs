@@ -4,21 +4,22 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use super::encode::{Encoded, MOST_DIMENSIONS, StateSpace};
-use super::executive::{Phase, TRACE};
+use super::executive::TRACE;
 use super::graph::{PlannerSpec, PlanningGraph, PlanningPorts};
 use super::views::{ModuleView, views};
+use super::walk::Phase;
 use super::watch::Watch;
 use crate::neurons::PopulationPlan;
 use crate::sim::{
-    Graph, GraphBuilder, InputSpec, Out, OutputSpec, Pointer, Real, RunConfig, Seed, SimDuration,
-    Simulator, StopReason, Synapse, Threads, Timebase, Vector, WorldLink,
+    Graph, GraphBuilder, InputSpec, OutputSpec, Pointer, Real, RunConfig, Seed, SimDuration,
+    Simulator, StopReason, Synapse, Threads, Timebase, WorldLink,
 };
 use crate::task::domain::{ActionId, Composition, Domain, Obstacle, StateId, Verdict, WorldState};
 use crate::task::error::TaskError;
 use crate::task::planner::board::Board;
-use crate::task::planner::decider::{Decider, Request, Told};
+use crate::task::planner::decider::{Decider, PlannerInput, Request};
 use crate::task::planner::decision::{Decision, Milestone, Stage};
-use crate::task::planner::rollout::{PlanEnd, Prediction, RolledOut, advance};
+use crate::task::planner::rollout::{Counts, LIMIT, Prediction, RolledOut, roll_out};
 
 /// A planner graph over one domain, built and ready to be asked.
 ///
@@ -37,15 +38,11 @@ use crate::task::planner::rollout::{PlanEnd, Prediction, RolledOut, advance};
 /// # Ok::<(), symbolt::task::TaskError>(())
 /// ```
 pub struct Planner {
-    pub(in crate::task::planner) domain: Domain,
+    domain: Domain,
     encoded: Arc<Encoded>,
     graph: Arc<Graph>,
     spec: PlannerSpec,
-    pub(in crate::task::planner) trace: Out<Vector>,
-    pub(in crate::task::planner) actions: Out<Vector>,
-    pub(in crate::task::planner) watched: [Out<Vector>; 5],
-    pub(in crate::task::planner) recalled: Out<Vector>,
-    pub(in crate::task::planner) ruled_out: Option<Out<Vector>>,
+    ports: PlanningPorts,
     modules: Vec<ModuleView>,
     threads: Threads,
 }
@@ -124,37 +121,14 @@ impl Planner {
         let planning = PlanningGraph::new(domain, encoded.clone(), spec)?;
         let ports = builder.add("planner", planning);
         let modules = views(domain, &encoded, &ports)?;
-        let PlanningPorts {
-            ready,
-            present,
-            goal,
-            actions,
-            trace,
-            watched,
-            recalled,
-            ruled_out,
-            ..
-        } = ports;
-        builder.connect(&world.output("ready"), &ready, Synapse::None);
-        builder.connect(&world.output("present"), &present, Synapse::None);
-        builder.connect(&world.output("goal"), &goal, Synapse::None);
-        builder.connect(&actions, &world.input("action"), Synapse::None);
-        builder.connect(&trace, &world.input("trace"), Synapse::None);
+        builder.connect(&world.output("ready"), &ports.ready, Synapse::None);
+        builder.connect(&world.output("present"), &ports.present, Synapse::None);
+        builder.connect(&world.output("goal"), &ports.goal, Synapse::None);
+        builder.connect(&ports.actions, &world.input("action"), Synapse::None);
+        builder.connect(&ports.trace, &world.input("trace"), Synapse::None);
         let graph = Arc::new(builder.build(Timebase::default(), plan, seed)?);
-        let domain = domain.clone();
-        Ok(Self {
-            domain,
-            encoded,
-            graph,
-            spec,
-            trace,
-            actions,
-            watched,
-            recalled,
-            ruled_out,
-            modules,
-            threads: Threads::Auto,
-        })
+        let (domain, threads) = (domain.clone(), Threads::Auto);
+        Ok(Self { domain, encoded, graph, spec, ports, modules, threads })
     }
 
     /// Sets the threads that compute the ticks of this planner's own runs: [`simulator`](Self::simulator),
@@ -167,25 +141,9 @@ impl Planner {
         self
     }
 
-    /// Returns the domain.
-    pub fn domain(&self) -> &Domain {
-        &self.domain
-    }
-
     /// Returns the vocabularies of states and actions.
     pub fn encoded(&self) -> &Encoded {
         &self.encoded
-    }
-
-    /// Returns the built graph, for drawing it or running it in another simulator.
-    pub fn graph(&self) -> &Arc<Graph> {
-        &self.graph
-    }
-
-    /// Returns views of the graph's modules in the order of a decision, for reading them while the graph
-    /// runs.
-    pub fn modules(&self) -> &[ModuleView] {
-        &self.modules
     }
 
     /// Returns the specification that the graph was built from.
@@ -202,7 +160,10 @@ impl Planner {
         self.check_goal(goal)?;
         let board = Board::new(self);
         let request = Request::Decide;
-        board.tell(self, &Told { request, present: world, pretended: &[], goal, goals: &[goal] });
+        board.write(
+            self,
+            &PlannerInput { request, present: world, pretended: &[], goal, goals: &[goal] },
+        );
         Ok(Simulator::new(
             self.graph.clone(),
             RunConfig::default().in_world(board).with_threads(self.threads),
@@ -216,12 +177,12 @@ impl Planner {
     /// only if the pointers have too few dimensions to be distinguished.
     pub fn decide(&self, world: &WorldState, goal: StateId) -> Result<Decision, TaskError> {
         let mut sim = self.simulator(world, goal)?;
-        let mut watch = Watch::new(self, world);
+        let mut watch = Watch::new(&self.domain, &self.ports, world);
         let looks = self.max_looks();
         let limit = SimDuration::from_micros(3 * looks * self.spec.timing.patience.as_micros());
         let report = sim.run_until(limit, |view| watch.look(&view))?;
         let time_ms = report.span.as_millis_f64();
-        let trace = sim.value(&self.trace);
+        let trace = sim.value(&self.ports.trace);
         let subject = trace[2] as usize;
         let Some(verdict) = self.read(trace, watch.action) else {
             let phase = match Phase::from_trace(trace[0]) {
@@ -275,7 +236,7 @@ impl Planner {
         let mut sim = self.simulator(world, goal)?;
         let mut shown = None;
         sim.run_until(within, |view| {
-            let action = view.value(&self.actions).iter().position(|active| *active > 0.5);
+            let action = view.value(&self.ports.actions).iter().position(|active| *active > 0.5);
             shown = action.map(|action| (ActionId::new(action), view.time().as_millis_f64()));
             match shown {
                 Some(_) => ControlFlow::Break(StopReason::Condition("an action")),
@@ -283,6 +244,15 @@ impl Planner {
             }
         })?;
         Ok(shown)
+    }
+
+    /// Plans from a scene to `goal`. `objects` gives the number of objects in each state, as
+    /// [`Domain::counts`](crate::task::domain::Domain::counts) returns it; [`Counts`] predicts what actions do.
+    ///
+    /// # Errors
+    /// As [`Planner::decide`].
+    pub fn plan(&self, objects: &[usize], goal: StateId) -> Result<RolledOut, TaskError> {
+        self.roll_out(&mut Counts::new(&self.domain, objects, goal), LIMIT)
     }
 
     /// Returns the greatest possible number of questions in one decision.
@@ -293,8 +263,8 @@ impl Planner {
         let once = 2 * states as u64 + 2;
         // Ruling out an action costs a question. Every state found reachable can readmit the actions that are ruled out
         // for now.
-        let again = self.ruled_out.as_ref().map_or(1, |_| states as u64 + 1);
-        (once + self.ruled_out.as_ref().map_or(0, |_| 2 * actions as u64)) * again
+        let again = self.ports.ruled_out.as_ref().map_or(1, |_| states as u64 + 1);
+        (once + self.ports.ruled_out.as_ref().map_or(0, |_| 2 * actions as u64)) * again
     }
 
     fn state_name(&self, state: usize) -> String {
@@ -353,22 +323,22 @@ impl Decider for Planner {
     }
 
     /// Writes whether to decide, the states that hold, and the goal's pointer.
-    fn sense(&self, told: &Told<'_>, out: &mut [Real]) {
+    fn sense(&self, input: &PlannerInput<'_>, out: &mut [Real]) {
         let states = self.domain.states();
         let (flags, pointer) = out.split_at_mut(1 + states.len());
-        flags[0] = Real::from(u8::from(told.request == Request::Decide));
+        flags[0] = Real::from(u8::from(input.request == Request::Decide));
         for (state, flag) in flags[1..].iter_mut().enumerate() {
-            *flag = Real::from(u8::from(told.holds(StateId::new(state))));
+            *flag = Real::from(u8::from(input.holds(StateId::new(state))));
         }
         // The vocabulary has a pointer for every state.
-        let name = states.get(told.goal.index()).map_or("", |state| &state.name);
+        let name = states.get(input.goal.index()).map_or("", |state| &state.name);
         match self.encoded.states.get(name) {
             Ok(goal) => pointer.copy_from_slice(&goal),
             Err(_) => pointer.fill(0.0),
         }
     }
 
-    fn verdict(&self, command: &[Real], _told: &Told<'_>) -> Option<Verdict> {
+    fn verdict(&self, command: &[Real], _input: &PlannerInput<'_>) -> Option<Verdict> {
         let (actions, trace) = command.split_at(self.domain.operators().len());
         self.read(trace, actions.iter().position(|a| *a > 0.5).map(ActionId::new))
     }
@@ -379,17 +349,6 @@ impl Decider for Planner {
         prediction: &mut dyn Prediction,
         _limit: SimDuration,
     ) -> Result<RolledOut, TaskError> {
-        let mut steps = Vec::new();
-        let mut last = None;
-        loop {
-            let Some(goal) = prediction.goal() else {
-                return Ok(RolledOut { steps, end: PlanEnd::Met, last });
-            };
-            let decision = self.decide(&prediction.present(), goal)?;
-            if let Some(end) = advance(&mut steps, &decision, prediction) {
-                return Ok(RolledOut { steps, end, last: Some(decision) });
-            }
-            last = Some(decision);
-        }
+        roll_out(prediction, |present, goal| self.decide(present, goal))
     }
 }

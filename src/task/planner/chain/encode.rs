@@ -34,6 +34,7 @@
 
 use std::collections::BTreeSet;
 
+use crate::neurons::SelectRule;
 use crate::sim::{Real, Seed, VocabTag};
 use crate::spa::{PointerValue, Vocabulary, VocabularyBuilder, dot};
 use crate::task::domain::{Composition, Domain, Operator, Part};
@@ -61,6 +62,12 @@ pub const PRECONDITION: &str = "PRECONDITION";
 pub const ABSENT: &str = "ABSENT";
 /// Name of the item that stands for "no precondition".
 pub const NOTHING: &str = "NOTHING";
+
+/// Least similarity at which an item of a memory counts as active.
+pub(in crate::task::planner) const RECOGNISED: Real = 0.5;
+/// Chooses the most similar item, if it is recognised.
+pub(in crate::task::planner) const WINNER: SelectRule =
+    SelectRule::WinnerTakeAll { level: RECOGNISED };
 
 /// A domain's vocabularies.
 #[derive(Debug)]

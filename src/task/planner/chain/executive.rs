@@ -21,15 +21,15 @@
 //! An answer counts as settled once the active items have stayed the same for [`Timing::hold`], but not before
 //! [`Timing::settle`] has passed since loading began.
 
-use super::graph::PlannerSpec;
 use super::walk::{
-    ACTION, Alternatives, Answer, EXAMINED, PHASE, Rules, SECOND, STABLE, SUBJECT, TIMER, TOP, Walk,
+    ACTION, Answer, EXAMINED, PHASE, Phase, Rules, SECOND, STABLE, SUBJECT, TIMER, TOP, Walk,
+    active,
 };
 use crate::sim::{
-    AdvanceIo, FNV_START, Fingerprint, In, InputSpec, Module, Node, NodeFault, Out, OutputSpec,
-    PortDecl, Real, Scalar, Scope, SimDuration, StateSpec, StepCx, Vector, fnv1a_word,
+    AdvanceIo, FNV_START, Fingerprint, InputSpec, Module, Node, NodeFault, NodePorts, OutputSpec,
+    PortDecl, Real, Scope, SimDuration, StateSpec, StepCx, fnv1a_word,
 };
-use crate::task::domain::Domain;
+use crate::task::domain::{Commitment, Domain};
 
 /// The executive's waits, in simulated time. Each must be above zero, and `patience` longer than `settle`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,98 +56,10 @@ impl Default for Timing {
     }
 }
 
-/// The executive's phase; the first number of its `trace`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Phase {
-    /// Waiting for a request and for the goal to be recognised.
-    Idle,
-    /// Loading a state into the goal buffer.
-    Load,
-    /// Waiting for the graph to answer.
-    Settle,
-    /// The goal already holds.
-    Met,
-    /// The recalled action is the decision.
-    Act,
-    /// No action causes the examined state.
-    NothingCauses,
-    /// The second state in the trace must be absent but holds.
-    MustBeAbsent,
-    /// Reaching the state in the trace requires the state itself.
-    NeedsItself,
-    /// The goal is not a state of the domain, or the graph's answer did not settle.
-    Lost,
-}
-
-impl Phase {
-    const ALL: [Self; 9] = [
-        Self::Idle,
-        Self::Load,
-        Self::Settle,
-        Self::Met,
-        Self::Act,
-        Self::NothingCauses,
-        Self::MustBeAbsent,
-        Self::NeedsItself,
-        Self::Lost,
-    ];
-
-    pub fn from_trace(value: Real) -> Self {
-        Self::ALL.get(value.round() as usize).copied().unwrap_or(Self::Lost)
-    }
-
-    pub(in crate::task::planner) fn from_word(word: u32) -> Self {
-        Self::ALL.get(word as usize).copied().unwrap_or(Self::Lost)
-    }
-
-    pub(in crate::task::planner) fn word(self) -> u32 {
-        Self::ALL.iter().position(|p| *p == self).unwrap_or(0) as u32
-    }
-
-    pub fn is_final(self) -> bool {
-        !matches!(self, Self::Idle | Self::Load | Self::Settle)
-    }
-}
-
 /// The executive as a node.
 pub(crate) struct Executive {
-    actions: usize,
     timing: Timing,
     rules: Rules,
-}
-
-/// The executive's ports. Every vector holds one number for each item: 1 if it is active.
-pub(crate) struct ExecutivePorts {
-    /// 1 while a decision is requested.
-    pub ready: In<Scalar>,
-    /// The state that is the goal.
-    pub goal: In<Vector>,
-    /// The state in the goal buffer.
-    pub focus: In<Vector>,
-    /// The action recalled as the cause of that state.
-    pub action: In<Vector>,
-    /// The action's preconditions, then one more item that is active if there are none.
-    pub required: In<Vector>,
-    /// Preconditions that neither hold nor are reachable.
-    pub unmet: In<Vector>,
-    /// One of the unmet preconditions.
-    pub chosen: In<Vector>,
-    /// States that hold but must be absent.
-    pub violated: In<Vector>,
-    /// States that hold.
-    pub present: In<Vector>,
-    /// 1 while the goal buffer's gate is open.
-    pub load: Out<Scalar>,
-    /// The state to load into the goal buffer.
-    pub next: Out<Vector>,
-    /// States shown to be reachable.
-    pub reachable: Out<Vector>,
-    /// Actions that turned out to be impossible; `None` if no state has several causes.
-    pub ruled_out: Option<Out<Vector>>,
-    /// 1 while the motor gate is open for the recalled action.
-    pub act: Out<Scalar>,
-    /// Phase, number of questions so far, the examined state, a second state, an action.
-    pub trace: Out<Vector>,
 }
 
 /// Width of the trace.
@@ -165,18 +77,9 @@ const VIOLATED: usize = 7;
 const PRESENT: usize = 8;
 
 impl Executive {
-    pub fn new(domain: &Domain, spec: &PlannerSpec) -> Self {
-        let rules = Rules {
-            states: domain.states().len(),
-            commitment: spec.commitment,
-            alternatives: Alternatives::of(domain),
-        };
-        Self { actions: domain.operators().len(), timing: spec.timing, rules }
+    pub fn new(domain: &Domain, commitment: Commitment, timing: Timing) -> Self {
+        Self { timing, rules: Rules::new(domain, commitment) }
     }
-}
-
-fn active(value: Real) -> bool {
-    value > 0.5
 }
 
 fn first_active(values: &[Real]) -> Option<usize> {
@@ -190,26 +93,41 @@ fn only_active(values: &[Real]) -> Option<usize> {
 
 impl Node for Executive {
     fn declare(&self, ports: &mut PortDecl) {
+        // Every vector has one number for each item: 1 if it is active.
+        let Rules { states, actions, .. } = self.rules;
         let vector = |width: usize| InputSpec::vector(width).at_advance();
+        let shown = |width: usize| OutputSpec::vector(width).registered();
         ports
+            // 1 while a decision is requested.
             .input("ready", InputSpec::scalar().at_advance())
-            .input("goal", vector(self.rules.states))
-            .input("focus", vector(self.rules.states))
-            .input("action", vector(self.actions))
-            .input("required", vector(self.rules.states + 1))
-            .input("unmet", vector(self.rules.states))
-            .input("chosen", vector(self.rules.states))
-            .input("violated", vector(self.rules.states).optional())
-            .input("present", vector(self.rules.states))
+            // The state that is the goal, and that in the goal buffer.
+            .input("goal", vector(states))
+            .input("focus", vector(states))
+            // The action recalled as the cause of the state in the goal buffer.
+            .input("action", vector(actions))
+            // The action's preconditions, then one more item that is active if there are none.
+            .input("required", vector(states + 1))
+            // Preconditions that neither hold nor are reachable, and one of them.
+            .input("unmet", vector(states))
+            .input("chosen", vector(states))
+            // States that hold but must be absent.
+            .input("violated", vector(states).optional())
+            // States that hold.
+            .input("present", vector(states))
+            // 1 while the goal buffer's gate is open, and the state to load into the buffer.
             .output("load", OutputSpec::scalar().registered())
-            .output("next", OutputSpec::vector(self.rules.states).registered())
-            .output("reachable", OutputSpec::vector(self.rules.states).registered())
+            .output("next", shown(states))
+            // States shown to be reachable.
+            .output("reachable", shown(states))
+            // 1 while the motor gate is open for the recalled action.
             .output("act", OutputSpec::scalar().registered())
-            .output("trace", OutputSpec::vector(TRACE).registered())
+            // Phase, number of questions so far, the examined state, a second state, an action.
+            .output("trace", shown(TRACE))
             // The long is a hash of the active items.
             .state(StateSpec { reals: self.rules.reals(), words: self.rules.words(), longs: 1 });
-        if self.rules.alternatives.is_some() {
-            ports.output("ruled_out", OutputSpec::vector(self.actions).registered());
+        if self.rules.several {
+            // Actions that turned out to be impossible.
+            ports.output("ruled_out", shown(actions));
         }
         let t = &self.timing;
         if t.load.is_zero() || t.settle.is_zero() || t.hold.is_zero() || t.patience <= t.settle {
@@ -310,7 +228,7 @@ impl Node for Executive {
         for (value, word) in trace.iter_mut().zip([PHASE, EXAMINED, SUBJECT, SECOND, ACTION]) {
             *value = walk.words[word] as Real;
         }
-        if self.rules.alternatives.is_some() {
+        if self.rules.several {
             outputs.get_mut(5).copy_from_slice(ruled_out);
         }
         Ok(())
@@ -347,27 +265,9 @@ impl Executive {
 }
 
 impl Module for Executive {
-    type Ports = ExecutivePorts;
+    type Ports = NodePorts;
 
-    fn expand(self, scope: &mut Scope<'_>) -> ExecutivePorts {
-        let alternatives = self.rules.alternatives.is_some();
-        let node = scope.leaf(self);
-        ExecutivePorts {
-            ready: node.input("ready"),
-            goal: node.input("goal"),
-            focus: node.input("focus"),
-            action: node.input("action"),
-            required: node.input("required"),
-            unmet: node.input("unmet"),
-            chosen: node.input("chosen"),
-            violated: node.input("violated"),
-            present: node.input("present"),
-            load: node.output("load"),
-            next: node.output("next"),
-            reachable: node.output("reachable"),
-            ruled_out: alternatives.then(|| node.output("ruled_out")),
-            act: node.output("act"),
-            trace: node.output("trace"),
-        }
+    fn expand(self, scope: &mut Scope<'_>) -> NodePorts {
+        scope.leaf(self)
     }
 }

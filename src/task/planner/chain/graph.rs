@@ -23,11 +23,11 @@
 use std::sync::Arc;
 
 use super::encode::{
-    ABSENT, ActionSpace, Encoded, NOTHING, PRECONDITION, StateSpace, deep_absent,
-    deep_preconditions,
+    ABSENT, ActionSpace, Encoded, NOTHING, PRECONDITION, RECOGNISED, StateSpace, WINNER,
+    deep_absent, deep_preconditions,
 };
 use super::executive::{Executive, Timing};
-use super::recall::{Circumstances, Recall};
+use super::recall::Recall;
 use crate::neurons::SelectRule;
 use crate::sim::{
     Add, AsPointer, Constant, In, Module, Out, Pointer, Real, Scalar, Scope, SimDuration, Synapse,
@@ -107,16 +107,8 @@ impl PlannerSpec {
     }
 }
 
-/// Least similarity at which an item of a memory counts as active.
-pub(in crate::task::planner) const RECOGNISED: Real = 0.5;
-/// Chooses the most similar item, if it is recognised.
-pub(in crate::task::planner) const WINNER: SelectRule =
-    SelectRule::WinnerTakeAll { level: RECOGNISED };
 /// Chooses every recognised item.
 const EVERY: SelectRule = SelectRule::Threshold { level: RECOGNISED };
-/// The reason for refusing a domain without actions.
-pub(in crate::task::planner) const NO_ACTION: &str =
-    "it has no action; planning needs at least one";
 /// Least difference between [`RECOGNISED`] and the similarity of every state after unbinding.
 const MARGIN: Real = 0.05;
 
@@ -207,10 +199,6 @@ impl PlanningGraph {
         encoded: Arc<Encoded>,
         spec: PlannerSpec,
     ) -> Result<Self, TaskError> {
-        if domain.operators().is_empty() {
-            let reason = NO_ACTION.into();
-            return Err(TaskError::BadDomain { reason });
-        }
         if !(0.0..=1.0).contains(&spec.retention) {
             let (value, expected) = (spec.retention.to_string(), "0 to 1");
             return Err(TaskError::Setting { name: "retention", value, expected });
@@ -229,7 +217,7 @@ impl PlanningGraph {
             .then(|| Bound::new(&encoded, ABSENT, &absent, names()))
             .transpose()?;
         Ok(Self {
-            executive: Executive::new(domain, &spec),
+            executive: Executive::new(domain, spec.commitment, spec.timing),
             state_pointers: names().map(|name| states.parse(name)).collect::<Result<_, _>>()?,
             nothing: states.parse(NOTHING)?,
             goal: CleanupMemory::new(states, names(), WINNER)?,
@@ -287,7 +275,11 @@ impl Module for PlanningGraph {
         let pointers = || self.state_pointers.iter().map(PointerValue::as_pointer);
         let synapse = Synapse::lowpass(self.spec.synapse);
         let without = |part| self.spec.without == Some(part);
+        let several = !matches!(self.recall, Recall::Memory(_));
         let executive = scope.add("executive", self.executive);
+        let vector = |name: &str| executive.input::<Vector>(name);
+        let reachable = executive.output::<Vector>("reachable");
+        let ruled_out = several.then(|| executive.output("ruled_out"));
         let goal = scope.add("goal", self.goal);
         let next = scope.add("next", Linear::combination(states.space(), pointers()));
         let buffer = GoalBuffer::new(states).synapse(synapse).retention(self.spec.retention);
@@ -302,19 +294,20 @@ impl Module for PlanningGraph {
         let motor = scope.add("motor", self.motor);
 
         // From the goal to the action that causes it.
-        scope.route(&goal.items >> &executive.goal);
-        scope.route(&executive.next >> &next);
+        scope.route(&goal.items >> &vector("goal"));
+        scope.route(&executive.output::<Vector>("next") >> &next);
         scope.route(&next >> &buffer);
-        scope.route(&executive.load >> &buffer.open);
+        scope.route(&executive.output::<Scalar>("load") >> &buffer.open);
         scope.route(&buffer >> &focus);
-        scope.route(&focus.items >> &executive.focus);
-        let told = Circumstances {
-            state: &buffer.output,
-            present: &present.output,
-            ruled_out: executive.ruled_out.as_ref(),
-        };
-        let recalled = self.recall.expand(scope, &told, &self.encoded);
-        scope.route(&recalled.actions >> &executive.action);
+        scope.route(&focus.items >> &vector("focus"));
+        let recalled = self.recall.expand(
+            scope,
+            &buffer.output,
+            &present.output,
+            ruled_out.as_ref(),
+            &self.encoded,
+        );
+        scope.route(&recalled.actions >> &vector("action"));
 
         // From the action to its preconditions, and to one that does not hold.
         scope.route(&recalled.pointer >> &deep);
@@ -338,15 +331,15 @@ impl Module for PlanningGraph {
             scope.route(&unbound >> &required);
             (required.items, required.output)
         };
-        scope.route(&required >> &executive.required);
+        scope.route(&required >> &vector("required"));
         // The last item stands for "no precondition".
         scope.route(required.slice(0..count) >> &open.utilities);
         scope.route(&present >> &open.inhibit);
-        scope.route(&executive.reachable >> &open.inhibit);
-        scope.route(&present >> &executive.present);
-        scope.route(&open.items >> &executive.unmet);
+        scope.route(&reachable >> &open.inhibit);
+        scope.route(&present >> &vector("present"));
+        scope.route(&open.items >> &vector("unmet"));
         scope.route(&open.items >> &chosen.utilities);
-        scope.route(&chosen.items >> &executive.chosen);
+        scope.route(&chosen.items >> &vector("chosen"));
 
         // The states that hold but must be absent: both forbidden and present.
         if let Some(Bound { deep, role, cleanup }) = self.forbidden {
@@ -358,27 +351,27 @@ impl Module for PlanningGraph {
             scope.route(&deep * !&role >> &forbidden);
             scope.route(&forbidden.items >> &barred.utilities);
             scope.route(&present >> &barred.utilities);
-            scope.route(&barred.items >> &executive.violated);
+            scope.route(&barred.items >> &vector("violated"));
         }
 
         scope.route(&recalled.pointer >> &gate);
         scope.route(&gate >> &motor);
         match without(Part::Gate) {
             true => scope.route(1.0 >> &gate.open),
-            false => scope.route(&executive.act >> &gate.open),
+            false => scope.route(&executive.output::<Scalar>("act") >> &gate.open),
         }
         PlanningPorts {
-            ready: scope.input("ready", executive.ready),
+            ready: scope.input("ready", executive.input("ready")),
             present: scope.input("present", present.input),
             goal: scope.input("goal", goal.input),
             action: scope.output("action", motor.output),
             actions: scope.output("actions", motor.items),
-            trace: executive.trace,
+            trace: executive.output("trace"),
             goal_buffer: buffer.output,
             cause: recalled.pointer,
             unbound: unbound.output,
             gated: gate.output,
-            ruled_out: executive.ruled_out,
+            ruled_out,
             recalled: recalled.actions,
             preconditions,
             watched: [focus.items, recalled.watched, required, open.items, chosen.items],

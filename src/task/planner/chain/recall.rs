@@ -3,8 +3,7 @@
 use std::sync::Arc;
 
 use super::alternatives::CauseContest;
-use super::encode::{ActionSpace, Encoded, StateSpace};
-use super::graph::{NO_ACTION, WINNER};
+use super::encode::{ActionSpace, Encoded, StateSpace, WINNER};
 use crate::sim::{Add, Out, Pointer, Real, Scope, Vector};
 use crate::spa::{AssociativeMemory, Linear, Routes, VocabError};
 use crate::task::domain::Domain;
@@ -69,13 +68,6 @@ impl CauseMemory {
     }
 }
 
-/// Inputs of the recall.
-pub(in crate::task::planner) struct Circumstances<'a> {
-    pub state: &'a Out<Pointer<StateSpace>>,
-    pub present: &'a Out<Vector>,
-    pub ruled_out: Option<&'a Out<Vector>>,
-}
-
 impl Recall {
     /// Builds the recall for a domain.
     pub fn of(domain: &Domain, encoded: &Arc<Encoded>) -> Result<Self, TaskError> {
@@ -86,34 +78,37 @@ impl Recall {
             (Some(memory), Some(contest)) => Ok(Self::Both(memory, contest)),
             (None, Some(contest)) => Ok(Self::Contest(contest)),
             (None, None) => {
-                let reason = NO_ACTION.into();
+                let reason = "it has no action; planning needs at least one".into();
                 Err(TaskError::BadDomain { reason })
             }
         }
     }
 
+    /// Adds the recall of the action that causes a state, where these states hold and these actions are ruled out.
     pub fn expand(
         self,
         scope: &mut Scope<'_>,
-        told: &Circumstances<'_>,
+        state: &Out<Pointer<StateSpace>>,
+        present: &Out<Vector>,
+        ruled_out: Option<&Out<Vector>>,
         all: &Encoded,
     ) -> Recalled {
         let (memory, contest) = match self {
-            Self::Memory(memory) => return memory.expand(scope, told.state),
+            Self::Memory(memory) => return memory.expand(scope, state),
             Self::Both(memory, contest) => (Some(memory), contest),
             Self::Contest(contest) => (None, contest),
         };
         let contest = scope.add("alternatives", contest);
-        scope.route(told.state >> &contest.state);
-        scope.route(told.present >> &contest.present);
-        if let Some(ruled_out) = told.ruled_out {
+        scope.route(state >> &contest.state);
+        scope.route(present >> &contest.present);
+        if let Some(ruled_out) = ruled_out {
             scope.route(ruled_out >> &contest.ruled_out);
         }
         let Some(memory) = memory else {
             let (pointer, actions) = (contest.action, contest.items.clone());
             return Recalled { pointer, actions, watched: contest.items };
         };
-        let known = memory.expand(scope, told.state);
+        let known = memory.expand(scope, state);
         let pointer = scope.add("recalled", Add::pointer(all.actions.space()));
         let actions = scope.add("recalled_items", Add::vector(all.actions.len()));
         scope.route(&known.pointer + &contest.action >> &pointer);

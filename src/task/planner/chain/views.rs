@@ -62,34 +62,37 @@ impl ModuleView {
         Ok(Self { name, names, shows, reads: Box::new(reads) })
     }
 
+    /// A view of items.
     pub(in crate::task::planner) fn items(
         name: &'static str,
         of: &Out<Vector>,
         names: &[String],
     ) -> Self {
-        let of = of.clone();
-        let reads = move |view: &SimView<'_>, out: &mut [Real]| {
-            out.copy_from_slice(&view.value(&of)[..out.len()]);
-        };
-        Self { name, names: names.to_vec(), shows: Shows::Activities, reads: Box::new(reads) }
+        Self::activities(name, of, names, |values, out| out.copy_from_slice(&values[..out.len()]))
     }
-}
 
-impl ModuleView {
     /// A view of rows of items: for each name, the mean activity of its row.
     pub(in crate::task::planner) fn rows(
         name: &'static str,
         of: &Out<Vector>,
         names: &[String],
     ) -> Self {
-        let of = of.clone();
-        let reads = move |view: &SimView<'_>, out: &mut [Real]| {
-            let values = view.value(&of);
+        Self::activities(name, of, names, |values, out| {
             let width = (values.len() / out.len().max(1)).max(1);
             for (mean, row) in out.iter_mut().zip(values.chunks(width)) {
                 *mean = row.iter().sum::<Real>() / width as Real;
             }
-        };
+        })
+    }
+
+    fn activities(
+        name: &'static str,
+        of: &Out<Vector>,
+        names: &[String],
+        read: fn(&[Real], &mut [Real]),
+    ) -> Self {
+        let of = of.clone();
+        let reads = move |view: &SimView<'_>, out: &mut [Real]| read(view.value(&of), out);
         Self { name, names: names.to_vec(), shows: Shows::Activities, reads: Box::new(reads) }
     }
 }

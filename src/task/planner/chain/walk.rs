@@ -9,52 +9,83 @@
 //! only *for now*, and is readmitted whenever another state becomes reachable. So the walk always ends, and it finds
 //! the goal reachable exactly if the goal is reachable.
 
-use super::executive::Phase;
 use crate::sim::Real;
 use crate::task::domain::{Commitment, Domain};
 
-// State words. The path follows them, with one word for each state: its place on the path, counted from 1, or 0 if it
-// is not on the path.
+/// The executive's phase; the first number of its `trace`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::task::planner) enum Phase {
+    /// Waiting for a request and for the goal to be recognised.
+    Idle,
+    /// Loading a state into the goal buffer.
+    Load,
+    /// Waiting for the graph to answer.
+    Settle,
+    /// The goal already holds.
+    Met,
+    /// The recalled action is the decision.
+    Act,
+    /// No action causes the examined state.
+    NothingCauses,
+    /// The second state in the trace must be absent but holds.
+    MustBeAbsent,
+    /// Reaching the state in the trace requires the state itself.
+    NeedsItself,
+    /// The goal is not a state of the domain, or the graph's answer did not settle.
+    Lost,
+}
+
+impl Phase {
+    const ALL: [Self; 9] = [
+        Self::Idle,
+        Self::Load,
+        Self::Settle,
+        Self::Met,
+        Self::Act,
+        Self::NothingCauses,
+        Self::MustBeAbsent,
+        Self::NeedsItself,
+        Self::Lost,
+    ];
+
+    pub fn from_trace(value: Real) -> Self {
+        Self::ALL.get(value.round() as usize).copied().unwrap_or(Self::Lost)
+    }
+
+    pub fn from_word(word: u32) -> Self {
+        Self::ALL.get(word as usize).copied().unwrap_or(Self::Lost)
+    }
+
+    pub fn word(self) -> u32 {
+        Self::ALL.iter().position(|p| *p == self).unwrap_or(0) as u32
+    }
+
+    pub fn is_final(self) -> bool {
+        !matches!(self, Self::Idle | Self::Load | Self::Settle)
+    }
+}
+
+// State words. Behind them stand, for each state: its place on the path, counted from 1, or 0 if it is not on the path;
+// the action being tried for it; the first step towards it.
 pub(in crate::task::planner) const PHASE: usize = 0;
 pub(in crate::task::planner) const EXAMINED: usize = 1;
 pub(in crate::task::planner) const SUBJECT: usize = 2;
 pub(in crate::task::planner) const SECOND: usize = 3;
 pub(in crate::task::planner) const TIMER: usize = 4;
 pub(in crate::task::planner) const STABLE: usize = 5;
-const CANDIDATE: usize = 6;
-pub(in crate::task::planner) const TOP: usize = 7;
-const DEPTH: usize = 8;
-const RECALLING: usize = 9;
+pub(in crate::task::planner) const TOP: usize = 6;
+const DEPTH: usize = 7;
+const RECALLING: usize = 8;
 /// The action that an obstacle concerns.
-pub(in crate::task::planner) const ACTION: usize = 10;
-const PATH: usize = 11;
+pub(in crate::task::planner) const ACTION: usize = 9;
+const PATH: usize = 10;
 
-/// Number of words for each action, if states have several causes: whether it is ruled out, and the fault.
+/// Number of words for each action: whether it is ruled out, and the fault.
 const OF_ACTION: usize = 5;
 
 const ALLOWED: u32 = 0;
 const FOR_GOOD: u32 = 1;
 const FOR_NOW: u32 = 2;
-
-/// The causes of every state, kept only if some state has several causes.
-#[derive(Debug)]
-pub(in crate::task::planner) struct Alternatives {
-    /// For each state, the indices of its causes, in order of preference.
-    causes: Vec<Vec<usize>>,
-    actions: usize,
-}
-
-impl Alternatives {
-    /// Returns the causes; `None` if no state has several causes.
-    pub fn of(domain: &Domain) -> Option<Self> {
-        let causes: Vec<Vec<usize>> = domain
-            .state_ids()
-            .map(|state| domain.causes(state).iter().map(|a| a.index()).collect())
-            .collect();
-        let several = causes.iter().any(|c: &Vec<usize>| c.len() > 1);
-        several.then(|| Self { causes, actions: domain.operators().len() })
-    }
-}
 
 /// Why an action or a state is impossible.
 #[derive(Clone, Copy)]
@@ -69,21 +100,31 @@ struct Fault {
 #[derive(Debug)]
 pub(in crate::task::planner) struct Rules {
     pub states: usize,
-    pub commitment: Commitment,
-    pub alternatives: Option<Alternatives>,
+    pub actions: usize,
+    /// Whether some state has several causes.
+    pub several: bool,
+    /// For each state, the indices of its causes, in order of preference.
+    causes: Vec<Vec<usize>>,
+    commitment: Commitment,
 }
 
 impl Rules {
+    pub fn new(domain: &Domain, commitment: Commitment) -> Self {
+        let causes = |state| domain.causes(state).iter().map(|a| a.index()).collect();
+        let causes: Vec<Vec<usize>> = domain.state_ids().map(causes).collect();
+        let several = causes.iter().any(|causes| causes.len() > 1);
+        let (states, actions) = (causes.len(), domain.operators().len());
+        Self { states, actions, several, causes, commitment }
+    }
+
     /// Number of state words that a walk uses.
     pub fn words(&self) -> usize {
-        let more = self.alternatives.as_ref();
-        // Two more words for each state: the action being tried, and the first step towards the state.
-        PATH + self.states + more.map_or(0, |a| 2 * self.states + OF_ACTION * a.actions)
+        PATH + 3 * self.states + OF_ACTION * self.actions
     }
 
     /// Number of real state values that a walk uses: reachable states, then ruled-out actions.
     pub fn reals(&self) -> usize {
-        self.states + self.alternatives.as_ref().map_or(0, |a| a.actions)
+        self.states + self.actions
     }
 }
 
@@ -101,7 +142,8 @@ pub(in crate::task::planner) struct Answer<'a> {
     pub chosen: Option<usize>,
 }
 
-fn active(value: Real) -> bool {
+/// Whether an item counts as active.
+pub(in crate::task::planner) fn active(value: Real) -> bool {
     value > 0.5
 }
 
@@ -132,11 +174,9 @@ impl Walk<'_> {
     pub fn push(&mut self, state: usize) {
         self.words[DEPTH] += 1;
         self.words[PATH + state] = self.words[DEPTH];
-        if self.rules.alternatives.is_some() {
-            let (tried, first) = (self.tried(state), self.first(state));
-            self.words[tried] = 0;
-            self.words[first] = 0;
-        }
+        let (tried, first) = (self.tried(state), self.first(state));
+        self.words[tried] = 0;
+        self.words[first] = 0;
         self.ask(state);
     }
 
@@ -158,25 +198,49 @@ impl Walk<'_> {
 
     /// Draws the conclusion about the examined state; does nothing if the answer is not complete yet.
     pub fn conclude(&mut self, answer: &Answer<'_>) {
-        if self.rules.alternatives.is_some() {
-            return self.weigh(answer);
+        let (subject, action) = (self.subject(), answer.action);
+        if self.rules.several {
+            if let Some((fault, for_now)) = self.exhausted(subject) {
+                return self.state_failed(fault, for_now);
+            }
+            // A graph of noisy neurons may recall an action that is ruled out or causes another state.
+            if self.ruled_out(action) != ALLOWED || !self.rules.causes[subject].contains(&action) {
+                return;
+            }
+            self.begin(subject, action);
         }
-        let can_be_done = self.can_be_done(answer);
-        match (answer.violated, answer.chosen) {
-            (Some(state), _) if can_be_done => {
-                self.end(Fault::absent(self.subject(), state, answer.action));
+        let first = self.first(subject);
+        if self.can_be_done(answer) {
+            if let Some(state) = answer.violated {
+                return self.rule_out(Fault::absent(subject, state, action), false);
             }
-            _ if can_be_done => {
-                if self.words[CANDIDATE] == 0 {
-                    self.words[CANDIDATE] = self.words[SUBJECT] + 1;
-                }
-                self.within_reach();
+            if self.words[first] == 0 {
+                self.words[first] = subject as u32 + 1;
             }
-            _ if !answer.unmet => self.within_reach(),
-            (_, Some(next)) if self.words[PATH + next] > 0 => self.end(Fault::circle(next)),
-            (_, Some(next)) => self.push(next),
-            // The graph is still choosing.
-            (_, None) => {}
+            return self.proven();
+        }
+        if !answer.unmet {
+            if self.words[first] == 0 {
+                let reached = |s: &usize| {
+                    active(answer.required[*s])
+                        && !active(answer.present[*s])
+                        && active(self.reals[*s])
+                };
+                let below = (0..self.rules.states).find(reached);
+                self.words[first] = below.map_or(0, |s| self.words[self.first(s)]);
+            }
+            return self.proven();
+        }
+        // Without a choice, the graph is still choosing.
+        let Some(next) = answer.chosen else { return };
+        if self.words[PATH + next] > 0 {
+            return self.rule_out(Fault::circle(next), true);
+        }
+        match self.exhausted(next) {
+            Some((fault, for_now)) if !self.rules.causes[next].is_empty() => {
+                self.rule_out(fault, for_now);
+            }
+            _ => self.push(next),
         }
     }
 
@@ -184,12 +248,21 @@ impl Walk<'_> {
         (0..self.rules.states).all(|s| !active(answer.required[s]) || active(answer.present[s]))
     }
 
+    /// Notes the action that is tried for a state.
+    fn begin(&mut self, state: usize, action: usize) {
+        let (tried, first) = (self.tried(state), self.first(state));
+        if self.words[tried] != action as u32 + 1 {
+            self.words[tried] = action as u32 + 1;
+            self.words[first] = 0;
+        }
+    }
+
     /// Handles an answer in which no action is recalled.
     pub fn nothing_causes(&mut self) {
-        if self.rules.alternatives.is_none() {
-            return self.end(Fault::nothing(self.subject()));
-        }
         let subject = self.subject();
+        if !self.rules.several {
+            return self.end(Fault::nothing(subject));
+        }
         // If some cause is not ruled out, the contest has no winner yet: wait.
         if let Some((fault, for_now)) = self.exhausted(subject) {
             self.state_failed(fault, for_now);
@@ -204,31 +277,8 @@ impl Walk<'_> {
         self.enter(fault.phase);
     }
 
-    /// Handles a reachable state: finishes, or returns to the state that needed it.
-    fn within_reach(&mut self) {
-        let subject = self.subject();
-        let done =
-            self.words[SUBJECT] == self.words[TOP] || self.rules.commitment == Commitment::First;
-        if let (true, Some(candidate)) = (done, self.words[CANDIDATE].checked_sub(1)) {
-            if candidate as usize == subject {
-                self.enter(Phase::Act);
-            } else {
-                self.words[RECALLING] = 1;
-                self.ask(candidate as usize);
-            }
-            return;
-        }
-        self.reals[subject] = 1.0;
-        match self.pop() {
-            Some(back) => self.ask(back),
-            None => self.enter(Phase::Lost),
-        }
-    }
-}
-
-/// The walk if states have several causes.
-impl Walk<'_> {
-    /// Word that holds the action being tried for a state on the path, counted from 1.
+    /// Word that holds the action being tried for a state on the path, counted from 1. Kept only if some state has several
+    /// causes.
     fn tried(&self, state: usize) -> usize {
         PATH + self.rules.states + state
     }
@@ -252,13 +302,9 @@ impl Walk<'_> {
         Fault { phase: Phase::from_word(phase), state, second, action }
     }
 
-    fn causes(&self, state: usize) -> &[usize] {
-        self.rules.alternatives.as_ref().map_or(&[], |a| &a.causes[state])
-    }
-
     /// If all causes of a state are ruled out, returns the fault, and whether it holds only for now.
     fn exhausted(&self, state: usize) -> Option<(Fault, bool)> {
-        let causes = self.causes(state);
+        let causes = &self.rules.causes[state];
         let Some(preferred) = causes.first() else {
             return Some((Fault::nothing(state), false));
         };
@@ -268,89 +314,52 @@ impl Walk<'_> {
         Some((self.fault(*preferred), causes.iter().any(|a| self.ruled_out(*a) == FOR_NOW)))
     }
 
-    fn weigh(&mut self, answer: &Answer<'_>) {
-        let (subject, action) = (self.subject(), answer.action);
-        if let Some((fault, for_now)) = self.exhausted(subject) {
-            return self.state_failed(fault, for_now);
-        }
-        // A graph of noisy neurons may recall an action that is ruled out or causes another state.
-        if self.ruled_out(action) != ALLOWED || !self.causes(subject).contains(&action) {
-            return;
-        }
-        let (tried, first) = (self.tried(subject), self.first(subject));
-        if self.words[tried] != action as u32 + 1 {
-            self.words[tried] = action as u32 + 1;
-            self.words[first] = 0;
-        }
-        if self.can_be_done(answer) {
-            match answer.violated {
-                Some(state) => self.rule_out(action, Fault::absent(subject, state, action), false),
-                None => {
-                    self.words[first] = subject as u32 + 1;
-                    self.proven();
-                }
-            }
-            return;
-        }
-        if !answer.unmet {
-            if self.words[first] == 0 {
-                let reached = |s: &usize| {
-                    active(answer.required[*s])
-                        && !active(answer.present[*s])
-                        && active(self.reals[*s])
-                };
-                let below = (0..self.rules.states).find(reached);
-                self.words[first] = below.map_or(0, |s| self.words[self.first(s)]);
-            }
-            return self.proven();
-        }
-        let Some(next) = answer.chosen else { return };
-        if self.words[PATH + next] > 0 {
-            self.rule_out(action, Fault::circle(next), true);
-        } else if let Some((fault, for_now)) =
-            self.exhausted(next).filter(|_| self.has_causes(next))
-        {
-            self.rule_out(action, fault, for_now);
-        } else {
-            self.push(next);
-        }
-    }
-
-    fn has_causes(&self, state: usize) -> bool {
-        !self.causes(state).is_empty()
-    }
-
-    /// Handles a reachable state.
+    /// Handles a reachable state: finishes, or returns to the state that needed it.
     fn proven(&mut self) {
         let subject = self.subject();
         let step = self.words[self.first(subject)];
-        self.words[CANDIDATE] = step;
-        if subject as u32 == self.words[TOP] || self.rules.commitment == Commitment::First {
-            return self.within_reach();
+        let done =
+            self.words[SUBJECT] == self.words[TOP] || self.rules.commitment == Commitment::First;
+        if let (true, Some(candidate)) = (done, step.checked_sub(1)) {
+            if candidate as usize == subject {
+                self.enter(Phase::Act);
+            } else {
+                self.words[RECALLING] = 1;
+                self.ask(candidate as usize);
+            }
+            return;
         }
         self.let_in_again();
         self.reals[subject] = 1.0;
-        match self.pop() {
-            Some(back) => {
-                let first = self.first(back);
-                if self.words[first] == 0 {
-                    self.words[first] = step;
-                }
-                self.ask(back);
-            }
-            None => self.enter(Phase::Lost),
+        let Some(back) = self.pop() else { return self.enter(Phase::Lost) };
+        let first = self.first(back);
+        if self.words[first] == 0 {
+            self.words[first] = step;
         }
+        self.ask(back);
     }
 
     /// Rules out the action being tried for the examined state and asks for another.
-    fn rule_out(&mut self, action: usize, fault: Fault, for_now: bool) {
-        let at = self.of_action(action);
-        let Fault { phase, state, second, action: about } = fault;
-        let word = if for_now { FOR_NOW } else { FOR_GOOD };
-        self.words[at..at + OF_ACTION].copy_from_slice(&[word, phase.word(), state, second, about]);
-        self.reals[self.rules.states + action] = 1.0;
+    fn rule_out(&mut self, fault: Fault, for_now: bool) {
+        if !self.rules.several {
+            return self.end(fault);
+        }
         let subject = self.subject();
-        let first = self.first(subject);
+        let (tried, first) = (self.tried(subject), self.first(subject));
+        let Some(tried) = self.words[tried].checked_sub(1) else {
+            return self.enter(Phase::Lost);
+        };
+        let at = self.of_action(tried as usize);
+        let Fault { phase, state, second, action } = fault;
+        let word = if for_now { FOR_NOW } else { FOR_GOOD };
+        self.words[at..at + OF_ACTION].copy_from_slice(&[
+            word,
+            phase.word(),
+            state,
+            second,
+            action,
+        ]);
+        self.reals[self.rules.states + tried as usize] = 1.0;
         self.words[first] = 0;
         match self.exhausted(subject) {
             Some((fault, for_now)) => self.state_failed(fault, for_now),
@@ -365,16 +374,12 @@ impl Walk<'_> {
         }
         let Some(back) = self.pop() else { return self.enter(Phase::Lost) };
         self.words[SUBJECT] = back as u32;
-        match self.words[self.tried(back)].checked_sub(1) {
-            Some(action) => self.rule_out(action as usize, fault, for_now),
-            None => self.enter(Phase::Lost),
-        }
+        self.rule_out(fault, for_now);
     }
 
     /// Readmits the actions that were ruled out for now.
     fn let_in_again(&mut self) {
-        let actions = self.rules.alternatives.as_ref().map_or(0, |a| a.actions);
-        for action in 0..actions {
+        for action in 0..self.rules.actions {
             let at = self.of_action(action);
             if self.words[at] == FOR_NOW {
                 self.words[at] = ALLOWED;

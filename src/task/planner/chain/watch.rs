@@ -2,51 +2,16 @@
 
 use std::ops::ControlFlow;
 
-use super::ask::Planner;
-use super::executive::Phase;
+use super::graph::PlanningPorts;
+use super::walk::Phase;
 use crate::sim::{SimView, StopReason};
-use crate::task::domain::{ActionId, StateId, WorldState};
-use crate::task::planner::decision::Stage;
-
-/// A choice among several causes of a state.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Choice {
-    /// Number of the question, counted from 1.
-    pub question: u32,
-    /// The state.
-    pub state: StateId,
-    /// The chosen cause.
-    pub action: ActionId,
-    /// Number of causes that were not ruled out yet.
-    pub among: usize,
-    /// Why this cause was chosen.
-    pub why: Why,
-}
-
-/// Why one cause of a state was chosen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Why {
-    /// All other causes had been ruled out.
-    OnlyOneLeft,
-    /// The cause has fewer unmet preconditions than any other cause.
-    FewestUnmet {
-        /// Number of unmet preconditions.
-        unmet: usize,
-    },
-    /// No other cause has fewer unmet preconditions. Among the causes with equally many, the chosen cause comes first
-    /// in [`Domain::causes`](crate::task::domain::Domain::causes).
-    Preferred {
-        /// Number of unmet preconditions.
-        unmet: usize,
-    },
-    /// The neurons were not precise enough: by the rule, another cause should have won. Never occurs in direct mode.
-    Imprecision,
-}
+use crate::task::domain::{ActionId, Domain, StateId, WorldState};
+use crate::task::planner::decision::{Choice, Stage, Why};
 
 /// Notes when the graph's items last changed during a question.
 pub(in crate::task::planner) struct Watch<'p> {
-    planner: &'p Planner,
+    domain: &'p Domain,
+    ports: &'p PlanningPorts,
     world: &'p WorldState,
     active: Vec<Vec<bool>>,
     changed_ms: [f64; 5],
@@ -61,9 +26,10 @@ pub(in crate::task::planner) struct Watch<'p> {
 }
 
 impl<'p> Watch<'p> {
-    pub fn new(planner: &'p Planner, world: &'p WorldState) -> Self {
+    pub fn new(domain: &'p Domain, ports: &'p PlanningPorts, world: &'p WorldState) -> Self {
         Self {
-            planner,
+            domain,
+            ports,
             world,
             active: vec![Vec::new(); 5],
             changed_ms: [0.0; 5],
@@ -73,7 +39,7 @@ impl<'p> Watch<'p> {
             action: None,
             choices: Vec::new(),
             recalled: None,
-            ruled_out: vec![false; planner.domain.operators().len()],
+            ruled_out: vec![false; domain.operators().len()],
         }
     }
 
@@ -83,7 +49,7 @@ impl<'p> Watch<'p> {
 
     /// Notes the cause that the conclusion is about, if the state has several causes.
     fn note_choice(&mut self, question: u32, about: usize) {
-        let (state, domain) = (StateId::new(about), &self.planner.domain);
+        let (state, domain) = (StateId::new(about), self.domain);
         let (Some(action), true) = (self.recalled, about < domain.states().len()) else { return };
         let causes = domain.causes(state);
         let last = self.choices.iter().rev().find(|c| c.state == state);
@@ -109,7 +75,7 @@ impl<'p> Watch<'p> {
 
     pub fn look(&mut self, view: &SimView<'_>) -> ControlFlow<StopReason> {
         let now = view.time().as_millis_f64();
-        for (index, output) in self.planner.watched.iter().enumerate() {
+        for (index, output) in self.ports.watched.iter().enumerate() {
             let values = view.value(output);
             let was = &mut self.active[index];
             was.resize(values.len(), false);
@@ -120,35 +86,33 @@ impl<'p> Watch<'p> {
                 }
             }
         }
-        let trace = view.value(&self.planner.trace);
+        let trace = view.value(&self.ports.trace);
         let (phase, question, subject) =
             (Phase::from_trace(trace[0]), trace[1] as u32, trace[2] as usize);
         if self.last_phase == Phase::Settle && phase != Phase::Settle && phase != Phase::Lost {
             let (asked, about) = self.asked;
             let stages = [Stage::Goal, Stage::Action, Stage::Preconditions, Stage::Comparison];
-            let mut reached: Vec<(Stage, f64)> = Vec::new();
+            let mut after = 0.0;
             for (at, stage) in stages.into_iter().enumerate() {
                 // The comparison ends with the choice. If no precondition is unmet, the comparison ends when the last
                 // open item becomes inactive.
-                let time = if at == 3 {
-                    self.changed_ms[3].max(self.changed_ms[4])
-                } else {
-                    self.changed_ms[at]
+                let (reached, time) = match stage {
+                    Stage::Comparison => {
+                        let time = self.changed_ms[3].max(self.changed_ms[4]);
+                        (phase != Phase::NothingCauses, time)
+                    }
+                    _ => (self.active[at].iter().any(|a| *a), self.changed_ms[at]),
                 };
-                let any = self.active[at].iter().any(|a| *a) || at == 3;
-                let after = reached.last().map_or(0.0, |(_, t)| *t);
-                if any && !(at == 3 && phase == Phase::NothingCauses) {
-                    reached.push((stage, time.max(after)));
+                if reached {
+                    after = time.max(after);
+                    self.note(asked, stage, about, after);
                 }
-            }
-            for (stage, time) in reached {
-                self.note(asked, stage, about, time);
             }
             self.note(asked, Stage::Conclusion, about, now);
             self.note_choice(asked, about);
         }
-        if let (Some(flags), Phase::Settle) = (&self.planner.ruled_out, phase) {
-            let recalled = view.value(&self.planner.recalled);
+        if let (Some(flags), Phase::Settle) = (&self.ports.ruled_out, phase) {
+            let recalled = view.value(&self.ports.recalled);
             self.recalled = recalled.iter().position(|a| *a > 0.5).map(ActionId::new);
             for (flag, value) in self.ruled_out.iter_mut().zip(view.value(flags)) {
                 *flag = *value > 0.5;
@@ -159,7 +123,7 @@ impl<'p> Watch<'p> {
             self.asked = (question, subject);
         }
         if phase.is_final() {
-            let actions = view.value(&self.planner.actions);
+            let actions = view.value(&self.ports.actions);
             self.action = actions.iter().position(|a| *a > 0.5).map(ActionId::new);
             if phase != Phase::Act || self.action.is_some() {
                 return ControlFlow::Break(StopReason::Condition("decided"));

@@ -5,14 +5,16 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::chain::views::ModuleView;
-use super::decider::{Decider, Request, Told};
-use super::rollout::{PlanEnd, Prediction, RolledOut, advance};
+use super::decider::{Decider, PlannerInput, Request};
+use super::rollout::{Prediction, RolledOut, roll_out};
 use crate::neurons::PopulationPlan;
-use crate::plan::goal_sets::{GoalSetGraph, Mutexes, Regression, check_units, phase_names};
+use crate::plan::goal_sets::{
+    GoalSetGraph, GoalSetPorts, Mutexes, Regression, check_units, phase_names,
+};
 use crate::plan::strips::{Fact, Fluent, GroundOperator, Grounded};
 use crate::sim::{
-    Graph, GraphBuilder, InputSpec, Out, OutputSpec, Real, Seed, SimDuration, Synapse, Timebase,
-    Vector, WorldLink,
+    Graph, GraphBuilder, InputSpec, OutputSpec, Real, Seed, SimDuration, Synapse, Timebase, Vector,
+    WorldLink,
 };
 use crate::task::domain::{
     ActionId, Domain, Obstacle, Rules, StateId, Verdict, WorldState, obstacles,
@@ -55,18 +57,11 @@ pub struct GoalSetPlanner {
     /// State of each fluent, and whether the fluent holds when the state does.
     fluents: Vec<(StateId, bool)>,
     graph: Arc<Graph>,
-    pub(super) outputs: Outputs,
+    ports: GoalSetPorts,
     modules: Vec<ModuleView>,
     phases: usize,
     met: usize,
     stuck: usize,
-}
-
-/// Outputs of the graph that a plan is read from.
-pub(super) struct Outputs {
-    pub actions: Out<Vector>,
-    pub phases: Out<Vector>,
-    pub winner: Out<Vector>,
 }
 
 impl GoalSetPlanner {
@@ -145,19 +140,17 @@ impl GoalSetPlanner {
         let place = |name: &str| phases.iter().position(|p| p == name).unwrap_or(usize::MAX);
         let (met, stuck) = (place("Done"), place("Stuck"));
         let (domain, phases) = (domain.clone(), phases.len());
-        let outputs =
-            Outputs { actions: ports.actions, phases: ports.phases, winner: ports.winner };
-        Ok(Self { domain, rules, fluents: sensed, graph, outputs, modules, phases, met, stuck })
+        Ok(Self { domain, rules, fluents: sensed, graph, ports, modules, phases, met, stuck })
     }
 
     /// Returns the reason why the goals cannot be reached, as the symbolic planner finds it: that of the first goal that is
     /// out of reach by itself.
-    fn obstacle(&self, told: &Told<'_>) -> Obstacle {
+    fn obstacle(&self, input: &PlannerInput<'_>) -> Obstacle {
         let states = 0..self.domain.states().len();
-        let world: WorldState = states.map(|s| told.holds(StateId::new(s))).collect();
+        let world: WorldState = states.map(|s| input.holds(StateId::new(s))).collect();
         let of = |goal: &StateId| obstacles(&self.domain, &world, *goal, self.rules).pop_first();
-        let first = told.goals.iter().find_map(of);
-        first.unwrap_or(Obstacle::NoPlan { state: told.goal })
+        let first = input.goals.iter().find_map(of);
+        first.unwrap_or(Obstacle::NoPlan { state: input.goal })
     }
 }
 
@@ -250,29 +243,29 @@ impl Decider for GoalSetPlanner {
     }
 
     /// Writes whether a goal is wanted, whether the motor is busy, what holds, and the goals.
-    fn sense(&self, told: &Told<'_>, out: &mut [Real]) {
+    fn sense(&self, input: &PlannerInput<'_>, out: &mut [Real]) {
         let (requests, rest) = out.split_at_mut(2);
-        requests[0] = Real::from(u8::from(told.request != Request::Forget));
-        requests[1] = Real::from(u8::from(told.request == Request::Wait));
+        requests[0] = Real::from(u8::from(input.request != Request::Forget));
+        requests[1] = Real::from(u8::from(input.request == Request::Wait));
         let (holds, goal) = rest.split_at_mut(self.fluents.len());
         for ((state, positive), value) in self.fluents.iter().zip(holds) {
-            *value = Real::from(u8::from(told.holds(*state) == *positive));
+            *value = Real::from(u8::from(input.holds(*state) == *positive));
         }
         goal.fill(0.0);
-        for wanted in told.goals {
+        for wanted in input.goals {
             if let Some(goal) = goal.get_mut(wanted.index()) {
                 *goal = 1.0;
             }
         }
     }
 
-    fn verdict(&self, command: &[Real], told: &Told<'_>) -> Option<Verdict> {
+    fn verdict(&self, command: &[Real], input: &PlannerInput<'_>) -> Option<Verdict> {
         let (actions, phases) = command.split_at(self.domain.operators().len());
         let active = |place: usize| phases.get(place).is_some_and(|p| *p > 0.5);
         let action = || actions.iter().position(|a| *a > 0.5).map(ActionId::new);
         match (active(self.met), active(self.stuck)) {
             (true, false) => Some(Verdict::Met),
-            (false, true) => Some(Verdict::Stuck(self.obstacle(told))),
+            (false, true) => Some(Verdict::Stuck(self.obstacle(input))),
             _ => action().map(Verdict::Act),
         }
     }
@@ -299,24 +292,15 @@ impl Decider for GoalSetPlanner {
         limit: SimDuration,
     ) -> Result<RolledOut, TaskError> {
         prediction.goals().iter().try_for_each(|goal| self.check_goal(*goal))?;
+        let goals = prediction.goals().to_vec();
         let mut run = GoalSetRun::new(self)?;
-        let mut steps = Vec::new();
-        let mut last = None;
-        loop {
-            let Some(goal) = prediction.goal() else {
-                return Ok(RolledOut { steps, end: PlanEnd::Met, last });
-            };
-            let present = prediction.present();
-            self.check_world(&present)?;
-            let goals = prediction.goals().to_vec();
+        roll_out(prediction, |present, goal| {
+            self.check_world(present)?;
             let request = Request::Decide;
-            let told = Told { request, present: &present, pretended: &[], goal, goals: &goals };
-            let decision = run.decide(&told, limit)?;
-            if let Some(end) = advance(&mut steps, &decision, prediction) {
-                return Ok(RolledOut { steps, end, last: Some(decision) });
-            }
-            run.wait(&told)?;
-            last = Some(decision);
-        }
+            run.decide(
+                &PlannerInput { request, present, pretended: &[], goal, goals: &goals },
+                limit,
+            )
+        })
     }
 }

@@ -8,7 +8,7 @@ use crate::sim::{Real, RunConfig, SimDuration, Simulator, StopReason};
 use crate::task::domain::{ActionId, Obstacle, Verdict};
 use crate::task::error::TaskError;
 use crate::task::planner::board::Board;
-use crate::task::planner::decider::{Decider, Request, Told};
+use crate::task::planner::decider::{Decider, PlannerInput, Request};
 use crate::task::planner::decision::{Decision, Milestone, Stage};
 
 /// Time for which the motor is busy with an action of a plan that is rolled out.
@@ -21,6 +21,8 @@ pub(in crate::task::planner) struct GoalSetRun<'p> {
     board: Board,
     moments: Moments,
     ms: u64,
+    /// Whether the motor is busy with the action decided last.
+    busy: bool,
 }
 
 impl<'p> GoalSetRun<'p> {
@@ -28,14 +30,7 @@ impl<'p> GoalSetRun<'p> {
         let board = Board::new(planner);
         let config = RunConfig::default().in_world(board.clone());
         let sim = Simulator::new(planner.graph().clone(), config)?;
-        Ok(Self { planner, sim, board, moments: Moments::default(), ms: 0 })
-    }
-
-    /// Lets the motor be busy for a while.
-    pub fn wait(&mut self, told: &Told<'_>) -> Result<(), TaskError> {
-        self.board.tell(self.planner, &Told { request: Request::Wait, ..*told });
-        self.run(BUSY, |_| None)?;
-        Ok(())
+        Ok(Self { planner, sim, board, moments: Moments::default(), ms: 0, busy: false })
     }
 
     /// Runs until `shown` returns a verdict for the commands, or for the whole span.
@@ -49,10 +44,10 @@ impl<'p> GoalSetRun<'p> {
         let mut verdict = None;
         sim.run_until(span, |view| {
             *ms += 1;
-            let phases = view.value(&planner.outputs.phases);
-            moments.look(*ms, phases, view.value(&planner.outputs.winner));
+            let phases = view.value(&planner.ports.phases);
+            moments.look(*ms, phases, view.value(&planner.ports.winner));
             let (actions, rest) = commands.split_at_mut(planner.domain().operators().len());
-            actions.copy_from_slice(view.value(&planner.outputs.actions));
+            actions.copy_from_slice(view.value(&planner.ports.actions));
             rest.copy_from_slice(phases);
             verdict = shown(&commands);
             match verdict {
@@ -63,19 +58,28 @@ impl<'p> GoalSetRun<'p> {
         Ok(verdict)
     }
 
-    /// Asks for a decision. Without one within the limit, there is no plan.
-    pub fn decide(&mut self, told: &Told<'_>, limit: SimDuration) -> Result<Decision, TaskError> {
-        self.board.tell(self.planner, told);
+    /// Asks for a decision, once the motor is done with the last. Without one within the limit, there is no plan.
+    pub fn decide(
+        &mut self,
+        input: &PlannerInput<'_>,
+        limit: SimDuration,
+    ) -> Result<Decision, TaskError> {
+        if self.busy {
+            self.run(BUSY, |_| None)?;
+        }
+        self.board.write(self.planner, input);
         let (planner, begun, past) = (self.planner, self.ms, self.moments.all.len());
         let mut last = (None, 0);
         let verdict = self.run(limit, |commands| {
-            let verdict = planner.verdict(commands, told);
+            let verdict = planner.verdict(commands, input);
             last = (verdict, if verdict == last.0 { last.1 + 1 } else { 1 });
             verdict.filter(|verdict| last.1 >= planner.steady_ms(verdict))
         })?;
-        let no_plan = Verdict::Stuck(Obstacle::NoPlan { state: told.goal });
+        self.board.write(self.planner, &PlannerInput { request: Request::Wait, ..*input });
+        self.busy = true;
+        let no_plan = Verdict::Stuck(Obstacle::NoPlan { state: input.goal });
         let verdict = verdict.unwrap_or(no_plan);
-        let goal = match told.goals {
+        let goal = match input.goals {
             [goal] => planner.domain()[*goal].name.as_str(),
             _ => "all goals",
         };

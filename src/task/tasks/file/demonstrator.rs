@@ -8,7 +8,7 @@ use rand::RngExt;
 
 use super::format::{Orientation, Place, Quantity, Relation};
 use super::frames::{Level, arc, dot};
-use super::relation::{Held, Seen, Sight};
+use super::relation::{Placement, Seen, Sight};
 use super::shape::Extent;
 use super::task::DataTask;
 use crate::robot::arm::vector::scale;
@@ -52,7 +52,7 @@ impl Shower {
     }
 
     /// Returns the open relations, in the drawn order.
-    fn open<'f>(&self, sight: &Sight<'f>, held: &[Vec<Held>]) -> Vec<Open<'f>> {
+    fn open<'f>(&self, sight: &Sight<'f>, held: &[Vec<Placement>]) -> Vec<Open<'f>> {
         let all: Vec<&Relation> = sight.file.relations().collect();
         let holds: Vec<bool> = all.iter().map(|relation| sight.holds(relation)).collect();
         let ready = |relation: &Relation| {
@@ -108,7 +108,7 @@ impl Shower {
 
     /// Returns the first step that nothing prevents; otherwise a step that moves a part out of the way.
     fn step(&self, sight: &Sight<'_>, so_far: &[SkillReport]) -> Option<Step> {
-        let held: Vec<Vec<Held>> = sight.file.relations().map(|r| sight.held(r)).collect();
+        let held: Vec<Vec<Placement>> = sight.file.relations().map(|r| sight.held(r)).collect();
         let goals = sight.file.goal.len();
         let used = |part: usize| holds_any(&held[..goals], part);
         let refused = |part: usize| refusals(so_far, part);
@@ -198,14 +198,14 @@ impl Demonstrator for Shower {
     }
 }
 
-fn holds_any(held: &[Vec<Held>], part: usize) -> bool {
+fn holds_any(held: &[Vec<Placement>], part: usize) -> bool {
     held.iter().flatten().any(|h| h.part == part)
 }
 
 /// Returns the parts that may be brought to a place of a relation, given the parts that hold each relation.
 fn fit<'s>(
     sight: &'s Sight<'_>,
-    held: &[Vec<Held>],
+    held: &[Vec<Placement>],
     number: usize,
     relation: &Relation,
 ) -> Vec<&'s Seen> {
@@ -216,10 +216,11 @@ fn fit<'s>(
     let own = |condition: &Relation| {
         relation.needs.contains(&condition.name) && condition.part == relation.part
     };
-    let needed: Vec<&[Vec<Held>]> = (sight.file.conditions.iter().zip(held[goals..].chunks(1)))
-        .filter(|(condition, _)| own(condition))
-        .map(|(_, held)| held)
-        .collect();
+    let needed: Vec<&[Vec<Placement>]> =
+        (sight.file.conditions.iter().zip(held[goals..].chunks(1)))
+            .filter(|(condition, _)| own(condition))
+            .map(|(_, held)| held)
+            .collect();
     let kind = sight.kind(&relation.part);
     let parts = sight.parts.iter().filter(|seen| Some(seen.kind) == kind && is_free(seen));
     parts.filter(|seen| needed.iter().all(|held| holds_any(held, seen.part))).collect()

@@ -26,7 +26,7 @@ pub(super) struct Seen {
 
 /// A part at a place of a relation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Held {
+pub(super) struct Placement {
     /// Number of the reference's instance.
     pub instance: usize,
     /// Number of the place.
@@ -80,9 +80,9 @@ impl<'f> Sight<'f> {
     }
 
     /// Returns the parts that stand at places of a relation.
-    pub fn held(&self, relation: &Relation) -> Vec<Held> {
+    pub fn held(&self, relation: &Relation) -> Vec<Placement> {
         let kind = self.kind(&relation.part);
-        let mut held: Vec<Held> = Vec::new();
+        let mut held: Vec<Placement> = Vec::new();
         for (instance, (level, own)) in self.instances(relation).into_iter().enumerate() {
             for seen in self.parts.iter().filter(|s| Some(s.kind) == kind && Some(s.part) != own) {
                 let handling = &self.file.parts[seen.kind].handling;
@@ -90,7 +90,7 @@ impl<'f> Sight<'f> {
                     .places
                     .iter()
                     .position(|place| stands(relation, place, &level, &seen.frame, handling));
-                held.extend(at.map(|place| Held { instance, place, part: seen.part }));
+                held.extend(at.map(|place| Placement { instance, place, part: seen.part }));
             }
         }
         held
