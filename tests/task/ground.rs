@@ -9,11 +9,11 @@ use symbolt::neurons::PopulationPlan;
 use symbolt::sim::{PointerRef, Seed, Threads, VocabTag};
 use symbolt::spa::{VocabularyBuilder, dot};
 use symbolt::study::worlds::{self, Stage, World};
+use symbolt::task::classify::{Classifier, LaidOut, Layout};
+use symbolt::task::compile::{GroundProblem, Problem};
+use symbolt::task::domain::{Fact, RelationalDomain, Situation};
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::{Encoded, Planner, PlannerSpec};
-use symbolt::task::relational::{
-    Classifier, Fact, GroundProblem, LaidOut, Layout, Problem, RelationalDomain, Situation,
-};
 use symbolt::task::tasks::nuts_and_bolts::SyntheticDemonstrations;
 use symbolt::task::{ObjectPose, Part, Snapshot, State, StateId, TaskError, Verdict};
 

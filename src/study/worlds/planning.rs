@@ -1,9 +1,11 @@
 //! The planner that decides the moves of an episode.
 
 use crate::sim::{Seed, SimDuration};
-use crate::task::domain::{ActionId, StateId, WorldState};
+use crate::task::classify::Layout;
+use crate::task::compile::{GroundProblem, Move, Problem};
+use crate::task::domain::Situation;
 use crate::task::planner::{PlanEnd, PlannerBuild, PlannerKind, Prediction};
-use crate::task::relational::{GroundProblem, Layout, Move, Problem, Situation};
+use crate::task::propositional::{ActionId, StateId, WorldState};
 
 /// The planner of an episode. It plans anew after each move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

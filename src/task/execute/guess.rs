@@ -1,6 +1,8 @@
 //! Guesses about objects in no state, such as a part that was dropped.
 
-use crate::task::relational::{Fact, LaidOut, Layout, Problem, RelationalDomain, Situation};
+use crate::task::classify::{LaidOut, Layout};
+use crate::task::compile::Problem;
+use crate::task::domain::{Fact, RelationalDomain, Situation};
 
 /// Height at which an object that is not seen is remembered, in metres. No state and no reference is near it.
 pub(super) const UNSEEN_M: f64 = -1e3;

@@ -10,15 +10,14 @@ use super::guess::{UNSEEN_M, assumed, is_loose};
 use super::recovery::attempts::{Attempts, What};
 use crate::robot::Pose;
 use crate::robot::skill::{Facing, Target};
-use crate::task::domain::{ActionId, StateId, WorldState};
+use crate::task::classify::{Classifier, LaidOut, Layout};
+use crate::task::compile::{GroundProblem, Move, Problem, TargetPose};
+use crate::task::domain::{RelationalDomain, Situation, Turn};
 use crate::task::error::TaskError;
 use crate::task::event::{Chosen, InNoState};
 use crate::task::planner::Decider;
+use crate::task::propositional::{ActionId, StateId, WorldState};
 use crate::task::recording::{ObjectPose, Snapshot};
-use crate::task::relational::{
-    Classifier, GroundProblem, LaidOut, Layout, Move, Problem, RelationalDomain, Situation,
-    TargetPose, Turn,
-};
 
 /// Builds the planner over a ground problem.
 pub(super) type BuildDecider<'d> =

@@ -11,10 +11,11 @@ use super::summary::Failure;
 use super::transitions::Transitions;
 use super::{Learned, Settings};
 use crate::robot::Pose;
-use crate::task::domain::{Origin, StateId};
+use crate::task::domain::Origin;
+use crate::task::domain::gaussian::{CountedOperator, GaussianState, Gaussians};
+use crate::task::domain::{KindClusters, Provenance};
 use crate::task::error::TaskError;
-use crate::task::relational::gaussian::{CountedOperator, GaussianState, Gaussians};
-use crate::task::relational::{KindClusters, Provenance};
+use crate::task::propositional::StateId;
 
 /// Inferred states and operators, as input for the report.
 pub(super) struct Inferred<'a> {

@@ -75,10 +75,10 @@ pub use linkage::{Dendrogram, MAX_POINTS, Merge};
 pub use summary::{AttemptOutcome, AttemptReport, Failure, LearnReport, UnexplainedPoses};
 pub use threshold::RESOLUTION;
 
+use crate::task::domain::RelationalDomain;
 use crate::task::error::TaskError;
 use crate::task::event::{Ignore, Observer};
 use crate::task::recording::Recording;
-use crate::task::relational::RelationalDomain;
 
 /// How states and operators are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

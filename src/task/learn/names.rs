@@ -3,7 +3,8 @@
 use std::collections::HashSet;
 
 use crate::robot::Pose;
-use crate::task::domain::{Origin, is_symbol};
+use crate::task::domain::Origin;
+use crate::task::propositional::is_symbol;
 
 /// A fixture: an object that never moved. States near it are named after it.
 #[derive(Debug, Clone, PartialEq)]

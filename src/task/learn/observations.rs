@@ -9,9 +9,9 @@ use super::linkage::Dendrogram;
 use super::threshold::{Manipulation, choose};
 use super::tracks::{Track, follow};
 use crate::robot::Pose;
-use crate::task::domain::WorldState;
 use crate::task::error::TaskError;
 use crate::task::event::{Event, LearningStep, Observer};
+use crate::task::propositional::WorldState;
 use crate::task::recording::Recording;
 
 /// A recording with its tracks, attempts and clusters.

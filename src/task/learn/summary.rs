@@ -6,7 +6,7 @@ use super::gaussian::PoseGaussian;
 use super::infer::{Inferred, state_of};
 use super::observations::Observations;
 use crate::robot::Pose;
-use crate::task::domain::{ActionId, StateId};
+use crate::task::propositional::{ActionId, StateId};
 
 /// The outcome of an attempt.
 #[derive(Debug, Clone, PartialEq, Eq)]

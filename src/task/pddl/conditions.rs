@@ -3,9 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::WriteFault;
-use crate::task::relational::{
-    Condition, Fact, Frame, Move, Need, NeedVerdict, Problem, Role, Subject,
-};
+use crate::task::compile::{Move, Problem};
+use crate::task::domain::{Condition, Fact, Frame, Need, NeedVerdict, Role, Subject};
 
 /// An object in a state.
 pub(super) type At = (usize, Fact);

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::conditions::{At, Possible};
-use crate::task::relational::Quantity;
+use crate::task::domain::Quantity;
 
 /// A part of the goal: at least so many objects each have one of their sets of facts.
 pub(super) struct Counted {

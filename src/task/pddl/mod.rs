@@ -22,7 +22,7 @@ pub use plain::of_grounded;
 pub use relational::of_relational;
 
 use crate::plan::strips::{self, MAX_ACTIONS};
-use crate::task::relational::Move;
+use crate::task::compile::Move;
 use names::Names;
 
 /// A domain and a problem in PDDL, and what their names stand for.

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::chain::watch::Choice;
-use crate::task::domain::Verdict;
+use crate::task::propositional::Verdict;
 
 /// The stages of a decision. Each gives a milestone.
 ///

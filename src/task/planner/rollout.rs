@@ -4,8 +4,8 @@ use super::chain::ask::Planner;
 use super::decider::Decider;
 use super::decision::Decision;
 use crate::sim::SimDuration;
-use crate::task::domain::{ActionId, Domain, Obstacle, StateId, Verdict, WorldState};
 use crate::task::error::TaskError;
+use crate::task::propositional::{ActionId, Domain, Obstacle, StateId, Verdict, WorldState};
 
 /// One step of a plan.
 #[derive(Debug, Clone, PartialEq)]
@@ -71,7 +71,7 @@ pub struct Counts<'d> {
 
 impl<'d> Counts<'d> {
     /// Makes the situation from the number of objects in each state, as
-    /// [`Domain::counts`](crate::task::domain::Domain::counts) returns it. A planner refuses counts of another number of
+    /// [`Domain::counts`](crate::task::propositional::Domain::counts) returns it. A planner refuses counts of another number of
     /// states.
     pub fn new(domain: &'d Domain, objects: &[usize], goal: StateId) -> Self {
         let left = (objects.iter().sum::<usize>() + 1) * (objects.len() + 1);
@@ -143,7 +143,7 @@ pub(super) const LIMIT: SimDuration = SimDuration::from_millis(10_000);
 
 impl Planner {
     /// Plans from a scene to `goal`. `objects` gives the number of objects in each state, as
-    /// [`Domain::counts`](crate::task::domain::Domain::counts) returns it; [`Counts`] predicts what actions do.
+    /// [`Domain::counts`](crate::task::propositional::Domain::counts) returns it; [`Counts`] predicts what actions do.
     ///
     /// # Errors
     /// As [`Planner::decide`].

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::likelihood::Sums;
 use super::motion::{Came, Motion, Rest};
 use crate::robot::Pose;
-use crate::task::relational::relative;
+use crate::task::domain::relative;
 
 /// Smallest size of the scene in a coordinate, in metres.
 const SMALLEST_M: f64 = 0.05;

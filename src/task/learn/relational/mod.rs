@@ -13,12 +13,12 @@ mod states;
 use super::summary::{AttemptOutcome, AttemptReport, LearnReport, UnexplainedPoses};
 use super::{Learned, Settings};
 use crate::robot::Pose;
-use crate::task::domain::ActionId;
+use crate::task::domain::{Provenance, RelationalDomain};
 use crate::task::error::TaskError;
 use crate::task::event::{Event, LearningStep, Observer};
 use crate::task::learn::PoseGaussian;
+use crate::task::propositional::ActionId;
 use crate::task::recording::Recording;
-use crate::task::relational::{Provenance, RelationalDomain};
 use motion::Motion;
 
 /// Learns from a recording whose settings were checked.

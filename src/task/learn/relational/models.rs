@@ -9,10 +9,10 @@ use super::places::Group;
 use super::states::{PLACED_M, PLACED_RAD};
 use crate::robot::{Pose, mean_orientation};
 use crate::task::domain::Origin;
-use crate::task::domain::tolerance::MIN_DISTINCT;
+use crate::task::domain::gaussian::MIN_DISTINCT;
+use crate::task::domain::{Coordinate, Frame, FrameState, Place, ROOMY_M, Turn};
 use crate::task::learn::gaussian::robust_mean;
 use crate::task::learn::names::{Landmark, Names, state_name, symbol};
-use crate::task::relational::{Coordinate, Frame, FrameState, Place, ROOMY_M, Turn};
 
 /// Standard deviation above which an orientation is free, in radians.
 const WILD_RAD: f64 = 0.35;

@@ -5,13 +5,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::likelihood::Likelihood;
 use super::motion::Motion;
 use super::states::{Label, States, least_support};
-use crate::task::learn::attempts::Attempt;
-use crate::task::learn::names::action_name;
-use crate::task::learn::summary::Failure;
-use crate::task::relational::{
+use crate::task::domain::{
     Condition, Coordinate, Displacement, GoalTerm, Need, NeedVerdict, Place, Quantity,
     RelationalOperator, Role, SideEffect, Subject, relative,
 };
+use crate::task::learn::attempts::Attempt;
+use crate::task::learn::names::action_name;
+use crate::task::learn::summary::Failure;
 
 /// A demonstrated instance of an action.
 struct Instance {

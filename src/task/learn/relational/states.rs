@@ -7,8 +7,8 @@ use super::frames::Frames;
 use super::likelihood::Likelihood;
 use super::motion::Motion;
 use super::places::{Group, is_scattered};
+use crate::task::domain::FrameState;
 use crate::task::learn::names::Names;
-use crate::task::relational::FrameState;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Label {

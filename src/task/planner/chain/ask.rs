@@ -13,12 +13,14 @@ use crate::sim::{
     Graph, GraphBuilder, InputSpec, Out, OutputSpec, Pointer, Real, RunConfig, Seed, SimDuration,
     Simulator, StopReason, Synapse, Threads, Timebase, Vector, WorldLink,
 };
-use crate::task::domain::{ActionId, Composition, Domain, Obstacle, StateId, Verdict, WorldState};
 use crate::task::error::TaskError;
 use crate::task::planner::board::Board;
 use crate::task::planner::decider::{Decider, Request, Told};
 use crate::task::planner::decision::{Decision, Milestone, Stage};
 use crate::task::planner::rollout::{PlanEnd, Prediction, RolledOut, advance};
+use crate::task::propositional::{
+    ActionId, Composition, Domain, Obstacle, StateId, Verdict, WorldState,
+};
 
 /// A planner graph over one domain, built and ready to be asked.
 ///

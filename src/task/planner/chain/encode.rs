@@ -36,8 +36,8 @@ use std::collections::BTreeSet;
 
 use crate::sim::{Real, Seed, VocabTag};
 use crate::spa::{PointerValue, Vocabulary, VocabularyBuilder, dot};
-use crate::task::domain::{Composition, Domain, Operator, Part};
 use crate::task::error::TaskError;
+use crate::task::propositional::{Composition, Domain, Operator, Part};
 
 /// The vocabulary space of states and roles.
 #[derive(Debug, Clone, Copy)]

@@ -29,7 +29,7 @@ use crate::sim::{
     AdvanceIo, FNV_START, Fingerprint, In, InputSpec, Module, Node, NodeFault, Out, OutputSpec,
     PortDecl, Real, Scalar, Scope, SimDuration, StateSpec, StepCx, Vector, fnv1a_word,
 };
-use crate::task::domain::Domain;
+use crate::task::propositional::Domain;
 
 /// The executive's waits, in simulated time. Each must be above zero, and `patience` longer than `settle`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -37,8 +37,8 @@ use crate::spa::{
     AssociativeMemory, CleanupMemory, FlowExt, Gate, GoalBuffer, Linear, PointerValue, Routes,
     Selection, VocabError, dot,
 };
-use crate::task::domain::{Commitment, Domain, Operator, Rules, StateId};
 use crate::task::error::TaskError;
+use crate::task::propositional::{Commitment, Domain, Operator, Rules, StateId};
 
 /// How the preconditions are unbound from a deep pointer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

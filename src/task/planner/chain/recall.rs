@@ -7,8 +7,8 @@ use super::encode::{ActionSpace, Encoded, StateSpace};
 use super::graph::{NO_ACTION, WINNER};
 use crate::sim::{Add, Out, Pointer, Real, Scope, Vector};
 use crate::spa::{AssociativeMemory, Linear, Routes, VocabError};
-use crate::task::domain::Domain;
 use crate::task::error::TaskError;
+use crate::task::propositional::Domain;
 
 /// How actions are recalled.
 pub(in crate::task::planner) enum Recall {

@@ -11,7 +11,7 @@
 
 use super::executive::Phase;
 use crate::sim::Real;
-use crate::task::domain::{Commitment, Domain};
+use crate::task::propositional::{Commitment, Domain};
 
 // State words. The path follows them, with one word for each state: its place on the path, counted from 1, or 0 if it
 // is not on the path.

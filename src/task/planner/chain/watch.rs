@@ -5,8 +5,8 @@ use std::ops::ControlFlow;
 use super::ask::Planner;
 use super::executive::Phase;
 use crate::sim::{SimView, StopReason};
-use crate::task::domain::{ActionId, StateId, WorldState};
 use crate::task::planner::decision::Stage;
+use crate::task::propositional::{ActionId, StateId, WorldState};
 
 /// A choice among several causes of a state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,7 +35,7 @@ pub enum Why {
         unmet: usize,
     },
     /// No other cause has fewer unmet preconditions. Among the causes with equally many, the chosen cause comes first
-    /// in [`Domain::causes`](crate::task::domain::Domain::causes).
+    /// in [`Domain::causes`](crate::task::propositional::Domain::causes).
     Preferred {
         /// Number of unmet preconditions.
         unmet: usize,

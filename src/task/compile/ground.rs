@@ -17,16 +17,16 @@
 
 use std::collections::BTreeSet;
 
+use super::compiler::Compiler;
 use super::exclusion::exclusions;
-use super::goal::Quantity;
-use super::ground::Compiler;
-use super::layout::{Fact, Situation, is_within};
 use super::moves::Move;
-use super::operator::Verdict;
 use super::problem::{Problem, ProblemError};
 use super::symbols::Symbols;
-use crate::task::domain::{ActionId, Composition, Domain, Operator, State, StateId, WorldState};
+use crate::task::domain::{Fact, NeedVerdict, Quantity, Situation, is_within};
 use crate::task::error::TaskError;
+use crate::task::propositional::{
+    ActionId, Composition, Domain, Operator, State, StateId, WorldState,
+};
 
 /// A test of a situation.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -276,7 +276,7 @@ impl Problem<'_> {
     fn undecided(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         self.domain.operators.iter().enumerate().flat_map(|(o, operator)| {
             let needs = operator.needs.iter().enumerate();
-            needs.filter(|(_, n)| n.verdict == Verdict::Undecided).map(move |(n, _)| (o, n))
+            needs.filter(|(_, n)| n.verdict == NeedVerdict::Undecided).map(move |(n, _)| (o, n))
         })
     }
 

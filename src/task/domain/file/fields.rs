@@ -4,7 +4,7 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use crate::spa::nearest_name;
-use crate::task::domain::Fault;
+use crate::task::propositional::Fault;
 
 /// A fault in a field of the file.
 pub(super) struct FieldFault {

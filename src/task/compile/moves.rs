@@ -2,14 +2,12 @@
 
 use nalgebra::Vector3;
 
-use super::frame::{relative, world_pose};
-use super::layout::Situation;
-use super::operator::{Subject, Verdict};
 use super::problem::Problem;
-use super::state::ROOMY_M;
-use super::state::{Coordinate, Turn};
-use super::{Frame, Layout};
 use crate::robot::Pose;
+use crate::task::classify::Layout;
+use crate::task::domain::{
+    Coordinate, Frame, NeedVerdict, ROOMY_M, Situation, Subject, Turn, relative, world_pose,
+};
 
 /// An operator with its parameters bound.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -62,7 +60,7 @@ impl Problem<'_> {
                     for place in 0..to.places.len() {
                         let m = Move { operator: o, object, reference, place };
                         let hard =
-                            operator.needs.iter().filter(|n| n.verdict != Verdict::Undecided);
+                            operator.needs.iter().filter(|n| n.verdict != NeedVerdict::Undecided);
                         let allowed = self.place_is_free(&m, situation)
                             && hard.into_iter().all(|n| self.met(&m, n, situation));
                         if allowed {
@@ -78,7 +76,7 @@ impl Problem<'_> {
     /// Returns whether all undecided needs of a move are met.
     pub fn decided(&self, m: &Move, situation: &Situation) -> bool {
         let needs = self.domain.operators[m.operator].needs.iter();
-        needs.filter(|n| n.verdict == Verdict::Undecided).all(|n| self.met(m, n, situation))
+        needs.filter(|n| n.verdict == NeedVerdict::Undecided).all(|n| self.met(m, n, situation))
     }
 
     /// Returns whether the undecided needs that are in force are met.

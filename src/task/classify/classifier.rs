@@ -3,14 +3,13 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::frame::relative;
-use super::layout::{Fact, Layout};
-use super::state::{Coordinate, FrameState, Place, Turn};
-use super::{Frame, RelationalDomain};
+use super::layout::Layout;
+use super::tolerance::{Directions, Offset, PLAY, Pool, between, predictive, tilt, up_axis};
 use crate::robot::Pose;
 use crate::task::domain::distance::{PAPER_EXPONENT, check_exponent, p_distance};
-use crate::task::domain::tolerance::{Directions, PLAY, Pool, between, predictive, tilt, up_axis};
-use crate::task::domain::{Offset, Origin};
+use crate::task::domain::{
+    Coordinate, Fact, Frame, FrameState, Origin, Place, RelationalDomain, Turn, relative,
+};
 use crate::task::error::TaskError;
 use crate::task::recording::{ObjectPose, Snapshot};
 
@@ -84,7 +83,7 @@ impl ClassifierRule {
 /// ```
 /// use symbolt::sim::Seed;
 /// use symbolt::task::learn::learn;
-/// use symbolt::task::relational::Classifier;
+/// use symbolt::task::classify::Classifier;
 /// use symbolt::task::tasks::nuts_and_bolts::SyntheticDemonstrations;
 ///
 /// let synthetic = SyntheticDemonstrations::default();

@@ -10,11 +10,9 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap, HashSet};
 
-use super::Frame;
-use super::layout::{Fact, Situation};
 use super::moves::Move;
-use super::operator::Verdict;
 use super::problem::{Problem, ProblemError};
+use crate::task::domain::{Fact, Frame, NeedVerdict, Situation};
 
 /// A move of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -66,7 +64,7 @@ impl Problem<'_> {
         let mut in_force = BTreeSet::new();
         for (o, operator) in self.domain.operators.iter().enumerate() {
             for (n, need) in operator.needs.iter().enumerate() {
-                if need.verdict == Verdict::Undecided
+                if need.verdict == NeedVerdict::Undecided
                     && (!need.holds || count(need.condition.state) >= need.least)
                 {
                     in_force.insert((o, n));

@@ -2,11 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::Frame;
-use super::goal::Quantity;
-use super::operator::{Need, Role, Subject, Verdict};
+use super::ground::{GroundAction, Test};
 use super::problem::{Problem, ProblemError};
-use super::propositional::{GroundAction, Test};
+use crate::task::domain::{Frame, Need, NeedVerdict, Quantity, Role, Subject};
 
 /// The compiled facts and actions. Indices into `tests` refer to facts.
 pub(super) struct Compiled {
@@ -219,8 +217,8 @@ impl<'p> Compiler<'p> {
         let mut from = all.from.clone();
         for (n, need) in all.needs.iter().enumerate() {
             if need.condition.subject == Subject::Is(Role::Object) && self.counts(operator, n) {
-                let wanted = need.verdict == Verdict::Required
-                    || (need.verdict == Verdict::Undecided && need.holds);
+                let wanted = need.verdict == NeedVerdict::Required
+                    || (need.verdict == NeedVerdict::Undecided && need.holds);
                 from.retain(|s| (*s == need.condition.state) == wanted);
             }
         }
@@ -230,7 +228,7 @@ impl<'p> Compiler<'p> {
     /// Returns whether a need is a condition: it is decided, or undecided and in force.
     fn counts(&self, operator: usize, need: usize) -> bool {
         let verdict = self.problem.domain.operators[operator].needs[need].verdict;
-        verdict != Verdict::Undecided || self.in_force.contains(&(operator, need))
+        verdict != NeedVerdict::Undecided || self.in_force.contains(&(operator, need))
     }
 
     /// Returns the sources of a move that adds to a test. States whose objects are counted already are left out.
@@ -416,9 +414,9 @@ impl<'p> Compiler<'p> {
     fn need(&self, action: &GroundAction, need: &Need) -> Option<Test> {
         let state = need.condition.state;
         let holds = match need.verdict {
-            Verdict::Required => true,
-            Verdict::Absent => false,
-            Verdict::Undecided => need.holds,
+            NeedVerdict::Required => true,
+            NeedVerdict::Absent => false,
+            NeedVerdict::Undecided => need.holds,
         };
         let role = |role: Role| match role {
             Role::Object => action.object,

@@ -13,18 +13,19 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::operator::{Displacement, Verdict};
 use super::{
-    Condition, FrameState, GoalTerm, Need, Provenance, Quantity, RelationalDomain,
-    RelationalOperator, SideEffect, Subject,
+    Condition, Displacement, FrameState, GoalTerm, Need, NeedVerdict, Provenance, Quantity,
+    RelationalDomain, RelationalOperator, SideEffect, Subject,
 };
 use crate::files::{Limit, read_file};
-use crate::task::domain::{Fault, check_counts, check_names};
 use crate::task::error::{InputFault, TaskError, json_problem};
+use crate::task::propositional::{Fault, check_names};
 use fields::FieldFault;
 
 /// Value of the `format` field.
 const FORMAT: &str = "symbolt-domain";
+/// Greatest number of states and of actions.
+const MAX_COUNT: usize = 2_000;
 /// Greatest number of places of all states. Planning compares each with every other.
 const MAX_PLACES: usize = 2_000;
 /// Version of the layout that is written.
@@ -70,7 +71,7 @@ struct GoalEntry {
 struct NeedEntry {
     state: String,
     subject: Subject,
-    verdict: Verdict,
+    verdict: NeedVerdict,
     holds: bool,
     least: usize,
     held: usize,
@@ -288,5 +289,16 @@ impl DomainFile {
             provenance: self.provenance,
         };
         Ok(domain.fault().map_or(Ok(domain), Err)?)
+    }
+}
+
+/// Refuses a domain file with too many states or actions.
+fn check_counts(states: usize, operators: usize) -> Result<(), Fault> {
+    let counts = [("states", states), ("actions", operators)];
+    match counts.into_iter().find(|(_, count)| *count > MAX_COUNT) {
+        Some((what, count)) => {
+            Err(Fault::new(format!("it has {count} {what}"), format!("at most {MAX_COUNT}")))
+        }
+        None => Ok(()),
     }
 }

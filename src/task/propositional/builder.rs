@@ -1,10 +1,10 @@
 //! The builder for domains written in code: states and actions by name, without geometry.
 
+use super::Domain;
 use super::check::Fault;
 use super::ids::StateId;
 use super::operator::Operator;
 use super::state::State;
-use crate::task::domain::Domain;
 use crate::task::error::TaskError;
 
 /// Builds a domain in code, for planning without geometry.

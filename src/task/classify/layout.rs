@@ -1,4 +1,4 @@
-//! Layouts: the objects of a scene with their states, and the abstract situations that a plan passes through.
+//! Layouts: the objects of a scene with their states.
 
 use std::sync::Arc;
 
@@ -6,31 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::classifier::Located;
 use crate::robot::Pose;
+use crate::task::domain::Situation;
 use crate::task::recording::Snapshot;
-
-/// The state of one object: a place of a state, and the reference.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-pub struct Fact {
-    /// Index of the state.
-    pub state: usize,
-    /// Index of the place.
-    pub place: usize,
-    /// Index of the reference among the objects; `None` in the world frame.
-    pub reference: Option<usize>,
-}
-
-/// The state of every object, by index; `None` for objects in no state, such as fixtures.
-pub type Situation = Vec<Option<Fact>>;
-
-/// Returns whether a reference is in the state `within`; `true` if that is `None`.
-pub(super) fn is_within(
-    within: Option<usize>,
-    reference: Option<usize>,
-    situation: &Situation,
-) -> bool {
-    let of = || situation.get(reference?)?.map(|fact| fact.state);
-    within.is_none_or(|state| of() == Some(state))
-}
 
 /// An object of a layout.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

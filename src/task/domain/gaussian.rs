@@ -4,13 +4,16 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::goal::{GoalTerm, Quantity};
-use super::operator::{Condition, Need, RelationalOperator, SideEffect, Subject, Verdict};
-use super::state::{Coordinate, FrameState, Place, Turn};
+use super::operator::{Condition, Need, NeedVerdict, RelationalOperator, SideEffect, Subject};
+use super::state::{Coordinate, FrameState, Origin, Place, Turn};
 use super::{Frame, Provenance, RelationalDomain};
 use crate::robot::Pose;
-use crate::task::domain::tolerance::{MIN_DISTINCT, WILD_RAD};
-use crate::task::domain::{Fault, Origin};
+use crate::task::propositional::Fault;
 
+/// Smallest number of distinct poses at which agreement in a coordinate counts as a constraint of the state.
+pub(crate) const MIN_DISTINCT: usize = 4;
+/// Standard deviation at which an orientation no longer counts as constrained, in radians.
+pub(crate) const WILD_RAD: f64 = 0.35;
 /// Smallest standard deviation at which a coordinate of a placed and of a found state is open, in metres. A few starting
 /// positions can agree by chance: in 1 of 20 sets of five demonstrations, five positions agreed within 8 mm in one
 /// coordinate.
@@ -83,7 +86,7 @@ impl CountedOperator {
         let of = self.instances.max(1);
         let need = |state: usize| Need {
             condition: Condition { state, subject: Subject::Any },
-            verdict: Verdict::Required,
+            verdict: NeedVerdict::Required,
             holds: true,
             least: 1,
             held: self.before.get(state).map_or(of, |held| *held as usize),

@@ -4,11 +4,12 @@ use std::collections::BTreeSet;
 
 use thiserror::Error;
 
-use super::goal::Quantity;
-use super::layout::{Fact, LaidOut, Layout, Situation, is_within};
 use super::moves::Move;
-use super::operator::{Condition, Need, RelationalOperator, Role, Subject, Verdict};
-use super::{Frame, GoalTerm, RelationalDomain};
+use crate::task::classify::{LaidOut, Layout};
+use crate::task::domain::{
+    Condition, Fact, Frame, GoalTerm, Need, NeedVerdict, Quantity, RelationalDomain,
+    RelationalOperator, Role, Situation, Subject, is_within,
+};
 
 /// Why a scene and a domain give no planning problem.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -141,8 +142,8 @@ impl<'d> Problem<'d> {
         let together = |a: usize, b: usize| {
             domain.operators.iter().filter(|o| o.to == a).any(|operator| {
                 operator.needs.iter().any(|need| {
-                    let held = need.verdict == Verdict::Required
-                        || (need.verdict == Verdict::Undecided && need.holds);
+                    let held = need.verdict == NeedVerdict::Required
+                        || (need.verdict == NeedVerdict::Undecided && need.holds);
                     let there =
                         matches!(need.condition.subject, Subject::At(Role::Target) | Subject::Any);
                     held && there && need.condition.state == b
@@ -184,7 +185,7 @@ impl<'d> Problem<'d> {
         let operators = self.domain.operators.iter().enumerate();
         let all = operators.flat_map(|(o, operator)| {
             let undecided = operator.needs.iter().enumerate();
-            undecided.filter(|(_, n)| n.verdict == Verdict::Undecided).map(move |(n, _)| (o, n))
+            undecided.filter(|(_, n)| n.verdict == NeedVerdict::Undecided).map(move |(n, _)| (o, n))
         });
         all.filter(|pair| !self.in_force.contains(pair)).collect()
     }
@@ -331,7 +332,7 @@ impl<'d> Problem<'d> {
     pub(super) fn met(&self, m: &Move, need: &Need, situation: &Situation) -> bool {
         let count = self.holders(m, &need.condition, situation).len();
         match need.verdict {
-            Verdict::Required => {
+            NeedVerdict::Required => {
                 // The origin can be missing where the object left another state.
                 let bound = match need.condition.subject {
                     Subject::Is(role) | Subject::At(role) => {
@@ -341,9 +342,9 @@ impl<'d> Problem<'d> {
                 };
                 !bound || count >= need.least
             }
-            Verdict::Absent => count == 0,
-            Verdict::Undecided if need.holds => count >= need.least,
-            Verdict::Undecided => count == 0,
+            NeedVerdict::Absent => count == 0,
+            NeedVerdict::Undecided if need.holds => count >= need.least,
+            NeedVerdict::Undecided => count == 0,
         }
     }
 

@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::ground::{GroundAction, Test};
 use super::problem::Problem;
-use super::propositional::{GroundAction, Test};
-use crate::task::domain::{Composition, Factor, Part, is_symbol};
+use crate::task::propositional::{Composition, Factor, Part, is_symbol};
 
 /// Longest name before a number is added, in characters.
 const LONGEST: usize = 120;

@@ -5,11 +5,12 @@ use std::collections::HashMap;
 use serde::Deserialize;
 use serde_json::Value;
 
+use super::check_counts;
 use super::fields::{FieldFault, faulty_entry};
 use crate::robot::Pose;
-use crate::task::domain::{Fault, Origin, check_counts, check_names};
-use crate::task::relational::gaussian::{CountedOperator, GaussianState, Gaussians};
-use crate::task::relational::{Provenance, RelationalDomain};
+use crate::task::domain::gaussian::{CountedOperator, GaussianState, Gaussians};
+use crate::task::domain::{Origin, Provenance, RelationalDomain};
+use crate::task::propositional::{Fault, check_names};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

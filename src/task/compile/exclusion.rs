@@ -5,10 +5,10 @@
 
 use std::collections::BTreeSet;
 
-use super::layout::Fact;
+use super::ground::Test;
 use super::problem::Problem;
-use super::propositional::Test;
-use crate::task::domain::StateId;
+use crate::task::domain::Fact;
+use crate::task::propositional::StateId;
 
 /// Greatest number of pairs of a fact and an object in a state. Above it, nothing is found.
 const MOST: usize = 20_000_000;

@@ -44,10 +44,6 @@ const UNKNOWN: Directions = Directions { height_m: 2e-4, aside_m: 1e-3, tilt_rad
 const MOST_DOF: usize = 1 << 20;
 /// Greatest priors.
 const MOST: Directions = Directions { height_m: 3e-3, aside_m: 3e-3, tilt_rad: 0.06 };
-/// Smallest number of distinct poses at which agreement in a coordinate counts as a constraint of the state.
-pub(crate) const MIN_DISTINCT: usize = 4;
-/// Standard deviation at which an orientation no longer counts as constrained, in radians.
-pub(crate) const WILD_RAD: f64 = 0.35;
 
 /// Returns the predictive variance of a place with this number of distinct poses, without play and noise.
 pub(crate) fn predictive(prior: f64, sd: f64, poses: usize) -> f64 {
