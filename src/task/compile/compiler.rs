@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::ground::{GroundAction, Test};
 use super::problem::{Problem, ProblemError};
-use crate::task::domain::{Frame, Need, NeedVerdict, Quantity, Role, Subject};
+use crate::task::domain::{Frame, Need, NeedVerdict, Parameters, Quantity, Role, Subject};
 
 /// The compiled facts and actions. Indices into `tests` refer to facts.
 pub(super) struct Compiled {
@@ -148,7 +148,7 @@ impl<'p> Compiler<'p> {
                 continue;
             }
             for object in self.movers(o) {
-                for (reference, place) in self.targets(o, object) {
+                for (reference, place) in self.problem.targets(o, object) {
                     let sources = if test.forbids() && direct {
                         self.blockers(test, o, object)
                     } else {
@@ -178,19 +178,6 @@ impl<'p> Compiler<'p> {
         }
     }
 
-    /// Returns the target references and places of an operator.
-    fn targets(&self, operator: usize, object: Option<usize>) -> Vec<(Option<usize>, usize)> {
-        let to = &self.problem.domain.states[self.problem.domain.operators[operator].to];
-        let references: Vec<Option<usize>> = match &to.frame {
-            Frame::World => vec![None],
-            Frame::Kind(kind) => {
-                self.problem.of_kind(kind).map(Some).filter(|r| *r != object).collect()
-            }
-        };
-        let places = 0..to.places.len();
-        references.iter().flat_map(|r| places.clone().map(move |p| (*r, p))).collect()
-    }
-
     /// Returns the sources of a move that takes away what a test forbids.
     fn blockers(&self, test: &Test, operator: usize, object: Option<usize>) -> Vec<Test> {
         let from = self.leaves(operator);
@@ -217,9 +204,7 @@ impl<'p> Compiler<'p> {
         let mut from = all.from.clone();
         for (n, need) in all.needs.iter().enumerate() {
             if need.condition.subject == Subject::Is(Role::Object) && self.counts(operator, n) {
-                let wanted = need.verdict == NeedVerdict::Required
-                    || (need.verdict == NeedVerdict::Undecided && need.holds);
-                from.retain(|s| (*s == need.condition.state) == wanted);
+                from.retain(|s| (*s == need.condition.state) == need.is_positive());
             }
         }
         from
@@ -261,13 +246,7 @@ impl<'p> Compiler<'p> {
                 anywhere.push(state);
                 continue;
             }
-            let references: Vec<Option<usize>> = match &domain.states[state].frame {
-                Frame::World => vec![None],
-                Frame::Kind(kind) => {
-                    self.problem.of_kind(kind).map(Some).filter(|r| *r != object).collect()
-                }
-            };
-            for reference in references {
+            for reference in self.problem.references(&domain.states[state].frame, object) {
                 let stays = state == all.to && reference == target;
                 if stays || !test.forbids() && test.counts(object, state, 0, reference) {
                     continue;
@@ -347,18 +326,15 @@ impl<'p> Compiler<'p> {
 
     /// Returns whether a side effect of an action can concern the objects of a test.
     fn about(&self, action: &GroundAction, subject: Subject, test: &Test) -> bool {
-        let role = |role: Role| match role {
-            Role::Object => action.object,
-            Role::Origin => action.origin(),
-            Role::Target => action.reference,
-        };
+        let (object, origin, target) = (action.object, action.origin(), action.reference);
+        let parameters = Parameters { object, origin, target };
         match subject {
-            Subject::Is(r) => match (role(r), test.object) {
+            Subject::Is(r) => match (parameters.get(r), test.object) {
                 (Some(one), Some(object)) => one == object,
                 (Some(one), None) => !test.except.contains(&one),
                 (None, _) => false,
             },
-            Subject::At(r) => match role(r) {
+            Subject::At(r) => match parameters.get(r) {
                 Some(one) => test.reference.is_none_or(|x| x == Some(one)),
                 None => false,
             },
@@ -412,44 +388,31 @@ impl<'p> Compiler<'p> {
 
     /// Returns a need as a test; `None` if the need is about a parameter that the action does not have.
     fn need(&self, action: &GroundAction, need: &Need) -> Option<Test> {
-        let state = need.condition.state;
-        let holds = match need.verdict {
-            NeedVerdict::Required => true,
-            NeedVerdict::Absent => false,
-            NeedVerdict::Undecided => need.holds,
-        };
-        let role = |role: Role| match role {
-            Role::Object => action.object,
-            Role::Origin => action.origin().filter(|o| Some(*o) != action.reference),
-            Role::Target => action.reference,
-        };
-        let mut test = match holds {
-            true => Test { least: need.least.max(1), ..Test::of([state]) },
-            false => Test::of([state]).none(),
-        };
-        match need.condition.subject {
-            // The source says what state the object itself is in.
-            Subject::Is(Role::Object) => return None,
-            Subject::Is(r) => test.object = Some(role(r)?),
-            Subject::At(r) => {
-                test.reference = Some(Some(role(r)?));
-                test.except = action.object.into_iter().collect();
-            }
-            Subject::Any => {
-                let all = [action.object, role(Role::Origin), role(Role::Target)];
-                test.except = all.into_iter().flatten().collect();
-            }
+        // The source says what state the object itself is in.
+        if need.condition.subject == Subject::Is(Role::Object) {
+            return None;
         }
+        let parameters = Parameters::new(action.object, action.origin(), action.reference);
+        let counted = need.condition.counted(&parameters)?;
+        let all = Test {
+            object: counted.object,
+            reference: counted.reference.map(Some),
+            except: counted.except.into_iter().flatten().collect(),
+            ..Test::of([counted.state])
+        };
+        let mut test = match need.is_positive() {
+            true => Test { least: need.least.max(1), ..all },
+            false => all.none(),
+        };
         // The moved object does not count. If it cannot be excepted by its index, there must be one more.
         let own = |s: &(usize, Option<usize>)| match action.source.reference {
             Some(reference) => test.counts(None, s.0, 0, reference),
-            None => s.0 == state && test.reference.is_none(),
+            None => s.0 == counted.state && test.reference.is_none(),
         };
         if action.object.is_none() && test.object.is_none() && action.source.of.iter().any(own) {
-            if holds {
-                test.least += 1;
-            } else {
-                test.most = Some(1);
+            match test.most {
+                None => test.least += 1,
+                Some(_) => test.most = Some(1),
             }
         }
         Some(test)

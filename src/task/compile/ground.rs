@@ -22,7 +22,7 @@ use super::exclusion::exclusions;
 use super::moves::Move;
 use super::problem::{Problem, ProblemError};
 use super::symbols::Symbols;
-use crate::task::domain::{Fact, NeedVerdict, Quantity, Situation, is_within};
+use crate::task::domain::{Fact, Quantity, Situation, is_within};
 use crate::task::error::TaskError;
 use crate::task::propositional::{
     ActionId, Composition, Domain, Operator, State, StateId, WorldState,
@@ -270,14 +270,6 @@ impl Problem<'_> {
         let mut seen = BTreeSet::new();
         tests.retain(|t| seen.insert(t.clone()));
         tests
-    }
-
-    /// Returns all undecided needs, as pairs of operator and need.
-    fn undecided(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
-        self.domain.operators.iter().enumerate().flat_map(|(o, operator)| {
-            let needs = operator.needs.iter().enumerate();
-            needs.filter(|(_, n)| n.verdict == NeedVerdict::Undecided).map(move |(n, _)| (o, n))
-        })
     }
 
     /// Returns whether objects of this kind are told apart: some state has the kind as its frame.

@@ -3,10 +3,11 @@
 use nalgebra::Vector3;
 
 use super::problem::Problem;
-use crate::robot::Pose;
+use crate::robot::{Pose, UP};
 use crate::task::classify::Layout;
 use crate::task::domain::{
-    Coordinate, Frame, NeedVerdict, ROOMY_M, Situation, Subject, Turn, relative, world_pose,
+    Fact, NeedVerdict, Parameters, ROOMY_M, RelationalOperator, Situation, Subject, Turn, relative,
+    world_pose,
 };
 
 /// An operator with its parameters bound.
@@ -20,6 +21,18 @@ pub struct Move {
     pub reference: Option<usize>,
     /// Index of the place in the operator's new state.
     pub place: usize,
+}
+
+impl Move {
+    /// Returns the objects that the parameters of the operator stand for, with the fact that the object leaves.
+    pub(crate) fn parameters(&self, from: Option<&Fact>) -> Parameters {
+        Parameters::new(Some(self.object), from.and_then(|f| f.reference), self.reference)
+    }
+
+    /// Returns the fact that the object enters.
+    pub(crate) fn result(&self, operator: &RelationalOperator) -> Fact {
+        Fact { state: operator.to, place: self.place, reference: self.reference }
+    }
 }
 
 /// The pose that a move aims at.
@@ -39,33 +52,23 @@ impl Problem<'_> {
     pub fn moves(&self, situation: &Situation) -> Vec<Move> {
         let mut moves = Vec::new();
         for (o, operator) in self.domain.operators.iter().enumerate() {
-            let to = &self.domain.states[operator.to];
-            for object in self.of_kind(&to.kind) {
+            for object in self.of_kind(&self.domain.states[operator.to].kind) {
                 let Some(now) = situation[object] else { continue };
                 if !operator.from.contains(&now.state) {
                     continue;
                 }
-                let references: Vec<Option<usize>> = match &to.frame {
-                    Frame::World => vec![None],
-                    Frame::Kind(kind) => self
-                        .of_kind(kind)
-                        .filter(|r| *r != object && !self.rests_on(*r, object, situation))
-                        .map(Some)
-                        .collect(),
-                };
-                for reference in references {
-                    if now.state == operator.to && now.reference == reference {
-                        continue;
-                    }
-                    for place in 0..to.places.len() {
-                        let m = Move { operator: o, object, reference, place };
-                        let hard =
-                            operator.needs.iter().filter(|n| n.verdict != NeedVerdict::Undecided);
-                        let allowed = self.place_is_free(&m, situation)
-                            && hard.into_iter().all(|n| self.met(&m, n, situation));
-                        if allowed {
-                            moves.push(m);
-                        }
+                for (reference, place) in self.targets(o, Some(object)) {
+                    let stays = now.state == operator.to && now.reference == reference;
+                    let below = reference.is_some_and(|r| self.rests_on(r, object, situation));
+                    let m = Move { operator: o, object, reference, place };
+                    let mut hard =
+                        operator.needs.iter().filter(|n| n.verdict != NeedVerdict::Undecided);
+                    let allowed = !stays
+                        && !below
+                        && self.place_is_free(&m, situation)
+                        && hard.all(|n| self.met(&m, n, situation));
+                    if allowed {
+                        moves.push(m);
                     }
                 }
             }
@@ -103,13 +106,7 @@ impl Problem<'_> {
             .coordinates
             .iter()
             .enumerate()
-            .filter_map(|(i, c)| match *c {
-                Coordinate::Open { low, high } => Some((i, low, high)),
-                Coordinate::Tight { mean, sd } if sd > ROOMY_M => {
-                    Some((i, mean - 1.2 * sd, mean + 1.2 * sd))
-                }
-                Coordinate::Tight { .. } => None,
-            })
+            .filter_map(|(i, c)| c.room().map(|(low, high)| (i, low, high)))
             .collect();
         if let Some(displacement) = &operator.displacement {
             for (i, ..) in &open {
@@ -160,7 +157,7 @@ impl Problem<'_> {
             .map(|(_, o)| Vector3::from(relative(frame, &o.pose).position))
             .collect();
         let across: Vec<&(usize, f64, f64)> =
-            open.iter().filter(|(i, low, high)| *i != 2 && high - low > ROOMY_M).collect();
+            open.iter().filter(|(i, low, high)| *i != UP && high - low > ROOMY_M).collect();
         let width = across.iter().map(|(_, low, high)| (high - low).powi(2)).sum::<f64>().sqrt();
         let mut best = (f64::NEG_INFINITY, 0.0, middle);
         let total = CANDIDATES.pow(across.len().min(3) as u32);

@@ -7,7 +7,7 @@ use thiserror::Error;
 use super::moves::Move;
 use crate::task::classify::{LaidOut, Layout};
 use crate::task::domain::{
-    Condition, Fact, Frame, GoalTerm, Need, NeedVerdict, Quantity, RelationalDomain,
+    Condition, Fact, Frame, GoalTerm, Need, NeedVerdict, Parameters, Quantity, RelationalDomain,
     RelationalOperator, Role, Situation, Subject, is_within,
 };
 
@@ -100,8 +100,6 @@ pub struct Problem<'d> {
 
 /// Greatest number of moves of all objects in a scene, possible or not.
 const MOST_MOVES: usize = 300_000;
-/// Distance below which two places exclude each other, in metres.
-const SAME_PLACE_M: f64 = 0.008;
 
 impl<'d> Problem<'d> {
     /// Sets up the problem of reaching the domain's goal in a scene.
@@ -130,8 +128,7 @@ impl<'d> Problem<'d> {
             for (b, y) in domain.states.iter().enumerate().filter(|(_, y)| y.frame == x.frame) {
                 for (i, p) in x.places.iter().enumerate() {
                     for (j, q) in y.places.iter().enumerate() {
-                        let near = p.pose().distance(&q.pose()) < SAME_PLACE_M;
-                        if near && !p.is_roomy() && !q.is_roomy() {
+                        if p.excludes(q) {
                             conflicts.insert(((a, i), (b, j)));
                         }
                     }
@@ -142,11 +139,9 @@ impl<'d> Problem<'d> {
         let together = |a: usize, b: usize| {
             domain.operators.iter().filter(|o| o.to == a).any(|operator| {
                 operator.needs.iter().any(|need| {
-                    let held = need.verdict == NeedVerdict::Required
-                        || (need.verdict == NeedVerdict::Undecided && need.holds);
                     let there =
                         matches!(need.condition.subject, Subject::At(Role::Target) | Subject::Any);
-                    held && there && need.condition.state == b
+                    need.is_positive() && there && need.condition.state == b
                 })
             })
         };
@@ -182,22 +177,22 @@ impl<'d> Problem<'d> {
     /// Returns the undecided needs that the planner does without, because nothing achieves them here, as pairs of
     /// operator and need.
     pub fn dropped(&self) -> Vec<(usize, usize)> {
-        let operators = self.domain.operators.iter().enumerate();
-        let all = operators.flat_map(|(o, operator)| {
-            let undecided = operator.needs.iter().enumerate();
-            undecided.filter(|(_, n)| n.verdict == NeedVerdict::Undecided).map(move |(n, _)| (o, n))
-        });
-        all.filter(|pair| !self.in_force.contains(pair)).collect()
+        self.undecided().filter(|need| !self.in_force.contains(need)).collect()
+    }
+
+    /// Returns all undecided needs, as pairs of operator and need.
+    pub(super) fn undecided(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.domain.operators.iter().enumerate().flat_map(|(o, operator)| {
+            let needs = operator.needs.iter().enumerate();
+            needs.filter(|(_, n)| n.verdict == NeedVerdict::Undecided).map(move |(n, _)| (o, n))
+        })
     }
 
     /// Refuses a scene with so many pairs of objects that listing all moves would take many seconds.
     fn check_size(&self) -> Result<(), ProblemError> {
         let moves = self.domain.operators.iter().map(|operator| {
             let to = &self.domain.states[operator.to];
-            let references = match &to.frame {
-                Frame::World => 1,
-                Frame::Kind(kind) => self.of_kind(kind).count(),
-            };
+            let references = self.references(&to.frame, None).len();
             self.of_kind(&to.kind).count() * references * to.places.len()
         });
         match moves.sum::<usize>() {
@@ -211,15 +206,8 @@ impl<'d> Problem<'d> {
 
     /// Refuses a goal that cannot be reached, unless it holds already.
     fn check_goals(&self, now: &Situation) -> Result<(), ProblemError> {
-        let achieved: BTreeSet<usize> = self
-            .domain
-            .operators
-            .iter()
-            .flat_map(|o| {
-                let begun = o.side_effects.iter().filter(|e| e.begins);
-                begun.map(|e| e.condition.state).chain([o.to])
-            })
-            .collect();
+        let achieved: BTreeSet<usize> =
+            self.domain.operators.iter().flat_map(RelationalOperator::achieves).collect();
         let held = |goal: &&GoalTerm| {
             matches!(goal.quantity, Quantity::AtLeast(_)) && self.lacking_in(goal, now) == 0
         };
@@ -231,19 +219,11 @@ impl<'d> Problem<'d> {
                     achieved.iter().map(|s| self.domain.states[*s].name.clone()).collect();
                 return Err(ProblemError::NothingAchieves { state: name(), achieved });
             }
-            let references = match &state.frame {
-                Frame::World => 1,
-                Frame::Kind(kind) => {
-                    let count = self.of_kind(kind).count();
-                    if count == 0 {
-                        return Err(ProblemError::NoReference {
-                            state: name(),
-                            kind: kind.clone(),
-                        });
-                    }
-                    count
-                }
-            };
+            let references = self.references(&state.frame, None).len();
+            if references == 0 {
+                let kind = state.frame.name().to_owned();
+                return Err(ProblemError::NoReference { state: name(), kind });
+            }
             let least = match goal.quantity {
                 Quantity::AtLeast(n) => n,
                 Quantity::EachReference(n) => n * references,
@@ -261,6 +241,40 @@ impl<'d> Problem<'d> {
     pub(super) fn of_kind<'s>(&'s self, kind: &'s str) -> impl Iterator<Item = usize> + 's {
         let objects = self.objects.iter().enumerate();
         objects.filter(move |(_, o)| *o.kind == *kind).map(|(i, _)| i)
+    }
+
+    /// Returns the references that an object can have in a frame: each other object of the frame's kind, or `None` in the
+    /// world. Without an object, all of them.
+    pub(crate) fn references(&self, frame: &Frame, object: Option<usize>) -> Vec<Option<usize>> {
+        match frame.kind() {
+            None => vec![None],
+            Some(kind) => self.of_kind(kind).map(Some).filter(|r| *r != object).collect(),
+        }
+    }
+
+    /// Returns the references and places to which an operator can bring an object.
+    pub(super) fn targets(
+        &self,
+        operator: usize,
+        object: Option<usize>,
+    ) -> Vec<(Option<usize>, usize)> {
+        let to = &self.domain.states[self.domain.operators[operator].to];
+        let references = self.references(&to.frame, object).into_iter();
+        references.flat_map(|r| (0..to.places.len()).map(move |place| (r, place))).collect()
+    }
+
+    /// Returns the facts that an object can have: every place of every state of its kind, at every reference.
+    pub(crate) fn facts_of(&self, object: usize) -> Vec<Fact> {
+        let states = self.domain.states.iter().enumerate();
+        let own = states.filter(|(_, state)| *state.kind == *self.objects[object].kind);
+        let all = own.flat_map(|(state, described)| {
+            let references = self.references(&described.frame, Some(object));
+            (0..described.places.len()).flat_map(move |place| {
+                let references = references.clone().into_iter();
+                references.map(move |reference| Fact { state, place, reference })
+            })
+        });
+        all.collect()
     }
 
     /// Returns the number of objects, or references, that the goal still lacks.
@@ -290,62 +304,16 @@ impl<'d> Problem<'d> {
         }
     }
 
-    /// Returns the object that a role of a move stands for.
-    pub(super) fn role(&self, m: &Move, role: Role, situation: &Situation) -> Option<usize> {
-        match role {
-            Role::Object => Some(m.object),
-            Role::Origin => situation[m.object]
-                .and_then(|f| f.reference)
-                .filter(|origin| Some(*origin) != m.reference),
-            Role::Target => m.reference,
-        }
-    }
-
-    /// Returns the objects that fulfil a condition of a move.
-    pub(super) fn holders(
-        &self,
-        m: &Move,
-        condition: &Condition,
-        situation: &Situation,
-    ) -> Vec<usize> {
-        let is = |i: usize| situation[i].filter(|f| f.state == condition.state);
-        let others = (0..situation.len()).filter(|i| *i != m.object);
-        match condition.subject {
-            Subject::Is(role) => {
-                self.role(m, role, situation).into_iter().filter(|i| is(*i).is_some()).collect()
-            }
-            Subject::At(role) => match self.role(m, role, situation) {
-                Some(r) => {
-                    others.filter(|i| is(*i).is_some_and(|f| f.reference == Some(r))).collect()
-                }
-                None => Vec::new(),
-            },
-            Subject::Any => {
-                let parameters =
-                    [Role::Origin, Role::Target].map(|role| self.role(m, role, situation));
-                others.filter(|i| !parameters.contains(&Some(*i)) && is(*i).is_some()).collect()
-            }
-        }
-    }
-
     /// Returns whether a need of a move is met.
     pub(super) fn met(&self, m: &Move, need: &Need, situation: &Situation) -> bool {
-        let count = self.holders(m, &need.condition, situation).len();
-        match need.verdict {
-            NeedVerdict::Required => {
-                // The origin can be missing where the object left another state.
-                let bound = match need.condition.subject {
-                    Subject::Is(role) | Subject::At(role) => {
-                        self.role(m, role, situation).is_some()
-                    }
-                    Subject::Any => true,
-                };
-                !bound || count >= need.least
-            }
-            NeedVerdict::Absent => count == 0,
-            NeedVerdict::Undecided if need.holds => count >= need.least,
-            NeedVerdict::Undecided => count == 0,
+        let counted = need.condition.counted(&m.parameters(situation[m.object].as_ref()));
+        let count = counted.as_ref().map_or(0, |c| c.holders(situation).count());
+        if !need.is_positive() {
+            return count == 0;
         }
+        // The origin can be missing where the object left another state.
+        let lacking = need.verdict == NeedVerdict::Required && counted.is_none();
+        lacking || count >= need.least
     }
 
     /// Returns the places that exclude a place of a state, as pairs of state and place.
@@ -398,43 +366,65 @@ impl<'d> Problem<'d> {
 
     /// Returns the situation after a move.
     pub fn after(&self, m: &Move, situation: &Situation) -> Situation {
-        let operator: &RelationalOperator = &self.domain.operators[m.operator];
+        let operator = &self.domain.operators[m.operator];
+        let parameters = m.parameters(situation[m.object].as_ref());
         let mut next = situation.clone();
-        let ended: BTreeSet<usize> =
-            operator.side_effects.iter().filter(|e| !e.begins).map(|e| e.condition.state).collect();
-        for effect in operator.side_effects.iter().filter(|e| !e.begins) {
-            for i in self.holders(m, &effect.condition, situation) {
+        let (begins, ends): (Vec<_>, Vec<_>) = operator.side_effects.iter().partition(|e| e.begins);
+        for effect in &ends {
+            for i in effect.condition.counted(&parameters).iter().flat_map(|c| c.holders(situation))
+            {
                 next[i] = None;
             }
         }
-        for effect in operator.side_effects.iter().filter(|e| e.begins) {
-            if !self.holders(m, &effect.condition, situation).is_empty() {
+        for effect in begins {
+            let counted = effect.condition.counted(&parameters);
+            if counted.is_some_and(|c| c.holders(situation).next().is_some()) {
                 continue;
             }
-            let state = &self.domain.states[effect.condition.state];
-            let all: Vec<usize> = match effect.condition.subject {
-                Subject::Is(role) => self.role(m, role, situation).into_iter().collect(),
-                _ => self.of_kind(&state.kind).filter(|i| *i != m.object).collect(),
+            let all = self.changeable(&effect.condition, &parameters);
+            let left = |i: &&usize| {
+                let fact = situation[**i];
+                fact.is_some_and(|f| ends.iter().any(|e| e.condition.state == f.state))
             };
-            let leaving: Vec<usize> = all
-                .iter()
-                .copied()
-                .filter(|i| situation[*i].is_some_and(|f| ended.contains(&f.state)))
-                .collect();
-            let changed = if leaving.is_empty() { all } else { leaving };
-            if let Some(i) = changed.first() {
-                let reference = match effect.condition.subject {
-                    Subject::At(role) => self.role(m, role, situation),
-                    _ => state.frame.kind().and_then(|kind| {
-                        let old = situation[*i].and_then(|f| f.reference);
-                        old.filter(|r| *self.objects[*r].kind == *kind)
-                            .or_else(|| self.of_kind(kind).next())
-                    }),
-                };
-                next[*i] = Some(Fact { state: effect.condition.state, place: 0, reference });
+            if let Some(i) = all.iter().find(left).or(all.first()) {
+                let old = situation[*i].as_ref();
+                next[*i] = Some(self.begun(&effect.condition, &parameters, old));
             }
         }
-        next[m.object] = Some(Fact { state: operator.to, place: m.place, reference: m.reference });
+        next[m.object] = Some(m.result(operator));
         next
+    }
+
+    /// Returns the objects whose state an action can change so that a condition begins to hold.
+    pub(crate) fn changeable(&self, condition: &Condition, action: &Parameters) -> Vec<usize> {
+        match condition.subject {
+            Subject::Is(role) => action.get(role).into_iter().collect(),
+            Subject::At(_) | Subject::Any => {
+                let kind = &self.domain.states[condition.state].kind;
+                self.of_kind(kind).filter(|i| Some(*i) != action.object).collect()
+            }
+        }
+    }
+
+    /// Returns the fact of an object for which an action lets a condition begin. Its reference is that of the condition, or
+    /// its old one if that has the right kind, or the first of this kind.
+    pub(crate) fn begun(
+        &self,
+        condition: &Condition,
+        action: &Parameters,
+        old: Option<&Fact>,
+    ) -> Fact {
+        let reference = match condition.subject {
+            Subject::At(role) => action.get(role),
+            Subject::Is(_) | Subject::Any => {
+                let kind = self.domain.states[condition.state].frame.kind();
+                kind.and_then(|kind| {
+                    let old = old.and_then(|fact| fact.reference);
+                    let kept = old.filter(|r| *self.objects[*r].kind == *kind);
+                    kept.or_else(|| self.of_kind(kind).next())
+                })
+            }
+        };
+        Fact { state: condition.state, place: 0, reference }
     }
 }

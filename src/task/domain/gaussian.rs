@@ -3,8 +3,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::condition::{Condition, Subject};
 use super::goal::{GoalTerm, Quantity};
-use super::operator::{Condition, Need, NeedVerdict, RelationalOperator, SideEffect, Subject};
+use super::operator::{Need, NeedVerdict, RelationalOperator, SideEffect};
 use super::state::{Coordinate, FrameState, Origin, Place, Turn};
 use super::{Frame, Provenance, RelationalDomain};
 use crate::robot::Pose;

@@ -2,50 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A parameter of an operator.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Role {
-    /// The object that the action moves.
-    Object,
-    /// The reference of the state that the object leaves.
-    Origin,
-    /// The reference of the state that the object enters.
-    Target,
-}
-
-impl Role {
-    /// Returns the role's name in tables and pointers.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Object => "object",
-            Self::Origin => "origin",
-            Self::Target => "target",
-        }
-    }
-}
-
-/// The object that a condition is about.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Subject {
-    /// A parameter itself is in the state.
-    Is(Role),
-    /// Another object is in the state, with the parameter as its reference.
-    At(Role),
-    /// Any other object is in the state, with any reference.
-    Any,
-}
-
-/// A condition: a state, and whose state it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Condition {
-    /// Index of the state.
-    pub state: usize,
-    /// The object that is in the state.
-    pub subject: Subject,
-}
+use super::condition::{Condition, Role, Subject};
 
 /// What the demonstrations say about a condition before an action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -75,6 +32,17 @@ pub struct Need {
     pub held: usize,
     /// Number of demonstrated instances.
     pub of: usize,
+}
+
+impl Need {
+    /// Returns whether the condition has to hold; `false` if it must not.
+    pub fn is_positive(&self) -> bool {
+        match self.verdict {
+            NeedVerdict::Required => true,
+            NeedVerdict::Absent => false,
+            NeedVerdict::Undecided => self.holds,
+        }
+    }
 }
 
 /// A change of another object's state.
@@ -124,6 +92,12 @@ pub struct RelationalOperator {
 }
 
 impl RelationalOperator {
+    /// Returns the states that the operator achieves, for the object or for another one.
+    pub(crate) fn achieves(&self) -> impl Iterator<Item = usize> + '_ {
+        let begun = self.side_effects.iter().filter(|e| e.begins).map(|e| e.condition.state);
+        std::iter::once(self.to).chain(begun)
+    }
+
     /// Returns the needs with this verdict.
     pub fn needs_with(&self, verdict: NeedVerdict) -> impl Iterator<Item = &Need> {
         self.needs.iter().filter(move |need| need.verdict == verdict)

@@ -1,5 +1,6 @@
 //! Guesses about objects in no state, such as a part that was dropped.
 
+use crate::robot::UP;
 use crate::task::classify::{LaidOut, Layout};
 use crate::task::compile::Problem;
 use crate::task::domain::{Fact, RelationalDomain, Situation};
@@ -44,7 +45,7 @@ pub(super) fn assumed(problem: &Problem<'_>, layout: &Layout, assume: bool) -> S
 /// Returns whether an object is seen, and of a kind that some action moves.
 pub(super) fn is_loose(domain: &RelationalDomain, object: &LaidOut) -> bool {
     let moved = |to: usize| *domain.states[to].kind == *object.kind;
-    object.pose.position[2] > UNSEEN_M / 2.0 && domain.operators.iter().any(|o| moved(o.to))
+    object.pose.position[UP] > UNSEEN_M / 2.0 && domain.operators.iter().any(|o| moved(o.to))
 }
 
 /// Returns the states that actions leave, with the nearest reference, for an object in no state.

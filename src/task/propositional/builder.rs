@@ -40,14 +40,6 @@ impl DomainBuilder {
     /// The kind of every object.
     pub const KIND: &'static str = "object";
 
-    /// Returns a builder with the paper's domain (section II.E): put a nut and a bolt into the jig, then assemble them.
-    pub fn of_the_paper() -> Self {
-        Self::new()
-            .action("PUT_NUT_IN_JIG", ["NUT_ON_TABLE"], ["NUT_IN_JIG"])
-            .action("PUT_BOLT_IN_JIG", ["BOLT_ON_TABLE"], ["BOLT_IN_JIG"])
-            .action("ASSEMBLE", ["NUT_IN_JIG", "BOLT_IN_JIG"], ["BOLT_ASSEMBLED"])
-    }
-
     /// Returns a builder without states and actions.
     pub fn new() -> Self {
         Self::default()

@@ -10,7 +10,7 @@ mod places;
 mod single;
 mod states;
 
-use super::summary::{AttemptOutcome, AttemptReport, LearnReport, UnexplainedPoses};
+use super::summary::{AttemptReport, LearnReport, UnexplainedPoses};
 use super::{Learned, Settings};
 use crate::robot::Pose;
 use crate::task::domain::{Provenance, RelationalDomain};
@@ -88,21 +88,8 @@ fn report(
     built: &operators::Operators,
 ) -> LearnReport {
     let attempts = motion.attempts.iter().zip(&built.judged).map(|(attempt, judged)| {
-        let demo = motion.demo(attempt.demo);
-        AttemptReport {
-            demo: demo.number,
-            before: demo.snapshots[attempt.before].number,
-            after: demo.snapshots[attempt.after].number,
-            object: attempt
-                .track
-                .and_then(|t| motion.tracks[attempt.demo][t].id(demo, attempt.before))
-                .map(str::to_owned),
-            inferred: !attempt.declared,
-            outcome: match judged {
-                Ok(operator) => AttemptOutcome::Action(ActionId::new(*operator)),
-                Err(failure) => AttemptOutcome::Failed(*failure),
-            },
-        }
+        let (demo, tracks) = (motion.demo(attempt.demo), &motion.tracks[attempt.demo]);
+        AttemptReport::new(attempt, demo, tracks, judged.map(ActionId::new))
     });
     let unexplained = found.unexplained.iter().filter_map(|u| {
         let poses: Vec<Pose> = u.rests.iter().map(|r| motion.rests[*r].pose).collect();
