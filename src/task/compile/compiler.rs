@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::ground::{GroundAction, Test};
+use super::facts::{GroundAction, Test};
 use super::problem::{Problem, ProblemError};
 use crate::task::domain::{Frame, Need, NeedVerdict, Parameters, Quantity, Role, Subject};
 

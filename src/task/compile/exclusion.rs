@@ -5,7 +5,7 @@
 
 use std::collections::BTreeSet;
 
-use super::ground::Test;
+use super::facts::Test;
 use super::problem::Problem;
 use crate::task::domain::Fact;
 use crate::task::propositional::StateId;

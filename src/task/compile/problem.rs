@@ -4,11 +4,10 @@ use std::collections::BTreeSet;
 
 use thiserror::Error;
 
-use super::moves::Move;
 use crate::task::classify::{LaidOut, Layout};
 use crate::task::domain::{
-    Condition, Fact, Frame, GoalTerm, Need, NeedVerdict, Parameters, Quantity, RelationalDomain,
-    RelationalOperator, Role, Situation, Subject, is_within,
+    Fact, Frame, GoalTerm, NeedVerdict, Quantity, RelationalDomain, RelationalOperator, Role,
+    Situation, Subject, is_within,
 };
 
 /// Why a scene and a domain give no planning problem.
@@ -95,7 +94,7 @@ pub struct Problem<'d> {
     /// Undecided needs that are in force, as (operator, need).
     pub(super) in_force: BTreeSet<(usize, usize)>,
     /// Pairs of places that exclude each other, as ((state, place), (state, place)).
-    conflicts: BTreeSet<((usize, usize), (usize, usize))>,
+    pub(super) conflicts: BTreeSet<((usize, usize), (usize, usize))>,
 }
 
 /// Greatest number of moves of all objects in a scene, possible or not.
@@ -304,18 +303,6 @@ impl<'d> Problem<'d> {
         }
     }
 
-    /// Returns whether a need of a move is met.
-    pub(super) fn met(&self, m: &Move, need: &Need, situation: &Situation) -> bool {
-        let counted = need.condition.counted(&m.parameters(situation[m.object].as_ref()));
-        let count = counted.as_ref().map_or(0, |c| c.holders(situation).count());
-        if !need.is_positive() {
-            return count == 0;
-        }
-        // The origin can be missing where the object left another state.
-        let lacking = need.verdict == NeedVerdict::Required && counted.is_none();
-        lacking || count >= need.least
-    }
-
     /// Returns the places that exclude a place of a state, as pairs of state and place.
     pub(super) fn conflicting(&self, state: usize, place: usize) -> Vec<(usize, usize)> {
         let own = (state, place);
@@ -333,98 +320,5 @@ impl<'d> Problem<'d> {
             true => Vec::new(),
             false => self.conflicting(state, place),
         }
-    }
-
-    /// Returns whether no other object is at a place that the move needs.
-    pub(super) fn place_is_free(&self, m: &Move, situation: &Situation) -> bool {
-        let to = self.domain.operators[m.operator].to;
-        if self.domain.states[to].places[m.place].is_roomy() {
-            return true;
-        }
-        let wanted = (to, m.place);
-        situation.iter().enumerate().all(|(i, fact)| {
-            i == m.object
-                || !fact.is_some_and(|f| {
-                    f.reference == m.reference
-                        && self.conflicts.contains(&(wanted, (f.state, f.place)))
-                })
-        })
-    }
-
-    /// Returns whether `object` rests on `base`, directly or by way of other objects.
-    pub(super) fn rests_on(&self, object: usize, base: usize, situation: &Situation) -> bool {
-        let mut at = object;
-        for _ in 0..situation.len() {
-            match situation[at].and_then(|f| f.reference) {
-                Some(reference) if reference == base => return true,
-                Some(reference) => at = reference,
-                None => return false,
-            }
-        }
-        false
-    }
-
-    /// Returns the situation after a move.
-    pub fn after(&self, m: &Move, situation: &Situation) -> Situation {
-        let operator = &self.domain.operators[m.operator];
-        let parameters = m.parameters(situation[m.object].as_ref());
-        let mut next = situation.clone();
-        let (begins, ends): (Vec<_>, Vec<_>) = operator.side_effects.iter().partition(|e| e.begins);
-        for effect in &ends {
-            for i in effect.condition.counted(&parameters).iter().flat_map(|c| c.holders(situation))
-            {
-                next[i] = None;
-            }
-        }
-        for effect in begins {
-            let counted = effect.condition.counted(&parameters);
-            if counted.is_some_and(|c| c.holders(situation).next().is_some()) {
-                continue;
-            }
-            let all = self.changeable(&effect.condition, &parameters);
-            let left = |i: &&usize| {
-                let fact = situation[**i];
-                fact.is_some_and(|f| ends.iter().any(|e| e.condition.state == f.state))
-            };
-            if let Some(i) = all.iter().find(left).or(all.first()) {
-                let old = situation[*i].as_ref();
-                next[*i] = Some(self.begun(&effect.condition, &parameters, old));
-            }
-        }
-        next[m.object] = Some(m.result(operator));
-        next
-    }
-
-    /// Returns the objects whose state an action can change so that a condition begins to hold.
-    pub(crate) fn changeable(&self, condition: &Condition, action: &Parameters) -> Vec<usize> {
-        match condition.subject {
-            Subject::Is(role) => action.get(role).into_iter().collect(),
-            Subject::At(_) | Subject::Any => {
-                let kind = &self.domain.states[condition.state].kind;
-                self.of_kind(kind).filter(|i| Some(*i) != action.object).collect()
-            }
-        }
-    }
-
-    /// Returns the fact of an object for which an action lets a condition begin. Its reference is that of the condition, or
-    /// its old one if that has the right kind, or the first of this kind.
-    pub(crate) fn begun(
-        &self,
-        condition: &Condition,
-        action: &Parameters,
-        old: Option<&Fact>,
-    ) -> Fact {
-        let reference = match condition.subject {
-            Subject::At(role) => action.get(role),
-            Subject::Is(_) | Subject::Any => {
-                let kind = self.domain.states[condition.state].frame.kind();
-                kind.and_then(|kind| {
-                    let old = old.and_then(|fact| fact.reference);
-                    let kept = old.filter(|r| *self.objects[*r].kind == *kind);
-                    kept.or_else(|| self.of_kind(kind).next())
-                })
-            }
-        };
-        Fact { state: condition.state, place: 0, reference }
     }
 }

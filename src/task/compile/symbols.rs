@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::ground::{GroundAction, Test};
+use super::facts::{GroundAction, Test};
 use super::problem::Problem;
 use crate::task::propositional::{Composition, Factor, Part, is_symbol};
 
