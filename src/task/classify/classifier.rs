@@ -161,8 +161,8 @@ impl Classifier {
         };
         let located = locate(scene);
         match self.righted(scene, &located) {
-            Some(scene) => Layout::new(&scene, locate(&scene)),
-            None => Layout::new(scene, located),
+            Some(scene) => Layout { located: locate(&scene), objects: scene.objects },
+            None => Layout { objects: scene.objects.clone(), located },
         }
     }
 

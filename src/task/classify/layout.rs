@@ -1,13 +1,11 @@
 //! Layouts: the objects of a scene with their states.
 
-use std::sync::Arc;
-
 use serde::{Deserialize, Serialize};
 
 use super::tolerance::Offset;
 use crate::robot::Pose;
 use crate::task::domain::{Fact, Situation};
-use crate::task::recording::Snapshot;
+use crate::task::recording::ObjectPose;
 
 /// The state of one object of a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -15,7 +13,7 @@ pub struct Located {
     /// The state, place and reference; `None` if the object is in no state.
     pub fact: Option<Fact>,
     /// Distance to that state, or to the nearest state if the object is in none, in standard deviations; for
-    /// [`ClassifierRule::Nearest`] in metres. `None` if the kind has no states.
+    /// [`ClassifierRule::Nearest`](super::ClassifierRule::Nearest) in metres. `None` if the kind has no states.
     pub distance: Option<f64>,
     /// Whether a second reference is as likely as the one in `fact`.
     pub ambiguous: bool,
@@ -34,34 +32,16 @@ pub struct Miss {
     pub offset: Offset,
 }
 
-/// An object of a layout.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct LaidOut {
-    /// Id of the object in the snapshot.
-    pub id: Arc<str>,
-    /// Kind of the object.
-    pub kind: Arc<str>,
-    /// Pose of the object.
-    pub pose: Pose,
-}
-
 /// The objects of a scene, and the state of each.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Layout {
     /// The objects, in the order of the snapshot.
-    pub objects: Vec<LaidOut>,
+    pub objects: Vec<ObjectPose>,
     /// State of each object.
     pub located: Vec<Located>,
 }
 
 impl Layout {
-    pub(super) fn new(scene: &Snapshot, located: Vec<Located>) -> Self {
-        let objects = scene.objects.iter();
-        let objects =
-            objects.map(|o| LaidOut { id: o.id.clone(), kind: o.kind.clone(), pose: o.pose });
-        Self { objects: objects.collect(), located }
-    }
-
     /// Returns the state of every object.
     pub fn situation(&self) -> Situation {
         self.located.iter().map(|l| l.fact).collect()

@@ -7,5 +7,5 @@ mod layout;
 mod tolerance;
 
 pub use classifier::{Classifier, ClassifierRule};
-pub use layout::{LaidOut, Layout, Located, Miss};
+pub use layout::{Layout, Located, Miss};
 pub use tolerance::Offset;

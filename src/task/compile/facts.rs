@@ -4,7 +4,7 @@ use crate::task::domain::{Fact, Situation, is_within};
 
 /// A test of a situation.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(super) struct Test {
+pub(crate) struct Test {
     /// The states, each with its place; `None` for any place.
     pub of: Vec<(usize, Option<usize>)>,
     /// The object; `None` for any object.
@@ -82,11 +82,21 @@ impl Test {
         all.filter_map(|(i, fact)| Some((i, fact.filter(|fact| self.matches(i, fact))?)))
     }
 
+    /// Returns the number of objects that count.
+    fn count(&self, situation: &Situation) -> usize {
+        let placed = |(_, f): &(usize, Fact)| is_within(self.within, f.reference, situation);
+        self.matching(situation).filter(placed).count()
+    }
+
     /// Returns whether the fact holds.
     pub fn holds(&self, situation: &Situation) -> bool {
-        let placed = |(_, f): &(usize, Fact)| is_within(self.within, f.reference, situation);
-        let count = self.matching(situation).filter(placed).count();
+        let count = self.count(situation);
         count >= self.least && self.most.is_none_or(|most| count <= most)
+    }
+
+    /// Returns the number of objects that are lacking.
+    pub fn lacking(&self, situation: &Situation) -> usize {
+        self.least.saturating_sub(self.count(situation))
     }
 }
 

@@ -17,159 +17,26 @@
 
 use std::collections::BTreeSet;
 
-use super::compiler::Compiler;
-use super::exclusion::exclusions;
 use super::facts::{GroundAction, Test};
 use super::moves::Move;
 use super::problem::{Problem, ProblemError};
-use super::symbols::Symbols;
-use crate::task::domain::{Quantity, Situation, is_within};
+use crate::task::domain::{Situation, is_within};
 use crate::task::error::TaskError;
-use crate::task::propositional::{
-    ActionId, Composition, Domain, Operator, State, StateId, WorldState,
-};
+use crate::task::propositional::{ActionId, Composition, Domain, StateId, WorldState};
 
 /// A relational problem over one scene as a propositional domain.
 ///
 /// [`Problem::ground`] builds it.
 #[derive(Debug, Clone)]
 pub struct GroundProblem {
-    domain: Domain,
-    composition: Composition,
-    tests: Vec<Test>,
-    actions: Vec<GroundAction>,
+    pub(super) domain: Domain,
+    pub(super) composition: Composition,
+    pub(super) tests: Vec<Test>,
+    pub(super) actions: Vec<GroundAction>,
     /// The facts of each term of the goal, in order.
-    goals: Vec<StateId>,
-    dropped: BTreeSet<(usize, usize)>,
-    exclusions: Vec<[StateId; 2]>,
-}
-
-/// Greatest number of facts and actions of a ground problem.
-const MOST: usize = 2_000;
-
-impl Problem<'_> {
-    /// Compiles the problem into a propositional domain for the planner graph, with `now` as the present situation.
-    ///
-    /// Undecided needs in force that put the goal out of reach from `now` are dropped
-    /// ([`GroundProblem::dropped`]). As few needs are dropped as possible, those found first.
-    ///
-    /// # Errors
-    /// [`ProblemError::TooLarge`] if the scene has too many objects; [`ProblemError::Nothing`] if no action leads to
-    /// the goal.
-    pub fn ground(&self, now: &Situation) -> Result<GroundProblem, ProblemError> {
-        let mut ground = self.ground_needed(now)?;
-        ground.exclusions = exclusions(self, &ground.tests);
-        Ok(ground)
-    }
-
-    fn ground_needed(&self, now: &Situation) -> Result<GroundProblem, ProblemError> {
-        let all = self.in_force.clone();
-        let whole = self.ground_with(&all)?;
-        let lost = whole.out_of_reach(now);
-        if lost.is_empty() || all.is_empty() {
-            return Ok(whole);
-        }
-        let mut kept = BTreeSet::new();
-        let mut best = self.ground_with(&kept)?;
-        let least = best.out_of_reach(now);
-        if least == lost {
-            return Ok(whole);
-        }
-        for need in all {
-            kept.insert(need);
-            let with = self.ground_with(&kept)?;
-            if with.out_of_reach(now) == least {
-                best = with;
-            } else {
-                kept.remove(&need);
-            }
-        }
-        Ok(best)
-    }
-
-    fn ground_with(
-        &self,
-        in_force: &BTreeSet<(usize, usize)>,
-    ) -> Result<GroundProblem, ProblemError> {
-        let goals: Vec<Test> = self.goal_tests();
-        let compiled = Compiler::new(self, in_force).compile(&goals, MOST)?;
-        if compiled.actions.is_empty() {
-            let states = self.goals.iter().map(|g| self.domain.states[g.state].name.clone());
-            return Err(ProblemError::Nothing { states: states.collect() });
-        }
-        let mut symbols = Symbols::new(self);
-        for test in &compiled.tests {
-            symbols.fact(test);
-        }
-        for action in &compiled.actions {
-            symbols.action(action);
-        }
-        let states = compiled.tests.iter().zip(&symbols.facts).map(|(test, name)| State {
-            name: name.clone(),
-            kind: test
-                .of
-                .first()
-                .map_or_else(String::new, |(s, _)| self.domain.states[*s].kind.clone()),
-        });
-        let operators = (0..compiled.actions.len()).map(|a| {
-            let effects: Vec<StateId> =
-                compiled.effects[a].iter().map(|f| StateId::new(*f)).collect();
-            Operator {
-                name: symbols.actions[a].clone(),
-                from: compiled.needs[a].first().map(|f| StateId::new(*f)),
-                to: effects.first().copied().unwrap_or(StateId::new(0)),
-                preconditions: compiled.needs[a].iter().map(|f| StateId::new(*f)).collect(),
-                effects,
-                absent: Vec::new(),
-                removes: compiled.removes[a].iter().map(|f| StateId::new(*f)).collect(),
-            }
-        });
-        let domain = Domain::new(states.collect(), operators.collect())
-            .map_err(|error| ProblemError::Invalid { reason: error.to_string() })?;
-        let goals = goals.iter().filter_map(|g| compiled.tests.iter().position(|t| t == g));
-        let goals = goals.map(StateId::new).collect();
-        let dropped = self.undecided().filter(|need| !in_force.contains(need)).collect();
-        let composition = symbols.composition();
-        let (tests, actions) = (compiled.tests, compiled.actions);
-        let exclusions = Vec::new();
-        Ok(GroundProblem { domain, composition, tests, actions, goals, dropped, exclusions })
-    }
-
-    /// Returns the tests of the goal, in the order in which they are to be fulfilled.
-    fn goal_tests(&self) -> Vec<Test> {
-        let mut tests: Vec<Test> = Vec::new();
-        for goal in &self.goals {
-            let state = &self.domain.states[goal.state];
-            let one = Test::of([goal.state]);
-            match goal.quantity {
-                Quantity::AtLeast(0) | Quantity::EachReference(0) => {}
-                Quantity::AtLeast(least) => {
-                    tests.push(Test { least, within: goal.reference, ..one });
-                }
-                Quantity::EachReference(least) => {
-                    let kind = state.frame.kind().unwrap_or_default();
-                    let each = self.of_kind(kind);
-                    tests.extend(each.map(|r| Test {
-                        reference: Some(Some(r)),
-                        least,
-                        ..one.clone()
-                    }));
-                }
-                Quantity::EachObject => match self.of_kind(&state.kind).count() {
-                    0 => {}
-                    least => tests.push(Test { least, ..one }),
-                },
-            }
-        }
-        let mut seen = BTreeSet::new();
-        tests.retain(|t| seen.insert(t.clone()));
-        tests
-    }
-
-    /// Returns whether objects of this kind are told apart: some state has the kind as its frame.
-    pub(super) fn told_apart(&self, kind: &str) -> bool {
-        self.domain.states.iter().any(|s| s.frame.kind() == Some(kind))
-    }
+    pub(super) goals: Vec<StateId>,
+    pub(super) dropped: BTreeSet<(usize, usize)>,
+    pub(super) exclusions: Vec<[StateId; 2]>,
 }
 
 impl GroundProblem {

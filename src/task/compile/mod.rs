@@ -19,6 +19,7 @@ mod symbols;
 mod target;
 mod transition;
 
+pub(crate) use facts::Test;
 pub use ground::GroundProblem;
 pub use moves::Move;
 pub use plan::PlannedMove;

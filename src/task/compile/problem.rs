@@ -4,11 +4,13 @@ use std::collections::BTreeSet;
 
 use thiserror::Error;
 
-use crate::task::classify::{LaidOut, Layout};
+use super::facts::Test;
+use crate::task::classify::Layout;
 use crate::task::domain::{
     Fact, Frame, GoalTerm, NeedVerdict, Quantity, RelationalDomain, RelationalOperator, Role,
-    Situation, Subject, is_within,
+    Situation, Subject,
 };
+use crate::task::recording::ObjectPose;
 
 /// Why a scene and a domain give no planning problem.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -89,8 +91,9 @@ pub enum ProblemError {
 #[derive(Debug, Clone)]
 pub struct Problem<'d> {
     pub(super) domain: &'d RelationalDomain,
-    pub(super) objects: Vec<LaidOut>,
+    pub(super) objects: Vec<ObjectPose>,
     pub(super) goals: Vec<GoalTerm>,
+    goal_tests: Vec<Test>,
     /// Undecided needs that are in force, as (operator, need).
     pub(super) in_force: BTreeSet<(usize, usize)>,
     /// Pairs of places that exclude each other, as ((state, place), (state, place)).
@@ -149,9 +152,11 @@ impl<'d> Problem<'d> {
             domain,
             objects: layout.objects.clone(),
             goals,
+            goal_tests: Vec::new(),
             in_force: BTreeSet::new(),
             conflicts,
         };
+        problem.goal_tests = problem.goals.iter().flat_map(|g| problem.tests_of(g)).collect();
         problem.check_goals(&layout.situation())?;
         problem.check_size()?;
         problem.choose_undecided(&layout.situation());
@@ -164,7 +169,7 @@ impl<'d> Problem<'d> {
     }
 
     /// Returns the objects of the scene.
-    pub fn objects(&self) -> &[LaidOut] {
+    pub fn objects(&self) -> &[ObjectPose] {
         &self.objects
     }
 
@@ -208,7 +213,8 @@ impl<'d> Problem<'d> {
         let achieved: BTreeSet<usize> =
             self.domain.operators.iter().flat_map(RelationalOperator::achieves).collect();
         let held = |goal: &&GoalTerm| {
-            matches!(goal.quantity, Quantity::AtLeast(_)) && self.lacking_in(goal, now) == 0
+            matches!(goal.quantity, Quantity::AtLeast(_))
+                && self.tests_of(goal).iter().all(|test| test.holds(now))
         };
         for goal in self.goals.iter().filter(|goal| !held(goal)) {
             let state = &self.domain.states[goal.state];
@@ -278,47 +284,42 @@ impl<'d> Problem<'d> {
 
     /// Returns the number of objects, or references, that the goal still lacks.
     pub fn lacking(&self, situation: &Situation) -> usize {
-        self.goals.iter().map(|g| self.lacking_in(g, situation)).sum()
+        self.goal_tests.iter().map(|test| test.lacking(situation)).sum()
     }
 
-    /// Returns the number of objects that a term of the goal still lacks.
-    pub(super) fn lacking_in(&self, goal: &GoalTerm, situation: &Situation) -> usize {
+    /// Returns the tests of the terms of the goal, in order.
+    pub(crate) fn goal_tests(&self) -> &[Test] {
+        &self.goal_tests
+    }
+
+    /// Returns the tests of a term of the goal.
+    fn tests_of(&self, goal: &GoalTerm) -> Vec<Test> {
         let state = &self.domain.states[goal.state];
-        let count = |reference: Option<usize>| {
-            let facts = situation.iter().flatten().filter(|f| f.state == goal.state);
-            facts.filter(|f| reference.is_none() || f.reference == reference).count()
-        };
+        let one = Test::of([goal.state]);
         match goal.quantity {
-            Quantity::AtLeast(n) => {
-                let counts = |f: &&Fact| {
-                    f.state == goal.state && is_within(goal.reference, f.reference, situation)
-                };
-                n.saturating_sub(situation.iter().flatten().filter(counts).count())
+            Quantity::AtLeast(0) | Quantity::EachReference(0) => Vec::new(),
+            Quantity::AtLeast(least) => vec![Test { least, within: goal.reference, ..one }],
+            Quantity::EachReference(least) => {
+                let each = self.of_kind(state.frame.kind().unwrap_or_default());
+                each.map(|r| Test { reference: Some(Some(r)), least, ..one.clone() }).collect()
             }
-            Quantity::EachReference(n) => {
-                let kind = state.frame.kind().unwrap_or_default();
-                self.of_kind(kind).map(|r| n.saturating_sub(count(Some(r)))).sum()
-            }
-            Quantity::EachObject => self.of_kind(&state.kind).count().saturating_sub(count(None)),
+            Quantity::EachObject => match self.of_kind(&state.kind).count() {
+                0 => Vec::new(),
+                least => vec![Test { least, ..one }],
+            },
         }
     }
 
-    /// Returns the places that exclude a place of a state, as pairs of state and place.
-    pub(super) fn conflicting(&self, state: usize, place: usize) -> Vec<(usize, usize)> {
-        let own = (state, place);
-        let pairs = self.conflicts.range((own, (0, 0))..=(own, (usize::MAX, usize::MAX)));
-        pairs.map(|(_, other)| *other).collect()
+    /// Returns whether objects of this kind are told apart: some state has the kind as its frame.
+    pub(super) fn told_apart(&self, kind: &str) -> bool {
+        self.domain.states.iter().any(|s| s.frame.kind() == Some(kind))
     }
 
     /// Returns the pairs of state and place where no other object may be, with the same reference, before one is put at a
     /// place of a state. Empty if the place has room for several.
-    ///
-    /// # Panics
-    /// If the state or the place does not exist.
-    pub fn excluded_by(&self, state: usize, place: usize) -> Vec<(usize, usize)> {
-        match self.domain.states[state].places[place].is_roomy() {
-            true => Vec::new(),
-            false => self.conflicting(state, place),
-        }
+    pub(crate) fn excluded_by(&self, state: usize, place: usize) -> Vec<(usize, usize)> {
+        let own = (state, place);
+        let pairs = self.conflicts.range((own, (0, 0))..=(own, (usize::MAX, usize::MAX)));
+        pairs.map(|(_, other)| *other).collect()
     }
 }

@@ -77,9 +77,6 @@ impl Problem<'_> {
     /// Returns whether no other object is at a place that the move needs.
     pub(super) fn place_is_free(&self, m: &Move, situation: &Situation) -> bool {
         let to = self.domain.operators[m.operator].to;
-        if self.domain.states[to].places[m.place].is_roomy() {
-            return true;
-        }
         let wanted = (to, m.place);
         situation.iter().enumerate().all(|(i, fact)| {
             i == m.object

@@ -40,8 +40,7 @@ pub enum Subject {
 }
 
 /// A condition: a state, and whose state it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Condition {
     /// Index of the state.
     pub state: usize,

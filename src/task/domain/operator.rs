@@ -17,8 +17,7 @@ pub enum NeedVerdict {
 }
 
 /// A condition before an action.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Need {
     /// The condition.
     pub condition: Condition,
@@ -46,8 +45,7 @@ impl Need {
 }
 
 /// A change of another object's state.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SideEffect {
     /// The condition that begins to hold, or ends.
     pub condition: Condition,
@@ -70,8 +68,7 @@ pub struct Displacement {
 }
 
 /// The needs and effects of an action that moves one object.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct RelationalOperator {
     /// Name of the action: an upper-case letter, then letters, digits and `_`.
     pub name: String,
@@ -104,7 +101,7 @@ impl RelationalOperator {
     }
 
     /// Returns whether the target has to be in a state before the action.
-    pub fn needs_of_target(&self, state: usize) -> bool {
+    pub(crate) fn needs_of_target(&self, state: usize) -> bool {
         let condition = Condition { state, subject: Subject::Is(Role::Target) };
         self.needs_with(NeedVerdict::Required).any(|need| need.condition == condition)
     }

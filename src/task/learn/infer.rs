@@ -11,7 +11,7 @@ use super::summary::{AttemptReport, Failure, LearnReport, UnexplainedPoses};
 use super::transitions::Transitions;
 use super::{Learned, Settings};
 use crate::robot::Pose;
-use crate::task::domain::gaussian::{CountedOperator, GaussianState, Gaussians};
+use crate::task::domain::gaussian::{CountedOperator, GaussianState, Gaussians, Geometry};
 use crate::task::domain::{KindClusters, Origin, Provenance};
 use crate::task::error::TaskError;
 use crate::task::propositional::{ActionId, StateId};
@@ -53,22 +53,15 @@ impl Observations<'_> {
         let models = self.name_states(&clusters, &states);
         let operators = self.operators(&states, &models, &judged);
         let goal = self.goal(&states, &judged);
+        let clusterings = self.kinds.iter().map(|k| KindClusters {
+            kind: k.name.to_string(),
+            threshold_m: Some(k.threshold).filter(|t| t.is_finite()),
+            next_merge_m: k.tree.next_merge(k.threshold),
+        });
         let provenance = Provenance {
-            symbolt: env!("CARGO_PKG_VERSION").into(),
-            seed: settings.seed,
-            p: settings.p,
             threshold_m: settings.threshold_m,
-            demonstrations: self.recording.demos.len(),
-            snapshots: self.recording.snapshot_count(),
-            clusters: self
-                .kinds
-                .iter()
-                .map(|k| KindClusters {
-                    kind: k.name.to_string(),
-                    threshold_m: Some(k.threshold).filter(|t| t.is_finite()),
-                    next_merge_m: k.tree.next_merge(k.threshold),
-                })
-                .collect(),
+            clusters: clusterings.collect(),
+            ..settings.provenance(self.recording)
         };
         let report = self.report(&clusters, &states, &judged, &operators);
         let domain = Gaussians { states: models, operators, goal, provenance }.domain()?;
@@ -103,11 +96,13 @@ impl Observations<'_> {
             models.push(GaussianState {
                 name: names.take(&state_name(&kind, origin, &fit.mean, &landmarks)),
                 kind,
-                count: poses.len(),
-                distinct: self.distinct(cluster),
-                origin,
-                mean: fit.mean,
-                covariance: fit.covariance,
+                geometry: Geometry {
+                    count: poses.len(),
+                    distinct: self.distinct(cluster),
+                    origin,
+                    mean: fit.mean,
+                    covariance: fit.covariance,
+                },
             });
         }
         models
@@ -215,16 +210,8 @@ impl Observations<'_> {
         let lost = clusters.iter().enumerate().filter(|(index, _)| !states.contains(index));
         let unexplained = lost.filter_map(|(_, cluster)| {
             let poses: Vec<Pose> = self.poses(cluster).copied().collect();
-            let number = |d: usize, s: usize| {
-                let demo = &self.recording.demos[d];
-                (demo.number, demo.snapshots[s].number)
-            };
-            Some(UnexplainedPoses {
-                kind: self.kinds[cluster.kind].name.to_string(),
-                count: poses.len(),
-                mean: PoseGaussian::fit(&poses)?.mean,
-                seen: cluster.members.iter().map(|(d, _, s)| number(*d, *s)).collect(),
-            })
+            let seen = cluster.members.iter().map(|(demo, _, snapshot)| (*demo, *snapshot));
+            UnexplainedPoses::new(&self.kinds[cluster.kind].name, &poses, seen, self.recording)
         });
         let tracks = self.tracks.iter().flatten();
         let fixed = tracks.filter(|track| self.kinds.iter().all(|k| k.name != track.kind));

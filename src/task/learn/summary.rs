@@ -1,10 +1,11 @@
 //! The learner's report: the outcome of each attempt, and the poses that belong to no state.
 
 use super::attempts::Attempt;
+use super::gaussian::PoseGaussian;
 use super::tracks::Track;
 use crate::robot::Pose;
 use crate::task::propositional::ActionId;
-use crate::task::recording::Demonstration;
+use crate::task::recording::{Demonstration, Recording};
 
 /// The outcome of an attempt.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -91,6 +92,24 @@ impl AttemptReport {
             inferred: !attempt.declared,
             outcome: judged.map_or_else(AttemptOutcome::Failed, AttemptOutcome::Action),
         }
+    }
+}
+
+impl UnexplainedPoses {
+    /// Describes poses of a kind, with the demonstration and snapshot in which each was seen; `None` if there are none.
+    pub(super) fn new(
+        kind: &str,
+        poses: &[Pose],
+        seen: impl Iterator<Item = (usize, usize)>,
+        recording: &Recording,
+    ) -> Option<Self> {
+        let number = |(demo, snapshot): (usize, usize)| {
+            let demo = &recording.demos[demo];
+            (demo.number, demo.snapshots[snapshot].number)
+        };
+        let mean = PoseGaussian::fit(poses)?.mean;
+        let (kind, count) = (kind.to_owned(), poses.len());
+        Some(Self { kind, count, mean, seen: seen.map(number).collect() })
     }
 }
 

@@ -6,7 +6,7 @@ use serde_json::Value;
 use super::check_counts;
 use super::fields::{FieldFault, StateNames, faulty_entry};
 use crate::robot::Pose;
-use crate::task::domain::gaussian::{CountedOperator, GaussianState, Gaussians};
+use crate::task::domain::gaussian::{CountedOperator, GaussianState, Gaussians, Geometry};
 use crate::task::domain::{Origin, Provenance, RelationalDomain};
 use crate::task::propositional::Fault;
 
@@ -23,23 +23,13 @@ pub(super) struct DomainFile {
     operators: Vec<Operator>,
 }
 
-/// The geometry of a state, which version 1 has among its other fields.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Learned {
-    count: usize,
-    distinct: usize,
-    origin: Origin,
-    mean: Pose,
-    covariance: [[f64; 6]; 6],
-}
-
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct State {
     name: String,
     kind: String,
-    learned: Option<Learned>,
+    learned: Option<Geometry>,
+    // Version 1 has the geometry here.
     count: Option<usize>,
     distinct: Option<usize>,
     origin: Option<Origin>,
@@ -99,14 +89,13 @@ impl State {
         let Self { name, kind, learned, count, distinct, origin, mean, covariance } = self;
         let flat = || {
             let (count, distinct, origin) = (count?, distinct?, origin?);
-            Some(Learned { count, distinct, origin, mean: mean?, covariance: covariance? })
+            Some(Geometry { count, distinct, origin, mean: mean?, covariance: covariance? })
         };
-        let Some(Learned { count, distinct, origin, mean, covariance }) = learned.or_else(flat)
-        else {
+        let Some(geometry) = learned.or_else(flat) else {
             let expected = "the geometry of a learned state";
             return Err(FieldFault::found(&format!("states[{at}].learned"), None, expected));
         };
-        Ok(GaussianState { name, kind, count, distinct, origin, mean, covariance })
+        Ok(GaussianState { name, kind, geometry })
     }
 }
 
