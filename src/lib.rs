@@ -46,9 +46,9 @@
 //! | choose exact maths, rates or spikes | [`PopulationPlan`](neurons::PopulationPlan), [`Population`](neurons::Population), [`LifSpec`](neurons::LifSpec) |
 //! | run a graph | [`Simulator`](sim::Simulator), [`RunConfig`](sim::RunConfig), [`Seed`](sim::Seed) |
 //! | add your own module, node or world | [`Module`](sim::Module), [`Node`](sim::Node), [`World`](sim::World) |
-//! | learn a domain | [`Recording`](task::Recording), [`learn`](task::learn::learn), [`RelationalDomain`](task::relational::RelationalDomain) |
-//! | find an object's state | [`Classifier`](task::relational::Classifier) |
-//! | plan in a scene | [`Problem`](task::relational::Problem), [`PlannerBuild`](task::planner::PlannerBuild), [`ScenePlan`](task::planner::ScenePlan) |
+//! | learn a domain | [`Recording`](task::Recording), [`learn`](task::learn::learn), [`RelationalDomain`](task::domain::RelationalDomain) |
+//! | find an object's state | [`Classifier`](task::classify::Classifier) |
+//! | plan in a scene | [`Problem`](task::compile::Problem), [`PlannerBuild`](task::planner::PlannerBuild), [`ScenePlan`](task::planner::ScenePlan) |
 //! | plan without geometry | [`DomainBuilder`](task::DomainBuilder), [`Planner`](task::planner::Planner), [`Decision`](task::planner::Decision) |
 #![cfg_attr(
     feature = "physics",
@@ -100,7 +100,7 @@ pub mod record;
     "[`AssociativeMemory`]: crate::spa::AssociativeMemory\n",
     "[`BasalGanglia`]: crate::spa::BasalGanglia\n",
     "[`Bind`]: crate::spa::Bind\n",
-    "[`Classifier`]: crate::task::relational::Classifier\n",
+    "[`Classifier`]: crate::task::classify::Classifier\n",
     "[`CleanupMemory`]: crate::spa::CleanupMemory\n",
     "[`Decision`]: crate::task::planner::Decision\n",
     "[`Domain`]: crate::task::Domain\n",
@@ -165,8 +165,10 @@ pub mod prelude {
         AssociativeMemory, BasalGanglia, Bind, CleanupMemory, FlowExt, Gate, GoalBuffer, Linear,
         Routes, Rules, State, Superpose, Unbind, Vocabulary, VocabularyBuilder, cosine, dot,
     };
+    pub use crate::task::classify::Classifier;
+    pub use crate::task::compile::Problem;
+    pub use crate::task::domain::RelationalDomain;
     pub use crate::task::learn::learn;
     pub use crate::task::planner::{Decider, Planner, PlannerBuild, PlannerKind, PlannerSpec};
-    pub use crate::task::relational::{Classifier, Problem, RelationalDomain};
     pub use crate::task::{Domain, DomainBuilder, Recording, Snapshot, TaskError, Verdict};
 }

@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 
 use anyhow::Error;
 use serde_json::{Value, json};
-use symbolt::task::relational::{
-    Classifier, Layout, Move, Problem, RelationalDomain, Situation, TargetPose,
-};
+use symbolt::task::classify::{Classifier, Layout};
+use symbolt::task::compile::{Move, Problem, TargetPose};
+use symbolt::task::domain::{RelationalDomain, Situation};
 use symbolt::task::{Snapshot, TaskError};
 
 use super::Outcome;

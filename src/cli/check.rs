@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use symbolt::files::{Limit, read_file};
 use symbolt::neurons::{SolvedFileError, SolvedModel};
 use symbolt::sim::Seed;
-use symbolt::task::relational::RelationalDomain;
+use symbolt::task::domain::RelationalDomain;
 use symbolt::task::tasks::file::{DataTask, FORMAT};
 use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
 use symbolt::task::tasks::{self, Task};

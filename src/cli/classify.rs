@@ -3,8 +3,9 @@
 use anyhow::Error;
 use serde_json::{Map, Value, json};
 use symbolt::files::{Limit, read_file};
+use symbolt::task::classify::{Classifier, Layout};
+use symbolt::task::domain::RelationalDomain;
 use symbolt::task::event::InNoState;
-use symbolt::task::relational::{Classifier, Layout, RelationalDomain};
 use symbolt::task::{Recording, Snapshot, TaskError};
 
 use super::Outcome;

@@ -6,11 +6,11 @@ use std::fmt::Write as _;
 use anyhow::Error;
 use serde_json::{Map, Value, json};
 use symbolt::task::Recording;
+use symbolt::task::domain::KindClusters;
 use symbolt::task::learn::{
     AttemptOutcome, AttemptReport, Failure, LearnReport, Learned, Method, Settings, check_exponent,
     learn_observed,
 };
-use symbolt::task::relational::KindClusters;
 
 use super::Outcome;
 use super::args::{BadArgument, LearnArgs, MethodArg};

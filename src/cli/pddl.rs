@@ -6,8 +6,9 @@ use anyhow::Error;
 use clap::Args;
 use serde_json::json;
 use symbolt::files::{Overwrite, ResultFolder, check_output, write_atomic};
+use symbolt::task::compile::Problem;
+use symbolt::task::domain::RelationalDomain;
 use symbolt::task::pddl::{Written, of_relational};
-use symbolt::task::relational::{Problem, RelationalDomain};
 use symbolt::task::{Snapshot, TaskError};
 
 use super::actions::look;

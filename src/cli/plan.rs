@@ -4,10 +4,10 @@ use std::fmt::Write as _;
 
 use anyhow::Error;
 use serde_json::{Map, Value, json};
+use symbolt::task::classify::Layout;
+use symbolt::task::compile::{GroundProblem, Problem, ProblemError};
+use symbolt::task::domain::{GoalTerm, RelationalDomain};
 use symbolt::task::planner::{Choice, Decision, PlannerKind, SceneEnd, SceneMove, ScenePlan, Why};
-use symbolt::task::relational::{
-    GoalTerm, GroundProblem, Layout, Problem, ProblemError, RelationalDomain,
-};
 use symbolt::task::{Domain, Snapshot, TaskError};
 
 use super::Outcome;

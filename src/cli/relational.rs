@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde_json::{Map, Value, json};
 use symbolt::task::Origin;
-use symbolt::task::relational::{
+use symbolt::task::domain::{
     Coordinate, FrameState, GoalTerm, Need, NeedVerdict, Place, Quantity, RelationalDomain,
     RelationalOperator, Role,
 };

@@ -6,7 +6,7 @@ use anyhow::Error;
 use clap::Args;
 use serde_json::json;
 use symbolt::files::Overwrite;
-use symbolt::task::relational::RelationalDomain;
+use symbolt::task::domain::RelationalDomain;
 
 use super::end::{BadArgument, Outcome};
 use super::options::Common;

@@ -12,13 +12,13 @@ use symbolt::report::trace::Tracer;
 use symbolt::robot::scene::Scene;
 use symbolt::sim::Seed;
 use symbolt::study::Tally;
+use symbolt::task::domain::RelationalDomain;
 use symbolt::task::event::{Ended, EpisodeReport, Observer, Observers};
 use symbolt::task::execute::{
     ActivityRecorder, Episode, EpisodeSpec, PreparedEpisode, demonstrate_sensed,
 };
 use symbolt::task::learn::{Settings, learn_observed};
 use symbolt::task::planner::PlannerBuild;
-use symbolt::task::relational::RelationalDomain;
 use symbolt::task::{Domain, Recorder, Snapshot, TaskError};
 
 use super::Outcome;

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::task::TaskError;
-use crate::task::relational::{
+use crate::task::domain::{
     Coordinate, Frame, FrameState, NeedVerdict, Place, RelationalDomain, RelationalOperator, Role,
 };
 

@@ -12,8 +12,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use assert_cmd::Command;
 use serde_json::Value;
 use symbolt::sim::{Real, RunConfig, Seed, SimDuration, Simulator, World, WorldError, WorldSave};
+use symbolt::task::domain::RelationalDomain;
 use symbolt::task::planner::{Decider, Planner, PlannerSpec};
-use symbolt::task::relational::RelationalDomain;
 
 use crate::propositional::propositional;
 

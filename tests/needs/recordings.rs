@@ -12,9 +12,10 @@ use libtest_mimic::Trial;
 use rand::RngExt;
 use symbolt::robot::Pose;
 use symbolt::sim::Seed;
+use symbolt::task::classify::{Classifier, ClassifierRule};
+use symbolt::task::domain::{NeedVerdict, RelationalDomain};
 use symbolt::task::learn::{AttemptOutcome, Learned, Settings, learn};
 use symbolt::task::planner::{Planner, PlannerSpec};
-use symbolt::task::relational::{Classifier, ClassifierRule, NeedVerdict, RelationalDomain};
 use symbolt::task::{Labels, Recording, Sensing, Verdict, WorldState, acceptable_answers};
 
 use crate::needs::{named, only_if};

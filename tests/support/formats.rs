@@ -13,9 +13,11 @@ use symbolt::report::{Arrays, RunFacts, report, trace};
 use symbolt::sim::Seed;
 use symbolt::study::experiment::Origin;
 use symbolt::study::standard::{Model, Standard};
+use symbolt::task::classify::Classifier;
+use symbolt::task::compile;
+use symbolt::task::domain::RelationalDomain;
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::PlannerBuild;
-use symbolt::task::relational::{self, Classifier, RelationalDomain};
 use symbolt::task::tasks;
 use symbolt::task::tasks::file::DataTask;
 use symbolt::task::tasks::nuts_and_bolts::{NutsAndBolts, SyntheticDemonstrations};
@@ -412,7 +414,7 @@ fn used() -> Vec<Format> {
         format("problem", 4, vec![framed, plain], move |bytes| {
             let Ok(domain) = RelationalDomain::parse(bytes, "x") else { return false };
             let layout = Classifier::new(&domain).classify(&scene);
-            let problem = relational::Problem::new(&domain, &layout);
+            let problem = compile::Problem::new(&domain, &layout);
             problem.is_ok_and(|problem| {
                 let _ = problem.moves(&layout.situation());
                 let build = PlannerBuild::default();

@@ -1,6 +1,6 @@
 //! A learned domain without its objects: only which states hold.
 
-use symbolt::task::relational::{NeedVerdict, RelationalDomain, RelationalOperator};
+use symbolt::task::domain::{NeedVerdict, RelationalDomain, RelationalOperator};
 use symbolt::task::{Domain, DomainBuilder};
 
 /// Returns the names of the states that must hold before an action, in the order of the domain.

@@ -11,7 +11,7 @@ use symbolt::plan::goal_sets::{
 };
 use symbolt::prelude::*;
 use symbolt::sim::{Graph, Real, World, WorldError, WorldSave};
-use symbolt::task::domain::{Rules, acceptable_answers};
+use symbolt::task::compile::GroundProblem;
 use symbolt::task::event::{Ended, Ignore};
 use symbolt::task::execute::{EpisodeSpec, PreparedEpisode, demonstrate, episode};
 use symbolt::task::learn::{Settings, learn};
@@ -19,7 +19,7 @@ use symbolt::task::planner::{
     Counts, Decider, GoalSetPlanner, ModuleView, PlanEnd, PlannerBuild, PlannerInput, PlannerKind,
     Prediction, Request, RolledOut, Stage, strips_problem,
 };
-use symbolt::task::relational::GroundProblem;
+use symbolt::task::propositional::{Rules, acceptable_answers};
 use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
 use symbolt::task::{Domain, DomainBuilder, Obstacle, StateId, TaskError, Verdict, WorldState};
 

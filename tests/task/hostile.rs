@@ -8,7 +8,7 @@ use symbolt::plan::strips::{self, Bodies, Trajectory};
 use symbolt::report::report;
 use symbolt::sim::Seed;
 use symbolt::study::experiment::Origin;
-use symbolt::task::relational::RelationalDomain;
+use symbolt::task::domain::RelationalDomain;
 use symbolt::task::tasks::file::DataTask;
 use symbolt::task::tasks::nuts_and_bolts::{NutsAndBolts, SyntheticDemonstrations};
 use symbolt::task::{Recording, TaskError};

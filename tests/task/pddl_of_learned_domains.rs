@@ -9,13 +9,13 @@ use symbolt::plan::strips::{self, Bodies, Fact, Grounded, Literal, Term, validat
 use symbolt::prelude::*;
 use symbolt::study::worlds::{self, Stage, World};
 use symbolt::task::DomainBuilder;
-use symbolt::task::domain::Rules;
+use symbolt::task::classify::{Classifier, Layout};
+use symbolt::task::compile::{Move, Problem};
+use symbolt::task::domain::{NeedVerdict, RelationalDomain, Situation};
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::pddl::{WriteFault, Written, of_grounded, of_relational};
 use symbolt::task::planner::strips_problem;
-use symbolt::task::relational::{
-    Classifier, Layout, Move, NeedVerdict, Problem, RelationalDomain, Situation,
-};
+use symbolt::task::propositional::Rules;
 
 fn learned(world: &World) -> Option<RelationalDomain> {
     let recording = world.record(5, Seed::new(2));

@@ -5,10 +5,10 @@
 use symbolt::sim::Seed;
 use symbolt::study::worlds::{self, Planning, Rates, Trial, World, episodes, evaluate};
 use symbolt::task::Sensing;
+use symbolt::task::classify::Classifier;
+use symbolt::task::compile::{Problem, ProblemError};
+use symbolt::task::domain::{Frame, NeedVerdict, RelationalDomain, Turn};
 use symbolt::task::learn::{Settings, learn};
-use symbolt::task::relational::{
-    Classifier, Frame, NeedVerdict, Problem, ProblemError, RelationalDomain, Turn,
-};
 
 use crate::beside;
 

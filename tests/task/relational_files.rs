@@ -5,8 +5,10 @@
 use proptest::prelude::*;
 use serde_json::{Value, json};
 use symbolt::sim::Seed;
+use symbolt::task::classify::Classifier;
+use symbolt::task::compile::Problem;
+use symbolt::task::domain::{Quantity, RelationalDomain};
 use symbolt::task::learn::{Settings, learn};
-use symbolt::task::relational::{Classifier, Problem, Quantity, RelationalDomain};
 use symbolt::task::tasks::nuts_and_bolts::SyntheticDemonstrations;
 use symbolt::task::{Recording, Snapshot};
 

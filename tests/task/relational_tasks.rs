@@ -9,11 +9,11 @@
 
 use rayon::prelude::*;
 use symbolt::sim::Seed;
+use symbolt::task::domain::RelationalDomain;
 use symbolt::task::event::{EpisodeReport, Ignore};
 use symbolt::task::execute::{self, EpisodeSpec, demonstrate_sensed};
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::PlannerBuild;
-use symbolt::task::relational::RelationalDomain;
 use symbolt::task::tasks::Task;
 use symbolt::task::tasks::file::DataTask;
 use symbolt::task::{Sensing, tasks};

@@ -13,13 +13,14 @@ use symbolt::robot::scene::{BodyId, Scene, SceneSpec};
 use symbolt::robot::skill::{Grasp, Robot, Target, any_grasps, free_places, pushes, turns_over};
 use symbolt::robot::{SkillOutcome, SkillReport};
 use symbolt::sim::{RunConfig, Seed, SimDuration, SimError, Simulator};
+use symbolt::task::classify::Classifier;
+use symbolt::task::domain::RelationalDomain;
 use symbolt::task::event::{Doing, Ended, EpisodeReport, RecoveryKind};
 use symbolt::task::execute::{
     Episode, EpisodeSpec, EpisodeWorld, Perturbation, PreparedEpisode, episode,
 };
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::{PlannerBuild, PlannerKind};
-use symbolt::task::relational::{Classifier, RelationalDomain};
 use symbolt::task::tasks::nuts_and_bolts::{MAX_OF_A_KIND, NutsAndBolts, PartSpec};
 use symbolt::task::tasks::{Demonstrator, Judgement, Task};
 use symbolt::task::{TaskError, demonstrate};

@@ -7,9 +7,10 @@ use nalgebra::{UnitQuaternion, Vector3};
 use rand::RngExt;
 use symbolt::robot::Pose;
 use symbolt::sim::Seed;
+use symbolt::task::classify::{Classifier, Layout, Miss};
+use symbolt::task::domain::{Quantity, RelationalDomain};
 use symbolt::task::event::Event;
 use symbolt::task::learn::{Settings, learn, learn_observed};
-use symbolt::task::relational::{Classifier, Layout, Miss, Quantity, RelationalDomain};
 use symbolt::task::{Demonstration, ObjectPose, Recording, Snapshot, SnapshotEvent};
 
 const POCKET: [f64; 3] = [0.42, -0.22, 0.042];

@@ -11,8 +11,8 @@ use crate::study::experiment::{
     TrialOutcome, outcome,
 };
 use crate::task::TaskError;
-use crate::task::domain::{DomainBuilder, Verdict, WorldState, acceptable_answers};
 use crate::task::planner::{Decider, Part, Planner, PlannerSpec, Unbinding};
+use crate::task::propositional::{DomainBuilder, Verdict, WorldState, acceptable_answers};
 
 pub(super) const GOAL: &str = "BOLT_ASSEMBLED";
 /// States that hold at the start of the task.

@@ -16,10 +16,11 @@ use crate::study::experiment::{
     Style, TrialOutcome, outcome,
 };
 use crate::task::TaskError;
+use crate::task::classify::{Classifier, ClassifierRule};
+use crate::task::domain::RelationalDomain;
 use crate::task::execute::demonstrate;
 use crate::task::learn::{PAPER_EXPONENT, Settings, learn};
 use crate::task::recording::Recording;
-use crate::task::relational::{Classifier, ClassifierRule, RelationalDomain};
 use crate::task::tasks::nuts_and_bolts::NutsAndBolts;
 
 /// The true states of parts.

@@ -13,9 +13,10 @@ use crate::study::experiment::{
     TrialOutcome, outcome,
 };
 use crate::task::TaskError;
+use crate::task::classify::Classifier;
+use crate::task::domain::RelationalDomain;
 use crate::task::learn::{Dendrogram, PAPER_EXPONENT, Settings, learn};
 use crate::task::recording::Recording;
-use crate::task::relational::{Classifier, RelationalDomain};
 
 /// Numbers of poses in a batch.
 const BATCHES: [usize; 6] = [15, 30, 60, 120, 200, 300];

@@ -11,8 +11,8 @@ use crate::study::experiment::{
     TrialOutcome, outcome,
 };
 use crate::task::TaskError;
-use crate::task::domain::DomainBuilder;
 use crate::task::planner::{PlanEnd, Planner, PlannerSpec};
+use crate::task::propositional::DomainBuilder;
 
 /// The experiment: decisions and whole plans, in direct mode and in spiking neurons.
 pub(super) struct Timing {

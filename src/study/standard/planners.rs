@@ -11,10 +11,10 @@ use crate::spa::{
     Vocabulary,
 };
 use crate::task::TaskError;
-use crate::task::domain::Domain;
-use crate::task::domain::DomainBuilder;
 use crate::task::planner::Unbinding;
 use crate::task::planner::{ActionSpace, Encoded, PRECONDITION, StateSpace, deep_preconditions};
+use crate::task::propositional::Domain;
+use crate::task::propositional::DomainBuilder;
 
 type Described = (Watched, Reading);
 

@@ -6,11 +6,11 @@ use super::score::{NeedScore, Rates, SaidState, StateScore, score_needs, score_s
 use super::{Need, Planning, Stage, World};
 use crate::sim::Seed;
 use crate::task::TaskError;
+use crate::task::classify::{Classifier, Layout};
+use crate::task::compile::Problem;
+use crate::task::domain::{NeedVerdict, RelationalDomain, RelationalOperator, Role, Subject};
 use crate::task::learn::{Settings, learn};
 use crate::task::recording::Sensing;
-use crate::task::relational::{
-    Classifier, Layout, NeedVerdict, Problem, RelationalDomain, RelationalOperator, Role, Subject,
-};
 
 /// Settings of an evaluation.
 #[derive(Debug, Clone, PartialEq)]
@@ -136,7 +136,7 @@ pub fn episodes(
 }
 
 fn said(domain: &RelationalDomain, layout: &Layout) -> Vec<Option<SaidState>> {
-    let state = |fact: crate::task::relational::Fact| SaidState {
+    let state = |fact: crate::task::domain::Fact| SaidState {
         state: domain.states[fact.state].name.clone(),
         reference: fact.reference.map(|r| layout.objects[r].id.to_string()),
     };

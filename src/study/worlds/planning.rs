@@ -1,8 +1,9 @@
 //! The planner that decides the moves of an episode.
 
 use crate::sim::{Seed, SimDuration};
+use crate::task::classify::Layout;
+use crate::task::compile::{Move, Problem};
 use crate::task::planner::{PlannerBuild, PlannerKind, SceneEnd};
-use crate::task::relational::{Layout, Move, Problem};
 
 /// The planner of an episode. It plans anew after each move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -1,135 +1,202 @@
-//! Checks that the tables of a domain are consistent.
+//! Checks a relational domain.
 
-use std::collections::HashSet;
-
-use super::ids::StateId;
-use super::operator::Operator;
-use super::state::State;
+use super::state::{Coordinate, Turn};
+use super::{FrameState, GoalTerm, Quantity, RelationalDomain, RelationalOperator, Role, Subject};
 use crate::task::error::TaskError;
-use crate::task::recording::MAX_NAME;
+use crate::task::propositional::{Fault, check_names};
 
-/// Names that planners reserve for their own symbols.
-pub(crate) const RESERVED: [&str; 3] = ["PRECONDITION", "ABSENT", "NOTHING"];
+/// Greatest length of a coordinate in metres. Larger numbers would overflow when squared.
+const FARTHEST_M: f64 = 1e6;
+/// Greatest number of objects that a need or a goal can ask for.
+const MOST: usize = 1_000_000;
+/// Largest accepted deviation of the square of an orientation's norm, or of an axis's length, from 1.
+const UNIT: f64 = 1e-3;
 
-/// Greatest number of states and of actions in a domain file.
-const MAX_COUNT: usize = 2_000;
-
-/// What is wrong with a domain, and what was expected instead.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Fault {
-    pub problem: String,
-    pub expected: String,
-}
-
-impl Fault {
-    pub fn new(problem: impl Into<String>, expected: impl Into<String>) -> Self {
-        Self { problem: problem.into(), expected: expected.into() }
+impl RelationalDomain {
+    /// Checks that all names are valid and unique, all indices are in range and all numbers are usable.
+    ///
+    /// # Errors
+    /// [`TaskError::BadDomain`], with the state or operator and what is wrong with it.
+    pub fn check(&self) -> Result<(), TaskError> {
+        self.fault().map_or(Ok(()), |fault| Err(fault.into()))
     }
 
-    /// Says which part of the domain has the fault.
-    pub fn of(self, part: std::fmt::Arguments<'_>) -> Self {
-        Self { problem: format!("{part} {}", self.problem), ..self }
-    }
-}
-
-impl From<Fault> for TaskError {
-    fn from(fault: Fault) -> Self {
-        Self::BadDomain { reason: format!("{}; expected {}", fault.problem, fault.expected) }
-    }
-}
-
-/// Returns whether `name` can name a state or an action. Names are used in vocabulary expressions.
-pub(crate) fn is_symbol(name: &str) -> bool {
-    let mut chars = name.chars();
-    chars.next().is_some_and(|c| c.is_ascii_uppercase())
-        && chars.all(|c| c.is_ascii_alphanumeric() || c == '_')
-        && name.len() <= MAX_NAME
-        && !RESERVED.contains(&name)
-}
-
-/// Returns the first inconsistency in a domain's tables.
-pub(super) fn check(states: &[State], operators: &[Operator]) -> Result<(), Fault> {
-    check_names(states.iter().map(|s| &s.name).chain(operators.iter().map(|o| &o.name)))?;
-    operators.iter().try_for_each(|operator| {
-        check_lists(operator, states).map_err(|f| f.of(format_args!("action `{}`", operator.name)))
-    })
-}
-
-/// The valid numbers of states, in words.
-fn below(states: usize) -> String {
-    format!("a number below {states}, as there are {states} states")
-}
-
-/// Refuses a domain file with too many states or actions.
-pub(crate) fn check_counts(states: usize, operators: usize) -> Result<(), Fault> {
-    let counts = [("states", states), ("actions", operators)];
-    match counts.into_iter().find(|(_, count)| *count > MAX_COUNT) {
-        Some((what, count)) => {
-            Err(Fault::new(format!("it has {count} {what}"), format!("at most {MAX_COUNT}")))
-        }
-        None => Ok(()),
-    }
-}
-
-/// Refuses invalid and repeated names.
-pub(crate) fn check_names<'n>(all: impl Iterator<Item = &'n String>) -> Result<(), Fault> {
-    let mut names = HashSet::new();
-    for name in all {
-        if !is_symbol(name) {
-            let expected = format!(
-                "an upper-case letter followed by letters, digits or `_` (ASCII, at most {MAX_NAME} characters), and \
-                 none of the reserved names {}",
-                RESERVED.join(", ")
-            );
-            return Err(Fault::new(format!("`{name}` cannot be a name"), expected));
-        }
-        if !names.insert(name) {
-            let problem = format!("the name `{name}` is used twice");
-            return Err(Fault::new(problem, "a unique name for every state and action"));
-        }
-    }
-    Ok(())
-}
-
-fn check_lists(operator: &Operator, states: &[State]) -> Result<(), Fault> {
-    let known = |state: StateId| states.get(state.index()).map(|s| s.name.as_str());
-    let name = |state: StateId| known(state).unwrap_or("?");
-    let lists = [
-        ("preconditions", &operator.preconditions),
-        ("effects", &operator.effects),
-        ("absent", &operator.absent),
-        ("removes", &operator.removes),
-    ];
-    for (what, list) in lists {
-        let mut seen = HashSet::new();
-        for state in list {
-            let Some(name) = known(*state) else {
-                let problem = format!("lists state number {} in `{what}`", state.index());
-                return Err(Fault::new(problem, below(states.len())));
+    /// Returns what is wrong with the domain, if anything is.
+    pub(super) fn fault(&self) -> Option<Fault> {
+        let states = self.states.iter().map(|s| &s.name);
+        let names = check_names(states.chain(self.operators.iter().map(|o| &o.name))).err();
+        let of_states = || {
+            let of =
+                |s: &FrameState| Some(fault_of_state(s)?.of(format_args!("state `{}`", s.name)));
+            self.states.iter().find_map(of)
+        };
+        let of_operators = || {
+            let of = |o: &RelationalOperator| {
+                Some(self.fault_of_operator(o)?.of(format_args!("action `{}`", o.name)))
             };
-            if !seen.insert(state) {
-                let problem = format!("lists `{name}` twice in `{what}`");
-                return Err(Fault::new(problem, "each state once"));
+            self.operators.iter().find_map(of)
+        };
+        let of_goals = || {
+            let of =
+                |(index, goal)| Some(self.fault_of_goal(index, goal)?.of(format_args!("the goal")));
+            self.goals.iter().enumerate().find_map(of)
+        };
+        let of_noise = || {
+            let noise = [self.noise_m, self.noise_rad];
+            let usable = |v: &f64| v.is_finite() && (0.0..FARTHEST_M).contains(v);
+            let expected = "finite numbers of at least 0";
+            (!noise.iter().all(usable)).then(|| Fault::new("the noise is not usable", expected))
+        };
+        names.or_else(of_states).or_else(of_operators).or_else(of_goals).or_else(of_noise)
+    }
+
+    fn fault_of_operator(&self, operator: &RelationalOperator) -> Option<Fault> {
+        let conditions = operator.needs.iter().map(|n| n.condition.state);
+        let effects = operator.side_effects.iter().map(|e| e.condition.state);
+        let mut all = conditions
+            .chain(effects)
+            .chain(operator.from.iter().copied())
+            .chain(operator.never_seen.iter().copied())
+            .chain([operator.to]);
+        let count = self.states.len();
+        if let Some(state) = all.find(|state| *state >= count) {
+            let problem = format!("names state number {state}");
+            return Some(Fault::new(problem, format!("a number below {count}")));
+        }
+        if operator.needs.iter().any(|n| !(1..=MOST).contains(&n.least)) {
+            let problem = "has a need for no object or too many";
+            return Some(Fault::new(problem, format!("1 to {MOST}")));
+        }
+        if let Some(fault) = self.fault_of_roles(operator) {
+            return Some(fault);
+        }
+        let numbers = operator.displacement.iter().flat_map(|d| d.mean.iter().chain([&d.sd]));
+        if numbers.into_iter().any(|v| !(v.is_finite() && v.abs() < FARTHEST_M)) {
+            return Some(Fault::new("has a displacement that is not usable", "finite metres"));
+        }
+        let kind = &self.states[operator.to].kind;
+        let other = operator.from.iter().find(|s| self.states[**s].kind != *kind)?;
+        let other = &self.states[*other];
+        let problem =
+            format!("moves a `{kind}` out of `{}`, a state of `{}`", other.name, other.kind);
+        Some(Fault::new(problem, "states of one kind"))
+    }
+
+    /// Returns a condition about a parameter that the operator does not have. It could never be looked at.
+    fn fault_of_roles(&self, operator: &RelationalOperator) -> Option<Fault> {
+        let needs = operator.needs.iter().map(|n| n.condition);
+        let effects = operator.side_effects.iter().map(|e| e.condition);
+        let framed = |state: &usize| self.states[*state].frame.kind().is_some();
+        let lacking = needs.chain(effects).find_map(|condition| match condition.subject {
+            Subject::Is(role) | Subject::At(role) => {
+                let states = match role {
+                    Role::Object => return None,
+                    Role::Origin => &operator.from[..],
+                    Role::Target => std::slice::from_ref(&operator.to),
+                };
+                (!states.iter().any(framed)).then_some((condition.state, role))
+            }
+            Subject::Any => None,
+        });
+        let (state, role) = lacking?;
+        let (state, role) = (&self.states[state].name, role.name());
+        let problem = format!("has a condition, `{state}`, about its {role}, and has no {role}");
+        Some(Fault::new(problem, "a state in the frame of a kind for each parameter"))
+    }
+
+    fn fault_of_goal(&self, index: usize, goal: &GoalTerm) -> Option<Fault> {
+        let count = self.states.len();
+        let Some(state) = self.states.get(goal.state) else {
+            let problem = format!("names state number {}", goal.state);
+            return Some(Fault::new(problem, format!("a number below {count}")));
+        };
+        if let Some(fault) = goal.reference.and_then(|within| self.fault_of_within(index, within)) {
+            let place = format!("has `references_in` for `{}`", state.name);
+            let problem = if fault.problem.is_empty() {
+                place
+            } else {
+                format!("{place}; {}", fault.problem)
+            };
+            return Some(Fault { problem, ..fault });
+        }
+        let (each, least) = match goal.quantity {
+            Quantity::AtLeast(n) => (false, n),
+            Quantity::EachReference(n) => (true, n),
+            Quantity::EachObject => (false, 1),
+        };
+        if each && state.frame.kind().is_none() {
+            let name = &state.name;
+            let problem = format!("asks for `{name}` at each reference");
+            return Some(Fault::new(problem, "a state in the frame of a kind"));
+        }
+        let usable = (1..=MOST).contains(&least);
+        let problem = || format!("asks for {least} of `{}`", state.name);
+        (!usable).then(|| Fault::new(problem(), format!("1 to {MOST}")))
+    }
+
+    /// Returns why the references of a term of the goal cannot be asked to be in the state `within`. The planner relies on
+    /// these rules: it finds no action that moves a reference into place on behalf of the objects at it.
+    fn fault_of_within(&self, index: usize, within: usize) -> Option<Fault> {
+        let GoalTerm { state, ref quantity, .. } = self.goals[index];
+        let Some(asked) = self.states.get(within) else {
+            return Some(Fault::new("", format!("a state, not number {within}")));
+        };
+        let (kind, name) = (self.states[state].frame.kind(), &asked.name);
+        if !matches!(quantity, Quantity::AtLeast(_)) {
+            return Some(Fault::new("", "a term without `each`"));
+        }
+        let Some(kind) = kind else {
+            return Some(Fault::new("", "a state in the frame of a kind"));
+        };
+        if *asked.kind != *kind {
+            let problem = format!("`{name}` is a state of `{}`", asked.kind);
+            return Some(Fault::new(problem, format!("one of `{kind}`")));
+        }
+        if !self.goals[..index].iter().any(|earlier| earlier.state == within) {
+            return Some(Fault::new("", format!("`{name}` as an earlier term of the goal")));
+        }
+        let lacks = |o: &&RelationalOperator| o.to == state && !o.needs_of_target(within);
+        let lacking = self.operators.iter().find(lacks)?;
+        let expected = format!("that `{}` requires `{name}` of its target", lacking.name);
+        Some(Fault::new("", expected))
+    }
+}
+
+/// Greatest number of places of a state.
+const MOST_PLACES: usize = 200;
+
+fn fault_of_state(state: &FrameState) -> Option<Fault> {
+    if !(1..=MOST_PLACES).contains(&state.places.len()) {
+        return Some(Fault::new("has no places or too many", format!("1 to {MOST_PLACES}")));
+    }
+    for place in &state.places {
+        let square: f64 = place.orientation.iter().map(|v| v * v).sum();
+        // A comparison with a number that is not finite is false.
+        if (square - 1.0).abs() >= UNIT || !square.is_finite() {
+            return Some(Fault::new(
+                "has an orientation of another norm than 1",
+                "a unit quaternion",
+            ));
+        }
+        for coordinate in &place.coordinates {
+            let (a, b, ordered) = match *coordinate {
+                Coordinate::Tight { mean, sd } => (mean, sd, sd >= 0.0),
+                Coordinate::Open { low, high } => (low, high, low <= high),
+            };
+            let usable = |v: f64| v.is_finite() && v.abs() < FARTHEST_M;
+            if !(usable(a) && usable(b) && ordered) {
+                let expected = "finite metres, a spread of at least 0 and `low` below `high`";
+                return Some(Fault::new("has a coordinate that is not usable", expected));
             }
         }
     }
-    if let Some(state) = operator.from.iter().chain([&operator.to]).find(|s| known(**s).is_none()) {
-        let problem = format!("has state number {} as `from` or `to`", state.index());
-        return Err(Fault::new(problem, below(states.len())));
-    }
-    if !operator.effects.contains(&operator.to) {
-        let problem = format!("has `{}` as `to` but not in `effects`", name(operator.to));
-        return Err(Fault::new(problem, "it in both"));
-    }
-    let pairs = [
-        ("preconditions", &operator.preconditions, "absent", &operator.absent),
-        ("effects", &operator.effects, "removes", &operator.removes),
-    ];
-    for (one, list, other, others) in pairs {
-        if let Some(both) = list.iter().find(|s| others.contains(s)) {
-            let problem = format!("lists `{}` in both `{one}` and `{other}`", name(*both));
-            return Err(Fault::new(problem, "it in at most one"));
-        }
-    }
-    Ok(())
+    let (axis, sd) = match state.turn {
+        Turn::Free => ([0.0, 0.0, 1.0], 0.0),
+        Turn::Axis { axis, sd } => (axis, sd),
+        Turn::Full { sd } => ([0.0, 0.0, 1.0], sd),
+    };
+    let square: f64 = axis.iter().map(|v| v * v).sum();
+    let usable = (square - 1.0).abs() < UNIT && sd >= 0.0 && sd.is_finite();
+    let expected = "a unit axis and a spread of at least 0";
+    (!usable).then(|| Fault::new("has a turn that is not usable", expected))
 }

@@ -1,230 +1,65 @@
-//! Domains: the symbolic description of a task.
+//! Learned domains: states in the frames of objects, operators with parameters, and goals with quantifiers.
 //!
-//! A [`Domain`] is a table of states and a table of operators, which is all that a planner needs. [`DomainBuilder`] builds
-//! one in code. From a [learned domain](super::relational) and a scene,
-//! [`Problem::ground`](super::relational::Problem::ground) compiles one.
+//! A [propositional domain](super::Domain) says only which states hold. A [`RelationalDomain`] says which object is in a
+//! state, and relative to which other object. It can therefore express "a knife beside every plate", "in the drawer" and
+//! "on the red block", wherever these objects stand.
 //!
-//! * A **state** is a condition of one object, such as `NUT_IN_JIG`. It *holds* while at least one object is in it.
-//! * An **action** changes states. Its **operator** lists the **preconditions**, which must hold before the action,
-//!   and the **effects**, which hold after it.
-//! * A **cause** of a state is an action that has the state among its effects.
-//! * The **goal** is the state that a planner is asked to reach.
-//!
-//! | purpose | types |
+//! | to | use |
 //! |---|---|
-//! | write a domain in code | [`DomainBuilder`] |
-//! | inspect a domain | [`State`], [`Operator`] |
-//! | describe the states that hold | [`WorldState`] |
-//! | say what the pointers of states and actions are made of | [`Composition`] |
-//! | interpret a planner's answer | [`Verdict`], [`Obstacle`] |
-//! | check a planner's answer | [`acceptable_answers`] |
+//! | learn one from a recording | [`learn`](super::learn::learn) |
+//! | read and write one | [`RelationalDomain::read`], [`RelationalDomain::to_json`] |
+//! | find the state and the reference of each object in a scene | [`Classifier`](super::classify::Classifier) |
+//! | plan with one | [`Problem`](super::compile::Problem) |
 //!
-//! Names are stored once, in the two tables. Everything else refers to states and actions by [`StateId`] and
-//! [`ActionId`].
+//! # Terms
+//!
+//! * A **state** is a condition of one object of one kind: it lies at one of the state's **places**, given in the
+//!   state's **frame**. The frame is the world, or an object of some kind, the **reference**.
+//! * The **turn** of a state says how the orientation is constrained: free, about one axis, or fully.
+//! * An **operator** describes an action that moves one object. Its parameters are the **object**, its **origin** (the
+//!   reference of the state that it leaves) and its **target** (the reference of the state that it enters).
+//! * A **need** is a condition before the action. It is *required*, *undecided* or *absent*. Each need carries the
+//!   counts behind it.
+//! * A **goal** is a conjunction of terms in the order in which they were completed.
 
-mod builder;
 mod check;
-mod composition;
+mod condition;
 pub(crate) mod distance;
-mod ids;
+mod file;
+mod frame;
+pub(crate) mod gaussian;
+mod goal;
 mod operator;
-pub(crate) mod reference;
+mod provenance;
+mod situation;
 mod state;
-pub(crate) mod tolerance;
-mod verdict;
-mod world;
+mod words;
 
-use std::ops::Index;
+pub(crate) use condition::Parameters;
+pub use condition::{Condition, Role, Subject};
+pub use frame::Frame;
+pub(crate) use frame::{relative, world_pose};
+pub use goal::{GoalTerm, Quantity};
+pub use operator::{Displacement, Need, NeedVerdict, RelationalOperator, SideEffect};
+pub use provenance::{KindClusters, Provenance};
+pub(crate) use situation::is_within;
+pub use situation::{Fact, Situation};
+pub(crate) use state::ROOMY_M;
+pub use state::{Coordinate, FrameState, Origin, Place, Turn};
 
-pub use builder::DomainBuilder;
-pub(crate) use check::{Fault, check_counts, check_names, is_symbol};
-pub use composition::{Composition, Factor, Part};
-pub use ids::{ActionId, StateId};
-pub use operator::Operator;
-pub(crate) use reference::obstacles;
-pub use reference::{AcceptableAnswers, acceptable_answers};
-pub use state::{Origin, State};
-pub use tolerance::Offset;
-pub use verdict::{Commitment, Obstacle, Rules, Verdict};
-pub use world::WorldState;
-
-use crate::spa::nearest_name;
-use crate::task::error::TaskError;
-
-/// A checked set of states and operators.
-///
-/// `domain[id]` returns the [`State`] of a [`StateId`] or the [`Operator`] of an [`ActionId`]. Indexing with an id of
-/// another domain panics if the id is out of range.
+/// A learned domain with states in frames, operators with parameters, and a goal.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Domain {
-    states: Vec<State>,
-    operators: Vec<Operator>,
-    /// Causes of each state, most preferred first.
-    causes: Vec<Vec<ActionId>>,
-}
-
-impl Index<StateId> for Domain {
-    type Output = State;
-
-    fn index(&self, state: StateId) -> &State {
-        &self.states[state.index()]
-    }
-}
-
-impl Index<ActionId> for Domain {
-    type Output = Operator;
-
-    fn index(&self, action: ActionId) -> &Operator {
-        &self.operators[action.index()]
-    }
-}
-
-impl Domain {
-    /// Checks the tables and builds a domain.
-    ///
-    /// # Errors
-    /// [`TaskError::BadDomain`] if
-    /// * a name is invalid or used twice,
-    /// * an operator refers to a state that does not exist or lists a state twice, or
-    /// * an operator requires a state to be both present and absent, has a state in both `effects` and `removes`, or
-    ///   does not have `to` among its effects.
-    pub fn new(states: Vec<State>, operators: Vec<Operator>) -> Result<Self, TaskError> {
-        check::check(&states, &operators)?;
-        let causes =
-            (0..states.len()).map(|state| causes_of(StateId::new(state), &operators)).collect();
-        Ok(Self { states, operators, causes })
-    }
-
-    /// Returns the states, in the order of their ids.
-    pub fn states(&self) -> &[State] {
-        &self.states
-    }
-
-    /// Returns the operators, in the order of their ids.
-    pub fn operators(&self) -> &[Operator] {
-        &self.operators
-    }
-
-    /// Returns the ids of all states.
-    pub fn state_ids(&self) -> impl ExactSizeIterator<Item = StateId> + use<> {
-        (0..self.states.len()).map(StateId::new)
-    }
-
-    /// Returns the ids of all actions.
-    pub fn action_ids(&self) -> impl ExactSizeIterator<Item = ActionId> + use<> {
-        (0..self.operators.len()).map(ActionId::new)
-    }
-
-    /// Returns the id of the state called `name`.
-    ///
-    /// # Errors
-    /// [`TaskError::Unknown`] if there is no such state; the error lists all states.
-    pub fn state(&self, name: &str) -> Result<StateId, TaskError> {
-        let names = self.states.iter().map(|s| s.name.as_str());
-        find(name, "state", names).map(StateId::new)
-    }
-
-    /// Returns the id of the action called `name`.
-    ///
-    /// # Errors
-    /// [`TaskError::Unknown`] if there is no such action; the error lists all actions.
-    pub fn action(&self, name: &str) -> Result<ActionId, TaskError> {
-        let names = self.operators.iter().map(|o| o.name.as_str());
-        find(name, "action", names).map(ActionId::new)
-    }
-
-    /// Returns the names of `states`, in the same order.
-    pub fn names(&self, states: &[StateId]) -> Vec<&str> {
-        states.iter().map(|s| self[*s].name.as_str()).collect()
-    }
-
-    /// Returns the world state in which exactly the named states hold.
-    ///
-    /// # Errors
-    /// [`TaskError::Unknown`] for a name that is not a state; the error lists all states.
-    pub fn world<'n>(
-        &self,
-        hold: impl IntoIterator<Item = &'n str>,
-    ) -> Result<WorldState, TaskError> {
-        let mut world = self.empty_world();
-        for name in hold {
-            world.insert(self.state(name)?);
-        }
-        Ok(world)
-    }
-
-    /// Returns the world state in which no state holds.
-    pub fn empty_world(&self) -> WorldState {
-        WorldState::empty(self.states.len())
-    }
-
-    /// Counts the objects in each state, as input for [`Planner::plan`](super::planner::Planner::plan). `things` names
-    /// the state of each object, so a name can occur several times. The result has one count for each state, in the
-    /// order of the states' ids.
-    ///
-    /// # Errors
-    /// [`TaskError::Unknown`] for a name that is not a state; the error lists all states.
-    pub fn counts<'n>(
-        &self,
-        things: impl IntoIterator<Item = &'n str>,
-    ) -> Result<Vec<usize>, TaskError> {
-        let mut counts = vec![0; self.states.len()];
-        for name in things {
-            counts[self.state(name)?.index()] += 1;
-        }
-        Ok(counts)
-    }
-
-    /// Returns an obstacle in words.
-    // `assets/report/words.js` has the same sentences.
-    ///
-    /// # Panics
-    /// If the obstacle is about a state or an action of another domain and its id is out of range.
-    pub fn obstacle_in_words(&self, obstacle: Obstacle) -> String {
-        let state = |state: StateId| self[state].name.as_str();
-        match obstacle {
-            Obstacle::NothingCauses { state: s } => {
-                format!("{} does not hold and no action causes it", state(s))
-            }
-            Obstacle::MustBeAbsent { action, state: s } => {
-                format!("{} holds, but must be absent before {}", state(s), self[action].name)
-            }
-            Obstacle::NeedsItself { state: s } => {
-                format!("every way to reach {} requires {} itself", state(s), state(s))
-            }
-            Obstacle::NoPlan { .. } => "no plan that reaches the goal was found".into(),
-        }
-    }
-
-    /// Returns the causes of `state`: all actions that have it among their effects, most preferred first.
-    ///
-    /// Actions that move their object into the state ([`Operator::to`]) come before actions with the state as a side
-    /// effect. The order of the table decides ties.
-    ///
-    /// # Panics
-    /// If `state` belongs to another domain and is out of range.
-    pub fn causes(&self, state: StateId) -> &[ActionId] {
-        &self.causes[state.index()]
-    }
-}
-
-pub(crate) fn find<'n>(
-    name: &str,
-    what: &'static str,
-    names: impl Iterator<Item = &'n str> + Clone,
-) -> Result<usize, TaskError> {
-    names.clone().position(|n| n == name).ok_or_else(|| TaskError::Unknown {
-        what,
-        name: name.into(),
-        nearest: nearest_name(name, names.clone()),
-        choices: names.map(str::to_owned).collect(),
-    })
-}
-
-fn causes_of(state: StateId, operators: &[Operator]) -> Vec<ActionId> {
-    let causes = operators.iter().enumerate().filter(|(_, o)| o.effects.contains(&state));
-    let mut causes: Vec<(bool, ActionId)> =
-        causes.map(|(index, o)| (o.to != state, ActionId::new(index))).collect();
-    causes.sort_unstable();
-    causes.into_iter().map(|(_, action)| action).collect()
+pub struct RelationalDomain {
+    /// The states.
+    pub states: Vec<FrameState>,
+    /// The operators. Their states are indices into `states`.
+    pub operators: Vec<RelationalOperator>,
+    /// The terms of the goal, in the order in which they were completed.
+    pub goals: Vec<GoalTerm>,
+    /// Standard deviation of the recorded positions of objects at rest, in metres.
+    pub noise_m: f64,
+    /// Standard deviation of the recorded orientations of objects at rest, in radians about each axis.
+    pub noise_rad: f64,
+    /// How the domain was learned.
+    pub provenance: Provenance,
 }

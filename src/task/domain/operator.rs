@@ -1,22 +1,108 @@
-//! Operators: the preconditions and effects of actions.
+//! Operators with parameters: the needs and effects of an action, with the counts behind them.
 
-use super::ids::StateId;
+use serde::{Deserialize, Serialize};
 
-/// The preconditions and effects of an action.
+use super::condition::{Condition, Role, Subject};
+
+/// What the demonstrations say about a condition before an action.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum NeedVerdict {
+    /// The condition always held, and it is about a parameter.
+    Required,
+    /// The condition always held, or never, but it is about another object: it may be a coincidence.
+    Undecided,
+    /// The condition never held, and it is about something that rests on a parameter.
+    Absent,
+}
+
+/// A condition before an action.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Operator {
+pub struct Need {
+    /// The condition.
+    pub condition: Condition,
+    /// Whether the condition is required, undecided or must be absent.
+    pub verdict: NeedVerdict,
+    /// Whether the condition has to hold, for undecided needs. `false`: it never held.
+    pub holds: bool,
+    /// Least number of objects in the state, at least 1.
+    pub least: usize,
+    /// Number of demonstrated instances in which the condition held.
+    pub held: usize,
+    /// Number of demonstrated instances.
+    pub of: usize,
+}
+
+impl Need {
+    /// Returns whether the condition has to hold; `false` if it must not.
+    pub fn is_positive(&self) -> bool {
+        match self.verdict {
+            NeedVerdict::Required => true,
+            NeedVerdict::Absent => false,
+            NeedVerdict::Undecided => self.holds,
+        }
+    }
+}
+
+/// A change of another object's state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SideEffect {
+    /// The condition that begins to hold, or ends.
+    pub condition: Condition,
+    /// Whether the condition begins to hold.
+    pub begins: bool,
+    /// Number of demonstrated instances in which the condition changed.
+    pub changed: usize,
+    /// Number of demonstrated instances in which it could have changed.
+    pub of: usize,
+}
+
+/// The displacement of the object in the coordinates that its new place leaves open.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Displacement {
+    /// Mean displacement in the frame of the new state, in metres.
+    pub mean: [f64; 3],
+    /// Greatest standard deviation over the open coordinates, in metres.
+    pub sd: f64,
+}
+
+/// The needs and effects of an action that moves one object.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RelationalOperator {
     /// Name of the action: an upper-case letter, then letters, digits and `_`.
     pub name: String,
-    /// The state that the object leaves; `None` if it is not known.
-    pub from: Option<StateId>,
-    /// The state that the object enters; also listed in `effects`.
-    pub to: StateId,
-    /// States that must hold before the action.
-    pub preconditions: Vec<StateId>,
-    /// States that hold after the action.
-    pub effects: Vec<StateId>,
-    /// States that must be absent before the action, used only if [`Rules::absent`](super::Rules::absent) is set.
-    pub absent: Vec<StateId>,
-    /// States that no longer hold after the action.
-    pub removes: Vec<StateId>,
+    /// Indices of the states that the object may leave, the most frequent first.
+    pub from: Vec<usize>,
+    /// Index of the state that the object enters.
+    pub to: usize,
+    /// Conditions before the action.
+    pub needs: Vec<Need>,
+    /// Changes of other objects' states.
+    pub side_effects: Vec<SideEffect>,
+    /// How the object is displaced in open coordinates; `None` if it may be put anywhere in their range.
+    pub displacement: Option<Displacement>,
+    /// Number of demonstrated instances.
+    pub instances: usize,
+    /// Indices of the states that never held before the action, of any object.
+    pub never_seen: Vec<usize>,
+}
+
+impl RelationalOperator {
+    /// Returns the states that the operator achieves, for the object or for another one.
+    pub(crate) fn achieves(&self) -> impl Iterator<Item = usize> + '_ {
+        let begun = self.side_effects.iter().filter(|e| e.begins).map(|e| e.condition.state);
+        std::iter::once(self.to).chain(begun)
+    }
+
+    /// Returns the needs with this verdict.
+    pub fn needs_with(&self, verdict: NeedVerdict) -> impl Iterator<Item = &Need> {
+        self.needs.iter().filter(move |need| need.verdict == verdict)
+    }
+
+    /// Returns whether the target has to be in a state before the action.
+    pub(crate) fn needs_of_target(&self, state: usize) -> bool {
+        let condition = Condition { state, subject: Subject::Is(Role::Target) };
+        self.needs_with(NeedVerdict::Required).any(|need| need.condition == condition)
+    }
 }

@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::recovery::Recovery;
 use crate::robot::{Pose, SkillOutcome, SkillReport, Touch};
-use crate::task::domain::{Obstacle, Offset};
+use crate::task::classify::Offset;
+use crate::task::propositional::Obstacle;
 
 /// One decision of the planner graph, with the skill that followed it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -18,8 +18,8 @@ use super::recovery::places;
 use super::recovery::plight::Wanted;
 use crate::robot::Pose;
 use crate::robot::skill::{self, Grasp, Target};
-use crate::task::domain::{ActionId, Obstacle};
 use crate::task::event::{Ended, Recovery, RecoveryKind};
+use crate::task::propositional::{ActionId, Obstacle};
 
 /// Number of other orders that are asked for before a detour.
 const ORDERS: usize = 3;

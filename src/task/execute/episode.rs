@@ -12,10 +12,11 @@ use super::{EpisodeSpec, senses};
 use crate::robot::scene::Scene;
 use crate::robot::scene::SceneFrame;
 use crate::sim::{RunConfig, Seed, SimError, Simulator, StopReason, WorldError};
+use crate::task::compile::GroundProblem;
+use crate::task::domain::RelationalDomain;
 use crate::task::error::TaskError;
 use crate::task::event::{Ended, EpisodeReport, Event, Ignore, Observer};
 use crate::task::planner::{Decider, PlannerBuild};
-use crate::task::relational::{GroundProblem, RelationalDomain};
 
 /// The result of an episode.
 #[derive(Debug, Clone)]

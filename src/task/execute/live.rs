@@ -12,10 +12,10 @@ use crate::robot::Pose;
 use crate::robot::scene::{BodyId, Scene};
 use crate::robot::skill::Robot;
 use crate::sim::{Real, Seed};
-use crate::task::domain::{ActionId, Obstacle, StateId, Verdict, WorldState};
+use crate::task::classify::Layout;
 use crate::task::event::{Decided, Ended, InNoState, Touched};
 use crate::task::planner::{PlannerInput, Request};
-use crate::task::relational::Layout;
+use crate::task::propositional::{ActionId, Obstacle, StateId, Verdict, WorldState};
 use crate::task::tasks::Perturbation;
 
 /// The executor's phase.

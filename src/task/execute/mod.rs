@@ -20,7 +20,7 @@
 //! 4. *Check*: if the verdict is met or stuck, the episode ends. Otherwise the executor looks again. If the
 //!    world state has changed, it returns to step 1.
 //! 5. *Choose*: the action says which parts can be moved, to which reference and place. The target is
-//!    [`Problem::target`](crate::task::relational::Problem::target).
+//!    [`Problem::target`](crate::task::compile::Problem::target).
 //! 6. *Act*: the robot runs the skill. However the skill ends, the loop returns to step 1. A drop or a person's
 //!    intervention therefore leads to a new decision (a re-plan).
 //!
@@ -52,14 +52,14 @@
 //! # Compilation
 //!
 //! [`PreparedEpisode`] finds the objects of the first look, compiles the problem over them
-//! ([`Problem::ground`](crate::task::relational::Problem::ground)), and builds the planner graph. At each look, the
+//! ([`Problem::ground`](crate::task::compile::Problem::ground)), and builds the planner graph. At each look, the
 //! goal is the first fact of the goal that does not hold.
 //!
 //! * An object that rests keeps its state, even if its pose is noisy.
 //! * If the graph is stuck, the problem is compiled anew from the present situation. Undecided needs that cannot be met
 //!   any more are dropped.
 //! * If there is nothing to drop, objects in no state, such as a dropped part, are taken to be where an action can take
-//!   them; the reference planner ([`Problem::plan`](crate::task::relational::Problem::plan)) says where. Such a guess
+//!   them; the reference planner ([`Problem::plan`](crate::task::compile::Problem::plan)) says where. Such a guess
 //!   never counts as reaching the goal.
 //! * If an object appears that the graph does not know, the problem is compiled anew.
 //! * If the graph is stuck at the end, the reference planner says whether it still finds a plan

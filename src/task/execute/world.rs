@@ -14,11 +14,11 @@ use super::senses;
 use crate::robot::scene::Scene;
 use crate::robot::scene::SceneFrame;
 use crate::sim::{Real, Seed, SimDuration, Simulator, World, WorldError, WorldSave};
-use crate::task::domain::StateId;
+use crate::task::classify::Layout;
 use crate::task::error::TaskError;
 use crate::task::event::{Doing, Ended, EpisodeReport};
 use crate::task::planner::PlannerInput;
-use crate::task::relational::Layout;
+use crate::task::propositional::StateId;
 
 /// A world in which an executor carries out the decisions of a planner graph. [`PreparedEpisode::into_world`] makes one.
 ///

@@ -1,6 +1,6 @@
 //! Preconditions and effects of an action, from counts over the world states before and after its instances.
 
-use crate::task::domain::{StateId, WorldState};
+use crate::task::propositional::{StateId, WorldState};
 
 /// The counts behind an operator, over all demonstrated instances of its action. Each list has one entry for each
 /// state, in the order of the domain's states.

@@ -8,7 +8,8 @@ use super::{Names, WriteFault, Written};
 use crate::plan::strips::{
     self, Action, Atom, Domain, Literal, MAX_ACTIONS, OBJECT, Predicate, Term, Typed, Types,
 };
-use crate::task::relational::{Fact, Frame, Move, Problem, Situation};
+use crate::task::compile::{Move, Problem};
+use crate::task::domain::{Fact, Frame, Situation};
 
 /// Writes a relational problem with a situation and the problem's goal.
 ///

@@ -10,9 +10,9 @@ use super::rollout::LIMIT;
 use crate::neurons::{PatternError, Population, PopulationPlan};
 use crate::plan::goal_sets::populations;
 use crate::sim::{Seed, SimDuration};
-use crate::task::domain::{Domain, StateId};
+use crate::task::compile::GroundProblem;
 use crate::task::error::TaskError;
-use crate::task::relational::GroundProblem;
+use crate::task::propositional::{Domain, StateId};
 
 /// A planner graph, by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::chain::views::ModuleView;
 use super::rollout::{Prediction, RolledOut};
 use crate::sim::{Graph, Real, SimDuration};
-use crate::task::domain::{Domain, StateId, Verdict, WorldState};
 use crate::task::error::TaskError;
+use crate::task::propositional::{Domain, StateId, Verdict, WorldState};
 
 /// What the executor wants of a planner graph at the moment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::task::domain::{ActionId, StateId, Verdict};
+use crate::task::propositional::{ActionId, StateId, Verdict};
 
 /// The stages of a decision. Each gives a milestone.
 ///
@@ -110,7 +110,7 @@ pub enum Why {
         unmet: usize,
     },
     /// No other cause has fewer unmet preconditions. Among the causes with equally many, the chosen cause comes first
-    /// in [`Domain::causes`](crate::task::domain::Domain::causes).
+    /// in [`Domain::causes`](crate::task::propositional::Domain::causes).
     Preferred {
         /// Number of unmet preconditions.
         unmet: usize,

@@ -2,8 +2,8 @@
 
 use super::decision::Decision;
 use crate::sim::SimDuration;
-use crate::task::domain::{ActionId, Domain, Obstacle, StateId, Verdict, WorldState};
 use crate::task::error::TaskError;
+use crate::task::propositional::{ActionId, Domain, Obstacle, StateId, Verdict, WorldState};
 
 /// One step of a plan.
 #[derive(Debug, Clone, PartialEq)]
@@ -69,7 +69,7 @@ pub struct Counts<'d> {
 
 impl<'d> Counts<'d> {
     /// Makes the situation from the number of objects in each state, as
-    /// [`Domain::counts`](crate::task::domain::Domain::counts) returns it. A planner refuses counts of another number of
+    /// [`Domain::counts`](crate::task::propositional::Domain::counts) returns it. A planner refuses counts of another number of
     /// states.
     pub fn new(domain: &'d Domain, objects: &[usize], goal: StateId) -> Self {
         let left = (objects.iter().sum::<usize>() + 1) * (objects.len() + 1);

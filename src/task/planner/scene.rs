@@ -6,11 +6,11 @@ use super::build::PlannerBuild;
 use super::decision::Decision;
 use super::rollout::{PlanEnd, Prediction};
 use crate::sim::SimDuration;
-use crate::task::domain::{ActionId, Domain, StateId, WorldState};
+use crate::task::classify::Layout;
+use crate::task::compile::{GroundProblem, Move, Problem, ProblemError, TargetPose};
+use crate::task::domain::Situation;
 use crate::task::error::TaskError;
-use crate::task::relational::{
-    GroundProblem, Layout, Move, Problem, ProblemError, Situation, TargetPose,
-};
+use crate::task::propositional::{ActionId, Domain, StateId, WorldState};
 
 /// Number of moves after which a plan is cut short.
 const MOST_MOVES: usize = 200;
@@ -139,7 +139,8 @@ impl PlannerBuild {
     /// use symbolt::sim::Seed;
     /// use symbolt::task::learn::learn;
     /// use symbolt::task::planner::{PlannerBuild, PlannerKind};
-    /// use symbolt::task::relational::{Classifier, Problem};
+    /// use symbolt::task::classify::Classifier;
+    /// use symbolt::task::compile::Problem;
     /// use symbolt::task::tasks::nuts_and_bolts::SyntheticDemonstrations;
     ///
     /// let synthetic = SyntheticDemonstrations::default();

@@ -6,10 +6,10 @@ use super::rung::Detour;
 use super::{detours, places};
 use crate::robot::Pose;
 use crate::robot::skill;
-use crate::task::domain::Obstacle;
 use crate::task::event::{Recovery, RecoveryKind};
 use crate::task::execute::live::{Live, Phase, REST, Tools};
 use crate::task::execute::model::Seen;
+use crate::task::propositional::Obstacle;
 
 /// Speed above which a part is not at rest, in metres per second.
 const MOVES_M_S: f64 = 0.02;

@@ -1,10 +1,11 @@
 //! States, actions and goal of a single demonstration.
 
+use crate::task::classify::{Classifier, Layout};
+use crate::task::domain::{GoalTerm, Quantity, RelationalDomain};
 use crate::task::error::TaskError;
 use crate::task::event::Observer;
 use crate::task::learn::{Learned, Settings, paper};
 use crate::task::recording::Recording;
-use crate::task::relational::{Classifier, GoalTerm, Layout, Quantity, RelationalDomain};
 
 /// Learns from a single demonstration as the paper does. If an attempt seems to have failed, learns again with the
 /// Euclidean distance, and takes the result with fewer failed attempts.

@@ -29,7 +29,7 @@ use std::sync::Arc;
 use super::encode::{ActionSpace, Encoded, StateSpace, WINNER};
 use crate::sim::{AsPointer, Constant, In, Module, Out, Pointer, Real, Scope, Vector};
 use crate::spa::{CleanupMemory, Linear, PointerValue, Routes, Selection, VocabError};
-use crate::task::domain::{ActionId, Domain, StateId};
+use crate::task::propositional::{ActionId, Domain, StateId};
 
 /// Utility of the least preferred cause with the most unmet preconditions.
 const MIN_CAUSE_UTILITY: Real = 0.8;

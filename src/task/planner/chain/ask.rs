@@ -14,12 +14,14 @@ use crate::sim::{
     Graph, GraphBuilder, InputSpec, OutputSpec, Pointer, Real, RunConfig, Seed, SimDuration,
     Simulator, StopReason, Synapse, Threads, Timebase, WorldLink,
 };
-use crate::task::domain::{ActionId, Composition, Domain, Obstacle, StateId, Verdict, WorldState};
 use crate::task::error::TaskError;
 use crate::task::planner::board::Board;
 use crate::task::planner::decider::{Decider, PlannerInput, Request};
 use crate::task::planner::decision::{Decision, Milestone, Stage};
 use crate::task::planner::rollout::{Counts, LIMIT, Prediction, RolledOut, roll_out};
+use crate::task::propositional::{
+    ActionId, Composition, Domain, Obstacle, StateId, Verdict, WorldState,
+};
 
 /// A planner graph over one domain, built and ready to be asked.
 ///
@@ -247,7 +249,7 @@ impl Planner {
     }
 
     /// Plans from a scene to `goal`. `objects` gives the number of objects in each state, as
-    /// [`Domain::counts`](crate::task::domain::Domain::counts) returns it; [`Counts`] predicts what actions do.
+    /// [`Domain::counts`](crate::task::propositional::Domain::counts) returns it; [`Counts`] predicts what actions do.
     ///
     /// # Errors
     /// As [`Planner::decide`].

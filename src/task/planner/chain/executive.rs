@@ -29,7 +29,7 @@ use crate::sim::{
     AdvanceIo, FNV_START, Fingerprint, InputSpec, Module, Node, NodeFault, NodePorts, OutputSpec,
     PortDecl, Real, Scope, SimDuration, StateSpec, StepCx, fnv1a_word,
 };
-use crate::task::domain::{Commitment, Domain};
+use crate::task::propositional::{Commitment, Domain};
 
 /// The executive's waits, in simulated time. Each must be above zero, and `patience` longer than `settle`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -17,7 +17,7 @@
 //! several causes, the contest is left out.
 //!
 //! Every module adds one synapse of 5 ms. Between the goal buffer and the choice of an unmet precondition there are six
-//! synapses, or seven through the contest. With 256 dimensions, a tick of the nut-and-bolt graph takes 6 to 8
+//! synapses, or seven through the contest. With 256 dimensions, a tick of the graph for the paper's domain takes 6 to 8
 //! microseconds.
 
 use std::sync::Arc;
@@ -37,8 +37,8 @@ use crate::spa::{
     AssociativeMemory, CleanupMemory, FlowExt, Gate, GoalBuffer, Linear, PointerValue, Routes,
     Selection, VocabError, dot,
 };
-use crate::task::domain::{Commitment, Domain, Operator, Rules, StateId};
 use crate::task::error::TaskError;
+use crate::task::propositional::{Commitment, Domain, Operator, Rules, StateId};
 
 /// How the preconditions are unbound from a deep pointer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

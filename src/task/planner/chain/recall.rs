@@ -6,8 +6,8 @@ use super::alternatives::CauseContest;
 use super::encode::{ActionSpace, Encoded, StateSpace, WINNER};
 use crate::sim::{Add, Out, Pointer, Real, Scope, Vector};
 use crate::spa::{AssociativeMemory, Linear, Routes, VocabError};
-use crate::task::domain::Domain;
 use crate::task::error::TaskError;
+use crate::task::propositional::Domain;
 
 /// How actions are recalled.
 pub(in crate::task::planner) enum Recall {

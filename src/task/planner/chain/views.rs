@@ -4,8 +4,8 @@ use super::encode::Encoded;
 use super::graph::PlanningPorts;
 use crate::sim::{Out, Pointer, Real, SimView, Vector, VocabTag};
 use crate::spa::{Vocabulary, dots, norm};
-use crate::task::domain::Domain;
 use crate::task::error::TaskError;
+use crate::task::propositional::Domain;
 
 /// Kind of numbers that a [`ModuleView`] shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

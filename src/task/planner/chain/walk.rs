@@ -10,7 +10,7 @@
 //! the goal reachable exactly if the goal is reachable.
 
 use crate::sim::Real;
-use crate::task::domain::{Commitment, Domain};
+use crate::task::propositional::{Commitment, Domain};
 
 /// The executive's phase; the first number of its `trace`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

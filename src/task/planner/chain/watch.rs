@@ -5,8 +5,8 @@ use std::ops::ControlFlow;
 use super::graph::PlanningPorts;
 use super::walk::Phase;
 use crate::sim::{SimView, StopReason};
-use crate::task::domain::{ActionId, Domain, StateId, WorldState};
 use crate::task::planner::decision::{Choice, Stage, Why};
+use crate::task::propositional::{ActionId, Domain, StateId, WorldState};
 
 /// Notes when the graph's items last changed during a question.
 pub(in crate::task::planner) struct Watch<'p> {

@@ -16,10 +16,10 @@ use crate::sim::{
     Graph, GraphBuilder, InputSpec, OutputSpec, Real, Seed, SimDuration, Synapse, Timebase, Vector,
     WorldLink,
 };
-use crate::task::domain::{
+use crate::task::error::TaskError;
+use crate::task::propositional::{
     ActionId, Domain, Obstacle, Rules, StateId, Verdict, WorldState, obstacles,
 };
-use crate::task::error::TaskError;
 use run::GoalSetRun;
 
 /// Fewest and most goal sets that the planner remembers.
@@ -43,7 +43,7 @@ const PATIENCE_MS: u64 = 10_000;
 /// use symbolt::neurons::PopulationPlan;
 /// use symbolt::sim::Seed;
 /// use symbolt::task::planner::{Decider, GoalSetPlanner};
-/// use symbolt::task::{DomainBuilder, domain::Rules};
+/// use symbolt::task::{DomainBuilder, Rules};
 ///
 /// let domain = DomainBuilder::of_the_paper().build()?;
 /// let direct = PopulationPlan::direct();

@@ -5,11 +5,11 @@ use std::ops::ControlFlow;
 use super::GoalSetPlanner;
 use crate::plan::goal_sets::{Moments, Step};
 use crate::sim::{Real, RunConfig, SimDuration, Simulator, StopReason};
-use crate::task::domain::{ActionId, Obstacle, Verdict};
 use crate::task::error::TaskError;
 use crate::task::planner::board::Board;
 use crate::task::planner::decider::{Decider, PlannerInput, Request};
 use crate::task::planner::decision::{Decision, Milestone, Stage};
+use crate::task::propositional::{ActionId, Obstacle, Verdict};
 
 /// Time for which the motor is busy with an action of a plan that is rolled out.
 const BUSY: SimDuration = SimDuration::from_millis(100);

@@ -4,10 +4,10 @@
 
 use std::collections::{BTreeSet, HashSet};
 
+use super::Domain;
 use super::ids::{ActionId, StateId};
 use super::verdict::{Commitment, Obstacle, Rules, Verdict};
 use super::world::WorldState;
-use crate::task::domain::Domain;
 
 /// All correct answers for one goal in one world state.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

@@ -1,7 +1,7 @@
 //! How closely a placed object must agree with the demonstrations, and by how much it misses a place.
 //!
 //! A placed object rests on something. What it rests on fixes its height and the tilt of its upright axis to
-//! micrometres, whoever put it there. Sideways it may have play: a nut in its pocket, or a bolt in its hole. The
+//! micrometres, whoever put it there. Sideways it may have play, such as a peg in its bore. The
 //! deviations are therefore measured in three directions, each with its own standard deviation.
 //!
 //! # Variances
@@ -35,7 +35,7 @@ pub(crate) struct Directions {
 }
 
 /// Play of a placed object. At a limit of 5 standard deviations this accepts 1 mm in height, 3 mm sideways and 3 degrees.
-/// In 584 looks at nuts and bolts in the jig, with parts dropped at a rate of 0.3, correctly seated parts were at most
+/// In 584 looks at parts that were put into a fixture, with parts dropped at a rate of 0.3, correctly seated parts were at most
 /// 0.01 mm, 1.4 mm and 0.1 degrees off; parts that had come to rest wrongly at least 2.6 mm and 10 degrees.
 pub(crate) const PLAY: Directions = Directions { height_m: 2e-4, aside_m: 6e-4, tilt_rad: 0.0105 };
 /// Priors of a domain without any placed state that was seen twice.
@@ -44,10 +44,6 @@ const UNKNOWN: Directions = Directions { height_m: 2e-4, aside_m: 1e-3, tilt_rad
 const MOST_DOF: usize = 1 << 20;
 /// Greatest priors.
 const MOST: Directions = Directions { height_m: 3e-3, aside_m: 3e-3, tilt_rad: 0.06 };
-/// Smallest number of distinct poses at which agreement in a coordinate counts as a constraint of the state.
-pub(crate) const MIN_DISTINCT: usize = 4;
-/// Standard deviation at which an orientation no longer counts as constrained, in radians.
-pub(crate) const WILD_RAD: f64 = 0.35;
 
 /// Returns the predictive variance of a place with this number of distinct poses, without play and noise.
 pub(crate) fn predictive(prior: f64, sd: f64, poses: usize) -> f64 {

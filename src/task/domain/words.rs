@@ -1,13 +1,12 @@
 //! Words for states, conditions and goals, as tables and pages show them, and the names of a domain's states.
 
-use super::operator::Verdict;
 use super::state::{Coordinate, Turn};
 use super::{
-    Condition, FrameState, GoalTerm, Need, Quantity, RelationalDomain, RelationalOperator, Role,
-    SideEffect, Subject,
+    Condition, FrameState, GoalTerm, Need, NeedVerdict, Quantity, RelationalDomain,
+    RelationalOperator, Role, SideEffect, Subject,
 };
-use crate::task::domain::find;
 use crate::task::error::TaskError;
+use crate::task::propositional::find;
 
 impl RelationalDomain {
     /// Returns the index of the state called `name`.
@@ -79,7 +78,7 @@ impl RelationalDomain {
             let subject = Subject::Any;
             let unseen = operator.never_seen.iter().map(|state| Need {
                 condition: Condition { state: *state, subject },
-                verdict: Verdict::Absent,
+                verdict: NeedVerdict::Absent,
                 holds: false,
                 least: 1,
                 held: 0,
@@ -105,15 +104,10 @@ impl RelationalDomain {
         }
     }
 
-    /// Returns a condition before an action in words, such as `4 x BOLT_AT_FLANGE at the target flange`.
+    /// Returns a condition before an action in words, such as `4 x CHAIR_AT_TABLE at the target table`.
     pub fn need_in_words(&self, operator: &RelationalOperator, need: &Need) -> String {
         let condition = self.condition_in_words(operator, &need.condition);
-        let holds = match need.verdict {
-            Verdict::Required => true,
-            Verdict::Absent => false,
-            Verdict::Undecided => need.holds,
-        };
-        match (holds, need.least) {
+        match (need.is_positive(), need.least) {
             (false, _) => format!("no {condition}"),
             (true, 1) => condition,
             (true, least) => format!("{least} x {condition}"),
@@ -173,27 +167,27 @@ impl Need {
     pub fn reason(&self) -> String {
         let Self { held, of, .. } = self;
         match (self.verdict, self.holds, self.condition.subject) {
-            (Verdict::Required, _, Subject::Is(_) | Subject::At(_)) => {
+            (NeedVerdict::Required, _, Subject::Is(_) | Subject::At(_)) => {
                 format!("always held ({held} of {of}), and it is about an object of the action")
             }
-            (Verdict::Required, _, Subject::Any) => format!("held in {held} of {of}"),
-            (Verdict::Undecided, true, Subject::Any) => {
+            (NeedVerdict::Required, _, Subject::Any) => format!("held in {held} of {of}"),
+            (NeedVerdict::Undecided, true, Subject::Any) => {
                 format!("always held ({held} of {of}), but about another object")
             }
-            (Verdict::Undecided, true, _) => {
+            (NeedVerdict::Undecided, true, _) => {
                 format!("always held ({held} of {of}), but the other object may be there by chance")
             }
-            (Verdict::Undecided, false, _) => {
+            (NeedVerdict::Undecided, false, _) => {
                 format!("never held ({held} of {of}), but this may be by chance")
             }
-            (Verdict::Absent, ..) => {
+            (NeedVerdict::Absent, ..) => {
                 format!("never held ({held} of {of}), and it is about the object that moves")
             }
         }
     }
 }
 
-impl Verdict {
+impl NeedVerdict {
     /// Returns `required`, `undecided` or `absent`.
     pub fn name(self) -> &'static str {
         match self {

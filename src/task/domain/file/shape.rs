@@ -5,7 +5,7 @@ use serde_json::Value;
 
 use super::fields::{FieldFault, faulty_entry, misfit};
 use super::{FORMAT, GoalEntry, NeedEntry, OperatorEntry, SideEffectEntry, VERSION};
-use crate::task::relational::{FrameState, Place, Provenance};
+use crate::task::domain::{FrameState, Place, Provenance};
 
 /// Paths of values that must be objects. They are checked here because serde also accepts a list of the field values in
 /// order. `[]` stands for every entry of a list. Each version has some of them.

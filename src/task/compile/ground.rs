@@ -1,0 +1,188 @@
+//! Ground problems: a relational problem over the objects of one scene, as a propositional domain for the planner
+//! graph.
+//!
+//! A ground **fact** is a test of a [`Situation`]: at least so many objects, or none, are in some states, relative to
+//! some reference. A ground **action** is an operator with its target reference and its place, and with its object if
+//! objects of the kind are told apart. Objects of a kind that is nobody's reference are interchangeable, so there is
+//! one action for all of them.
+//!
+//! The preconditions of a ground action are facts: an object that can be moved, a free place, and the needs of the
+//! operator. A need that must be absent is the fact that nothing is there. The actions that take an object away cause
+//! this fact, so the planner graph moves what is in the way as a subgoal.
+//!
+//! A fact that asks for several objects is caused by every action that adds one of them. The planner graph is asked
+//! again after each move, until the fact holds.
+//!
+//! Only the facts and actions from which a term of the goal can be reached are part of the ground problem.
+
+use std::collections::BTreeSet;
+
+use super::facts::{GroundAction, Test};
+use super::moves::Move;
+use super::problem::{Problem, ProblemError};
+use crate::task::domain::{Situation, is_within};
+use crate::task::error::TaskError;
+use crate::task::propositional::{ActionId, Composition, Domain, StateId, WorldState};
+
+/// A relational problem over one scene as a propositional domain.
+///
+/// [`Problem::ground`] builds it.
+#[derive(Debug, Clone)]
+pub struct GroundProblem {
+    pub(super) domain: Domain,
+    pub(super) composition: Composition,
+    pub(super) tests: Vec<Test>,
+    pub(super) actions: Vec<GroundAction>,
+    /// The facts of each term of the goal, in order.
+    pub(super) goals: Vec<StateId>,
+    pub(super) dropped: BTreeSet<(usize, usize)>,
+    pub(super) exclusions: Vec<[StateId; 2]>,
+}
+
+impl GroundProblem {
+    /// Returns the propositional domain: the ground facts as states, the ground actions as operators.
+    pub fn domain(&self) -> &Domain {
+        &self.domain
+    }
+
+    /// Returns what the pointers of the facts and actions are made of.
+    pub fn composition(&self) -> &Composition {
+        &self.composition
+    }
+
+    /// Returns the undecided needs that the planner graph does without, because they cannot be met or would put the goal
+    /// out of reach, as pairs of operator and need.
+    pub fn dropped(&self) -> &BTreeSet<(usize, usize)> {
+        &self.dropped
+    }
+
+    /// Returns pairs of facts that hold together in no situation, reachable or not, because an object is in one state only.
+    /// There may be more such pairs.
+    pub fn exclusions(&self) -> &[[StateId; 2]] {
+        &self.exclusions
+    }
+
+    /// Returns the facts that hold in a situation.
+    pub fn present(&self, situation: &Situation) -> WorldState {
+        self.tests.iter().map(|test| test.holds(situation)).collect()
+    }
+
+    /// Returns whether a fact holds in a situation.
+    ///
+    /// # Panics
+    /// If the fact is not a state of [`GroundProblem::domain`].
+    pub fn holds(&self, fact: StateId, situation: &Situation) -> bool {
+        self.tests[fact.index()].holds(situation)
+    }
+
+    /// Returns the objects that keep a fact from holding, each followed by its reference: they count, and the fact allows
+    /// fewer. Empty if the fact holds or asks for objects.
+    ///
+    /// # Panics
+    /// If the fact is not a state of [`GroundProblem::domain`].
+    pub fn in_the_way(&self, fact: StateId, situation: &Situation) -> Vec<usize> {
+        let test = &self.tests[fact.index()];
+        if !test.forbids() || test.holds(situation) {
+            return Vec::new();
+        }
+        test.matching(situation).flat_map(|(i, f)| [Some(i), f.reference]).flatten().collect()
+    }
+
+    /// Returns the objects, each followed by its reference, that are in a state of the goal at a reference that is not in
+    /// place. Only terms of the goal that do not hold count.
+    pub fn misplaced(&self, situation: &Situation) -> Vec<usize> {
+        let goals = self.goals.iter().map(|goal| &self.tests[goal.index()]);
+        let open = goals.filter(|test| test.within.is_some() && !test.holds(situation));
+        let objects = open.flat_map(|test| {
+            test.matching(situation)
+                .filter(|(_, f)| !is_within(test.within, f.reference, situation))
+        });
+        objects.flat_map(|(i, f)| [Some(i), f.reference]).flatten().collect()
+    }
+
+    /// Returns the facts of the goal, in the order in which they are to be fulfilled.
+    pub fn goals(&self) -> &[StateId] {
+        &self.goals
+    }
+
+    /// Returns the first fact of the goal that does not hold; `None` if the goal is met.
+    pub fn goal(&self, situation: &Situation) -> Option<StateId> {
+        self.goals.iter().copied().find(|g| !self.tests[g.index()].holds(situation))
+    }
+
+    /// Returns the index of the operator that a ground action instantiates.
+    ///
+    /// # Panics
+    /// If the action is not one of [`GroundProblem::domain`].
+    pub fn operator(&self, action: ActionId) -> usize {
+        self.actions[action.index()].operator
+    }
+
+    /// Returns the moves that carry out a ground action, the best first. Moves that also serve the action's purpose,
+    /// with other objects or at other places, come last.
+    ///
+    /// `problem` is the problem that was compiled, or the same problem over later poses.
+    pub fn moves_for(
+        &self,
+        problem: &Problem<'_>,
+        action: ActionId,
+        situation: &Situation,
+    ) -> Vec<Move> {
+        let Some(chosen) = self.actions.get(action.index()) else { return Vec::new() };
+        let present = self.present(situation);
+        let purpose = self.domain[action].to;
+        let ready = |id: &ActionId| {
+            let operator = &self.domain[*id];
+            *id == action
+                || (self.actions[id.index()].operator == chosen.operator
+                    && operator.effects.contains(&purpose)
+                    && operator.preconditions.iter().all(|p| present.holds(*p)))
+        };
+        let others = self.domain.action_ids().filter(|id| *id != action && ready(id));
+        let allowed = problem.moves(situation);
+        let mut moves: Vec<Move> = Vec::new();
+        for id in [action].into_iter().chain(others) {
+            let ground = &self.actions[id.index()];
+            let fits = |m: &&Move| {
+                m.operator == ground.operator
+                    && m.reference == ground.reference
+                    && m.place == ground.place
+                    && ground.object.is_none_or(|o| o == m.object)
+                    && situation[m.object].is_some_and(|f| ground.source.matches(m.object, &f))
+            };
+            let mut own: Vec<Move> = allowed.iter().filter(fits).copied().collect();
+            own.sort_by_key(|m| {
+                let lacking = problem.lacking(&problem.after(m, situation));
+                (!problem.permitted(m, situation), lacking, *m)
+            });
+            own.retain(|m| !moves.contains(m));
+            moves.extend(own);
+        }
+        moves
+    }
+
+    /// Returns the facts of the goal that cannot be reached from a situation, if facts only accumulate.
+    pub fn out_of_reach(&self, now: &Situation) -> Vec<StateId> {
+        let mut reached: Vec<bool> = self.present(now).flags().to_vec();
+        loop {
+            let before = reached.iter().filter(|r| **r).count();
+            for operator in self.domain.operators() {
+                if operator.preconditions.iter().all(|p| reached[p.index()]) {
+                    for effect in &operator.effects {
+                        reached[effect.index()] = true;
+                    }
+                }
+            }
+            if reached.iter().filter(|r| **r).count() == before {
+                break;
+            }
+        }
+        self.goals.iter().copied().filter(|g| !reached[g.index()]).collect()
+    }
+}
+
+impl From<ProblemError> for TaskError {
+    fn from(error: ProblemError) -> Self {
+        TaskError::Problem { reason: error.to_string() }
+    }
+}

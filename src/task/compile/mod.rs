@@ -1,0 +1,27 @@
+//! Compilation: from a learned domain and the situation in a scene to what planners need.
+//!
+//! | to | use |
+//! |---|---|
+//! | set a goal in a scene | [`Problem`] |
+//! | list the moves that are allowed now | [`Problem::moves`] |
+//! | plan | [`Problem::plan`], the reference planner |
+//! | plan with neurons | [`Problem::ground`], which returns a [`GroundProblem`] |
+//! | find where a move puts its object | [`Problem::target`] |
+
+mod compiler;
+mod exclusion;
+mod facts;
+mod ground;
+mod moves;
+mod plan;
+mod problem;
+mod symbols;
+mod target;
+mod transition;
+
+pub(crate) use facts::Test;
+pub use ground::GroundProblem;
+pub use moves::Move;
+pub use plan::PlannedMove;
+pub use problem::{Problem, ProblemError};
+pub use target::TargetPose;
